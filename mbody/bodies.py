@@ -1,0 +1,196 @@
+"""Rigid bodies: mass, mass centre, inertia, named points in link axes, a rough first position."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+from mbody.elements import Element, Marker, Point, as_point, number_field, point_numbers
+from mbody.errors import ModelError
+from mbody.units import number
+
+__all__ = ["Body", "Guess", "SecondMoments", "Slender"]
+
+
+@dataclass(frozen=True)
+class Slender:
+    """Mass spread along a line at `angle` [rad] in link axes, as of a thin rod."""
+
+    angle: float = 0.0
+
+
+@dataclass(frozen=True)
+class SecondMoments:
+    """In-plane second moments of mass about the mass centre, link axes [mass·length²]:
+    ``xx`` = ∫x² dm, ``yy`` = ∫y² dm, ``xy`` = ∫xy dm."""
+
+    xx: float
+    yy: float
+    xy: float = 0.0
+
+
+@dataclass(frozen=True)
+class Guess:
+    """A rough first pose of the link axes; what is None is found from the neighbours.
+
+    Parameters
+    ----------
+    angle : float, optional
+        Rough angle of the link's x axis [rad].
+    x, y : float, optional
+        Rough place of the link's origin [length].
+    """
+
+    angle: float | None = None
+    x: float | None = None
+    y: float | None = None
+
+
+def _guess(value: Any, name: str) -> Guess:
+    if value is None:
+        return Guess()
+    if isinstance(value, Guess):
+        parts: tuple[Any, ...] = (value.angle, value.x, value.y)
+    elif isinstance(value, (tuple, list)):
+        if len(value) != 3:
+            raise ModelError(
+                f"'{name}': guess must be an angle or (x, y, angle), not {value!r}", name
+            )
+        parts = (value[2], value[0], value[1])
+    else:
+        parts = (value, None, None)
+    names = ("angle", "x", "y")
+    return Guess(
+        **{
+            key: None if part is None else number(part, "guess", name, f"guess.{key}")
+            for key, part in zip(names, parts, strict=True)
+        }
+    )
+
+
+@dataclass(frozen=True)
+class Body(Element):
+    """One rigid link.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the mechanism.
+    mass, weight : float, optional
+        Either of them [mass] or [force]; a weight becomes a mass with the mechanism's g.
+        With neither the body is massless, which is ordinary.
+    inertia : float
+        About the mass centre [mass·length²].
+    cg : pair or Polar
+        Mass centre in link axes [length].
+    points : dict
+        Named places in link axes [length], pairs (x, y) or `polar(r, angle)`.
+    guess : float, tuple or Guess, optional
+        Rough angle [rad], or (x, y, angle) of the link axes: it chooses the branch on which the
+        loops are closed.
+    spread : "point", Slender, SecondMoments, optional
+        How the mass is spread in the plane; only loads of a rotating plane ask for it.
+
+    Examples
+    --------
+    >>> crank = Body("crank", mass=2.0, cg=(0.1, 0.0), points={"A": (0.2, 0.0)})
+    >>> crank.at("A")
+    Marker(body='crank', point='A', angle=0.0)
+    """
+
+    mass: float | None = number_field("mass", None, sign="not negative")
+    weight: float | None = number_field("weight", None, sign="not negative")
+    inertia: float = number_field("inertia", 0.0, sign="not negative")
+    cg: Point = (0.0, 0.0)
+    points: dict[str, Point] = field(default_factory=dict)
+    guess: Any = None
+    spread: str | Slender | SecondMoments | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        name = self.name
+        if self.mass is not None and self.weight is not None:
+            raise ModelError(f"'{name}': give mass or weight, not both", name)
+        if not isinstance(self.points, dict):
+            raise ModelError(f"'{name}': points must be a dict of name: (x, y)", name)
+        for point in self.points:
+            if not isinstance(point, str) or not point or "." in point:
+                raise ModelError(f"'{name}': {point!r} is no name of a point", name)
+            if point in ("cg", "mass", "weight", "inertia"):
+                raise ModelError(f"'{name}': the name of a point may not be '{point}'", name)
+        points = {key: as_point(value, name, key) for key, value in self.points.items()}
+        object.__setattr__(self, "points", points)
+        object.__setattr__(self, "cg", as_point(self.cg, name, "cg"))
+        object.__setattr__(self, "guess", _guess(self.guess, name))
+        self._check_spread()
+
+    def _check_spread(self) -> None:
+        spread = self.spread
+        if spread is None or spread == "point" or isinstance(spread, Slender):
+            return
+        if isinstance(spread, SecondMoments):
+            values = (spread.xx, spread.yy, spread.xy)
+            for key, value in zip(("xx", "yy", "xy"), values, strict=True):
+                number(value, "inertia", self.name, f"spread.{key}")
+            if min(spread.xx, spread.yy) < 0.0 or spread.xy**2 > spread.xx * spread.yy:
+                raise ModelError(f"'{self.name}': no mass can be spread like {spread}", self.name)
+            return
+        raise ModelError(
+            f"'{self.name}': spread must be \"point\", Slender(angle) or "
+            f"SecondMoments(xx, yy, xy), not {spread!r}",
+            self.name,
+        )
+
+    def at(self, point: Any, y: float | None = None, *, angle: float = 0.0) -> Marker:
+        """A marker on this body: ``at("A")``, ``at(x, y)``, ``at((x, y))`` or ``at(polar(...))``.
+
+        Parameters
+        ----------
+        point : str, pair, Polar or float
+            Named point, or coordinates [length] in link axes.
+        angle : float
+            Direction of the marker's x axis in link axes [rad].
+        """
+        if isinstance(point, str) and point not in self.points:
+            known = ", ".join(repr(key) for key in self.points) or "none"
+            raise ModelError(
+                f"body '{self.name}' has no point '{point}' (it has: {known})", self.name
+            )
+        place = point if y is None else (point, y)
+        if not isinstance(place, str):
+            place = as_point(place, self.name, "marker")
+        return Marker(self.name, place, number(angle, "angle", self.name, "marker angle"))
+
+    def numbers(self) -> dict[str, float]:
+        """Mass or weight, inertia, mass centre and named points by dotted name."""
+        result = super().numbers()
+        if self.mass is None and self.weight is None:
+            result[f"{self.name}.mass"] = 0.0
+        result |= point_numbers(self.cg, f"{self.name}.cg")
+        for key, point in self.points.items():
+            result |= point_numbers(point, f"{self.name}.{key}")
+        return result
+
+    @property
+    def massless(self) -> bool:
+        """Whether the body has neither mass nor inertia."""
+        return not (self.mass or self.weight or self.inertia)
+
+
+def deg(angle: float) -> float:
+    """Degrees to radians.
+
+    >>> deg(180.0) == math.pi
+    True
+    """
+    return math.radians(angle)
+
+
+def rpm(speed: float) -> float:
+    """Revolutions a minute to rad/s.
+
+    >>> rpm(60.0) == 2 * math.pi
+    True
+    """
+    return speed * math.pi / 30.0

@@ -1,0 +1,76 @@
+"""Residuals of finished instants, by routes that the solution did not take."""
+
+from __future__ import annotations
+
+from mbody._jit import kernel
+from mbody._reference import by_reference
+from mbody.core.forces import forces, signals
+from mbody.core.instant import clear
+from mbody.core.factor import apply_gt
+from mbody.core.rows import rows, turns
+
+__all__ = ["audit"]
+
+
+@kernel
+def audit(L, W, motion, t, lam, driven, given, output):
+    """Fill output (instants, 5) from stored instants.
+
+    motion (instants, 9·bodies); lam (instants, 2·atoms); driven: atoms of the drivers, whose values
+    and rates are given (instants, drivers, 2).
+
+    Output: greatest |Φ| (model lengths, radians); greatest part of f − M a − Gᵀλ and greatest term
+    of it (forces, torques by the model length); power of loads, inertia and drivers, and the sum of
+    their magnitudes.
+    """
+    L, W = by_reference(L), by_reference(W)
+    w = 0.0
+    signals(L, W, w, L.signal_law.shape[0])
+    n3, size = 3 * L.bodies, W.size[0, 0]
+    for k in range(t.shape[0]):
+        W.time[0, 0] = t[k]
+        signals(L, W, w, L.varying)
+        for d in range(L.driver_row.shape[0]):
+            W.signal[L.driver_row[d], 0] = given[k, d, 0]
+        for n in range(n3):
+            W.q[n, 0], W.v[n, 0] = motion[k, n], motion[k, n3 + n]
+        turns(L, W, w)
+        rows(L, W, w, True, None)
+        worst = 0.0
+        for n in range(2 * L.nodes):
+            if W.soft[n, 0] > 0.0:
+                # rows of lengths weigh one, rows of angles 1/length²
+                unit = 1.0 / size if W.soft[n, 0] == 1.0 else 1.0
+                worst = max(worst, abs(W.phi[n, 0]) * unit)
+        output[k, 0] = worst
+        forces(L, W, w, -1)
+        clear(W.lam, w)
+        for e in range(L.atom_node.shape[0]):
+            W.lam[2 * L.atom_node[e], 0] = lam[k, 2 * e]
+            W.lam[2 * L.atom_node[e] + 1, 0] = lam[k, 2 * e + 1]
+        clear(W.u, w)
+        apply_gt(L, W, w, W.lam, W.u)
+        clear(W.r, w)
+        for s in range(L.slots):
+            for n in range(3):
+                W.r[3 * L.slot_body[s] + n, 0] += W.u[3 * s + n, 0]
+        worst, term, power, flow = 0.0, 0.0, 0.0, 0.0
+        for b in range(L.bodies):
+            for n in range(3):
+                unit = 1.0 / size if n == 2 else 1.0
+                inertia = W.mass[3 * b + n, 0] * motion[k, 2 * n3 + 3 * b + n]
+                load = W.force[3 * b + n, 0]
+                carried = W.r[3 * b + n, 0]
+                worst = max(worst, unit * abs(load - inertia - carried))
+                term = max(term, unit * max(abs(load), abs(inertia), abs(carried)))
+                v = W.v[3 * b + n, 0]
+                power += (load - inertia) * v
+                flow += abs(load * v) + abs(inertia * v)
+        for d in range(driven.shape[0]):
+            p = -lam[k, 2 * driven[d]] * given[k, d, 1]
+            power += p
+            flow += abs(p)
+        output[k, 1] = worst
+        output[k, 2] = term
+        output[k, 3] = power
+        output[k, 4] = flow

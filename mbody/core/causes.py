@@ -1,0 +1,46 @@
+"""Breakdown by cause: the multipliers that inertia and each load would have alone.
+
+Kinetostatics is linear in them, so each costs one solve with the factor of the instant.
+"""
+
+from __future__ import annotations
+
+from mbody._jit import kernel
+from mbody._lanes import st
+from mbody._reference import by_reference
+from mbody.core.factor import factor
+from mbody.core.forces import forces, signals
+from mbody.core.instant import clear, multipliers
+from mbody.core.output import keep_atoms
+from mbody.core.rows import rows, turns
+
+__all__ = ["breakdown"]
+
+
+@kernel
+def breakdown(L, W, soft, motion, t, causes, output):
+    """Fill output (instants, causes + 1, PER_ATOM·atoms, 1): inertia first, then every load.
+
+    motion (instants, 9·bodies): q, v, a of each instant; t (instants,).
+    """
+    L, W = by_reference(L), by_reference(W)
+    w = 0.0
+    signals(L, W, w, L.signal_law.shape[0])
+    n3 = 3 * L.bodies
+    for k in range(t.shape[0]):
+        W.time[0, 0] = t[k]
+        signals(L, W, w, L.varying)
+        for n in range(n3):
+            W.q[n, 0], W.v[n, 0] = motion[k, n], motion[k, n3 + n]
+        turns(L, W, w)
+        rows(L, W, w, True, None)
+        factor(L, W, w, soft)
+        for cause in range(-1, causes):
+            for n in range(n3):
+                st(W.a, n, motion[k, 2 * n3 + n] if cause < 0 else 0.0, w)
+            if cause < 0:
+                clear(W.force, w)
+            else:
+                forces(L, W, w, cause)
+            multipliers(L, W, w)
+            keep_atoms(L, W, w, output[k, cause + 1], 0)

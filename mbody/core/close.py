@@ -1,0 +1,199 @@
+"""Closing the loops from a rough guess, and the projection of velocities.
+
+Damped Newton in the affine invariant form (Deuflhard 2004, algorithm NLEQ-ERR): the damping keeps
+to the path that leads straight from the guess to the solution, so that the guess chooses the
+branch. Where that path ends at a singular position, Levenberg–Marquardt finds the nearest closed
+position, or the smallest gap.
+"""
+
+from __future__ import annotations
+
+import math
+
+from mbody._jit import inline, kernel, njit
+from mbody._lanes import st
+from mbody._reference import by_reference
+from mbody.core.factor import apply_g, apply_gt, factor, solve
+from mbody.core.forces import signals
+from mbody.core.instant import clear, least_motion, reach, weigh
+from mbody.core.rows import rows, turns
+
+__all__ = ["close", "project", "violation"]
+
+STEPS = 200
+SMALLEST = 1e-4
+
+
+@njit
+def correction(L, W, w):
+    """u = W⁻¹ Gᵀ S⁻¹ Φ by the present factor; its size in model lengths and radians."""
+    for n in range(2 * L.nodes):
+        W.x[n, 0] = W.phi[n, 0]
+    solve(L, W, w)
+    clear(W.u, w)
+    apply_gt(L, W, w, W.x, W.u)
+    weigh(L, W, w, W.u)
+    return norm(L, W)
+
+
+@inline
+def norm(L, W):
+    """Weighted length of the motion on columns."""
+    total = 0.0
+    for n in range(3 * L.slots):
+        if W.weight[n, 0] > 0.0:
+            total += W.u[n, 0] * W.u[n, 0] / W.weight[n, 0]
+    return math.sqrt(total)
+
+
+@inline
+def moved(L, W, base, part):
+    """q = base − part · u."""
+    for b in range(L.bodies):
+        for n in range(3):
+            W.q[3 * b + n, 0] = base[3 * b + n, 0] - part * W.u[3 * L.body_slot[b] + n, 0]
+
+
+@inline
+def gap(L, W):
+    """½ |Φ|² with angles by the model length."""
+    total = 0.0
+    for n in range(2 * L.nodes):
+        total += W.phi[n, 0] * W.phi[n, 0] / max(W.soft[n, 0], 1e-300) * (W.soft[n, 0] > 0.0)
+    return 0.5 * total
+
+
+@kernel
+def violation(L, W):
+    """Evaluate Φ and Φ_q at W.q at time W.time; returns the size of Φ."""
+    L, W = by_reference(L), by_reference(W)
+    w = 0.0
+    signals(L, W, w, L.signal_law.shape[0])
+    turns(L, W, w)
+    rows(L, W, w, True, True)
+    return math.sqrt(2.0 * gap(L, W))
+
+
+@kernel
+def close(L, W, soft, tolerance):
+    """Close the loops from W.q, the signals being set: (closed, by the straight path, size of the
+    last correction, least pivot)."""
+    L, W = by_reference(L), by_reference(W)
+    w = 0.0
+    good, size, least = newton_path(L, W, w, soft, tolerance)
+    if good:
+        return True, True, size, least
+    for n in range(W.q.shape[0]):
+        W.q[n, 0] = W.q1[n, 0]
+    descend(L, W, w, tolerance)
+    good, size, least = newton_path(L, W, w, soft, tolerance)
+    return good, False, size, least
+
+
+@njit
+def newton_path(L, W, w, soft, tolerance):
+    """Damped Newton; the start is kept in W.q1. Returns (closed, last correction, least pivot)."""
+    for n in range(W.q.shape[0]):
+        W.q1[n, 0] = W.q[n, 0]
+    part, last, least = 1.0, 0.0, 0.0
+    smallest = 1e300
+    for iteration in range(STEPS):
+        turns(L, W, w)
+        rows(L, W, w, True, None)
+        least = factor(L, W, w, soft)
+        size = correction(L, W, w)
+        step = reach(L, W, w)
+        if not step < 1e12:
+            return False, step, least
+        if step <= tolerance or (step <= 1e3 * tolerance and step >= 0.5 * smallest):
+            moved(L, W, W.q, 1.0)
+            return True, step, least
+        smallest = min(smallest, step)
+        if iteration > 0:
+            part = min(1.0, part * last / max(size, 1e-300))
+        # no step turns a body by more than half a radian: the straight path is kept
+        part = min(part, 0.5 / step) if step > 0.5 else part
+        for n in range(W.q.shape[0]):
+            W.q0[n, 0] = W.q[n, 0]
+        for n in range(W.u.shape[0]):
+            W.r[n, 0] = W.u[n, 0]
+        while True:
+            for n in range(W.u.shape[0]):
+                W.u[n, 0] = W.r[n, 0]
+            moved(L, W, W.q0, part)
+            turns(L, W, w)
+            rows(L, W, w, True, None)
+            ahead = correction_kept(L, W, w)
+            if ahead <= (1.0 - 0.25 * part) * size:
+                break
+            part *= 0.5
+            if part < SMALLEST:
+                return False, step, least
+        last = size
+        part = min(1.0, 2.0 * part)
+    return False, smallest, least
+
+
+@njit
+def correction_kept(L, W, w):
+    """Size of the simplified correction: new Φ with the old factor and the old blocks' product."""
+    for n in range(2 * L.nodes):
+        W.x[n, 0] = W.phi[n, 0]
+    solve(L, W, w)
+    clear(W.u, w)
+    apply_gt(L, W, w, W.x, W.u)
+    weigh(L, W, w, W.u)
+    return norm(L, W)
+
+
+@njit
+def descend(L, W, w, tolerance):
+    """Levenberg–Marquardt on ½|Φ|² from W.q: ends at a closed position or at the smallest gap."""
+    turns(L, W, w)
+    rows(L, W, w, True, None)
+    here, damping = gap(L, W), 1e-2
+    for _ in range(4 * STEPS):
+        factor(L, W, w, damping)
+        correction(L, W, w)
+        step = reach(L, W, w)
+        part = min(1.0, 0.5 / step) if step > 0.0 else 1.0
+        for n in range(W.q.shape[0]):
+            W.q0[n, 0] = W.q[n, 0]
+        moved(L, W, W.q0, part)
+        turns(L, W, w)
+        rows(L, W, w, True, None)
+        now = gap(L, W)
+        if now < here:
+            done = here - now <= 1e-14 * here
+            here, damping = now, max(0.2 * damping, 1e-14)
+            if done or step <= tolerance:
+                return
+        else:
+            for n in range(W.q.shape[0]):
+                W.q[n, 0] = W.q0[n, 0]
+            turns(L, W, w)
+            rows(L, W, w, True, None)
+            damping *= 5.0
+            if damping > 1e12:
+                return
+
+
+@kernel
+def project(L, W, soft):
+    """v ← v − W⁻¹Gᵀ S⁻¹ (G v − ν): the nearest velocities that the constraints allow."""
+    L, W = by_reference(L), by_reference(W)
+    w = 0.0
+    turns(L, W, w)
+    rows(L, W, w, True, True)
+    factor(L, W, w, soft)
+    clear(W.u, w)
+    for s in range(L.slots):
+        for n in range(3):
+            W.u[3 * s + n, 0] = W.v[3 * L.slot_body[s] + n, 0]
+    apply_g(L, W, w, W.u, W.x)
+    for n in range(2 * L.nodes):
+        st(W.nu, n, W.nu[n, 0] - W.x[n, 0], w)
+    least_motion(L, W, w, W.nu, True)
+    for b in range(L.bodies):
+        for n in range(3):
+            W.v[3 * b + n, 0] += W.u[3 * L.body_slot[b] + n, 0]

@@ -1,0 +1,170 @@
+"""Scalar continuation: every instant of one motion, followed along its branch.
+
+Between two instants the step is halved until Newton's correction is small beside the step and the
+derivative has not turned round, so the branch is kept however coarse the output. A step that
+would have to be smaller than any means a dead centre.
+"""
+
+from __future__ import annotations
+
+from mbody._jit import inline, kernel, njit
+from mbody._lanes import st
+from mbody._reference import by_reference
+from mbody.core.forces import forces, signals
+from mbody.core.instant import accelerations, multipliers, newton, rates, velocities
+from mbody.core.output import keep
+from mbody.core.path import behind, predict, step_size, strayed
+
+__all__ = ["DONE", "LOST", "STUCK", "UNBALANCED", "follow"]
+
+DONE, STUCK, LOST, UNBALANCED = 0, 1, 2, 3
+
+#: Accepted correction: rounding of coordinates of that many model lengths.
+TOLERANCE = 1e-12
+#: A first correction larger than this part of the step asks for a smaller step.
+CORRECTION = 0.1
+#: A derivative that lies off by this part of itself asks for a smaller step.
+TURNED = 0.2
+#: Halvings of one interval before it is called stuck.
+HALVINGS = 40
+ITERATIONS = 12
+
+
+@inline
+def drive(L, W, w, mode, s, given, k, t, ahead):
+    """Signals at path parameter s. Mode 0: s is time, laws give all. Mode 1: s is the value of the
+    one driver. Mode 2: s counts instants, drivers go straight from row k of `given` to the next."""
+    if mode == 0:
+        W.time[0, 0] = s
+        signals(L, W, w, L.varying)
+        return
+    W.time[0, 0] = t
+    signals(L, W, w, L.varying)
+    for d in range(L.driver_row.shape[0]):
+        o = L.driver_row[d]
+        if mode == 1:
+            W.signal[o, 0], W.signal[o + 1, 0], W.signal[o + 2, 0] = s, 1.0, 0.0
+        else:
+            slope = ahead[k, d]
+            W.signal[o, 0] = given[k, d, 0] + (s - k) * slope
+            W.signal[o + 1, 0] = slope
+            W.signal[o + 2, 0] = 0.0
+
+
+@njit
+def settle(L, W, w, soft, reach):
+    """Newton to convergence: (converged, first correction, least pivot)."""
+    first, last, least = 0.0, 1e300, 0.0
+    for iteration in range(ITERATIONS):
+        e, least = newton(L, W, w, soft)
+        if iteration == 0:
+            first = e
+        if not e < 1e3 * (1.0 + reach):
+            return False, first, least
+        # at rounding level corrections no longer shrink
+        if e <= TOLERANCE * reach or (e <= 1e-9 * reach and e > 0.5 * last):
+            return True, first, least
+        last = e
+    return False, first, least
+
+
+@kernel
+def follow(L, W, soft, mode, s, t, given, ahead, with_loads, still, output, state):
+    """Fill output (instants, rows, 1) as `keep` says; the first instant starts from W.q.
+
+    state: [0] instants done, [1] path parameter reached, [2] least pivot met, [3] steps,
+    [4] greatest unbalanced part. Returns DONE, STUCK (dead centre), LOST (Newton failed at the
+    first instant) or UNBALANCED (loads that no reaction carries).
+    """
+    L, W = by_reference(L), by_reference(W)
+    w = 0.0
+    signals(L, W, w, L.signal_law.shape[0])
+    state[2] = 1e300
+    back, quintic = 1.0, 0.0
+    here = s[0]
+    for k in range(s.shape[0]):
+        left = s[k] - here
+        h = left
+        if mode == 2 and k > 0:
+            direction(L, W, w, ahead, k - 1)
+        tries = 0
+        while True:
+            if k > 0:
+                if h != 0.0:
+                    predict(L, W, w, h, back, quintic)
+                row = k - 1 if mode == 2 else k
+                drive(L, W, w, mode, here + h, given, row, t[k], ahead)
+            else:
+                drive(L, W, w, mode, here, given, 0, t[0], ahead)
+            good, first, least = settle(L, W, w, soft, state[5])
+            if good:
+                velocities(L, W, w, True)
+                accelerations(L, W, w, True)
+            if k == 0:
+                if not good:
+                    state[2] = min(state[2], least)
+                    return LOST
+                behind(W, w)
+                break
+            if good and h != 0.0:
+                off, size = strayed(L, W, w, h)
+                good = first <= CORRECTION * step_size(L, W, w) + 1e-9 and (
+                    off <= TURNED * size + 1e-9
+                )
+            if not good:
+                tries += 1
+                h = 0.5 * h
+                if tries > HALVINGS:
+                    state[1] = here
+                    return STUCK
+                continue
+            state[2] = min(state[2], least)
+            state[3] += 1.0
+            if h != 0.0:
+                here += h
+                behind(W, w)
+                back, quintic = h, 1.0
+            left = s[k] - here
+            if abs(left) <= 1e-14 * (abs(s[k]) + abs(here)) or h == 0.0:
+                here = s[k]
+                break
+            h = left if abs(left) < 2.0 * abs(h) else 2.0 * h
+            if mode == 2:
+                quintic = 0.0
+        finish(L, W, w, mode, given, k, still)
+        if with_loads:
+            forces(L, W, w, -1)
+            rest = multipliers(L, W, w)
+            state[4] = max(state[4], rest)
+        keep(L, W, w, output[k])
+        state[0] = k + 1.0
+        state[1] = here
+    return DONE
+
+
+@njit
+def direction(L, W, w, ahead, k):
+    """Mode 2: derivatives at the last place along the chord that begins there."""
+    for d in range(L.driver_row.shape[0]):
+        rates(L, W, w, d, ahead[k, d], 0.0)
+    velocities(L, W, w, True)
+    accelerations(L, W, w, True)
+    for n in range(3 * L.bodies):
+        W.q0_s[n, 0], W.q0_ss[n, 0] = W.v[n, 0], W.a[n, 0]
+
+
+@njit
+def finish(L, W, w, mode, given, k, still):
+    """Velocities and accelerations by time: from the laws, from the given rates, or none."""
+    if mode == 0 and not still:
+        return
+    if still:
+        for n in range(3 * L.bodies):
+            st(W.v, n, 0.0, w)
+            st(W.a, n, 0.0, w)
+        return
+    if mode != 0:
+        for d in range(L.driver_row.shape[0]):
+            rates(L, W, w, d, given[k, d, 1], given[k, d, 2])
+    velocities(L, W, w, True)
+    accelerations(L, W, w, True)

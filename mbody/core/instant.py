@@ -1,0 +1,198 @@
+"""One instant: position by Newton, velocity, acceleration and multipliers, from one factor.
+
+Of  [W Gᵀ; G 0] [u; λ] = [f; c]  each of these is one half, so that each costs one solve:
+u = W⁻¹ Gᵀ S⁻¹ c (position, velocity, acceleration) and λ = S⁻¹ G W⁻¹ f (reactions).
+"""
+
+from __future__ import annotations
+
+from mbody._jit import inline, njit
+from mbody._lanes import highest, larger, ld, select_le, st
+from mbody.core.factor import apply_g, apply_gt, factor, solve
+from mbody.core.rows import rows, turns
+
+__all__ = ["accelerations", "multipliers", "newton", "rates", "reach", "velocities"]
+
+#: A residual below this part of its terms is rounding.
+ROUNDING = 1e-14
+#: Corrections by the residual: one as a rule, more where rows are redundant or nearly so.
+PASSES = 6
+
+
+@inline
+def clear(array, w):
+    """Every row zero."""
+    for n in range(array.shape[0]):
+        st(array, n, 0.0, w)
+
+
+@inline
+def copy(source, target, w):
+    """Row by row."""
+    for n in range(target.shape[0]):
+        st(target, n, ld(source, n, w), w)
+
+
+@inline
+def tallest(array, w):
+    """Greatest absolute number of each lane; NaN where there is one."""
+    m = 0.0 * ld(array, 0, w)
+    for n in range(array.shape[0]):
+        x = ld(array, n, w)
+        m = larger(m, larger(x, -x))
+    return m
+
+
+@inline
+def weigh(L, W, w, u):
+    """u ← W⁻¹ u, and zero on the ground."""
+    for n in range(u.shape[0]):
+        st(u, n, ld(u, n, w) * ld(W.weight, n, w), w)
+
+
+@njit
+def least_motion(L, W, w, c, checked):
+    """u = W⁻¹ Gᵀ S⁻¹ c: the least u with G u = c, corrected by its residual if `checked`.
+
+    The product with Gᵀ damps the error of S⁻¹, so that without a correction u is as good as the
+    condition of G itself allows; nearly dependent rows want it all the same.
+    """
+    copy(c, W.x, w)
+    solve(L, W, w)
+    clear(W.u, w)
+    apply_gt(L, W, w, W.x, W.u)
+    weigh(L, W, w, W.u)
+    if not checked:
+        return
+    terms = tallest(c, w)
+    for _ in range(PASSES):
+        apply_g(L, W, w, W.u, W.x)
+        worst = 0.0 * terms
+        for n in range(2 * L.nodes):
+            x = ld(c, n, w) - ld(W.x, n, w)
+            st(W.x, n, x, w)
+            worst = larger(worst, larger(x, -x))
+        if highest(worst - ROUNDING * terms) <= 0.0:
+            break
+        solve(L, W, w)
+        clear(W.r, w)
+        apply_gt(L, W, w, W.x, W.r)
+        weigh(L, W, w, W.r)
+        for n in range(W.u.shape[0]):
+            st(W.u, n, ld(W.u, n, w) + ld(W.r, n, w), w)
+
+
+@inline
+def to_bodies(L, W, w, target):
+    """Columns to coordinates: a body moves as its first slot."""
+    for b in range(L.bodies):
+        o, s = 3 * b, 3 * L.body_slot[b]
+        st(target, o, ld(W.u, s, w), w)
+        st(target, o + 1, ld(W.u, s + 1, w), w)
+        st(target, o + 2, ld(W.u, s + 2, w), w)
+
+
+@njit
+def newton(L, W, w, soft):
+    """One Newton step on Φ; returns its size (in model lengths and radians) and factor's pivot."""
+    turns(L, W, w)
+    rows(L, W, w, True, None)
+    least = factor(L, W, w, soft)
+    copy(W.phi, W.x, w)
+    solve(L, W, w)
+    clear(W.u, w)
+    apply_gt(L, W, w, W.x, W.u)
+    weigh(L, W, w, W.u)
+    size = reach(L, W, w)
+    for b in range(L.bodies):
+        o, s = 3 * b, 3 * L.body_slot[b]
+        st(W.q, o, ld(W.q, o, w) - ld(W.u, s, w), w)
+        st(W.q, o + 1, ld(W.q, o + 1, w) - ld(W.u, s + 1, w), w)
+        st(W.q, o + 2, ld(W.q, o + 2, w) - ld(W.u, s + 2, w), w)
+    return size, least
+
+
+@inline
+def reach(L, W, w):
+    """Size of the motion on columns, lengths by the model length: the greatest of all bodies."""
+    per_length = 1.0 / ld(W.size, 0, w)
+    m = 0.0 * per_length
+    for b in range(L.bodies):
+        s = 3 * L.body_slot[b]
+        x, y, t = ld(W.u, s, w) * per_length, ld(W.u, s + 1, w) * per_length, ld(W.u, s + 2, w)
+        m = larger(m, larger(x, -x))
+        m = larger(m, larger(y, -y))
+        m = larger(m, larger(t, -t))
+    return m
+
+
+@njit
+def velocities(L, W, w, checked):
+    """v from G v = ν, with the ν of the last position."""
+    least_motion(L, W, w, W.nu, checked)
+    to_bodies(L, W, w, W.v)
+
+
+@njit
+def rates(L, W, w, d, rate, acceleration):
+    """Other rate and acceleration for driver d than those that its law gave."""
+    st(W.nu, 2 * L.driver_node[d], rate, w)
+    st(W.signal, L.driver_row[d] + 1, rate, w)
+    st(W.signal, L.driver_row[d] + 2, acceleration, w)
+
+
+@njit
+def accelerations(L, W, w, checked):
+    """a from G a = γ, the velocities being set."""
+    rows(L, W, w, None, True)
+    least_motion(L, W, w, W.gamma, checked)
+    to_bodies(L, W, w, W.a)
+
+
+@inline
+def unbalanced(L, W, w):
+    """r = f − M a − Gᵀ λ on columns, each slot taking its share of f − M a; greatest part of it and
+    greatest term."""
+    clear(W.r, w)
+    apply_gt(L, W, w, W.lam, W.r)
+    terms = tallest(W.r, w)
+    worst = 0.0 * terms
+    for s in range(L.slots):
+        for n in range(3):
+            f = acting(L, W, w, s, n)
+            x = f - ld(W.r, 3 * s + n, w)
+            terms = larger(terms, larger(f, -f))
+            worst = larger(worst, larger(x, -x))
+            st(W.r, 3 * s + n, x, w)
+    return worst, terms
+
+
+@inline
+def acting(L, W, w, s, n):
+    """Share of slot s in f − M a of its body, component n."""
+    o = 3 * L.slot_body[s] + n
+    return ld(W.share, s, w) * (ld(W.force, o, w) - ld(W.mass, o, w) * ld(W.a, o, w))
+
+
+@njit
+def multipliers(L, W, w):
+    """λ from Gᵀ λ = f − M a, the loads being in W.force; returns what is left unbalanced, as a
+    part of the greatest term."""
+    clear(W.lam, w)
+    for s in range(L.slots):
+        for n in range(3):
+            st(W.r, 3 * s + n, acting(L, W, w, s, n), w)
+    for n in range(3 * L.slots, W.r.shape[0]):
+        st(W.r, n, 0.0, w)
+    worst = 0.0 * ld(W.size, 0, w)
+    terms = worst
+    for _ in range(PASSES):
+        weigh(L, W, w, W.r)
+        apply_g(L, W, w, W.r, W.x)
+        solve(L, W, w)
+        for n in range(2 * L.nodes):
+            st(W.lam, n, ld(W.lam, n, w) + ld(W.x, n, w), w)
+        worst, terms = unbalanced(L, W, w)
+        if highest(worst - ROUNDING * terms) <= 0.0:
+            break
+    return select_le(terms, 0.0 * terms, 0.0 * terms, worst / terms)

@@ -1,0 +1,160 @@
+"""The two tuples that every kernel takes: the layout (what is where) and the workspace (numbers).
+
+Coordinates: body b has (x, y, θ) of its mass centre at 3b, 3b+1, 3b+2; the ground is the last body.
+Constraint rows come in nodes of two, numbered in the order of elimination; a row that is not there
+is an identity row. Each node has two sides, each a block of 2×3 numbers on three columns. The
+columns are those of the slots: a body with many joints is split into several slots, tied by weld
+nodes, so that elimination stays cheap; every other body is one slot.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mbody._lanes import aligned
+
+__all__ = ["Layout", "Work", "workspace"]
+
+Ints = Any  # int64 arrays, one-dimensional
+
+
+class Layout(NamedTuple):
+    """What is where; made once for a topology, the same for every set of numbers."""
+
+    bodies: int
+    slots: int
+    nodes: int
+    # atoms, sorted by kind: physics, body of either side, first parameter and how many, arm of
+    # the marker on j, first signal row, node, user's function
+    atom_kind: Ints
+    atom_i: Ints
+    atom_j: Ints
+    atom_par: Ints
+    atom_count: Ints
+    atom_arm: Ints
+    atom_signal: Ints
+    atom_node: Ints
+    atom_handle: Ints
+    # nodes: first column of either side; blocks below the diagonal of each; their rows
+    node_column: Ints
+    node_start: Ints
+    block_row: Ints
+    # elimination: block that each pair of blocks of a column updates
+    update: Ints
+    # forming: block += side a · weights of the column · side bᵀ
+    form_block: Ints
+    form_a: Ints
+    form_b: Ints
+    form_column: Ints
+    form_more: Ints  # whether it adds to what an earlier line formed
+    fill: Ints  # blocks that only elimination fills
+    # slots: body of each; first slot of each body
+    slot_body: Ints
+    body_slot: Ints
+    # laws: physics, parameters, fixed data, user's function
+    law_kind: Ints
+    law_par: Ints
+    law_count: Ints
+    law_table: Ints
+    law_handle: Ints
+    # laws of time in the order varying, constant: which law fills which signal row
+    signal_law: Ints
+    signal_row: Ints
+    varying: int
+    # signal row and node of every driver, in the order of the description
+    driver_row: Ints
+    driver_node: Ints
+    # actions, sorted by kind: physics, bodies, parameters, first signal row, own law, cause
+    action_kind: Ints
+    action_i: Ints
+    action_j: Ints
+    action_par: Ints
+    action_count: Ints
+    action_signal: Ints
+    action_law: Ints
+    action_handle: Ints
+    action_cause: Ints
+    # fixed data of laws
+    table: Any
+
+
+class Work(NamedTuple):
+    """Numbers of one set or of many lanes: arrays of shape (rows, lanes)."""
+
+    par: Any  # parameters of atoms, laws and actions
+    mass: Any  # (m, m, I) of each body
+    weight: Any  # inverse of the positive weights, on columns; zero for the ground
+    share: Any  # part of its body's force that each slot takes
+    pad: Any  # one for identity rows, two rows a node
+    soft: Any  # what the proximal term adds, two rows a node, before it is scaled
+    size: Any  # model length
+    time: Any
+    q: Any
+    v: Any
+    a: Any
+    turn: Any  # (cos θ, sin θ) of each body
+    signal: Any  # (f, f′, f″) of each law of time
+    block: Any  # 2×3 numbers of each side, both sides of each node
+    phi: Any
+    nu: Any
+    gamma: Any
+    diagonal: Any  # of the Schur complement before elimination
+    pivot: Any  # (1/d₀, l, 1/d₁) of each node
+    schur: Any  # (a, b, c) of each node, then its blocks
+    lower: Any  # blocks of the factor
+    x: Any  # right-hand side and solution on nodes
+    lam: Any  # multipliers on nodes
+    u: Any  # on columns
+    r: Any  # on columns
+    force: Any  # on coordinates
+    scratch: Any
+    # the path behind: position and its two derivatives at the last two places
+    q0: Any
+    q0_s: Any
+    q0_ss: Any
+    q1: Any
+    q1_s: Any
+    q1_ss: Any
+    # what a user's function is asked and tells: one-dimensional
+    asked: Any
+    told: Any
+
+
+def workspace(layout: Layout, parameters: int, signals: int, lanes: int) -> Work:
+    """Zeroed numbers for that layout, every array 64-byte aligned."""
+    coordinates = 3 * (layout.bodies + 1)
+    columns = 3 * (layout.slots + 1)
+    nodes, blocks = layout.nodes, len(layout.block_row)
+    rows = {
+        "par": parameters,
+        "mass": coordinates,
+        "weight": columns,
+        "share": layout.slots,
+        "pad": 2 * nodes,
+        "soft": 2 * nodes,
+        "size": 1,
+        "time": 1,
+        "turn": 2 * (layout.bodies + 1),
+        "signal": 3 * signals,
+        "block": 12 * nodes,
+        "pivot": 3 * nodes,
+        "schur": 3 * nodes + 4 * blocks,
+        "lower": 4 * blocks,
+        "u": columns,
+        "r": columns,
+        "scratch": 32,
+    }
+    nodal = ("phi", "nu", "gamma", "diagonal", "x", "lam")
+    rows |= dict.fromkeys(nodal, 2 * nodes)
+    numbers = {name: aligned(rows.get(name, coordinates), lanes) for name in Work._fields}
+    numbers |= {"asked": np.zeros(17 + parameters), "told": np.zeros(18)}
+    work = Work(**numbers)
+    work.turn[2 * layout.bodies] = 1.0
+    return work
+
+
+def integers(values: Any) -> np.ndarray:
+    """Index table as the kernels take it."""
+    return np.ascontiguousarray(values, dtype=np.int64).reshape(-1)

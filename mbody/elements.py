@@ -1,0 +1,254 @@
+"""What every element of a mechanism shares: a name, checked numbers, places on bodies.
+
+An element is a frozen dataclass. Its number fields are declared with `number_field`, so that they are
+checked when it is made and can be changed by dotted name (``"crank.mass"``, ``"spring.stiffness"``)
+when a system is given other values.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from mbody.atoms import Signal
+from mbody.errors import ModelError
+from mbody.laws import Law, as_law
+from mbody.units import number
+
+__all__ = ["Element", "Marker", "Numbers", "Point", "Polar", "as_marker", "law_field", "number_field", "place_field", "polar"]
+
+Value: TypeAlias = "float | np.ndarray[Any, np.dtype[np.float64]]"
+
+
+@dataclass(frozen=True)
+class Polar:
+    """A point given as in textbooks: distance [length] and angle [rad] in the link's axes."""
+
+    r: float
+    angle: float
+
+
+def polar(r: float, angle: float) -> Polar:
+    """Point at distance `r` [length] and `angle` [rad] in the link's axes.
+
+    >>> polar(2.0, 0.0)
+    Polar(r=2.0, angle=0.0)
+    """
+    return Polar(r, angle)
+
+
+Point: TypeAlias = "tuple[float, float] | Polar"
+
+
+def as_point(value: Any, element: str, field: str) -> Point:
+    """A checked point: a pair (x, y) [length] or a `Polar`."""
+    if isinstance(value, Polar):
+        return Polar(
+            number(value.r, "length", element, f"{field}.r"),
+            number(value.angle, "angle", element, f"{field}.angle"),
+        )
+    try:
+        x, y = value
+    except (TypeError, ValueError):
+        raise ModelError(
+            f"'{element}': {field} must be a pair (x, y) or polar(r, angle), not {value!r}", element
+        ) from None
+    return (
+        number(x, "length", element, f"{field}.x"),
+        number(y, "length", element, f"{field}.y"),
+    )
+
+
+def point_numbers(point: Point, name: str) -> dict[str, float]:
+    """The two changeable numbers of a point, by dotted name."""
+    if isinstance(point, Polar):
+        return {f"{name}.r": point.r, f"{name}.angle": point.angle}
+    return {f"{name}.x": point[0], f"{name}.y": point[1]}
+
+
+@dataclass(frozen=True)
+class Marker:
+    """A place on a body, with a direction.
+
+    Parameters
+    ----------
+    body : str
+        Name of the body (or ``"ground"``).
+    point : str or pair or Polar
+        A named point of the body, or coordinates [length] in the link's axes.
+    angle : float
+        Direction of the marker's own x axis in the link's axes [rad]; sliding joints and
+        directed drivers use it.
+    """
+
+    body: str
+    point: str | Point
+    angle: float = 0.0
+
+    def __str__(self) -> str:
+        return f"{self.body}.{self.point}" if isinstance(self.point, str) else self.body
+
+
+def as_marker(value: Any, element: str, field: str) -> Marker:
+    """A marker from a marker or from text such as ``"crank.A"`` (``"crank"`` is its origin)."""
+    if isinstance(value, str):
+        body, _, point = value.partition(".")
+        return Marker(body, point or (0.0, 0.0))
+    if isinstance(value, Marker):
+        point = value.point
+        if not isinstance(point, str):
+            point = as_point(point, element, field)
+        angle = number(value.angle, "angle", element, f"{field}.angle")
+        return Marker(value.body, point, angle)
+    raise ModelError(
+        f"'{element}': {field} must be a place such as crank.at('A') or \"crank.A\", not {value!r}",
+        element,
+    )
+
+
+def number_field(dimension: str, default: Any = dataclasses.MISSING, *, sign: str = "any") -> Any:
+    """Dataclass field for one number of that dimension; `sign` may ask for "positive" or
+    "not negative"; a default of None makes it optional."""
+    return dataclasses.field(default=default, metadata={"dimension": dimension, "sign": sign})
+
+
+def law_field(dimension: str, default: Any = dataclasses.MISSING) -> Any:
+    """Dataclass field for a law: a number, a `Law` or a Python function."""
+    return dataclasses.field(default=default, metadata={"law": dimension})
+
+
+def place_field(default: Any = dataclasses.MISSING) -> Any:
+    """Dataclass field for a marker (a place on a body)."""
+    return dataclasses.field(default=default, metadata={"place": True})
+
+
+@dataclass(frozen=True)
+class Element:
+    """Base of all elements: checks its own fields when it is made."""
+
+    name: str
+
+    def __post_init__(self) -> None:
+        name = self.name
+        if not isinstance(name, str) or not name.strip():
+            raise ModelError(f"every {type(self).__name__} needs a name, not {name!r}")
+        if "." in name:
+            raise ModelError(f"'{name}': a name may not hold a dot, that parts body and point", name)
+        for field in dataclasses.fields(self):
+            value = getattr(self, field.name)
+            if "dimension" in field.metadata and value is not None:
+                value = self._checked(field, value)
+            elif "law" in field.metadata:
+                value = None if value is None else self._law(field.name, value)
+            elif "place" in field.metadata:
+                value = as_marker(value, name, field.name)
+            else:
+                continue
+            object.__setattr__(self, field.name, value)
+
+    def _checked(self, field: dataclasses.Field[Any], value: Any) -> float:
+        dimension, sign = field.metadata["dimension"], field.metadata["sign"]
+        result = number(value, dimension, self.name, field.name)
+        if (sign == "positive" and result <= 0.0) or (sign == "not negative" and result < 0.0):
+            raise ModelError(
+                f"'{self.name}': {field.name} is {result:g}, it must be {sign}", self.name
+            )
+        return result
+
+    def _law(self, field: str, value: Any) -> Law:
+        try:
+            return as_law(value)
+        except ModelError as error:
+            raise ModelError(f"'{self.name}': {field}: {error}", self.name) from None
+
+    def places(self) -> dict[str, Marker]:
+        """The element's markers by field name."""
+        return {
+            field.name: getattr(self, field.name)
+            for field in dataclasses.fields(self)
+            if "place" in field.metadata
+        }
+
+    def numbers(self) -> dict[str, float]:
+        """All changeable numbers of the element by dotted name."""
+        result: dict[str, float] = {}
+        for field in dataclasses.fields(self):
+            value = getattr(self, field.name)
+            name = f"{self.name}.{field.name}"
+            if "dimension" in field.metadata and value is not None:
+                result[name] = value
+            elif "law" in field.metadata and value is not None:
+                own = value.numbers()
+                plain = set(own) == {"value"}
+                result |= {name if plain else f"{name}.{k}": v for k, v in own.items()}
+            elif "place" in field.metadata:
+                result[f"{name}.angle"] = value.angle
+                if not isinstance(value.point, str):
+                    result |= point_numbers(value.point, name)
+        return result
+
+
+def two_bodies(element: Element) -> None:
+    """Refuse an element whose two places are on one body."""
+    i, j = element.places()["i"], element.places()["j"]
+    if i.body == j.body:
+        raise ModelError(
+            f"'{element.name}' would join '{i.body}' to itself: give places on two bodies",
+            element.name,
+        )
+
+
+class Numbers:
+    """Numbers by dotted name, each a float or an array over a batch axis, as elements read them.
+
+    Lengths that reach the kernels are relative to mass centres, so the shift from the user's link
+    axes happens here, once, for one set of numbers and for a batch alike.
+    """
+
+    def __init__(self, values: dict[str, Value], polar_points: frozenset[str]) -> None:
+        self._values = values
+        self._polar = polar_points
+
+    def __getitem__(self, name: str) -> Value:
+        return self._values[name]
+
+    def point(self, name: str) -> tuple[Value, Value]:
+        """(x, y) [length] of the point of that dotted name, in link axes."""
+        if name in self._polar:
+            r, angle = self._values[f"{name}.r"], self._values[f"{name}.angle"]
+            return r * np.cos(angle), r * np.sin(angle)
+        return self._values[f"{name}.x"], self._values[f"{name}.y"]
+
+    def arm(self, element: Element, field: str) -> tuple[Value, Value]:
+        """(x, y) [length] from the mass centre of the marker's body to the marker, in link axes."""
+        marker: Marker = getattr(element, field)
+        named = isinstance(marker.point, str)
+        x, y = self.point(f"{marker.body}.{marker.point}" if named else f"{element.name}.{field}")
+        cx, cy = self.point(f"{marker.body}.cg")
+        return x - cx, y - cy
+
+    def angle(self, element: Element, field: str) -> Value:
+        """Direction [rad] of a marker's x axis in link axes."""
+        return self._values[f"{element.name}.{field}.angle"]
+
+    def law(self, element: Element, field: str) -> Signal:
+        """One of the element's laws with its parameters."""
+        value: Law = getattr(element, field)
+        own = value.numbers()
+        name = f"{element.name}.{field}"
+        plain = set(own) == {"value"}
+        numbers = {k: self[name if plain else f"{name}.{k}"] for k in own}
+        return Signal(value, list(value.parameters(numbers)))
+
+
+def wrapped(angle: float) -> float:
+    """The angle [rad] within −π … π.
+
+    >>> wrapped(2 * math.pi + 0.5)  # doctest: +ELLIPSIS
+    0.5...
+    """
+    return math.remainder(angle, 2.0 * math.pi)

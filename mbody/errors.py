@@ -1,0 +1,47 @@
+"""The errors of mbody are sentences: what happened, to which element, with which number, what to try."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from mbody.solution import Solution
+
+__all__ = ["ModelError", "ModelWarning", "SolveError"]
+
+
+class ModelError(ValueError):
+    """What the user described cannot be a mechanism; raised while describing and assembling.
+
+    Attributes
+    ----------
+    element : str or None
+        Name of the body, joint, driver or load that the sentence is about.
+    """
+
+    def __init__(self, message: str, element: str | None = None) -> None:
+        super().__init__(message)
+        self.element = element
+
+
+class SolveError(RuntimeError):
+    """An analysis could not give what was asked.
+
+    Attributes
+    ----------
+    element : str or None
+        Name of the element that the sentence is about.
+    solution : Solution or None
+        What was computed before the stop; its last instant is the last good one.
+    """
+
+    def __init__(
+        self, message: str, element: str | None = None, solution: Solution | None = None
+    ) -> None:
+        super().__init__(message)
+        self.element = element
+        self.solution = solution
+
+
+class ModelWarning(UserWarning):
+    """The answer is good, but it may not be what was meant; the sentence says why."""

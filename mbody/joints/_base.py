@@ -1,0 +1,40 @@
+"""The base of all joints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from mbody.atoms import Atom
+from mbody.elements import Element, Marker, place_field, two_bodies
+
+if TYPE_CHECKING:
+    from mbody.elements import Numbers
+
+__all__ = ["Joint"]
+
+
+@dataclass(frozen=True)
+class Joint(Element):
+    """A constraint between a place on body i and a place on body j.
+
+    The reaction of a joint is the force on body j by body i, at the place on j.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the mechanism.
+    i, j : Marker or str
+        Places such as ``crank.at("A")`` or ``"crank.A"``.
+    """
+
+    i: Marker = place_field()
+    j: Marker = place_field()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        two_bodies(self)
+
+    def atoms(self, at: Numbers) -> list[Atom]:
+        """The joint's constraints with their numbers."""
+        raise NotImplementedError

@@ -1,0 +1,120 @@
+"""Polynomial and harmonic laws."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from mbody.errors import ModelError
+from mbody.laws.base import FloatArray, Law, finite_array
+
+__all__ = ["Constant", "ConstantAcceleration", "ConstantSpeed", "Harmonic", "Polynomial"]
+
+
+@dataclass(frozen=True)
+class _Ascending(Law):
+    """Laws whose kernel parameters are ascending coefficients."""
+
+    kind: ClassVar[str] = "polynomial"
+
+    def turns(self, x: float) -> FloatArray:
+        """Places after x where f′ may change its sign, then inf."""
+        slope = np.polynomial.Polynomial(self.parameters(self.numbers())).trim().deriv()
+        # real parts of complex roots too: a needless place costs nothing, a missed one would
+        places = np.unique(np.real(slope.roots()))
+        return np.append(places[places > x], math.inf)
+
+
+@dataclass(frozen=True)
+class Constant(_Ascending):
+    """f = value.
+
+    >>> Constant(3.0).derivatives(1.0)
+    (3.0, 0.0, 0.0)
+    """
+
+    value: float
+
+
+@dataclass(frozen=True)
+class ConstantSpeed(_Ascending):
+    """Uniform motion, ramp: f = value + speed x.
+
+    >>> ConstantSpeed(1.0, 2.0).derivatives(3.0)
+    (7.0, 2.0, 0.0)
+    """
+
+    value: float
+    speed: float
+
+
+@dataclass(frozen=True)
+class ConstantAcceleration(_Ascending):
+    """Uniformly accelerated motion: f = value + speed x + acceleration x²/2.
+
+    >>> ConstantAcceleration(0.0, 25.0, -40.0).derivatives(0.5)
+    (7.5, 5.0, -40.0)
+    """
+
+    value: float
+    speed: float
+    acceleration: float
+
+    def parameters(self, numbers: Mapping[str, Any]) -> list[Any]:
+        """[value, speed, acceleration/2]."""
+        return [numbers["value"], numbers["speed"], 0.5 * numbers["acceleration"]]
+
+
+@dataclass(frozen=True)
+class Polynomial(_Ascending):
+    """f = c0 + c1 x + c2 x² + …, coefficients in ascending powers; its numbers are "c0", "c1", ….
+
+    >>> Polynomial([1.0, 0.0, 3.0]).derivatives(2.0)
+    (13.0, 12.0, 6.0)
+    """
+
+    coefficients: Sequence[float] | FloatArray
+
+    def __post_init__(self) -> None:
+        values = finite_array(self.coefficients, "Polynomial", "coefficients")
+        if not values.size:
+            raise ModelError("Polynomial: coefficients is empty; give at least the constant term")
+        object.__setattr__(self, "coefficients", tuple(values.tolist()))
+
+    def numbers(self) -> dict[str, float]:
+        """{"c0": …, "c1": …, …}."""
+        return {f"c{i}": float(c) for i, c in enumerate(self.coefficients)}
+
+    def parameters(self, numbers: Mapping[str, Any]) -> list[Any]:
+        """The coefficients in ascending powers."""
+        return [numbers[f"c{i}"] for i in range(len(self.coefficients))]
+
+
+@dataclass(frozen=True)
+class Harmonic(Law):
+    """Sinusoid, simple harmonic motion: f = mean + amplitude sin(frequency x + phase).
+
+    Frequency in rad per unit of x, phase in rad.
+
+    >>> Harmonic(1.0, 2.0, 10.0).derivatives(0.0)
+    (1.0, 20.0, -0.0)
+    """
+
+    kind: ClassVar[str] = "harmonic"
+
+    mean: float
+    amplitude: float
+    frequency: float
+    phase: float = 0.0
+
+    def turns(self, x: float) -> FloatArray:
+        """The next two crests."""
+        if self.amplitude == 0.0 or self.frequency == 0.0:
+            return np.array([math.inf])
+        near = math.floor((self.frequency * x + self.phase) / math.pi - 0.5) + np.arange(-3, 5)
+        places = np.sort(((near + 0.5) * math.pi - self.phase) / self.frequency)
+        return np.asarray(places[places > x][:2])

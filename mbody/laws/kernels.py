@@ -1,0 +1,297 @@
+"""Compiled laws: f, f′ and f″ at one x, chosen by an integer code; no objects, no strings.
+
+A law reads its changeable numbers from ``par[o : o + n, lane]`` and its fixed data from
+``tab[k : k + m]``; a user's function is called through its handle. Where f″ jumps (the ends of a
+harmonic or parabolic rise) the value to the right is given.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mbody._jit import call_user, njit
+
+__all__ = ["LAW_KINDS", "SHAPES", "OUTSIDE", "TOLERANCE", "evaluate", "law", "thomas"]
+
+LAW_KINDS = ("polynomial", "harmonic", "spline", "pieces", "user")
+USER = 4
+"""Kinds of laws; the integer code of a law is the index of its kind."""
+
+SHAPES = (
+    "cycloidal",
+    "harmonic",
+    "3-4-5",
+    "4-5-6-7",
+    "parabolic",
+    "modified-trapezoidal",
+    "modified-sine",
+)
+"""Shapes of a rise; the integer code of a shape is its index."""
+
+OUTSIDE = ("error", "hold", "line", "periodic")
+"""What a table does outside its range; the integer code is the index."""
+
+TOLERANCE = 1e-9
+"""A table is continued over this fraction of its range, so that rounding never leaves it."""
+
+PI = math.pi
+
+FloatArray: TypeAlias = NDArray[np.float64]
+Three: TypeAlias = tuple[float, float, float]
+
+
+@njit
+def polynomial(par: FloatArray, o: int, n: int, lane: int, x: float) -> Three:
+    """Polynomial f = Σ cᵢ xⁱ and its derivatives by Horner's rule, ascending coefficients."""
+    f = 0.0
+    f1 = 0.0
+    f2 = 0.0
+    for i in range(o + n - 1, o - 1, -1):
+        f2 = f2 * x + 2.0 * f1
+        f1 = f1 * x + f
+        f = f * x + par[i, lane]
+    return f, f1, f2
+
+
+@njit
+def harmonic(par: FloatArray, o: int, lane: int, x: float) -> Three:
+    """Sinusoid f = mean + amplitude sin(frequency x + phase)."""
+    amplitude = par[o + 1, lane]
+    frequency = par[o + 2, lane]
+    angle = frequency * x + par[o + 3, lane]
+    s = amplitude * math.sin(angle)
+    c = amplitude * math.cos(angle)
+    return par[o, lane] + s, frequency * c, -frequency * frequency * s
+
+
+@njit
+def spline(tab: FloatArray, k: int, x: float) -> Three:
+    """Cubic spline: tab = (knots N, outside code, N knots, 4 (N − 1) coefficients)."""
+    count = int(tab[k])
+    outside = int(tab[k + 1])
+    first = k + 2
+    low = tab[first]
+    high = tab[first + count - 1]
+    span = high - low
+    if outside == 3:
+        x = x - span * np.floor((x - low) / span)
+    margin = TOLERANCE * span if outside == 0 or outside == 3 else 0.0
+    r = min(max(x, low), high) if outside == 1 or outside == 2 else x
+    if not (r >= low - margin and r <= high + margin) or x != x:
+        return math.nan, math.nan, math.nan
+    # the interval: a guess as if knots were even, then bisection where the guess is wrong
+    i = min(max(int((r - low) / span * (count - 1)), 0), count - 2)
+    if tab[first + i] > r or r >= tab[first + i + 1]:
+        i = 0
+        j = count - 1
+        while j - i > 1:
+            mid = (i + j) // 2
+            if tab[first + mid] <= r:
+                i = mid
+            else:
+                j = mid
+    c = first + count + 4 * i
+    w = r - tab[first + i]
+    f = tab[c] + w * (tab[c + 1] + w * (tab[c + 2] + w * tab[c + 3]))
+    f1 = tab[c + 1] + w * (2.0 * tab[c + 2] + w * 3.0 * tab[c + 3])
+    f2 = 2.0 * tab[c + 2] + 6.0 * w * tab[c + 3]
+    if outside == 1 and (x < low or x > high):
+        return f, 0.0, 0.0
+    if outside == 2 and (x < low or x > high):
+        return f + f1 * (x - r), f1, 0.0
+    return f, f1, f2
+
+
+@njit
+def half(shape: int, u: float) -> Three:
+    """First half (0 ≤ u ≤ ½) of a unit rise s(u), s(0) = 0, s(1) = 1: s, s′, s″.
+
+    Norton, Cam Design and Manufacturing Handbook, chapters 3 and 4.
+    """
+    if shape == 0:  # cycloidal: s″ = 2π sin 2πu
+        a = 2.0 * PI * u
+        return u - math.sin(a) / (2.0 * PI), 1.0 - math.cos(a), 2.0 * PI * math.sin(a)
+    if shape == 1:  # simple harmonic: s = (1 − cos πu)/2
+        a = PI * u
+        h = math.sin(0.5 * a)
+        return h * h, 0.5 * PI * math.sin(a), 0.5 * PI * PI * math.cos(a)
+    if shape == 2:  # 3-4-5: s = 10u³ − 15u⁴ + 6u⁵
+        v = 1.0 - u
+        return (
+            u * u * u * (10.0 + u * (-15.0 + 6.0 * u)),
+            30.0 * u * u * v * v,
+            60.0 * u * v * (1.0 - 2.0 * u),
+        )
+    if shape == 3:  # 4-5-6-7: s = 35u⁴ − 84u⁵ + 70u⁶ − 20u⁷
+        p = u * (1.0 - u)
+        return (
+            u * u * u * u * (35.0 + u * (-84.0 + u * (70.0 - 20.0 * u))),
+            140.0 * p * p * p,
+            420.0 * p * p * (1.0 - 2.0 * u),
+        )
+    if shape == 4:  # parabolic: s″ = 4, then −4
+        return 2.0 * u * u, 4.0 * u, 4.0
+    if shape == 5:  # modified trapezoidal: s″ = C sin 4πu, C, C cos 4π(u − 3/8)
+        c = 8.0 * PI / (2.0 + PI)
+        b = 1.0 / (4.0 * PI)
+        if u < 0.125:
+            a = u / b
+            return c * b * (u - b * math.sin(a)), c * b * (1.0 - math.cos(a)), c * math.sin(a)
+        if u < 0.375:
+            w = u - 0.125
+            return c * (b * (0.125 - b) + w * (b + 0.5 * w)), c * (b + w), c
+        w = u - 0.375
+        a = w / b
+        start = b * (0.125 - b) + 0.25 * (b + 0.125)
+        return (
+            c * (start + w * (0.25 + b) + b * b * (1.0 - math.cos(a))),
+            c * (0.25 + b + b * math.sin(a)),
+            c * math.cos(a),
+        )
+    # modified sine: s″ = C sin 4πu, then C sin(4πu/3 + π/3)
+    c = 1.0 / (4.0 + PI)
+    if u < 0.125:
+        a = 4.0 * PI * u
+        return (
+            c * (PI * u - 0.25 * math.sin(a)),
+            c * PI * (1.0 - math.cos(a)),
+            c * 4.0 * PI * PI * math.sin(a),
+        )
+    a = (4.0 * u + 1.0) * PI / 3.0
+    return (
+        c * (2.0 + PI * u - 2.25 * math.sin(a)),
+        c * PI * (1.0 - 3.0 * math.cos(a)),
+        c * 4.0 * PI * PI * math.sin(a),
+    )
+
+
+@njit
+def rise(shape: int, base: float, height: float, start: float, duration: float, x: float) -> Three:
+    """A rise between two dwells; every shape is its own mirror image, s(1 − u) = 1 − s(u)."""
+    w = x - start
+    if w < 0.0:
+        return base, 0.0, 0.0
+    if w >= duration or duration <= 0.0:
+        return base + height, 0.0, 0.0
+    u = w / duration
+    if u < 0.5:
+        s, s1, s2 = half(shape, u)
+    else:
+        s, s1, s2 = half(shape, 1.0 - u)
+        s = 1.0 - s
+        s2 = -s2
+    return base + height * s, height * s1 / duration, height * s2 / (duration * duration)
+
+
+@njit
+def pieces(par: FloatArray, o: int, n: int, lane: int, tab: FloatArray, k: int, x: float) -> Three:
+    """A rise, or the one of a cam's rises that holds x.
+
+    Rise: par = (height, start, duration, base), tab = (shape). Cam: no par, tab = (period, count,
+    then shape, height, start, duration, base of each rise).
+    """
+    if n == 4:
+        shape = int(tab[k])
+        return rise(shape, par[o + 3, lane], par[o, lane], par[o + 1, lane], par[o + 2, lane], x)
+    period = tab[k]
+    r = x - period * np.floor(x / period)
+    i = k + 2
+    for _ in range(1, int(tab[k + 1])):
+        if r < tab[i + 7]:
+            break
+        i += 5
+    return rise(int(tab[i]), tab[i + 4], tab[i + 1], tab[i + 2], tab[i + 3], r)
+
+
+@njit
+def user(handle: int, x: float) -> Three:
+    """A registered Python function; NaN where it raised (then ask `_jit.failure`)."""
+    at = np.empty(1)
+    y = np.empty(3)
+    at[0] = x
+    if call_user(handle, at, y) != 0:
+        return math.nan, math.nan, math.nan
+    return y[0], y[1], y[2]
+
+
+@njit
+def built_in(
+    code: int,
+    par: FloatArray,
+    o: int,
+    n: int,
+    lane: int,
+    tab: FloatArray,
+    k: int,
+    x: float,
+) -> Three:
+    """f, f′, f″ at one x of the built-in law of that code.
+
+    par (rows, lanes): parameters par[o : o + n, lane]; tab: fixed data from tab[k] on.
+    """
+    if code == 0:
+        return polynomial(par, o, n, lane, x)
+    if code == 1:
+        return harmonic(par, o, lane, x)
+    if code == 2:
+        return spline(tab, k, x)
+    return pieces(par, o, n, lane, tab, k, x)
+
+
+@njit
+def law(
+    code: int,
+    par: FloatArray,
+    o: int,
+    n: int,
+    lane: int,
+    tab: FloatArray,
+    k: int,
+    handle: int,
+    x: float,
+) -> Three:
+    """f, f′, f″ at one x of any law; handle: of the user's registered function, or −1."""
+    if code == USER:
+        return user(handle, x)
+    return built_in(code, par, o, n, lane, tab, k, x)
+
+
+@njit
+def evaluate(
+    code: int,
+    par: FloatArray,
+    o: int,
+    n: int,
+    lane: int,
+    tab: FloatArray,
+    k: int,
+    handle: int,
+    xs: FloatArray,
+    out: FloatArray,
+) -> None:
+    """Fill out (len(xs), 3) with f, f′, f″ at every x."""
+    for i in range(xs.size):
+        f, f1, f2 = law(code, par, o, n, lane, tab, k, handle, xs[i])
+        out[i, 0] = f
+        out[i, 1] = f1
+        out[i, 2] = f2
+
+
+@njit
+def thomas(lower: FloatArray, diagonal: FloatArray, upper: FloatArray, right: FloatArray) -> None:
+    """Solve a tridiagonal system in place: right (n, r) becomes the solution; diagonal changes."""
+    n = diagonal.size
+    for i in range(1, n):
+        w = lower[i] / diagonal[i - 1]
+        diagonal[i] -= w * upper[i - 1]
+        for j in range(right.shape[1]):
+            right[i, j] -= w * right[i - 1, j]
+    for i in range(n - 1, -1, -1):
+        for j in range(right.shape[1]):
+            if i + 1 < n:
+                right[i, j] -= upper[i] * right[i + 1, j]
+            right[i, j] /= diagonal[i]

@@ -1,0 +1,216 @@
+"""The inverse of a law: the times at which it reaches given values."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from mbody.errors import ModelError
+from mbody.laws.base import FloatArray, Law, finite, finite_array
+from mbody.laws.elementary import Constant, ConstantAcceleration, ConstantSpeed
+from mbody.laws.function import Function, checked
+
+__all__ = ["times_of"]
+
+CLOSE = 1e-12  # of the values' size: what rounding may put beyond a turning point
+SAMPLES = 32  # a scale of a Python function, to look for turning points
+LONGEST = 1024  # scales of a Python function that are looked through
+REMEDY = "ask for values before that, or change the law or the start"
+
+
+def times_of(law: Law, values: Any, t0: float) -> FloatArray:
+    """Times, increasing from `t0`, at which a law takes increasing or decreasing values.
+
+    f(tᵢ) = valuesᵢ by bracketing and safeguarded Newton steps on all values together, in closed
+    form for a uniform or uniformly accelerated motion.
+
+    Parameters
+    ----------
+    law : Law
+        Of time; monotonic from `t0` until it has taken the last value. A dwell is left at its
+        earliest time.
+    values : array_like (N,)
+        All increasing or all decreasing (equal neighbours are allowed), from f(t0) onwards.
+    t0 : float
+        Where the search begins.
+
+    Returns
+    -------
+    ndarray (N,)
+        To about 1e-15 of the time, where f′ is not close to 0.
+
+    Raises
+    ------
+    ModelError
+        The law runs the other way, turns back, or never reaches a value; values that are not
+        monotonic.
+
+    Notes
+    -----
+    A Python `Function` is sampled 32 times a `scale` for turning points, over 1024 scales at most.
+
+    >>> from mbody.laws import ConstantAcceleration
+    >>> times_of(ConstantAcceleration(0.0, 25.0, -40.0), [0.0, 4.2, 7.8], 0.0)
+    array([0. , 0.2, 0.6])
+    """
+    t0 = finite(t0, "times_of", "t0")
+    wanted = finite_array(values, "times_of", "values")
+    if not wanted.size:
+        return wanted
+    steps = np.diff(wanted)
+    if (steps > 0.0).any() and (steps < 0.0).any():
+        i = int(np.flatnonzero(steps * np.sign(steps[steps != 0.0][0]) < 0.0)[0])
+        raise ModelError(
+            f"the values must all increase or all decrease, but {wanted[i + 1]:g} "
+            f"follows {wanted[i]:g}: ask for each stretch by itself"
+        )
+    begin = law(t0)
+    size = max(abs(begin), float(np.max(np.abs(wanted))))
+    sign = 1.0 if wanted[-1] - begin >= 0.0 else -1.0
+    if float(np.min(sign * (wanted - begin))) < -CLOSE * size:
+        raise ModelError(
+            f"the law is at {begin:g} at t = {t0:g}, already past {wanted[0]:g}: "
+            "start earlier, or from a later value"
+        )
+    # from here on the law and the values increase
+    rest = np.maximum(sign * (wanted - begin), 0.0)
+    if rest[-1] <= CLOSE * size:
+        return np.full(wanted.size, t0)
+    if isinstance(law, Constant | ConstantSpeed | ConstantAcceleration):
+        return _accelerated(law, sign, rest, t0, begin, wanted[-1], CLOSE * size)
+    if isinstance(law, Function):
+        nodes = _sampled(law, sign, begin, float(rest[-1]), t0)
+        reached = np.array([checked(law.function, t) for t in nodes.tolist()])
+    else:
+        nodes = _refined(law, sign, begin, float(rest[-1]), t0)
+        reached = law(nodes)
+    gain = sign * (reached - begin)
+    ended = len(nodes) - 1
+    back = np.flatnonzero(np.diff(gain) < -CLOSE * size)
+    if back.size:
+        ended = int(back[0])
+    if rest[-1] > gain[: ended + 1].max() + CLOSE * size:
+        at, asked = float(nodes[ended]), float(wanted[-1])
+        raise ModelError(_why(law, at, t0, begin, sign * gain[ended] + begin, asked, back.size > 0))
+    return _solve(law, sign, begin, rest, nodes[: ended + 1], gain[: ended + 1])
+
+
+def _why(
+    law: Law, at: float, t0: float, begin: float, reached: float, asked: float, back: bool
+) -> str:
+    """The sentence for a value that is not reached."""
+    if back and at == t0:
+        return (
+            f"the law runs the other way from t = {t0:g}, where it is {begin:g}: it does not "
+            f"reach {asked:g}; {REMEDY}"
+        )
+    if back:
+        return (
+            f"the law turns back at t = {at:g} where it has reached {reached:g}; it does not "
+            f"reach {asked:g}: {REMEDY}"
+        )
+    if reached == begin:
+        return f"the law stays at {begin:g} from t = {t0:g}: it does not reach {asked:g}; {REMEDY}"
+    more = ", or give a larger scale" if isinstance(law, Function) else ""
+    return (
+        f"the law goes no further than {reached:g}, at t = {at:g}; it does not reach "
+        f"{asked:g}: {REMEDY}{more}"
+    )
+
+
+def _accelerated(
+    law: Law, sign: float, rest: FloatArray, t0: float, begin: float, asked: float, close: float
+) -> FloatArray:
+    """Closed form: rest = v τ + a τ²/2 with τ = 2 rest/(v + √(v² + 2 a rest))."""
+    _, v, a = (sign * d for d in law.derivatives(t0))
+    if v < 0.0 and v * v <= 2.0 * a * close:
+        v = 0.0  # a start at the turning point, but for rounding
+    if v < 0.0 or (v == 0.0 and a <= 0.0):
+        stays = v == 0.0 and a == 0.0
+        raise ModelError(_why(law, t0, t0, begin, begin, asked, not stays))
+    square = v * v + 2.0 * a * rest
+    if a < 0.0 and rest[-1] + v * v / (2.0 * a) > close:
+        reached = begin - sign * v * v / (2.0 * a)
+        raise ModelError(_why(law, t0 - v / a, t0, begin, reached, asked, True))
+    below = v + np.sqrt(np.maximum(square, 0.0))
+    return t0 + 2.0 * rest / np.where(below > 0.0, below, 1.0)
+
+
+def _refined(law: Law, sign: float, begin: float, rest: float, t0: float) -> FloatArray:
+    """Places from t0 between which the law is monotonic, until it has gained `rest`."""
+    turns = law.turns(t0)
+    nodes = np.append(t0, turns[np.isfinite(turns)])
+    if turns.size and turns[-1] == math.inf:
+        step = max(1.0, abs(t0), float(np.ptp(nodes)))
+        while sign * (law(float(nodes[-1])) - begin) < rest:
+            if step > 1e150:
+                break
+            nodes = np.append(nodes, nodes[-1] + step)
+            step *= 2.0
+            if sign * law.derivatives(float(nodes[-1]))[1] <= 0.0:
+                break
+    if nodes.size > 64:
+        return nodes
+    parts = np.linspace(nodes[:-1], nodes[1:], 33)[:-1]
+    return np.append(parts.T.ravel(), nodes[-1])
+
+
+def _sampled(law: Function, sign: float, begin: float, rest: float, t0: float) -> FloatArray:
+    """Samples of a Python function until it has gained `rest` or turned back."""
+    step = law.scale / SAMPLES
+    nodes, best = [t0], 0.0
+    for i in range(1, SAMPLES * LONGEST + 1):
+        nodes.append(t0 + i * step)
+        gain = sign * (checked(law.function, nodes[-1]) - begin)
+        if gain >= rest:
+            break
+        if gain < best:  # turned back: find the crest
+            low, high = nodes[max(i - 2, 0)], nodes[i]
+            if i == 1 and sign * law.derivatives(low)[1] <= 0.0:
+                break
+            for _ in range(60):
+                middle = 0.5 * (low + high)
+                if sign * law.derivatives(middle)[1] > 0.0:
+                    low = middle
+                else:
+                    high = middle
+            nodes = [t for t in nodes if t < low] + [low, nodes[-1]]
+            break
+        best = gain
+    return np.array(nodes)
+
+
+def _solve(
+    law: Law, sign: float, begin: float, rest: FloatArray, nodes: FloatArray, gain: FloatArray
+) -> FloatArray:
+    """Times at which an increasing law has gained `rest` (N,), bracketed by nodes."""
+    gain = np.maximum.accumulate(gain)
+    i = np.clip(np.searchsorted(gain, rest, side="left"), 1, len(nodes) - 1)
+    low, high = nodes[i - 1].copy(), nodes[i].copy()
+    rest = np.minimum(rest, gain[-1])
+    with np.errstate(all="ignore"):
+        part = (rest - gain[i - 1]) / (gain[i] - gain[i - 1])
+    t = np.where(np.isfinite(part), low + np.clip(part, 0.0, 1.0) * (high - low), low)
+    t = np.where(rest <= gain[0], nodes[0], np.where(rest == gain[i], high, t))
+    todo = np.flatnonzero((t > low) & (t < high))
+    last = high - low
+    for _ in range(100):
+        if not todo.size:
+            break
+        now = t[todo]
+        f, f1, _ = law.derivatives(now)
+        error = sign * (f - begin) - rest[todo]
+        low[todo] = np.where(error <= 0.0, now, low[todo])
+        high[todo] = np.where(error >= 0.0, now, high[todo])
+        with np.errstate(all="ignore"):
+            new = now - error / (sign * f1)
+        # Newton, unless it leaves the bracket or does not halve the step before
+        good = (new >= low[todo]) & (new <= high[todo])
+        good &= np.abs(new - now) <= 0.5 * last[todo]
+        new = np.where(good, new, 0.5 * (low[todo] + high[todo]))
+        step = np.abs(new - now)
+        t[todo], last[todo] = new, step
+        todo = todo[(step > 4.4e-16 * np.maximum(np.abs(new), nodes[-1] - nodes[0])) & (error != 0)]
+    return np.maximum.accumulate(t)

@@ -1,0 +1,79 @@
+"""The base of all loads: what acts on the bodies besides joints and drivers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from mbody.atoms import Action
+from mbody.elements import Element
+from mbody.errors import ModelError
+from mbody.laws import Polynomial
+
+if TYPE_CHECKING:
+    from mbody.elements import Numbers
+
+__all__ = ["LINE", "Load", "Turning", "one_of"]
+
+# the law of every linear spring and damper: its two coefficients are the kernel's parameters
+LINE = Polynomial((0.0, 0.0))
+
+
+@dataclass(frozen=True)
+class Load(Element):
+    """Base of all loads.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the mechanism; the breakdown of reactions by cause goes by it.
+    """
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """Names of the bodies that the load acts between."""
+        return tuple(marker.body for marker in self.places().values())
+
+    def actions(self, at: Numbers) -> list[Action]:
+        """The load's actions with their numbers."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class Turning(Load):
+    """Base of loads between the angles of two bodies.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the mechanism.
+    body : str
+        Name of the body that it acts on.
+    by : str
+        The body that carries the opposite torque, by default the ground.
+    """
+
+    body: str = ""
+    by: str = "ground"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for field in ("body", "by"):
+            value = getattr(self, field)
+            value = getattr(value, "name", value)
+            if not isinstance(value, str) or not value:
+                raise ModelError(f"'{self.name}': {field} must name a body", self.name)
+            object.__setattr__(self, field, value)
+        if self.body == self.by:
+            raise ModelError(f"'{self.name}' would turn '{self.body}' against itself", self.name)
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """(carrier of the opposite torque, body)."""
+        return self.by, self.body
+
+
+def one_of(load: Any, number: str) -> None:
+    """A spring or damper has its number or a law, and not both."""
+    if (getattr(load, number) is None) == (load.law is None):
+        raise ModelError(f"'{load.name}': give either {number} or a law", load.name)

@@ -1,0 +1,78 @@
+"""Loads of the user's own, written in plain Python."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from mbody.atoms import Action
+from mbody.elements import Marker, place_field, two_bodies
+from mbody.loads._base import Load
+
+if TYPE_CHECKING:
+    from mbody.elements import Numbers
+
+__all__ = ["CustomLoad"]
+
+
+@dataclass(frozen=True)
+class CustomLoad(Load):
+    """Base for loads of your own between two places: derive a frozen dataclass, write its physics.
+
+    It is called through one hook, which costs microseconds, and keeps the analysis on the scalar
+    path. `mbody.testing.check_load` proves it, like the built-in ones.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the mechanism.
+    i, j : Marker or str
+        The two places.
+
+    Examples
+    --------
+    Air drag on a point of a body, against the ground:
+
+    >>> class Drag(CustomLoad):
+    ...     def physics(self, i, j, p, t):
+    ...         fx, fy = -0.1 * j[5], -0.1 * j[6]
+    ...         return -fx, -fy, 0.0, fx, fy, 0.0
+    >>> Drag("drag", "ground", "ball").bodies
+    ('ground', 'ball')
+    """
+
+    i: Marker = place_field()
+    j: Marker = place_field()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        two_bodies(self)
+
+    def parameters(self, at: Numbers) -> list[Any]:
+        """Numbers handed to `physics` as `p`; by default both arms, from the mass centres [length],
+        and the directions of both markers [rad]."""
+        return [*at.arm(self, "i"), *at.arm(self, "j"), at.angle(self, "i"), at.angle(self, "j")]
+
+    def physics(self, i: Any, j: Any, p: Any, t: float) -> Any:
+        """The load at one instant.
+
+        Parameters
+        ----------
+        i, j : tuple
+            (x, y, θ, cos θ, sin θ, vx, vy, ω) of each body's mass centre.
+        p : array
+            What `parameters` gave.
+        t : float
+            Time.
+
+        Returns
+        -------
+        tuple of six
+            (Fx, Fy, T) on body i, then on body j, each about its mass centre.
+        """
+        raise NotImplementedError(f"{type(self).__name__} needs a method physics(i, j, p, t)")
+
+    def actions(self, at: Numbers) -> list[Action]:
+        """One action through the hook."""
+        parameters = self.parameters(at)
+        return [Action("user", self.i.body, self.j.body, parameters, function=self.physics)]

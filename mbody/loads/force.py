@@ -1,0 +1,78 @@
+"""A force at a place, keeping its direction in the world or following the body."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mbody._jit import inline
+from mbody.atoms import Action
+from mbody.elements import Marker, law_field, number_field, place_field
+from mbody.laws import Constant, Law
+from mbody.loads._base import Load
+
+if TYPE_CHECKING:
+    from mbody.elements import Numbers
+
+__all__ = ["Force", "force"]
+
+
+@dataclass(frozen=True)
+class Force(Load):
+    """External force: a law of time along a direction, applied at a place on a body.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the mechanism.
+    at : Marker or str
+        Where it acts.
+    value : Law, float or callable
+        Magnitude [force] as a function of time.
+    angle : float
+        Direction [rad], from the world's x axis, or from the marker's when it follows the body.
+    follows : bool
+        Whether the direction turns with the body.
+
+    Examples
+    --------
+    >>> from mbody.bodies import deg
+    >>> Force("push", "coupler.P", 80.0, angle=deg(330)).bodies
+    ('coupler',)
+    """
+
+    at: Marker = place_field()
+    value: Law | float = law_field("force", 0.0)
+    angle: float = number_field("angle", 0.0)
+    follows: bool = False
+
+    def actions(self, at: Numbers) -> list[Action]:
+        """One action; parameters are the arm and the direction."""
+        angle = at[f"{self.name}.angle"]
+        if self.follows:
+            angle = angle + at.angle(self, "at")
+        parameters = [*at.arm(self, "at"), np.cos(angle), np.sin(angle), float(self.follows)]
+        return [Action("force", "ground", self.at.body, parameters, (at.law(self, "value"),))]
+
+    @staticmethod
+    def components(name: str, at: Marker | str, x: float, y: float) -> Force:
+        """A constant force by its world components [force].
+
+        >>> Force.components("push", "coupler.P", 3.0, 4.0).value
+        Constant(value=5.0)
+        """
+        return Force(name, at, Constant(float(np.hypot(x, y))), float(np.arctan2(y, x)))  # type: ignore[arg-type]
+
+
+@inline
+def force(j, p, f):
+    """F = f u, with u fixed in the world or in the body; T = p_j × F."""
+    c, s = j[3], j[4]
+    px, py = c * p[0] - s * p[1], s * p[0] + c * p[1]
+    fixed = 1.0 - p[4]
+    ux = fixed * p[2] + p[4] * (c * p[2] - s * p[3])
+    uy = fixed * p[3] + p[4] * (s * p[2] + c * p[3])
+    fx, fy = f * ux, f * uy
+    return fx, fy, px * fy - py * fx

@@ -1,0 +1,158 @@
+"""The mechanism: what the user describes, element by element, through one door."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, TypeVar
+
+from mbody.bodies import Body
+from mbody.drivers import Driver
+from mbody.elements import Element, Marker
+from mbody.errors import ModelError
+from mbody.joints import Joint
+from mbody.loads import Load
+from mbody.units import UnitSystem, number, unit_system
+
+__all__ = ["Mechanism"]
+
+E = TypeVar("E", bound=Element)
+
+
+class Mechanism:
+    """A planar mechanism: bodies, joints, drivers and loads, added one by one.
+
+    Parameters
+    ----------
+    name : str
+        Title of the mechanism.
+    units : str
+        Name of the consistent unit system of all numbers: ``"SI"``, ``"mm-N-s"``, ``"in-lbf-s"``
+        (masses in blob) or ``"ft-lbf-s"`` (slug). Angles are radians.
+    g : float, optional
+        Turns weights into masses [length/time²], by default standard gravity. No gravity acts
+        unless a `Gravity` load is added.
+    ground : dict
+        Named points of the fixed link, pairs (x, y) [length].
+
+    Examples
+    --------
+    >>> from mbody import AngleDriver, Body, Mechanism, Revolute
+    >>> crank = Body("crank", mass=2.0, inertia=0.1)
+    >>> machine = Mechanism("a crank")
+    >>> machine.add(crank, Revolute("O", "ground", "crank"), AngleDriver("motor", "crank", 0.5))
+    >>> len(machine.joints)
+    1
+    """
+
+    def __init__(
+        self,
+        name: str = "mechanism",
+        *,
+        units: str | UnitSystem = "SI",
+        g: float | None = None,
+        ground: dict[str, Any] | None = None,
+    ) -> None:
+        self.name = str(name)
+        self.units = unit_system(units)
+        self.g = self.units.g if g is None else number(g, "acceleration", self.name, "g")
+        if self.g <= 0.0:
+            raise ModelError(f"'{self.name}': g is {self.g:g}, it must be positive")
+        self.ground = Body("ground", points=ground or {})
+        self._elements: dict[str, Element] = {}
+
+    def add(self, *elements: Element) -> None:
+        """Add elements; a body comes before what refers to it.
+
+        Parameters
+        ----------
+        *elements : Body, Joint, Driver or Load
+            Any number of them. All are added, or none where one is refused.
+
+        Raises
+        ------
+        ModelError
+            When a name is taken, or a body or point that an element refers to does not exist.
+        """
+        before = dict(self._elements)
+        try:
+            for element in elements:
+                self._add(element)
+        except ModelError:
+            self._elements = before
+            raise
+
+    def _add(self, element: Element) -> None:
+        if not isinstance(element, (Body, Joint, Driver, Load)):
+            raise ModelError(
+                f"a mechanism takes bodies, joints, drivers and loads, not {element!r}"
+            )
+        name = element.name
+        if name in self._elements or name == "ground":
+            what = type(self._elements[name]).__name__ if name in self._elements else "fixed link"
+            raise ModelError(f"the name '{name}' is taken by a {what}: names are unique", name)
+        if not isinstance(element, Body):
+            for marker in element.places().values():
+                self._find(marker, name)
+            for body in getattr(element, "bodies", ()):
+                self._find(Marker(body, (0.0, 0.0)), name)
+        self._elements[name] = element
+
+    def _find(self, marker: Marker, element: str) -> None:
+        body = self.ground if marker.body == "ground" else self._elements.get(marker.body)
+        if not isinstance(body, Body):
+            known = ", ".join(repr(name) for name in ("ground", *(b.name for b in self.bodies)))
+            raise ModelError(
+                f"'{element}' refers to body '{marker.body}', which is not there (there are: "
+                f"{known}): add bodies first",
+                element,
+            )
+        if isinstance(marker.point, str) and marker.point not in body.points:
+            points = ", ".join(repr(point) for point in body.points) or "none"
+            raise ModelError(
+                f"'{element}' refers to point '{marker.point}' of '{marker.body}', which is not "
+                f"there (it has: {points})",
+                element,
+            )
+
+    def _of(self, kind: type[E]) -> tuple[E, ...]:
+        return tuple(e for e in self._elements.values() if isinstance(e, kind))
+
+    @property
+    def bodies(self) -> tuple[Body, ...]:
+        """The moving bodies, in the order of the description."""
+        return self._of(Body)
+
+    @property
+    def joints(self) -> tuple[Joint, ...]:
+        """The joints, in the order of the description."""
+        return self._of(Joint)
+
+    @property
+    def drivers(self) -> tuple[Driver, ...]:
+        """The drivers, in the order of the description."""
+        return self._of(Driver)
+
+    @property
+    def loads(self) -> tuple[Load, ...]:
+        """The loads, in the order of the description."""
+        return self._of(Load)
+
+    def __getitem__(self, name: str) -> Element:
+        if name == "ground":
+            return self.ground
+        try:
+            return self._elements[name]
+        except KeyError:
+            raise ModelError(f"'{self.name}' has no element '{name}'", name) from None
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._elements
+
+    def __iter__(self) -> Iterator[Element]:
+        return iter(self._elements.values())
+
+    def __repr__(self) -> str:
+        return (
+            f"Mechanism({self.name!r}: {len(self.bodies)} bodies, {len(self.joints)} joints, "
+            f"{len(self.drivers)} drivers, {len(self.loads)} loads, {self.units.name})"
+        )

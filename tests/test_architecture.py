@@ -1,0 +1,241 @@
+"""Imports go one way. The sources are parsed, not imported, so a forbidden arrow cannot hide."""
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+from graphlib import CycleError, TopologicalSorter
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PACKAGE = ROOT / "mbody"
+
+# Lowest first. A unit is a module or a folder directly below mbody/.
+LAYERS = (
+    {"errors", "_jit", "_lanes", "_geometry", "units"},
+    {"laws"},
+    {"atoms", "elements"},
+    {"bodies"},
+    {"joints", "loads", "drivers"},
+    {"core"},
+    {"mechanism"},
+    {"assembler"},
+    {"solution"},
+    {"analysis"},
+    {"makers", "testing", "views", "bridges", "io", "engineering"},
+    {"cli", "__main__", "__init__"},
+)
+LEVEL = {unit: level for level, units in enumerate(LAYERS) for unit in units}
+FOLDERS = {"laws", "joints", "loads", "core", "analysis", "views", "bridges", "io", "engineering"}
+
+# Some units may reach less than their layer allows: these imports and their own folder only.
+PLAIN = {"__future__", "collections.abc", "math", "numpy", "typing"}
+SHARED = {"_geometry", "_jit", "_lanes", "atoms", "elements", "errors", "laws"}
+PHYSICS = PLAIN | {"dataclasses"} | {f"mbody.{unit}" for unit in SHARED}
+ONLY = {
+    "joints": PHYSICS,
+    "loads": PHYSICS,
+    "core": PLAIN | {"mbody._jit", "mbody._lanes", "mbody.laws", "mbody.joints", "mbody.loads"},
+}
+CEILING = {"makers": LEVEL["mechanism"]}
+
+HEAVY = {"matplotlib", "pandas", "scipy", "pint", "pymunk", "pinocchio"}
+LONGEST = 400
+
+
+# -- reading the sources ----------------------------------------------------------------------
+
+
+def statements(
+    node: ast.AST, in_function: bool = False
+) -> Iterator[tuple[ast.Import | ast.ImportFrom, bool]]:
+    """Each run-time import below `node`, and whether it waits inside a function."""
+    if isinstance(node, ast.Import | ast.ImportFrom):
+        yield node, in_function
+        return
+    in_function |= isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+    children = ast.iter_child_nodes(node)
+    if isinstance(node, ast.If) and ast.unparse(node.test).endswith("TYPE_CHECKING"):
+        children = iter(node.orelse)
+    for child in children:
+        yield from statements(child, in_function)
+
+
+def imports(path: str, source: str) -> Iterator[tuple[int, str, bool]]:
+    """Line, absolute dotted target, and whether the import waits inside a function."""
+    for node, in_function in statements(ast.parse(source, path)):
+        if isinstance(node, ast.Import):
+            targets = [alias.name for alias in node.names]
+        else:
+            above = path.split("/")[: -node.level] if node.level else []
+            base = [*above, node.module] if node.module else above
+            targets = [".".join([*base, alias.name]) for alias in node.names]
+        for target in targets:
+            yield node.lineno, target, in_function
+
+
+def unit_of(target: str) -> str:
+    """The unit that a target belongs to; mbody and what it re-exports are its front door."""
+    head = target.split(".")[1:2]
+    return head[0] if head and head[0] in LEVEL else "__init__"
+
+
+def within(target: str, names: set[str]) -> bool:
+    return any(target == name or target.startswith(name + ".") for name in names)
+
+
+# -- the rules --------------------------------------------------------------------------------
+
+
+def complaints(path: str, source: str) -> list[str]:
+    """Every forbidden arrow out of one file, `path` relative to the root, as sentences."""
+    unit = path.split("/")[1].removesuffix(".py")
+    if unit not in LEVEL:
+        return [f"{path}:1: {unit} has no layer: give it one in {Path(__file__).name}"]
+    found = []
+    for line, target, in_function in imports(path, source):
+        reason = forbidden(unit, target, in_function)
+        if reason:
+            found.append(f"{path}:{line}: {unit} → {target}: {reason}")
+    return found
+
+
+def forbidden(unit: str, target: str, in_function: bool) -> str:
+    """Why `unit` may not import `target`; empty if it may."""
+    inside = within(target, {"mbody"})
+    other = unit_of(target) if inside else ""
+    if within(target, HEAVY) and not in_function:
+        return "too heavy to load with mbody: import it inside the function that needs it"
+    if inside and other == unit:
+        return ""
+    if unit in ONLY and not within(target, ONLY[unit]):
+        return f"{unit} may import its own folder and the short list in ONLY, no more"
+    if not inside:
+        return ""
+    if LEVEL[other] > CEILING.get(unit, LEVEL[unit]):
+        return f"{other} lies above"
+    if LEVEL[other] == LEVEL[unit] and FOLDERS & {unit, other}:
+        return f"{other} lies beside, in another folder"
+    return ""
+
+
+def cycle(sources: dict[str, str]) -> list[str]:
+    """One ring of imports among the files, arrow by arrow, or nothing."""
+    files = {
+        path.removesuffix(".py").replace("/", ".").removesuffix(".__init__"): path
+        for path in sources
+    }
+    lines: dict[tuple[str, str], int] = {}
+    for path, source in sources.items():
+        for line, target, _ in imports(path, source):
+            while target and target not in files:
+                target = target.rpartition(".")[0]
+            if target and files[target] != path:
+                lines.setdefault((path, files[target]), line)
+    graph: dict[str, set[str]] = {path: set() for path in sources}
+    for importer, imported in lines:
+        graph[importer].add(imported)
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        ring = error.args[1][::-1]
+        return [f"{a}:{lines[a, b]}: {a} → {b}: closes a ring" for a, b in pairwise(ring)]
+    return []
+
+
+# -- the package ------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def sources() -> dict[str, str]:
+    files = sorted(PACKAGE.rglob("*.py"))
+    return {file.relative_to(ROOT).as_posix(): file.read_text("utf-8") for file in files}
+
+
+def report(found: list[str]) -> None:
+    assert not found, "\n" + "\n".join(found)
+
+
+def test_imports_go_one_way(sources):
+    report([text for path, source in sources.items() for text in complaints(path, source)])
+
+
+def test_imports_form_no_ring(sources):
+    report(cycle(sources))
+
+
+def test_files_stay_short(sources):
+    lengths = {path: len(source.splitlines()) for path, source in sources.items()}
+    report([f"{path}: {n} lines, at most {LONGEST}" for path, n in lengths.items() if n > LONGEST])
+
+
+@pytest.mark.skipif(not (PACKAGE / "__init__.py").exists(), reason="no package yet")
+def test_import_mbody_loads_nothing_heavy():
+    # numba itself loads scipy's top module where it finds one, so it goes first.
+    code = "import sys, numba; had = {*sys.modules}; import mbody; print(*{*sys.modules} - had)"
+    run = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+    assert run.returncode == 0, run.stderr
+    loaded = sorted(name for name in run.stdout.split() if within(name, HEAVY))
+    assert not loaded, loaded
+
+
+# -- the checker itself -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("path", "source", "arrow"),
+    [
+        (
+            "joints/a.py",
+            "import numpy\nfrom mbody.mechanism import M",
+            "2: joints → mbody.mechanism.M",
+        ),
+        ("joints/a.py", "from mbody.loads.spring import S", "1: joints → mbody.loads.spring.S"),
+        ("joints/a.py", "from mbody import Mechanism", "1: joints → mbody.Mechanism"),
+        ("loads/a.py", "import os", "1: loads → os"),
+        ("loads/a.py", "def f():\n    from .. import bodies", "2: loads → mbody.bodies"),
+        ("core/rows.py", "from ..bodies import Body", "1: core → mbody.bodies.Body"),
+        ("core/rows.py", "from mbody.mechanism import M", "1: core → mbody.mechanism.M"),
+        ("mechanism.py", "def f():\n    import mbody.assembler", "2: mechanism → mbody.assembler"),
+        ("makers.py", "from mbody.analysis import simulate", "1: makers → mbody.analysis.simulate"),
+        ("views/plot.py", "from mbody.io import table", "1: views → mbody.io.table"),
+        (
+            "views/plot.py",
+            "try:\n    import scipy.linalg\nexcept ImportError: ...",
+            "2: views → scipy",
+        ),
+        ("solution.py", "import mbody", "1: solution → mbody"),
+        ("stray.py", "", "1: stray has no layer"),
+    ],
+)
+def test_the_checker_catches(path, source, arrow):
+    (found,) = complaints(f"mbody/{path}", source)
+    assert found.startswith(f"mbody/{path}:{arrow}")
+
+
+@pytest.mark.parametrize(
+    ("path", "source"),
+    [
+        ("joints/a.py", "if TYPE_CHECKING:\n    from mbody.mechanism import Mechanism"),
+        ("joints/a.py", "from collections.abc import Callable\nfrom ._shared import arm"),
+        ("joints/__init__.py", "from .a import A\nfrom mbody.joints.b import B"),
+        ("core/rows.py", "from mbody.joints import revolute\nfrom . import kkt"),
+        ("errors.py", "from mbody import units"),
+        ("makers.py", "from mbody.mechanism import Mechanism"),
+        ("solution.py", "def to_pandas(self):\n    import pandas"),
+        ("__init__.py", "from .analysis import simulate"),
+    ],
+)
+def test_the_checker_allows(path, source):
+    assert not complaints(f"mbody/{path}", source)
+
+
+def test_the_checker_catches_a_ring():
+    ring = {"mbody/core/a.py": "from . import b", "mbody/core/b.py": "\nfrom mbody.core.a import f"}
+    assert sorted(cycle(ring)) == [
+        "mbody/core/a.py:1: mbody/core/a.py → mbody/core/b.py: closes a ring",
+        "mbody/core/b.py:2: mbody/core/b.py → mbody/core/a.py: closes a ring",
+    ]

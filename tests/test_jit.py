@@ -1,0 +1,404 @@
+"""The decorators, the disk cache and the door to users' Python.
+
+The cache is tried in processes of their own, on a small package made of the two modules.
+"""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mbody._jit as jit
+
+SOURCES = {
+    "__init__": '"""A small package."""\n',
+    "helper": """\
+        from ._jit import inline
+        FACTOR = 2.0
+        @inline
+        def scaled(x):
+            return FACTOR * x
+        """,
+    "trial": """\
+        from typing import NamedTuple
+        import numpy as np
+        from ._jit import call_user, kernel, njit
+        from ._lanes import ld, sincos, st, wide
+        from .helper import scaled
+
+        class Work(NamedTuple):
+            rows: np.ndarray
+            more: np.ndarray
+
+        @kernel
+        def turn(work, extra):
+            w = wide()
+            sine, cosine = sincos(scaled(ld(work.rows, 0, w)))
+            st(work.rows, 1, sine, w)
+            if extra is not None:
+                st(work.rows, 1, cosine, extra)
+
+        @njit
+        def ask(handle, x, y):
+            return call_user(handle, x, y)
+        """,
+}
+
+RUN = """\
+    import json
+    import numpy as np
+    from mbody import _jit as jit
+    from mbody._lanes import LANES, aligned
+    from mbody.trial import Work, ask, turn
+
+    work = Work(aligned(2, LANES), aligned(2, LANES))
+    work.rows[0] = 0.25
+    turn(work, None)
+
+    def user(x, y):
+        y[:] = 2.0 * x
+    def bad(x, y):
+        y[:] = 7.0
+        raise SystemExit(3)
+
+    x, y = np.arange(3.0), np.zeros(3)
+    good, bad = jit.register(user), jit.register(bad)
+    statuses = [ask(good, x, y), ask(bad, x, y)]
+    found = jit.failure()
+    folder = jit.cache_folder()
+    print(json.dumps({
+        "sine": work.rows[1].tolist(), "y": y.tolist(), "statuses": statuses,
+        "failure": [found[0] - bad, repr(found[1])], "left": repr(jit.failure()),
+        "folder": None if folder is None else str(folder), "compiled": jit.compilations(),
+    }))
+    """
+
+
+def _dedent(text):
+    lines = text.splitlines()
+    margin = len(lines[0]) - len(lines[0].lstrip())
+    return "\n".join(line[margin:] for line in lines) + "\n"
+
+
+class Place:
+    """A copy of the two modules with a small kernel, and processes that run it."""
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self.package = root / "site" / "mbody"
+        self.package.mkdir(parents=True)
+        for name in ("_jit.py", "_lanes.py"):
+            shutil.copy(Path(jit.__file__).parent / name, self.package / name)
+        for name, text in SOURCES.items():
+            (self.package / f"{name}.py").write_text(_dedent(text))
+
+    def process(self, code: str, **environment: str) -> subprocess.CompletedProcess[str]:
+        variables = {
+            name: value
+            for name, value in os.environ.items()
+            if not name.startswith(("MBODY_", "NUMBA_", "XDG_"))
+        }
+        variables |= {"PYTHONPATH": str(self.package.parent), "PYTHONDONTWRITEBYTECODE": "1"}
+        variables |= {"MBODY_CACHE_DIR": str(self.root / "cache")} | environment
+        done = subprocess.run(
+            [sys.executable, "-c", _dedent(code)],
+            env=variables,
+            cwd=self.root,
+            capture_output=True,
+            text=True,
+            timeout=120,
+        )
+        assert done.returncode == 0, done.stderr
+        return done
+
+    def run(self, **environment: str):
+        done = self.process(RUN, **environment)
+        result = json.loads(done.stdout)
+        result["stderr"] = done.stderr
+        np.testing.assert_allclose(result["y"], [0.0, 2.0, 4.0])
+        assert result["statuses"] == [0, 1]
+        assert result["failure"] == [0, "SystemExit(3)"]
+        assert result["left"] == "None"
+        return result
+
+
+@pytest.fixture(scope="module")
+def warm(tmp_path_factory):
+    """A place where one process has compiled everything."""
+    place = Place(tmp_path_factory.mktemp("warm"))
+    result = place.run()
+    assert result["compiled"] > 0
+    assert result["stderr"].startswith("mbody: compiling kernels for this machine (once")
+    assert result["stderr"].count("\n") == 1
+    np.testing.assert_allclose(result["sine"], np.sin(0.5), rtol=1e-15)
+    return place
+
+
+def test_a_second_process_compiles_nothing(warm):
+    result = warm.run()
+    assert result["compiled"] == 0
+    assert result["stderr"] == ""
+    assert Path(result["folder"]).parent == warm.root / "cache"
+    np.testing.assert_allclose(result["sine"], np.sin(0.5), rtol=1e-15)
+
+
+def test_an_edit_in_another_file_is_seen(warm):
+    helper = warm.package / "helper.py"
+    before = helper.read_text()
+    helper.write_text(before.replace("2.0", "4.0"))
+    result = warm.run(MBODY_QUIET="1")
+    np.testing.assert_allclose(result["sine"], np.sin(1.0), rtol=1e-15)
+    assert result["compiled"] > 0
+    assert result["stderr"] == ""
+    helper.write_text(before)
+    result = warm.run()
+    np.testing.assert_allclose(result["sine"], np.sin(0.5), rtol=1e-15)
+    assert result["compiled"] == 0
+
+
+def test_damaged_files_are_compiled_anew(warm, tmp_path):
+    shutil.copytree(warm.root / "cache", tmp_path / "cache")
+    for path in (tmp_path / "cache").rglob("*.nb[ci]"):
+        path.write_bytes(path.read_bytes()[:40])
+    result = warm.run(MBODY_CACHE_DIR=str(tmp_path / "cache"))
+    assert result["compiled"] > 0
+    np.testing.assert_allclose(result["sine"], np.sin(0.5), rtol=1e-15)
+
+
+def test_two_processes_may_compile_at_once(warm, tmp_path):
+    cache = str(tmp_path / "cache")
+    with ThreadPoolExecutor() as pool:
+        runs = [pool.submit(warm.run, MBODY_CACHE_DIR=cache) for _ in range(2)]
+    for run in runs:
+        np.testing.assert_allclose(run.result()["sine"], np.sin(0.5), rtol=1e-15)
+    result = warm.run(MBODY_CACHE_DIR=cache)
+    assert result["compiled"] == 0
+    np.testing.assert_allclose(result["sine"], np.sin(0.5), rtol=1e-15)
+
+
+def test_without_any_folder_everything_still_works(warm):
+    # A path below a file cannot be made by anybody; permissions would not stop root.
+    file = warm.root / "file"
+    file.write_text("")
+    names = ("MBODY_CACHE_DIR", "NUMBA_CACHE_DIR", "XDG_CACHE_HOME", "TMPDIR", "TEMP", "TMP")
+    nowhere = dict.fromkeys(names, str(file / "below"))
+    code = """\
+        import tempfile
+        tempfile.tempdir = "/dev/null/below"
+        """
+    done = warm.process(_dedent(code) + _dedent(RUN), HOME=os.devnull, **nowhere)
+    result = json.loads(done.stdout)
+    assert result["folder"] is None
+    assert result["compiled"] > 0
+    assert "no folder" in done.stderr
+    np.testing.assert_allclose(result["sine"], np.sin(0.5), rtol=1e-15)
+
+
+def test_plain_python_gives_the_same(warm):
+    result = warm.run(NUMBA_DISABLE_JIT="1")
+    assert result["compiled"] == 0
+    assert result["folder"] is None
+    np.testing.assert_allclose(result["sine"], np.sin(0.5), rtol=1e-15)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs interval timers")
+def test_an_interrupt_at_the_door_is_kept(warm):
+    # Python looks for signals before the first line of a function: there none can catch it.
+    code = """\
+        import signal
+        import numpy as np
+        from mbody import _jit as jit
+        from mbody._jit import call_user
+
+        @jit.njit(cache=False)
+        def spin(n, handle, x, y):
+            for i in range(n):
+                x[0] = np.sqrt(x[0] + i)
+            return call_user(handle, x, y)
+
+        def stop(*_):
+            raise KeyboardInterrupt
+
+        calls = []
+        handle, x, y = jit.register(lambda x, y: calls.append(x)), np.zeros(1), np.zeros(1)
+        spin(1, handle, x, y)
+        signal.signal(signal.SIGALRM, stop)
+        signal.setitimer(signal.ITIMER_REAL, 0.02)
+        print(spin(50_000_000, handle, x, y), len(calls), repr(jit.failure(handle)[1]))
+        """
+    assert warm.process(code).stdout.strip() == "1 1 KeyboardInterrupt()"
+
+
+# --- Folders -----------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def folders(monkeypatch, tmp_path):
+    """Environment without any of the variables, and a home and a temporary folder of its own."""
+    for name in ("MBODY_CACHE_DIR", "NUMBA_CACHE_DIR", "XDG_CACHE_HOME", "LOCALAPPDATA"):
+        monkeypatch.delenv(name, raising=False)
+    home, temporary = tmp_path / "home", tmp_path / "temporary"
+    home.mkdir()
+    temporary.mkdir()
+    monkeypatch.setattr(jit, "PLAIN", False)
+    monkeypatch.setattr(Path, "home", lambda: home)
+    monkeypatch.setattr(jit.tempfile, "gettempdir", lambda: str(temporary))
+    return tmp_path
+
+
+def _folder():
+    return jit.cache_folder.__wrapped__()
+
+
+def test_order_of_folders(folders, monkeypatch):
+    name = jit._stamp()[0]
+    assert _folder() == folders / "home" / ".cache" / "mbody" / name
+    monkeypatch.setenv("XDG_CACHE_HOME", str(folders / "xdg"))
+    assert _folder() == folders / "xdg" / "mbody" / name
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(folders / "numba"))
+    assert _folder() == folders / "numba" / "mbody" / name
+    monkeypatch.setenv("MBODY_CACHE_DIR", str(folders / "own"))
+    assert _folder() == folders / "own" / name
+    (folders / "file").write_text("")
+    for variable in ("MBODY_CACHE_DIR", "NUMBA_CACHE_DIR", "XDG_CACHE_HOME"):
+        monkeypatch.setenv(variable, str(folders / "file" / "below"))
+    found = _folder()
+    assert found.parent.parent == folders / "temporary"
+    if os.name != "nt":
+        assert found.parent.stat().st_mode & 0o777 == 0o700
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no such permissions")
+def test_a_temporary_folder_prepared_by_others_is_not_used(folders, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", os.devnull)
+    prepared = folders / "temporary" / f"mbody-{os.getuid()}"
+    prepared.mkdir(mode=0o777)
+    prepared.chmod(0o777)
+    assert _folder() is None
+    prepared.rmdir()
+    (folders / "elsewhere").mkdir(mode=0o700)
+    prepared.symlink_to(folders / "elsewhere")
+    assert _folder() is None
+    prepared.unlink()
+    prepared.mkdir(mode=0o700)
+    monkeypatch.setattr(os, "getuid", lambda: 12345)
+    assert _folder() is None
+
+
+def test_folders_of_versions_long_unused_are_removed(folders, monkeypatch):
+    monkeypatch.setenv("MBODY_CACHE_DIR", str(folders / "own"))
+    old, recent, other = (folders / "own" / name for name in ("0" * 32, "1" * 32, "notes"))
+    for folder in (old, recent, other):
+        folder.mkdir(parents=True)
+        (folder / "file").write_text("")
+        if folder is not recent:
+            os.utime(folder, (time.time() - 40 * 86400,) * 2)
+    _folder()
+    assert not old.exists()
+    assert recent.exists()
+    assert other.exists()
+
+
+# --- Users' functions --------------------------------------------------------------------------
+
+
+def test_user_functions():
+    x, y = np.array([1.0, 2.0]), np.array([5.0, 6.0])
+    kept = []
+
+    def user(x, y):
+        kept.append((x, y))
+        y[0] += x.sum()
+
+    def bad(x, y):
+        y[:] = 0.0
+        raise ValueError("not today")
+
+    handle, bad_handle = jit.register(user), jit.register(bad)
+    assert jit.call_user(handle, x, y) == 0
+    np.testing.assert_array_equal(y, [8.0, 6.0])
+    x[:] = 0.0
+    np.testing.assert_array_equal(kept[0][0], [1.0, 2.0])  # what a user keeps is the user's
+
+    assert jit.call_user(bad_handle, x, y) == 1
+    np.testing.assert_array_equal(y, [8.0, 6.0])
+    assert jit.failure(handle) is None
+    with pytest.raises(ValueError, match="not today"):
+        jit.raise_failure()
+    jit.raise_failure()
+
+    assert jit.call_user(bad_handle, x, y) == 1
+    jit.release(bad_handle)
+    assert jit.failure() is None
+    assert jit.call_user(bad_handle, x, y) == 1
+    number, error = jit.failure(bad_handle)
+    assert number == bad_handle
+    assert isinstance(error, LookupError)
+    jit.release(handle)
+    jit.release(handle)
+
+    with pytest.raises(TypeError, match="not a function"):
+        jit.register(3)
+
+
+def test_empty_arrays_reach_users():
+    handle = jit.register(lambda x, y: y.__setitem__(0, x.size))
+    y = np.ones(1)
+    assert jit.call_user(handle, np.empty(0), y) == 0
+    assert y[0] == 0.0
+    jit.release(handle)
+
+
+@pytest.mark.skipif(jit.PLAIN, reason="NUMBA_DISABLE_JIT is set")
+def test_only_contiguous_rows_of_float64_reach_users():
+    from numba.core.errors import TypingError
+
+    handle, y = jit.register(lambda x, y: None), np.zeros(3)
+    for x in (np.zeros(6)[::2], np.zeros(3, dtype=np.float32), np.zeros((3, 1))):
+        with pytest.raises(TypingError, match="contiguous 1-D float64"):
+            jit.call_user(handle, x, y)
+    jit.release(handle)
+
+
+# --- Decorators --------------------------------------------------------------------------------
+
+
+def test_division_by_zero_gives_infinity():
+    @jit.njit(cache=False)
+    def inverse(x):
+        return 1.0 / x
+
+    with np.errstate(divide="ignore"):
+        assert inverse(np.float64(0.0)) == np.inf
+
+
+def test_functions_from_elsewhere_are_not_kept():
+    @jit.njit
+    def local(x):
+        return x + 1
+
+    assert local(1) == 2
+    assert jit.PLAIN or local.stats.cache_path is None
+
+
+@pytest.mark.skipif(jit.PLAIN, reason="NUMBA_DISABLE_JIT is set")
+def test_a_changed_interface_of_numba_costs_only_the_cache(monkeypatch):
+    monkeypatch.setattr(jit, "_PACKAGE", Path(__file__).resolve().parent)
+
+    def broken():
+        raise AttributeError("no longer there")
+
+    monkeypatch.setattr(jit, "_cache_type", broken)
+
+    @jit.njit
+    def local(x):
+        return x + 1
+
+    assert local(1) == 2

@@ -1,0 +1,654 @@
+"""Motion and force laws against independent formulas, scipy's spline, and their own definitions."""
+
+import math
+import os
+import pickle
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad
+from scipy.interpolate import CubicSpline
+
+from mbody import _jit
+from mbody.errors import ModelError
+from mbody.laws import (
+    LAW_KINDS,
+    SHAPES,
+    Cam,
+    Constant,
+    ConstantAcceleration,
+    ConstantSpeed,
+    Dwell,
+    Function,
+    Harmonic,
+    Law,
+    Polynomial,
+    Rise,
+    Table,
+    as_law,
+    evaluate,
+    law,
+    times_of,
+)
+
+PI = math.pi
+KNOTS = np.array([0.0, 0.1, 0.25, 0.3, 0.55, 0.7, 1.0])
+CAM = Cam(
+    [
+        Rise("cycloidal", 3.0, 0.0, 1.0, base=-1.0),
+        Dwell(0.5),
+        Rise("modified-sine", -1.0, 0.0, 0.5),
+        Rise("4-5-6-7", -2.0, 0.25, 1.0),
+    ],
+    period=4.0,
+)
+
+
+def named_function(t):
+    return math.exp(-t) * math.sin(3.0 * t)
+
+
+def broken_function(t):
+    raise RuntimeError(f"the valve table has no entry for {t:g}")
+
+
+EXAMPLES = [
+    Constant(3.0),
+    ConstantSpeed(1.0, -2.0),
+    ConstantAcceleration(60.0, 25.0, -40.0),
+    Polynomial([1.0, -2.0, 0.5, 3.0, -0.25]),
+    Harmonic(1.0, 2.0, 3.0, 0.4),
+    Table(KNOTS, np.cos(3.0 * KNOTS), outside="line"),
+    Table(KNOTS, np.sin(2.0 * PI * KNOTS), periodic=True),
+    *[Rise(shape, -2.0, 0.2, 0.7, 1.5) for shape in SHAPES],
+    CAM,
+    Function(named_function),
+]
+IDS = [f"{type(e).__name__}-{i}" for i, e in enumerate(EXAMPLES)]
+
+
+def difference(function, x, h=2e-3):
+    """Central difference of order 8."""
+    weights = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
+    return sum(
+        w * (function(x + k * h) - function(x - k * h)) for k, w in enumerate(weights, 1)
+    ) / h  # fmt: skip
+
+
+# --- every law ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=IDS)
+def test_derivatives_are_the_differences_of_f(example):
+    # places that keep 8 ms from every join of the examples, where f'' or f''' jumps
+    x = np.array([0.033, 0.21, 0.2725, 0.31, 0.4, 0.5, 0.62, 0.77, 0.835, 0.87])
+    _, f1, f2 = example.derivatives(x)
+    size = 1.0 + np.max(np.abs(f1)) + np.max(np.abs(f2))
+    # order 8 with h = 2 ms on time scales of 0.1: (h ω)⁸ < 1e-9; rounding ε/h = 1e-13
+    np.testing.assert_allclose(difference(example, x), f1, atol=2e-9 * size)
+    np.testing.assert_allclose(
+        difference(lambda t: example.derivatives(t)[1], x), f2, atol=2e-8 * size
+    )
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=IDS)
+def test_floats_and_arrays_give_the_same(example):
+    x = np.array([[0.1, 0.4], [0.6, 0.9]])
+    rows = example.derivatives(x)
+    assert all(row.shape == (2, 2) for row in rows)
+    one = example.derivatives(0.6)
+    assert all(type(value) is float for value in one)
+    assert one == tuple(row[1, 0] for row in rows)
+    assert example(0.6) == one[0]
+    np.testing.assert_array_equal(example(x), rows[0])
+    assert example.derivatives(np.empty(0))[0].shape == (0,)
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=IDS)
+def test_laws_pickle_compare_and_are_frozen(example):
+    copy = pickle.loads(pickle.dumps(example))
+    assert copy == example and hash(copy) == hash(example)
+    assert copy.derivatives(0.37) == example.derivatives(0.37)
+    assert isinstance(example, Law) and example.kind in LAW_KINDS
+    assert LAW_KINDS[example.code] == example.kind
+    with pytest.raises(AttributeError):
+        example.mean = 3.0
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=IDS)
+def test_kernel_reads_its_own_rows_lane_and_table(example):
+    values = example.parameters(example.numbers())
+    par = np.full((len(values) + 5, 3), np.nan)
+    par[2 : 2 + len(values), 1] = values
+    own = example.table()
+    tab = np.concatenate([[np.nan, np.nan, np.nan], own, [np.nan]])
+    handle = _jit.register(example.hook()) if example.kind == "user" else -1
+    try:
+        found = law(example.code, par, 2, len(values), 1, tab, 3, own.size, handle, 0.37)
+    finally:
+        _jit.release(handle)
+    assert found == example.derivatives(0.37)
+
+
+@pytest.mark.parametrize(
+    "example", [e for e in EXAMPLES if e.numbers()], ids=lambda e: type(e).__name__
+)
+def test_parameters_over_a_batch(example):
+    numbers = example.numbers()
+    factor = np.array([1.0, 1.3, 0.7])
+    first = next(iter(numbers))
+    batch = {**numbers, first: numbers[first] * factor}
+    rows = example.parameters(batch)
+    par = np.array(np.broadcast_arrays(*rows, factor)[:-1])
+    assert par.shape == (len(rows), 3)
+    seen = set()
+    for lane, f in enumerate(factor):
+        one = example.parameters({**numbers, first: numbers[first] * f})
+        np.testing.assert_array_equal(par[:, lane], one)
+        out = np.empty((2, 3))
+        tab = example.table()
+        evaluate(
+            example.code, par, 0, len(rows), lane, tab, 0, tab.size, -1, np.array([0.3, 0.8]), out
+        )
+        changed = law(
+            example.code, np.array(one)[:, None], 0, len(one), 0, tab, 0, tab.size, -1, 0.8
+        )
+        assert tuple(out[1]) == changed
+        seen.add(changed[0])
+    assert len(seen) == 3
+
+
+def test_numbers_are_in_the_users_terms():
+    accelerated = ConstantAcceleration(60, 25, -40)
+    assert accelerated.numbers() == {"value": 60.0, "speed": 25.0, "acceleration": -40.0}
+    assert accelerated.parameters(accelerated.numbers()) == [60.0, 25.0, -20.0]
+    assert Polynomial([1, 2]).numbers() == {"c0": 1.0, "c1": 2.0}
+    assert Rise("3-4-5", 1, 2, 3).numbers() == {"height": 1, "start": 2, "duration": 3, "base": 0}
+    assert CAM.numbers() == Table([0, 1], [0, 1]).numbers() == Function(math.sin).numbers() == {}
+
+
+# --- elementary laws ----------------------------------------------------------------------------
+
+
+def test_elementary_laws_against_the_complex_step():
+    coefficients = [1.0, -2.0, 0.5, 3.0]
+    cases = [
+        (Polynomial(coefficients), lambda z: sum(c * z**i for i, c in enumerate(coefficients))),
+        (ConstantAcceleration(1.0, 2.0, -3.0), lambda z: 1.0 + 2.0 * z - 1.5 * z * z),
+        (Harmonic(1.0, 2.0, 30.0, 0.4), lambda z: 1.0 + 2.0 * np.sin(30.0 * z + 0.4)),
+    ]
+    x = np.linspace(-2.0, 2.0, 41)
+    for example, formula in cases:
+        f, f1, _ = example.derivatives(x)
+        np.testing.assert_allclose(f, formula(x), rtol=1e-13, atol=1e-13)
+        slope = formula(x + 1e-30j).imag / 1e-30
+        np.testing.assert_allclose(f1, slope, rtol=1e-12, atol=1e-13 * np.max(np.abs(slope)))
+
+
+# --- rises and cams -----------------------------------------------------------------------------
+
+
+def published_acceleration(shape, u):
+    """s″ of a unit rise as Norton's handbook prints it, each part by itself."""
+    if shape == "cycloidal":
+        return 2 * PI * math.sin(2 * PI * u)
+    if shape == "harmonic":
+        return PI**2 / 2 * math.cos(PI * u)
+    if shape == "3-4-5":
+        return 60 * u - 180 * u**2 + 120 * u**3
+    if shape == "4-5-6-7":
+        return 420 * u**2 - 1680 * u**3 + 2100 * u**4 - 840 * u**5
+    if shape == "parabolic":
+        return 4.0 if u < 0.5 else -4.0
+    if shape == "modified-trapezoidal":
+        peak = 4.888124
+        if u < 1 / 8:
+            return peak * math.sin(4 * PI * u)
+        if u < 3 / 8:
+            return peak
+        if u < 5 / 8:
+            return peak * math.cos(4 * PI * (u - 3 / 8))
+        if u < 7 / 8:
+            return -peak
+        return -peak * math.cos(4 * PI * (u - 7 / 8))
+    peak = 5.527957
+    if u < 1 / 8:
+        return peak * math.sin(4 * PI * u)
+    if u < 7 / 8:
+        return peak * math.cos(4 * PI / 3 * (u - 1 / 8))
+    return -peak * math.cos(4 * PI * (u - 7 / 8))
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_rise_is_the_integral_of_the_published_acceleration(shape):
+    rise = Rise(shape, 1.0, 0.0, 1.0)
+    joins = [1 / 8, 3 / 8, 1 / 2, 5 / 8, 7 / 8]
+    for u in (0.05, 0.2, 0.3, 0.45, 0.6, 0.8, 0.95):
+        f, f1, f2 = rise.derivatives(u)
+        inner = [j for j in joins if j < u]
+        a = published_acceleration(shape, u)
+        v = quad(lambda w: published_acceleration(shape, w), 0, u, points=inner or None)[0]
+        s = quad(
+            lambda w, u=u: (u - w) * published_acceleration(shape, w), 0, u, points=inner or None
+        )[0]
+        assert (f, f1, f2) == pytest.approx((s, v, a), abs=2e-6)  # 7 printed digits
+
+
+@pytest.mark.parametrize(
+    ("shape", "peaks"),
+    [
+        ("cycloidal", (2.0, 2 * PI, 4 * PI**2)),
+        ("harmonic", (PI / 2, PI**2 / 2, None)),
+        ("3-4-5", (1.875, 5.7735, 60.0)),
+        ("4-5-6-7", (2.1875, 7.5132, 52.5)),
+        ("parabolic", (2.0, 4.0, None)),
+        ("modified-trapezoidal", (2.0, 4.888, 61.43)),
+        ("modified-sine", (1.76, 5.528, 69.47)),
+    ],
+)
+def test_peaks_of_the_usual_rises(shape, peaks):
+    height, duration = -0.03, 0.2
+    rise = Rise(shape, height, 0.5, duration, base=0.1)
+    x = 0.5 + duration * np.linspace(0.0, 1.0, 20001)
+    _, f1, f2 = rise.derivatives(x)
+    jerk = np.diff(f2) / np.diff(x)
+    for k, (peak, found) in enumerate(zip(peaks, (f1, f2, jerk), strict=True), 1):
+        if peak is not None:
+            scaled = np.max(np.abs(found)) / (abs(height) / duration**k)
+            assert scaled == pytest.approx(peak, rel=4e-4), (shape, k)  # digits printed
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_joins_of_a_rise_are_smooth(shape):
+    rise = Rise(shape, 2.0, 1.0, 0.5, base=3.0)
+    ends = () if shape in ("harmonic", "parabolic") else (0.0, 1.0)
+    middle = () if shape == "parabolic" else (0.5,)
+    for u in (*ends, 1 / 8, 3 / 8, *middle, 5 / 8, 7 / 8):
+        x = 1.0 + 0.5 * u
+        left, right = rise.derivatives(x - 1e-9), rise.derivatives(x + 1e-9)
+        # over 2e-9 f'' moves by less than 2e-9 × (peak jerk 70 h/β³)
+        assert left == pytest.approx(right, abs=2e-9 * 70 * 2.0 / 0.5**3)
+    assert rise.derivatives(0.999) == (3.0, 0.0, 0.0)
+    assert rise.derivatives(1.5) == (5.0, 0.0, 0.0)
+    assert rise(1.25) == pytest.approx(4.0, abs=1e-15)
+    u = np.linspace(0.0, 1.0, 101)  # mirror image: s(1 − u) = 1 − s(u)
+    np.testing.assert_allclose(rise(1 + u / 2) + rise(1.5 - u / 2), 8.0, atol=1e-14)
+
+
+def test_at_a_jump_the_value_to_the_right_is_given():
+    rise = Rise("parabolic", 1.0, 0.0, 1.0)
+    assert [rise.derivatives(x)[2] for x in (-1e-9, 0.0, 0.5, 1.0)] == [0.0, 4.0, -4.0, 0.0]
+
+
+def test_a_cam_is_its_rises_one_after_another():
+    t = np.linspace(0.0, 1.0, 21)
+    parts = [  # where they really begin, and on which level
+        (t, Rise("cycloidal", 3.0, 0.0, 1.0, -1.0)),
+        (1.0 + t / 2, Constant(2.0)),
+        (1.5 + t / 2, Rise("modified-sine", -1.0, 1.5, 0.5, 2.0)),
+        (2.0 + t / 4, Constant(1.0)),
+        (2.25 + t, Rise("4-5-6-7", -2.0, 2.25, 1.0, 1.0)),
+        (3.25 + 0.7499 * t, Constant(-1.0)),
+    ]
+    for x, alone in parts:
+        for turn in (-2, 0, 5):
+            for found, expected in zip(
+                CAM.derivatives(x + 4.0 * turn), alone.derivatives(x), strict=True
+            ):
+                np.testing.assert_allclose(found, expected, atol=1e-12)
+    assert CAM(4.0) == CAM(0.0) == -1.0
+    assert CAM(np.nextafter(4.0, 0.0)) == -1.0
+
+
+# --- tables -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("end", ["natural", "not-a-knot", "clamped", "periodic"])
+@pytest.mark.parametrize("n", [2, 3, 4, 5, 12])
+def test_spline_against_scipy(end, n):
+    rng = np.random.default_rng(n)
+    x = np.cumsum(rng.uniform(0.1, 1.0, n)) - 2.0
+    y = rng.normal(size=n)
+    if end == "periodic":
+        y[-1] = y[0]
+        table = Table(x, y, periodic=True)
+    else:
+        table = Table(x, y, end=end)
+    oracle = CubicSpline(x, y, bc_type=end)
+    at = np.concatenate([x, np.linspace(x[0], x[-1], 201)])
+    for order, found in enumerate(table.derivatives(at)):
+        expected = oracle(at, order)
+        size = max(1.0, np.max(np.abs(expected)))
+        if end == "periodic":  # at the very end scipy gives the end, here it is the beginning
+            assert found[-1] == pytest.approx(expected[0], abs=1e-12 * size)
+        np.testing.assert_allclose(found, expected, atol=1e-11 * size)
+
+
+def test_periodic_table_repeats():
+    x = np.linspace(0.3, 1.3, 41)
+    table = Table(x, np.sin(2 * PI * x), periodic=True)
+    t = np.linspace(-3.0, 5.0, 77)
+    for found, expected in zip(
+        table.derivatives(t),
+        (np.sin(2 * PI * t), 2 * PI * np.cos(2 * PI * t), -4 * PI**2 * np.sin(2 * PI * t)),
+        strict=True,
+    ):
+        # error of f'' of a cubic spline: h²/12 max f⁗ = 5e-5 × (2π)⁴ = 0.08 of 39
+        np.testing.assert_allclose(found, expected, atol=0.003 * np.max(np.abs(expected)))
+
+
+def test_outside_a_table():
+    x, y = [0.0, 0.1, 0.2], [1.0, 2.0, 4.0]
+    strict = Table(x, y)
+    with pytest.raises(ModelError, match=r"the table covers 0 to 0\.2, asked for 0\.31: add"):
+        strict(np.array([0.1, 0.31, 0.5]))
+    # 0.2 as a time that was summed up is still inside
+    assert strict(0.2 * (1 + 1e-10)) == pytest.approx(4.0, abs=1e-8)
+    empty = np.empty((0, 1))
+    tab = strict.table()
+    assert np.isnan(law(strict.code, empty, 0, 0, 0, tab, 0, tab.size, -1, 0.31)).all()
+    assert np.isnan(law(strict.code, empty, 0, 0, 0, tab, 0, tab.size, -1, math.nan)).all()
+    hold, line = Table(x, y, outside="hold"), Table(x, y, outside="line")
+    assert hold.derivatives(-1.0) == (1.0, 0.0, 0.0) and hold.derivatives(9.0) == (4.0, 0.0, 0.0)
+    end = line.derivatives(0.2)
+    assert line.derivatives(0.3) == pytest.approx((4.0 + 0.1 * end[1], end[1], 0.0))
+
+
+@given(
+    steps=st.lists(st.floats(0.01, 10.0), min_size=1, max_size=30),
+    data=st.data(),
+    end=st.sampled_from(["natural", "not-a-knot", "clamped", "periodic"]),
+)
+@settings(max_examples=80)
+def test_a_spline_meets_its_points_and_is_smooth(steps, data, end):
+    x = np.concatenate([[0.0], np.cumsum(steps)])
+    values = st.floats(-100.0, 100.0)
+    y = np.array(data.draw(st.lists(values, min_size=x.size, max_size=x.size)))
+    if end == "periodic":
+        y[-1] = y[0]
+        table = Table(x, y, periodic=True)
+    else:
+        table = Table(x, y, end=end)
+    np.testing.assert_allclose(table(x), y, atol=1e-9)
+    c = table.table()[2 + x.size :].reshape(-1, 4)
+    h = np.diff(x)
+    f1 = c[:, 1] + h * (2 * c[:, 2] + 3 * h * c[:, 3])
+    f2 = 2 * c[:, 2] + 6 * h * c[:, 3]
+    size1, size2 = np.max(np.abs(c[:, 1])) + 1, np.max(np.abs(2 * c[:, 2])) + 1
+    np.testing.assert_allclose(f1[:-1], c[1:, 1], atol=1e-9 * size1)
+    np.testing.assert_allclose(
+        f2[:-1], 2 * c[1:, 2], atol=1e-9 * size2 + 1e-12 * 200 / h.min() ** 2
+    )
+    if end == "periodic":
+        assert f1[-1] == pytest.approx(c[0, 1], abs=1e-9 * size1)
+
+
+# --- Python functions ---------------------------------------------------------------------------
+
+
+def test_missing_derivatives_by_complex_step():
+    x = np.linspace(0.0, 3.0, 31)
+    for w in (0.5, 3.0, 2 * PI * 20, 1000.0):  # also much faster than the scale of 1
+        f, f1, f2 = Function(lambda t, w=w: np.sin(w * t)).derivatives(x)
+        np.testing.assert_array_equal(f, np.sin(w * x))
+        np.testing.assert_allclose(f1, w * np.cos(w * x), atol=1e-15 * w)
+        np.testing.assert_allclose(f2, -w * w * np.sin(w * x), atol=1e-11 * w * w)
+
+
+def test_missing_derivatives_by_differences():
+    x = np.linspace(0.0, 3.0, 31)
+    for w, scale in ((0.5, 1.0), (3.0, 1.0), (2 * PI * 20, 1.0), (2 * PI * 20, 0.01), (800.0, 1.0)):
+        _, f1, f2 = Function(lambda t, w=w: math.sin(w * t), scale=scale).derivatives(x)
+        np.testing.assert_allclose(f1, w * np.cos(w * x), atol=1e-11 * w)
+        np.testing.assert_allclose(f2, -w * w * np.sin(w * x), atol=2e-9 * w * w)
+
+
+def test_given_derivatives_are_used():
+    f = Function(lambda t: t, rate=lambda t: 7.0 * t, acceleration=lambda t: 9.0)
+    assert f.derivatives(2.0) == (2.0, 14.0, 9.0)
+    assert Function(lambda t: t, rate=lambda t: np.sin(t)).derivatives(0.5) == pytest.approx(
+        (0.5, math.sin(0.5), math.cos(0.5)), rel=1e-15
+    )
+    only = Function(math.sin, acceleration=lambda t: 3.0).derivatives(0.5)
+    assert only == pytest.approx((math.sin(0.5), math.cos(0.5), 3.0), rel=1e-11)
+
+
+def drops_the_imaginary_part(t):
+    return float(np.real(t)) ** 2
+
+
+def warns_of_complex_numbers(t):
+    return float(np.asarray(t).astype(float)) ** 3
+
+
+@pytest.mark.parametrize(
+    ("function", "slope", "bend"),
+    [
+        (lambda t: np.abs(t) ** 3, 3 * 0.7**2, 6 * 0.7),
+        (drops_the_imaginary_part, 1.4, 2.0),
+        (warns_of_complex_numbers, 3 * 0.7**2, 6 * 0.7),
+        (lambda t: np.conj(t) * t, 1.4, 2.0),
+        (lambda t: np.interp(t, [0.0, 2.0], [0.0, 4.0]), 2.0, 0.0),
+        (lambda t: 5, 0.0, 0.0),
+    ],
+)
+def test_a_wrong_complex_derivative_is_noticed(function, slope, bend):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        _, f1, f2 = Function(function).derivatives(0.7)
+    assert f1 == pytest.approx(slope, abs=1e-11)
+    assert f2 == pytest.approx(bend, abs=1e-9)
+
+
+def test_errors_of_a_function_are_not_swallowed():
+    broken = Function(broken_function)
+    with pytest.raises(RuntimeError, match=r"no entry for 0\.4"):
+        broken.derivatives(0.4)
+    handle = _jit.register(broken.hook())
+    try:
+        empty = np.empty((0, 1))
+        out = law(broken.code, empty, 0, 0, 0, np.empty(0), 0, 0, handle, 0.4)
+        assert np.isnan(out).all()
+        with pytest.raises(RuntimeError, match=r"no entry for 0\.4"):
+            _jit.raise_failure(handle)
+    finally:
+        _jit.release(handle)
+
+
+ACCELERATED = ConstantAcceleration(0.0, 25.0, -40.0)
+
+
+# --- times --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("example", "t0", "t1"),
+    [
+        (ConstantSpeed(1.0, 3.0), -1.0, 2.0),
+        (ConstantSpeed(1.0, -3.0), -1.0, 2.0),
+        (ConstantAcceleration(60.0, 25.0, -40.0), 0.1, 0.625),
+        (ConstantAcceleration(60.0, 25.0, -40.0), 0.625, 2.0),
+        (ConstantAcceleration(0.0, 0.0, 2.0), 0.0, 5.0),
+        (Polynomial([1.0, 2.0]), 0.0, 50.0),
+        (Polynomial([0.0, 0.0, 0.0, 1.0]), -3.0, 40.0),  # its slope is 0 on the way
+        (Polynomial([0.0, 1.0, 0.0, -1.0]), -0.57, 0.57),
+        (Harmonic(1.0, 2.0, 30.0, 0.4), 0.05, 0.14),
+        (Harmonic(1.0, -2.0, -30.0, 0.4), -0.039, 0.0656),
+        (Table(KNOTS, np.cos(3.0 * KNOTS), end="clamped"), 0.0, 1.0),
+        (Table(KNOTS, KNOTS**2, outside="line"), 0.2, 700.0),
+        (Table(KNOTS, np.sin(2 * PI * KNOTS), periodic=True), 3.76, 4.24),
+        *[(Rise(shape, -2.0, 0.2, 0.7, 1.5), 0.0, 0.9) for shape in SHAPES],
+        (CAM, 3.8, 5.0),
+        (CAM, 1.2, 3.25),
+        (Function(np.expm1), 0.0, 3.0),
+        (Function(math.sin, math.cos, scale=2.0), -1.5, 1.5),
+    ],
+    ids=lambda v: type(v).__name__ if isinstance(v, Law) else str(v),
+)
+def test_times_take_the_law_back_to_its_values(example, t0, t1):
+    n = 61 if example.kind == "user" else 3600
+    values = np.linspace(example(t0), example(t1), n)
+    times = times_of(example, values, t0)
+    assert times.shape == (n,) and (np.diff(times) >= 0.0).all()
+    assert times[0] == t0 and times[-1] <= t1 * (1 + 1e-7) + 1e-7
+    size = np.max(np.abs(values)) + np.max(np.abs(example.derivatives(times)[1] * times))
+    np.testing.assert_allclose(example(times), values, atol=4e-15 * size)
+    np.testing.assert_array_equal(times_of(example, values[-1:], t0), times[-1:])
+
+
+def test_times_leave_a_dwell_at_its_beginning():
+    assert times_of(Rise("3-4-5", 2.0, 1.0, 1.0), [0.0, 1.0, 2.0, 2.0], -5.0) == pytest.approx(
+        [-5.0, 1.5, 2.0, 2.0], abs=1e-5
+    )
+    assert times_of(Constant(3.0), [3.0, 3.0], 1.0).tolist() == [1.0, 1.0]
+    assert times_of(Constant(3.0), [], 1.0).size == 0
+
+
+def test_times_from_a_turning_point_that_is_known_but_for_rounding():
+    for example, t0 in ((ACCELERATED, 0.625 - 1e-9), (Harmonic(0.0, 1.0, 1.0), PI / 2 - 1e-9)):
+        values = np.linspace(example(t0), 0.5, 9)
+        np.testing.assert_allclose(example(times_of(example, values, t0)), values, atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("example", "values", "t0", "sentence"),
+    [
+        (
+            ACCELERATED,
+            [7.0, 9.0],
+            0.0,
+            r"turns back at t = 0\.625 where it has reached 7\.8125; .*9",
+        ),
+        (ACCELERATED, [5.0, 7.8], 0.5, r"at 7\.5 at t = 0\.5, already past 5"),
+        (ACCELERATED, [0.0, -1.0], 0.0, r"other way from t = 0, where it is 0: .* reach -1"),
+        (Constant(2.0), [3.0], 0.0, r"stays at 2 from t = 0: it does not reach 3"),
+        (Polynomial([2.0]), [3.0], 0.0, r"stays at 2 from t = 0: it does not reach 3"),
+        (Polynomial([0.0, 3.0, 0.0, -1.0]), [0.0, 2.5], 0.0, r"turns back at t = 1 .* reached 2;"),
+        (Polynomial([0.0, -3.0, 0.0, 1.0]), [0.0, 2.5], 0.0, r"other way from t = 0"),
+        (Harmonic(1.0, 2.0, PI, 0.0), [1.0, 3.5], 0.0, r"turns back at t = 0\.5 .* reached 3;"),
+        (Harmonic(1.0, 0.0, PI, 0.0), [1.0, 3.5], 0.0, r"stays at 1"),
+        (Table([0, 1, 2], [0, 1, 4]), [0.0, 5.0], 0.0, r"no further than 4, at t = 2; .*reach 5"),
+        (Rise("3-4-5", 2, 1, 1), [0.0, 5.0], 0.0, r"no further than 2, at t = 2; .*reach 5"),
+        (CAM, [-1.0, 2.5], 0.0, r"turns back at t = 1\.5 where it has reached 2; .* 2\.5"),
+        (Function(math.sin), [0.0, 1.5], 0.0, r"turns back at t = 1\.5708 where it has reached 1;"),
+        (Function(math.cos), [1.0, 1.5], 0.0, r"other way from t = 0"),
+        (Function(math.tanh), [0.0, 1.5], 0.0, r"no further than 1, .* larger scale"),
+        (ACCELERATED, [1.0, 3.0, 2.0], 0.0, r"all increase or all decrease, but 2 follows 3"),
+        (ACCELERATED, [1.0, math.nan], 0.0, r"values\[1\] must be a finite number"),
+        (ACCELERATED, [1.0], math.inf, r"t0 must be a finite number, it is inf"),
+    ],
+)
+def test_why_a_value_is_not_reached(example, values, t0, sentence):
+    with pytest.raises(ModelError, match=sentence):
+        times_of(example, values, t0)
+
+
+# --- errors -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("make", "sentence"),
+    [
+        (lambda: Constant(math.nan), r"Constant: value must be a finite number, it is nan"),
+        (lambda: ConstantSpeed(0, math.inf), r"ConstantSpeed: speed must be a finite number"),
+        (
+            lambda: ConstantAcceleration(0, 0, "3"),
+            r"acceleration must be a finite number, it is '3'",
+        ),
+        (lambda: Constant(True), r"value must be a finite number, it is True"),
+        (lambda: Harmonic(0, 1, np.nan, 0), r"Harmonic: frequency must be a finite number"),
+        (lambda: Polynomial([]), r"Polynomial: coefficients is empty"),
+        (
+            lambda: Polynomial([1, math.nan]),
+            r"coefficients\[1\] must be a finite number, it is nan",
+        ),
+        (lambda: Polynomial([[1, 2]]), r"one row of numbers, it has the shape \(1, 2\)"),
+        (lambda: Polynomial(["a"]), r"coefficients must be numbers, not \['a'\]"),
+        (lambda: Table([0, 1], [0, 1, 2]), r"x has 2 points and y has 3"),
+        (lambda: Table([0], [0]), r"at least 2 points are needed, there is 1"),
+        (lambda: Table([0, 2, 2, 3], [0, 1, 2, 3]), r"x\[2\] = 2 follows x\[1\] = 2"),
+        (lambda: Table([0, 1, math.inf], [0, 1, 2]), r"Table: x\[2\] must be a finite number"),
+        (lambda: Table([0, 1], [0, math.nan]), r"Table: y\[1\] must be a finite number"),
+        (lambda: Table([0, 1], [0, 1], periodic=True), r"y\[0\] = 0 and y\[-1\] = 1: repeat"),
+        (lambda: Table([0, 1], [0, 1], end="free"), r"end must be one of natural, .* not 'free'"),
+        (lambda: Table([0, 1], [0, 1], outside="wrap"), r"outside must be one of error, .* 'wrap'"),
+        (lambda: Rise("quintic", 1, 0, 1), r"Rise: shape must be one of cycloidal, .* 'quintic'"),
+        (lambda: Rise("3-4-5", 1, 0, 0), r"Rise: duration must be positive, it is 0"),
+        (lambda: Rise("3-4-5", math.inf, 0, 1), r"Rise: height must be a finite number"),
+        (lambda: Dwell(-1), r"Dwell: duration must be positive, it is -1"),
+        (lambda: Dwell(None), r"Dwell: duration must be a finite number, it is None"),
+        (lambda: Cam([Rise("3-4-5", 1, 0, 1)], 2), r"ends \+1 from where it began: the heights"),
+        (lambda: Cam([Dwell(1)], 2), r"the program has no rise"),
+        (lambda: Cam([Constant(1)], 2), r"segments\[0\] must be a Rise or a Dwell, not Constant"),
+        (lambda: Cam(3, 2), r"segments must be a list of Rise and Dwell, not 3"),
+        (lambda: Cam([], 0), r"Cam: period must be positive, it is 0"),
+        (
+            lambda: Cam([Rise("3-4-5", 1, 0, 1), Rise("3-4-5", -1, 0, 1.5)], 2),
+            r"the segments last 2\.5 in all, longer than the period 2",
+        ),
+        (
+            lambda: Cam([Rise("3-4-5", 1, 0, 1), Rise("3-4-5", -1, -0.5, 1)], 2),
+            r"segments\[1\] starts 0\.5 before the segment before it ends",
+        ),
+        (
+            lambda: Cam([Rise("3-4-5", 1, 0, 1), Rise("3-4-5", -1, 0, 1, 1)], 2),
+            r"segments\[1\] has base = 1, but the level is carried on",
+        ),
+        (lambda: Function(3), r"Function: function must be a function of one number, not 3"),
+        (lambda: Function(math.sin, rate=1), r"Function: rate must be a function"),
+        (lambda: Function(math.sin, scale=0), r"Function: scale must be positive, it is 0"),
+        (lambda: Function(lambda t: None)(0.5), r"<lambda> returned None at x = 0\.5"),
+        (lambda: Function(lambda t: math.nan)(0.5), r"<lambda> returned nan at x = 0\.5"),
+        (lambda: Constant(1)(math.nan), r"Constant: asked at x = nan; x must be finite"),
+        (lambda: as_law("3"), r"a law must be a number, a law .* not '3'"),
+        (lambda: as_law(([0, 1], [0, 1])), r"for points use Table\(x, y\)"),
+        (lambda: as_law(True), r"not True"),
+        (lambda: as_law(math.nan), r"law: value must be a finite number, it is nan"),
+        (lambda: as_law(Harmonic), r"Harmonic\(\.\.\.\), not the class Harmonic itself"),
+        (lambda: as_law(float), r"not <class 'float'>"),
+    ],
+)
+def test_sentences(make, sentence):
+    with pytest.raises(ModelError, match=sentence):
+        make()
+
+
+def test_as_law():
+    assert as_law(3) == as_law(np.float64(3)) == as_law(np.int64(3)) == Constant(3.0)
+    assert as_law(CAM) is CAM
+    assert as_law(math.sin) == Function(math.sin)
+
+
+# --- plain Python -------------------------------------------------------------------------------
+
+PLAIN = """
+import numpy as np
+from mbody.laws import *
+k = np.array([0.0, 0.1, 0.25, 0.3, 0.55, 0.7, 1.0])
+laws = [ConstantAcceleration(1, 2, -3), Harmonic(1, 2, 3, 0.4), Table(k, np.cos(3 * k)),
+        Cam([Rise("modified-trapezoidal", 1, 0, 0.3), Rise("modified-sine", -1, 0, 0.4)], 0.8),
+        Rise("4-5-6-7", 1, 0.1, 0.7), Function(np.sin)]
+x = np.linspace(0, 1, 23)
+print(repr(np.array([l.derivatives(x) for l in laws]).tolist()))
+print(repr(times_of(laws[4], [0.0, 0.25, 1.0], 0.0).tolist()))
+"""
+
+
+def test_plain_mode_gives_the_same_numbers():
+    root = Path(__file__).resolve().parents[1]
+    found = []
+    for plain in ("1", "0"):
+        env = {**os.environ, "NUMBA_DISABLE_JIT": plain, "PYTHONPATH": str(root)}
+        run = subprocess.run(
+            [sys.executable, "-W", "error", "-c", PLAIN], env=env, capture_output=True, text=True
+        )
+        assert run.returncode == 0, run.stderr
+        found.append([np.array(eval(line)) for line in run.stdout.splitlines()])
+    for plain, compiled in zip(*found, strict=True):
+        np.testing.assert_allclose(plain, compiled, rtol=1e-12, atol=1e-12)
