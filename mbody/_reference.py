@@ -10,11 +10,11 @@ In plain Python ``by_reference`` gives the tuple itself.
 """
 
 # mypy: disallow-any-unimported=False, disallow-subclassing-any=False
-# mypy: disallow-untyped-decorators=False
+# mypy: disallow-untyped-decorators=False, disallow-untyped-calls=False
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from llvmlite import ir
 from numba import types
@@ -70,7 +70,9 @@ class ReferenceAttributes(AttributeTemplate):
 
     key = Reference
 
-    def generic_resolve(self, reference: Reference, name: str) -> Any:
+    def generic_resolve(  # type: ignore[override]  # numba has NotImplemented in its place
+        self, reference: Reference, name: str
+    ) -> Any:
         """Type of a field."""
         if name in reference.target.fields:
             return reference.target.types[reference.target.fields.index(name)]
@@ -97,7 +99,7 @@ def _leaves(builder: Any, pointer: Any) -> Any:
     return value
 
 
-if PLAIN:
+if TYPE_CHECKING or PLAIN:
 
     def by_reference(value: Any) -> Any:
         """The tuple itself."""

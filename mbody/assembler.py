@@ -8,249 +8,30 @@ the user's numbers (`Numbers`), for one set and for a batch alike.
 
 from __future__ import annotations
 
-import functools
 import math
-import weakref
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from mbody._jit import register, release
 from mbody.atoms import Action, Atom, Signal
-from mbody.bodies import Body
 from mbody.core.forces import KINDS as ACTION_KINDS
-from mbody.core.layout import Layout, Work, integers, workspace
+from mbody.core.layout import Layout, integers
 from mbody.core.rows import KINDS as ATOM_KINDS
 from mbody.drivers import Driver
-from mbody.elements import Element, Numbers, Polar
+from mbody.elements import Element, Numbers
 from mbody.elimination import eliminate, split
 from mbody.errors import ModelError
+from mbody.hooks import action_hook, atom_hook, law_hook
 from mbody.joints import Joint
 from mbody.laws import LAW_KINDS, Constant, Law
 from mbody.mechanism import Mechanism
+from mbody.system import System, polar_points
 
-__all__ = ["System", "assemble"]
+__all__ = ["assemble"]
 
 # the loops of the core read a fixed number of parameters and let go of those beyond an atom's own
 SPARE = 8
-
-
-@dataclass(frozen=True, eq=False)
-class System:
-    """What the computer runs: arrays, names and indices of one topology, immutable.
-
-    Attributes
-    ----------
-    mechanism : Mechanism
-        The description that it was made from.
-    layout : Layout
-        Index lists of the kernels.
-    values : dict
-        All changeable numbers by dotted name, each a float or an array (batch,).
-    par, mass : arrays (parameters, batch), (3·bodies + 3, batch)
-        Numbers of the kernels.
-    batch : int or None
-        Number of sets of numbers; None for one set.
-    length : float
-        Model length, by which sizes are made dimensionless.
-    owners : tuple
-        (element, index of its atom) of every atom, in the order of the kernels.
-    """
-
-    mechanism: Mechanism
-    layout: Layout
-    values: dict[str, Any]
-    par: np.ndarray
-    mass: np.ndarray
-    batch: int | None
-    length: float
-    owners: tuple[tuple[Element, int], ...]
-    row_kinds: tuple[str, ...]
-    signals: int
-    functions: tuple[tuple[str, Callable[..., Any] | None], ...] = field(repr=False)
-    _compile: Callable[[dict[str, Any]], tuple[np.ndarray, np.ndarray]] = field(repr=False)
-
-    @functools.cached_property
-    def bodies(self) -> dict[str, int]:
-        """Index of every body by name; the ground is the last."""
-        names = [body.name for body in self.mechanism.bodies]
-        return {name: n for n, name in enumerate([*names, "ground"])}
-
-    @property
-    def rows(self) -> int:
-        """Number of constraint rows, drivers included."""
-        return sum(len(kinds) for kinds in self.row_kinds)
-
-    @property
-    def coordinates(self) -> int:
-        """Number of coordinates, three a body."""
-        return 3 * self.layout.bodies
-
-    @functools.cached_property
-    def atoms_of(self) -> dict[str, list[int]]:
-        """Indices of the atoms of every joint and driver by name, in their own order."""
-        found: dict[str, list[tuple[int, int]]] = {}
-        for e, (element, part) in enumerate(self.owners):
-            found.setdefault(element.name, []).append((part, e))
-        return {name: [e for _, e in sorted(parts)] for name, parts in found.items()}
-
-    @property
-    def has_user_code(self) -> bool:
-        """Whether plain Python of the user takes part (it keeps the analysis on the scalar path)."""
-        return any(function is not None for _, function in self.functions)
-
-    def with_values(self, values: Mapping[str, Any] | None = None, /, **more: Any) -> System:
-        """The same topology with other numbers: one set, or a batch.
-
-        Parameters
-        ----------
-        values : mapping
-            Dotted names (``"crank.mass"``, ``"coupler.B.x"``, ``"motor.law.speed"``) to floats or to
-            arrays (batch,), all of one length. Names without a dot may be given as keywords.
-
-        Returns
-        -------
-        System
-            Sharing the symbolic phase; with arrays it has a batch axis.
-
-        Raises
-        ------
-        ModelError
-            For a name that the mechanism does not have, a number that is not finite, a negative
-            mass, or arrays of different lengths.
-        """
-        given = {**(values or {}), **more}
-        merged = dict(self.values)
-        batch = self.batch
-        for name, value in given.items():
-            merged[name] = array = self._checked(name, value)
-            if array.ndim:
-                if batch not in (None, len(array)):
-                    raise ModelError(
-                        f"'{name}' has {len(array)} values, others have {batch}: give arrays of "
-                        "one length",
-                        name,
-                    )
-                batch = len(array)
-        par, mass = self._compile(merged)
-        return replace(self, values=merged, par=par, mass=mass, batch=batch)
-
-    def _checked(self, name: str, value: Any) -> np.ndarray:
-        if name not in self.values:
-            raise ModelError(_no_such_value(name, self.values), name)
-        try:
-            array = np.asarray(value, dtype=np.float64)
-        except (TypeError, ValueError):
-            raise ModelError(f"'{name}' must be a number or an array, not {value!r}", name) from None
-        if array.ndim > 1 or array.size == 0:
-            raise ModelError(f"'{name}' must be a number or one row of them", name)
-        if not np.isfinite(array).all():
-            raise ModelError(f"'{name}' has a number that is not finite", name)
-        if name.rpartition(".")[2] in ("mass", "weight", "inertia") and (array < 0.0).any():
-            raise ModelError(f"'{name}' is {array.min():g}, it must not be negative", name)
-        return array
-
-    def design(self, index: int) -> System:
-        """One set of a batch as a system of its own."""
-        pick = {k: (v[index] if np.ndim(v) else v) for k, v in self.values.items()}
-        column = slice(index, index + 1) if index >= 0 else slice(index, index + 1 or None)
-        return replace(
-            self, values=pick, par=self.par[:, column], mass=self.mass[:, column], batch=None
-        )
-
-    def work(self, lanes: int = 1, designs: Any = 0, *, masses: bool = False) -> Work:
-        """A workspace filled with the numbers of the designs, one a lane.
-
-        `masses` chooses the masses as weights (free motion) instead of geometric ones.
-        """
-        L = self.layout
-        work = workspace(L, self.par.shape[0], self.signals, lanes)
-        work.par[:] = self.par[:, np.broadcast_to(designs, lanes)]
-        work.mass[:] = self.mass[:, np.broadcast_to(designs, lanes)]
-        work.size[:] = self.length
-        shares = np.bincount(L.slot_body, minlength=L.bodies)
-        work.share[:] = 1.0 / shares[L.slot_body][:, None]
-        columns = work.weight[: 3 * L.slots].reshape(L.slots, 3, lanes)
-        if masses:
-            # a massless body moves as its joints tell it: a small mass serves, corrected later
-            inertia = work.mass[: 3 * L.bodies].reshape(L.bodies, 3, lanes)[L.slot_body]
-            small = 1e-7 * max(float(work.mass.max()), 1e-300)
-            least = np.array([small, small, small * self.length**2])[None, :, None]
-            columns[:] = 1.0 / np.maximum(inertia * work.share[:, None, :], least)
-        else:
-            columns[:] = np.array([1.0, 1.0, self.length**-2])[None, :, None]
-        for e, kinds in enumerate(self.row_kinds):
-            node = L.atom_node[e]
-            for row in range(2):
-                if row < len(kinds):
-                    scale = 1.0 if kinds[row] == "l" else self.length**-2
-                    work.soft[2 * node + row] = scale
-                else:
-                    work.pad[2 * node + row] = 1.0
-        self._welds(work)
-        return work
-
-    def _welds(self, work: Work) -> None:
-        """Blocks of the welds between the slots of one body: equal x and y, then equal angle."""
-        L = self.layout
-        free = np.setdiff1d(np.arange(L.nodes), L.atom_node)
-        seen: set[tuple[int, int]] = set()
-        for node in free:
-            o = 12 * node
-            pair = (int(L.node_column[2 * node]), int(L.node_column[2 * node + 1]))
-            if pair not in seen:
-                seen.add(pair)
-                work.block[o], work.block[o + 4] = 1.0, 1.0
-                work.block[o + 6], work.block[o + 10] = -1.0, -1.0
-            else:
-                work.block[o + 2], work.block[o + 8] = 1.0, -1.0
-                work.pad[2 * node + 1] = 1.0
-
-    def runtime(self) -> Layout:
-        """The layout with handles for the user's own functions, alive as long as the system."""
-        if not self.has_user_code:
-            return self.layout
-        return self._registered
-
-    @functools.cached_property
-    def _registered(self) -> Layout:
-        sizes = [len(self.layout.atom_handle), len(self.layout.action_handle)]
-        handles = [-1 if f is None else register(f) for _, f in self.functions]
-        names = {h: name for h, (name, _) in zip(handles, self.functions, strict=True) if h >= 0}
-        for handle in names:
-            weakref.finalize(self, release, handle)
-        object.__setattr__(self, "_user_names", names)
-        a, b = sizes[0], sizes[0] + sizes[1]
-        return self.layout._replace(
-            atom_handle=integers(handles[:a]),
-            action_handle=integers(handles[a:b]),
-            law_handle=integers(handles[b:]),
-        )
-
-    def user_name(self, handle: int) -> str:
-        """Name of the element whose function has that handle."""
-        names: dict[int, str] = getattr(self, "_user_names", {})
-        return names.get(handle, "?")
-
-    def __getstate__(self) -> dict[str, Any]:
-        # handles belong to this process: the callables travel, the handles do not
-        kept = dict(self.__dict__)
-        for key in ("_registered", "_user_names", "_compile"):
-            kept.pop(key, None)
-        return kept
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state)
-        object.__setattr__(self, "_compile", assemble(self.mechanism)._compile)
-
-
-def _no_such_value(name: str, values: Mapping[str, Any]) -> str:
-    element = name.partition(".")[0]
-    own = [known for known in values if known.partition(".")[0] == element]
-    hint = ", ".join(repr(known) for known in own[:8]) or "no number of that element"
-    return f"there is no number '{name}' to change (there are: {hint})"
 
 
 def assemble(mechanism: Mechanism) -> System:
@@ -309,9 +90,7 @@ class _Compiler:
         self.mechanism = mechanism
         self.bodies = (*mechanism.bodies, mechanism.ground)
         self.index = {body.name: n for n, body in enumerate(self.bodies)}
-        self.polar = frozenset(
-            f"{owner}.{key}" for owner, key, point in self._points() if isinstance(point, Polar)
-        )
+        self.polar = polar_points(mechanism)
         self.carriers: tuple[Joint | Driver, ...] = (*mechanism.joints, *mechanism.drivers)
         at = Numbers(self.numbers(), self.polar)
         found = [
@@ -342,14 +121,6 @@ class _Compiler:
         first = len(self.signal_laws)
         self.signal_laws += [signal.law for signal in signals if signal is not None]
         return 3 * first
-
-    def _points(self) -> list[tuple[str, str, Any]]:
-        found = [(b.name, key, p) for b in self.bodies for key, p in b.points.items()]
-        found += [(body.name, "cg", body.cg) for body in self.bodies]
-        for element in self.mechanism:
-            if not isinstance(element, Body):
-                found += [(element.name, key, m.point) for key, m in element.places().items()]
-        return found
 
     def numbers(self) -> dict[str, Any]:
         """All changeable numbers by dotted name."""
@@ -408,8 +179,6 @@ class _Compiler:
 
     def functions(self) -> tuple[tuple[str, Callable[..., Any] | None], ...]:
         """The users' functions of atoms, actions and laws, wrapped for the hook, with names."""
-        from mbody.hooks import action_hook, atom_hook, law_hook
-
         found: list[tuple[str, Callable[..., Any] | None]] = []
         for (element, _), atom in zip(self.owners, self.first_atoms, strict=True):
             found.append((element.name, atom_hook(atom)))

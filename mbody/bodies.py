@@ -23,7 +23,8 @@ class Slender:
 @dataclass(frozen=True)
 class SecondMoments:
     """In-plane second moments of mass about the mass centre, link axes [mass·length²]:
-    ``xx`` = ∫x² dm, ``yy`` = ∫y² dm, ``xy`` = ∫xy dm."""
+    ``xx`` = ∫x² dm, ``yy`` = ∫y² dm, ``xy`` = ∫xy dm.
+    """
 
     xx: float
     yy: float
@@ -47,7 +48,8 @@ class Guess:
     y: float | None = None
 
 
-def _guess(value: Any, name: str) -> Guess:
+def as_guess(value: Any, name: str) -> Guess:
+    """A guess from None, an angle [rad], (x, y, angle) or a `Guess`."""
     if value is None:
         return Guess()
     if isinstance(value, Guess):
@@ -122,7 +124,7 @@ class Body(Element):
         points = {key: as_point(value, name, key) for key, value in self.points.items()}
         object.__setattr__(self, "points", points)
         object.__setattr__(self, "cg", as_point(self.cg, name, "cg"))
-        object.__setattr__(self, "guess", _guess(self.guess, name))
+        object.__setattr__(self, "guess", as_guess(self.guess, name))
         self._check_spread()
 
     def _check_spread(self) -> None:

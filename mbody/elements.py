@@ -19,7 +19,18 @@ from mbody.errors import ModelError
 from mbody.laws import Law, as_law
 from mbody.units import number
 
-__all__ = ["Element", "Marker", "Numbers", "Point", "Polar", "as_marker", "law_field", "number_field", "place_field", "polar"]
+__all__ = [
+    "Element",
+    "Marker",
+    "Numbers",
+    "Point",
+    "Polar",
+    "as_marker",
+    "law_field",
+    "number_field",
+    "place_field",
+    "polar",
+]
 
 Value: TypeAlias = "float | np.ndarray[Any, np.dtype[np.float64]]"
 
@@ -112,7 +123,8 @@ def as_marker(value: Any, element: str, field: str) -> Marker:
 
 def number_field(dimension: str, default: Any = dataclasses.MISSING, *, sign: str = "any") -> Any:
     """Dataclass field for one number of that dimension; `sign` may ask for "positive" or
-    "not negative"; a default of None makes it optional."""
+    "not negative"; a default of None makes it optional.
+    """
     return dataclasses.field(default=default, metadata={"dimension": dimension, "sign": sign})
 
 
@@ -137,7 +149,9 @@ class Element:
         if not isinstance(name, str) or not name.strip():
             raise ModelError(f"every {type(self).__name__} needs a name, not {name!r}")
         if "." in name:
-            raise ModelError(f"'{name}': a name may not hold a dot, that parts body and point", name)
+            raise ModelError(
+                f"'{name}': a name may not hold a dot, that parts body and point", name
+            )
         for field in dataclasses.fields(self):
             value = getattr(self, field.name)
             if "dimension" in field.metadata and value is not None:

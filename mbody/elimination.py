@@ -122,10 +122,7 @@ def eliminate(slots: Slots) -> Elimination:
             rows.append(r)
         start.append(len(rows))
     update = [
-        base + 4 * block[r, r2]
-        for later in below
-        for n, r in enumerate(later)
-        for r2 in later[:n]
+        base + 4 * block[r, r2] for later in below for n, r in enumerate(later) for r2 in later[:n]
     ]
     form = []
     for slot, touching in enumerate(at):

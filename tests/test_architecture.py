@@ -15,12 +15,22 @@ PACKAGE = ROOT / "mbody"
 
 # Lowest first. A unit is a module or a folder directly below mbody/.
 LAYERS = (
-    {"errors", "_jit", "_lanes", "_geometry", "units"},
+    {
+        "errors",
+        "_cache",
+        "_jit",
+        "_user",
+        "_lanes_type",
+        "_lanes",
+        "_reference",
+        "_geometry",
+        "units",
+    },
     {"laws"},
     {"atoms", "elements"},
-    {"bodies"},
+    {"bodies", "hooks"},
     {"joints", "loads", "drivers"},
-    {"core"},
+    {"core", "elimination"},
     {"mechanism"},
     {"assembler"},
     {"solution"},
@@ -34,11 +44,12 @@ FOLDERS = {"laws", "joints", "loads", "core", "analysis", "views", "bridges", "i
 # Some units may reach less than their layer allows: these imports and their own folder only.
 PLAIN = {"__future__", "collections.abc", "math", "numpy", "typing"}
 SHARED = {"_geometry", "_jit", "_lanes", "atoms", "elements", "errors", "laws"}
+KERNELS = {"_jit", "_lanes", "_reference", "_user", "laws", "joints", "loads"}
 PHYSICS = PLAIN | {"dataclasses"} | {f"mbody.{unit}" for unit in SHARED}
 ONLY = {
     "joints": PHYSICS,
     "loads": PHYSICS,
-    "core": PLAIN | {"mbody._jit", "mbody._lanes", "mbody.laws", "mbody.joints", "mbody.loads"},
+    "core": PLAIN | {f"mbody.{unit}" for unit in KERNELS},
 }
 CEILING = {"makers": LEVEL["mechanism"]}
 

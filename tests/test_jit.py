@@ -1,6 +1,6 @@
 """The decorators, the disk cache and the door to users' Python.
 
-The cache is tried in processes of their own, on a small package made of the two modules.
+The cache is tried in processes of their own, on a small package made of the modules below it.
 """
 
 import json
@@ -15,7 +15,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import mbody._cache as cache
 import mbody._jit as jit
+import mbody._user as user
+
+MODULES = ("_cache", "_jit", "_user", "_lanes_type", "_lanes", "_reference")
 
 SOURCES = {
     "__init__": '"""A small package."""\n',
@@ -29,8 +33,10 @@ SOURCES = {
     "trial": """\
         from typing import NamedTuple
         import numpy as np
-        from ._jit import call_user, kernel, njit
+        from ._jit import kernel, njit
         from ._lanes import ld, sincos, st, wide
+        from ._reference import by_reference
+        from ._user import call_user
         from .helper import scaled
 
         class Work(NamedTuple):
@@ -39,7 +45,7 @@ SOURCES = {
 
         @kernel
         def turn(work, extra):
-            w = wide()
+            work, w = by_reference(work), wide()
             sine, cosine = sincos(scaled(ld(work.rows, 0, w)))
             st(work.rows, 1, sine, w)
             if extra is not None:
@@ -56,26 +62,27 @@ RUN = """\
     import numpy as np
     from mbody import _jit as jit
     from mbody._lanes import LANES, aligned
+    from mbody._user import failure, register
     from mbody.trial import Work, ask, turn
 
     work = Work(aligned(2, LANES), aligned(2, LANES))
     work.rows[0] = 0.25
     turn(work, None)
 
-    def user(x, y):
+    def good(x, y):
         y[:] = 2.0 * x
     def bad(x, y):
         y[:] = 7.0
         raise SystemExit(3)
 
     x, y = np.arange(3.0), np.zeros(3)
-    good, bad = jit.register(user), jit.register(bad)
+    good, bad = register(good), register(bad)
     statuses = [ask(good, x, y), ask(bad, x, y)]
-    found = jit.failure()
+    found = failure()
     folder = jit.cache_folder()
     print(json.dumps({
         "sine": work.rows[1].tolist(), "y": y.tolist(), "statuses": statuses,
-        "failure": [found[0] - bad, repr(found[1])], "left": repr(jit.failure()),
+        "failure": [found[0] - bad, repr(found[1])], "left": repr(failure()),
         "folder": None if folder is None else str(folder), "compiled": jit.compilations(),
     }))
     """
@@ -88,14 +95,14 @@ def _dedent(text):
 
 
 class Place:
-    """A copy of the two modules with a small kernel, and processes that run it."""
+    """A copy of the modules with a small kernel, and processes that run it."""
 
     def __init__(self, root: Path) -> None:
         self.root = root
         self.package = root / "site" / "mbody"
         self.package.mkdir(parents=True)
-        for name in ("_jit.py", "_lanes.py"):
-            shutil.copy(Path(jit.__file__).parent / name, self.package / name)
+        for name in MODULES:
+            shutil.copy(Path(jit.__file__).parent / f"{name}.py", self.package)
         for name, text in SOURCES.items():
             (self.package / f"{name}.py").write_text(_dedent(text))
 
@@ -173,12 +180,12 @@ def test_damaged_files_are_compiled_anew(warm, tmp_path):
 
 
 def test_two_processes_may_compile_at_once(warm, tmp_path):
-    cache = str(tmp_path / "cache")
+    folder = str(tmp_path / "cache")
     with ThreadPoolExecutor() as pool:
-        runs = [pool.submit(warm.run, MBODY_CACHE_DIR=cache) for _ in range(2)]
+        runs = [pool.submit(warm.run, MBODY_CACHE_DIR=folder) for _ in range(2)]
     for run in runs:
         np.testing.assert_allclose(run.result()["sine"], np.sin(0.5), rtol=1e-15)
-    result = warm.run(MBODY_CACHE_DIR=cache)
+    result = warm.run(MBODY_CACHE_DIR=folder)
     assert result["compiled"] == 0
     np.testing.assert_allclose(result["sine"], np.sin(0.5), rtol=1e-15)
 
@@ -214,10 +221,10 @@ def test_an_interrupt_at_the_door_is_kept(warm):
     code = """\
         import signal
         import numpy as np
-        from mbody import _jit as jit
-        from mbody._jit import call_user
+        from mbody._jit import njit
+        from mbody._user import call_user, failure, register
 
-        @jit.njit(cache=False)
+        @njit(cache=False)
         def spin(n, handle, x, y):
             for i in range(n):
                 x[0] = np.sqrt(x[0] + i)
@@ -227,11 +234,11 @@ def test_an_interrupt_at_the_door_is_kept(warm):
             raise KeyboardInterrupt
 
         calls = []
-        handle, x, y = jit.register(lambda x, y: calls.append(x)), np.zeros(1), np.zeros(1)
+        handle, x, y = register(lambda x, y: calls.append(x)), np.zeros(1), np.zeros(1)
         spin(1, handle, x, y)
         signal.signal(signal.SIGALRM, stop)
         signal.setitimer(signal.ITIMER_REAL, 0.02)
-        print(spin(50_000_000, handle, x, y), len(calls), repr(jit.failure(handle)[1]))
+        print(spin(50_000_000, handle, x, y), len(calls), repr(failure(handle)[1]))
         """
     assert warm.process(code).stdout.strip() == "1 1 KeyboardInterrupt()"
 
@@ -247,18 +254,18 @@ def folders(monkeypatch, tmp_path):
     home, temporary = tmp_path / "home", tmp_path / "temporary"
     home.mkdir()
     temporary.mkdir()
-    monkeypatch.setattr(jit, "PLAIN", False)
+    monkeypatch.setattr(cache, "PLAIN", False)
     monkeypatch.setattr(Path, "home", lambda: home)
-    monkeypatch.setattr(jit.tempfile, "gettempdir", lambda: str(temporary))
+    monkeypatch.setattr(cache.tempfile, "gettempdir", lambda: str(temporary))
     return tmp_path
 
 
 def _folder():
-    return jit.cache_folder.__wrapped__()
+    return cache.cache_folder.__wrapped__()
 
 
 def test_order_of_folders(folders, monkeypatch):
-    name = jit._stamp()[0]
+    name = cache._stamp()[0]
     assert _folder() == folders / "home" / ".cache" / "mbody" / name
     monkeypatch.setenv("XDG_CACHE_HOME", str(folders / "xdg"))
     assert _folder() == folders / "xdg" / "mbody" / name
@@ -313,7 +320,7 @@ def test_user_functions():
     x, y = np.array([1.0, 2.0]), np.array([5.0, 6.0])
     kept = []
 
-    def user(x, y):
+    def good(x, y):
         kept.append((x, y))
         y[0] += x.sum()
 
@@ -321,50 +328,50 @@ def test_user_functions():
         y[:] = 0.0
         raise ValueError("not today")
 
-    handle, bad_handle = jit.register(user), jit.register(bad)
-    assert jit.call_user(handle, x, y) == 0
+    handle, bad_handle = user.register(good), user.register(bad)
+    assert user.call_user(handle, x, y) == 0
     np.testing.assert_array_equal(y, [8.0, 6.0])
     x[:] = 0.0
     np.testing.assert_array_equal(kept[0][0], [1.0, 2.0])  # what a user keeps is the user's
 
-    assert jit.call_user(bad_handle, x, y) == 1
+    assert user.call_user(bad_handle, x, y) == 1
     np.testing.assert_array_equal(y, [8.0, 6.0])
-    assert jit.failure(handle) is None
+    assert user.failure(handle) is None
     with pytest.raises(ValueError, match="not today"):
-        jit.raise_failure()
-    jit.raise_failure()
+        user.raise_failure()
+    user.raise_failure()
 
-    assert jit.call_user(bad_handle, x, y) == 1
-    jit.release(bad_handle)
-    assert jit.failure() is None
-    assert jit.call_user(bad_handle, x, y) == 1
-    number, error = jit.failure(bad_handle)
+    assert user.call_user(bad_handle, x, y) == 1
+    user.release(bad_handle)
+    assert user.failure() is None
+    assert user.call_user(bad_handle, x, y) == 1
+    number, error = user.failure(bad_handle)
     assert number == bad_handle
     assert isinstance(error, LookupError)
-    jit.release(handle)
-    jit.release(handle)
+    user.release(handle)
+    user.release(handle)
 
     with pytest.raises(TypeError, match="not a function"):
-        jit.register(3)
+        user.register(3)
 
 
 def test_empty_arrays_reach_users():
-    handle = jit.register(lambda x, y: y.__setitem__(0, x.size))
+    handle = user.register(lambda x, y: y.__setitem__(0, x.size))
     y = np.ones(1)
-    assert jit.call_user(handle, np.empty(0), y) == 0
+    assert user.call_user(handle, np.empty(0), y) == 0
     assert y[0] == 0.0
-    jit.release(handle)
+    user.release(handle)
 
 
 @pytest.mark.skipif(jit.PLAIN, reason="NUMBA_DISABLE_JIT is set")
 def test_only_contiguous_rows_of_float64_reach_users():
     from numba.core.errors import TypingError
 
-    handle, y = jit.register(lambda x, y: None), np.zeros(3)
+    handle, y = user.register(lambda x, y: None), np.zeros(3)
     for x in (np.zeros(6)[::2], np.zeros(3, dtype=np.float32), np.zeros((3, 1))):
         with pytest.raises(TypingError, match="contiguous 1-D float64"):
-            jit.call_user(handle, x, y)
-    jit.release(handle)
+            user.call_user(handle, x, y)
+    user.release(handle)
 
 
 # --- Decorators --------------------------------------------------------------------------------
@@ -390,12 +397,12 @@ def test_functions_from_elsewhere_are_not_kept():
 
 @pytest.mark.skipif(jit.PLAIN, reason="NUMBA_DISABLE_JIT is set")
 def test_a_changed_interface_of_numba_costs_only_the_cache(monkeypatch):
-    monkeypatch.setattr(jit, "_PACKAGE", Path(__file__).resolve().parent)
+    monkeypatch.setattr(cache, "_PACKAGE", Path(__file__).resolve().parent)
 
     def broken():
         raise AttributeError("no longer there")
 
-    monkeypatch.setattr(jit, "_cache_type", broken)
+    monkeypatch.setattr(cache, "_cache_type", broken)
 
     @jit.njit
     def local(x):

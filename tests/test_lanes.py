@@ -1,5 +1,7 @@
 """Numbers of many lanes against NumPy."""
 
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 
@@ -18,6 +20,7 @@ from mbody._lanes import (
     st,
     wide,
 )
+from mbody._reference import by_reference
 
 compiled = pytest.mark.skipif(PLAIN, reason="NUMBA_DISABLE_JIT is set")
 
@@ -208,7 +211,7 @@ def test_not_a_number_is_never_lost(run):
 
 
 @compiled
-@pytest.mark.parametrize("lane", [0, 1, 15, 16, 31])
+@pytest.mark.parametrize("lane", [0, 1, LANES // 2 - 1, LANES // 2, LANES - 1])
 def test_one_bad_lane_shows_in_the_reductions(lane):
     rows, results = np.ones((2, LANES)), aligned(7, LANES)
     rows[0] = np.arange(LANES)
@@ -244,7 +247,7 @@ def turn_one(angles, sines, cosines):
 
 
 def _angles(limit):
-    angles = np.random.default_rng(5).uniform(-limit, limit, size=400 * LANES)
+    angles = np.random.default_rng(5).uniform(-limit, limit, size=800 * LANES)
     quarters = np.arange(-2000, 2000) * (np.pi / 4)
     special = np.concatenate(
         [quarters, np.nextafter(quarters, 9e9), 10.0 ** np.arange(-320.0, 0.0), [0.0, -0.0]]
@@ -339,6 +342,47 @@ def test_branches_by_kind_and_absent_arrays():
             np.testing.assert_allclose(
                 rows[3 * element : 3 * element + 3], expected, rtol=1e-13, atol=1e-15
             )
+
+
+class Memory(NamedTuple):
+    rows: np.ndarray
+    scale: float
+    results: np.ndarray
+
+
+@njit
+def fill(M, w):
+    for row in range(M.rows.shape[0]):
+        st(M.results, row, M.scale * ld(M.rows, row, w), w)
+    return M.rows.size
+
+
+@kernel
+def fill_directly(M):
+    return fill(M, wide())
+
+
+def fill_through_a_pointer(M):
+    M = by_reference(M)
+    return fill(M, wide())
+
+
+def test_a_tuple_by_reference(monkeypatch, tmp_path):
+    rows = _rows(LANES)
+    direct, first, second = (Memory(rows, 1.5, np.zeros_like(rows)) for _ in range(3))
+    size = fill_directly(direct)
+    assert size == rows.size
+    np.testing.assert_array_equal(direct.results, 1.5 * rows)
+    # Files outside the package get no place in its cache: numba's own serves here.
+    if not PLAIN:
+        monkeypatch.setattr("numba.config.CACHE_DIR", str(tmp_path))
+    for memory, hits in ((first, 0), (second, 1)):
+        function = kernel(fill_through_a_pointer)
+        if not PLAIN:
+            function.enable_caching()
+        assert function(memory) == size
+        np.testing.assert_array_equal(memory.results, direct.results)
+        assert PLAIN or sum(function.stats.cache_hits.values()) == hits
 
 
 @compiled

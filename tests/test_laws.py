@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.interpolate import CubicSpline
 
-from mbody import _jit
+from mbody import _user
 from mbody.errors import ModelError
 from mbody.laws import (
     LAW_KINDS,
@@ -128,11 +128,11 @@ def test_kernel_reads_its_own_rows_lane_and_table(example):
     par[2 : 2 + len(values), 1] = values
     own = example.table()
     tab = np.concatenate([[np.nan, np.nan, np.nan], own, [np.nan]])
-    handle = _jit.register(example.hook()) if example.kind == "user" else -1
+    handle = _user.register(example.hook()) if example.kind == "user" else -1
     try:
-        found = law(example.code, par, 2, len(values), 1, tab, 3, own.size, handle, 0.37)
+        found = law(example.code, par, 2, len(values), 1, tab, 3, handle, 0.37)
     finally:
-        _jit.release(handle)
+        _user.release(handle)
     assert found == example.derivatives(0.37)
 
 
@@ -154,10 +154,10 @@ def test_parameters_over_a_batch(example):
         out = np.empty((2, 3))
         tab = example.table()
         evaluate(
-            example.code, par, 0, len(rows), lane, tab, 0, tab.size, -1, np.array([0.3, 0.8]), out
+            example.code, par, 0, len(rows), lane, tab, 0, -1, np.array([0.3, 0.8]), out
         )
         changed = law(
-            example.code, np.array(one)[:, None], 0, len(one), 0, tab, 0, tab.size, -1, 0.8
+            example.code, np.array(one)[:, None], 0, len(one), 0, tab, 0, -1, 0.8
         )
         assert tuple(out[1]) == changed
         seen.add(changed[0])
@@ -352,8 +352,8 @@ def test_outside_a_table():
     assert strict(0.2 * (1 + 1e-10)) == pytest.approx(4.0, abs=1e-8)
     empty = np.empty((0, 1))
     tab = strict.table()
-    assert np.isnan(law(strict.code, empty, 0, 0, 0, tab, 0, tab.size, -1, 0.31)).all()
-    assert np.isnan(law(strict.code, empty, 0, 0, 0, tab, 0, tab.size, -1, math.nan)).all()
+    assert np.isnan(law(strict.code, empty, 0, 0, 0, tab, 0, -1, 0.31)).all()
+    assert np.isnan(law(strict.code, empty, 0, 0, 0, tab, 0, -1, math.nan)).all()
     hold, line = Table(x, y, outside="hold"), Table(x, y, outside="line")
     assert hold.derivatives(-1.0) == (1.0, 0.0, 0.0) and hold.derivatives(9.0) == (4.0, 0.0, 0.0)
     end = line.derivatives(0.2)
@@ -450,15 +450,15 @@ def test_errors_of_a_function_are_not_swallowed():
     broken = Function(broken_function)
     with pytest.raises(RuntimeError, match=r"no entry for 0\.4"):
         broken.derivatives(0.4)
-    handle = _jit.register(broken.hook())
+    handle = _user.register(broken.hook())
     try:
         empty = np.empty((0, 1))
-        out = law(broken.code, empty, 0, 0, 0, np.empty(0), 0, 0, handle, 0.4)
+        out = law(broken.code, empty, 0, 0, 0, np.empty(0), 0, handle, 0.4)
         assert np.isnan(out).all()
         with pytest.raises(RuntimeError, match=r"no entry for 0\.4"):
-            _jit.raise_failure(handle)
+            _user.raise_failure(handle)
     finally:
-        _jit.release(handle)
+        _user.release(handle)
 
 
 ACCELERATED = ConstantAcceleration(0.0, 25.0, -40.0)

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from mbody._jit import kernel
 from mbody._reference import by_reference
+from mbody.core.factor import apply_gt
 from mbody.core.forces import forces, signals
 from mbody.core.instant import clear
-from mbody.core.factor import apply_gt
 from mbody.core.rows import rows, turns
 
 __all__ = ["audit"]
 
 
 @kernel
-def audit(L, W, motion, t, lam, driven, given, output):
+def audit(L, W, motion, t, lam, driven, given, by_law, still, output):
     """Fill output (instants, 5) from stored instants.
 
-    motion (instants, 9·bodies); lam (instants, 2·atoms); driven: atoms of the drivers, whose values
-    and rates are given (instants, drivers, 2).
+    motion (instants, 9·bodies); lam (instants, 2·atoms); driven: atoms of the drivers; given
+    (instants, drivers, 3): their values and rates unless the laws say them (`by_law`); `still`:
+    rates are none.
 
     Output: greatest |Φ| (model lengths, radians); greatest part of f − M a − Gᵀλ and greatest term
     of it (forces, torques by the model length); power of loads, inertia and drivers, and the sum of
@@ -31,7 +32,11 @@ def audit(L, W, motion, t, lam, driven, given, output):
         W.time[0, 0] = t[k]
         signals(L, W, w, L.varying)
         for d in range(L.driver_row.shape[0]):
-            W.signal[L.driver_row[d], 0] = given[k, d, 0]
+            o = L.driver_row[d]
+            if not by_law:
+                W.signal[o, 0], W.signal[o + 1, 0] = given[k, d, 0], given[k, d, 1]
+            if still:
+                W.signal[o + 1, 0] = 0.0
         for n in range(n3):
             W.q[n, 0], W.v[n, 0] = motion[k, n], motion[k, n3 + n]
         turns(L, W, w)
@@ -67,7 +72,7 @@ def audit(L, W, motion, t, lam, driven, given, output):
                 power += (load - inertia) * v
                 flow += abs(load * v) + abs(inertia * v)
         for d in range(driven.shape[0]):
-            p = -lam[k, 2 * driven[d]] * given[k, d, 1]
+            p = -lam[k, 2 * driven[d]] * W.signal[L.driver_row[d] + 1, 0]
             power += p
             flow += abs(p)
         output[k, 1] = worst

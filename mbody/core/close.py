@@ -18,7 +18,7 @@ from mbody.core.forces import signals
 from mbody.core.instant import clear, least_motion, reach, weigh
 from mbody.core.rows import rows, turns
 
-__all__ = ["close", "project", "violation"]
+__all__ = ["close", "close_designs", "laws_of_time", "project", "violation"]
 
 STEPS = 200
 SMALLEST = 1e-4
@@ -65,19 +65,25 @@ def gap(L, W):
 
 @kernel
 def violation(L, W):
-    """Evaluate Φ and Φ_q at W.q at time W.time; returns the size of Φ."""
+    """Evaluate Φ, Φ_q, ν and γ at W.q and W.v, the signals being set; returns the size of Φ."""
     L, W = by_reference(L), by_reference(W)
-    w = 0.0
-    signals(L, W, w, L.signal_law.shape[0])
-    turns(L, W, w)
-    rows(L, W, w, True, True)
+    turns(L, W, 0.0)
+    rows(L, W, 0.0, True, True)
     return math.sqrt(2.0 * gap(L, W))
+
+
+@kernel
+def laws_of_time(L, W):
+    """Set all signals from their laws at W.time."""
+    L, W = by_reference(L), by_reference(W)
+    signals(L, W, 0.0, L.signal_law.shape[0])
 
 
 @kernel
 def close(L, W, soft, tolerance):
     """Close the loops from W.q, the signals being set: (closed, by the straight path, size of the
-    last correction, least pivot)."""
+    last correction, least pivot).
+    """
     L, W = by_reference(L), by_reference(W)
     w = 0.0
     good, size, least = newton_path(L, W, w, soft, tolerance)
@@ -88,6 +94,37 @@ def close(L, W, soft, tolerance):
     descend(L, W, w, tolerance)
     good, size, least = newton_path(L, W, w, soft, tolerance)
     return good, False, size, least
+
+
+@kernel
+def close_designs(L, W, tolerance, par, first, start, output, state):
+    """Close every design of a batch from one pose.
+
+    par (parameters, designs); first (drivers,): value of every driver, NaN where its law says it;
+    start (coordinates,); output (designs, coordinates); state (designs, 2): whether it closed by
+    the straight path, and the least pivot as a part of its diagonal.
+    """
+    L, W = by_reference(L), by_reference(W)
+    w = 0.0
+    for design in range(par.shape[1]):
+        for n in range(par.shape[0]):
+            W.par[n, 0] = par[n, design]
+        for n in range(start.shape[0]):
+            W.q[n, 0] = start[n]
+        signals(L, W, w, L.signal_law.shape[0])
+        for d in range(L.driver_row.shape[0]):
+            if not math.isnan(first[d]):
+                W.signal[L.driver_row[d], 0] = first[d]
+        good, _, _ = newton_path(L, W, w, 0.0, tolerance)
+        ratio = 1.0
+        for k in range(L.nodes):
+            for row in range(2):
+                part = W.pivot[3 * k + 2 * row, 0] * W.diagonal[2 * k + row, 0]
+                ratio = min(ratio, 1.0 / part if part > 0.0 else 0.0)
+        state[design, 0] = 1.0 if good else 0.0
+        state[design, 1] = ratio
+        for n in range(start.shape[0]):
+            output[design, n] = W.q[n, 0]
 
 
 @njit

@@ -66,7 +66,8 @@ def form(L, W, w, soft):
 @njit
 def factor(L, W, w, soft):
     """S = L D Lᵀ by blocks; returns the least of (pivot − VANISHED · diagonal), negative or zero
-    where a row was dropped, NaN where a number was NaN."""
+    where a row was dropped, NaN where a number was NaN.
+    """
     form(L, W, w, soft)
     S, Y, D = W.schur, W.lower, W.pivot
     base = 3 * L.nodes

@@ -33,7 +33,8 @@ ITERATIONS = 12
 @inline
 def drive(L, W, w, mode, s, given, k, t, ahead):
     """Signals at path parameter s. Mode 0: s is time, laws give all. Mode 1: s is the value of the
-    one driver. Mode 2: s counts instants, drivers go straight from row k of `given` to the next."""
+    one driver. Mode 2: s counts instants, drivers go straight from row k of `given` to the next.
+    """
     if mode == 0:
         W.time[0, 0] = s
         signals(L, W, w, L.varying)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbody._jit import call_user, inline, njit
+from mbody._jit import inline, njit
 from mbody._lanes import count, ld, st
+from mbody._user import call_user
 from mbody.core.rows import side, user_state
 from mbody.laws.kernels import USER as USER_LAW
 from mbody.laws.kernels import built_in

@@ -152,7 +152,8 @@ def accelerations(L, W, w, checked):
 @inline
 def unbalanced(L, W, w):
     """r = f − M a − Gᵀ λ on columns, each slot taking its share of f − M a; greatest part of it and
-    greatest term."""
+    greatest term.
+    """
     clear(W.r, w)
     apply_gt(L, W, w, W.lam, W.r)
     terms = tallest(W.r, w)
@@ -177,7 +178,8 @@ def acting(L, W, w, s, n):
 @njit
 def multipliers(L, W, w):
     """λ from Gᵀ λ = f − M a, the loads being in W.force; returns what is left unbalanced, as a
-    part of the greatest term."""
+    part of the greatest term.
+    """
     clear(W.lam, w)
     for s in range(L.slots):
         for n in range(3):

@@ -16,7 +16,8 @@ __all__ = ["free_motion", "repeat"]
 @njit
 def kkt(L, W, w, soft, passes):
     """a and λ at q, v, t, with W.weight the inverse masses. `passes` corrections by the residual
-    serve massless bodies (which stand in W.weight with a small mass) and redundant rows."""
+    serve massless bodies (which stand in W.weight with a small mass) and redundant rows.
+    """
     signals(L, W, w, L.varying)
     turns(L, W, w)
     rows(L, W, w, True, True)
@@ -90,7 +91,8 @@ def remaining(L, W, w):
 @kernel
 def free_motion(L, W, soft, passes):
     """Accelerations into W.a and multipliers into W.lam at the W.q, W.v and W.time given; returns
-    what is left unbalanced."""
+    what is left unbalanced.
+    """
     L, W = by_reference(L), by_reference(W)
     w = 0.0
     signals(L, W, w, L.signal_law.shape[0])

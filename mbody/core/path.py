@@ -61,7 +61,8 @@ def step_size(L, W, w):
 @njit
 def strayed(L, W, w, h):
     """How far the derivative at q (in W.v) lies from the one foretold by the last place, and the
-    size of both: a step onto another branch turns it round. In model lengths and radians."""
+    size of both: a step onto another branch turns it round. In model lengths and radians.
+    """
     per_length = 1.0 / ld(W.size, 0, w)
     off = 0.0 * per_length
     size = 0.0 * per_length

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbody._jit import call_user, inline, njit
+from mbody._jit import inline, njit
 from mbody._lanes import count, ld, sincos, st
+from mbody._user import call_user
 from mbody.joints.angle import angle
 from mbody.joints.coordinate import coordinate
 from mbody.joints.distance import distance

@@ -38,7 +38,8 @@ class CustomJoint(Joint):
 
     def parameters(self, at: Numbers) -> list[Any]:
         """Numbers handed to `physics` as `p`; by default both arms, from the mass centres [length],
-        and the directions of both markers [rad]."""
+        and the directions of both markers [rad].
+        """
         return [*at.arm(self, "i"), *at.arm(self, "j"), at.angle(self, "i"), at.angle(self, "j")]
 
     def physics(self, i: Any, j: Any, p: Any, t: float) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from numbers import Real
 from typing import Any, ClassVar, TypeAlias, overload
 
@@ -80,6 +80,10 @@ class Law:
     def numbers(self) -> dict[str, float]:
         """The numbers that may be changed without making a new law, by field name."""
         return {field.name: getattr(self, field.name) for field in fields(self)}
+
+    def with_numbers(self, numbers: Mapping[str, Any]) -> Law:
+        """The same law with other numbers, named as in `numbers`."""
+        return replace(self, **numbers) if numbers else self
 
     def parameters(self, numbers: Mapping[str, Any]) -> list[Any]:
         """The kernel's parameters from such numbers, each a float or an array (batch,)."""

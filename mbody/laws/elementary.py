@@ -89,6 +89,10 @@ class Polynomial(_Ascending):
         """{"c0": …, "c1": …, …}."""
         return {f"c{i}": float(c) for i, c in enumerate(self.coefficients)}
 
+    def with_numbers(self, numbers: Mapping[str, Any]) -> Law:
+        """The polynomial with these coefficients."""
+        return Polynomial([numbers[f"c{i}"] for i in range(len(numbers))])
+
     def parameters(self, numbers: Mapping[str, Any]) -> list[Any]:
         """The coefficients in ascending powers."""
         return [numbers[f"c{i}"] for i in range(len(self.coefficients))]

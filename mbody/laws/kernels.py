@@ -13,7 +13,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from mbody._jit import call_user, njit
+from mbody._jit import njit
+from mbody._user import call_user
 
 __all__ = ["LAW_KINDS", "SHAPES", "OUTSIDE", "TOLERANCE", "evaluate", "law", "thomas"]
 
@@ -209,7 +210,7 @@ def pieces(par: FloatArray, o: int, n: int, lane: int, tab: FloatArray, k: int, 
 
 @njit
 def user(handle: int, x: float) -> Three:
-    """A registered Python function; NaN where it raised (then ask `_jit.failure`)."""
+    """A registered Python function; NaN where it raised (then ask `_user.failure`)."""
     at = np.empty(1)
     y = np.empty(3)
     at[0] = x

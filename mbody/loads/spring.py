@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Damper", "Spring", "stretch"]
 
+
 @dataclass(frozen=True)
 class _Between(Load):
     """Two places and, instead of a number, a law."""

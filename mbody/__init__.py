@@ -1,0 +1,85 @@
+"""mbody: planar multibody dynamics. Describe a mechanism, get its motion and every joint force.
+
+>>> import mbody
+>>> machine = mbody.makers.four_bar(1.0, 3.0, 2.0, 3.5, masses=(1.0, 3.0, 2.0), speed=10.0)
+>>> run = mbody.kinetostatics(machine)
+>>> round(float(run["crank"].omega[0]), 6)
+10.0
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mbody import laws, makers, testing
+    from mbody.analysis import close_loops, kinematics, kinetostatics, statics
+    from mbody.assembler import assemble
+    from mbody.bodies import Body, Guess, SecondMoments, Slender, deg, rpm
+    from mbody.drivers import AngleDriver, CoordinateDriver, DistanceDriver
+    from mbody.elements import Marker, Polar, polar
+    from mbody.errors import ModelError, ModelWarning, SolveError
+    from mbody.joints import CustomJoint, Distance, Fixed, Prismatic, Revolute
+    from mbody.laws import (
+        Cam,
+        Constant,
+        ConstantAcceleration,
+        ConstantSpeed,
+        Dwell,
+        Function,
+        Harmonic,
+        Polynomial,
+        Rise,
+        Table,
+    )
+    from mbody.loads import (
+        CustomLoad,
+        Damper,
+        Force,
+        Gravity,
+        Spring,
+        Torque,
+        TorsionDamper,
+        TorsionSpring,
+    )
+    from mbody.mechanism import Mechanism
+    from mbody.solution import Reaction, Solution
+    from mbody.system import System
+
+__version__ = "0.1.0"
+
+# where each public name lives: loaded when it is asked for, so that `import mbody` costs nothing
+_HOME = {
+    "analysis": "close_loops kinematics kinetostatics statics",
+    "assembler": "assemble",
+    "bodies": "Body Guess SecondMoments Slender deg rpm",
+    "drivers": "AngleDriver CoordinateDriver DistanceDriver",
+    "elements": "Marker Polar polar",
+    "errors": "ModelError ModelWarning SolveError",
+    "joints": "CustomJoint Distance Fixed Prismatic Revolute",
+    "laws": "Cam Constant ConstantAcceleration ConstantSpeed Dwell Function Harmonic Polynomial "
+    "Rise Table",
+    "loads": "CustomLoad Damper Force Gravity Spring Torque TorsionDamper TorsionSpring",
+    "mechanism": "Mechanism",
+    "solution": "Reaction Solution",
+    "system": "System",
+}
+_MODULES = ("laws", "makers", "testing")
+_WHERE = {name: home for home, names in _HOME.items() for name in names.split()}
+
+__all__ = [*_WHERE, *_MODULES, "__version__"]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _MODULES:
+        return importlib.import_module(f"mbody.{name}")
+    if name in _WHERE:
+        value = getattr(importlib.import_module(f"mbody.{_WHERE[name]}"), name)
+        globals()[name] = value
+        return value
+    raise AttributeError(f"module 'mbody' has no attribute '{name}'")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,8 @@
+"""Analyses, one a file; each takes a Mechanism or a System and gives a Solution."""
+
+from mbody.analysis.close_loops import close_loops
+from mbody.analysis.kinematics import kinematics
+from mbody.analysis.kinetostatics import kinetostatics
+from mbody.analysis.statics import statics
+
+__all__ = ["close_loops", "kinematics", "kinetostatics", "statics"]

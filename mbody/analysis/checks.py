@@ -1,0 +1,110 @@
+"""Residuals of a finished solution, and the breakdown of its forces by cause."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mbody.core.audit import audit
+from mbody.core.causes import breakdown as kernel
+from mbody.core.output import PER_ATOM
+from mbody.drivers import Driver
+from mbody.errors import ModelError
+
+if TYPE_CHECKING:
+    from mbody.solution import Checks, Reaction, Solution
+
+__all__ = ["breakdown", "checks"]
+
+
+def checks(solution: Solution) -> Checks:
+    """Constraint, equilibrium and virtual-work residuals, relative, greatest of all instants."""
+    from mbody.solution import Checks
+
+    system = solution.system
+    parts = np.array([_audit(solution, design) for design in range(system.batch or 1)])
+    constraint, unbalanced, term, power, flow = np.moveaxis(parts, 2, 0)
+    forces = solution.analysis != "kinematics"
+
+    def relative(worst: np.ndarray, whole: np.ndarray) -> float:
+        top = float(whole.max(initial=0.0))
+        return float(np.abs(worst).max(initial=0.0)) / top if top > 0.0 else 0.0
+
+    return Checks(
+        constraint=float(constraint.max(initial=0.0)),
+        equilibrium=relative(unbalanced, term) if forces else 0.0,
+        virtual_work=relative(power, flow) if forces else 0.0,
+    )
+
+
+def _motion(solution: Solution, design: int) -> np.ndarray:
+    motion = solution.record.table(slice(0, 3 * solution.system.coordinates))
+    return motion[design] if solution.record.batch else motion
+
+
+def _audit(solution: Solution, design: int) -> np.ndarray:
+    """(instants, 5), as `mbody.core.audit` says."""
+    system = solution.system
+    first = 3 * system.coordinates
+    atoms = solution.record.table(slice(first, first + PER_ATOM * len(system.owners)))
+    atoms = atoms[design] if solution.record.batch else atoms
+    lam = atoms.reshape(len(solution.t), -1, PER_ATOM)[:, :, :2].reshape(len(solution.t), -1)
+    driven = [system.atoms_of[driver.name][0] for driver in system.mechanism.drivers]
+    given = solution.given
+    by_law = given is None
+    if given is None:
+        given = np.zeros((len(solution.t), max(1, len(driven)), 3))
+    output = np.empty((len(solution.t), 5))
+    audit(
+        system.runtime(),
+        system.work(designs=design),
+        _motion(solution, design),
+        solution.t,
+        np.ascontiguousarray(lam),
+        np.array(driven, dtype=np.int64),
+        np.ascontiguousarray(given),
+        by_law,
+        solution.analysis == "statics",
+        output,
+    )
+    return output
+
+
+def breakdown(solution: Solution, name: str, on: str | None) -> dict[str, Any]:
+    """Reactions or efforts that inertia and each load would have alone, by cause."""
+    system = solution.system
+    if system.batch is not None:
+        raise ModelError("the breakdown is for one design: take one from the batch", name)
+    if solution.analysis == "kinematics":
+        raise ModelError("kinematics finds no forces: use kinetostatics", name)
+    loads = system.mechanism.loads
+    size = PER_ATOM * len(system.owners)
+    output = np.empty((len(solution.t), len(loads) + 1, size, 1))
+    kernel(
+        system.runtime(),
+        system.work(),
+        solution.soft,
+        _motion(solution, 0),
+        solution.t,
+        len(loads),
+        output,
+    )
+    causes = ["inertia", *(load.name for load in loads)]
+    atoms = system.atoms_of.get(name)
+    if atoms is None:
+        raise ModelError(f"'{name}' is neither a joint nor a driver", name)
+    if isinstance(system.mechanism[name], Driver):
+        row = PER_ATOM * atoms[0]
+        return {cause: -output[:, n, row, 0] for n, cause in enumerate(causes)}
+    return {cause: _alone(solution, name, on, output[:, n, :, 0]) for n, cause in enumerate(causes)}
+
+
+def _alone(solution: Solution, joint: str, on: str | None, rows: np.ndarray) -> Reaction:
+    from mbody.solution import Reaction
+
+    whole = solution.reaction(joint, on)
+    sign = 1.0 if whole.on == solution.reaction(joint).on else -1.0
+    atoms = solution.system.atoms_of[joint]
+    parts = [sign * np.sum([rows[:, PER_ATOM * e + n] for e in atoms], axis=0) for n in (2, 3, 4)]
+    return Reaction(joint, whole.on, whole.by, *parts, whole.unique)

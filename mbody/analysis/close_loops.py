@@ -1,0 +1,95 @@
+"""The verb `close_loops`: one consistent position, and velocities, from a rough guess."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from mbody.analysis.closure import as_system, closed, raise_user_error
+from mbody.analysis.instants import plan
+from mbody.core.close import project
+from mbody.core.output import PER_ATOM
+from mbody.errors import ModelError
+from mbody.mechanism import Mechanism
+from mbody.solution import Record, Solution
+from mbody.system import System
+
+__all__ = ["close_loops"]
+
+
+def close_loops(
+    model: Mechanism | System,
+    t: float = 0.0,
+    *,
+    drive: Mapping[str, Any] | None = None,
+    guess: Mapping[str, Any] | None = None,
+    rates: Mapping[str, float] | None = None,
+) -> Solution:
+    """Close the loops from a rough guess: position analysis, initial assembly; velocities too.
+
+    Free degrees of freedom stay as near to the guess as the loops allow (least weighted change).
+
+    Parameters
+    ----------
+    model : Mechanism or System
+        With or without drivers.
+    t : float
+        Time at which drivers and laws are taken.
+    drive : mapping, optional
+        Value, or (value, rate), of drivers by name instead of their laws.
+    guess : mapping, optional
+        By body, instead of its own guess: angle [rad], or (x, y, angle) of the link axes.
+    rates : mapping, optional
+        Rough angular velocity of bodies [rad/time]; the nearest velocities that the constraints
+        allow are taken.
+
+    Returns
+    -------
+    Solution
+        One instant with positions and velocities.
+
+    Raises
+    ------
+    SolveError
+        When the loops cannot close: with the smallest gap and where.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> run = mbody.close_loops(mbody.makers.four_bar(1, 3, 2, 3.5), drive={"motor": 1.0})
+    >>> run.checks.constraint < 1e-12
+    True
+    """
+    system = as_system(model)
+    if system.batch is not None:
+        raise ModelError("close_loops takes one design: choose one of the batch with design(n)")
+    asked = plan(system, t, drive, None, None)
+    if len(asked.s) != 1:
+        raise ModelError("close_loops takes one instant: give one time and one value a driver")
+    names = [driver.name for driver in system.mechanism.drivers]
+    first = {} if not drive else dict(zip(names, asked.given[0, :, 0], strict=True))
+    start = closed(system, float(asked.t[0]), first, guess)
+    work = start.work
+    for name, rate in (rates or {}).items():
+        if name not in system.bodies or name == "ground":
+            raise ModelError(f"there is no moving body '{name}' to give a rate", name)
+        work.v[3 * system.bodies[name] + 2] = rate
+    if drive:
+        for n, row in enumerate(system.layout.driver_row):
+            work.signal[row + 1] = asked.given[0, n, 1]
+    project(system.runtime(), work, start.soft)
+    raise_user_error(system)
+    n3 = system.coordinates
+    block = np.zeros((1, 3 * n3 + PER_ATOM * len(system.owners), 1))
+    block[0, :n3], block[0, n3 : 2 * n3] = work.q[:n3], work.v[:n3]
+    return Solution(
+        system=system,
+        analysis="kinematics",
+        t=asked.t,
+        record=Record([block], 1, batch=False),
+        given=asked.given if drive else None,
+        soft=start.soft,
+        notes=tuple(start.notes),
+    )

@@ -1,0 +1,313 @@
+"""Closing the loops: the first position, the check that it determines the motion, the sentences."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mbody._user import failure
+from mbody.analysis.mobility import DENSE, Mobility, dense, mobility, rows_of, smallest_gap
+from mbody.analysis.placing import placed
+from mbody.assembler import assemble
+from mbody.core.close import close, laws_of_time
+from mbody.core.layout import Work
+from mbody.elements import wrapped
+from mbody.errors import ModelError, ModelWarning, SolveError
+from mbody.mechanism import Mechanism
+from mbody.system import System
+
+__all__ = ["SOFT", "Closed", "as_system", "check_determined", "closed", "raise_user_error"]
+
+#: Correction below which a position is closed, in model lengths and radians.
+TOLERANCE = 1e-13
+#: Proximal term of redundant rows, in dimensionless units.
+SOFT = 1e-9
+#: A pivot below this part of its diagonal calls for a look at the rank.
+SUSPICIOUS = 1e-10
+
+
+@dataclass
+class Closed:
+    """A closed position with what was found on the way.
+
+    Attributes
+    ----------
+    work : Work
+        Workspace at the position, its factor valid.
+    soft : float
+        Proximal term for the rows: zero unless some are redundant.
+    mobility : Mobility or None
+        Rank report, where one was made.
+    notes : list of str
+        Sentences for the user.
+    """
+
+    work: Work
+    soft: float = 0.0
+    mobility: Mobility | None = None
+    notes: list[str] = field(default_factory=list)
+
+
+def as_system(model: Mechanism | System) -> System:
+    """The system of a mechanism; a system as it is."""
+    if isinstance(model, System):
+        return model
+    if isinstance(model, Mechanism):
+        return assemble(model)
+    raise ModelError(f"an analysis takes a Mechanism or a System, not {model!r}")
+
+
+def raise_user_error(system: System) -> None:
+    """Raise what a user's own function raised inside a kernel, with the name of its element."""
+    for handle in system.user_handles():
+        found = failure(handle)
+        if found is not None:
+            error = found[1]
+            if not isinstance(error, Exception):
+                raise error
+            name = system.user_name(handle)
+            raise SolveError(
+                f"the function of '{name}' failed: {type(error).__name__}: {error}", name
+            ) from error
+
+
+def closed(
+    system: System,
+    t: float,
+    drive: Mapping[str, float],
+    guess: Mapping[str, Any] | None = None,
+    design: int = 0,
+    pose: np.ndarray | None = None,
+) -> Closed:
+    """Close the loops of one design at time t, given driver values winning over laws; from `pose`
+    (coordinates,) if there is one, else from the guesses.
+
+    Raises
+    ------
+    SolveError
+        When the loops cannot close, or a driver repeats what joints fix.
+    """
+    work = system.work(designs=design)
+    set_drive(system, work, t, drive)
+    values = {d.name: float(work.signal[row, 0]) for d, row in drivers(system)}
+    base = system if system.batch is None else system.design(design)
+    work.q[:, 0] = placed(base, guess, values) if pose is None else pose
+    start = work.q.copy()
+    good, straight, step, least = close(system.runtime(), work, 0.0, TOLERANCE)
+    raise_user_error(system)
+    result = Closed(work)
+    if good and smallest_ratio(system, work) < SUSPICIOUS:
+        good, straight = _settle_redundant(system, result, start)
+    if not good:
+        _explain_gap(system, work, start, t)
+    if pose is None:
+        _say_branch(system, result, start, straight, guess)
+    return result
+
+
+def set_drive(system: System, work: Work, t: float, drive: Mapping[str, float]) -> None:
+    """Signals at time t; values in `drive` replace those of the laws."""
+    work.time[:] = t
+    laws_of_time(system.runtime(), work)
+    raise_user_error(system)
+    for driver, row in drivers(system):
+        if driver.name in drive:
+            work.signal[row] = drive[driver.name]
+        if not np.isfinite(work.signal[row]).all():
+            raise SolveError(f"the law of '{driver.name}' has no value at t = {t:g}", driver.name)
+
+
+def drivers(system: System) -> list[tuple[Any, int]]:
+    """Drivers with the rows of their signals."""
+    rows = system.layout.driver_row
+    return list(zip(system.mechanism.drivers, rows.tolist(), strict=True))
+
+
+def smallest_ratio(system: System, work: Work) -> float:
+    """Least pivot of the factor in the workspace as a part of its diagonal; zero where dropped."""
+    inverse = work.pivot.reshape(system.layout.nodes, 3, -1)[:, ::2, 0].reshape(-1)
+    diagonal = work.diagonal[:, 0]
+    with np.errstate(divide="ignore"):
+        ratio = np.where(inverse > 0.0, 1.0 / (inverse * diagonal), 0.0)
+    return float(ratio.min(initial=1.0))
+
+
+def _settle_redundant(system: System, result: Closed, start: np.ndarray) -> tuple[bool, bool]:
+    """Close again with the proximal term where rows turn out to be dependent."""
+    if system.rows <= DENSE:
+        result.mobility = mobility(dense(system, result.work)[1])
+        if not result.mobility.redundant:
+            return True, True
+    result.soft = SOFT
+    result.work.q[:] = start
+    good, straight, *_ = close(system.runtime(), result.work, SOFT, TOLERANCE)
+    if good and system.rows <= DENSE:
+        result.mobility = mobility(dense(system, result.work)[1])
+    return good, straight
+
+
+def _explain_gap(system: System, work: Work, start: np.ndarray, t: float) -> None:
+    """Say which loop stays open and by how much, or which driver is one too many."""
+    length = system.mechanism.units.length
+    if system.rows > DENSE:
+        raise SolveError(f"'{system.mechanism.name}': loops do not close at t = {t:g}")
+    table = rows_of(system)
+    joints = len([1 for e, *_ in table if _owner(system, e) not in _driver_names(system)])
+    kept = np.arange(len(table)) < joints
+    work.q[:] = start
+    phi = smallest_gap(system, work, kept)
+    report = mobility(dense(system, work)[1][:joints])
+    names = [d.name for d in system.mechanism.drivers]
+    if np.abs(phi[:joints]).max(initial=0.0) < 1e-9 and report.free < len(names):
+        raise SolveError(
+            f"{len(names)} drivers ({', '.join(map(repr, names))}) for {report.free} degrees of "
+            f"freedom of '{system.mechanism.name}': remove {len(names) - report.free}",
+            names[-1],
+        )
+    if np.abs(phi[:joints]).max(initial=0.0) < 1e-9:
+        driver, row = drivers(system)[int(np.abs(phi[joints:]).argmax())]
+        off = float(np.abs(phi[joints:]).max()) * (1.0 if driver.rows == "a" else system.length)
+        unit = "rad" if driver.rows == "a" else length
+        raise SolveError(
+            f"driver '{driver.name}' cannot bring '{driver.bodies[1]}' to "
+            f"{float(work.signal[row, 0]):.6g} {unit} at t = {t:g}: it comes within {abs(off):.3g} "
+            f"{unit} where the links are stretched; check lengths and the law",
+            driver.name,
+        )
+    # hold all joints but one: the gap there is what a user would measure
+    best: tuple[float, str] = (np.inf, "")
+    for name in dict.fromkeys(_owner(system, e) for e, *_ in table[:joints]):
+        own = np.array([_owner(system, e) == name for e, *_ in table])
+        work.q[:] = start
+        phi = smallest_gap(system, work, ~own)
+        if np.abs(phi[~own]).max(initial=0.0) < 1e-6:
+            size = float(np.linalg.norm(phi[own])) * system.length
+            if size < best[0] * (1.0 - 1e-6):
+                best = (size, name)
+    if not best[1]:
+        worst = int(np.abs(phi).argmax())
+        best = (float(np.abs(phi[worst])) * system.length, _owner(system, table[worst][0]))
+    joint: Any = system.mechanism[best[1]]
+    raise SolveError(
+        f"loops do not close at t = {t:g}: the smallest gap is {best[0]:.4g} {length} at "
+        f"'{best[1]}' (between '{joint.i.body}' and '{joint.j.body}'): check lengths, or give a "
+        "better guess",
+        best[1],
+    )
+
+
+def _owner(system: System, atom: int) -> str:
+    return system.owners[atom][0].name
+
+
+def _driver_names(system: System) -> set[str]:
+    return {driver.name for driver in system.mechanism.drivers}
+
+
+def _say_branch(
+    system: System,
+    result: Closed,
+    start: np.ndarray,
+    straight: bool,
+    guess: Mapping[str, Any] | None,
+) -> None:
+    """Warn where a guess and the position found lie on different sides of a singular position."""
+    size = 3 * system.layout.bodies
+    guessed = [
+        (n, body.name)
+        for n, body in enumerate(system.mechanism.bodies)
+        if (guess and body.name in guess) or body.guess.angle is not None
+    ]
+    if not guessed or system.rows != size or system.rows > 300 or result.soft:
+        return
+    found = result.work.q.copy()
+    here = np.linalg.slogdet(dense(system, result.work)[1])[0]
+    result.work.q[:] = start
+    there = np.linalg.slogdet(dense(system, result.work)[1])[0]
+    result.work.q[:] = found
+    dense(system, result.work)
+    if straight and here == there:
+        return
+    far, name = max(
+        (abs(wrapped(float(found[3 * n + 2, 0] - start[3 * n + 2, 0]))), name)
+        for n, name in guessed
+    )
+    note = (
+        f"the guess is on another branch than the position found: '{name}' came out "
+        f"{np.degrees(far):.1f} deg from where the guess puts it; guess nearer to the branch that "
+        "you want"
+    )
+    result.notes.append(note)
+    warnings.warn(note, ModelWarning, stacklevel=5)
+
+
+def check_determined(system: System, result: Closed, what: str) -> None:
+    """Refuse a position that the drivers do not determine.
+
+    Raises
+    ------
+    SolveError
+        With free degrees of freedom, a driver that repeats others, or a dead centre.
+    """
+    regular = system.rows == system.coordinates and not result.soft
+    if regular and smallest_ratio(system, result.work) > SUSPICIOUS:
+        return
+    if system.rows > DENSE:
+        if system.rows >= system.coordinates:
+            return
+        free = system.coordinates - system.rows
+        raise SolveError(_too_few(system, what, free, None))
+    G = dense(system, result.work)[1]
+    report = result.mobility = mobility(G)
+    names = [driver.name for driver in system.mechanism.drivers]
+    joints = mobility(G[: system.rows - len(names)])
+    independent = report.rank - joints.rank
+    if independent == len(names):
+        if report.free:
+            raise SolveError(_too_few(system, what, report.free, report.motions))
+        return
+    at_fault = _dependent_driver(G, system.rows - len(names))
+    driver, row = drivers(system)[at_fault]
+    value = float(result.work.signal[row, 0])
+    if joints.free >= len(names):
+        where = f"{np.degrees(value):.4g} deg" if driver.rows == "a" else f"{value:.6g}"
+        body = _fastest(system, joints.motions) if joints.free else driver.bodies[1]
+        raise SolveError(
+            f"dead centre at {where} of '{driver.bodies[1]}': driver '{driver.name}' cannot drive "
+            f"it through there; drive '{body}', or start elsewhere",
+            driver.name,
+        )
+    raise SolveError(
+        f"driver '{driver.name}' repeats what joints and other drivers already impose (rank "
+        f"{report.rank} of {report.rows}): remove it",
+        driver.name,
+    )
+
+
+def _too_few(system: System, what: str, free: int, motions: np.ndarray | None) -> str:
+    body = system.mechanism.bodies[0].name if motions is None else _fastest(system, motions)
+    freedom = "degree" if free == 1 else "degrees"
+    return (
+        f"{what} needs 0 free degrees of freedom, '{system.mechanism.name}' has {free} {freedom} "
+        f"left: add a driver, for example on '{body}'"
+    )
+
+
+def _fastest(system: System, motions: np.ndarray) -> str:
+    """Body that turns most in the free motions, or moves most where none turns."""
+    turning = np.abs(motions[:, 2::3]).max(axis=0)
+    if turning.max() < 1e-9:
+        turning = np.abs(motions).max(axis=0).reshape(-1, 3).max(axis=1)
+    # the first of those nearly as fast as the fastest: usually the crank
+    fast = np.flatnonzero(turning > 0.5 * turning.max())
+    return system.mechanism.bodies[int(fast[0])].name
+
+
+def _dependent_driver(G: np.ndarray, joints: int) -> int:
+    """The last driver whose row depends on the rows before it."""
+    ranks = [mobility(G[: joints + n]).rank for n in range(len(G) - joints + 1)]
+    return max(n for n in range(len(ranks) - 1) if ranks[n + 1] == ranks[n])

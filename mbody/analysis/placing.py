@@ -1,0 +1,121 @@
+"""A first pose of every body from rough guesses: neighbours, drivers and joints fill what is missing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from mbody.bodies import Body, Guess, as_guess
+from mbody.drivers import AngleDriver
+from mbody.elements import Marker, Numbers
+from mbody.errors import ModelError
+from mbody.joints import Fixed, Joint, Prismatic, Revolute
+from mbody.system import System
+
+__all__ = ["placed"]
+
+Pose = tuple[float, float, float]
+
+
+def placed(system: System, guess: Mapping[str, Any] | None, drive: Mapping[str, float]) -> Any:
+    """Poses of all mass centres, ground last: (3·bodies + 3,).
+
+    Parameters
+    ----------
+    guess : mapping, optional
+        By body, in place of the guess in its description: an angle [rad], (x, y, angle) or `Guess`.
+    drive : mapping
+        Value of every driver at the first instant.
+    """
+    return _Placing(system, guess or {}, drive).coordinates()
+
+
+class _Placing:
+    def __init__(
+        self, system: System, guess: Mapping[str, Any], drive: Mapping[str, float]
+    ) -> None:
+        self.system = system
+        self.mechanism = system.mechanism
+        self.at: Numbers = system.numbers
+        self.drive = drive
+        for name in guess:
+            if not isinstance(self.mechanism[name], Body):
+                raise ModelError(f"a guess is for bodies, '{name}' is none", name)
+        self.guess: dict[str, Guess] = {
+            body.name: as_guess(guess[body.name], body.name) if body.name in guess else body.guess
+            for body in self.mechanism.bodies
+        }
+        self.poses: dict[str, Pose] = {"ground": (0.0, 0.0, 0.0)}
+
+    def coordinates(self) -> np.ndarray:
+        waiting = [body.name for body in self.mechanism.bodies]
+        while waiting:
+            joint, name = self._next(waiting)
+            self.poses[name] = self._pose(name, joint)
+            waiting.remove(name)
+        result = np.zeros(3 * len(self.mechanism.bodies) + 3)
+        for n, body in enumerate(self.mechanism.bodies):
+            x, y, angle = self.poses[body.name]
+            cx, cy = self.at.point(f"{body.name}.cg")
+            c, s = math.cos(angle), math.sin(angle)
+            result[3 * n : 3 * n + 3] = x + c * cx - s * cy, y + s * cx + c * cy, angle
+        return result
+
+    def _next(self, waiting: list[str]) -> tuple[Joint | None, str]:
+        """The next body that hangs on a placed one: pins before slides, drivers' bodies first."""
+        best: tuple[int, Joint | None, str] | None = None
+        for joint in self.mechanism.joints:
+            ends = (joint.i.body, joint.j.body)
+            for here, other in (ends, ends[::-1]):
+                if here in self.poses and other in waiting:
+                    rank = 0 if isinstance(joint, (Revolute, Fixed)) else 2
+                    rank += 0 if self._angle(other, joint) is not None else 1
+                    if best is None or rank < best[0]:
+                        best = (rank, joint, other)
+        return (None, waiting[0]) if best is None else best[1:]
+
+    def _angle(self, name: str, joint: Joint | None) -> float | None:
+        """Angle of a body: driven, bound by the joint, guessed; None if nothing is known."""
+        for driver in self.mechanism.drivers:
+            if isinstance(driver, AngleDriver) and driver.name in self.drive:
+                i, j = driver.bodies
+                if j == name and i in self.poses:
+                    return self.poses[i][2] + self.drive[driver.name]
+                if i == name and j in self.poses:
+                    return self.poses[j][2] - self.drive[driver.name]
+        if isinstance(joint, (Fixed, Prismatic)):
+            beta = float(self.at.angle(joint, "j")) - float(self.at.angle(joint, "i"))
+            if joint.j.body == name:
+                return self.poses[joint.i.body][2] - beta
+            return self.poses[joint.j.body][2] + beta
+        return self.guess[name].angle
+
+    def _pose(self, name: str, joint: Joint | None) -> Pose:
+        guess = self.guess[name]
+        angle = self._angle(name, joint) or 0.0
+        if guess.x is not None and guess.y is not None:
+            return guess.x, guess.y, angle
+        if joint is None:
+            return guess.x or 0.0, guess.y or 0.0, angle
+        own, other = ("j", "i") if joint.j.body == name else ("i", "j")
+        x, y = self._world(joint, other)
+        px, py = self._local(joint, own)
+        c, s = math.cos(angle), math.sin(angle)
+        return x - c * px + s * py, y - s * px - c * py, angle
+
+    def _local(self, joint: Joint, field: str) -> tuple[float, float]:
+        """Place of a joint's end in link axes."""
+        marker: Marker = getattr(joint, field)
+        named = isinstance(marker.point, str)
+        x, y = self.at.point(f"{marker.body}.{marker.point}" if named else f"{joint.name}.{field}")
+        return float(x), float(y)
+
+    def _world(self, joint: Joint, field: str) -> tuple[float, float]:
+        marker: Marker = getattr(joint, field)
+        x, y, angle = self.poses[marker.body]
+        px, py = self._local(joint, field)
+        c, s = math.cos(angle), math.sin(angle)
+        return x + c * px - s * py, y + s * px + c * py

@@ -1,0 +1,330 @@
+"""Results by name: histories of bodies, points, reactions, efforts; checks; tables."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mbody.core.output import PER_ATOM
+from mbody.elements import Marker, as_marker
+from mbody.errors import ModelError
+from mbody.joints import Joint
+from mbody.mechanism import Mechanism
+from mbody.system import System
+
+__all__ = ["BodyHistory", "Checks", "PointHistory", "Reaction", "Record", "Solution"]
+
+Array = np.ndarray
+
+
+class Record:
+    """Rows of numbers over instants, as the kernels left them; a history is taken when asked for.
+
+    Parameters
+    ----------
+    blocks : list of arrays (instants, rows, lanes)
+        One after another along the lanes.
+    count : int
+        Instants of a single motion, or designs of a batch.
+    batch : bool
+        Whether a lane is a design; else a lane is a piece of one motion, its last instant being
+        the first of the next lane where there are several.
+    """
+
+    def __init__(self, blocks: list[Array], count: int, batch: bool) -> None:
+        self.blocks, self.count, self.batch = blocks, count, batch
+
+    def take(self, row: int) -> Array:
+        """History of one row: (instants,), or (designs, instants) of a batch."""
+        if self.batch:
+            return np.concatenate([block[:, row, :].T for block in self.blocks])[: self.count]
+        return self._pieces(self.blocks[0])[:, row, :].T.reshape(-1)[: self.count]
+
+    def table(self, rows: slice) -> Array:
+        """Histories of many rows at once: (instants, rows), or (designs, instants, rows)."""
+        if self.batch:
+            parts = [block[:, rows, :].transpose(2, 0, 1) for block in self.blocks]
+            return np.ascontiguousarray(np.concatenate(parts)[: self.count])
+        block = self._pieces(self.blocks[0])[:, rows, :].transpose(2, 0, 1)
+        return np.ascontiguousarray(block.reshape(-1, block.shape[2])[: self.count])
+
+    @staticmethod
+    def _pieces(block: Array) -> Array:
+        return block if block.shape[2] == 1 else block[:-1]
+
+
+@dataclass(frozen=True)
+class BodyHistory:
+    """Motion of one body: its mass centre and its angle.
+
+    Attributes
+    ----------
+    x, y, vx, vy, ax, ay : arrays (instants,)
+        Mass centre, world axes.
+    angle, omega, alpha : arrays (instants,)
+        Of the link's x axis [rad], and its rates.
+    """
+
+    name: str
+    x: Array
+    y: Array
+    angle: Array
+    vx: Array
+    vy: Array
+    omega: Array
+    ax: Array
+    ay: Array
+    alpha: Array
+
+
+@dataclass(frozen=True)
+class PointHistory:
+    """Motion of a point of a body, world axes: arrays (instants,)."""
+
+    name: str
+    x: Array
+    y: Array
+    vx: Array
+    vy: Array
+    ax: Array
+    ay: Array
+
+
+@dataclass(frozen=True)
+class Reaction:
+    """Force and torque on body `on` by body `by` at a joint, world axes: arrays (instants,).
+
+    Attributes
+    ----------
+    unique : tuple of three bool, or None
+        Whether each of fx, fy, torque is determined; redundant constraints may leave it open, and
+        the one of least norm is given. None where it was not looked at.
+    """
+
+    joint: str
+    on: str
+    by: str
+    fx: Array
+    fy: Array
+    torque: Array
+    unique: tuple[bool, bool, bool] | None = (True, True, True)
+
+    @property
+    def magnitude(self) -> Array:
+        """√(fx² + fy²)."""
+        return np.hypot(self.fx, self.fy)
+
+    @property
+    def direction(self) -> Array:
+        """Angle of the force from the world's x axis, 0 … 2π [rad]."""
+        return np.mod(np.arctan2(self.fy, self.fx), 2.0 * np.pi)
+
+
+@dataclass(frozen=True)
+class Checks:
+    """Relative maxima over all instants of what must vanish.
+
+    Attributes
+    ----------
+    constraint : float
+        Violation of the constraints, lengths by the model length.
+    equilibrium : float
+        f − M a − Gᵀλ as a part of its greatest term at any instant.
+    virtual_work : float
+        Power of loads, inertia and drivers as a part of the peak power.
+    """
+
+    constraint: float
+    equilibrium: float
+    virtual_work: float
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """What an analysis found: histories by name, in the units of the mechanism.
+
+    Histories have one entry an instant; those of a batch have a first axis of designs.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> run = mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0))
+    >>> float(run["crank"].omega[0])
+    10.0
+    """
+
+    system: System
+    analysis: str
+    t: Array
+    record: Record = field(repr=False)
+    given: Array | None = field(repr=False)
+    soft: float = 0.0
+    dependencies: Array | None = field(default=None, repr=False)
+    notes: tuple[str, ...] = ()
+    status: str = "completed"
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The description that was analysed."""
+        return self.system.mechanism
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def __getitem__(self, body: str) -> BodyHistory:
+        if body not in self.system.bodies:
+            known = ", ".join(repr(name) for name in self.system.bodies)
+            raise ModelError(f"there is no body '{body}' (there are: {known})", body)
+        n3, b = self.system.coordinates, self.system.bodies[body]
+        if body == "ground":
+            zero = np.zeros_like(self.record.take(0))
+            return BodyHistory(body, *([zero] * 9))
+        parts = [self.record.take(k * n3 + 3 * b + n) for k in range(3) for n in range(3)]
+        return BodyHistory(body, *parts)
+
+    def point(self, place: Marker | str) -> PointHistory:
+        """Motion of a place on a body, such as ``"coupler.P"`` or ``coupler.at(1.0, 2.0)``."""
+        marker = as_marker(place, "point", "place")
+        body = self[marker.body]
+        x, y = self._local(marker)
+        c, s = np.cos(body.angle), np.sin(body.angle)
+        px, py = c * x - s * y, s * x + c * y
+        w, alpha = body.omega, body.alpha
+        return PointHistory(
+            str(marker),
+            body.x + px,
+            body.y + py,
+            body.vx - w * py,
+            body.vy + w * px,
+            body.ax - alpha * py - w * w * px,
+            body.ay + alpha * px - w * w * py,
+        )
+
+    def _local(self, marker: Marker) -> tuple[Any, Any]:
+        """Place of a marker from the mass centre in link axes, a column a design in a batch."""
+        at = self.system.numbers
+        if isinstance(marker.point, str):
+            name = f"{marker.body}.{marker.point}"
+            if f"{name}.x" not in self.system.values and f"{name}.r" not in self.system.values:
+                raise ModelError(f"body '{marker.body}' has no point '{marker.point}'", marker.body)
+            x, y = at.point(name)
+        elif isinstance(marker.point, tuple):
+            x, y = marker.point
+        else:
+            x, y = (
+                marker.point.r * np.cos(marker.point.angle),
+                marker.point.r * np.sin(marker.point.angle),
+            )
+        cx, cy = at.point(f"{marker.body}.cg")
+        column = [np.asarray(value, dtype=float) for value in (x - cx, y - cy)]
+        return tuple(value[:, None] if value.ndim else float(value) for value in column)
+
+    def _atom(self, e: int) -> list[Array]:
+        first = 3 * self.system.coordinates + PER_ATOM * e
+        return [self.record.take(first + n) for n in range(PER_ATOM)]
+
+    def reaction(self, joint: str, on: str | None = None) -> Reaction:
+        """Force and torque of a joint on body `on` (by default body j) at the joint's place on j.
+
+        Raises
+        ------
+        ModelError
+            For a joint that does not exist, a body that it does not join, or an analysis without
+            forces.
+        """
+        element = self._joint(joint)
+        i, j = element.i.body, element.j.body
+        if on not in (None, i, j):
+            raise ModelError(f"joint '{joint}' joins '{i}' and '{j}', not '{on}'", joint)
+        atoms = self.system.atoms_of[joint]
+        fx, fy, torque = (sum(self._atom(e)[n] for e in atoms) for n in (2, 3, 4))
+        unique = self._unique(joint)
+        if on == i:
+            return Reaction(joint, i, j, -fx, -fy, -torque, unique)
+        return Reaction(joint, j, i, fx, fy, torque, unique)
+
+    def _joint(self, joint: str) -> Joint:
+        element = self.mechanism[joint]
+        if not isinstance(element, Joint):
+            raise ModelError(f"'{joint}' is no joint", joint)
+        if self.analysis == "kinematics":
+            raise ModelError("kinematics finds no forces: use kinetostatics", joint)
+        return element
+
+    def _unique(self, joint: str) -> tuple[bool, bool, bool] | None:
+        if not self.soft:
+            return (True, True, True)
+        if self.dependencies is None:
+            return None
+        open_parts = self.dependencies[joint]
+        return (not open_parts[0], not open_parts[1], not open_parts[2])
+
+    def effort(self, driver: str) -> Array:
+        """Effort of a driver, a torque [force·length] or a force: its product with the driven rate
+        is the power given to the mechanism.
+        """
+        if driver not in {d.name for d in self.mechanism.drivers}:
+            raise ModelError(f"there is no driver '{driver}'", driver)
+        if self.analysis == "kinematics":
+            raise ModelError("kinematics finds no forces: use kinetostatics", driver)
+        return -self._atom(self.system.atoms_of[driver][0])[0]
+
+    def inertia(self, body: str) -> tuple[Array, Array, Array]:
+        """D'Alembert's inertia force and torque of a body: (−m ax, −m ay, −I α)."""
+        history, b = self[body], self.system.bodies[body]
+        mass = self.system.mass[3 * b : 3 * b + 3]
+        m, _, inertia = mass[:, :, None] if self.system.batch is not None else mass[:, 0]
+        return -m * history.ax, -m * history.ay, -inertia * history.alpha
+
+    @functools.cached_property
+    def checks(self) -> Checks:
+        """Residuals by routes that the analysis did not take."""
+        from mbody.analysis.checks import checks
+
+        return checks(self)
+
+    def breakdown(self, name: str, on: str | None = None) -> dict[str, Any]:
+        """What inertia and each load alone would make of a joint's reaction or a driver's effort.
+
+        Returns
+        -------
+        dict
+            By cause ("inertia", then the names of the loads): a `Reaction`, or the effort's array.
+            They sum to the whole.
+        """
+        from mbody.analysis.checks import breakdown
+
+        return breakdown(self, name, on)
+
+    def columns(self) -> dict[str, Array]:
+        """All histories by column name, such as ``"crank.omega [rad/s]"``, for tables and files.
+
+        Names say the unit; the first column is time. Only of one design, not of a batch.
+        """
+        from mbody.io.tables import columns
+
+        return columns(self)
+
+    def to_dataframe(self) -> Any:
+        """The columns as a pandas DataFrame; pandas is asked for only here."""
+        from mbody.io.tables import dataframe
+
+        return dataframe(self)
+
+    def to_csv(self, path: Any) -> None:
+        """Write the columns as comma-separated values, numbers in full precision."""
+        from mbody.io.tables import write_csv
+
+        write_csv(self, path)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(body.name for body in self.mechanism.bodies)
+
+    def __str__(self) -> str:
+        from mbody.io.sheet import sheet
+
+        return sheet(self)
