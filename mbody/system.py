@@ -180,32 +180,49 @@ class System:
             columns[:] = 1.0 / np.maximum(inertia * work.share[:, None, :], least)
         else:
             columns[:] = np.array([1.0, 1.0, self.length**-2])[None, :, None]
-        for e, kinds in enumerate(self.row_kinds):
-            node = L.atom_node[e]
-            for row in range(2):
-                if row < len(kinds):
-                    scale = 1.0 if kinds[row] == "l" else self.length**-2
-                    work.soft[2 * node + row] = scale
-                else:
-                    work.pad[2 * node + row] = 1.0
-        self._welds(work)
+        soft, pad, blocks = self._fixed_rows
+        work.soft[: len(soft)], work.pad[: len(pad)], work.block[: len(blocks)] = soft, pad, blocks
         return work
 
-    def _welds(self, work: Work) -> None:
-        """Blocks of the welds between the slots of one body: equal x and y, then equal angle."""
+    @functools.cached_property
+    def _fixed_rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Numbers of the nodes that no position changes, each (rows, 1).
+
+        The proximal term and the identity rows, and the blocks of the welds between the slots of
+        one body: equal x and y, then equal angle.
+        """
         L = self.layout
-        free = np.setdiff1d(np.arange(L.nodes), L.atom_node)
+        soft, pad, blocks = (np.zeros((size * L.nodes, 1)) for size in (2, 2, 12))
+        for kinds, node in zip(self.row_kinds, L.atom_node, strict=True):
+            for row in range(2):
+                if row < len(kinds):
+                    soft[2 * node + row] = 1.0 if kinds[row] == "l" else self.length**-2
+                else:
+                    pad[2 * node + row] = 1.0
         seen: set[tuple[int, int]] = set()
-        for node in free:
+        for node in np.setdiff1d(np.arange(L.nodes), L.atom_node):
             o = 12 * node
             pair = (int(L.node_column[2 * node]), int(L.node_column[2 * node + 1]))
             if pair not in seen:
                 seen.add(pair)
-                work.block[o], work.block[o + 4] = 1.0, 1.0
-                work.block[o + 6], work.block[o + 10] = -1.0, -1.0
+                blocks[[o, o + 4]], blocks[[o + 6, o + 10]] = 1.0, -1.0
             else:
-                work.block[o + 2], work.block[o + 8] = 1.0, -1.0
-                work.pad[2 * node + 1] = 1.0
+                blocks[o + 2], blocks[o + 8] = 1.0, -1.0
+                pad[2 * node + 1] = 1.0
+        return soft, pad, blocks
+
+    @functools.cached_property
+    def row_table(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Atom, row of the atom, and whether it is an angle, of every row: joints in the order of
+        the description, then drivers."""
+        found = [
+            (e, row, kind == "a")
+            for atoms in self.atoms_of.values()
+            for e in atoms
+            for row, kind in enumerate(self.row_kinds[e])
+        ]
+        table = np.array(found, dtype=np.int64).reshape(-1, 3)
+        return table[:, 0], table[:, 1], table[:, 2] == 1
 
     def runtime(self) -> Layout:
         """The layout with handles for the user's own functions, alive as long as the system."""

@@ -306,8 +306,9 @@ class Reference:
     # -- motion -----------------------------------------------------------------------------
 
     def _active(self, drive: Iterable[str] | None) -> np.ndarray:
-        """Indices of the rows of all joints and of the drivers named (None: of all)."""
-        active = {d.name for d in self.mechanism.drivers} if drive is None else set(drive)
+        """Indices of rows of all joints and of the drivers named (None or a mapping: all)."""
+        every = drive is None or isinstance(drive, Mapping)
+        active = {d.name for d in self.mechanism.drivers} if every else set(drive)
         active |= {joint.name for joint in self.mechanism.joints}
         return np.array(
             [
@@ -465,7 +466,8 @@ class Reference:
         q, v, a : arrays (3n,)
             The motion at time t.
         drive : names, optional
-            The drivers that hold the motion, by default all.
+            The drivers that hold the motion, by default all (also where a mapping is given, as
+            analyses take it: values do not matter here).
 
         Returns
         -------

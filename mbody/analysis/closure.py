@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mbody._user import failure
-from mbody.analysis.mobility import DENSE, Mobility, dense, mobility, rows_of, smallest_gap
+from mbody.analysis.mobility import DENSE, Mobility, dense, mobility, smallest_gap
 from mbody.analysis.placing import placed
 from mbody.assembler import assemble
 from mbody.core.close import close, laws_of_time
@@ -97,7 +97,7 @@ def closed(
     base = system if system.batch is None else system.design(design)
     work.q[:, 0] = placed(base, guess, values) if pose is None else pose
     start = work.q.copy()
-    good, straight, step, least = close(system.runtime(), work, 0.0, TOLERANCE)
+    good, straight, *_ = close(system.runtime(), work, 0.0, rounding(system, work))
     raise_user_error(system)
     result = Closed(work)
     if good and smallest_ratio(system, work) < SUSPICIOUS:
@@ -107,6 +107,13 @@ def closed(
     if pose is None:
         _say_branch(system, result, start, straight, guess)
     return result
+
+
+def rounding(system: System, work: Work) -> float:
+    """Size of a correction that is rounding of these coordinates."""
+    places = work.q[: system.coordinates, 0].reshape(-1, 3)
+    size = max(np.abs(places[:, :2]).max() / system.length, np.abs(places[:, 2]).max())
+    return float(TOLERANCE * (1.0 + size))
 
 
 def set_drive(system: System, work: Work, t: float, drive: Mapping[str, float]) -> None:
@@ -129,8 +136,9 @@ def drivers(system: System) -> list[tuple[Any, int]]:
 
 def smallest_ratio(system: System, work: Work) -> float:
     """Least pivot of the factor in the workspace as a part of its diagonal; zero where dropped."""
-    inverse = work.pivot.reshape(system.layout.nodes, 3, -1)[:, ::2, 0].reshape(-1)
-    diagonal = work.diagonal[:, 0]
+    nodes = system.layout.nodes
+    inverse = work.pivot[: 3 * nodes, 0].reshape(nodes, 3)[:, ::2].reshape(-1)
+    diagonal = work.diagonal[: 2 * nodes, 0]
     with np.errstate(divide="ignore"):
         ratio = np.where(inverse > 0.0, 1.0 / (inverse * diagonal), 0.0)
     return float(ratio.min(initial=1.0))
@@ -144,7 +152,9 @@ def _settle_redundant(system: System, result: Closed, start: np.ndarray) -> tupl
             return True, True
     result.soft = SOFT
     result.work.q[:] = start
-    good, straight, *_ = close(system.runtime(), result.work, SOFT, TOLERANCE)
+    good, straight, *_ = close(
+        system.runtime(), result.work, SOFT, rounding(system, result.work)
+    )
     if good and system.rows <= DENSE:
         result.mobility = mobility(dense(system, result.work)[1])
     return good, straight
@@ -155,9 +165,9 @@ def _explain_gap(system: System, work: Work, start: np.ndarray, t: float) -> Non
     length = system.mechanism.units.length
     if system.rows > DENSE:
         raise SolveError(f"'{system.mechanism.name}': loops do not close at t = {t:g}")
-    table = rows_of(system)
-    joints = len([1 for e, *_ in table if _owner(system, e) not in _driver_names(system)])
-    kept = np.arange(len(table)) < joints
+    owners = np.array([system.owners[e][0].name for e in system.row_table[0]])
+    joints = len(owners) - len(system.mechanism.drivers)
+    kept = np.arange(len(owners)) < joints
     work.q[:] = start
     phi = smallest_gap(system, work, kept)
     report = mobility(dense(system, work)[1][:joints])
@@ -180,8 +190,11 @@ def _explain_gap(system: System, work: Work, start: np.ndarray, t: float) -> Non
         )
     # hold all joints but one: the gap there is what a user would measure
     best: tuple[float, str] = (np.inf, "")
-    for name in dict.fromkeys(_owner(system, e) for e, *_ in table[:joints]):
-        own = np.array([_owner(system, e) == name for e, *_ in table])
+    # of joints with equal gaps the one between two moving bodies is named
+    mechanism = system.mechanism
+    inner = sorted(mechanism.joints, key=lambda joint: "ground" in (joint.i.body, joint.j.body))
+    for name in (joint.name for joint in inner):
+        own = owners == name
         work.q[:] = start
         phi = smallest_gap(system, work, ~own)
         if np.abs(phi[~own]).max(initial=0.0) < 1e-6:
@@ -190,7 +203,7 @@ def _explain_gap(system: System, work: Work, start: np.ndarray, t: float) -> Non
                 best = (size, name)
     if not best[1]:
         worst = int(np.abs(phi).argmax())
-        best = (float(np.abs(phi[worst])) * system.length, _owner(system, table[worst][0]))
+        best = (float(np.abs(phi[worst])) * system.length, str(owners[worst]))
     joint: Any = system.mechanism[best[1]]
     raise SolveError(
         f"loops do not close at t = {t:g}: the smallest gap is {best[0]:.4g} {length} at "
@@ -198,14 +211,6 @@ def _explain_gap(system: System, work: Work, start: np.ndarray, t: float) -> Non
         "better guess",
         best[1],
     )
-
-
-def _owner(system: System, atom: int) -> str:
-    return system.owners[atom][0].name
-
-
-def _driver_names(system: System) -> set[str]:
-    return {driver.name for driver in system.mechanism.drivers}
 
 
 def _say_branch(
@@ -229,7 +234,6 @@ def _say_branch(
     result.work.q[:] = start
     there = np.linalg.slogdet(dense(system, result.work)[1])[0]
     result.work.q[:] = found
-    dense(system, result.work)
     if straight and here == there:
         return
     far, name = max(

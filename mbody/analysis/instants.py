@@ -41,6 +41,19 @@ class Plan:
     t: np.ndarray
     given: np.ndarray
 
+    def take(self, index: np.ndarray) -> Plan:
+        """Only some of the instants, in that order."""
+        given = self.given if self.mode == BY_TIME else np.ascontiguousarray(self.given[index])
+        s, t = (np.ascontiguousarray(part[index]) for part in (self.s, self.t))
+        return Plan(self.mode, s, t, given)
+
+    def first(self, system: System, k: int = 0) -> dict[str, float]:
+        """Values of the drivers at instant k, where the laws do not say them."""
+        if self.mode == BY_TIME:
+            return {}
+        names = [driver.name for driver in system.mechanism.drivers]
+        return dict(zip(names, self.given[k, :, 0].tolist(), strict=True))
+
     @property
     def chords(self) -> np.ndarray:
         """Change of every driver's value from each instant to the next, (instants, drivers)."""

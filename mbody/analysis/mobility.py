@@ -13,7 +13,7 @@ from mbody.core.close import violation
 from mbody.core.layout import Work
 from mbody.system import System
 
-__all__ = ["DENSE", "Mobility", "dense", "mobility", "rows_of", "smallest_gap"]
+__all__ = ["DENSE", "Mobility", "dense", "mobility", "smallest_gap"]
 
 #: Rows up to which dense matrices are made.
 DENSE = 1500
@@ -52,37 +52,24 @@ class Mobility:
         return self.rows - self.rank
 
 
-def rows_of(system: System) -> list[tuple[int, int, str]]:
-    """(atom, row of the atom, letter) of every row, joints in the order of the description, then
-    drivers.
-    """
-    return [
-        (e, row, kind)
-        for atoms in system.atoms_of.values()
-        for e in atoms
-        for row, kind in enumerate(system.row_kinds[e])
-    ]
-
-
 def dense(system: System, work: Work) -> tuple[np.ndarray, np.ndarray]:
-    """Dimensionless Φ (rows,) and Φ_q (rows, coordinates) at the position in the workspace, the
-    signals being set.
+    """Dimensionless Φ (rows,) and Φ_q (rows, coordinates) at the position in the workspace.
+
+    Rows as in `System.row_table`; the signals must be set.
     """
     L, length = system.layout, system.length
     violation(system.runtime(), work)
-    table = rows_of(system)
-    phi = np.empty(len(table))
-    G = np.zeros((len(table), 3 * L.bodies + 3))
-    for n, (e, row, kind) in enumerate(table):
-        node = L.atom_node[e]
-        unit = 1.0 / length if kind == "l" else 1.0
-        phi[n] = unit * work.phi[2 * node + row, 0]
-        for side, body in enumerate((L.atom_i[e], L.atom_j[e])):
-            o = 12 * node + 6 * side + 3 * row
-            G[n, 3 * body : 3 * body + 3] += unit * work.block[o : o + 3, 0]
-    G = G[:, : 3 * L.bodies]
-    G.reshape(len(table), -1, 3)[:, :, :2] *= length
-    return phi, G
+    atom, row, is_angle = system.row_table
+    unit = np.where(is_angle, 1.0, 1.0 / length)
+    node = L.atom_node[atom]
+    phi = unit * work.phi[2 * node + row, 0]
+    blocks = work.block[: 12 * L.nodes, 0].reshape(-1, 2, 2, 3)
+    G = np.zeros((len(atom), L.bodies + 1, 3))
+    every = np.arange(len(atom))
+    for side, body in enumerate((L.atom_i, L.atom_j)):
+        G[every, body[atom]] += unit[:, None] * blocks[node, side, row]
+    G[:, :, :2] *= length
+    return phi, G[:, :-1].reshape(len(atom), 3 * L.bodies)
 
 
 def mobility(G: np.ndarray) -> Mobility:

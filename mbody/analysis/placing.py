@@ -1,7 +1,8 @@
-"""A first pose of every body from rough guesses: neighbours, drivers and joints fill what is missing."""
+"""A first pose of every body: what a rough guess leaves out, neighbours and drivers fill in."""
 
 from __future__ import annotations
 
+import heapq
 import math
 from collections.abc import Mapping
 from typing import Any
@@ -40,7 +41,6 @@ class _Placing:
         self.system = system
         self.mechanism = system.mechanism
         self.at: Numbers = system.numbers
-        self.drive = drive
         for name in guess:
             if not isinstance(self.mechanism[name], Body):
                 raise ModelError(f"a guess is for bodies, '{name}' is none", name)
@@ -49,43 +49,57 @@ class _Placing:
             for body in self.mechanism.bodies
         }
         self.poses: dict[str, Pose] = {"ground": (0.0, 0.0, 0.0)}
+        # of every body: the other body of an angle driver, and its angle from it
+        self.driven: dict[str, list[tuple[str, float, float]]] = {}
+        for driver in self.mechanism.drivers:
+            if isinstance(driver, AngleDriver) and driver.name in drive:
+                i, j = driver.bodies
+                self.driven.setdefault(j, []).append((i, 1.0, drive[driver.name]))
+                self.driven.setdefault(i, []).append((j, -1.0, drive[driver.name]))
 
     def coordinates(self) -> np.ndarray:
-        waiting = [body.name for body in self.mechanism.bodies]
+        bodies = self.mechanism.bodies
+        touching: dict[str, list[Joint]] = {"ground": [], **{body.name: [] for body in bodies}}
+        for joint in self.mechanism.joints:
+            touching[joint.i.body].append(joint)
+            touching[joint.j.body].append(joint)
+        # bodies that hang on a placed one, pins and known angles first, else in order
+        waiting = [(9, n, n, body.name) for n, body in enumerate(bodies)]
+        heapq.heapify(waiting)
+        hangs: dict[int, Joint] = {}
+        count = len(bodies)
+        newly = ["ground"]
         while waiting:
-            joint, name = self._next(waiting)
-            self.poses[name] = self._pose(name, joint)
-            waiting.remove(name)
-        result = np.zeros(3 * len(self.mechanism.bodies) + 3)
-        for n, body in enumerate(self.mechanism.bodies):
+            for here in newly:
+                for joint in touching[here]:
+                    other = joint.j.body if joint.i.body == here else joint.i.body
+                    if other not in self.poses:
+                        count += 1
+                        hangs[count] = joint
+                        heapq.heappush(waiting, (self._rank(other, joint), count, count, other))
+            _, _, key, name = heapq.heappop(waiting)
+            newly = []
+            if name not in self.poses:
+                self.poses[name] = self._pose(name, hangs.get(key))
+                newly = [name]
+        result = np.zeros(3 * len(bodies) + 3)
+        for n, body in enumerate(bodies):
             x, y, angle = self.poses[body.name]
             cx, cy = self.at.point(f"{body.name}.cg")
             c, s = math.cos(angle), math.sin(angle)
             result[3 * n : 3 * n + 3] = x + c * cx - s * cy, y + s * cx + c * cy, angle
         return result
 
-    def _next(self, waiting: list[str]) -> tuple[Joint | None, str]:
-        """The next body that hangs on a placed one: pins before slides, drivers' bodies first."""
-        best: tuple[int, Joint | None, str] | None = None
-        for joint in self.mechanism.joints:
-            ends = (joint.i.body, joint.j.body)
-            for here, other in (ends, ends[::-1]):
-                if here in self.poses and other in waiting:
-                    rank = 0 if isinstance(joint, (Revolute, Fixed)) else 2
-                    rank += 0 if self._angle(other, joint) is not None else 1
-                    if best is None or rank < best[0]:
-                        best = (rank, joint, other)
-        return (None, waiting[0]) if best is None else best[1:]
+    def _rank(self, name: str, joint: Joint) -> int:
+        """Pins before slides, known angles before unknown ones."""
+        rank = 0 if isinstance(joint, (Revolute, Fixed)) else 2
+        return rank + (self._angle(name, joint) is None)
 
     def _angle(self, name: str, joint: Joint | None) -> float | None:
         """Angle of a body: driven, bound by the joint, guessed; None if nothing is known."""
-        for driver in self.mechanism.drivers:
-            if isinstance(driver, AngleDriver) and driver.name in self.drive:
-                i, j = driver.bodies
-                if j == name and i in self.poses:
-                    return self.poses[i][2] + self.drive[driver.name]
-                if i == name and j in self.poses:
-                    return self.poses[j][2] - self.drive[driver.name]
+        for other, sign, value in self.driven.get(name, ()):
+            if other in self.poses:
+                return self.poses[other][2] + sign * value
         if isinstance(joint, (Fixed, Prismatic)):
             beta = float(self.at.angle(joint, "j")) - float(self.at.angle(joint, "i"))
             if joint.j.body == name:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbody.analysis.mobility import Mobility, rows_of
+from mbody.analysis.mobility import Mobility
+from mbody.core.rows import KINDS
 from mbody.system import System
 
 __all__ = ["open_reactions"]
@@ -21,30 +22,14 @@ def open_reactions(system: System, report: Mobility | None) -> dict[str, list[bo
     """
     if report is None:
         return None
+    touched = np.abs(report.dependencies).max(axis=0, initial=0.0) > SMALL
+    atom, _, is_angle = system.row_table
     result = {}
-    table = rows_of(system)
     for joint in system.mechanism.joints:
-        atoms = system.atoms_of[joint.name]
-        touched = {
-            kind: any(
-                np.abs(report.dependencies[:, n]).max(initial=0.0) > SMALL
-                for n, (e, _, letter) in enumerate(table)
-                if e in atoms and letter == kind
-            )
-            for kind in "la"
-        }
-        result[joint.name] = _components(system, joint.name, report, touched)
+        own = np.isin(atom, system.atoms_of[joint.name])
+        lengths, angles = touched[own & ~is_angle], touched[own & is_angle]
+        # the two rows of a pin are its world components; other rows reach both
+        pin = system.layout.atom_kind[system.atoms_of[joint.name][0]] == KINDS.index("revolute")
+        fx, fy = (lengths[0], lengths[1]) if pin else (lengths.any(),) * 2
+        result[joint.name] = [bool(fx), bool(fy), bool(angles.any())]
     return result
-
-
-def _components(
-    system: System, joint: str, report: Mobility, touched: dict[str, bool]
-) -> list[bool]:
-    """World components: those of a pin by its own rows, of other joints all that a row reaches."""
-    atoms = system.atoms_of[joint]
-    table = rows_of(system)
-    rows = [n for n, (e, _, letter) in enumerate(table) if e in atoms and letter == "l"]
-    if len(rows) == 2:
-        fx, fy = (bool(np.abs(report.dependencies[:, n]).max(initial=0.0) > SMALL) for n in rows)
-        return [fx, fy, touched["a"]]
-    return [touched["l"], touched["l"], touched["a"]]

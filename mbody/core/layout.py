@@ -148,9 +148,13 @@ def workspace(layout: Layout, parameters: int, signals: int, lanes: int) -> Work
     }
     nodal = ("phi", "nu", "gamma", "diagonal", "x", "lam")
     rows |= dict.fromkeys(nodal, 2 * nodes)
-    numbers = {name: aligned(rows.get(name, coordinates), lanes) for name in Work._fields}
-    numbers |= {"asked": np.zeros(17 + parameters), "told": np.zeros(18)}
-    work = Work(**numbers)
+    sizes = [max(1, rows.get(name, coordinates)) for name in Work._fields]
+    # one block of memory, every array beginning on a cache line
+    step = max(1, 8 // lanes)
+    starts = np.cumsum([0] + [-(-size // step) * step for size in sizes])
+    memory = aligned(int(starts[-1]), lanes)
+    arrays = [memory[first : first + size] for first, size in zip(starts, sizes, strict=False)]
+    work = Work(*arrays)._replace(asked=np.zeros(17 + parameters), told=np.zeros(18))
     work.turn[2 * layout.bodies] = 1.0
     return work
 

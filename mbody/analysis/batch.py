@@ -1,0 +1,87 @@
+"""All designs of a batch, one a lane; a lane that fails goes the scalar path."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbody._lanes import LANES
+from mbody.analysis.closure import SUSPICIOUS, Closed, check_determined, closed, rounding
+from mbody.analysis.instants import BY_DRIVER, BY_INSTANT, Plan
+from mbody.analysis.runner import Runner, Stuck
+from mbody.core.close import close_designs
+from mbody.errors import SolveError
+from mbody.solution import Record, Solution
+
+__all__ = ["batch"]
+
+
+def batch(runner: Runner, start: Closed, plan: Plan) -> Solution:
+    """Every design over all instants.
+
+    Raises
+    ------
+    SolveError
+        Of the first design that cannot be solved, with its number.
+    """
+    system = runner.system
+    designs, n = int(system.batch or 0), system.coordinates
+    reach = runner.reach(start, plan)
+    poses = _poses(runner, start, plan)
+    simple = not (system.has_user_code or start.soft or plan.mode == BY_INSTANT)
+    s, t = (np.repeat(part[:, None], LANES, axis=1) for part in (plan.s, plan.t))
+    given = np.zeros((2, LANES))
+    if plan.mode == BY_DRIVER:
+        given = np.repeat(plan.given[:, 0, 1:].reshape(-1, 1), LANES, axis=1)
+    blocks = []
+    for low in range(0, designs, LANES):
+        chosen = np.minimum(np.arange(low, low + LANES), designs - 1)
+        if simple:
+            work = system.work(LANES, chosen)
+            work.q[:n] = poses[chosen, :n].T
+            output, bad = runner.march(work, plan, s, t, given, reach)
+        else:
+            output, bad = np.empty((len(s), runner.rows, LANES)), np.ones(LANES)
+        for lane in np.flatnonzero(bad[: designs - low]):
+            design = int(chosen[lane])
+            output[:, :, lane] = _one(runner, design, poses[design], start.soft, plan)
+        blocks.append(output)
+    return runner.solution(start, plan, Record(blocks, designs, batch=True))
+
+
+def _poses(runner: Runner, start: Closed, plan: Plan) -> np.ndarray:
+    """First poses of all designs, closed from that of the first one: (designs, coordinates)."""
+    system = runner.system
+    designs, time = int(system.batch or 0), float(plan.t[0])
+    first = plan.first(system)
+    values = np.array([first.get(d.name, np.nan) for d in system.mechanism.drivers])
+    pose = start.work.q[:, 0].copy()
+    poses, state = np.empty((designs, len(pose))), np.zeros((designs, 2))
+    if not (start.soft or system.has_user_code):
+        work = system.work()
+        work.time[:] = time
+        small = rounding(system, start.work)
+        close_designs(runner.layout, work, small, system.par, values, pose, poses, state)
+    for design in np.flatnonzero((state[:, 0] == 0.0) | (state[:, 1] < SUSPICIOUS)):
+        try:
+            one = closed(system, time, first, None, int(design), pose)
+            check_determined(system, one, runner.analysis)
+        except SolveError as error:
+            raise _numbered(error, int(design)) from error
+        poses[design] = one.work.q[:, 0]
+    return poses
+
+
+def _one(runner: Runner, design: int, pose: np.ndarray, soft: float, plan: Plan) -> np.ndarray:
+    """One design on the scalar path: (instants, rows)."""
+    start = Closed(runner.system.work(designs=design), soft)
+    start.work.q[:, 0] = pose
+    try:
+        return runner.scalar(start, plan)[:, :, 0]
+    except Stuck as stuck:
+        raise _numbered(runner.explain(stuck, start, plan), design) from None
+    except SolveError as error:
+        raise _numbered(error, design) from error
+
+
+def _numbered(error: SolveError, design: int) -> SolveError:
+    return SolveError(f"design {design} of the batch: {error}", error.element)

@@ -1,0 +1,128 @@
+"""Change points: instants at which branches meet, reached as limits from both sides.
+
+There Φ_q loses rank although the motion goes on smoothly, as in a parallelogram whose links are all
+in line. Such an instant is replaced by six places around it, which are followed like any other, and
+interpolated from them to the sixth order; forces that have no limit are an error.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbody.analysis.closure import Closed, check_determined, closed
+from mbody.analysis.instants import BY_DRIVER, BY_TIME, Plan
+from mbody.analysis.runner import Runner, Stuck
+from mbody.errors import SolveError
+from mbody.solution import Record, Solution
+
+__all__ = ["through_change_points"]
+
+#: The places, in steps; odd, so that none is the change point itself.
+PLACES = np.array([-5.0, -3.0, -1.0, 1.0, 3.0, 5.0])
+#: Lagrange's weights at zero.
+WEIGHTS = np.array([3.0, -25.0, 150.0, 150.0, -25.0, 3.0]) / 256.0
+#: Step in radians or model lengths of the driver: the interpolation's error is 5 · STEP⁶, and
+#: rounding is magnified by 1/STEP².
+STEP = 1e-2
+#: Most change points in one sweep.
+MOST = 32
+
+
+def through_change_points(
+    runner: Runner, start: Closed, asked: Plan, singular: set[int], error: SolveError
+) -> Solution:
+    """The whole sweep, with the `singular` instants taken as limits; `error` is raised where they
+    turn out to be no change points."""
+    if asked.mode not in (BY_TIME, BY_DRIVER) or runner.system.batch is not None:
+        raise error
+    while True:
+        spread, places = _spread(runner, asked, singular, error)
+        beginning = _beginning(runner, start, spread, error) if 0 in singular else start
+        try:
+            block = runner.scalar(beginning, spread)
+            break
+        except Stuck as stuck:
+            k = int(np.searchsorted(places, stuck.done, side="right")) - 1
+            inside = k in singular
+            off = abs(stuck.place - asked.s[k])
+            if inside or len(singular) >= MOST or off > 1e-3 * np.ptp(asked.s):
+                raise error from None
+            singular = singular | {k}
+            error = runner.explain(stuck, beginning, spread)
+    merged = np.empty((len(asked.s), block.shape[1], 1))
+    for k in range(len(asked.s)):
+        if k in singular:
+            around = block[places[k] : places[k] + 6]
+            _check_limit(runner, around, asked, k)
+            merged[k] = np.tensordot(WEIGHTS, around, 1)
+        else:
+            merged[k] = block[places[k]]
+    found = runner.solution(beginning, asked, Record([merged], len(asked.s), batch=False))
+    note = f"{len(singular)} of {len(asked.s)} instants are change points, given as limits"
+    object.__setattr__(found, "notes", (*found.notes, note))
+    return found
+
+
+def _spread(
+    runner: Runner, asked: Plan, singular: set[int], error: SolveError
+) -> tuple[Plan, np.ndarray]:
+    """The plan with six places for each singular instant, and where each instant begins in it."""
+    index, shift, places = [], [], []
+    for k in range(len(asked.s)):
+        places.append(len(index))
+        step = _step(runner, asked, k, error) if k in singular else 0.0
+        offsets = PLACES * step if k in singular else np.zeros(1)
+        index += [k] * len(offsets)
+        shift += offsets.tolist()
+    moved = asked.take(np.array(index))
+    s = moved.s + np.array(shift)
+    if asked.mode == BY_TIME:
+        return Plan(asked.mode, s, s, moved.given), np.array(places)
+    moved.given[:, 0, 0] = s
+    return Plan(asked.mode, s, moved.t, moved.given), np.array(places)
+
+
+def _step(runner: Runner, asked: Plan, k: int, error: SolveError) -> float:
+    """Change of the path parameter by which the fastest driver moves by STEP."""
+    system = runner.system
+    rates = [1.0]
+    if asked.mode == BY_TIME:
+        rates = [abs(system.law_of(d).derivatives(asked.s[k])[1]) for d in system.mechanism.drivers]
+    units = [1.0 if d.rows == "a" else system.length for d in system.mechanism.drivers]
+    speed = max((r / u for r, u in zip(rates, units, strict=True)), default=0.0)
+    if speed == 0.0:
+        raise error
+    return STEP / speed
+
+
+def _beginning(runner: Runner, start: Closed, spread: Plan, error: SolveError) -> Closed:
+    """A regular position at the first place, closed from the singular one."""
+    system = runner.system
+    pose = start.work.q[:, 0].copy()
+    try:
+        beginning = closed(
+            system, float(spread.t[0]), spread.first(system), None, pose=pose
+        )
+        check_determined(system, beginning, runner.analysis)
+    except SolveError:
+        raise error from None
+    beginning.notes[:] = start.notes
+    return beginning
+
+
+def _check_limit(runner: Runner, around: np.ndarray, asked: Plan, k: int) -> None:
+    """Refuse numbers that grow without bound towards the middle of six places."""
+    near, far = np.abs(around[3] - around[2]), np.abs(around[4] - around[1])
+    size = np.empty_like(near)
+    n = runner.system.coordinates
+    # rounding is told from growth by the greatest number of the same sort
+    for rows in (slice(0, n), slice(n, 2 * n), slice(2 * n, 3 * n), slice(3 * n, None)):
+        size[rows] = np.abs(around[:, rows]).max(initial=0.0)
+    if (near > 0.8 * far + 1e-5 * size).any():
+        driver = runner.system.mechanism.drivers[0]
+        where = runner.place(driver, float(asked.s[k]), asked)
+        raise SolveError(
+            f"change point at {where} of '{driver.bodies[1]}': branches meet there and the forces "
+            f"of '{runner.system.mechanism.name}' have no limit; leave that instant out",
+            driver.name,
+        ) from None

@@ -1,0 +1,208 @@
+"""Running the kernels over the instants of one system: the scalar path, the lanes, the stops."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mbody._lanes import LANES
+from mbody.analysis.closure import (
+    Closed,
+    drivers,
+    raise_user_error,
+    smallest_ratio,
+)
+from mbody.analysis.instants import BY_DRIVER, BY_INSTANT, BY_TIME, Plan, check_laws
+from mbody.analysis.uniqueness import open_reactions
+from mbody.core.follow import DONE, STUCK, follow
+from mbody.core.march import march
+from mbody.core.output import PER_ATOM
+from mbody.errors import SolveError
+from mbody.solution import Record, Solution
+from mbody.system import System
+
+__all__ = ["Runner", "Stuck"]
+
+#: Instants from which lanes pay for their seeds.
+MANY = 6 * LANES
+#: Lanes must meet within this, in model lengths and radians.
+SEAM = 1e-8
+#: Unbalanced part of the loads above which there is no equilibrium.
+UNBALANCED = 1e-7
+
+
+class Stuck(Exception):
+    """The path could not be followed to an instant of the plan."""
+
+    def __init__(self, code: int, done: int, place: float, output: np.ndarray) -> None:
+        super().__init__(code)
+        self.code, self.done, self.place, self.output = code, done, place, output
+
+
+class Runner:
+    """One analysis of one system over one plan of instants."""
+
+    def __init__(self, system: System, analysis: str) -> None:
+        self.system, self.analysis = system, analysis
+        self.loads = analysis != "kinematics"
+        self.still = analysis == "statics"
+        self.layout = system.runtime()
+        self.rows = 3 * system.coordinates + PER_ATOM * len(system.owners)
+
+    def reach(self, start: Closed, plan: Plan) -> float:
+        """Greatest coordinate in model lengths and radians, to which rounding is relative."""
+        q = start.work.q[: self.system.coordinates, 0].reshape(-1, 3)
+        turned = np.abs(plan.s).max() if plan.mode == BY_DRIVER else 0.0
+        size = np.abs(q[:, :2]).max() / self.system.length
+        return float(1.0 + max(size, np.abs(q[:, 2]).max(), turned))
+
+    def scalar(self, start: Closed, plan: Plan, *, loads: bool | None = None) -> np.ndarray:
+        """All instants of the plan on the scalar path: (instants, rows, 1).
+
+        Raises `Stuck` where the path ends; leaves the position in `start` as it was.
+        """
+        q = start.work.q.copy()
+        output = np.empty((len(plan.s), self.rows, 1))
+        state = np.zeros(6)
+        state[5] = self.reach(start, plan)
+        with_loads = self.loads if loads is None else loads
+        code = follow(
+            self.layout,
+            start.work,
+            start.soft,
+            plan.mode,
+            plan.s,
+            plan.t,
+            plan.given,
+            plan.chords if plan.mode == BY_INSTANT else np.zeros((1, 1)),
+            with_loads,
+            self.still,
+            output,
+            state,
+        )
+        start.work.q[:] = q
+        if code != DONE:
+            raise Stuck(code, int(state[0]), float(state[1]), output)
+        if with_loads and not state[4] < UNBALANCED:
+            raise_user_error(self.system)
+            raise SolveError(
+                f"reactions leave {state[4]:.2g} of the loads of '{self.system.mechanism.name}' "
+                "unbalanced: its position is singular, or it can still move"
+            )
+        return output
+
+    def lanes(self, start: Closed, plan: Plan) -> np.ndarray | None:
+        """All instants on lanes: (steps, rows, lanes); None where that does not pay or where a lane
+        cannot be trusted."""
+        count = len(plan.s)
+        simple = not (start.soft or self.system.has_user_code or plan.mode == BY_INSTANT)
+        if count < MANY or not simple:
+            return None
+        steps = -(-count // LANES)
+        index = np.minimum(
+            steps * np.arange(LANES)[None, :] + np.arange(steps + 1)[:, None], count - 1
+        )
+        try:
+            seeds = self.scalar(start, plan.take(index[0]), loads=False)[:, :, 0]
+        except Stuck:
+            return None
+        n = self.system.coordinates
+        work = self.system.work(LANES)
+        work.q[:n] = seeds[:, :n].T
+        given = np.zeros((2, LANES))
+        if plan.mode == BY_DRIVER:
+            rates = plan.given[index, 0, 1:]
+            given = np.ascontiguousarray(rates.transpose(0, 2, 1)).reshape(-1, LANES)
+        reach = self.reach(start, plan)
+        output, bad = self.march(work, plan, plan.s[index], plan.t[index], given, reach)
+        gap = np.abs(output[-1, :n, :-1] - seeds[1:, :n].T)
+        gap.reshape(-1, 3, LANES - 1)[:, :2] /= self.system.length
+        if bad.any() or not gap.max() <= SEAM * reach:
+            return None
+        return output
+
+    def march(
+        self, work: Any, plan: Plan, s: np.ndarray, t: np.ndarray, given: np.ndarray, reach: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Run the lane kernel from the positions in `work`: (steps, rows, lanes), bad (lanes,)."""
+        output = np.empty((len(s), self.rows, LANES))
+        bad = np.zeros((1, LANES))
+        march(
+            self.layout,
+            work,
+            0.0,
+            plan.mode,
+            np.ascontiguousarray(s),
+            np.ascontiguousarray(t),
+            given,
+            reach,
+            self.loads,
+            self.still,
+            output,
+            bad,
+        )
+        return output, bad[0]
+
+    def solution(
+        self, start: Closed, plan: Plan, record: Record, status: str = "completed"
+    ) -> Solution:
+        """What was computed, as the user gets it."""
+        dependencies = open_reactions(self.system, start.mobility) if start.soft else None
+        notes = list(start.notes)
+        if start.soft and self.loads and dependencies is None:
+            notes.append("rows are redundant; which reactions are unique was not looked at")
+        return Solution(
+            system=self.system,
+            analysis=self.analysis,
+            t=plan.t,
+            record=record,
+            given=None if plan.mode == BY_TIME else plan.given,
+            soft=start.soft,
+            dependencies=dependencies,
+            notes=tuple(notes),
+            status=status,
+        )
+
+    def explain(self, stuck: Stuck, start: Closed, plan: Plan) -> SolveError:
+        """The sentence of a path that ended: a user's function, a law, a dead centre."""
+        system = self.system
+        raise_user_error(system)
+        if plan.mode == BY_TIME:
+            check_laws(system, plan.t)
+        so_far = None
+        if stuck.done and system.batch is None:
+            record = Record([stuck.output[: stuck.done]], stuck.done, batch=False)
+            part = plan.take(np.arange(stuck.done))
+            so_far = self.solution(start, part, record, f"stopped after {stuck.done} instants")
+        driver = drivers(system)[0][0]
+        where = self.place(driver, stuck.place, plan)
+        body = driver.bodies[1]
+        singular = smallest_ratio(system, start.work) < 1e-4
+        if stuck.code == STUCK and (singular or driver.rows == "a"):
+            rates = np.abs(start.work.q0_s[2 : system.coordinates : 3, 0])
+            rates[system.bodies[body]] = 0.0
+            fastest = system.mechanism.bodies[int(rates.argmax())].name
+            sentence = (
+                f"dead centre at {where} of '{body}': driver '{driver.name}' cannot drive it any "
+                f"further; drive '{fastest}', or stop before"
+            )
+        else:
+            sentence = (
+                f"the motion of '{system.mechanism.name}' cannot be followed beyond {where} of "
+                f"'{body}': does a law jump there?"
+            )
+        return SolveError(sentence, driver.name, so_far)
+
+    def place(self, driver: Any, s: float, plan: Plan) -> str:
+        """Value of a driver at path parameter s, with its unit, and the time."""
+        value, time = s, ""
+        if plan.mode == BY_TIME:
+            value = self.system.law_of(driver)(s)
+            time = f", t = {s:.6g} {self.system.mechanism.units.time},"
+        elif plan.mode == BY_INSTANT:
+            k = min(int(s), len(plan.s) - 1)
+            value = float(plan.given[k, 0, 0])
+        if driver.rows == "a":
+            return f"{np.degrees(value):.4g} deg{time}"
+        return f"{value:.6g} {self.system.mechanism.units.length}{time}"

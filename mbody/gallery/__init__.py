@@ -1,0 +1,1 @@
+"""Known mechanisms, each described in one file as its book gives it."""

@@ -1,0 +1,141 @@
+"""What the sheets of one instant and of many share: textbook names, heading, closing lines."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mbody.io.text import numbers, paragraph
+
+if TYPE_CHECKING:
+    from mbody.mechanism import Mechanism
+    from mbody.solution import Reaction, Solution
+
+__all__ = [
+    "ROUNDING",
+    "WITHOUT_FORCES",
+    "closing",
+    "driver_states",
+    "force_names",
+    "heading",
+    "link_names",
+    "remark",
+    "torque_cells",
+]
+
+Array = np.ndarray
+
+#: Analyses that find the motion only.
+WITHOUT_FORCES = ("kinematics", "close_loops")
+
+#: What is smaller than this part of the greatest of its kind is rounding, shown as 0.
+ROUNDING = 1e-9
+
+
+def force_names(mechanism: Mechanism) -> dict[str, tuple[str, str]]:
+    """Textbook names of joint forces and driver efforts: ground is 1, links 2, 3, … as described.
+
+    F_ij is the force of link i on link j: of the ground on a link, else of the higher on the lower
+    number. With ten links or more it is written F(12,3); where several joints or drivers share a
+    pair of links their own name follows.
+
+    Returns
+    -------
+    dict
+        By joint and driver: its name, and the body that the force or torque acts on.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> force_names(mbody.makers.four_bar(1, 3, 2, 3.5))["A"]
+    ('F32', 'crank')
+    """
+    link = {name: n for n, name in enumerate(["ground", *(b.name for b in mechanism.bodies)], 1)}
+    found: dict[str, tuple[str, str, bool]] = {}
+
+    def pair(letter: str, by: str, on: str) -> str:
+        between = f"{link[by]}{link[on]}" if len(link) < 10 else f"({link[by]},{link[on]})"
+        return letter + between
+
+    for joint in mechanism.joints:
+        by, on = sorted((joint.i.body, joint.j.body), key=lambda body: -link[body])
+        if on == "ground":
+            by, on = on, by
+        found[joint.name] = (pair("F", by, on), on, False)
+    for driver in mechanism.drivers:
+        by, on = driver.bodies
+        turns = driver.rows == "a"
+        found[driver.name] = (pair("T" if turns else "F", by, on), on, not turns)
+    times = Counter(name for name, _, _ in found.values())
+    return {
+        element: (f"{name},{element}" if named or times[name] > 1 else name, on)
+        for element, (name, on, named) in found.items()
+    }
+
+
+def driver_states(solution: Solution) -> Array | None:
+    """Value, rate and acceleration (instants, drivers, 3), None where designs differ in them."""
+    drivers = solution.mechanism.drivers
+    if solution.given is not None:
+        return solution.given
+    if solution.record.batch:
+        return None
+    states = np.zeros((len(solution), len(drivers), 3))
+    for n, driver in enumerate(drivers):
+        for k, part in enumerate(solution.system.law_of(driver).derivatives(solution.t)):
+            states[:, n, k] = part
+    return states
+
+
+def heading(solution: Solution, when: str) -> list[str]:
+    """Title; analysis, instants and units."""
+    units = solution.mechanism.units
+    symbols = ", ".join((units.length, units.force, units.time, units.mass))
+    return [
+        *paragraph(solution.mechanism.name),
+        *paragraph(f"{solution.analysis} {when}; units {units.name}: {symbols}"),
+    ]
+
+
+def closing(solution: Solution, residuals: bool = True) -> list[str]:
+    """Residuals, status and notes."""
+    lines = []
+    if residuals:
+        checks = solution.checks
+        found = {"constraint": checks.constraint}
+        if solution.analysis not in WITHOUT_FORCES:
+            found |= {"equilibrium": checks.equilibrium, "virtual work": checks.virtual_work}
+        parts = [f"{name} {size:.1e}" if size else f"{name} 0" for name, size in found.items()]
+        lines += ["", "RESIDUALS   " + "   ".join(parts) + "   (relative)"]
+    if solution.status != "completed":
+        lines += ["", *paragraph(solution.status, "STATUS   ")]
+    if solution.notes:
+        lines += ["", *(line for note in solution.notes for line in paragraph(note, "NOTE   "))]
+    return lines
+
+
+def link_names(mechanism: Mechanism) -> list[str]:
+    """Numbers and names of the moving links."""
+    names = [body.name for body in mechanism.bodies]
+    wide = len(str(len(names) + 1))
+    return [f"{n:>{wide}} {name}" for n, name in enumerate(names, 2)]
+
+
+def torque_cells(solution: Solution, torque: Array, force: float) -> list[str]:
+    """Torques at the joints as cells; blank where none is more than rounding of that force."""
+    whole = max(force * solution.system.length, float(np.abs(torque).max(initial=0.0)))
+    floor = ROUNDING * whole
+    if not (np.abs(torque) > floor).any():
+        return [""] * len(torque)
+    return numbers(torque, floor)
+
+
+def remark(reaction: Reaction) -> str:
+    """Which components of a reaction are not determined; empty if all are."""
+    if reaction.unique is None:
+        return "uniqueness unknown"
+    pairs = zip(("x", "y", "torque"), reaction.unique, strict=True)
+    open_parts = [name for name, unique in pairs if not unique]
+    return f"not unique: {', '.join(open_parts)}" if open_parts else ""

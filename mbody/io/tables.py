@@ -1,0 +1,161 @@
+"""Tables of a solution: columns by name, a pandas DataFrame, a file of comma-separated values."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mbody.errors import ModelError
+from mbody.io.parts import WITHOUT_FORCES
+
+if TYPE_CHECKING:
+    from mbody.solution import Solution
+
+__all__ = ["columns", "dataframe", "write_csv"]
+
+MOTION = {
+    "x": "length",
+    "y": "length",
+    "angle": "angle",
+    "vx": "velocity",
+    "vy": "velocity",
+    "omega": "angular velocity",
+    "ax": "acceleration",
+    "ay": "acceleration",
+    "alpha": "angular acceleration",
+}
+
+
+def columns(solution: Solution) -> dict[str, np.ndarray]:
+    """All histories of one motion by column name, each with its unit.
+
+    Time first, then nine columns a body (mass centre and angle), three a joint (force and torque
+    on its body j) and one a driver; kinematics has no forces.
+
+    Parameters
+    ----------
+    solution : Solution
+        Of one design.
+
+    Returns
+    -------
+    dict of arrays (instants,)
+        Such as ``"t [s]"``, ``"crank.omega [rad/s]"``, ``"A.fx [N]"``, ``"motor.effort [N·m]"``.
+
+    Raises
+    ------
+    ModelError
+        For a batch of designs.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> table = columns(mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0)))
+    >>> list(table)[:4]
+    ['t [s]', 'crank.x [m]', 'crank.y [m]', 'crank.angle [rad]']
+    """
+    if solution.record.batch:
+        raise ModelError(
+            f"a table holds one motion, this is a batch of {solution.record.count} designs: "
+            "analyse one of them, system.design(n)"
+        )
+    mechanism = solution.mechanism
+    unit = mechanism.units.of
+    table = {f"t [{unit('time')}]": solution.t}
+    for body in mechanism.bodies:
+        history = solution[body.name]
+        for key, dimension in MOTION.items():
+            table[f"{body.name}.{key} [{unit(dimension)}]"] = getattr(history, key)
+    if solution.analysis in WITHOUT_FORCES:
+        return table
+    for joint in mechanism.joints:
+        reaction = solution.reaction(joint.name)
+        table[f"{joint.name}.fx [{unit('force')}]"] = reaction.fx
+        table[f"{joint.name}.fy [{unit('force')}]"] = reaction.fy
+        table[f"{joint.name}.torque [{unit('torque')}]"] = reaction.torque
+    for driver in mechanism.drivers:
+        effort = unit("torque" if driver.rows == "a" else "force")
+        table[f"{driver.name}.effort [{effort}]"] = solution.effort(driver.name)
+    return table
+
+
+def dataframe(solution: Solution) -> Any:
+    """The columns as a pandas DataFrame, a row an instant.
+
+    Parameters
+    ----------
+    solution : Solution
+        Of one design.
+
+    Returns
+    -------
+    pandas.DataFrame
+        With the columns of `columns`.
+
+    Raises
+    ------
+    ModelError
+        Where pandas is not installed, or for a batch of designs.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0), turn=True)
+    >>> dataframe(run).shape
+    (361, 28)
+    """
+    table = columns(solution)
+    try:
+        import pandas  # type: ignore[import-untyped, unused-ignore]
+    except ImportError:
+        raise ModelError(
+            "a DataFrame needs pandas, which is not installed: pip install pandas; "
+            "columns() and to_csv() need nothing"
+        ) from None
+    return pandas.DataFrame(table)
+
+
+def write_csv(solution: Solution, path: Any) -> None:
+    """Write the columns as comma-separated values, UTF-8, one header line, a line an instant.
+
+    Every number is written with as many digits as bring back the same number.
+
+    Parameters
+    ----------
+    solution : Solution
+        Of one design.
+    path : str or path-like
+        The file; one that exists is replaced.
+
+    Raises
+    ------
+    ModelError
+        For a place where no file can be written, or a batch of designs.
+
+    Examples
+    --------
+    >>> import mbody, pathlib, tempfile
+    >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder, "run.csv")
+    ...     write_csv(run, path)
+    ...     path.read_text("utf-8")[:24]
+    't [s],crank.x [m],crank.'
+    """
+    table = columns(solution)
+    rows = np.column_stack(list(table.values())).tolist()
+    try:
+        with Path(path).open("w", encoding="utf-8", newline="") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow(table)
+            writer.writerows(rows)  # floats as repr gives them: the shortest exact text
+    except TypeError:
+        raise ModelError(f"a path must be text or path-like, not {path!r}") from None
+    except OSError as error:
+        raise ModelError(
+            f"cannot write '{path}' ({error.strerror}): choose a folder that exists and may be "
+            "written to"
+        ) from None

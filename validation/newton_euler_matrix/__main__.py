@@ -1,0 +1,6 @@
+"""``python -m validation.newton_euler_matrix``: the equations with numbers."""
+
+from validation.newton_euler_matrix import MASSES, sheet
+
+if __name__ == "__main__":
+    print("\n\n".join(sheet(masses) for masses in MASSES))

@@ -1,0 +1,126 @@
+"""Norton's example 11-3 by hand: closed-form kinematics, then nine equations in nine unknowns.
+
+Nothing here comes from mbody. Letters are the book's: links a, b, c, d; θ₂, θ₃, θ₄; R₁₂ the place
+of the joint of links 1 and 2 from the mass centre of link 2, in axes that do not turn (LNCS).
+Everything is an array over positions (n,).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+Array = np.ndarray
+
+a, b, c, d = 5.0, 15.0, 10.0, 19.0  # in
+WEIGHT = (1.5, 7.7, 5.8)  # lbf, of links 2, 3, 4
+G = 386.0  # in/s²
+PRINTED_MASS = (0.004, 0.020, 0.015)  # blob, as the book rounds them
+INERTIA = (0.4, 1.5, 0.8)  # lbf·in·s²
+CG = ((3.0, 30.0), (9.0, 45.0), (5.0, 0.0))  # in @ deg, link axes
+RP, FP, T4 = (3.0, 100.0), (80.0, 330.0), 120.0  # in @ deg, lbf @ deg, lbf·in
+
+#: The nine unknowns, in the order of eq. 11.9.
+UNKNOWNS = ("F12x", "F12y", "F32x", "F32y", "F43x", "F43y", "F14x", "F14y", "T12")
+
+
+class Motion(NamedTuple):
+    """Angles, speeds and accelerations of links 2, 3, 4, and of their mass centres (x, y)."""
+
+    theta: tuple[Array, Array, Array]
+    omega: tuple[Array, Array, Array]
+    alpha: tuple[Array, Array, Array]
+    acceleration: tuple[Array, Array, Array]
+
+
+def vector(length: float, angle: Array) -> Array:
+    """(2, n) from length and angle."""
+    return length * np.array([np.cos(angle), np.sin(angle)])
+
+
+def motion(theta2: Array, omega2: Array, alpha2: Array) -> Motion:
+    """Freudenstein's equation for the angles of the open branch, then the loop differentiated."""
+    t2, w2, p2 = np.broadcast_arrays(*np.atleast_1d(theta2, omega2, alpha2))
+    cos2, sin2 = np.cos(t2), np.sin(t2)
+
+    # eq. 4.10: θ₄ from A, B, C
+    k1, k2, k3 = d / a, d / c, (a * a - b * b + c * c + d * d) / (2.0 * a * c)
+    A, B, C = cos2 - k1 - k2 * cos2 + k3, -2.0 * sin2, k1 - (k2 + 1.0) * cos2 + k3
+    t4 = 2.0 * np.arctan2(-B - np.sqrt(B * B - 4.0 * A * C), 2.0 * A)
+    # eq. 4.13: θ₃ from D, E, F
+    k4, k5 = d / b, (c * c - d * d - a * a - b * b) / (2.0 * a * b)
+    D, E, F = cos2 - k1 + k4 * cos2 + k5, -2.0 * sin2, k1 + (k4 - 1.0) * cos2 + k5
+    t3 = 2.0 * np.arctan2(-E - np.sqrt(E * E - 4.0 * D * F), 2.0 * D)
+
+    # eq. 6.18: speeds
+    w3 = a * w2 / b * np.sin(t4 - t2) / np.sin(t3 - t4)
+    w4 = a * w2 / c * np.sin(t2 - t3) / np.sin(t4 - t3)
+
+    # eq. 7.12: accelerations
+    A, B, D, E = c * np.sin(t4), b * np.sin(t3), c * np.cos(t4), b * np.cos(t3)
+    C = a * p2 * sin2 + a * w2**2 * cos2 + w3**2 * E - w4**2 * D
+    F = a * p2 * cos2 - a * w2**2 * sin2 - w3**2 * B + w4**2 * A
+    p3 = (C * D - A * F) / (A * E - B * D)
+    p4 = (C * E - B * F) / (A * E - B * D)
+
+    def turning(r: Array, omega: Array, alpha: Array) -> Array:
+        return alpha * np.array([-r[1], r[0]]) - omega**2 * r
+
+    G2, G3, G4 = (vector(r, t + np.radians(at)) for (r, at), t in zip(CG, (t2, t3, t4)))
+    a2, a4 = turning(G2, w2, p2), turning(G4, w4, p4)
+    a3 = turning(vector(a, t2), w2, p2) + turning(G3, w3, p3)
+    return Motion((t2, t3, t4), (w2, w3, w4), (p2, p3, p4), (a2, a3, a4))
+
+
+def equations(m: Motion, mass: tuple[float, float, float]) -> tuple[Array, Array]:
+    """A (n, 9, 9) and b (n, 9) of eq. 11.9, A x = b."""
+    t2, t3, t4 = m.theta
+    G2, G3, G4 = (vector(r, t + np.radians(at)) for (r, at), t in zip(CG, m.theta))
+    R12, R32 = -G2, vector(a, t2) - G2
+    R23, R43 = -G3, vector(b, t3) - G3
+    R34, R14 = vector(c, t4) - G4, -G4
+    P = vector(RP[0], t3 + np.radians(RP[1]))
+    force = vector(FP[0], np.full_like(t3, np.radians(FP[1])))
+    (m2, m3, m4), (I2, I3, I4) = mass, INERTIA
+    a2, a3, a4 = m.acceleration
+    p2, p3, p4 = m.alpha
+
+    A, right = np.zeros((len(t2), 9, 9)), np.zeros((len(t2), 9))
+    F12, F32, F43, F14, T12 = 0, 2, 4, 6, 8
+
+    # link 2: F12 + F32 = m2 a2;  T12 + R12 × F12 + R32 × F32 = I2 α2
+    for F, R in ((F12, R12), (F32, R32)):
+        put(A, 0, F, R, +1.0)
+    A[:, 2, T12] = 1.0
+    right[:, 0:3] = np.array([*(m2 * a2), I2 * p2]).T
+
+    # link 3: F43 − F32 + FP = m3 a3;  R43 × F43 − R23 × F32 + RP × FP = I3 α3
+    put(A, 3, F43, R43, +1.0)
+    put(A, 3, F32, R23, -1.0)
+    moment = P[0] * force[1] - P[1] * force[0]
+    right[:, 3:6] = np.array([*(m3 * a3 - force), I3 * p3 - moment]).T
+
+    # link 4: F14 − F43 = m4 a4;  R14 × F14 − R34 × F43 + T4 = I4 α4
+    put(A, 6, F14, R14, +1.0)
+    put(A, 6, F43, R34, -1.0)
+    right[:, 6:9] = np.array([*(m4 * a4), I4 * p4 - T4]).T
+    return A, right
+
+
+def put(A: Array, row: int, column: int, R: Array, sign: float) -> None:
+    """A force at R in the three equations of a link: x, y, and R × F = Rx Fy − Ry Fx."""
+    A[:, row, column] = A[:, row + 1, column + 1] = sign
+    A[:, row + 2, column], A[:, row + 2, column + 1] = -sign * R[1], sign * R[0]
+
+
+def exact_masses() -> tuple[float, float, float]:
+    """W/g of links 2, 3, 4 [blob]."""
+    m2, m3, m4 = (weight / G for weight in WEIGHT)
+    return m2, m3, m4
+
+
+def solve(theta2: Array, omega2: Array, alpha2: Array) -> Array:
+    """The nine unknowns (9, n) of a motion, with exact masses."""
+    A, right = equations(motion(theta2, omega2, alpha2), exact_masses())
+    return np.linalg.solve(A, right[..., None])[..., 0].T
