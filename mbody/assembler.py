@@ -155,8 +155,10 @@ class _Compiler:
         at = Numbers(numbers, self.polar)
         for (element, _), atom in zip(self.owners, atoms, strict=True):
             columns += [*atom.parameters, *_arm(element, at)]
-        for part in (*self.laws(atoms, actions), *actions):
-            columns += part.parameters
+        for law in self.laws(atoms, actions):
+            columns.extend(law.parameters)
+        for action in actions:
+            columns.extend(action.parameters)
         columns += [0.0] * SPARE
         masses: list[Any] = []
         for body in self.mechanism.bodies:
@@ -210,7 +212,8 @@ class _Compiler:
         columns = [3 * s for node in plan.order for s in slots.sides[node]]
         laws = self.laws(atoms, actions)
         sizes = [len(atom.parameters) + 2 for atom in atoms]
-        sizes += [len(part.parameters) for part in (*laws, *actions)]
+        sizes += [len(law.parameters) for law in laws]
+        sizes += [len(action.parameters) for action in actions]
         offset = np.concatenate([[0], np.cumsum(sizes)]).astype(int)
         tables = [law.law.table() for law in laws]
         table_start = np.concatenate([[0], np.cumsum([len(table) for table in tables])]).astype(int)

@@ -107,8 +107,10 @@ def _comparison(run: Solution) -> list[str]:
             kinds = [("", torque)]
         for (kind, unit), theirs, mine in zip(kinds, printed, ours, strict=True):
             difference, mark = mine - theirs, ""
-            if abs(difference) > 0.005 and kind == "direction":
-                mark = f"the book's own x and y give {_direction(*printed[:2]):.3f}"
+            if abs(difference) > 0.005:
+                mark = "differs"
+                if kind == "direction":
+                    mark = f"the book's own x and y give {_direction(*printed[:2]):.3f}"
             rows.append(
                 (
                     f"{name} {kind}",
@@ -124,14 +126,15 @@ def _comparison(run: Solution) -> list[str]:
         Column(head, cells, text=head in ("THE BOOK", "unit", ""))
         for head, cells in zip(heads, zip(*rows, strict=True), strict=True)
     ]
-    outside = sum(bool(row[-1]) for row in rows)
+    agree = sum(not row[-1] for row in rows)
+    own = sum(row[-1].startswith("the book") for row in rows)
     masses = ", ".join(f"{mass:.3f}" for mass in GIVEN["printed"][1:])
     opening = (
         f"The book rounds the masses to {masses} {run.mechanism.units.mass}. With these, its "
         "answers beside ours:"
     )
     ending = (
-        f"{len(rows) - outside} of {len(rows)} agree to the last printed digit; {outside} printed "
+        f"{agree} of {len(rows)} agree to the last printed digit; {own} printed "
         "directions do not follow from the book's own x and y."
     )
     return [*paragraph(opening), "", *table(columns), "", *paragraph(ending)]

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mbody.atoms import Atom
-from mbody.elements import Element, Marker, law_field, place_field, two_bodies
+from mbody.elements import Element, LawLike, Place, law_field, place_field, two_bodies
 from mbody.errors import ModelError
-from mbody.laws import Law
 
 if TYPE_CHECKING:
     from mbody.elements import Numbers
@@ -61,7 +60,7 @@ class AngleDriver(Driver):
     """
 
     body: str = ""
-    law: Law | float = law_field("angle", 0.0)
+    law: LawLike = law_field("angle", 0.0)
     relative_to: str = "ground"
     rows = "a"
 
@@ -102,9 +101,9 @@ class DistanceDriver(Driver):
         Distance [length] as a function of time, always positive.
     """
 
-    i: Marker = place_field()
-    j: Marker = place_field()
-    law: Law | float = law_field("length")
+    i: Place = place_field()
+    j: Place = place_field()
+    law: LawLike = law_field("length")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -138,9 +137,9 @@ class CoordinateDriver(Driver):
         Displacement [length] as a function of time.
     """
 
-    i: Marker = place_field()
-    j: Marker = place_field()
-    law: Law | float = law_field("length")
+    i: Place = place_field()
+    j: Place = place_field()
+    law: LawLike = law_field("length")
 
     def __post_init__(self) -> None:
         super().__post_init__()

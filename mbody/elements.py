@@ -1,8 +1,8 @@
 """What every element of a mechanism shares: a name, checked numbers, places on bodies.
 
-An element is a frozen dataclass. Its number fields are declared with `number_field`, so that they are
-checked when it is made and can be changed by dotted name (``"crank.mass"``, ``"spring.stiffness"``)
-when a system is given other values.
+An element is a frozen dataclass. Its number fields are declared with `number_field`, so that they
+are checked when it is made and can be changed by dotted name (``"crank.mass"``,
+``"spring.stiffness"``) when a system is given other values.
 """
 
 from __future__ import annotations
@@ -21,8 +21,10 @@ from mbody.units import number
 
 __all__ = [
     "Element",
+    "LawLike",
     "Marker",
     "Numbers",
+    "Place",
     "Point",
     "Polar",
     "as_marker",
@@ -32,6 +34,10 @@ __all__ = [
     "polar",
 ]
 
+#: What a field for a place takes: a `Marker`, or text such as "crank.A"; it keeps a `Marker`.
+Place: TypeAlias = Any
+#: What a field for a law takes: a number, a `Law` or a Python function; it keeps a `Law`.
+LawLike: TypeAlias = Any
 Value: TypeAlias = "float | np.ndarray[Any, np.dtype[np.float64]]"
 
 
@@ -107,8 +113,8 @@ class Marker:
 def as_marker(value: Any, element: str, field: str) -> Marker:
     """A marker from a marker or from text such as ``"crank.A"`` (``"crank"`` is its origin)."""
     if isinstance(value, str):
-        body, _, point = value.partition(".")
-        return Marker(body, point or (0.0, 0.0))
+        body, _, name = value.partition(".")
+        return Marker(body, name or (0.0, 0.0))
     if isinstance(value, Marker):
         point = value.point
         if not isinstance(point, str):

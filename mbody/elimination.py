@@ -144,7 +144,10 @@ def eliminate(slots: Slots) -> Elimination:
         ints(start),
         ints(rows),
         ints(update),
-        *(np.ascontiguousarray(table[:, n]) for n in range(4)),
+        form_block=np.ascontiguousarray(table[:, 0]),
+        form_a=np.ascontiguousarray(table[:, 1]),
+        form_b=np.ascontiguousarray(table[:, 2]),
+        form_column=np.ascontiguousarray(table[:, 3]),
         form_more=np.diff(table[:, 0], prepend=-1) == 0,
         fill=np.setdiff1d(blocks, table[:, 0]),
     )

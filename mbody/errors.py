@@ -1,4 +1,4 @@
-"""The errors of mbody are sentences: what happened, to which element, with which number, what to try."""
+"""Errors are sentences: what happened, to which element, with which number, what to try."""
 
 from __future__ import annotations
 

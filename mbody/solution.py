@@ -41,16 +41,21 @@ class Record:
     def take(self, row: int) -> Array:
         """History of one row: (instants,), or (designs, instants) of a batch."""
         if self.batch:
-            return np.concatenate([block[:, row, :].T for block in self.blocks])[: self.count]
-        return self._pieces(self.blocks[0])[:, row, :].T.reshape(-1)[: self.count]
+            whole: Array = np.concatenate([block[:, row, :].T for block in self.blocks])
+        else:
+            whole = self._pieces(self.blocks[0])[:, row, :].T.reshape(-1)
+        history: Array = whole[: self.count]
+        return history
 
     def table(self, rows: slice) -> Array:
         """Histories of many rows at once: (instants, rows), or (designs, instants, rows)."""
         if self.batch:
             parts = [block[:, rows, :].transpose(2, 0, 1) for block in self.blocks]
-            return np.ascontiguousarray(np.concatenate(parts)[: self.count])
+            every: Array = np.ascontiguousarray(np.concatenate(parts)[: self.count])
+            return every
         block = self._pieces(self.blocks[0])[:, rows, :].transpose(2, 0, 1)
-        return np.ascontiguousarray(block.reshape(-1, block.shape[2])[: self.count])
+        table: Array = np.ascontiguousarray(block.reshape(-1, block.shape[2])[: self.count])
+        return table
 
     @staticmethod
     def _pieces(block: Array) -> Array:
@@ -163,7 +168,7 @@ class Solution:
     record: Record = field(repr=False)
     given: Array | None = field(repr=False)
     soft: float = 0.0
-    dependencies: Array | None = field(default=None, repr=False)
+    dependencies: dict[str, list[bool]] | None = field(default=None, repr=False)
     notes: tuple[str, ...] = ()
     status: str = "completed"
 
@@ -220,8 +225,10 @@ class Solution:
                 marker.point.r * np.sin(marker.point.angle),
             )
         cx, cy = at.point(f"{marker.body}.cg")
-        column = [np.asarray(value, dtype=float) for value in (x - cx, y - cy)]
-        return tuple(value[:, None] if value.ndim else float(value) for value in column)
+        dx, dy = (np.asarray(value, dtype=float) for value in (x - cx, y - cy))
+        if dx.ndim or dy.ndim:
+            dx, dy = (np.atleast_1d(value)[:, None] for value in (dx, dy))
+        return dx, dy
 
     def _atom(self, e: int) -> list[Array]:
         first = 3 * self.system.coordinates + PER_ATOM * e
@@ -241,7 +248,8 @@ class Solution:
         if on not in (None, i, j):
             raise ModelError(f"joint '{joint}' joins '{i}' and '{j}', not '{on}'", joint)
         atoms = self.system.atoms_of[joint]
-        fx, fy, torque = (sum(self._atom(e)[n] for e in atoms) for n in (2, 3, 4))
+        parts = np.sum([self._atom(e)[2:] for e in atoms], axis=0)
+        fx, fy, torque = parts[0], parts[1], parts[2]
         unique = self._unique(joint)
         if on == i:
             return Reaction(joint, i, j, -fx, -fy, -torque, unique)

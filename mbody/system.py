@@ -85,9 +85,14 @@ class System:
             found.setdefault(element.name, []).append((part, e))
         return {name: [e for _, e in sorted(parts)] for name, parts in found.items()}
 
-    @property
+    @functools.cached_property
+    def drivers(self) -> tuple[Driver, ...]:
+        """The drivers, in the order of the description."""
+        return self.mechanism.drivers
+
+    @functools.cached_property
     def has_user_code(self) -> bool:
-        """Whether plain Python of the user takes part (it keeps the analysis on the scalar path)."""
+        """Whether plain Python of the user takes part: the analysis keeps to the scalar path."""
         return any(function is not None for _, function in self.functions)
 
     def law_of(self, driver: Driver) -> Law:
@@ -96,7 +101,9 @@ class System:
         own = law.numbers()
         name = f"{driver.name}.law"
         plain = set(own) == {"value"}
-        return law.with_numbers({k: self.values[name if plain else f"{name}.{k}"] for k in own})
+        current = {k: self.values[name if plain else f"{name}.{k}"] for k in own}
+        result: Law = law.with_numbers(current)
+        return result
 
     def with_values(self, values: Mapping[str, Any] | None = None, /, **more: Any) -> System:
         """The same topology with other numbers: one set, or a batch.
@@ -104,8 +111,8 @@ class System:
         Parameters
         ----------
         values : mapping
-            Dotted names (``"crank.mass"``, ``"coupler.B.x"``, ``"motor.law.speed"``) to floats or to
-            arrays (batch,), all of one length. Names without a dot may be given as keywords.
+            Dotted names (``"crank.mass"``, ``"coupler.B.x"``, ``"motor.law.speed"``) to floats or
+            to arrays (batch,), all of one length. Names without a dot may be given as keywords.
 
         Returns
         -------
@@ -278,7 +285,8 @@ def _no_such_value(name: str, values: Mapping[str, Any]) -> str:
 def polar_points(mechanism: Mechanism) -> frozenset[str]:
     """Dotted names of all points that the user gave by distance and angle."""
     bodies = (*mechanism.bodies, mechanism.ground)
-    points = [(f"{body.name}.{key}", p) for body in bodies for key, p in body.points.items()]
+    points: list[tuple[str, object]] = []
+    points += [(f"{body.name}.{key}", p) for body in bodies for key, p in body.points.items()]
     points += [(f"{body.name}.cg", body.cg) for body in bodies]
     for element in mechanism:
         places = element.places()

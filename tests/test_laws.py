@@ -153,12 +153,8 @@ def test_parameters_over_a_batch(example):
         np.testing.assert_array_equal(par[:, lane], one)
         out = np.empty((2, 3))
         tab = example.table()
-        evaluate(
-            example.code, par, 0, len(rows), lane, tab, 0, -1, np.array([0.3, 0.8]), out
-        )
-        changed = law(
-            example.code, np.array(one)[:, None], 0, len(one), 0, tab, 0, -1, 0.8
-        )
+        evaluate(example.code, par, 0, len(rows), lane, tab, 0, -1, np.array([0.3, 0.8]), out)
+        changed = law(example.code, np.array(one)[:, None], 0, len(one), 0, tab, 0, -1, 0.8)
         assert tuple(out[1]) == changed
         seen.add(changed[0])
     assert len(seen) == 3

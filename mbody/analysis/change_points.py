@@ -1,8 +1,8 @@
 """Change points: instants at which branches meet, reached as limits from both sides.
 
 There Φ_q loses rank although the motion goes on smoothly, as in a parallelogram whose links are all
-in line. Such an instant is replaced by six places around it, which are followed like any other, and
-interpolated from them to the sixth order; forces that have no limit are an error.
+in line. Such an instant is replaced by eight places around it, which are followed like any other
+and interpolated from to the eighth order; forces that have no limit are an error.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from mbody.solution import Record, Solution
 __all__ = ["through_change_points"]
 
 #: The places, in steps; odd, so that none is the change point itself.
-PLACES = np.array([-5.0, -3.0, -1.0, 1.0, 3.0, 5.0])
+PLACES = np.array([-7.0, -5.0, -3.0, -1.0, 1.0, 3.0, 5.0, 7.0])
 #: Lagrange's weights at zero.
-WEIGHTS = np.array([3.0, -25.0, 150.0, 150.0, -25.0, 3.0]) / 256.0
-#: Step in radians or model lengths of the driver: the interpolation's error is 5 · STEP⁶, and
-#: rounding is magnified by 1/STEP².
-STEP = 1e-2
+WEIGHTS = np.array([-5.0, 49.0, -245.0, 1225.0, 1225.0, -245.0, 49.0, -5.0]) / 2048.0
+#: Step in radians or model lengths of the driver: the interpolation's error is 0.3 · STEP⁸ of the
+#: eighth derivative, 2e-12; rounding in forces is magnified by up to 1/STEP³.
+STEP = 4e-2
 #: Most change points in one sweep.
 MOST = 32
 
@@ -52,7 +52,7 @@ def through_change_points(
     merged = np.empty((len(asked.s), block.shape[1], 1))
     for k in range(len(asked.s)):
         if k in singular:
-            around = block[places[k] : places[k] + 6]
+            around = block[places[k] : places[k] + len(PLACES)]
             _check_limit(runner, around, asked, k)
             merged[k] = np.tensordot(WEIGHTS, around, 1)
         else:
@@ -66,8 +66,10 @@ def through_change_points(
 def _spread(
     runner: Runner, asked: Plan, singular: set[int], error: SolveError
 ) -> tuple[Plan, np.ndarray]:
-    """The plan with six places for each singular instant, and where each instant begins in it."""
-    index, shift, places = [], [], []
+    """The plan with eight places for each singular instant, and where each instant begins in it."""
+    index: list[int] = []
+    shift: list[float] = []
+    places: list[int] = []
     for k in range(len(asked.s)):
         places.append(len(index))
         step = _step(runner, asked, k, error) if k in singular else 0.0
@@ -100,9 +102,7 @@ def _beginning(runner: Runner, start: Closed, spread: Plan, error: SolveError) -
     system = runner.system
     pose = start.work.q[:, 0].copy()
     try:
-        beginning = closed(
-            system, float(spread.t[0]), spread.first(system), None, pose=pose
-        )
+        beginning = closed(system, float(spread.t[0]), spread.first(system), None, pose=pose)
         check_determined(system, beginning, runner.analysis)
     except SolveError:
         raise error from None
@@ -111,8 +111,8 @@ def _beginning(runner: Runner, start: Closed, spread: Plan, error: SolveError) -
 
 
 def _check_limit(runner: Runner, around: np.ndarray, asked: Plan, k: int) -> None:
-    """Refuse numbers that grow without bound towards the middle of six places."""
-    near, far = np.abs(around[3] - around[2]), np.abs(around[4] - around[1])
+    """Refuse numbers that grow without bound towards the middle of the places."""
+    near, far = np.abs(around[4] - around[3]), np.abs(around[5] - around[2])
     size = np.empty_like(near)
     n = runner.system.coordinates
     # rounding is told from growth by the greatest number of the same sort

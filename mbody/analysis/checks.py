@@ -106,5 +106,6 @@ def _alone(solution: Solution, joint: str, on: str | None, rows: np.ndarray) -> 
     whole = solution.reaction(joint, on)
     sign = 1.0 if whole.on == solution.reaction(joint).on else -1.0
     atoms = solution.system.atoms_of[joint]
-    parts = [sign * np.sum([rows[:, PER_ATOM * e + n] for e in atoms], axis=0) for n in (2, 3, 4)]
-    return Reaction(joint, whole.on, whole.by, *parts, whole.unique)
+    parts = [np.sum([rows[:, PER_ATOM * e + n] for e in atoms], axis=0) for n in (2, 3, 4)]
+    fx, fy, torque = (sign * part for part in parts)
+    return Reaction(joint, whole.on, whole.by, fx, fy, torque, whole.unique)

@@ -28,6 +28,8 @@ TOLERANCE = 1e-13
 SOFT = 1e-9
 #: A pivot below this part of its diagonal calls for a look at the rank.
 SUSPICIOUS = 1e-10
+#: A body that closing turns by less [rad] is where the guess meant it to be.
+NEAR = 0.2
 
 
 @dataclass
@@ -131,7 +133,7 @@ def set_drive(system: System, work: Work, t: float, drive: Mapping[str, float]) 
 def drivers(system: System) -> list[tuple[Any, int]]:
     """Drivers with the rows of their signals."""
     rows = system.layout.driver_row
-    return list(zip(system.mechanism.drivers, rows.tolist(), strict=True))
+    return list(zip(system.drivers, rows.tolist(), strict=True))
 
 
 def smallest_ratio(system: System, work: Work) -> float:
@@ -152,9 +154,7 @@ def _settle_redundant(system: System, result: Closed, start: np.ndarray) -> tupl
             return True, True
     result.soft = SOFT
     result.work.q[:] = start
-    good, straight, *_ = close(
-        system.runtime(), result.work, SOFT, rounding(system, result.work)
-    )
+    good, straight, *_ = close(system.runtime(), result.work, SOFT, rounding(system, result.work))
     if good and system.rows <= DENSE:
         result.mobility = mobility(dense(system, result.work)[1])
     return good, straight
@@ -230,16 +230,18 @@ def _say_branch(
     if not guessed or system.rows != size or system.rows > 300 or result.soft:
         return
     found = result.work.q.copy()
+    far, name = max(
+        (abs(wrapped(float(found[3 * n + 2, 0] - start[3 * n + 2, 0]))), name)
+        for n, name in guessed
+    )
+    if straight and far < NEAR:
+        return
     here = np.linalg.slogdet(dense(system, result.work)[1])[0]
     result.work.q[:] = start
     there = np.linalg.slogdet(dense(system, result.work)[1])[0]
     result.work.q[:] = found
     if straight and here == there:
         return
-    far, name = max(
-        (abs(wrapped(float(found[3 * n + 2, 0] - start[3 * n + 2, 0]))), name)
-        for n, name in guessed
-    )
     note = (
         f"the guess is on another branch than the position found: '{name}' came out "
         f"{np.degrees(far):.1f} deg from where the guess puts it; guess nearer to the branch that "

@@ -8,7 +8,7 @@ from __future__ import annotations
 from mbody._jit import kernel
 from mbody._lanes import st
 from mbody._reference import by_reference
-from mbody.core.factor import factor
+from mbody.core.factor import VANISHED, factor
 from mbody.core.forces import forces, signals
 from mbody.core.instant import clear, multipliers
 from mbody.core.output import keep_atoms
@@ -34,7 +34,7 @@ def breakdown(L, W, soft, motion, t, causes, output):
             W.q[n, 0], W.v[n, 0] = motion[k, n], motion[k, n3 + n]
         turns(L, W, w)
         rows(L, W, w, True, None)
-        factor(L, W, w, soft)
+        factor(L, W, w, soft, VANISHED)
         for cause in range(-1, causes):
             for n in range(n3):
                 st(W.a, n, motion[k, 2 * n3 + n] if cause < 0 else 0.0, w)

@@ -13,7 +13,7 @@ import math
 from mbody._jit import inline, kernel, njit
 from mbody._lanes import st
 from mbody._reference import by_reference
-from mbody.core.factor import apply_g, apply_gt, factor, solve
+from mbody.core.factor import VANISHED, apply_g, apply_gt, factor, solve
 from mbody.core.forces import signals
 from mbody.core.instant import clear, least_motion, reach, weigh
 from mbody.core.rows import rows, turns
@@ -137,7 +137,7 @@ def newton_path(L, W, w, soft, tolerance):
     for iteration in range(STEPS):
         turns(L, W, w)
         rows(L, W, w, True, None)
-        least = factor(L, W, w, soft)
+        least = factor(L, W, w, soft, VANISHED)
         size = correction(L, W, w)
         step = reach(L, W, w)
         if not step < 1e12:
@@ -190,7 +190,7 @@ def descend(L, W, w, tolerance):
     rows(L, W, w, True, None)
     here, damping = gap(L, W), 1e-2
     for _ in range(4 * STEPS):
-        factor(L, W, w, damping)
+        factor(L, W, w, damping, VANISHED)
         correction(L, W, w)
         step = reach(L, W, w)
         part = min(1.0, 0.5 / step) if step > 0.0 else 1.0
@@ -222,7 +222,7 @@ def project(L, W, soft):
     w = 0.0
     turns(L, W, w)
     rows(L, W, w, True, True)
-    factor(L, W, w, soft)
+    factor(L, W, w, soft, VANISHED)
     clear(W.u, w)
     for s in range(L.slots):
         for n in range(3):

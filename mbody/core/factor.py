@@ -19,7 +19,7 @@ VANISHED = 1e-15
 
 @inline
 def form(L, W, w, soft):
-    """S from the blocks: the diagonal, then the blocks below it; `soft` scales the proximal term."""
+    """S from the blocks: the diagonal, then what is below; `soft` scales the proximal term."""
     B, V, S = W.block, W.weight, W.schur
     for k in range(L.nodes):
         i, j, o = L.node_column[2 * k], L.node_column[2 * k + 1], 12 * k
@@ -64,9 +64,10 @@ def form(L, W, w, soft):
 
 
 @njit
-def factor(L, W, w, soft):
-    """S = L D Lᵀ by blocks; returns the least of (pivot − VANISHED · diagonal), negative or zero
-    where a row was dropped, NaN where a number was NaN.
+def factor(L, W, w, soft, guard):
+    """S = L D Lᵀ by blocks; returns the least of (pivot − guard · diagonal).
+
+    Negative or zero where a pivot is that small a part of its diagonal, NaN where a number was NaN.
     """
     form(L, W, w, soft)
     S, Y, D = W.schur, W.lower, W.pivot
@@ -77,12 +78,12 @@ def factor(L, W, w, soft):
         a, b, c = ld(S, 3 * k, w), ld(S, 3 * k + 1, w), ld(S, 3 * k + 2, w)
         low = VANISHED * ld(W.diagonal, 2 * k, w)
         i0 = select_le(a, low, 0.0 * a, 1.0 / a)
-        least = smaller(least, a - low)
+        least = smaller(least, a - guard * ld(W.diagonal, 2 * k, w))
         lower = b * i0
         d = c - b * lower
         low = VANISHED * ld(W.diagonal, 2 * k + 1, w)
         i1 = select_le(d, low, 0.0 * d, 1.0 / d)
-        least = smaller(least, d - low)
+        least = smaller(least, d - guard * ld(W.diagonal, 2 * k + 1, w))
         st(D, 3 * k, i0, w)
         st(D, 3 * k + 1, lower, w)
         st(D, 3 * k + 2, i1, w)

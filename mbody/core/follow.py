@@ -10,6 +10,7 @@ from __future__ import annotations
 from mbody._jit import inline, kernel, njit
 from mbody._lanes import st
 from mbody._reference import by_reference
+from mbody.core.factor import VANISHED
 from mbody.core.forces import forces, signals
 from mbody.core.instant import accelerations, multipliers, newton, rates, velocities
 from mbody.core.output import keep
@@ -57,7 +58,7 @@ def settle(L, W, w, soft, reach):
     """Newton to convergence: (converged, first correction, least pivot)."""
     first, last, least = 0.0, 1e300, 0.0
     for iteration in range(ITERATIONS):
-        e, least = newton(L, W, w, soft)
+        e, least = newton(L, W, w, soft, VANISHED)
         if iteration == 0:
             first = e
         if not e < 1e3 * (1.0 + reach):

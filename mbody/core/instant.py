@@ -6,8 +6,10 @@ u = W⁻¹ Gᵀ S⁻¹ c (position, velocity, acceleration) and λ = S⁻¹ G W�
 
 from __future__ import annotations
 
+import numpy as np
+
 from mbody._jit import inline, njit
-from mbody._lanes import highest, larger, ld, select_le, st
+from mbody._lanes import highest, ld, select_le, st
 from mbody.core.factor import apply_g, apply_gt, factor, solve
 from mbody.core.rows import rows, turns
 
@@ -34,12 +36,12 @@ def copy(source, target, w):
 
 
 @inline
-def tallest(array, w):
-    """Greatest absolute number of each lane; NaN where there is one."""
+def squares(array, w):
+    """Sum of squares of each lane; NaN where there is one."""
     m = 0.0 * ld(array, 0, w)
     for n in range(array.shape[0]):
         x = ld(array, n, w)
-        m = larger(m, larger(x, -x))
+        m = m + x * x
     return m
 
 
@@ -64,15 +66,12 @@ def least_motion(L, W, w, c, checked):
     weigh(L, W, w, W.u)
     if not checked:
         return
-    terms = tallest(c, w)
+    terms = squares(c, w)
     for _ in range(PASSES):
         apply_g(L, W, w, W.u, W.x)
-        worst = 0.0 * terms
         for n in range(2 * L.nodes):
-            x = ld(c, n, w) - ld(W.x, n, w)
-            st(W.x, n, x, w)
-            worst = larger(worst, larger(x, -x))
-        if highest(worst - ROUNDING * terms) <= 0.0:
+            st(W.x, n, ld(c, n, w) - ld(W.x, n, w), w)
+        if highest(squares(W.x, w) - ROUNDING * ROUNDING * terms) <= 0.0:
             break
         solve(L, W, w)
         clear(W.r, w)
@@ -93,11 +92,11 @@ def to_bodies(L, W, w, target):
 
 
 @njit
-def newton(L, W, w, soft):
+def newton(L, W, w, soft, guard):
     """One Newton step on Φ; returns its size (in model lengths and radians) and factor's pivot."""
     turns(L, W, w)
     rows(L, W, w, True, None)
-    least = factor(L, W, w, soft)
+    least = factor(L, W, w, soft, guard)
     copy(W.phi, W.x, w)
     solve(L, W, w)
     clear(W.u, w)
@@ -114,16 +113,15 @@ def newton(L, W, w, soft):
 
 @inline
 def reach(L, W, w):
-    """Size of the motion on columns, lengths by the model length: the greatest of all bodies."""
+    """Size of the motion on columns, lengths by the model length: root of the sum of squares."""
     per_length = 1.0 / ld(W.size, 0, w)
-    m = 0.0 * per_length
+    far, turned = 0.0 * per_length, 0.0 * per_length
     for b in range(L.bodies):
         s = 3 * L.body_slot[b]
-        x, y, t = ld(W.u, s, w) * per_length, ld(W.u, s + 1, w) * per_length, ld(W.u, s + 2, w)
-        m = larger(m, larger(x, -x))
-        m = larger(m, larger(y, -y))
-        m = larger(m, larger(t, -t))
-    return m
+        x, y, t = ld(W.u, s, w), ld(W.u, s + 1, w), ld(W.u, s + 2, w)
+        far = far + x * x + y * y
+        turned = turned + t * t
+    return np.sqrt(far * per_length * per_length + turned)
 
 
 @njit
@@ -151,21 +149,21 @@ def accelerations(L, W, w, checked):
 
 @inline
 def unbalanced(L, W, w):
-    """r = f − M a − Gᵀ λ on columns, each slot taking its share of f − M a; greatest part of it and
-    greatest term.
-    """
+    """r = f − M a − Gᵀ λ on columns, each slot taking its share of f − M a.
+
+    Returns the sums of squares of r and of its terms."""
     clear(W.r, w)
     apply_gt(L, W, w, W.lam, W.r)
-    terms = tallest(W.r, w)
-    worst = 0.0 * terms
+    terms = 0.0 * ld(W.size, 0, w)
+    rest = terms
     for s in range(L.slots):
         for n in range(3):
-            f = acting(L, W, w, s, n)
-            x = f - ld(W.r, 3 * s + n, w)
-            terms = larger(terms, larger(f, -f))
-            worst = larger(worst, larger(x, -x))
+            f, g = acting(L, W, w, s, n), ld(W.r, 3 * s + n, w)
+            x = f - g
+            terms = terms + f * f + g * g
+            rest = rest + x * x
             st(W.r, 3 * s + n, x, w)
-    return worst, terms
+    return rest, terms
 
 
 @inline
@@ -178,7 +176,7 @@ def acting(L, W, w, s, n):
 @njit
 def multipliers(L, W, w):
     """λ from Gᵀ λ = f − M a, the loads being in W.force; returns what is left unbalanced, as a
-    part of the greatest term.
+    part of the terms.
     """
     clear(W.lam, w)
     for s in range(L.slots):
@@ -186,15 +184,15 @@ def multipliers(L, W, w):
             st(W.r, 3 * s + n, acting(L, W, w, s, n), w)
     for n in range(3 * L.slots, W.r.shape[0]):
         st(W.r, n, 0.0, w)
-    worst = 0.0 * ld(W.size, 0, w)
-    terms = worst
+    rest = 0.0 * ld(W.size, 0, w)
+    terms = rest
     for _ in range(PASSES):
         weigh(L, W, w, W.r)
         apply_g(L, W, w, W.r, W.x)
         solve(L, W, w)
         for n in range(2 * L.nodes):
             st(W.lam, n, ld(W.lam, n, w) + ld(W.x, n, w), w)
-        worst, terms = unbalanced(L, W, w)
-        if highest(worst - ROUNDING * terms) <= 0.0:
+        rest, terms = unbalanced(L, W, w)
+        if highest(rest - ROUNDING * ROUNDING * terms) <= 0.0:
             break
-    return select_le(terms, 0.0 * terms, 0.0 * terms, worst / terms)
+    return np.sqrt(select_le(terms, 0.0 * terms, 0.0 * terms, rest / terms))

@@ -9,6 +9,7 @@ nodes, so that elimination stays cheap; every other body is one slot.
 
 from __future__ import annotations
 
+import functools
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -123,20 +124,32 @@ class Work(NamedTuple):
 
 
 def workspace(layout: Layout, parameters: int, signals: int, lanes: int) -> Work:
-    """Zeroed numbers for that layout, every array 64-byte aligned."""
-    coordinates = 3 * (layout.bodies + 1)
-    columns = 3 * (layout.slots + 1)
-    nodes, blocks = layout.nodes, len(layout.block_row)
+    """Zeroed numbers for that layout in one block of memory, every array on a cache line."""
+    blocks = len(layout.block_row)
+    shape = layout.bodies, layout.slots, layout.nodes, blocks, parameters, signals, lanes
+    sizes, starts = _places(*shape)
+    memory = aligned(starts[-1], lanes)
+    arrays = [memory[first : first + size] for first, size in zip(starts, sizes, strict=False)]
+    work = Work(*arrays, np.zeros(17 + parameters), np.zeros(18))
+    work.turn[2 * layout.bodies] = 1.0
+    return work
+
+
+@functools.lru_cache(maxsize=256)
+def _places(
+    bodies: int, slots: int, nodes: int, blocks: int, parameters: int, signals: int, lanes: int
+) -> tuple[list[int], list[int]]:
+    """Rows of every array of a workspace, and where each begins in the common block."""
+    coordinates, columns = 3 * (bodies + 1), 3 * (slots + 1)
     rows = {
         "par": parameters,
-        "mass": coordinates,
         "weight": columns,
-        "share": layout.slots,
+        "share": slots,
         "pad": 2 * nodes,
         "soft": 2 * nodes,
         "size": 1,
         "time": 1,
-        "turn": 2 * (layout.bodies + 1),
+        "turn": 2 * (bodies + 1),
         "signal": 3 * signals,
         "block": 12 * nodes,
         "pivot": 3 * nodes,
@@ -146,17 +159,11 @@ def workspace(layout: Layout, parameters: int, signals: int, lanes: int) -> Work
         "r": columns,
         "scratch": 32,
     }
-    nodal = ("phi", "nu", "gamma", "diagonal", "x", "lam")
-    rows |= dict.fromkeys(nodal, 2 * nodes)
-    sizes = [max(1, rows.get(name, coordinates)) for name in Work._fields]
-    # one block of memory, every array beginning on a cache line
+    rows |= dict.fromkeys(("phi", "nu", "gamma", "diagonal", "x", "lam"), 2 * nodes)
+    sizes = [max(1, rows.get(name, coordinates)) for name in Work._fields[:-2]]
     step = max(1, 8 // lanes)
     starts = np.cumsum([0] + [-(-size // step) * step for size in sizes])
-    memory = aligned(int(starts[-1]), lanes)
-    arrays = [memory[first : first + size] for first, size in zip(starts, sizes, strict=False)]
-    work = Work(*arrays)._replace(asked=np.zeros(17 + parameters), told=np.zeros(18))
-    work.turn[2 * layout.bodies] = 1.0
-    return work
+    return sizes, starts.tolist()
 
 
 def integers(values: Any) -> np.ndarray:

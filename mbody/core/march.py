@@ -18,6 +18,8 @@ from mbody.core.path import behind, predict, step_size, strayed
 __all__ = ["march"]
 
 ITERATIONS = 6
+#: A pivot below this part of its diagonal: too near a singular position for unchecked solves.
+GUARD = 1e-9
 #: Unbalanced part above which a lane is left to the scalar path.
 BALANCE = 1e-11
 
@@ -53,7 +55,7 @@ def march(L, W, soft, mode, s, t, given, reach, with_loads, still, output, bad):
             st(W.signal, o + 2, 0.0, w)
         first, last, least = zero, zero, one
         for iteration in range(ITERATIONS):
-            last, least = newton(L, W, w, soft)
+            last, least = newton(L, W, w, soft, GUARD)
             if iteration == 0:
                 first = last
             if highest(last) <= TOLERANCE * reach:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from mbody._jit import kernel, njit
-from mbody._lanes import larger, ld, st
+from mbody._lanes import ld, st
 from mbody._reference import by_reference
-from mbody.core.factor import apply_g, apply_gt, factor, solve
+from mbody.core.factor import VANISHED, apply_g, apply_gt, factor, solve
 from mbody.core.forces import forces, signals
 from mbody.core.instant import clear, weigh
 from mbody.core.rows import rows, turns
@@ -21,7 +23,7 @@ def kkt(L, W, w, soft, passes):
     signals(L, W, w, L.varying)
     turns(L, W, w)
     rows(L, W, w, True, True)
-    factor(L, W, w, soft)
+    factor(L, W, w, soft, VANISHED)
     forces(L, W, w, -1)
     clear(W.u, w)
     for s in range(L.slots):
@@ -75,17 +77,17 @@ def correct(L, W, w):
 
 @njit
 def remaining(L, W, w):
-    """Greatest part of f − M a − Gᵀ λ that is left, in forces by the model length."""
+    """Size of f − M a − Gᵀ λ: root of the sum of squares."""
     clear(W.r, w)
     apply_gt(L, W, w, W.lam, W.r)
-    worst = 0.0 * ld(W.size, 0, w)
+    rest = 0.0 * ld(W.size, 0, w)
     for s in range(L.slots):
         o, share = 3 * L.slot_body[s], ld(W.share, s, w)
         for n in range(3):
             f = ld(W.force, o + n, w) - ld(W.mass, o + n, w) * ld(W.a, o + n, w)
             x = share * f - ld(W.r, 3 * s + n, w)
-            worst = larger(worst, larger(x, -x))
-    return worst
+            rest = rest + x * x
+    return np.sqrt(rest)
 
 
 @kernel

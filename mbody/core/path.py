@@ -6,8 +6,10 @@ two derivatives by s at the last two places, so a new place is predicted by a qu
 
 from __future__ import annotations
 
+import numpy as np
+
 from mbody._jit import njit
-from mbody._lanes import larger, ld, st
+from mbody._lanes import ld, st
 
 __all__ = ["behind", "predict", "step_size", "strayed"]
 
@@ -48,34 +50,32 @@ def predict(L, W, w, h, back, quintic):
 def step_size(L, W, w):
     """Size of the step from the last place to q (in model lengths and radians)."""
     per_length = 1.0 / ld(W.size, 0, w)
-    m = 0.0 * per_length
+    far, turned = 0.0 * per_length, 0.0 * per_length
     for b in range(L.bodies):
-        for n in range(3):
-            d = ld(W.q, 3 * b + n, w) - ld(W.q0, 3 * b + n, w)
-            if n < 2:
-                d = d * per_length
-            m = larger(m, larger(d, -d))
-    return m
+        o = 3 * b
+        x, y = ld(W.q, o, w) - ld(W.q0, o, w), ld(W.q, o + 1, w) - ld(W.q0, o + 1, w)
+        t = ld(W.q, o + 2, w) - ld(W.q0, o + 2, w)
+        far = far + x * x + y * y
+        turned = turned + t * t
+    return np.sqrt(far * per_length * per_length + turned)
 
 
 @njit
 def strayed(L, W, w, h):
-    """How far the derivative at q (in W.v) lies from the one foretold by the last place, and the
-    size of both: a step onto another branch turns it round. In model lengths and radians.
+    """How far the derivative at q (in W.v) lies from the one foretold by the last place.
+
+    Returned with the size of the terms: a step onto another branch turns the derivative round.
     """
-    per_length = 1.0 / ld(W.size, 0, w)
-    off = 0.0 * per_length
-    size = 0.0 * per_length
+    square = ld(W.size, 0, w) * ld(W.size, 0, w)
+    off, size = 0.0 * square, 0.0 * square
     for b in range(L.bodies):
         for n in range(3):
             o = 3 * b + n
             now, last, bend = ld(W.v, o, w), ld(W.q0_s, o, w), h * ld(W.q0_ss, o, w)
             d = now - last - bend
-            if n < 2:
-                d, now, bend = d * per_length, now * per_length, bend * per_length
-                last = last * per_length
-            off = larger(off, larger(d, -d))
-            size = larger(size, larger(now, -now))
-            size = larger(size, larger(last, -last))
-            size = larger(size, larger(bend, -bend))
-    return off, size
+            part, whole = d * d, now * now + last * last + bend * bend
+            if n == 2:
+                part, whole = part * square, whole * square
+            off = off + part
+            size = size + whole
+    return np.sqrt(off / square), np.sqrt(size / square)

@@ -14,24 +14,32 @@ if TYPE_CHECKING:
     from mbody.solution import Reaction, Solution
 
 __all__ = [
+    "ABOUT",
     "ROUNDING",
     "WITHOUT_FORCES",
     "closing",
     "driver_states",
+    "force_floor",
     "force_names",
     "heading",
     "link_names",
     "remark",
+    "swiftness",
     "torque_cells",
 ]
 
 Array = np.ndarray
+
+#: Below a table of joint forces that shows torques.
+ABOUT = "torques about the joint's place on its body j"
 
 #: Analyses that find the motion only.
 WITHOUT_FORCES = ("kinematics", "close_loops")
 
 #: What is smaller than this part of the greatest of its kind is rounding, shown as 0.
 ROUNDING = 1e-9
+#: The same where forces are those of least norm, found among many by a softened solve.
+REDUNDANT = 1e-7
 
 
 def force_names(mechanism: Mechanism) -> dict[str, tuple[str, str]]:
@@ -117,16 +125,36 @@ def closing(solution: Solution, residuals: bool = True) -> list[str]:
 
 
 def link_names(mechanism: Mechanism) -> list[str]:
-    """Numbers and names of the moving links."""
-    names = [body.name for body in mechanism.bodies]
-    wide = len(str(len(names) + 1))
-    return [f"{n:>{wide}} {name}" for n, name in enumerate(names, 2)]
+    """Numbers and names of all links, the ground first."""
+    names = ["ground", *(body.name for body in mechanism.bodies)]
+    wide = len(str(len(names)))
+    return [f"{n:>{wide}} {name}" for n, name in enumerate(names, 1)]
 
 
-def torque_cells(solution: Solution, torque: Array, force: float) -> list[str]:
-    """Torques at the joints as cells; blank where none is more than rounding of that force."""
-    whole = max(force * solution.system.length, float(np.abs(torque).max(initial=0.0)))
-    floor = ROUNDING * whole
+def swiftness(solution: Solution) -> float:
+    """The greatest of ω², |α|, a/l, (v/l)², of all bodies: beside it smaller ones are rounding."""
+    length, parts = solution.system.length, [0.0]
+    for body in solution:
+        h = solution[body]
+        parts += [np.abs(h.alpha).max(), np.abs(h.omega).max() ** 2]
+        parts += [np.hypot(h.ax, h.ay).max() / length, (np.hypot(h.vx, h.vy).max() / length) ** 2]
+    return float(max(parts))
+
+
+def force_floor(solution: Solution) -> float:
+    """What is no more than rounding beside the greatest joint force or driver effort."""
+    length, peak = solution.system.length, 0.0
+    for joint in solution.mechanism.joints:
+        peak = max(peak, float(solution.reaction(joint.name).magnitude.max()))
+    for driver in solution.mechanism.drivers:
+        size = float(np.abs(solution.effort(driver.name)).max())
+        peak = max(peak, size / length if driver.rows == "a" else size)
+    return peak * (REDUNDANT if solution.soft else ROUNDING)
+
+
+def torque_cells(solution: Solution, torque: Array, floor: float) -> list[str]:
+    """Torques at the joints as cells, blank where none is more than that rounding of forces."""
+    floor *= solution.system.length
     if not (np.abs(torque) > floor).any():
         return [""] * len(torque)
     return numbers(torque, floor)
@@ -136,6 +164,6 @@ def remark(reaction: Reaction) -> str:
     """Which components of a reaction are not determined; empty if all are."""
     if reaction.unique is None:
         return "uniqueness unknown"
-    pairs = zip(("x", "y", "torque"), reaction.unique, strict=True)
+    pairs = zip(("x", "y", "T"), reaction.unique, strict=True)
     open_parts = [name for name, unique in pairs if not unique]
     return f"not unique: {', '.join(open_parts)}" if open_parts else ""

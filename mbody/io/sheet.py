@@ -8,14 +8,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.io.parts import (
+    ABOUT,
     ROUNDING,
     WITHOUT_FORCES,
     closing,
     driver_states,
+    force_floor,
     force_names,
     heading,
     link_names,
     remark,
+    swiftness,
     torque_cells,
 )
 from mbody.io.summary import summary
@@ -93,35 +96,30 @@ class _Instant:
         bodies = [self.solution[body.name] for body in self.mechanism.bodies]
         return [np.array([getattr(body, key)[0] for body in bodies]) for key in keys]
 
-    def _rotation(self) -> float:
-        """The greatest of ω² and |α|: what angular accelerations are compared with."""
-        omega, alpha = self._histories("omega", "alpha")
-        return float(max((omega**2).max(), np.abs(alpha).max()))
-
     def _links(self) -> list[str]:
-        unit, turning = self.unit, self._rotation()
+        unit, swift = self.unit, swiftness(self.solution)
         mass = self.solution.system.mass[:-3, 0].reshape(-1, 3)
         x, y, angle, omega, alpha, ax, ay = self._histories(
             "x", "y", "angle", "omega", "alpha", "ax", "ay"
         )
-        whole = max(np.hypot(ax, ay).max(), turning * self.solution.system.length)
+        length = self.solution.system.length
         columns = [
-            Column("LINKS", ["1 ground", *link_names(self.mechanism)], text=True),
+            Column("LINKS", link_names(self.mechanism), text=True),
             Column("mass", ["", *numbers(mass[:, 0])], unit("mass")),
             Column("I_G", ["", *numbers(mass[:, 2])], unit("inertia")),
         ]
         if not self.moves:
-            reach = ROUNDING * self.solution.system.length
+            reach = ROUNDING * length
             columns.append(Column("x_G", ["", *numbers(x, reach)], unit("length")))
             columns.append(Column("y_G", ["", *numbers(y, reach)], unit("length")))
         columns.append(Column("angle", ["", *angles(angle)], "deg"))
         if self.moves:
-            floor = ROUNDING * np.sqrt(turning)
+            floor = ROUNDING * np.sqrt(swift)
             columns.append(Column("ω", ["", *numbers(omega, floor)], unit("angular velocity")))
         if self.accelerates:
-            turn = numbers(alpha, ROUNDING * turning)
+            turn = numbers(alpha, ROUNDING * swift)
             columns.append(Column("α", ["", *turn], unit("angular acceleration")))
-            vector = polars(ax, ay, ROUNDING * whole)
+            vector = polars(ax, ay, ROUNDING * swift * length)
             columns.append(Column("a_G", ["", *vector], unit("acceleration")))
         return table(columns)
 
@@ -133,9 +131,8 @@ class _Instant:
         if not found:
             return []
         x, y, torque = (np.array([getattr(r, k)[0] for *_, r in found]) for k in COMPONENTS)
-        peak = float(np.hypot(x, y).max())
-        floor, unit = ROUNDING * peak, self.unit("force")
-        turning = torque_cells(self.solution, torque, peak)
+        floor, unit = force_floor(self.solution), self.unit("force")
+        turning = torque_cells(self.solution, torque, floor)
         lines = table(
             [
                 Column("FORCES", [name for name, *_ in found], text=True),
@@ -145,12 +142,10 @@ class _Instant:
                 Column("torque", turning, self.unit("torque")),
                 Column("joint", [joint for _, joint, _ in found], text=True),
                 Column("i on j", [f"{r.by} on {r.on}" for *_, r in found], text=True),
-                Column("", [remark(r) for *_, r in found], text=True),
+                Column("", [remark(r) for *_, r in found], text=True, whole=True),
             ]
         )
-        if any(turning):
-            lines.append("torques about the joint's place on its body j")
-        return lines
+        return [*lines, ABOUT] if any(turning) else lines
 
     def _drivers(self, turns: bool) -> list[str]:
         drivers = self.mechanism.drivers
@@ -172,7 +167,9 @@ class _Instant:
             if self.moves:
                 columns.append(Column("power", numbers(effort * rate), unit("power")))
         if turns:
-            columns.append(Column("angle", numbers(np.degrees(value), ROUNDING), "deg"))
+            columns.append(
+                Column("angle", [f"{v + 0.0:.3f}" for v in np.degrees(value).round(3)], "deg")
+            )
         else:
             columns.append(Column("length", numbers(value), unit("length")))
         if self.moves:
@@ -187,13 +184,12 @@ class _Instant:
         mass = self.solution.system.mass[:-3, 0].reshape(-1, 3)
         if not mass.any():
             return []
-        turning, unit = self._rotation(), self.unit
-        whole = mass[:, 0].max() * turning * self.solution.system.length
-        floor = ROUNDING * max(np.hypot(x, y).max(), whole)
-        torques = numbers(torque, ROUNDING * mass[:, 2].max() * turning)
+        unit, swift = self.unit, swiftness(self.solution)
+        floor = ROUNDING * mass[:, 0].max() * swift * self.solution.system.length
+        torques = numbers(torque, ROUNDING * mass[:, 2].max() * swift)
         return table(
             [
-                Column("INERTIA", link_names(self.mechanism), text=True),
+                Column("INERTIA", link_names(self.mechanism)[1:], text=True),
                 Column("-m a_Gx", numbers(x, floor), unit("force")),
                 Column("-m a_Gy", numbers(y, floor), unit("force")),
                 Column("magnitude @ dir.", polars(x, y, floor), unit("force")),

@@ -7,14 +7,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mbody.io.parts import (
+    ABOUT,
     ROUNDING,
     WITHOUT_FORCES,
     closing,
     driver_states,
+    force_floor,
     force_names,
     heading,
     link_names,
     remark,
+    swiftness,
     torque_cells,
 )
 from mbody.io.text import Column, angles, cut, number, numbers, paragraph, polars, table
@@ -104,7 +107,7 @@ class _Summary:
     def _links(self) -> list[str]:
         bodies = [self.solution[body.name] for body in self.mechanism.bodies]
         unit = self.unit
-        columns = [Column("LINKS", link_names(self.mechanism), text=True)]
+        columns = [Column("LINKS", link_names(self.mechanism)[1:], text=True)]
         ends = [(np.degrees(body.angle.min()), np.degrees(body.angle.max())) for body in bodies]
         low, high = ([f"{round(end[k], 3) + 0.0:.3f}" for end in ends] for k in (0, 1))
         columns.append(Column("angle from", low, "deg"))
@@ -116,13 +119,14 @@ class _Summary:
             )
             speed = np.array([np.hypot(body.vx, body.vy).max() for body in bodies])
             rate = np.array([np.hypot(body.ax, body.ay).max() for body in bodies])
-            turning = max((omega**2).max(), alpha.max())
-            whole = max(rate.max(), turning * self.solution.system.length)
+            swift, length = swiftness(self.solution), self.solution.system.length
             columns += [
-                Column("peak ω", numbers(omega), unit("angular velocity")),
-                Column("peak α", numbers(alpha, ROUNDING * turning), unit("angular acceleration")),
+                Column(
+                    "peak ω", numbers(omega, ROUNDING * np.sqrt(swift)), unit("angular velocity")
+                ),
+                Column("peak α", numbers(alpha, ROUNDING * swift), unit("angular acceleration")),
                 Column("peak v_G", numbers(speed, ROUNDING * speed.max()), unit("velocity")),
-                Column("peak a_G", numbers(rate, ROUNDING * whole), unit("acceleration")),
+                Column("peak a_G", numbers(rate, ROUNDING * swift * length), unit("acceleration")),
             ]
         return table(columns)
 
@@ -138,21 +142,21 @@ class _Summary:
             np.array([getattr(r, key).flat[k] for k, (*_, r) in zip(at, found, strict=True)])
             for key in ("fx", "fy")
         )
-        peak = float(np.hypot(x, y).max())
+        floor = force_floor(self.solution)
         torque = np.array([np.abs(r.torque).max() for *_, r in found])
-        return table(
+        turning = torque_cells(self.solution, torque, floor)
+        lines = table(
             [
                 Column("PEAK FORCES", [name for name, *_ in found], text=True),
-                Column("magnitude @ dir.", polars(x, y, ROUNDING * peak), self.unit("force")),
+                Column("magnitude @ dir.", polars(x, y, floor), self.unit("force")),
                 *self._places(at),
-                Column(
-                    "peak torque", torque_cells(self.solution, torque, peak), self.unit("torque")
-                ),
+                Column("peak torque", turning, self.unit("torque")),
                 Column("joint", [joint for _, joint, _ in found], text=True),
                 Column("i on j", [f"{r.by} on {r.on}" for *_, r in found], text=True),
-                Column("", [remark(r) for *_, r in found], text=True),
+                Column("", [remark(r) for *_, r in found], text=True, whole=True),
             ]
         )
+        return [*lines, ABOUT] if any(turning) else lines
 
     def _drivers(self, turns: bool) -> list[str]:
         chosen = [d for d in self.mechanism.drivers if (d.rows == "a") == turns]

@@ -86,12 +86,14 @@ def polars(x: Any, y: Any, floor: float = 0.0) -> list[str]:
 
 @dataclass
 class Column:
-    """One column: heading, unit, cells; text stands left and may be cut where space is short."""
+    """One column: heading, unit, cells; text stands left and may be cut where space is short,
+    unless it is to be kept whole."""
 
     title: str
     cells: Sequence[str]
     unit: str = ""
     text: bool = False
+    whole: bool = False
 
     @property
     def width(self) -> int:
@@ -111,7 +113,7 @@ def table(columns: Iterable[Column]) -> list[str]:
     """
     shown = [column for column in columns if any(column.cells)]
     widths = [column.width for column in shown]
-    texts = [n for n, column in enumerate(shown) if column.text]
+    texts = [n for n, column in enumerate(shown) if column.text and not column.whole]
 
     def excess(gap: str) -> int:
         return sum(widths) + len(gap) * (len(widths) - 1) - WIDTH

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from mbody.atoms import Atom
-from mbody.elements import Element, Marker, place_field, two_bodies
+from mbody.elements import Element, Place, place_field, two_bodies
 
 if TYPE_CHECKING:
     from mbody.elements import Numbers
@@ -28,8 +28,8 @@ class Joint(Element):
         Places such as ``crank.at("A")`` or ``"crank.A"``.
     """
 
-    i: Marker = place_field()
-    j: Marker = place_field()
+    i: Place = place_field()
+    j: Place = place_field()
 
     def __post_init__(self) -> None:
         super().__post_init__()

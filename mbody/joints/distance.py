@@ -10,10 +10,10 @@ import numpy as np
 from mbody._geometry import between
 from mbody._jit import inline
 from mbody.atoms import Atom
-from mbody.elements import law_field
+from mbody.elements import LawLike, law_field
 from mbody.errors import ModelError
 from mbody.joints._base import Joint
-from mbody.laws import Constant, Law
+from mbody.laws import Constant
 
 if TYPE_CHECKING:
     from mbody.elements import Numbers
@@ -42,7 +42,7 @@ class Distance(Joint):
     'l'
     """
 
-    length: Law | float = law_field("length")
+    length: LawLike = law_field("length")
     rows = "l"
 
     def __post_init__(self) -> None:

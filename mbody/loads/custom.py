@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from mbody.atoms import Action
-from mbody.elements import Marker, place_field, two_bodies
+from mbody.elements import Place, place_field, two_bodies
 from mbody.loads._base import Load
 
 if TYPE_CHECKING:
@@ -41,8 +41,8 @@ class CustomLoad(Load):
     ('ground', 'ball')
     """
 
-    i: Marker = place_field()
-    j: Marker = place_field()
+    i: Place = place_field()
+    j: Place = place_field()
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -9,8 +9,8 @@ import numpy as np
 
 from mbody._jit import inline
 from mbody.atoms import Action
-from mbody.elements import Marker, law_field, number_field, place_field
-from mbody.laws import Constant, Law
+from mbody.elements import LawLike, Marker, Place, law_field, number_field, place_field
+from mbody.laws import Constant
 from mbody.loads._base import Load
 
 if TYPE_CHECKING:
@@ -43,8 +43,8 @@ class Force(Load):
     ('coupler',)
     """
 
-    at: Marker = place_field()
-    value: Law | float = law_field("force", 0.0)
+    at: Place = place_field()
+    value: LawLike = law_field("force", 0.0)
     angle: float = number_field("angle", 0.0)
     follows: bool = False
 
@@ -63,7 +63,7 @@ class Force(Load):
         >>> Force.components("push", "coupler.P", 3.0, 4.0).value
         Constant(value=5.0)
         """
-        return Force(name, at, Constant(float(np.hypot(x, y))), float(np.arctan2(y, x)))  # type: ignore[arg-type]
+        return Force(name, at, Constant(float(np.hypot(x, y))), float(np.arctan2(y, x)))
 
 
 @inline

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 from mbody._jit import inline
 from mbody.atoms import Action
-from mbody.elements import law_field
-from mbody.laws import Law
+from mbody.elements import LawLike, law_field
 from mbody.loads._base import Load
 
 if TYPE_CHECKING:
@@ -34,8 +33,8 @@ class Gravity(Load):
     ()
     """
 
-    x: Law | float = law_field("acceleration", 0.0)
-    y: Law | float = law_field("acceleration", 0.0)
+    x: LawLike = law_field("acceleration", 0.0)
+    y: LawLike = law_field("acceleration", 0.0)
 
     def actions(self, at: Numbers) -> list[Action]:
         """One action on all bodies."""

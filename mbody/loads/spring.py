@@ -10,8 +10,7 @@ import numpy as np
 from mbody._geometry import between
 from mbody._jit import inline
 from mbody.atoms import Action, Signal
-from mbody.elements import Marker, law_field, number_field, place_field, two_bodies
-from mbody.laws import Law
+from mbody.elements import LawLike, Place, law_field, number_field, place_field, two_bodies
 from mbody.loads._base import LINE, Load, one_of
 
 if TYPE_CHECKING:
@@ -24,8 +23,8 @@ __all__ = ["Damper", "Spring", "stretch"]
 class _Between(Load):
     """Two places and, instead of a number, a law."""
 
-    i: Marker = place_field()
-    j: Marker = place_field()
+    i: Place = place_field()
+    j: Place = place_field()
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -60,7 +59,7 @@ class Spring(_Between):
     stiffness: float | None = number_field("stiffness", None)
     free_length: float = number_field("length", 0.0, sign="not negative")
     preload: float = number_field("force", 0.0)
-    law: Law | None = law_field("force", None)
+    law: LawLike = law_field("force", None)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -94,7 +93,7 @@ class Damper(_Between):
     """
 
     coefficient: float | None = number_field("damping", None, sign="not negative")
-    law: Law | None = law_field("force", None)
+    law: LawLike = law_field("force", None)
 
     def __post_init__(self) -> None:
         super().__post_init__()

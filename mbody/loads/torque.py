@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from mbody.atoms import Action
-from mbody.elements import law_field
-from mbody.laws import Law
+from mbody.elements import LawLike, law_field
 from mbody.loads._base import Turning
 
 if TYPE_CHECKING:
@@ -37,7 +36,7 @@ class Torque(Turning):
     ('ground', 'rocker')
     """
 
-    value: Law | float = law_field("torque", 0.0)
+    value: LawLike = law_field("torque", 0.0)
 
     def actions(self, at: Numbers) -> list[Action]:
         """One action without parameters."""

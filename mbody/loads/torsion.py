@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 from mbody._jit import inline
 from mbody.atoms import Action, Signal
-from mbody.elements import law_field, number_field
-from mbody.laws import Law
+from mbody.elements import LawLike, law_field, number_field
 from mbody.loads._base import LINE, Turning, one_of
 
 if TYPE_CHECKING:
@@ -47,7 +46,7 @@ class TorsionSpring(Turning):
     stiffness: float | None = number_field("torsion stiffness", None)
     free_angle: float = number_field("angle", 0.0)
     preload: float = number_field("torque", 0.0)
-    law: Law | None = law_field("torque", None)
+    law: LawLike = law_field("torque", None)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -81,7 +80,7 @@ class TorsionDamper(Turning):
     """
 
     coefficient: float | None = number_field("torsion damping", None, sign="not negative")
-    law: Law | None = law_field("torque", None)
+    law: LawLike = law_field("torque", None)
 
     def __post_init__(self) -> None:
         super().__post_init__()
