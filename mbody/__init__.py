@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from mbody.drivers import AngleDriver, CoordinateDriver, DistanceDriver
     from mbody.elements import Marker, Polar, polar
     from mbody.errors import ModelError, ModelWarning, SolveError
+    from mbody.histories import Reaction
     from mbody.joints import CustomJoint, Distance, Fixed, Prismatic, Revolute
     from mbody.laws import (
         Cam,
@@ -44,7 +45,7 @@ if TYPE_CHECKING:
         TorsionSpring,
     )
     from mbody.mechanism import Mechanism
-    from mbody.solution import Reaction, Solution
+    from mbody.solution import Solution
     from mbody.system import System
 
 __version__ = "0.1.0"
@@ -62,7 +63,8 @@ _HOME = {
     "Rise Table",
     "loads": "CustomLoad Damper Force Gravity Spring Torque TorsionDamper TorsionSpring",
     "mechanism": "Mechanism",
-    "solution": "Reaction Solution",
+    "histories": "Reaction",
+    "solution": "Solution",
     "system": "System",
 }
 _MODULES = ("laws", "makers", "testing")

@@ -99,7 +99,7 @@ def wide() -> Number:
 @row_load
 def ld(array: np.ndarray, row: int, w: Number) -> Number:
     """Row of an array of shape (rows, lanes), as a number of the type of the witness ``w``."""
-    return array[row].copy()
+    return array[row, 0] if array.shape[1] == 1 else array[row].copy()
 
 
 @row_store

@@ -78,6 +78,7 @@ def assemble(mechanism: Mechanism) -> System:
         owners=tuple(compiler.owners),
         row_kinds=tuple(atom.rows for atom in compiler.atoms(numbers)),
         signals=len(compiler.signal_laws),
+        plans={},
         functions=compiler.functions(),
         _compile=compiler.compile,
     )

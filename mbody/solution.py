@@ -9,143 +9,18 @@ from typing import Any
 
 import numpy as np
 
+from mbody.checks import breakdown, checks
 from mbody.core.output import PER_ATOM
 from mbody.elements import Marker, as_marker
 from mbody.errors import ModelError
+from mbody.histories import BodyHistory, Checks, PointHistory, Reaction, Record
 from mbody.joints import Joint
 from mbody.mechanism import Mechanism
 from mbody.system import System
 
-__all__ = ["BodyHistory", "Checks", "PointHistory", "Reaction", "Record", "Solution"]
+__all__ = ["Solution"]
 
 Array = np.ndarray
-
-
-class Record:
-    """Rows of numbers over instants, as the kernels left them; a history is taken when asked for.
-
-    Parameters
-    ----------
-    blocks : list of arrays (instants, rows, lanes)
-        One after another along the lanes.
-    count : int
-        Instants of a single motion, or designs of a batch.
-    batch : bool
-        Whether a lane is a design; else a lane is a piece of one motion, its last instant being
-        the first of the next lane where there are several.
-    """
-
-    def __init__(self, blocks: list[Array], count: int, batch: bool) -> None:
-        self.blocks, self.count, self.batch = blocks, count, batch
-
-    def take(self, row: int) -> Array:
-        """History of one row: (instants,), or (designs, instants) of a batch."""
-        if self.batch:
-            whole: Array = np.concatenate([block[:, row, :].T for block in self.blocks])
-        else:
-            whole = self._pieces(self.blocks[0])[:, row, :].T.reshape(-1)
-        history: Array = whole[: self.count]
-        return history
-
-    def table(self, rows: slice) -> Array:
-        """Histories of many rows at once: (instants, rows), or (designs, instants, rows)."""
-        if self.batch:
-            parts = [block[:, rows, :].transpose(2, 0, 1) for block in self.blocks]
-            every: Array = np.ascontiguousarray(np.concatenate(parts)[: self.count])
-            return every
-        block = self._pieces(self.blocks[0])[:, rows, :].transpose(2, 0, 1)
-        table: Array = np.ascontiguousarray(block.reshape(-1, block.shape[2])[: self.count])
-        return table
-
-    @staticmethod
-    def _pieces(block: Array) -> Array:
-        return block if block.shape[2] == 1 else block[:-1]
-
-
-@dataclass(frozen=True)
-class BodyHistory:
-    """Motion of one body: its mass centre and its angle.
-
-    Attributes
-    ----------
-    x, y, vx, vy, ax, ay : arrays (instants,)
-        Mass centre, world axes.
-    angle, omega, alpha : arrays (instants,)
-        Of the link's x axis [rad], and its rates.
-    """
-
-    name: str
-    x: Array
-    y: Array
-    angle: Array
-    vx: Array
-    vy: Array
-    omega: Array
-    ax: Array
-    ay: Array
-    alpha: Array
-
-
-@dataclass(frozen=True)
-class PointHistory:
-    """Motion of a point of a body, world axes: arrays (instants,)."""
-
-    name: str
-    x: Array
-    y: Array
-    vx: Array
-    vy: Array
-    ax: Array
-    ay: Array
-
-
-@dataclass(frozen=True)
-class Reaction:
-    """Force and torque on body `on` by body `by` at a joint, world axes: arrays (instants,).
-
-    Attributes
-    ----------
-    unique : tuple of three bool, or None
-        Whether each of fx, fy, torque is determined; redundant constraints may leave it open, and
-        the one of least norm is given. None where it was not looked at.
-    """
-
-    joint: str
-    on: str
-    by: str
-    fx: Array
-    fy: Array
-    torque: Array
-    unique: tuple[bool, bool, bool] | None = (True, True, True)
-
-    @property
-    def magnitude(self) -> Array:
-        """√(fx² + fy²)."""
-        return np.hypot(self.fx, self.fy)
-
-    @property
-    def direction(self) -> Array:
-        """Angle of the force from the world's x axis, 0 … 2π [rad]."""
-        return np.mod(np.arctan2(self.fy, self.fx), 2.0 * np.pi)
-
-
-@dataclass(frozen=True)
-class Checks:
-    """Relative maxima over all instants of what must vanish.
-
-    Attributes
-    ----------
-    constraint : float
-        Violation of the constraints, lengths by the model length.
-    equilibrium : float
-        f − M a − Gᵀλ as a part of its greatest term at any instant.
-    virtual_work : float
-        Power of loads, inertia and drivers as a part of the peak power.
-    """
-
-    constraint: float
-    equilibrium: float
-    virtual_work: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,9 +105,9 @@ class Solution:
             dx, dy = (np.atleast_1d(value)[:, None] for value in (dx, dy))
         return dx, dy
 
-    def _atom(self, e: int) -> list[Array]:
-        first = 3 * self.system.coordinates + PER_ATOM * e
-        return [self.record.take(first + n) for n in range(PER_ATOM)]
+    def _atom(self, e: int, n: int) -> Array:
+        """History of number n of an atom (see `mbody.core.output`)."""
+        return self.record.take(3 * self.system.coordinates + PER_ATOM * e + n)
 
     def reaction(self, joint: str, on: str | None = None) -> Reaction:
         """Force and torque of a joint on body `on` (by default body j) at the joint's place on j.
@@ -248,8 +123,11 @@ class Solution:
         if on not in (None, i, j):
             raise ModelError(f"joint '{joint}' joins '{i}' and '{j}', not '{on}'", joint)
         atoms = self.system.atoms_of[joint]
-        parts = np.sum([self._atom(e)[2:] for e in atoms], axis=0)
-        fx, fy, torque = parts[0], parts[1], parts[2]
+        fx, fy, torque = (self._atom(atoms[0], n) for n in (2, 3, 4))
+        for e in atoms[1:]:
+            fx, fy, torque = (
+                part + self._atom(e, n) for part, n in zip((fx, fy, torque), (2, 3, 4), strict=True)
+            )
         unique = self._unique(joint)
         if on == i:
             return Reaction(joint, i, j, -fx, -fy, -torque, unique)
@@ -279,7 +157,7 @@ class Solution:
             raise ModelError(f"there is no driver '{driver}'", driver)
         if self.analysis == "kinematics":
             raise ModelError("kinematics finds no forces: use kinetostatics", driver)
-        return -self._atom(self.system.atoms_of[driver][0])[0]
+        return -self._atom(self.system.atoms_of[driver][0], 0)
 
     def inertia(self, body: str) -> tuple[Array, Array, Array]:
         """D'Alembert's inertia force and torque of a body: (−m ax, −m ay, −I α)."""
@@ -291,8 +169,6 @@ class Solution:
     @functools.cached_property
     def checks(self) -> Checks:
         """Residuals by routes that the analysis did not take."""
-        from mbody.analysis.checks import checks
-
         return checks(self)
 
     def breakdown(self, name: str, on: str | None = None) -> dict[str, Any]:
@@ -304,8 +180,6 @@ class Solution:
             By cause ("inertia", then the names of the loads): a `Reaction`, or the effort's array.
             They sum to the whole.
         """
-        from mbody.analysis.checks import breakdown
-
         return breakdown(self, name, on)
 
     def columns(self) -> dict[str, Array]:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from mbody._user import register, release
-from mbody.core.layout import Layout, Work, integers, workspace
+from mbody.core.layout import Layout, Work, blank, integers, workspace
 from mbody.drivers import Driver
 from mbody.elements import Element, Numbers, Polar
 from mbody.errors import ModelError
@@ -53,6 +53,7 @@ class System:
     owners: tuple[tuple[Element, int], ...]
     row_kinds: tuple[str, ...]
     signals: int
+    plans: dict[str, Any] = field(repr=False)
     functions: tuple[tuple[str, Callable[..., Any] | None], ...] = field(repr=False)
     _compile: Callable[[dict[str, Any]], tuple[np.ndarray, np.ndarray]] = field(repr=False)
 
@@ -172,24 +173,42 @@ class System:
         `masses` chooses the masses as weights (free motion) instead of geometric ones.
         """
         L = self.layout
-        work = workspace(L, self.par.shape[0], self.signals, lanes)
-        work.par[:] = self.par[:, np.broadcast_to(designs, lanes)]
-        work.mass[:] = self.mass[:, np.broadcast_to(designs, lanes)]
-        work.size[:] = self.length
-        shares = np.bincount(L.slot_body, minlength=L.bodies)
-        work.share[:] = 1.0 / shares[L.slot_body][:, None]
-        columns = work.weight[: 3 * L.slots].reshape(L.slots, 3, lanes)
+        frame = self._frames.get(lanes)
+        if frame is None:
+            frame = self._frames[lanes] = self._frame(lanes)
+        work = workspace(L, self.par.shape[0], self.signals, lanes, frame)
+        if self.batch is not None:
+            work.par[:] = self.par[:, np.broadcast_to(designs, lanes)]
+            work.mass[:] = self.mass[:, np.broadcast_to(designs, lanes)]
         if masses:
             # a massless body moves as its joints tell it: a small mass serves, corrected later
             inertia = work.mass[: 3 * L.bodies].reshape(L.bodies, 3, lanes)[L.slot_body]
             small = 1e-7 * max(float(work.mass.max()), 1e-300)
             least = np.array([small, small, small * self.length**2])[None, :, None]
+            columns = work.weight[: 3 * L.slots].reshape(L.slots, 3, lanes)
             columns[:] = 1.0 / np.maximum(inertia * work.share[:, None, :], least)
-        else:
-            columns[:] = np.array([1.0, 1.0, self.length**-2])[None, :, None]
+        return work
+
+    @functools.cached_property
+    def _frames(self) -> dict[int, np.ndarray]:
+        """Memory of a fresh workspace by number of lanes, to be copied."""
+        return {}
+
+    def _frame(self, lanes: int) -> np.ndarray:
+        """Memory of a workspace with all that is the same for every position."""
+        L = self.layout
+        memory = blank(L, self.par.shape[0], self.signals, lanes)
+        work = workspace(L, self.par.shape[0], self.signals, lanes, memory, copy=False)
+        work.par[:], work.mass[:] = self.par[:, :1], self.mass[:, :1]
+        work.size[:] = self.length
+        work.turn[2 * L.bodies] = 1.0
+        shares = np.bincount(L.slot_body, minlength=L.bodies)
+        work.share[:] = 1.0 / shares[L.slot_body][:, None]
+        columns = work.weight[: 3 * L.slots].reshape(L.slots, 3, lanes)
+        columns[:] = np.array([1.0, 1.0, self.length**-2])[None, :, None]
         soft, pad, blocks = self._fixed_rows
         work.soft[: len(soft)], work.pad[: len(pad)], work.block[: len(blocks)] = soft, pad, blocks
-        return work
+        return memory
 
     @functools.cached_property
     def _fixed_rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -264,15 +283,9 @@ class System:
     def __getstate__(self) -> dict[str, Any]:
         # handles belong to this process: the callables travel, the handles do not
         kept = dict(self.__dict__)
-        for key in ("_registered", "_user_names", "_compile"):
+        for key in ("_registered", "_user_names", "_frames"):
             kept.pop(key, None)
         return kept
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state)
-        from mbody.assembler import assemble
-
-        object.__setattr__(self, "_compile", assemble(self.mechanism)._compile)
 
 
 def _no_such_value(name: str, values: Mapping[str, Any]) -> str:

@@ -10,7 +10,8 @@ from mbody.analysis.instants import BY_DRIVER, BY_INSTANT, Plan
 from mbody.analysis.runner import Runner, Stuck
 from mbody.core.close import close_designs
 from mbody.errors import SolveError
-from mbody.solution import Record, Solution
+from mbody.histories import Record
+from mbody.solution import Solution
 
 __all__ = ["batch"]
 

@@ -13,7 +13,8 @@ from mbody.analysis.closure import Closed, check_determined, closed
 from mbody.analysis.instants import BY_DRIVER, BY_TIME, Plan
 from mbody.analysis.runner import Runner, Stuck
 from mbody.errors import SolveError
-from mbody.solution import Record, Solution
+from mbody.histories import Record
+from mbody.solution import Solution
 
 __all__ = ["through_change_points"]
 

@@ -12,8 +12,9 @@ from mbody.analysis.instants import plan
 from mbody.core.close import project
 from mbody.core.output import PER_ATOM
 from mbody.errors import ModelError
+from mbody.histories import Record
 from mbody.mechanism import Mechanism
-from mbody.solution import Record, Solution
+from mbody.solution import Solution
 from mbody.system import System
 
 __all__ = ["close_loops"]

@@ -42,6 +42,8 @@ class Closed:
         Workspace at the position, its factor valid.
     soft : float
         Proximal term for the rows: zero unless some are redundant.
+    ratio : float
+        Least pivot as a part of its diagonal.
     mobility : Mobility or None
         Rank report, where one was made.
     notes : list of str
@@ -50,6 +52,7 @@ class Closed:
 
     work: Work
     soft: float = 0.0
+    ratio: float = 1.0
     mobility: Mobility | None = None
     notes: list[str] = field(default_factory=list)
 
@@ -101,8 +104,8 @@ def closed(
     start = work.q.copy()
     good, straight, *_ = close(system.runtime(), work, 0.0, rounding(system, work))
     raise_user_error(system)
-    result = Closed(work)
-    if good and smallest_ratio(system, work) < SUSPICIOUS:
+    result = Closed(work, ratio=smallest_ratio(system, work))
+    if good and result.ratio < SUSPICIOUS:
         good, straight = _settle_redundant(system, result, start)
     if not good:
         _explain_gap(system, work, start, t)
@@ -260,7 +263,7 @@ def check_determined(system: System, result: Closed, what: str) -> None:
         With free degrees of freedom, a driver that repeats others, or a dead centre.
     """
     regular = system.rows == system.coordinates and not result.soft
-    if regular and smallest_ratio(system, result.work) > SUSPICIOUS:
+    if regular and result.ratio > SUSPICIOUS:
         return
     if system.rows > DENSE:
         if system.rows >= system.coordinates:

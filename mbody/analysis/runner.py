@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import numpy as np
 
-from mbody._lanes import LANES
+from mbody._lanes import LANES, aligned
 from mbody.analysis.closure import (
     Closed,
     drivers,
@@ -15,11 +16,15 @@ from mbody.analysis.closure import (
 )
 from mbody.analysis.instants import BY_DRIVER, BY_INSTANT, BY_TIME, Plan, check_laws
 from mbody.analysis.uniqueness import open_reactions
+from mbody.core.close import violation
 from mbody.core.follow import DONE, STUCK, follow
 from mbody.core.march import march
 from mbody.core.output import PER_ATOM
+from mbody.core.square import Square
 from mbody.errors import SolveError
-from mbody.solution import Record, Solution
+from mbody.histories import Record
+from mbody.solution import Solution
+from mbody.square import plan_square
 from mbody.system import System
 
 __all__ = ["Runner", "Stuck"]
@@ -99,10 +104,7 @@ class Runner:
         simple = not (start.soft or self.system.has_user_code or plan.mode == BY_INSTANT)
         if count < MANY or not simple:
             return None
-        steps = -(-count // LANES)
-        index = np.minimum(
-            steps * np.arange(LANES)[None, :] + np.arange(steps + 1)[:, None], count - 1
-        )
+        index = _pieces(count)
         try:
             seeds = self.scalar(start, plan.take(index[0]), loads=False)[:, :, 0]
         except Stuck:
@@ -128,10 +130,15 @@ class Runner:
         """Run the lane kernel from the positions in `work`: (steps, rows, lanes), bad (lanes,)."""
         output = np.empty((len(s), self.rows, LANES))
         bad = np.zeros((1, LANES))
+        square = self.square(work)
+        if square is None:
+            return output, np.ones(LANES)
         march(
             self.layout,
+            square,
             work,
-            0.0,
+            aligned(int(max(square.target.max(), square.fill.max(initial=0))) + 1, LANES),
+            aligned(len(square.pivot), LANES),
             plan.mode,
             np.ascontiguousarray(s),
             np.ascontiguousarray(t),
@@ -143,6 +150,21 @@ class Runner:
             bad,
         )
         return output, bad[0]
+
+    def square(self, work: Any) -> Square | None:
+        """Pivots of the square Φ_q, planned once for a topology, near the first lane's position."""
+        plans = self.system.plans
+        if "square" not in plans:
+            samples = []
+            for shift in (0.0, 0.1):
+                sample = self.system.work()
+                sample.q[:] = work.q[:, :1] + shift * np.sin(np.arange(len(work.q)))[:, None]
+                sample.q[self.system.coordinates :] = 0.0
+                violation(self.layout, sample)
+                samples.append(sample)
+            plans["square"] = plan_square(self.layout, *samples)
+        found: Square | None = plans["square"]
+        return found
 
     def solution(
         self, start: Closed, plan: Plan, record: Record, status: str = "completed"
@@ -206,3 +228,11 @@ class Runner:
         if driver.rows == "a":
             return f"{np.degrees(value):.4g} deg{time}"
         return f"{value:.6g} {self.system.mechanism.units.length}{time}"
+
+
+@functools.lru_cache(maxsize=16)
+def _pieces(count: int) -> np.ndarray:
+    """Which instant every lane takes at every step; the last step is the next lane's first."""
+    steps = -(-count // LANES)
+    index = steps * np.arange(LANES)[None, :] + np.arange(steps + 1)[:, None]
+    return np.minimum(index, count - 1)

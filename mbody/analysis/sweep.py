@@ -13,8 +13,9 @@ from mbody.analysis.closure import Closed, as_system, check_determined, closed
 from mbody.analysis.instants import Plan, plan
 from mbody.analysis.runner import Runner, Stuck
 from mbody.errors import SolveError
+from mbody.histories import Record
 from mbody.mechanism import Mechanism
-from mbody.solution import Record, Solution
+from mbody.solution import Solution
 from mbody.system import System
 
 __all__ = ["sweep"]

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from mbody._jit import inline, njit
-from mbody._lanes import highest, ld, select_le, st
+from mbody._lanes import highest, ld, st
 from mbody.core.factor import apply_g, apply_gt, factor, solve
 from mbody.core.rows import rows, turns
 
@@ -195,4 +195,4 @@ def multipliers(L, W, w):
         rest, terms = unbalanced(L, W, w)
         if highest(rest - ROUNDING * ROUNDING * terms) <= 0.0:
             break
-    return np.sqrt(select_le(terms, 0.0 * terms, 0.0 * terms, rest / terms))
+    return np.sqrt(rest / (terms + 1e-300))

@@ -16,7 +16,7 @@ import numpy as np
 
 from mbody._lanes import aligned
 
-__all__ = ["Layout", "Work", "workspace"]
+__all__ = ["Layout", "Work", "blank", "integers", "workspace"]
 
 Ints = Any  # int64 arrays, one-dimensional
 
@@ -123,16 +123,32 @@ class Work(NamedTuple):
     told: Any
 
 
-def workspace(layout: Layout, parameters: int, signals: int, lanes: int) -> Work:
-    """Zeroed numbers for that layout in one block of memory, every array on a cache line."""
-    blocks = len(layout.block_row)
-    shape = layout.bodies, layout.slots, layout.nodes, blocks, parameters, signals, lanes
-    sizes, starts = _places(*shape)
-    memory = aligned(starts[-1], lanes)
+def blank(layout: Layout, parameters: int, signals: int, lanes: int) -> np.ndarray:
+    """Zeroed memory of a workspace, (rows, lanes), beginning on a cache line."""
+    return aligned(_places(*_shape(layout), parameters, signals, lanes)[1][-1], lanes)
+
+
+def workspace(
+    layout: Layout,
+    parameters: int,
+    signals: int,
+    lanes: int,
+    memory: np.ndarray,
+    *,
+    copy: bool = True,
+) -> Work:
+    """The arrays of a workspace in such memory, or in a copy of it."""
+    sizes, starts = _places(*_shape(layout), parameters, signals, lanes)
+    if copy:
+        fresh = aligned(len(memory), lanes)
+        fresh[:] = memory
+        memory = fresh
     arrays = [memory[first : first + size] for first, size in zip(starts, sizes, strict=False)]
-    work = Work(*arrays, np.zeros(17 + parameters), np.zeros(18))
-    work.turn[2 * layout.bodies] = 1.0
-    return work
+    return Work._make([*arrays, np.zeros(17 + parameters), np.zeros(18)])
+
+
+def _shape(layout: Layout) -> tuple[int, int, int, int]:
+    return layout.bodies, layout.slots, layout.nodes, len(layout.block_row)
 
 
 @functools.lru_cache(maxsize=256)

@@ -1,46 +1,107 @@
 """Lane continuation: many motions, or many pieces of one, side by side with fixed steps.
 
 Every lane starts from its own closed position and predicts, corrects and checks like the scalar
-path, but cannot halve its step: a lane that fails a check is marked and left to `follow`.
+path, but cannot halve its step: a lane that fails a check is marked and left to `follow`. One LU of
+the square Φ_q an instant serves position, velocity, acceleration and reactions.
 """
 
 from __future__ import annotations
 
-from mbody._jit import kernel
+from mbody._jit import inline, kernel, njit
 from mbody._lanes import highest, larger, ld, select_le, st, wide
 from mbody._reference import by_reference
 from mbody.core.follow import CORRECTION, TOLERANCE, TURNED
 from mbody.core.forces import forces, signals
-from mbody.core.instant import accelerations, multipliers, newton, rates, velocities
+from mbody.core.instant import acting, rates, reach
 from mbody.core.output import keep
 from mbody.core.path import behind, predict, step_size, strayed
+from mbody.core.rows import rows, turns
+from mbody.core.square import factor_square, solve_square, solve_transposed
 
 __all__ = ["march"]
 
 ITERATIONS = 6
-#: A pivot below this part of its diagonal: too near a singular position for unchecked solves.
-GUARD = 1e-9
-#: Unbalanced part above which a lane is left to the scalar path.
-BALANCE = 1e-11
+#: Sum of squares of the multipliers above which the fixed pivots are no longer good.
+GROWTH = 1e6
+
+
+@njit
+def newton(L, P, W, w, F, x):
+    """One Newton step on Φ; returns its size (in model lengths and radians) and the growth."""
+    turns(L, W, w)
+    rows(L, W, w, True, None)
+    growth = factor_square(P, W, w, F)
+    least_motion(L, P, W, w, F, x, W.phi, W.u)
+    size = reach(L, W, w)
+    for b in range(L.bodies):
+        for n in range(3):
+            o = 3 * b + n
+            st(W.q, o, ld(W.q, o, w) - ld(W.u, 3 * L.body_slot[b] + n, w), w)
+    return size, growth
+
+
+@inline
+def least_motion(L, P, W, w, F, x, c, u):
+    """u on columns with Φ_q u = c."""
+    for k in range(P.row.shape[0]):
+        st(x, k, ld(c, P.row[k], w), w)
+    solve_square(P, W, w, F, x)
+    for k in range(P.row.shape[0]):
+        st(u, P.column[k], ld(x, k, w), w)
+
+
+@inline
+def to_bodies(L, W, w, u, target):
+    """Columns to coordinates: a body moves as its first slot."""
+    for b in range(L.bodies):
+        o, s = 3 * b, 3 * L.body_slot[b]
+        st(target, o, ld(u, s, w), w)
+        st(target, o + 1, ld(u, s + 1, w), w)
+        st(target, o + 2, ld(u, s + 2, w), w)
+
+
+@njit
+def velocities(L, P, W, w, F, x):
+    """v from Φ_q v = ν."""
+    least_motion(L, P, W, w, F, x, W.nu, W.u)
+    to_bodies(L, W, w, W.u, W.v)
+
+
+@njit
+def accelerations(L, P, W, w, F, x):
+    """a from Φ_q a = γ."""
+    rows(L, W, w, None, True)
+    least_motion(L, P, W, w, F, x, W.gamma, W.u)
+    to_bodies(L, W, w, W.u, W.a)
+
+
+@njit
+def multipliers(L, P, W, w, F, x):
+    """λ from Φ_qᵀ λ = f − M a."""
+    for k in range(P.row.shape[0]):
+        c = P.column[k]
+        st(x, k, acting(L, W, w, c // 3, c % 3), w)
+    solve_transposed(P, W, w, F, x)
+    for k in range(P.row.shape[0]):
+        st(W.lam, P.row[k], ld(x, k, w), w)
 
 
 @kernel
-def march(L, W, soft, mode, s, t, given, reach, with_loads, still, output, bad):
+def march(L, P, W, F, x, mode, s, t, given, far, with_loads, still, output, bad):
     """Fill output (steps, rows, lanes) as `keep` says.
 
-    s, t (steps, lanes): path parameter and time; given (2·steps, lanes): rate and acceleration of
-    the one driver in mode 1; bad (1, lanes): set to one where a lane must not be trusted.
+    F, x: numbers of the LU and of one right-hand side; s, t (steps, lanes): path parameter and
+    time; given (2·steps, lanes): rate and acceleration of the one driver in mode 1; far: greatest
+    coordinate; bad (1, lanes): set to one where a lane must not be trusted.
     """
-    L, W = by_reference(L), by_reference(W)
+    L, P, W = by_reference(L), by_reference(P), by_reference(W)
     w = wide()
     signals(L, W, w, L.signal_law.shape[0])
     failed = 0.0 * w
     one = 0.0 * w + 1.0
     zero = 0.0 * w
     back, quintic = one, zero
-    steps = s.shape[0]
-    n3 = 3 * L.bodies
-    for k in range(steps):
+    for k in range(s.shape[0]):
         here = ld(s, k, w)
         h = zero
         st(W.time, 0, ld(t, k, w), w)
@@ -53,17 +114,17 @@ def march(L, W, soft, mode, s, t, given, reach, with_loads, still, output, bad):
             st(W.signal, o, here, w)
             st(W.signal, o + 1, 1.0, w)
             st(W.signal, o + 2, 0.0, w)
-        first, last, least = zero, zero, one
+        first, last, growth = zero, zero, zero
         for iteration in range(ITERATIONS):
-            last, least = newton(L, W, w, soft, GUARD)
+            last, growth = newton(L, P, W, w, F, x)
             if iteration == 0:
                 first = last
-            if highest(last) <= TOLERANCE * reach:
+            if highest(last) <= TOLERANCE * far:
                 break
-        failed = larger(failed, select_le(last, zero + TOLERANCE * reach, zero, one))
-        failed = larger(failed, select_le(-least, zero, zero, one))
-        velocities(L, W, w, False)
-        accelerations(L, W, w, False)
+        failed = larger(failed, select_le(last, zero + TOLERANCE * far, zero, one))
+        failed = larger(failed, select_le(growth, zero + GROWTH, zero, one))
+        velocities(L, P, W, w, F, x)
+        accelerations(L, P, W, w, F, x)
         if k > 0:
             off, size = strayed(L, W, w, h)
             moved = step_size(L, W, w)
@@ -74,18 +135,16 @@ def march(L, W, soft, mode, s, t, given, reach, with_loads, still, output, bad):
         length = larger(h, -h)
         back = select_le(length, zero, one, h)
         quintic = select_le(length, zero, zero, one)
-        if mode == 1:
+        if mode == 1 and not still:
             rates(L, W, w, 0, ld(given, 2 * k, w), ld(given, 2 * k + 1, w))
-            if not still:
-                velocities(L, W, w, False)
-                accelerations(L, W, w, False)
+            velocities(L, P, W, w, F, x)
+            accelerations(L, P, W, w, F, x)
         if still:
-            for n in range(n3):
+            for n in range(3 * L.bodies):
                 st(W.v, n, 0.0, w)
                 st(W.a, n, 0.0, w)
         if with_loads:
             forces(L, W, w, -1)
-            rest = multipliers(L, W, w)
-            failed = larger(failed, select_le(rest, zero + BALANCE, zero, one))
+            multipliers(L, P, W, w, F, x)
         keep(L, W, w, output[k])
     st(bad, 0, select_le(failed, zero, zero, one), w)

@@ -10,8 +10,9 @@ import numpy as np
 from mbody.io.text import numbers, paragraph
 
 if TYPE_CHECKING:
+    from mbody.histories import Reaction
     from mbody.mechanism import Mechanism
-    from mbody.solution import Reaction, Solution
+from mbody.solution import Solution
 
 __all__ = [
     "ABOUT",

@@ -31,12 +31,12 @@ class CustomLoad(Load):
 
     Examples
     --------
-    Air drag on a point of a body, against the ground:
+    Air drag at the mass centre of a body; the ground is no body that the air acts on:
 
     >>> class Drag(CustomLoad):
     ...     def physics(self, i, j, p, t):
     ...         fx, fy = -0.1 * j[5], -0.1 * j[6]
-    ...         return -fx, -fy, 0.0, fx, fy, 0.0
+    ...         return 0.0, 0.0, 0.0, fx, fy, 0.0
     >>> Drag("drag", "ground", "ball").bodies
     ('ground', 'ball')
     """

@@ -11,17 +11,16 @@ from mbody.core.causes import breakdown as kernel
 from mbody.core.output import PER_ATOM
 from mbody.drivers import Driver
 from mbody.errors import ModelError
+from mbody.histories import Checks, Reaction
 
 if TYPE_CHECKING:
-    from mbody.solution import Checks, Reaction, Solution
+    from mbody.solution import Solution
 
 __all__ = ["breakdown", "checks"]
 
 
 def checks(solution: Solution) -> Checks:
     """Constraint, equilibrium and virtual-work residuals, relative, greatest of all instants."""
-    from mbody.solution import Checks
-
     system = solution.system
     parts = np.array([_audit(solution, design) for design in range(system.batch or 1)])
     constraint, unbalanced, term, power, flow = np.moveaxis(parts, 2, 0)
@@ -101,8 +100,6 @@ def breakdown(solution: Solution, name: str, on: str | None) -> dict[str, Any]:
 
 
 def _alone(solution: Solution, joint: str, on: str | None, rows: np.ndarray) -> Reaction:
-    from mbody.solution import Reaction
-
     whole = solution.reaction(joint, on)
     sign = 1.0 if whole.on == solution.reaction(joint).on else -1.0
     atoms = solution.system.atoms_of[joint]

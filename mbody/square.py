@@ -1,0 +1,140 @@
+"""The symbolic phase of the square case: pivots of Φ_q for mechanisms that drivers determine.
+
+There Φ_q is square, and one LU of it serves position, velocity, acceleration and (transposed)
+reactions. Pivots are chosen once, from the numbers of one position, by Markowitz's rule with a
+threshold; the kernel watches the growth of the multipliers and gives a lane up where it is large.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbody.core.layout import Layout, Work, integers
+from mbody.core.square import Square
+
+__all__ = ["LARGEST", "plan_square"]
+
+#: Columns up to which a plan is made; the search is quadratic in Python.
+LARGEST = 240
+#: A pivot is at least this part of the greatest number of its column.
+THRESHOLD = 0.1
+
+
+def plan_square(L: Layout, here: Work, elsewhere: Work) -> Square | None:
+    """Pivots and index lists for Φ_q in the blocks of `here`; None where it is not square, too
+    large, or singular. Numbers that are the same in `elsewhere` are taken as constants."""
+    size = 3 * L.slots
+    rows = np.flatnonzero(here.pad[: 2 * L.nodes, 0] == 0.0)
+    if len(rows) != size or size > LARGEST:
+        return None
+    entries = _entries(L, here, elsewhere, rows)
+    matrix = np.zeros((size, size))
+    steady = np.zeros((size, size), dtype=bool)
+    for (r, c), (_, value, constant) in entries.items():
+        matrix[r, c] = value
+        steady[r, c] = constant
+    found = _pivots(matrix, steady)
+    if found is None:
+        return None
+    return _lists(entries, rows, *found)
+
+
+def _entries(
+    L: Layout, here: Work, elsewhere: Work, rows: np.ndarray
+) -> dict[tuple[int, int], tuple[int, float, bool]]:
+    """By (row, column): place in the blocks, value, whether it is constant."""
+    found = {}
+    number = {int(row): n for n, row in enumerate(rows)}
+    for k in range(L.nodes):
+        for row in range(2):
+            if 2 * k + row not in number:
+                continue
+            for side in range(2):
+                column = int(L.node_column[2 * k + side])
+                if column >= 3 * L.slots:
+                    continue
+                for c in range(3):
+                    place = 12 * k + 6 * side + 3 * row + c
+                    value, other = float(here.block[place, 0]), float(elsewhere.block[place, 0])
+                    if value != 0.0 or other != 0.0:
+                        entry = (place, value, value == other)
+                        found[number[2 * k + row], column + c] = entry
+    return found
+
+
+def _pivots(
+    matrix: np.ndarray, steady: np.ndarray
+) -> tuple[list[tuple[int, int]], np.ndarray, np.ndarray] | None:
+    """Pivots in order, the filled pattern, and which numbers stay constant."""
+    a, constant = matrix.copy(), steady.copy()
+    pattern = (matrix != 0.0) | steady
+    size = len(a)
+    open_rows, open_columns = np.ones(size, dtype=bool), np.ones(size, dtype=bool)
+    pivots: list[tuple[int, int]] = []
+    for _ in range(size):
+        active = pattern & open_rows[:, None] & open_columns[None, :]
+        values = np.abs(a) * active
+        greatest = values.max(axis=0)
+        allowed = (values >= THRESHOLD * greatest) & (values > 1e-12 * max(1.0, greatest.max()))
+        if not allowed.any():
+            return None
+        cost = (active.sum(axis=1)[:, None] - 1) * (active.sum(axis=0)[None, :] - 1)
+        # of equal cost: constants first, they need no division; then the largest
+        key = cost - 0.5 * constant - 0.25 * values / np.maximum(greatest, 1e-300)
+        r, c = np.unravel_index(np.where(allowed, key, np.inf).argmin(), key.shape)
+        pivots.append((int(r), int(c)))
+        open_rows[r] = open_columns[c] = False
+        below = np.flatnonzero(active[:, c] & open_rows)
+        right = np.flatnonzero(active[r] & open_columns)
+        for i in below:
+            f = a[i, c] / a[r, c]
+            a[i, right] -= f * a[r, right]
+            constant[i, right] = False
+            pattern[i, right] = True
+    return pivots, pattern, constant & steady
+
+
+def _lists(
+    entries: dict[tuple[int, int], tuple[int, float, bool]],
+    rows: np.ndarray,
+    pivots: list[tuple[int, int]],
+    pattern: np.ndarray,
+    constant: np.ndarray,
+) -> Square:
+    """Index lists of the numeric phase."""
+    position = {(int(r), int(c)): n for n, (r, c) in enumerate(np.argwhere(pattern))}
+    row_place = {r: k for k, (r, _) in enumerate(pivots)}
+    column_place = {c: k for k, (_, c) in enumerate(pivots)}
+    low_start, low, low_row, up_start, up, up_column = [0], [], [], [0], [], []
+    change_start, change, change_by = [0], [], []
+    for k, (r, c) in enumerate(pivots):
+        right = [c2 for _, c2 in pivots[k + 1 :] if pattern[r, c2]]
+        for r2, _ in pivots[k + 1 :]:
+            if pattern[r2, c]:
+                low.append(position[r2, c])
+                low_row.append(row_place[r2])
+                change += [position[r2, c2] for c2 in right]
+                change_by += [position[r, c2] for c2 in right]
+                change_start.append(len(change))
+        low_start.append(len(low))
+        up += [position[r, c2] for c2 in right]
+        up_column += [column_place[c2] for c2 in right]
+        up_start.append(len(up))
+    return Square(
+        source=integers([place for place, _, _ in entries.values()]),
+        target=integers([position[key] for key in entries]),
+        fill=integers([n for key, n in position.items() if key not in entries]),
+        pivot=integers([position[key] for key in pivots]),
+        unit=integers([int(constant[key] and abs(entries[key][1]) == 1.0) for key in pivots]),
+        low_start=integers(low_start),
+        low=integers(low),
+        low_row=integers(low_row),
+        change_start=integers(change_start),
+        change=integers(change),
+        change_by=integers(change_by),
+        up_start=integers(up_start),
+        up=integers(up),
+        up_column=integers(up_column),
+        row=integers([rows[r] for r, _ in pivots]),
+        column=integers([c for _, c in pivots]),
+    )

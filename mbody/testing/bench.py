@@ -1,0 +1,333 @@
+"""The bench: an element between free massive bodies, and what the kernels say of it."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import functools
+import math
+import pickle
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mbody.analysis.closure import raise_user_error
+from mbody.assembler import assemble
+from mbody.bodies import Body
+from mbody.core.audit import audit
+from mbody.core.causes import breakdown
+from mbody.core.close import laws_of_time, violation
+from mbody.core.output import PER_ATOM
+from mbody.elements import Element, Marker, Point, Polar
+from mbody.laws import Function
+from mbody.loads import Force, Load
+from mbody.mechanism import Mechanism
+from mbody.system import System
+from mbody.testing.report import Array, Ledger
+
+__all__ = ["Bench", "Frame", "Rows", "State", "bench", "check_value", "mentioned", "rotation"]
+
+#: New axes: (angle, x, y); a point p of the old ones is R(angle) p + (x, y) in them.
+Frame = tuple[float, float, float]
+Frames = Mapping[str, Frame]
+Shifts = Mapping[str, Array]
+
+STILL: Frame = (0.0, 0.0, 0.0)
+
+
+class State(NamedTuple):
+    """An instant: its time, coordinates of the mass centres (3·bodies,), and their rates."""
+
+    t: float
+    q: Array
+    v: Array
+
+
+class Rows(NamedTuple):
+    """The rows of the element: Φ (rows,), Φ_q (rows, 3·bodies), ν, γ; and the greatest number
+    where it has no row.
+    """
+
+    phi: Array
+    G: Array
+    nu: Array
+    gamma: Array
+    padding: float
+
+
+def bench(element: Element, rng: np.random.Generator, length: float, *, pushed: bool) -> Bench:
+    """Bodies with the named points that the element asks for, and mass centres off their origins;
+    `pushed` by forces that turn with them.
+    """
+    names = [name for name in mentioned(element) if name != "ground"] or ["one", "two"]
+    asked: dict[str, dict[str, Any]] = {name: {} for name in ("ground", *names)}
+    for marker in element.places().values():
+        if isinstance(marker.point, str):
+            asked[marker.body][marker.point] = _pair(rng, length)
+    bodies, pushes = [], []
+    for name in names:
+        mass, inertia, angle = rng.uniform(1.0, 3.0, size=3)
+        cg, end = _pair(rng, length), _pair(rng, length)
+        bodies.append(Body(name, mass, inertia=inertia * length**2, cg=cg, points=asked[name]))
+        pushes.append(Force(f"push on {name}", Marker(name, end), 1.0, angle, follows=True))
+    return Bench(element, tuple(bodies), asked["ground"], tuple(pushes if pushed else ()), length)
+
+
+@dataclass(frozen=True, eq=False)
+class Bench:
+    """The element between free bodies."""
+
+    element: Element
+    bodies: tuple[Body, ...]
+    ground: dict[str, Any]
+    pushes: tuple[Force, ...]
+    length: float
+
+    @functools.cached_property
+    def system(self) -> System:
+        """The assembled bench."""
+        machine = Mechanism(f"bench of {self.element.name}", ground=self.ground)
+        machine.add(*self.bodies, self.element, *self.pushes)
+        return assemble(machine)
+
+    @functools.cached_property
+    def work(self) -> Any:
+        """Workspace with inverse masses, so that reactions are those of free bodies."""
+        return self.system.work(masses=True)
+
+    @functools.cached_property
+    def unit(self) -> Array:
+        """Size of each coordinate: a length, a length, a radian."""
+        return np.tile([self.length, self.length, 1.0], len(self.bodies))
+
+    def state(self, rng: np.random.Generator, times: tuple[float, float]) -> State:
+        """Random positions and velocities, at a time well inside the interval."""
+        span = times[1] - times[0]
+        t = times[0] + span * rng.uniform(0.01, 0.99)
+        q, v = rng.normal(size=(2, len(self.unit))) * self.unit
+        q[2::3] = rng.uniform(-math.pi, math.pi, size=len(self.bodies))
+        return State(float(t), q, v / span)
+
+    def words(self, number: int, seed: int, state: State) -> str:
+        """The state for a sentence."""
+        q, v = state.q.reshape(-1, 3), state.v.reshape(-1, 3)
+        words = [f"; at state {number} of seed {seed}: t = {state.t:.4g}"]
+        for body, place, rate in zip(self.bodies, q, v, strict=True):
+            here, going = (", ".join(f"{x:.4g}" for x in part) for part in (place, rate))
+            words.append(f"mass centre of '{body.name}' at (x, y, θ) = ({here}) moving ({going})")
+        return ", ".join(words)
+
+    # -- what the kernels say
+
+    def _set(self, state: State) -> tuple[Any, Any]:
+        L, W, size = self.system.runtime(), self.work, len(state.q)
+        W.time[:] = state.t
+        W.q[:size, 0], W.v[:size, 0] = state.q, state.v
+        return L, W
+
+    def rows(self, state: State) -> Rows:
+        """The element's rows."""
+        L, W = self._set(state)
+        laws_of_time(L, W)
+        violation(L, W)
+        raise_user_error(self.system)
+        lines: list[Array] = []
+        padding = 0.0
+        for e, kinds in enumerate(self.system.row_kinds):
+            for row in range(2):
+                k, o = 2 * L.atom_node[e] + row, 12 * L.atom_node[e] + 3 * row
+                line = np.zeros(3 * L.bodies + 6)
+                line[-3:] = W.phi[k, 0], W.nu[k, 0], W.gamma[k, 0]
+                for b, first in ((L.atom_i[e], o), (L.atom_j[e], o + 6)):
+                    line[3 * b : 3 * b + 3] += W.block[first : first + 3, 0]
+                if row < len(kinds):
+                    lines.append(line)
+                else:
+                    padding = max(padding, float(np.abs(line).max()))
+        table = np.array(lines)
+        return Rows(table[:, -3], table[:, :-6], table[:, -2], table[:, -1], padding)
+
+    def reactions(self, state: State) -> tuple[Array, Array, Array, Array]:
+        """By atom, under the pushes: λ (·, 2); force and torque on j at the place on j, as a
+        solution tells them (·, 3); those on i at its mass centre (·, 3); the place on j (·, 2).
+        """
+        L, W = self._set(state)
+        atoms, pushes = len(L.atom_node), len(self.pushes)
+        motion = np.concatenate([state.q, state.v, 0.0 * state.q])[None, :]
+        output = np.zeros((1, pushes + 1, PER_ATOM * atoms, 1))
+        breakdown(L, W, 0.0, motion, np.array([state.t]), pushes, output)
+        raise_user_error(self.system)
+        told = output[0, 1:, :, 0].sum(axis=0).reshape(atoms, PER_ATOM)
+        blocks = W.block[:, 0].reshape(-1, 2, 2, 3)[L.atom_node, 0]
+        on_i = -np.einsum("erc,er->ec", blocks, told[:, :2])
+        arm: tuple[Any, Any] = (0.0, 0.0)
+        if "j" in self.element.places():
+            arm = self.system.numbers.arm(self.element, "j")
+        pose = with_ground(state.q)[L.atom_j]
+        place = pose[:, :2] + np.array([rotation(angle) @ arm for angle in pose[:, 2]])
+        return told[:, :2], told[:, 2:], on_i, place
+
+    def forces(self, state: State) -> Array:
+        """(Fx, Fy, T) of all loads on every body, then on the ground: (bodies + 1, 3)."""
+        L, W = self._set(state)
+        motion = np.concatenate([state.q, state.v, 0.0 * state.q])[None, :]
+        lam, driven = np.zeros((1, 0)), np.zeros(0, dtype=np.int64)
+        given, output = np.zeros((1, 1, 3)), np.empty((1, 5))
+        audit(L, W, motion, np.array([state.t]), lam, driven, given, True, False, output)
+        raise_user_error(self.system)
+        return np.array(W.force[:, 0]).reshape(-1, 3)
+
+    def closed(self, state: State, rng: np.random.Generator) -> State | None:
+        """A state with Φ = 0, near this one or near another; None where none is found."""
+        q = state.q
+        for _ in range(10):
+            for _ in range(100):
+                r = self.rows(State(state.t, q, state.v))
+                if not (np.isfinite(r.phi).all() and np.isfinite(r.G).all()):
+                    break
+                step = np.linalg.lstsq(r.G * self.unit, -r.phi, rcond=None)[0]
+                size = float(np.abs(step).max())
+                q = q + self.unit * step * min(1.0, 0.5 / max(size, 1e-300))
+                if size <= 1e-12 * max(1.0, float(np.abs(q / self.unit).max())):
+                    return State(state.t, q, state.v)
+            q = rng.normal(size=len(q)) * self.unit
+        return None
+
+    # -- another description: new link axes (those of the ground are the world's), mass centres
+
+    def other_axes(self, rng: np.random.Generator) -> dict[str, Frame]:
+        """New link axes; turned where the element knows the body by its places alone."""
+        angles = _by_angle(self.element)
+        return {b.name: _frame(rng, self.length, b.name not in angles) for b in self.bodies}
+
+    def other_world(self, rng: np.random.Generator) -> dict[str, Frame]:
+        """Another place of the whole world; turned if the element does not know its axes."""
+        turned = "ground" not in _by_angle(self.element)
+        if isinstance(self.element, Load) and len(mentioned(self.element)) < 2:
+            turned = bool(getattr(self.element, "follows", False))
+        return {"ground": _frame(rng, self.length, turned)}
+
+    def other_centres(self, rng: np.random.Generator) -> dict[str, Array]:
+        """How far each mass centre moves, in the old link axes."""
+        return {body.name: rng.normal(size=2) * self.length for body in self.bodies}
+
+    def redrawn(self, axes: Frames, centres: Shifts | None = None) -> Bench:
+        """The same things in other axes, with other mass centres."""
+
+        def points(frame: Frame, old: dict[str, Any]) -> dict[str, Any]:
+            return {key: _in_axes(frame, point) for key, point in old.items()}
+
+        bodies = []
+        for body in self.bodies:
+            frame = axes.get(body.name, STILL)
+            centre = np.add(_pair_of(body.cg), (centres or {}).get(body.name, np.zeros(2)))
+            cg, own = _in_axes(frame, (centre[0], centre[1])), points(frame, body.points)
+            bodies.append(dataclasses.replace(body, cg=cg, points=own))
+        ground = points(axes.get("ground", STILL), self.ground)
+        pushes = tuple(_replaced(push, axes) for push in self.pushes)
+        return Bench(_replaced(self.element, axes), tuple(bodies), ground, pushes, self.length)
+
+    def carried(self, state: State, axes: Frames, centres: Shifts | None = None) -> State:
+        """The same state in the coordinates of the redrawn bench."""
+        world = axes.get("ground", STILL)
+        turn = rotation(world[0])
+        q, v = state.q.reshape(-1, 3).copy(), state.v.reshape(-1, 3).copy()
+        for n, body in enumerate(self.bodies):
+            x, y = rotation(q[n, 2]) @ (centres or {}).get(body.name, np.zeros(2))
+            q[n, :2] = turn @ (q[n, :2] + (x, y)) + world[1:]
+            v[n, :2] = turn @ (v[n, :2] + v[n, 2] * np.array([-y, x]))
+            q[n, 2] += world[0] - axes.get(body.name, STILL)[0]
+        return State(state.t, q.ravel(), v.ravel())
+
+
+def mentioned(element: Any) -> list[str]:
+    """Names of the bodies that an element speaks of, the ground included."""
+    places = [marker.body for marker in element.places().values()]
+    return list(dict.fromkeys([*places, *getattr(element, "bodies", ())]))
+
+
+def _by_angle(element: Element) -> set[str]:
+    """Names of the bodies that it knows otherwise than by a place: by the angle of their axes."""
+    return set(mentioned(element)) - {marker.body for marker in element.places().values()}
+
+
+def rotation(angle: float) -> Array:
+    """R(angle), (2, 2)."""
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[c, -s], [s, c]])
+
+
+def with_ground(values: Array) -> Array:
+    """(bodies + 1, 3): values of the bodies, zeros for the ground."""
+    return np.append(values, np.zeros(3)).reshape(-1, 3)
+
+
+def about_origin(forces: Array, places: Array) -> Array:
+    """Forces and torques (·, 3) at places (·, ≥ 2), with moments about the world's origin."""
+    moments = places[:, 0] * forces[:, 1] - places[:, 1] * forces[:, 0]
+    return np.column_stack([forces[:, :2], forces[:, 2] + moments])
+
+
+def _pair(rng: np.random.Generator, length: float) -> tuple[float, float]:
+    x, y = rng.normal(size=2) * length
+    return float(x), float(y)
+
+
+def _frame(rng: np.random.Generator, length: float, turned: bool) -> Frame:
+    return (float(rng.uniform(1.0, 5.0)) if turned else 0.0, *_pair(rng, length))
+
+
+def _pair_of(point: Point) -> tuple[float, float]:
+    if isinstance(point, Polar):
+        return point.r * math.cos(point.angle), point.r * math.sin(point.angle)
+    return point
+
+
+def _in_axes(frame: Frame, point: Point) -> tuple[float, float]:
+    x, y = rotation(frame[0]) @ _pair_of(point) + frame[1:]
+    return float(x), float(y)
+
+
+def _replaced(element: Any, axes: Frames) -> Any:
+    """The element with its places in other axes."""
+    places = {}
+    for field, marker in element.places().items():
+        frame = axes.get(marker.body, STILL)
+        named = isinstance(marker.point, str)
+        point = marker.point if named else _in_axes(frame, marker.point)
+        places[field] = Marker(marker.body, point, marker.angle + frame[0])
+    return dataclasses.replace(element, **places)
+
+
+# -- the element as a value ------------------------------------------------------------------------
+
+
+def check_value(ledger: Ledger, bench: Bench) -> None:
+    """Frozen, equal to its copies, and the same after a pickle, by itself and in a system."""
+    element, ledger.where = bench.element, ""
+    try:
+        copy.copy(element).name = "other"  # type: ignore[misc]
+        ledger.fail("frozen: it can be changed; derive it as @dataclass(frozen=True)")
+    except dataclasses.FrozenInstanceError:
+        pass
+    for make in (copy.copy, copy.deepcopy, dataclasses.replace):
+        if make(element) != element:
+            ledger.fail(f"equality: it is not equal to its {make.__name__}, as dataclasses are")
+    ledger.see("frozen, equal copies", 0.0, "")
+    try:
+        other = pickle.loads(pickle.dumps(element))
+        system: System = pickle.loads(pickle.dumps(bench.system))
+    except (pickle.PicklingError, AttributeError, TypeError) as error:
+        home: Any = sys.modules.get(type(element).__module__)
+        for part in type(element).__qualname__.split("."):
+            home = getattr(home, part, None)
+        fields = [getattr(element, field.name) for field in dataclasses.fields(element)]
+        if home is type(element) and not any(isinstance(field, Function) for field in fields):
+            ledger.fail(f"pickle: {error}")
+        return ledger.skip("pickle", "its class, or a function of it, has no name in a module")
+    if other != element or system.mechanism[element.name] != element:
+        ledger.fail("pickle: it is not equal to itself after it was saved")
+    ledger.see("pickle", 0.0, "")

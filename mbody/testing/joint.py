@@ -1,0 +1,254 @@
+"""The contract of joints and drivers."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from mbody.drivers import Driver
+from mbody.joints import Joint
+from mbody.testing.bench import (
+    Bench,
+    Frames,
+    Rows,
+    Shifts,
+    State,
+    about_origin,
+    bench,
+    check_value,
+    rotation,
+    with_ground,
+)
+from mbody.testing.report import Array, Ledger, Report
+
+__all__ = ["check_joint", "unbalanced"]
+
+#: A singular value below this part of the greatest makes rows dependent.
+RANK = 1e-9
+
+
+def check_joint(
+    element: Joint | Driver,
+    *,
+    states: int = 20,
+    seed: int = 0,
+    tolerance: float = 1e-8,
+    length: float = 1.0,
+    times: tuple[float, float] = (0.0, 1.0),
+) -> Report:
+    """Prove a joint or a driver: derivatives, reactions, rank, frames, copies.
+
+    Φ_q = ∂Φ/∂q, ν = −∂Φ/∂t and γ = Φ_q a − d²Φ/dt² are compared with differences; the reactions
+    that a solution would tell sum to zero on both bodies and do no work on allowed velocities;
+    nothing depends on the axes in which bodies are drawn, on their mass centres, or on the world's
+    place; the rows are independent; the element is frozen, copies and pickles.
+
+    Parameters
+    ----------
+    element : Joint or Driver
+        Between any bodies: they are made for it, with the named points that it asks for.
+    states : int
+        How many random states to try.
+    seed : int
+        Of the random numbers.
+    tolerance : float
+        Greatest relative error.
+    length : float
+        Size of the bodies [length]: about that of the element's own lengths.
+    times : pair of float
+        Interval of the states' times: where the element's laws are defined.
+
+    Returns
+    -------
+    Report
+        Every check with its greatest error.
+
+    Raises
+    ------
+    AssertionError
+        Where the element fails: the sentence says what was found and expected, and at which state.
+
+    Notes
+    -----
+    When a body is drawn in other axes, its angle changes, and so do the angles of the markers on
+    it: physics that uses an angle of a body must count the marker's. About 0.1 s an element.
+
+    Examples
+    --------
+    >>> from mbody import Revolute
+    >>> check_joint(Revolute("A", "crank.A", "coupler.A")).worst < 1e-8
+    True
+    """
+    if not isinstance(element, Joint | Driver):
+        raise TypeError(f"check_joint takes a joint or a driver, not {element!r}")
+    rng = np.random.default_rng(seed)
+    ledger = Ledger(element, states, tolerance)
+    stand = bench(element, rng, length, pushed=True)
+    axes, centres, world = stand.other_axes(rng), stand.other_centres(rng), stand.other_world(rng)
+    redrawn, moved = stand.redrawn(axes, centres), stand.redrawn(world)
+    tried = [stand.state(rng, times) for _ in range(states)]
+    with ledger:
+        for n, state in enumerate(tried):
+            ledger.where = stand.words(n, seed, state)
+            _derivatives(ledger, stand, state, rng, times[1] - times[0])
+        for n, state in enumerate(tried):
+            ledger.where = stand.words(n, seed, state)
+            _description(ledger, stand, state, redrawn, axes, centres)
+        for n, state in enumerate(tried):
+            ledger.where = stand.words(n, seed, state)
+            closed = stand.closed(state, rng)
+            if closed is None:
+                ledger.fail(f"closed: no place with Φ = 0 found; is length={length:g} apt?")
+            ledger.where = stand.words(n, seed, closed)
+            r = stand.rows(closed)
+            _rank(ledger, stand, r)
+            _reactions(ledger, stand, closed)
+            _power(ledger, stand, closed, r, rng)
+            _world(ledger, stand, closed, moved, world)
+        check_value(ledger, stand)
+    return ledger.report()
+
+
+def _derivatives(
+    ledger: Ledger, stand: Bench, state: State, rng: np.random.Generator, span: float
+) -> None:
+    """Φ_q, ν and γ against differences of Φ and of dΦ/dt = Φ_q v − ν."""
+    t, q, v = state
+    r, unit = stand.rows(state), stand.unit
+    for name, part in (("Φ", r.phi), ("Φ_q", r.G), ("ν", r.nu), ("γ", r.gamma)):
+        ledger.finite(part, name)
+    text = "beyond its own rows Φ, Φ_q, ν and γ must be zeros"
+    ledger.see("padding", r.padding, text)
+    rest = stand.rows(State(t, q, 0.0 * v))
+    drift = np.abs(np.column_stack([r.phi - rest.phi, r.nu - rest.nu, r.G - rest.G])).max(axis=1)
+    text = "Φ, Φ_q and ν of row {row} change with velocities; rows are of position"
+    ledger.see("position only", drift, text)
+
+    size = np.maximum(np.abs(r.G * unit).max(axis=1), np.abs(r.phi))
+    for m in range(len(q)):
+        move = np.zeros_like(q)
+        move[m] = unit[m]
+
+        def shifted(s: float, move: Array = move) -> Array:
+            return stand.rows(State(t, q + s * move, v)).phi
+
+        what = f"∂Φ/∂{'xyθ'[m % 3]} of '{stand.bodies[m // 3].name}'"
+        ledger.differ("Φ_q", what, r.G[:, m] * unit[m], shifted, size, unit[m])
+
+    def later(s: float) -> Array:
+        there: Array = stand.rows(State(t + span * s, q, v)).phi
+        return -there
+
+    ledger.differ("ν", "−∂Φ/∂t", r.nu * span, later, size, span)
+
+    a = rng.normal(size=len(q)) * unit / span**2
+
+    def rate(s: float) -> Array:
+        s = span * s
+        there = stand.rows(State(t + s, q + s * v + 0.5 * s * s * a, v + s * a))
+        left: Array = span * (r.G @ a * s - there.G @ (v + s * a) + there.nu)
+        return left
+
+    terms = np.abs(r.G * a), np.abs(r.G * v) / span, np.abs(r.gamma)[:, None]
+    size = span**2 * np.column_stack(terms).max(axis=1)
+    ledger.differ("γ", "Φ_q a − d²Φ/dt²", r.gamma * span**2, rate, size, span**2)
+
+
+def _description(
+    ledger: Ledger, stand: Bench, state: State, redrawn: Bench, axes: Frames, centres: Shifts
+) -> None:
+    """Other link axes and mass centres of the same bodies: Φ, ν and the forces of λ = 1 stay."""
+    there = stand.carried(state, axes, centres)
+    old, new = stand.rows(state), redrawn.rows(there)
+    text = " of row {row} must not change when the bodies get other axes and mass centres"
+    size = np.maximum(np.abs(old.G * stand.unit).max(axis=1), np.abs(old.phi))
+    ledger.see("description", np.abs(old.phi - new.phi) / size, "Φ" + text)
+    ledger.see("description", np.abs(old.nu - new.nu) / size, "ν" + text)
+    # a row of Φ_q is a force (−λ) on each body; moments about one point compare
+    before, after = (
+        about_origin(r.G.reshape(-1, 3), np.tile(s.q.reshape(-1, 3), (len(r.G), 1)))
+        for r, s in ((old, state), (new, there))
+    )
+    change, size = (np.abs(x).reshape(len(old.G), -1).max(axis=1) for x in (after - before, before))
+    ledger.see("description", change / size, "the reaction" + text)
+
+
+def _rank(ledger: Ledger, stand: Bench, r: Rows) -> None:
+    """The dimensionless rows are independent."""
+    kinds = "".join(stand.system.row_kinds)
+    scale = np.array([1.0 / stand.length if kind == "l" else 1.0 for kind in kinds])
+    sizes = np.linalg.svd(scale[:, None] * r.G * stand.unit, compute_uv=False)
+    rank = int((sizes > RANK * sizes[0]).sum())
+    text = f"of its {len(r.G)} rows only {rank} are independent"
+    ledger.see("full rank", float(len(r.G) - rank), text)
+
+
+def _reactions(ledger: Ledger, stand: Bench, state: State) -> None:
+    """The reaction told on j at its place, and that on i: together nothing."""
+    _, on_j, on_i, place = stand.reactions(state)
+    L = stand.system.layout
+    if (L.atom_i == L.bodies).all() and not on_i.any():
+        return ledger.skip("action = reaction", "the ground's side is all zeros, nobody reads it")
+    at_i = with_ground(state.q)[L.atom_i]
+    both = np.concatenate([about_origin(on_j, place), about_origin(on_i, at_i)])
+    unbalanced(ledger, both, stand.length)
+
+
+def unbalanced(ledger: Ledger, forces: Array, length: float) -> None:
+    """Forces (·, 3) with moments about the world's origin must sum to zero."""
+    total, size = forces.sum(axis=0), np.abs(forces).max(axis=0)
+    force = max(size[0], size[1], size[2] / length)
+    moment = max(size[2], length * force)
+    text = "what it does to its bodies leaves a {} of {:.3g}; it must sum to zero"
+    for what, left, whole in (
+        ("force", math.hypot(total[0], total[1]), force),
+        ("moment about the world's origin", abs(total[2]), moment),
+    ):
+        ledger.see("action = reaction", left / max(whole, 1e-300), text.format(what, left))
+
+
+def _power(ledger: Ledger, stand: Bench, state: State, r: Rows, rng: np.random.Generator) -> None:
+    """No work on velocities with Φ_q v = 0; that of a driver's effort where Φ_q v = ν."""
+    lam, on_j, _, place = stand.reactions(state)
+    L, q = stand.system.layout, with_ground(state.q)
+    size = float(np.abs(on_j * [stand.length, stand.length, 1.0]).max())
+
+    def power(u: Array) -> tuple[float, float]:
+        w, parts = with_ground(u), []
+        for e, (i, j) in enumerate(zip(L.atom_i, L.atom_j, strict=True)):
+            for sign, b in ((1.0, j), (-1.0, i)):
+                x, y = place[e] - q[b, :2]
+                rates = w[b, 0] - w[b, 2] * y, w[b, 1] + w[b, 2] * x, w[b, 2]
+                parts += list(sign * on_j[e] * rates)
+        return sum(parts), max(1e-300, size * float(np.abs(u / stand.unit).max()))
+
+    inverse = stand.unit[:, None] * np.linalg.pinv(r.G * stand.unit)
+    anything = rng.normal(size=len(q) * 3 - 3) * stand.unit
+    allowed = anything - inverse @ (r.G @ anything)
+    if np.abs(allowed / stand.unit).max() > 1e-6:
+        given, whole = power(allowed)
+        text = f"its reactions give the power {given:.3g} at velocities that it allows"
+        ledger.see("no work", abs(given) / whole, text)
+    else:
+        ledger.skip("no work", "it allows no velocity")
+    if isinstance(ledger.element, Driver):
+        given, whole = power(anything - inverse @ (r.G @ anything - r.nu))
+        effort = -float(lam[0, 0] * r.nu[0])
+        text = f"it gives the power {given:.3g}, its effort times its rate is {effort:.3g}"
+        ledger.see("power of effort", abs(given - effort) / whole, text)
+
+
+def _world(ledger: Ledger, stand: Bench, state: State, moved: Bench, world: Frames) -> None:
+    """The whole world elsewhere: still closed, and the reactions have gone along."""
+    there, turn = stand.carried(state, world), world["ground"][0]
+    note = "" if turn else "moved, not turned: it measures angles from the world's x axis"
+    gap = np.abs(moved.rows(there).phi) / stand.length
+    text = "with the whole world moved, row {row} of Φ is no longer zero"
+    ledger.see("world", gap, text, note)
+    old, new = stand.reactions(state)[1], moved.reactions(there)[1]
+    off = new - np.column_stack([old[:, :2] @ rotation(turn).T, old[:, 2]])
+    scale = np.array([stand.length, stand.length, 1.0])
+    error = float(np.abs(off * scale).max() / max(1e-300, np.abs(old * scale).max()))
+    text = "with the whole world moved, its reaction does not go along"
+    ledger.see("world", error, text, note)
