@@ -89,8 +89,9 @@ def _demo() -> None:
     from mbody.analysis import kinetostatics
     from mbody.gallery.norton_fourbar import build
 
-    print(kinetostatics(build("exact")), "", sep="\n")
-    print(*_comparison(kinetostatics(build("printed"))), sep="\n")
+    print(*_comparison(kinetostatics(build("printed"))), "", sep="\n")
+    print("With the exact masses, weight by g = 386 in/s²:\n")
+    print(kinetostatics(build("exact")))
 
 
 def _comparison(run: Solution) -> list[str]:

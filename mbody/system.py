@@ -80,11 +80,12 @@ class System:
 
     @functools.cached_property
     def atoms_of(self) -> dict[str, list[int]]:
-        """Indices of the atoms of every joint and driver by name, in their own order."""
+        """Atoms of every joint, then every driver, by name in the order of the description."""
         found: dict[str, list[tuple[int, int]]] = {}
         for e, (element, part) in enumerate(self.owners):
             found.setdefault(element.name, []).append((part, e))
-        return {name: [e for _, e in sorted(parts)] for name, parts in found.items()}
+        carriers = (*self.mechanism.joints, *self.mechanism.drivers)
+        return {c.name: [e for _, e in sorted(found[c.name])] for c in carriers}
 
     @functools.cached_property
     def drivers(self) -> tuple[Driver, ...]:
