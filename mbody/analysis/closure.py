@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -26,6 +26,8 @@ __all__ = ["SOFT", "Closed", "as_system", "check_determined", "closed", "raise_u
 TOLERANCE = 1e-13
 #: Proximal term of redundant rows, in dimensionless units.
 SOFT = 1e-9
+#: Starts that are tried, the guess first, before loops are said not to close.
+ATTEMPTS = 60
 #: A pivot below this part of its diagonal calls for a look at the rank.
 SUSPICIOUS = 1e-10
 #: A body that closing turns by less [rad] is where the guess meant it to be.
@@ -44,6 +46,8 @@ class Closed:
         Proximal term for the rows: zero unless some are redundant.
     ratio : float
         Least pivot as a part of its diagonal.
+    straight : bool
+        Whether the way from the guess led straight there, without a singular position.
     mobility : Mobility or None
         Rank report, where one was made.
     notes : list of str
@@ -53,6 +57,7 @@ class Closed:
     work: Work
     soft: float = 0.0
     ratio: float = 1.0
+    straight: bool = True
     mobility: Mobility | None = None
     notes: list[str] = field(default_factory=list)
 
@@ -95,23 +100,53 @@ def closed(
     ------
     SolveError
         When the loops cannot close, or a driver repeats what joints fix.
+
+    Notes
+    -----
+    Where the guess leads nowhere, other starts are tried, always the same ones: bodies without a
+    guess at any angle, guessed ones ever further from their guess.
     """
     work = system.work(designs=design)
     set_drive(system, work, t, drive)
     values = {d.name: float(work.signal[row, 0]) for d, row in drivers(system)}
     base = system if system.batch is None else system.design(design)
-    work.q[:, 0] = placed(base, guess, values) if pose is None else pose
-    start = work.q.copy()
-    good, straight, *_ = close(system.runtime(), work, 0.0, rounding(system, work))
-    raise_user_error(system)
-    result = Closed(work, ratio=smallest_ratio(system, work))
-    if good and result.ratio < SUSPICIOUS:
-        good, straight = _settle_redundant(system, result, start)
-    if not good:
-        _explain_gap(system, work, start, t)
+    first = placed(base, guess, values) if pose is None else pose
+    start = first[:, None].copy()
+    for attempt in range(ATTEMPTS):
+        result = _from(system, work, start)
+        if result is not None:
+            break
+        shaken = np.random.default_rng(attempt)
+        start = placed(base, guess, values, shaken)[:, None]
+    else:
+        _explain_gap(system, work, first[:, None], t)
     if pose is None:
-        _say_branch(system, result, start, straight, guess)
+        _say_branch(system, result, first[:, None], guess)
     return result
+
+
+def _from(system: System, work: Work, start: np.ndarray) -> Closed | None:
+    """Close from one pose, with the proximal term where rows turn out to be dependent."""
+    for soft in (0.0, SOFT):
+        work.q[:] = start
+        good, straight, *_ = close(system.runtime(), work, soft, rounding(system, work))
+        raise_user_error(system)
+        if not good:
+            continue
+        result = Closed(work, soft, smallest_ratio(system, work), straight=straight)
+        if soft == 0.0 and result.ratio >= SUSPICIOUS:
+            return result
+        if system.rows > DENSE:
+            if soft:
+                return result
+            continue
+        result.mobility = mobility(dense(system, work)[1])
+        if bool(result.mobility.redundant) == bool(soft):
+            return result
+        if not result.mobility.redundant:
+            result.soft = 0.0
+            return result
+    return None
 
 
 def rounding(system: System, work: Work) -> float:
@@ -149,21 +184,7 @@ def smallest_ratio(system: System, work: Work) -> float:
     return float(ratio.min(initial=1.0))
 
 
-def _settle_redundant(system: System, result: Closed, start: np.ndarray) -> tuple[bool, bool]:
-    """Close again with the proximal term where rows turn out to be dependent."""
-    if system.rows <= DENSE:
-        result.mobility = mobility(dense(system, result.work)[1])
-        if not result.mobility.redundant:
-            return True, True
-    result.soft = SOFT
-    result.work.q[:] = start
-    good, straight, *_ = close(system.runtime(), result.work, SOFT, rounding(system, result.work))
-    if good and system.rows <= DENSE:
-        result.mobility = mobility(dense(system, result.work)[1])
-    return good, straight
-
-
-def _explain_gap(system: System, work: Work, start: np.ndarray, t: float) -> None:
+def _explain_gap(system: System, work: Work, start: np.ndarray, t: float) -> NoReturn:
     """Say which loop stays open and by how much, or which driver is one too many."""
     length = system.mechanism.units.length
     if system.rows > DENSE:
@@ -220,7 +241,6 @@ def _say_branch(
     system: System,
     result: Closed,
     start: np.ndarray,
-    straight: bool,
     guess: Mapping[str, Any] | None,
 ) -> None:
     """Warn where a guess and the position found lie on different sides of a singular position."""
@@ -237,13 +257,13 @@ def _say_branch(
         (abs(wrapped(float(found[3 * n + 2, 0] - start[3 * n + 2, 0]))), name)
         for n, name in guessed
     )
-    if straight and far < NEAR:
+    if result.straight and far < NEAR:
         return
     here = np.linalg.slogdet(dense(system, result.work)[1])[0]
     result.work.q[:] = start
     there = np.linalg.slogdet(dense(system, result.work)[1])[0]
     result.work.q[:] = found
-    if straight and here == there:
+    if result.straight and here == there:
         return
     note = (
         f"the guess is on another branch than the position found: '{name}' came out "

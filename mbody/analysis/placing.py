@@ -21,7 +21,12 @@ __all__ = ["placed"]
 Pose = tuple[float, float, float]
 
 
-def placed(system: System, guess: Mapping[str, Any] | None, drive: Mapping[str, float]) -> Any:
+def placed(
+    system: System,
+    guess: Mapping[str, Any] | None,
+    drive: Mapping[str, float],
+    shaken: np.random.Generator | None = None,
+) -> np.ndarray:
     """Poses of all mass centres, ground last: (3·bodies + 3,).
 
     Parameters
@@ -30,15 +35,22 @@ def placed(system: System, guess: Mapping[str, Any] | None, drive: Mapping[str, 
         By body, in place of the guess in its description: an angle [rad], (x, y, angle) or `Guess`.
     drive : mapping
         Value of every driver at the first instant.
+    shaken : Generator, optional
+        Another start: bodies without a guess at any angle, all others a little off.
     """
-    return _Placing(system, guess or {}, drive).coordinates()
+    return _Placing(system, guess or {}, drive, shaken).coordinates()
 
 
 class _Placing:
     def __init__(
-        self, system: System, guess: Mapping[str, Any], drive: Mapping[str, float]
+        self,
+        system: System,
+        guess: Mapping[str, Any],
+        drive: Mapping[str, float],
+        shaken: np.random.Generator | None,
     ) -> None:
         self.system = system
+        self.shaken = shaken
         self.mechanism = system.mechanism
         self.at: Numbers = system.numbers
         for name in guess:
@@ -109,7 +121,19 @@ class _Placing:
 
     def _pose(self, name: str, joint: Joint | None) -> Pose:
         guess = self.guess[name]
-        angle = self._angle(name, joint) or 0.0
+        known = self._angle(name, joint)
+        angle = known or 0.0
+        if self.shaken is not None and known is None:
+            angle = self.shaken.uniform(-math.pi, math.pi)
+        x, y, angle = self._hung(name, joint, guess, angle)
+        if self.shaken is None:
+            return x, y, angle
+        size = self.system.length * (1.0 if isinstance(joint, Prismatic) else 0.1)
+        off = self.shaken.normal(size=3)
+        return x + size * off[0], y + size * off[1], angle + 0.3 * off[2]
+
+    def _hung(self, name: str, joint: Joint | None, guess: Guess, angle: float) -> Pose:
+        """Pose of a body at that angle: where its guess says, else on its placed neighbour."""
         if guess.x is not None and guess.y is not None:
             return guess.x, guess.y, angle
         if joint is None:

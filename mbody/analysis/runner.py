@@ -16,6 +16,7 @@ from mbody.analysis.closure import (
 )
 from mbody.analysis.instants import BY_DRIVER, BY_INSTANT, BY_TIME, Plan, check_laws
 from mbody.analysis.uniqueness import open_reactions
+from mbody.core.causes import breakdown
 from mbody.core.close import violation
 from mbody.core.follow import DONE, STUCK, follow
 from mbody.core.march import march
@@ -91,11 +92,31 @@ class Runner:
             raise Stuck(code, int(state[0]), float(state[1]), output)
         if with_loads and not state[4] < UNBALANCED:
             raise_user_error(self.system)
+            if np.isnan(state[4]):
+                raise self._valueless(output, plan)
             raise SolveError(
                 f"reactions leave {state[4]:.2g} of the loads of '{self.system.mechanism.name}' "
                 "unbalanced: its position is singular, or it can still move"
             )
         return output
+
+    def _valueless(self, output: np.ndarray, plan: Plan) -> SolveError:
+        """The sentence of a load that has no value at an instant."""
+        first = 3 * self.system.coordinates
+        k = int(np.flatnonzero(np.isnan(output[:, first:, 0]).any(axis=1))[0])
+        loads = self.system.mechanism.loads
+        parts = np.empty((1, len(loads) + 1, self.rows - first, 1))
+        motion = np.ascontiguousarray(output[k : k + 1, :first, 0])
+        time = plan.t[k : k + 1]
+        breakdown(self.layout, self.system.work(), 0.0, motion, time, len(loads), parts)
+        bad = [load.name for n, load in enumerate(loads) if np.isnan(parts[0, n + 1]).any()]
+        name = bad[0] if bad else "?"
+        unit = self.system.mechanism.units.time
+        return SolveError(
+            f"load '{name}' has no value at t = {plan.t[k]:.6g} {unit}: its law does not reach so "
+            "far; extend it, or let it hold its last value",
+            name,
+        )
 
     def lanes(self, start: Closed, plan: Plan) -> np.ndarray | None:
         """All instants on lanes: (steps, rows, lanes); None where that does not pay or where a lane

@@ -7,6 +7,8 @@ would have to be smaller than any means a dead centre.
 
 from __future__ import annotations
 
+import numpy as np
+
 from mbody._jit import inline, kernel, njit
 from mbody._lanes import st
 from mbody._reference import by_reference
@@ -137,7 +139,8 @@ def follow(L, W, soft, mode, s, t, given, ahead, with_loads, still, output, stat
         if with_loads:
             forces(L, W, w, -1)
             rest = multipliers(L, W, w)
-            state[4] = max(state[4], rest)
+            if not rest <= state[4] and not np.isnan(state[4]):
+                state[4] = rest
         keep(L, W, w, output[k])
         state[0] = k + 1.0
         state[1] = here

@@ -77,13 +77,17 @@ def accelerations(L, P, W, w, F, x):
 
 @njit
 def multipliers(L, P, W, w, F, x):
-    """λ from Φ_qᵀ λ = f − M a."""
+    """λ from Φ_qᵀ λ = f − M a; returns the sum of its squares, NaN where a load has no value."""
     for k in range(P.row.shape[0]):
         c = P.column[k]
         st(x, k, acting(L, W, w, c // 3, c % 3), w)
     solve_transposed(P, W, w, F, x)
+    total = 0.0 * ld(W.size, 0, w)
     for k in range(P.row.shape[0]):
-        st(W.lam, P.row[k], ld(x, k, w), w)
+        y = ld(x, k, w)
+        st(W.lam, P.row[k], y, w)
+        total = total + y * y
+    return total
 
 
 @kernel
@@ -145,6 +149,7 @@ def march(L, P, W, F, x, mode, s, t, given, far, with_loads, still, output, bad)
                 st(W.a, n, 0.0, w)
         if with_loads:
             forces(L, W, w, -1)
-            multipliers(L, P, W, w, F, x)
+            total = multipliers(L, P, W, w, F, x)
+            failed = larger(failed, select_le(total, zero + 1e300, zero, one))
         keep(L, W, w, output[k])
     st(bad, 0, select_le(failed, zero, zero, one), w)
