@@ -339,6 +339,59 @@ def test_designs_that_fall_to_the_scalar_path(monkeypatch):
         assert_allclose(alone["rocker"].angle, fine["rocker"].angle[::20], rtol=0, atol=1e-11)
 
 
+# -- numbers that are nothing in one design and something in another --------------------------
+
+# of a slider-crank on the x axis: arms, offsets and directions that are zero in its description
+ZEROS = {
+    "slider.B.x": 0.2,
+    "slider.cg.y": 0.3,
+    "slider.cg.x": -0.2,
+    "guide.i.angle": 0.2,
+    "guide.j.angle": 0.1,
+    "ground.guide.y": 0.1,
+    "ground.O.y": -0.1,
+    "crank.A.y": 0.2,
+    "crank.cg.y": 0.2,
+    "rod.A.y": 0.1,
+}
+
+
+def slider_crank():
+    machine = makers.slider_crank(1.0, 3.0, masses=(1.0, 2.0, 3.0), speed=5.0)
+    machine.add(Gravity("gravity", y=-9.81), Force("push", "slider.B", -20.0, angle=0.2))
+    return machine
+
+
+@pytest.mark.parametrize("name", ZEROS)
+def test_a_number_that_was_zero(name):
+    """What a topology learned from its first numbers must hold for all others."""
+    system, times = assemble(slider_crank()), np.linspace(0.0, 1.3, 10 * LANES + 1)
+    assert float(system.values[name]) == 0.0
+    kinetostatics(system, times)  # it learns
+    changed = system.with_values({name: ZEROS[name]})
+    run = kinetostatics(changed, times)
+    assert run.checks.constraint < 1e-13 and run.checks.equilibrium < 1e-11
+    few = kinetostatics(assemble(slider_crank()).with_values({name: ZEROS[name]}), times[::LANES])
+    same(Sampled(run, LANES), few)
+    batch = system.with_values({name: np.linspace(0.0, ZEROS[name], 5)})
+    run = kinetostatics(batch, times[::LANES])
+    assert run.checks.constraint < 1e-13 and run.checks.equilibrium < 1e-11
+    for n in range(5):
+        same(OneOf(run, n), kinetostatics(batch.design(n), times[::LANES]))
+
+
+class Sampled(OneOf):
+    """Some instants of a run of one design."""
+
+    def __init__(self, run, every):
+        super().__init__(run, slice(None, None, every))
+        self.t = run.t[self.n]
+
+    def part(self, history):
+        parts = {k: v[self.n] if isinstance(v, np.ndarray) else v for k, v in vars(history).items()}
+        return type("part", (), parts)()
+
+
 def test_a_design_that_cannot_close_is_named():
     values = spread()
     values["ground.O4.x"][21] = 9.0

@@ -544,6 +544,22 @@ def test_a_driver_law_of_constant_speed_over_a_turn():
     assert_forces(run, forces_of(oracle, q, v, a, run.t[::40]), slice(None, None, 40))
 
 
+@pytest.mark.parametrize("start", [0.0, 0.5 * math.pi, math.pi])
+@pytest.mark.parametrize("make", [makers.four_bar, makers.slider_crank])
+def test_a_turn_from_where_numbers_of_the_jacobian_vanish(make, start):
+    """A crank along an axis has zeros in Φ_q that come to life as it turns."""
+    sizes = (1.0, 3.0, 2.0, 3.5) if make is makers.four_bar else (1.0, 3.0)
+    machine = make(*sizes, masses=(1.0, 2.0, 3.0), start=start, speed=5.0)
+    machine.add(Gravity("gravity", y=-9.81))
+    run = kinetostatics(machine, turn=True, instants=FINE)
+    assert run.record.blocks[0].shape[2] == LANES
+    oracle, at = Reference(machine), slice(None, None, STRIDE)
+    q, v, a = (part[::10] for part in oracle.motion(run.t[:: STRIDE // 10]))
+    assert_motion(run, q, v, a, at)
+    assert_forces(run, forces_of(oracle, q, v, a, run.t[at]), at)
+    assert_checked(run)
+
+
 # -- the order of the rows --------------------------------------------------------------------
 
 

@@ -12,9 +12,9 @@ from mbody.analysis.closure import (
     Closed,
     drivers,
     raise_user_error,
-    smallest_ratio,
 )
 from mbody.analysis.instants import BY_DRIVER, BY_INSTANT, BY_TIME, Plan, check_laws
+from mbody.analysis.mobility import DENSE, dense
 from mbody.analysis.uniqueness import open_reactions
 from mbody.core.causes import breakdown
 from mbody.core.close import violation
@@ -221,8 +221,7 @@ class Runner:
         driver = drivers(system)[0][0]
         where = self.place(driver, stuck.place, plan)
         body = driver.bodies[1]
-        singular = smallest_ratio(system, start.work) < 1e-4
-        if stuck.code == STUCK and (singular or driver.rows == "a"):
+        if stuck.code == STUCK and self._singular(start):
             rates = np.abs(start.work.q0_s[2 : system.coordinates : 3, 0])
             rates[system.bodies[body]] = 0.0
             fastest = system.mechanism.bodies[int(rates.argmax())].name
@@ -233,9 +232,20 @@ class Runner:
         else:
             sentence = (
                 f"the motion of '{system.mechanism.name}' cannot be followed beyond {where} of "
-                f"'{body}': does a law jump there?"
+                f"'{body}': does its law jump there?"
             )
         return SolveError(sentence, driver.name, so_far)
+
+    def _singular(self, start: Closed) -> bool:
+        """Whether Φ_q is nearly singular at the last place that was reached."""
+        if self.system.rows > DENSE:
+            return True
+        work = start.work
+        q = work.q.copy()
+        work.q[:] = work.q0
+        sizes = np.linalg.svd(dense(self.system, work)[1], compute_uv=False)
+        work.q[:] = q
+        return bool(sizes[-1] < 1e-3 * sizes[0])
 
     def place(self, driver: Any, s: float, plan: Plan) -> str:
         """Value of a driver at path parameter s, with its unit, and the time."""

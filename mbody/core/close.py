@@ -14,6 +14,7 @@ from mbody._jit import inline, kernel, njit
 from mbody._lanes import st
 from mbody._reference import by_reference
 from mbody.core.factor import VANISHED, apply_g, apply_gt, factor, solve
+from mbody.core.follow import weakest
 from mbody.core.forces import signals
 from mbody.core.instant import clear, least_motion, reach, weigh
 from mbody.core.rows import rows, turns
@@ -116,11 +117,7 @@ def close_designs(L, W, tolerance, par, first, start, output, state):
             if not math.isnan(first[d]):
                 W.signal[L.driver_row[d], 0] = first[d]
         good, _, _ = newton_path(L, W, w, 0.0, tolerance)
-        ratio = 1.0
-        for k in range(L.nodes):
-            for row in range(2):
-                part = W.pivot[3 * k + 2 * row, 0] * W.diagonal[2 * k + row, 0]
-                ratio = min(ratio, 1.0 / part if part > 0.0 else 0.0)
+        ratio = weakest(L, W)
         state[design, 0] = 1.0 if good else 0.0
         state[design, 1] = ratio
         for n in range(start.shape[0]):

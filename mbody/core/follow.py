@@ -30,6 +30,8 @@ CORRECTION = 0.1
 TURNED = 0.2
 #: Halvings of one interval before it is called stuck.
 HALVINGS = 40
+#: Halvings after which a step that turns round may be a kink of a law.
+KINK = 20
 ITERATIONS = 12
 
 
@@ -72,6 +74,17 @@ def settle(L, W, w, soft, reach):
     return False, first, least
 
 
+@njit
+def weakest(L, W):
+    """Least pivot as a part of its diagonal."""
+    least = 1.0
+    for k in range(L.nodes):
+        for row in range(2):
+            part = W.pivot[3 * k + 2 * row, 0] * W.diagonal[2 * k + row, 0]
+            least = min(least, 1.0 / part if part > 0.0 else 0.0)
+    return least
+
+
 @kernel
 def follow(L, W, soft, mode, s, t, given, ahead, with_loads, still, output, state):
     """Fill output (instants, rows, 1) as `keep` says; the first instant starts from W.q.
@@ -110,11 +123,15 @@ def follow(L, W, soft, mode, s, t, given, ahead, with_loads, still, output, stat
                     return LOST
                 behind(W, w)
                 break
+            kink = False
             if good and h != 0.0:
                 off, size = strayed(L, W, w, h)
                 good = first <= CORRECTION * step_size(L, W, w) + 1e-9 and (
                     off <= TURNED * size + 1e-9
                 )
+                # so short a step at a regular position stays on its branch: the law turns sharply
+                kink = tries > KINK and first <= 1e-6 and weakest(L, W) > 1e-8
+                good = good or kink
             if not good:
                 tries += 1
                 h = 0.5 * h
@@ -127,7 +144,7 @@ def follow(L, W, soft, mode, s, t, given, ahead, with_loads, still, output, stat
             if h != 0.0:
                 here += h
                 behind(W, w)
-                back, quintic = h, 1.0
+                back, quintic = h, 0.0 if kink else 1.0
             left = s[k] - here
             if abs(left) <= 1e-14 * (abs(s[k]) + abs(here)) or h == 0.0:
                 here = s[k]
