@@ -16,7 +16,7 @@ import numpy as np
 __all__ = ["Elimination", "Slots", "eliminate", "split"]
 
 #: A body with more nodes than this is split into slots that take so many each.
-MOST, EACH = 6, 2
+MOST, EACH = 6, 3
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,11 @@ THRESHOLD = 0.1
 
 def plan_square(L: Layout, here: Work, elsewhere: Work) -> Square | None:
     """Pivots and index lists for Φ_q in the blocks of `here`; None where it is not square, too
-    large, or singular. Numbers that are the same in `elsewhere` are taken as constants."""
+    large, or singular.
+
+    `elsewhere` is at another position and of other numbers: what is the same there is taken as
+    constant, what is zero in both as never there.
+    """
     size = 3 * L.slots
     rows = np.flatnonzero(here.pad[: 2 * L.nodes, 0] == 0.0)
     if len(rows) != size or size > LARGEST:
@@ -30,10 +34,12 @@ def plan_square(L: Layout, here: Work, elsewhere: Work) -> Square | None:
     entries = _entries(L, here, elsewhere, rows)
     matrix = np.zeros((size, size))
     steady = np.zeros((size, size), dtype=bool)
+    present = np.zeros((size, size), dtype=bool)
     for (r, c), (_, value, constant) in entries.items():
         matrix[r, c] = value
         steady[r, c] = constant
-    found = _pivots(matrix, steady)
+        present[r, c] = True
+    found = _pivots(matrix, steady, present)
     if found is None:
         return None
     return _lists(entries, rows, *found)
@@ -63,11 +69,10 @@ def _entries(
 
 
 def _pivots(
-    matrix: np.ndarray, steady: np.ndarray
+    matrix: np.ndarray, steady: np.ndarray, present: np.ndarray
 ) -> tuple[list[tuple[int, int]], np.ndarray, np.ndarray] | None:
     """Pivots in order, the filled pattern, and which numbers stay constant."""
-    a, constant = matrix.copy(), steady.copy()
-    pattern = (matrix != 0.0) | steady
+    a, constant, pattern = matrix.copy(), steady.copy(), present.copy()
     size = len(a)
     open_rows, open_columns = np.ones(size, dtype=bool), np.ones(size, dtype=bool)
     pivots: list[tuple[int, int]] = []

@@ -228,7 +228,7 @@ def operations(system):
     By `core.rows`, `core.factor` and `core.motion`: sine and cosine of a body and its weight; the
     rows of an atom; of a node 36 to form its diagonal, 22 to invert it, 6 to solve, 24 for products
     with G and its transpose; of a formed block 18; of a block of the factor 14, and 8 to solve; of
-    an update 8; and 12 of a slot. Counted with numbers that count: 181 a link of the chain, 600 of
+    an update 8; and 12 of a slot. Counted with numbers that count: 181 a link of the chain, 570 of
     the hub.
     """
     L = system.layout
@@ -265,7 +265,7 @@ def test_work_and_memory_grow_with_the_number_of_bodies(make):
     layout = large.layout
     assert layout.nodes <= 2.0 * layout.bodies
     assert len(layout.block_row) <= 7.0 * layout.bodies
-    assert len(layout.update) <= 10.0 * layout.bodies
+    assert len(layout.update) <= 12.0 * layout.bodies
     assert memory(large) < 3000 * layout.bodies
 
 
@@ -276,8 +276,8 @@ def test_a_hub_costs_a_few_chains():
     """
     one, other = assemble(chain(MANY)), assemble(hub(MANY))
     per_link, per_spoke = (operations(s) / s.layout.bodies for s in (one, other))
-    assert abs(per_link - 181.0) < 5.0 and abs(per_spoke - 600.0) < 15.0
-    assert per_spoke < 3.5 * per_link
+    assert abs(per_link - 181.0) < 5.0 and abs(per_spoke - 570.0) < 15.0
+    assert per_spoke < 3.3 * per_link
 
 
 def test_no_elimination_where_nothing_is_coupled():

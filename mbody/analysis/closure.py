@@ -197,8 +197,9 @@ def _explain_gap(system: System, work: Work, start: np.ndarray, t: float) -> NoR
     report = mobility(dense(system, work)[1][:joints])
     names = [d.name for d in system.mechanism.drivers]
     if np.abs(phi[:joints]).max(initial=0.0) < 1e-9 and report.free < len(names):
+        freedom = "degree" if report.free == 1 else "degrees"
         raise SolveError(
-            f"{len(names)} drivers ({', '.join(map(repr, names))}) for {report.free} degrees of "
+            f"{len(names)} drivers ({', '.join(map(repr, names))}) for {report.free} {freedom} of "
             f"freedom of '{system.mechanism.name}': remove {len(names) - report.free}",
             names[-1],
         )

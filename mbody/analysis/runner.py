@@ -119,11 +119,13 @@ class Runner:
         )
 
     def lanes(self, start: Closed, plan: Plan) -> np.ndarray | None:
-        """All instants on lanes: (steps, rows, lanes); None where that does not pay or where a lane
-        cannot be trusted."""
+        """All instants on lanes: (steps, rows, lanes); None where that does not pay.
+
+        A lane that cannot be trusted goes the scalar path; where lanes do not meet, there is None.
+        """
         count = len(plan.s)
         simple = not (start.soft or self.system.has_user_code or plan.mode == BY_INSTANT)
-        if count < MANY or not simple:
+        if count < MANY or not simple or self.square(start.work) is None:
             return None
         index = _pieces(count)
         try:
@@ -139,9 +141,16 @@ class Runner:
             given = np.ascontiguousarray(rates.transpose(0, 2, 1)).reshape(-1, LANES)
         reach = self.reach(start, plan)
         output, bad = self.march(work, plan, plan.s[index], plan.t[index], given, reach)
+        for lane in np.flatnonzero(bad):
+            piece = Closed(self.system.work(), start.soft)
+            piece.work.q[:n, 0] = seeds[lane, :n]
+            try:
+                output[:, :, lane] = self.scalar(piece, plan.take(index[:, lane]))[:, :, 0]
+            except Stuck:
+                return None
         gap = np.abs(output[-1, :n, :-1] - seeds[1:, :n].T)
         gap.reshape(-1, 3, LANES - 1)[:, :2] /= self.system.length
-        if bad.any() or not gap.max() <= SEAM * reach:
+        if not gap.max() <= SEAM * reach:
             return None
         return output
 
@@ -152,7 +161,7 @@ class Runner:
         output = np.empty((len(s), self.rows, LANES))
         bad = np.zeros((1, LANES))
         square = self.square(work)
-        if square is None:
+        if square is None:  # of a batch: every design goes the scalar path
             return output, np.ones(LANES)
         march(
             self.layout,
@@ -181,6 +190,7 @@ class Runner:
                 sample = self.system.work()
                 sample.q[:] = work.q[:, :1] + shift * np.sin(np.arange(len(work.q)))[:, None]
                 sample.q[self.system.coordinates :] = 0.0
+                sample.par[:] += shift * np.cos(np.arange(len(sample.par)))[:, None]
                 violation(self.layout, sample)
                 samples.append(sample)
             plans["square"] = plan_square(self.layout, *samples)

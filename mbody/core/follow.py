@@ -22,8 +22,9 @@ __all__ = ["DONE", "LOST", "STUCK", "UNBALANCED", "follow"]
 
 DONE, STUCK, LOST, UNBALANCED = 0, 1, 2, 3
 
-#: Accepted correction: rounding of coordinates of that many model lengths.
-TOLERANCE = 1e-12
+#: Accepted correction, in parts of the greatest coordinate: rounding. The last correction is not in
+#: Φ_q any more, so it is what velocities and forces are off by, times their condition.
+TOLERANCE = 1e-14
 #: A first correction larger than this part of the step asks for a smaller step.
 CORRECTION = 0.1
 #: A derivative that lies off by this part of itself asks for a smaller step.

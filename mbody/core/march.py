@@ -10,9 +10,10 @@ from __future__ import annotations
 from mbody._jit import inline, kernel, njit
 from mbody._lanes import highest, larger, ld, select_le, st, wide
 from mbody._reference import by_reference
-from mbody.core.follow import CORRECTION, TOLERANCE, TURNED
+from mbody.core.factor import apply_g
+from mbody.core.follow import CORRECTION, TURNED
 from mbody.core.forces import forces, signals
-from mbody.core.instant import acting, rates, reach
+from mbody.core.instant import acting, rates, reach, unbalanced
 from mbody.core.output import keep
 from mbody.core.path import behind, predict, step_size, strayed
 from mbody.core.rows import rows, turns
@@ -21,6 +22,10 @@ from mbody.core.square import factor_square, solve_square, solve_transposed
 __all__ = ["march"]
 
 ITERATIONS = 6
+#: Accepted correction, in parts of the greatest coordinate.
+TOLERANCE = 1e-12
+#: Square of what Φ_q v − ν, or f − M a − Φ_qᵀ λ, may be of its terms.
+RESIDUAL = 1e-11**2
 #: Sum of squares of the multipliers above which the fixed pivots are no longer good.
 GROWTH = 1e6
 
@@ -76,18 +81,32 @@ def accelerations(L, P, W, w, F, x):
 
 
 @njit
+def moving(L, W, w):
+    """Whether Φ_q v = ν holds by the blocks: the residual's square beyond what is allowed."""
+    for s in range(L.slots):
+        for n in range(3):
+            st(W.u, 3 * s + n, ld(W.v, 3 * L.slot_body[s] + n, w), w)
+    apply_g(L, W, w, W.u, W.x)
+    rest, terms = 0.0 * ld(W.size, 0, w), 0.0 * ld(W.size, 0, w)
+    for n in range(2 * L.nodes):
+        x, y = ld(W.x, n, w), ld(W.nu, n, w)
+        rest = rest + (x - y) * (x - y)
+        terms = terms + x * x + y * y
+    return rest - RESIDUAL * terms
+
+
+@njit
 def multipliers(L, P, W, w, F, x):
-    """λ from Φ_qᵀ λ = f − M a; returns the sum of its squares, NaN where a load has no value."""
+    """λ from Φ_qᵀ λ = f − M a; returns the residual's square beyond what is allowed, by the blocks,
+    NaN where a load has no value."""
     for k in range(P.row.shape[0]):
         c = P.column[k]
         st(x, k, acting(L, W, w, c // 3, c % 3), w)
     solve_transposed(P, W, w, F, x)
-    total = 0.0 * ld(W.size, 0, w)
     for k in range(P.row.shape[0]):
-        y = ld(x, k, w)
-        st(W.lam, P.row[k], y, w)
-        total = total + y * y
-    return total
+        st(W.lam, P.row[k], ld(x, k, w), w)
+    rest, terms = unbalanced(L, W, w)
+    return rest - RESIDUAL * terms
 
 
 @kernel
@@ -149,7 +168,9 @@ def march(L, P, W, F, x, mode, s, t, given, far, with_loads, still, output, bad)
                 st(W.a, n, 0.0, w)
         if with_loads:
             forces(L, W, w, -1)
-            total = multipliers(L, P, W, w, F, x)
-            failed = larger(failed, select_le(total, zero + 1e300, zero, one))
+            beyond = multipliers(L, P, W, w, F, x)
+        else:
+            beyond = moving(L, W, w)
+        failed = larger(failed, select_le(beyond, zero, zero, one))
         keep(L, W, w, output[k])
     st(bad, 0, select_le(failed, zero, zero, one), w)
