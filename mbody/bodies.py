@@ -6,7 +6,15 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-from mbody.elements import Element, Marker, Point, as_point, number_field, point_numbers
+from mbody.elements import (
+    Element,
+    Marker,
+    Point,
+    as_point,
+    listed,
+    number_field,
+    point_numbers,
+)
 from mbody.errors import ModelError
 from mbody.units import number
 
@@ -62,11 +70,11 @@ def as_guess(value: Any, name: str) -> Guess:
         parts = (value[2], value[0], value[1])
     else:
         parts = (value, None, None)
-    names = ("angle", "x", "y")
+    names, dimensions = ("angle", "x", "y"), ("angle", "length", "length")
     return Guess(
         **{
-            key: None if part is None else number(part, "guess", name, f"guess.{key}")
-            for key, part in zip(names, parts, strict=True)
+            key: None if part is None else number(part, dimension, name, f"guess.{key}")
+            for key, part, dimension in zip(names, parts, dimensions, strict=True)
         }
     )
 
@@ -115,12 +123,21 @@ class Body(Element):
         if self.mass is not None and self.weight is not None:
             raise ModelError(f"'{name}': give mass or weight, not both", name)
         if not isinstance(self.points, dict):
-            raise ModelError(f"'{name}': points must be a dict of name: (x, y)", name)
+            raise ModelError(
+                f"'{name}': points must be a dict such as {{\"A\": (x, y)}}, not {self.points!r}",
+                name,
+            )
         for point in self.points:
             if not isinstance(point, str) or not point or "." in point:
-                raise ModelError(f"'{name}': {point!r} is no name of a point", name)
+                raise ModelError(
+                    f"'{name}': {point!r} is no name of a point: give text without a dot", name
+                )
             if point in ("cg", "mass", "weight", "inertia"):
-                raise ModelError(f"'{name}': the name of a point may not be '{point}'", name)
+                raise ModelError(
+                    f"'{name}': the name of a point may not be '{point}', which is a number of the "
+                    "body: choose another",
+                    name,
+                )
         points = {key: as_point(value, name, key) for key, value in self.points.items()}
         object.__setattr__(self, "points", points)
         object.__setattr__(self, "cg", as_point(self.cg, name, "cg"))
@@ -129,14 +146,21 @@ class Body(Element):
 
     def _check_spread(self) -> None:
         spread = self.spread
-        if spread is None or spread == "point" or isinstance(spread, Slender):
+        if spread is None or (isinstance(spread, str) and spread == "point"):
+            return
+        if isinstance(spread, Slender):
+            number(spread.angle, "angle", self.name, "spread.angle")
             return
         if isinstance(spread, SecondMoments):
             values = (spread.xx, spread.yy, spread.xy)
             for key, value in zip(("xx", "yy", "xy"), values, strict=True):
                 number(value, "inertia", self.name, f"spread.{key}")
             if min(spread.xx, spread.yy) < 0.0 or spread.xy**2 > spread.xx * spread.yy:
-                raise ModelError(f"'{self.name}': no mass can be spread like {spread}", self.name)
+                raise ModelError(
+                    f"'{self.name}': no mass can be spread like {spread}: xx and yy are not "
+                    "negative, and xy² is at most xx·yy",
+                    self.name,
+                )
             return
         raise ModelError(
             f"'{self.name}': spread must be \"point\", Slender(angle) or "
@@ -155,9 +179,9 @@ class Body(Element):
             Direction of the marker's x axis in link axes [rad].
         """
         if isinstance(point, str) and point not in self.points:
-            known = ", ".join(repr(key) for key in self.points) or "none"
             raise ModelError(
-                f"body '{self.name}' has no point '{point}' (it has: {known})", self.name
+                f"body '{self.name}' has no point '{point}' (it has: {listed(self.points)})",
+                self.name,
             )
         place = point if y is None else (point, y)
         if not isinstance(place, str):
@@ -192,7 +216,7 @@ def deg(angle: float) -> float:
 def rpm(speed: float) -> float:
     """Revolutions a minute to rad/s.
 
-    >>> rpm(60.0) == 2 * math.pi
-    True
+    >>> round(rpm(60.0), 6)
+    6.283185
     """
     return speed * math.pi / 30.0

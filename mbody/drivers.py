@@ -10,6 +10,7 @@ import numpy as np
 from mbody.atoms import Atom
 from mbody.elements import Element, LawLike, Place, law_field, place_field, two_bodies
 from mbody.errors import ModelError
+from mbody.laws import Constant
 
 if TYPE_CHECKING:
     from mbody.elements import Numbers
@@ -70,11 +71,14 @@ class AngleDriver(Driver):
             value = getattr(self, field)
             value = getattr(value, "name", value)
             if not isinstance(value, str) or not value:
-                raise ModelError(f"'{self.name}': {field} must name a body", self.name)
+                raise ModelError(
+                    f"'{self.name}': {field} must name a body, not {value!r}", self.name
+                )
             object.__setattr__(self, field, value)
         if self.body == self.relative_to:
             raise ModelError(
-                f"'{self.name}' would drive '{self.body}' relative to itself", self.name
+                f"'{self.name}' would drive '{self.body}' relative to itself: name two bodies",
+                self.name,
             )
 
     @property
@@ -108,6 +112,12 @@ class DistanceDriver(Driver):
     def __post_init__(self) -> None:
         super().__post_init__()
         two_bodies(self)
+        if isinstance(self.law, Constant) and self.law.value <= 0.0:
+            raise ModelError(
+                f"'{self.name}': law is {self.law.value:g}, a distance must be positive; a "
+                "CoordinateDriver takes a signed displacement",
+                self.name,
+            )
 
     @property
     def bodies(self) -> tuple[str, str]:

@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -29,6 +31,7 @@ __all__ = [
     "Polar",
     "as_marker",
     "law_field",
+    "listed",
     "number_field",
     "place_field",
     "polar",
@@ -113,9 +116,15 @@ class Marker:
 def as_marker(value: Any, element: str, field: str) -> Marker:
     """A marker from a marker or from text such as ``"crank.A"`` (``"crank"`` is its origin)."""
     if isinstance(value, str):
-        body, _, name = value.partition(".")
+        body, dot, name = value.partition(".")
+        if not body or (dot and not name):
+            raise ModelError(
+                f"'{element}': {field} is {value!r}, it must name a body, or a body and one of its "
+                'points: "crank" or "crank.A"',
+                element,
+            )
         return Marker(body, name or (0.0, 0.0))
-    if isinstance(value, Marker):
+    if isinstance(value, Marker) and isinstance(value.body, str):
         point = value.point
         if not isinstance(point, str):
             point = as_point(point, element, field)
@@ -125,6 +134,19 @@ def as_marker(value: Any, element: str, field: str) -> Marker:
         f"'{element}': {field} must be a place such as crank.at('A') or \"crank.A\", not {value!r}",
         element,
     )
+
+
+def listed(names: Iterable[str], most: int = 8) -> str:
+    """Names as they stand in a sentence.
+
+    >>> listed(["crank", "rod"])
+    "'crank', 'rod'"
+    >>> listed("abcdefghij")
+    "'a', 'b', 'c', 'd', 'e', 'f', 'g', 'h' and 2 more"
+    """
+    quoted = [repr(name) for name in names]
+    more = f" and {len(quoted) - most} more" if len(quoted) > most else ""
+    return ", ".join(quoted[:most]) + more if quoted else "none"
 
 
 def number_field(dimension: str, default: Any = dataclasses.MISSING, *, sign: str = "any") -> Any:
@@ -156,14 +178,18 @@ class Element:
             raise ModelError(f"every {type(self).__name__} needs a name, not {name!r}")
         if "." in name:
             raise ModelError(
-                f"'{name}': a name may not hold a dot, that parts body and point", name
+                f"'{name}': a name may not hold a dot, which parts body and point: write "
+                f"'{name.replace('.', '_')}'",
+                name,
             )
         for field in dataclasses.fields(self):
             value = getattr(self, field.name)
-            if "dimension" in field.metadata and value is not None:
+            if value is None and field.default is None:
+                continue
+            if "dimension" in field.metadata:
                 value = self._checked(field, value)
             elif "law" in field.metadata:
-                value = None if value is None else self._law(field.name, value)
+                value = self._law(field, value)
             elif "place" in field.metadata:
                 value = as_marker(value, name, field.name)
             else:
@@ -173,17 +199,21 @@ class Element:
     def _checked(self, field: dataclasses.Field[Any], value: Any) -> float:
         dimension, sign = field.metadata["dimension"], field.metadata["sign"]
         result = number(value, dimension, self.name, field.name)
-        if (sign == "positive" and result <= 0.0) or (sign == "not negative" and result < 0.0):
-            raise ModelError(
-                f"'{self.name}': {field.name} is {result:g}, it must be {sign}", self.name
-            )
-        return result
+        if sign == "positive" and result <= 0.0:
+            remedy = "it must be positive: give more than 0"
+        elif sign == "not negative" and result < 0.0:
+            remedy = "it must not be negative: give 0 or more"
+        else:
+            return result
+        raise ModelError(f"'{self.name}': {field.name} is {result:g}, {remedy}", self.name)
 
-    def _law(self, field: str, value: Any) -> Law:
+    def _law(self, field: dataclasses.Field[Any], value: Any) -> Law:
+        if isinstance(value, Real) and not isinstance(value, bool):
+            value = number(value, field.metadata["law"], self.name, field.name)
         try:
             return as_law(value)
         except ModelError as error:
-            raise ModelError(f"'{self.name}': {field}: {error}", self.name) from None
+            raise ModelError(f"'{self.name}': {field.name}: {error}", self.name) from None
 
     def places(self) -> dict[str, Marker]:
         """The element's markers by field name."""

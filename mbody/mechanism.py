@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Iterator
 from typing import Any, TypeVar
 
 from mbody.bodies import Body
 from mbody.drivers import Driver
-from mbody.elements import Element, Marker
+from mbody.elements import Element, Marker, listed
 from mbody.errors import ModelError
 from mbody.joints import Joint
 from mbody.loads import Load
@@ -52,12 +53,18 @@ class Mechanism:
         g: float | None = None,
         ground: dict[str, Any] | None = None,
     ) -> None:
-        self.name = str(name)
+        if not isinstance(name, str):
+            raise ModelError(f"the title of a mechanism must be text, not {name!r}")
+        self.name = name
         self.units = unit_system(units)
         self.g = self.units.g if g is None else number(g, "acceleration", self.name, "g")
         if self.g <= 0.0:
-            raise ModelError(f"'{self.name}': g is {self.g:g}, it must be positive")
-        self.ground = Body("ground", points=ground or {})
+            raise ModelError(
+                f"'{self.name}': g is {self.g:g} {self.units.of('acceleration')}, it must be "
+                "positive: it only turns weights into masses, a Gravity load has the direction",
+                self.name,
+            )
+        self.ground = Body("ground", points={} if ground is None else ground)
         self._elements: dict[str, Element] = {}
 
     def add(self, *elements: Element) -> None:
@@ -83,13 +90,21 @@ class Mechanism:
 
     def _add(self, element: Element) -> None:
         if not isinstance(element, (Body, Joint, Driver, Load)):
+            remedy = ""
+            if isinstance(element, (list, tuple)):
+                remedy = ": give them one by one, add(*elements)"
+            elif isinstance(element, type):
+                remedy = f": make one, {element.__name__}(...)"
             raise ModelError(
-                f"a mechanism takes bodies, joints, drivers and loads, not {element!r}"
+                "a mechanism takes bodies, joints, drivers and loads, not "
+                f"{reprlib.repr(element)}{remedy}"
             )
         name = element.name
         if name in self._elements or name == "ground":
             what = type(self._elements[name]).__name__ if name in self._elements else "fixed link"
-            raise ModelError(f"the name '{name}' is taken by a {what}: names are unique", name)
+            raise ModelError(
+                f"the name '{name}' is taken by a {what}: names are unique, choose another", name
+            )
         if not isinstance(element, Body):
             for marker in element.places().values():
                 self._find(marker, name)
@@ -100,17 +115,16 @@ class Mechanism:
     def _find(self, marker: Marker, element: str) -> None:
         body = self.ground if marker.body == "ground" else self._elements.get(marker.body)
         if not isinstance(body, Body):
-            known = ", ".join(repr(name) for name in ("ground", *(b.name for b in self.bodies)))
+            known = listed(["ground", *(b.name for b in self.bodies)])
             raise ModelError(
                 f"'{element}' refers to body '{marker.body}', which is not there (there are: "
                 f"{known}): add bodies first",
                 element,
             )
         if isinstance(marker.point, str) and marker.point not in body.points:
-            points = ", ".join(repr(point) for point in body.points) or "none"
             raise ModelError(
                 f"'{element}' refers to point '{marker.point}' of '{marker.body}', which is not "
-                f"there (it has: {points})",
+                f"there (it has: {listed(body.points)}): name one of these, or add it to the body",
                 element,
             )
 
@@ -138,12 +152,13 @@ class Mechanism:
         return self._of(Load)
 
     def __getitem__(self, name: str) -> Element:
-        if name == "ground":
-            return self.ground
-        try:
+        if isinstance(name, str) and name in self._elements:
             return self._elements[name]
-        except KeyError:
-            raise ModelError(f"'{self.name}' has no element '{name}'", name) from None
+        if isinstance(name, str) and name == "ground":
+            return self.ground
+        raise ModelError(
+            f"'{self.name}' has no element {name!r} (it has: {listed(self._elements)})", str(name)
+        )
 
     def __contains__(self, name: object) -> bool:
         return name in self._elements

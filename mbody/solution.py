@@ -11,7 +11,7 @@ import numpy as np
 
 from mbody.checks import breakdown, checks
 from mbody.core.output import PER_ATOM
-from mbody.elements import Marker, as_marker
+from mbody.elements import Marker, as_marker, listed
 from mbody.errors import ModelError
 from mbody.histories import BodyHistory, Checks, PointHistory, Reaction, Record
 from mbody.joints import Joint
@@ -33,7 +33,7 @@ class Solution:
     --------
     >>> import mbody
     >>> run = mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0))
-    >>> float(run["crank"].omega[0])
+    >>> round(float(run["crank"].omega[0]), 9)
     10.0
     """
 
@@ -56,9 +56,9 @@ class Solution:
         return len(self.t)
 
     def __getitem__(self, body: str) -> BodyHistory:
-        if body not in self.system.bodies:
-            known = ", ".join(repr(name) for name in self.system.bodies)
-            raise ModelError(f"there is no body '{body}' (there are: {known})", body)
+        if not isinstance(body, str) or body not in self.system.bodies:
+            known = listed(self.system.bodies)
+            raise ModelError(f"there is no body {body!r} (there are: {known})", str(body))
         n3, b = self.system.coordinates, self.system.bodies[body]
         if body == "ground":
             zero = np.zeros_like(self.record.take(0))
@@ -90,7 +90,12 @@ class Solution:
         if isinstance(marker.point, str):
             name = f"{marker.body}.{marker.point}"
             if f"{name}.x" not in self.system.values and f"{name}.r" not in self.system.values:
-                raise ModelError(f"body '{marker.body}' has no point '{marker.point}'", marker.body)
+                element: Any = self.mechanism[marker.body]
+                raise ModelError(
+                    f"body '{marker.body}' has no point '{marker.point}' (it has: "
+                    f"{listed(element.points)})",
+                    marker.body,
+                )
             x, y = at.point(name)
         elif isinstance(marker.point, tuple):
             x, y = marker.point
@@ -121,7 +126,7 @@ class Solution:
         element = self._joint(joint)
         i, j = element.i.body, element.j.body
         if on not in (None, i, j):
-            raise ModelError(f"joint '{joint}' joins '{i}' and '{j}', not '{on}'", joint)
+            raise ModelError(f"joint '{joint}' joins '{i}' and '{j}', not {on!r}", joint)
         atoms = self.system.atoms_of[joint]
         fx, fy, torque = (self._atom(atoms[0], n) for n in (2, 3, 4))
         for e in atoms[1:]:
@@ -134,9 +139,12 @@ class Solution:
         return Reaction(joint, j, i, fx, fy, torque, unique)
 
     def _joint(self, joint: str) -> Joint:
-        element = self.mechanism[joint]
-        if not isinstance(element, Joint):
-            raise ModelError(f"'{joint}' is no joint", joint)
+        joints = {element.name: element for element in self.mechanism.joints}
+        if not isinstance(joint, str) or joint not in joints:
+            raise ModelError(
+                f"there is no joint {joint!r} (there are: {listed(joints)})", str(joint)
+            )
+        element = joints[joint]
         if self.analysis == "kinematics":
             raise ModelError("kinematics finds no forces: use kinetostatics", joint)
         return element
@@ -153,8 +161,10 @@ class Solution:
         """Effort of a driver, a torque [force·length] or a force: its product with the driven rate
         is the power given to the mechanism.
         """
-        if driver not in {d.name for d in self.mechanism.drivers}:
-            raise ModelError(f"there is no driver '{driver}'", driver)
+        drivers = [d.name for d in self.mechanism.drivers]
+        if driver not in drivers:
+            known = listed(drivers)
+            raise ModelError(f"there is no driver {driver!r} (there are: {known})", str(driver))
         if self.analysis == "kinematics":
             raise ModelError("kinematics finds no forces: use kinetostatics", driver)
         return -self._atom(self.system.atoms_of[driver][0], 0)
@@ -180,6 +190,8 @@ class Solution:
             By cause ("inertia", then the names of the loads): a `Reaction`, or the effort's array.
             They sum to the whole.
         """
+        if not isinstance(name, str):
+            raise ModelError(f"a breakdown is of a joint or a driver by name, not of {name!r}")
         return breakdown(self, name, on)
 
     def columns(self) -> dict[str, Array]:

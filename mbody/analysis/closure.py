@@ -5,12 +5,13 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 
 from mbody._user import failure
-from mbody.analysis.mobility import DENSE, Mobility, dense, mobility, smallest_gap
+from mbody.analysis.gaps import explain_gap, violations
+from mbody.analysis.mobility import DENSE, Mobility, dense, mobility
 from mbody.analysis.placing import placed
 from mbody.assembler import assemble
 from mbody.core.close import close, laws_of_time
@@ -30,6 +31,11 @@ SOFT = 1e-9
 ATTEMPTS = 60
 #: A pivot below this part of its diagonal calls for a look at the rank.
 SUSPICIOUS = 1e-10
+#: A row violated by more is open, in model lengths and radians.
+OPEN = 1e-8
+#: A singular value below this part of the greatest is zero at a position closed to rounding: a dead
+#: centre is a double root and closes to half the digits.
+DEAD = 1e-7
 #: A body that closing turns by less [rad] is where the guess meant it to be.
 NEAR = 0.2
 
@@ -80,9 +86,10 @@ def raise_user_error(system: System) -> None:
             if not isinstance(error, Exception):
                 raise error
             name = system.user_name(handle)
-            raise SolveError(
-                f"the function of '{name}' failed: {type(error).__name__}: {error}", name
-            ) from error
+            what = f"{type(error).__name__}: {error}"
+            if isinstance(error, ModelError):  # our own complaint about what a function gave
+                what = str(error).removeprefix("Function: ")
+            raise SolveError(f"the function of '{name}' failed: {what}", name) from error
 
 
 def closed(
@@ -98,6 +105,8 @@ def closed(
 
     Raises
     ------
+    ModelError
+        For a guess that is none.
     SolveError
         When the loops cannot close, or a driver repeats what joints fix.
 
@@ -106,6 +115,10 @@ def closed(
     Where the guess leads nowhere, other starts are tried, always the same ones: bodies without a
     guess at any angle, guessed ones ever further from their guess.
     """
+    if guess is not None and not isinstance(guess, Mapping):
+        raise ModelError(f'guess must be a dict such as {{"coupler": 0.3}}, not {guess!r}')
+    if guess and "ground" in guess:
+        raise ModelError("the ground does not move: a guess is for moving bodies", "ground")
     work = system.work(designs=design)
     set_drive(system, work, t, drive)
     values = {d.name: float(work.signal[row, 0]) for d, row in drivers(system)}
@@ -119,7 +132,7 @@ def closed(
         shaken = np.random.default_rng(attempt)
         start = placed(base, guess, values, shaken)[:, None]
     else:
-        _explain_gap(system, work, first[:, None], t)
+        explain_gap(system, work, first[:, None], t)
     if pose is None:
         _say_branch(system, result, first[:, None], guess)
     return result
@@ -131,7 +144,8 @@ def _from(system: System, work: Work, start: np.ndarray) -> Closed | None:
         work.q[:] = start
         good, straight, *_ = close(system.runtime(), work, soft, rounding(system, work))
         raise_user_error(system)
-        if not good:
+        # dependent rows let Newton rest where a gap is smallest
+        if not good or not violations(system, work).max(initial=0.0) < OPEN:
             continue
         result = Closed(work, soft, smallest_ratio(system, work), straight=straight)
         if soft == 0.0 and result.ratio >= SUSPICIOUS:
@@ -182,60 +196,6 @@ def smallest_ratio(system: System, work: Work) -> float:
     with np.errstate(divide="ignore"):
         ratio = np.where(inverse > 0.0, 1.0 / (inverse * diagonal), 0.0)
     return float(ratio.min(initial=1.0))
-
-
-def _explain_gap(system: System, work: Work, start: np.ndarray, t: float) -> NoReturn:
-    """Say which loop stays open and by how much, or which driver is one too many."""
-    length = system.mechanism.units.length
-    if system.rows > DENSE:
-        raise SolveError(f"'{system.mechanism.name}': loops do not close at t = {t:g}")
-    owners = np.array([system.owners[e][0].name for e in system.row_table[0]])
-    joints = len(owners) - len(system.mechanism.drivers)
-    kept = np.arange(len(owners)) < joints
-    work.q[:] = start
-    phi = smallest_gap(system, work, kept)
-    report = mobility(dense(system, work)[1][:joints])
-    names = [d.name for d in system.mechanism.drivers]
-    if np.abs(phi[:joints]).max(initial=0.0) < 1e-9 and report.free < len(names):
-        freedom = "degree" if report.free == 1 else "degrees"
-        raise SolveError(
-            f"{len(names)} drivers ({', '.join(map(repr, names))}) for {report.free} {freedom} of "
-            f"freedom of '{system.mechanism.name}': remove {len(names) - report.free}",
-            names[-1],
-        )
-    if np.abs(phi[:joints]).max(initial=0.0) < 1e-9:
-        driver, row = drivers(system)[int(np.abs(phi[joints:]).argmax())]
-        off = float(np.abs(phi[joints:]).max()) * (1.0 if driver.rows == "a" else system.length)
-        unit = "rad" if driver.rows == "a" else length
-        raise SolveError(
-            f"driver '{driver.name}' cannot bring '{driver.bodies[1]}' to "
-            f"{float(work.signal[row, 0]):.6g} {unit} at t = {t:g}: it comes within {abs(off):.3g} "
-            f"{unit} where the links are stretched; check lengths and the law",
-            driver.name,
-        )
-    # hold all joints but one: the gap there is what a user would measure
-    best: tuple[float, str] = (np.inf, "")
-    # of joints with equal gaps the one between two moving bodies is named
-    mechanism = system.mechanism
-    inner = sorted(mechanism.joints, key=lambda joint: "ground" in (joint.i.body, joint.j.body))
-    for name in (joint.name for joint in inner):
-        own = owners == name
-        work.q[:] = start
-        phi = smallest_gap(system, work, ~own)
-        if np.abs(phi[~own]).max(initial=0.0) < 1e-6:
-            size = float(np.linalg.norm(phi[own])) * system.length
-            if size < best[0] * (1.0 - 1e-6):
-                best = (size, name)
-    if not best[1]:
-        worst = int(np.abs(phi).argmax())
-        best = (float(np.abs(phi[worst])) * system.length, str(owners[worst]))
-    joint: Any = system.mechanism[best[1]]
-    raise SolveError(
-        f"loops do not close at t = {t:g}: the smallest gap is {best[0]:.4g} {length} at "
-        f"'{best[1]}' (between '{joint.i.body}' and '{joint.j.body}'): check lengths, or give a "
-        "better guess",
-        best[1],
-    )
 
 
 def _say_branch(
@@ -299,12 +259,18 @@ def check_determined(system: System, result: Closed, what: str) -> None:
     if independent == len(names):
         if report.free:
             raise SolveError(_too_few(system, what, report.free, report.motions))
-        return
-    at_fault = _dependent_driver(G, system.rows - len(names))
+        sizes = np.linalg.svd(G, compute_uv=False)
+        if not names or sizes[system.coordinates - 1] > DEAD * sizes[0]:
+            return
+    at_fault = len(names) - 1
+    if independent < len(names):
+        at_fault = _dependent_driver(G, system.rows - len(names))
     driver, row = drivers(system)[at_fault]
     value = float(result.work.signal[row, 0])
     if joints.free >= len(names):
-        where = f"{np.degrees(value):.4g} deg" if driver.rows == "a" else f"{value:.6g}"
+        where = f"{value:.6g} {system.mechanism.units.length}"
+        if driver.rows == "a":
+            where = f"{np.degrees(value):.4g} deg"
         body = _fastest(system, joints.motions) if joints.free else driver.bodies[1]
         raise SolveError(
             f"dead centre at {where} of '{driver.bodies[1]}': driver '{driver.name}' cannot drive "

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from numbers import Real
 from typing import Any
 
 import numpy as np
 
 from mbody.drivers import AngleDriver, Driver
-from mbody.errors import ModelError
-from mbody.laws import times_of
+from mbody.elements import listed
+from mbody.errors import ModelError, SolveError
+from mbody.laws import Table, times_of
 from mbody.system import System
 
 __all__ = ["BY_DRIVER", "BY_INSTANT", "BY_TIME", "Plan", "by_time", "check_laws", "plan"]
@@ -79,30 +82,50 @@ def plan(
     ------
     ModelError
         For times or values that are not finite or do not fit together, a driver that does not
-        exist, a turn of a driver that drives no angle, or a law that turns back before the end.
+        exist, a turn of a driver that drives no angle, a law that turns back before the end, or a
+        table that ends before the times do.
+    SolveError
+        When a user's law failed.
     """
-    asked = [name for name, value in (("t", t), ("turn", turn)) if value is not None]
+    if drive is not None and not isinstance(drive, Mapping):
+        raise ModelError(f'drive must be a dict such as {{"motor": 0.5}}, not {drive!r}')
+    if turn is False:
+        turn = None
     if turn is not None and (t is not None or drive is not None):
         raise ModelError(f"turn goes alone: leave out {'t' if t is not None else 'drive'}")
-    if instants is not None and "turn" not in asked:
+    if instants is not None and turn is None:
         raise ModelError("instants goes with turn; times and driver values say how many they are")
-    if turn is not None and turn is not False:
-        return _turn(system, turn, TURN if instants is None else instants)
-    if drive:
-        return _given(system, 0.0 if t is None else t, drive)
-    times = _numbers(0.0 if t is None else t, "t")
-    return by_time(system, times)
+    if turn is not None:
+        asked = _turn(system, turn, TURN if instants is None else instants)
+    elif drive:
+        asked = _given(system, 0.0 if t is None else t, drive)
+    else:
+        asked = by_time(system, _numbers(0.0 if t is None else t, "t"))
+    _check_tables(system, asked.t, drive or {})
+    return asked
 
 
-def _numbers(value: Any, name: str) -> np.ndarray:
+def _numbers(value: Any, name: str, element: str | None = None) -> np.ndarray:
     try:
-        array = np.atleast_1d(np.asarray(value, dtype=np.float64))
+        array = np.atleast_1d(np.asarray(value))
+        plain = array.dtype.kind in "iuf"
+        if not (plain or all(isinstance(v, Real) and not isinstance(v, bool) for v in array.flat)):
+            raise TypeError
+        array = array.astype(np.float64)
     except (TypeError, ValueError):
-        raise ModelError(f"{name} must be a number or an array of them, not {value!r}") from None
-    if array.ndim != 1 or not array.size:
-        raise ModelError(f"{name} must be a number or one row of them, not of shape {array.shape}")
-    if not np.isfinite(array).all():
-        raise ModelError(f"{name} holds a number that is not finite")
+        raise ModelError(
+            f"{name} must be a number or an array of them, not {value!r}", element
+        ) from None
+    if not array.size:
+        raise ModelError(f"{name} is empty: give at least one number", element)
+    if array.ndim != 1:
+        raise ModelError(
+            f"{name} must be a number or one row of them, not of shape {array.shape}", element
+        )
+    bad = np.flatnonzero(~np.isfinite(array))
+    if bad.size:
+        which = f"{name}[{bad[0]}]" if array.size > 1 else name
+        raise ModelError(f"{which} is {array[bad[0]]}, it must be finite", element)
     return np.ascontiguousarray(array)
 
 
@@ -112,6 +135,33 @@ def _law(system: System, driver: Driver, times: np.ndarray) -> np.ndarray:
         return np.stack(np.broadcast_arrays(*system.law_of(driver).derivatives(times)), axis=-1)
     except ModelError as error:
         raise ModelError(f"the law of driver '{driver.name}': {error}", driver.name) from None
+    except Exception as error:
+        raise _failed(driver, error) from error
+
+
+def _failed(driver: Driver, error: Exception) -> SolveError:
+    """The sentence for what a user's law raised."""
+    return SolveError(
+        f"the function of '{driver.name}' failed: {type(error).__name__}: {error}", driver.name
+    )
+
+
+def _check_tables(system: System, times: np.ndarray, drive: Mapping[str, Any]) -> None:
+    """Refuse times outside a table of a driver or of a load."""
+    for driver in system.mechanism.drivers:
+        if driver.name not in drive and isinstance(getattr(driver, "law", None), Table):
+            _law(system, driver, times)
+    for load in system.mechanism.loads:
+        for field in fields(load):
+            law = getattr(load, field.name)
+            # the law of a spring or damper is none of time
+            if isinstance(law, Table) and field.name != "law":
+                try:
+                    law.derivatives(times)
+                except ModelError as error:
+                    raise ModelError(
+                        f"the {field.name} of load '{load.name}': {error}", load.name
+                    ) from None
 
 
 def check_laws(system: System, times: np.ndarray) -> None:
@@ -126,21 +176,25 @@ def _given(system: System, t: Any, drive: Mapping[str, Any]) -> Plan:
     parts: dict[str, list[np.ndarray]] = {}
     for name, value in drive.items():
         if name not in known:
-            names = ", ".join(map(repr, known)) or "none"
-            raise ModelError(f"there is no driver '{name}' (there are: {names})", name)
+            raise ModelError(f"there is no driver {name!r} (there are: {listed(known)})", str(name))
         values = value if isinstance(value, tuple) else (value,)
-        if len(values) > 3:
+        if not 1 <= len(values) <= 3:
             raise ModelError(
                 f"driver '{name}' takes a value, or (value, rate, acceleration), not "
                 f"{len(values)} of them",
                 name,
             )
-        parts[name] = [_numbers(v, f"driver '{name}'") for v in values]
+        words = ("value", "rate", "acceleration")
+        parts[name] = [
+            _numbers(v, f"{word} of driver '{name}'", name)
+            for v, word in zip(values, words, strict=False)
+        ]
     times = _numbers(t, "t")
     sizes = {len(a) for arrays in parts.values() for a in arrays} | {len(times)}
     if len(sizes - {1}) > 1:
         raise ModelError(
-            f"driver values and times have different numbers of instants: {sorted(sizes - {1})}"
+            f"driver values and times have different numbers of instants, {sorted(sizes - {1})}: "
+            "give as many of each, or one"
         )
     count = max(sizes)
     times = np.ascontiguousarray(np.broadcast_to(times, count))
@@ -160,30 +214,39 @@ def _turn(system: System, turn: str | bool, instants: int) -> Plan:
     drivers = system.mechanism.drivers
     if turn is True:
         if len(drivers) != 1:
-            raise ModelError(f"say which driver's turn is meant: there are {len(drivers)}")
+            names = listed(d.name for d in drivers)
+            raise ModelError(
+                f"turn=True goes with one driver, '{system.mechanism.name}' has {len(drivers)} "
+                f"({names}): " + ("name one of them" if drivers else "add one")
+            )
         turn = drivers[0].name
     named = [d for d in drivers if turn in (d.name, getattr(d, "body", None))]
     if not named:
-        known = ", ".join(repr(d.name) for d in drivers) or "none"
-        raise ModelError(f"there is no driver '{turn}' to turn (there are: {known})", str(turn))
+        known = listed(d.name for d in drivers)
+        raise ModelError(f"there is no driver {turn!r} to turn (there are: {known})", str(turn))
     driver = named[0]
     if not isinstance(driver, AngleDriver):
-        raise ModelError(f"driver '{driver.name}' drives no angle, it cannot turn", driver.name)
-    if isinstance(instants, bool) or not isinstance(instants, int) or instants < 2:
-        raise ModelError(f"a turn needs at least 2 instants, not {instants!r}")
+        raise ModelError(
+            f"driver '{driver.name}' drives no angle, it cannot turn: give times t, or drive",
+            driver.name,
+        )
+    if isinstance(instants, bool) or not hasattr(instants, "__index__") or instants < 2:
+        raise ModelError(f"a turn needs at least 2 instants, a whole number, not {instants!r}")
+    instants = operator.index(instants)
     if system.batch is not None:
         raise ModelError("a turn of a batch of designs: give times or driver values instead")
-    law = system.law_of(driver)
-    start, speed, change = law.derivatives(0.0)
+    start, speed, change = _law(system, driver, np.zeros(1))[0].tolist()
     sense = math.copysign(1.0, speed or change or 1.0)
     values = start + sense * np.linspace(0.0, 2.0 * math.pi, instants)
     if speed == 0.0 and change == 0.0:
         # a driver at rest is turned slowly: positions without rates
         return _given(system, 0.0, {driver.name: values})
     try:
-        times = np.asarray(times_of(law, values, 0.0))
+        times = np.asarray(times_of(system.law_of(driver), values, 0.0))
     except ModelError as error:
         raise ModelError(
             f"driver '{driver.name}' does not make a whole turn by its law: {error}", driver.name
         ) from None
+    except Exception as error:
+        raise _failed(driver, error) from error
     return by_time(system, times)

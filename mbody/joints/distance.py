@@ -47,10 +47,16 @@ class Distance(Joint):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not isinstance(self.length, Constant) or self.length.value <= 0.0:
+        if not isinstance(self.length, Constant):
             raise ModelError(
-                f"'{self.name}': length must be one positive number, not {self.length!r}; "
-                "a DistanceDriver takes a law of time",
+                f"'{self.name}': length must be one positive number; a DistanceDriver takes a law "
+                "of time",
+                self.name,
+            )
+        if self.length.value <= 0.0:
+            raise ModelError(
+                f"'{self.name}': length is {self.length.value:g}, it must be positive; a Revolute "
+                "keeps two places together",
                 self.name,
             )
 

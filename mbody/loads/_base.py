@@ -29,6 +29,15 @@ class Load(Element):
         Unique in the mechanism; the breakdown of reactions by cause goes by it.
     """
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.name == "inertia":
+            raise ModelError(
+                "a load may not be named 'inertia', which is a cause of its own in the breakdown "
+                "of forces: choose another name",
+                self.name,
+            )
+
     @property
     def bodies(self) -> tuple[str, ...]:
         """Names of the bodies that the load acts between."""
@@ -62,10 +71,14 @@ class Turning(Load):
             value = getattr(self, field)
             value = getattr(value, "name", value)
             if not isinstance(value, str) or not value:
-                raise ModelError(f"'{self.name}': {field} must name a body", self.name)
+                raise ModelError(
+                    f"'{self.name}': {field} must name a body, not {value!r}", self.name
+                )
             object.__setattr__(self, field, value)
         if self.body == self.by:
-            raise ModelError(f"'{self.name}' would turn '{self.body}' against itself", self.name)
+            raise ModelError(
+                f"'{self.name}' would turn '{self.body}' against itself: name two bodies", self.name
+            )
 
     @property
     def bodies(self) -> tuple[str, ...]:
@@ -76,4 +89,8 @@ class Turning(Load):
 def one_of(load: Any, number: str) -> None:
     """A spring or damper has its number or a law, and not both."""
     if (getattr(load, number) is None) == (load.law is None):
-        raise ModelError(f"'{load.name}': give either {number} or a law", load.name)
+        what = "neither" if load.law is None else "both"
+        joined = "nor" if load.law is None else "and"
+        raise ModelError(
+            f"'{load.name}' has {what} {number} {joined} law: give one of them", load.name
+        )

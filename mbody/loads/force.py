@@ -10,7 +10,9 @@ import numpy as np
 from mbody._jit import inline
 from mbody.atoms import Action
 from mbody.elements import LawLike, Marker, Place, law_field, number_field, place_field
+from mbody.errors import ModelError
 from mbody.laws import Constant
+from mbody.laws.base import finite
 from mbody.loads._base import Load
 
 if TYPE_CHECKING:
@@ -48,6 +50,13 @@ class Force(Load):
     angle: float = number_field("angle", 0.0)
     follows: bool = False
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not isinstance(self.follows, (bool, np.bool_)):
+            raise ModelError(
+                f"'{self.name}': follows must be True or False, not {self.follows!r}", self.name
+            )
+
     def actions(self, at: Numbers) -> list[Action]:
         """One action; parameters are the arm and the direction."""
         angle = at[f"{self.name}.angle"]
@@ -63,6 +72,7 @@ class Force(Load):
         >>> Force.components("push", "coupler.P", 3.0, 4.0).value
         Constant(value=5.0)
         """
+        x, y = (finite(value, f"'{name}'", key) for key, value in (("x", x), ("y", y)))
         return Force(name, at, Constant(float(np.hypot(x, y))), float(np.arctan2(y, x)))
 
 

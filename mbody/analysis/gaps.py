@@ -1,0 +1,135 @@
+"""Loops that cannot close: the smallest gap and where it is, or the driver that is one too many."""
+
+from __future__ import annotations
+
+from typing import Any, NoReturn
+
+import numpy as np
+
+from mbody.analysis.mobility import DENSE, Mobility, dense, mobility, smallest_gap
+from mbody.core.close import violation
+from mbody.core.layout import Work
+from mbody.elements import listed
+from mbody.errors import SolveError
+from mbody.system import System
+
+__all__ = ["explain_gap", "violations"]
+
+#: Rows up to which the smallest gap is looked for, and joints at which: a second or two in all.
+SEARCHED, CANDIDATES = 60, 8
+#: Rows that are held are closed within this, in model lengths and radians.
+HELD = 1e-6
+
+
+def violations(system: System, work: Work) -> np.ndarray:
+    """Size of every row of Φ at the position in the workspace, lengths by the model length."""
+    atom, row, is_angle = system.row_table
+    violation(system.runtime(), work)
+    phi = np.abs(work.phi[2 * system.layout.atom_node[atom] + row, 0])
+    return np.where(is_angle, phi, phi / system.length)
+
+
+def explain_gap(system: System, work: Work, start: np.ndarray, t: float) -> NoReturn:
+    """Say which loop stays open and by how much, or which driver is one too many.
+
+    Parameters
+    ----------
+    system, work
+        The workspace as the last attempt to close left it.
+    start : array (coordinates, 1)
+        Where the search for the smallest gap begins.
+    t : float
+        Time, for the sentence.
+    """
+    owners = np.array([system.owners[e][0].name for e in system.row_table[0]])
+    joints = len(owners) - len(system.drivers)
+    if system.rows > SEARCHED:
+        raise _gap_met(system, work, joints, t)
+    # links in line could not fold: begin a little bent
+    bodies = system.layout.bodies
+    start = start.copy()
+    start[2 : 3 * bodies : 3, 0] += 0.1 * np.sin(1.0 + np.arange(bodies))
+    work.q[:] = start
+    _check_directions(system, work, owners)
+    phi = np.abs(smallest_gap(system, work, np.arange(len(owners)) < joints))
+    if phi[:joints].max(initial=0.0) < HELD:
+        _refuse_surplus(system, mobility(dense(system, work)[1][:joints]))
+        raise _out_of_reach(system, work, phi[joints:], t)
+    # hold all joints but one: the gap there is what a user would measure
+    width = {joint.name: phi[owners == joint.name].max() for joint in system.mechanism.joints}
+    widest = sorted(width, key=lambda name: -width[name])[:CANDIDATES]
+    found: list[tuple[float, Any]] = []
+    for joint in (joint for joint in system.mechanism.joints if joint.name in widest):
+        own = owners == joint.name
+        work.q[:] = start
+        phi = smallest_gap(system, work, ~own)
+        if np.abs(phi[~own]).max(initial=0.0) < HELD:
+            found.append((float(np.linalg.norm(phi[own])) * system.length, joint))
+    if not found:
+        raise _gap_met(system, work, joints, t)
+    least = min(size for size, _ in found)
+    equal = [joint for size, joint in found if size < least * (1.0 + 1e-6)]
+    # of joints with equal gaps the one between two moving bodies is named
+    joint = min(equal, key=lambda joint: "ground" in (joint.i.body, joint.j.body))
+    raise SolveError(
+        f"loops do not close at t = {t:g}: the smallest gap is {least:.4g} "
+        f"{system.mechanism.units.length} at '{joint.name}' (between '{joint.i.body}' and "
+        f"'{joint.j.body}'): check lengths, or give a better guess",
+        joint.name,
+    )
+
+
+def _out_of_reach(system: System, work: Work, off: np.ndarray, t: float) -> SolveError:
+    """The sentence for a driver that asks more than the links give; `off` (drivers,)."""
+    n = int(off.argmax())
+    driver, row = system.drivers[n], system.layout.driver_row[n]
+    turns = driver.rows == "a"
+    unit = "rad" if turns else system.mechanism.units.length
+    distance = float(off[n]) * (1.0 if turns else system.length)
+    return SolveError(
+        f"driver '{driver.name}' cannot bring '{driver.bodies[1]}' to "
+        f"{float(work.signal[row, 0]):.6g} {unit} at t = {t:g}: it comes within {distance:.3g} "
+        f"{unit} where the links are stretched; check lengths and the law",
+        driver.name,
+    )
+
+
+def _gap_met(system: System, work: Work, joints: int, t: float) -> SolveError:
+    """The sentence where the smallest gap is not looked for: the gap at which closing ended."""
+    if system.rows <= DENSE:
+        _refuse_surplus(system, mobility(np.nan_to_num(dense(system, work)[1][:joints])))
+    atom, _, is_angle = system.row_table
+    phi = system.length * violations(system, work)
+    phi = np.where(np.isfinite(phi) & ~is_angle, phi, 0.0)
+    at = system.owners[int(atom[int(phi.argmax())])][0].name
+    return SolveError(
+        f"loops of '{system.mechanism.name}' do not close at t = {t:g}: the search ended with a "
+        f"gap of {phi.max():.4g} {system.mechanism.units.length} at '{at}': check lengths, or give "
+        "a better guess",
+        at,
+    )
+
+
+def _refuse_surplus(system: System, joints: Mobility) -> None:
+    """Refuse more drivers than the joints leave freedoms."""
+    names = [driver.name for driver in system.drivers]
+    if joints.free < len(names):
+        more, freedom = "s"[: len(names) - 1], "degree" if joints.free == 1 else "degrees"
+        raise SolveError(
+            f"{len(names)} driver{more} ({listed(names)}) for {joints.free} {freedom} of freedom "
+            f"of '{system.mechanism.name}': remove {len(names) - joints.free}",
+            names[-1],
+        )
+
+
+def _check_directions(system: System, work: Work, owners: np.ndarray) -> None:
+    """Refuse a first position at which a distance is measured between two places that coincide."""
+    G = dense(system, work)[1]
+    bad = np.flatnonzero(~np.isfinite(G).all(axis=1))
+    if bad.size:
+        element: Any = system.mechanism[str(owners[bad[0]])]
+        raise SolveError(
+            f"'{element.name}' has no direction to begin with: its two ends, on '{element.i.body}' "
+            f"and '{element.j.body}', are guessed to be at one place; give a guess for the bodies",
+            element.name,
+        )

@@ -1,0 +1,114 @@
+"""The README tells the truth: its code runs and prints what it shows; docstrings likewise."""
+
+import contextlib
+import doctest
+import importlib
+import io
+import pkgutil
+import re
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+import mbody
+
+ROOT = Path(__file__).parents[1]
+README = ROOT / "README.md"
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
+#: Residuals are rounding: their digits differ from machine to machine.
+ROUNDING = 1e-9
+
+
+def blocks(text):
+    """(language, content) of every fenced block."""
+    return re.findall(r"^```(\w+)\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
+
+
+def steps(text):
+    """Every block of Python with the output that is shown below it, None where there is none."""
+    found = [*blocks(text), ("", "")]
+    return [
+        (code, shown if kind == "text" else None)
+        for (language, code), (kind, shown) in pairwise(found)
+        if language == "python"
+    ]
+
+
+def printed(code, namespace):
+    with contextlib.redirect_stdout(io.StringIO()) as stream:
+        exec(compile(code, str(README), "exec"), namespace)
+    return stream.getvalue()
+
+
+def same(mine, shown):
+    """Two numbers as texts: within one unit of the last shown digit, or both rounding."""
+    if abs(float(mine)) < ROUNDING and abs(float(shown)) < ROUNDING:
+        return True
+    digits = shown.lower().partition("e")[0].partition(".")[2]
+    return abs(float(mine) - float(shown)) <= 1.01 * 10.0 ** -len(digits)
+
+
+def differences(output, shown):
+    """Lines that differ by more than the last digit of a number."""
+    mine, theirs = output.rstrip().splitlines(), shown.rstrip().splitlines()
+    assert len(mine) == len(theirs), output
+    return [
+        (ours, other)
+        for ours, other in zip(mine, theirs, strict=True)
+        if " ".join(NUMBER.sub("#", ours).split()) != " ".join(NUMBER.sub("#", other).split())
+        or not all(map(same, NUMBER.findall(ours), NUMBER.findall(other)))
+    ]
+
+
+def test_the_code_of_the_readme_prints_what_it_shows():
+    namespace = {"__name__": "readme"}
+    done = steps(README.read_text("utf-8"))
+    assert len(done) >= 6
+    for code, shown in done:
+        output = printed(code, namespace)
+        if shown is None:
+            assert not output, f"prints, but nothing is shown:\n{output}"
+        else:
+            assert shown.strip(), code
+            assert not differences(output, shown)
+
+
+def test_the_readme_solves_the_book():
+    """The described four-bar is Norton's: his torque and pin forces, with exact masses."""
+    from mbody.gallery.norton_fourbar import build
+
+    namespace = {"__name__": "readme"}
+    printed(steps(README.read_text("utf-8"))[0][0], namespace)
+    run, book = namespace["run"], mbody.kinetostatics(build("exact"))
+    assert run.effort("motor") == pytest.approx(book.effort("motor"), rel=1e-12)
+    for joint in ("O2", "A", "B", "O4"):
+        assert run.reaction(joint).fx == pytest.approx(book.reaction(joint).fx, rel=1e-12)
+        assert run.reaction(joint).fy == pytest.approx(book.reaction(joint).fy, rel=1e-12)
+
+
+def test_the_readme_links_to_files_that_exist():
+    for target in re.findall(r"\]\((?!http)([^)#]+)\)", README.read_text("utf-8")):
+        assert (ROOT / target).exists(), target
+
+
+def test_the_comparison_sees_a_difference():
+    assert not differences("F 12.3457 1e-16", "F  12.345  3e-17")
+    assert differences("F 12.4", "F 12.2")
+    assert differences("F 12.4", "G 12.4")
+
+
+def modules():
+    names = [info.name for info in pkgutil.walk_packages(mbody.__path__, "mbody.")]
+    return ["mbody", *(name for name in names if not name.endswith("__main__"))]
+
+
+@pytest.mark.parametrize("name", modules())
+def test_docstrings(name):
+    module = importlib.import_module(name)
+    finder = doctest.DocTestFinder(exclude_empty=True)
+    runner = doctest.DocTestRunner()
+    for test in finder.find(module, name):
+        said = io.StringIO()
+        runner.run(test, out=said.write)
+        assert not runner.failures, said.getvalue()
