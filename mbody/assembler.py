@@ -64,6 +64,7 @@ def assemble(mechanism: Mechanism) -> System:
     """
     if not mechanism.bodies:
         raise ModelError(f"'{mechanism.name}' has no bodies: add at least one Body")
+    mechanism = mechanism.snapshot()
     compiler = _Compiler(mechanism)
     numbers = compiler.numbers()
     par, mass = compiler.compile(numbers)

@@ -24,7 +24,7 @@ def checks(solution: Solution) -> Checks:
     system = solution.system
     parts = np.array([_audit(solution, design) for design in range(system.batch or 1)])
     constraint, unbalanced, term, power, flow = np.moveaxis(parts, 2, 0)
-    forces = solution.analysis != "kinematics"
+    forces = solution.has_forces
 
     def relative(worst: np.ndarray, whole: np.ndarray) -> float:
         top = float(whole.max(initial=0.0))
@@ -75,8 +75,8 @@ def breakdown(solution: Solution, name: str, on: str | None) -> dict[str, Any]:
     system = solution.system
     if system.batch is not None:
         raise ModelError("the breakdown is for one design: take one from the batch", name)
-    if solution.analysis == "kinematics":
-        raise ModelError("kinematics finds no forces: use kinetostatics", name)
+    if not solution.has_forces:
+        raise ModelError(f"{solution.analysis} finds no forces: use kinetostatics", name)
     loads = system.mechanism.loads
     size = PER_ATOM * len(system.owners)
     output = np.empty((len(solution.t), len(loads) + 1, size, 1))

@@ -43,6 +43,8 @@ class _Hook:
     def __call__(self, x: np.ndarray, y: np.ndarray) -> None:
         sides = tuple(x[1:9].tolist()), tuple(x[9:17].tolist())
         result = self.function(*sides, x[17:].copy(), float(x[0]))
+        if result is None:
+            raise ValueError("physics returned nothing")
         flat = np.concatenate([np.ravel(part) for part in result]) if self.size == 18 else result
         values = np.asarray(flat, dtype=np.float64)
         if values.shape != (self.size,):

@@ -12,6 +12,7 @@ from mbody.errors import ModelError
 from mbody.joints import Prismatic, Revolute
 from mbody.laws import ConstantSpeed
 from mbody.mechanism import Mechanism
+from mbody.units import number
 
 __all__ = ["bar", "four_bar", "slider_crank"]
 
@@ -45,8 +46,7 @@ def bar(
     >>> bar("rod", 2.0, mass=3.0).inertia
     1.0
     """
-    if not length > 0.0:
-        raise ModelError(f"'{name}': length is {length:g}, it must be positive", name)
+    _check(name, length=length)
     named: dict[str, Point] = {ends[0]: (0.0, 0.0), ends[1]: (length, 0.0), **(points or {})}
     return Body(
         name,
@@ -56,6 +56,18 @@ def bar(
         points=named,
         guess=guess,
     )
+
+
+def _check(name: str, **lengths: Any) -> None:
+    """Refuse lengths that are no positive numbers."""
+    for field, value in lengths.items():
+        if number(value, "length", name, field) <= 0.0:
+            raise ModelError(f"'{name}': {field} is {value:g}, it must be positive", name)
+
+
+def _check_masses(name: str, masses: Any) -> None:
+    if not isinstance(masses, (tuple, list)) or len(masses) != 3:
+        raise ModelError(f"'{name}': masses must be three numbers, not {masses!r}", name)
 
 
 def four_bar(
@@ -90,10 +102,15 @@ def four_bar(
     >>> [joint.name for joint in four_bar(1, 3, 2, 3.5).joints]
     ['O2', 'A', 'B', 'O4']
     """
+    _check("four-bar", crank=crank, coupler=coupler, rocker=rocker, ground=ground)
+    _check_masses("four-bar", masses)
+    start = number(start, "angle", "four-bar", "start")
+    speed = number(speed, "angular velocity", "four-bar", "speed")
     ax, ay = crank * math.cos(start), crank * math.sin(start)
     diagonal = math.hypot(ground - ax, -ay)
     toward = math.atan2(-ay, ground - ax)
-    cosine = (coupler**2 + diagonal**2 - rocker**2) / (2.0 * coupler * diagonal)
+    # where the crank's end lies on O4 any angle serves
+    cosine = (coupler**2 + diagonal**2 - rocker**2) / max(2.0 * coupler * diagonal, 1e-300)
     opening = math.acos(max(-1.0, min(1.0, cosine)))
     third = toward - opening if crossed else toward + opening
     bx, by = ax + coupler * math.cos(third), ay + coupler * math.sin(third)
@@ -139,6 +156,11 @@ def slider_crank(
     >>> [body.name for body in slider_crank(1, 3).bodies]
     ['crank', 'rod', 'slider']
     """
+    _check("slider-crank", crank=crank, rod=rod)
+    _check_masses("slider-crank", masses)
+    offset = number(offset, "length", "slider-crank", "offset")
+    start = number(start, "angle", "slider-crank", "start")
+    speed = number(speed, "angular velocity", "slider-crank", "speed")
     sine = (offset - crank * math.sin(start)) / rod
     lean = math.asin(max(-1.0, min(1.0, sine)))
     machine = Mechanism(

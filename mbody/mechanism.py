@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import reprlib
 from collections.abc import Iterator
 from typing import Any, TypeVar
@@ -66,6 +67,16 @@ class Mechanism:
             )
         self.ground = Body("ground", points={} if ground is None else ground)
         self._elements: dict[str, Element] = {}
+        self._sorted: dict[type, tuple[Any, ...]] | None = None
+
+    def snapshot(self) -> Mechanism:
+        """The mechanism as it is now, closed to additions: what a system keeps."""
+        if self._sorted is not None:
+            return self
+        kept = copy.copy(self)
+        kept._elements = dict(self._elements)
+        kept._sorted = {}
+        return kept
 
     def add(self, *elements: Element) -> None:
         """Add elements; a body comes before what refers to it.
@@ -80,6 +91,11 @@ class Mechanism:
         ModelError
             When a name is taken, or a body or point that an element refers to does not exist.
         """
+        if self._sorted is not None:
+            raise ModelError(
+                f"'{self.name}' has been assembled: add to the mechanism that you described, and "
+                "assemble it again"
+            )
         before = dict(self._elements)
         try:
             for element in elements:
@@ -129,7 +145,12 @@ class Mechanism:
             )
 
     def _of(self, kind: type[E]) -> tuple[E, ...]:
-        return tuple(e for e in self._elements.values() if isinstance(e, kind))
+        if self._sorted is None:
+            return tuple(e for e in self._elements.values() if isinstance(e, kind))
+        if kind not in self._sorted:
+            found = tuple(e for e in self._elements.values() if isinstance(e, kind))
+            self._sorted[kind] = found
+        return self._sorted[kind]
 
     @property
     def bodies(self) -> tuple[Body, ...]:

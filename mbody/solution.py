@@ -52,6 +52,11 @@ class Solution:
         """The description that was analysed."""
         return self.system.mechanism
 
+    @property
+    def has_forces(self) -> bool:
+        """Whether the analysis found reactions and efforts."""
+        return self.analysis in ("kinetostatics", "statics")
+
     def __len__(self) -> int:
         return len(self.t)
 
@@ -145,8 +150,8 @@ class Solution:
                 f"there is no joint {joint!r} (there are: {listed(joints)})", str(joint)
             )
         element = joints[joint]
-        if self.analysis == "kinematics":
-            raise ModelError("kinematics finds no forces: use kinetostatics", joint)
+        if not self.has_forces:
+            raise ModelError(f"{self.analysis} finds no forces: use kinetostatics", joint)
         return element
 
     def _unique(self, joint: str) -> tuple[bool, bool, bool] | None:
@@ -165,8 +170,8 @@ class Solution:
         if driver not in drivers:
             known = listed(drivers)
             raise ModelError(f"there is no driver {driver!r} (there are: {known})", str(driver))
-        if self.analysis == "kinematics":
-            raise ModelError("kinematics finds no forces: use kinetostatics", driver)
+        if not self.has_forces:
+            raise ModelError(f"{self.analysis} finds no forces: use kinetostatics", driver)
         return -self._atom(self.system.atoms_of[driver][0], 0)
 
     def inertia(self, body: str) -> tuple[Array, Array, Array]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import weakref
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from mbody.core.layout import Layout, Work, blank, integers, workspace
 from mbody.drivers import Driver
 from mbody.elements import Element, Numbers, Polar
 from mbody.errors import ModelError
+from mbody.joints import Distance
 from mbody.laws import Law
 from mbody.mechanism import Mechanism
 
@@ -127,6 +128,8 @@ class System:
             For a name that the mechanism does not have, a number that is not finite, a negative
             mass, or arrays of different lengths.
         """
+        if values is not None and not isinstance(values, Mapping):
+            raise ModelError(f'values must be a dict such as {{"crank.mass": 2.0}}, not {values!r}')
         given = {**(values or {}), **more}
         merged = dict(self.values)
         batch = self.batch
@@ -145,9 +148,12 @@ class System:
 
     def _checked(self, name: str, value: Any) -> np.ndarray:
         if name not in self.values:
-            raise ModelError(_no_such_value(name, self.values), name)
+            raise ModelError(_no_such_value(str(name), self.values), str(name))
         try:
-            array = np.asarray(value, dtype=np.float64)
+            array = np.asarray(value)
+            if array.dtype.kind not in "iuf":
+                raise TypeError
+            array = array.astype(np.float64)
         except (TypeError, ValueError):
             raise ModelError(
                 f"'{name}' must be a number or an array, not {value!r}", name
@@ -156,12 +162,28 @@ class System:
             raise ModelError(f"'{name}' must be a number or one row of them", name)
         if not np.isfinite(array).all():
             raise ModelError(f"'{name}' has a number that is not finite", name)
-        if name.rpartition(".")[2] in ("mass", "weight", "inertia") and (array < 0.0).any():
-            raise ModelError(f"'{name}' is {array.min():g}, it must not be negative", name)
+        sign = self._sign(name)
+        if (sign == "positive" and (array <= 0.0).any()) or (sign and (array < 0.0).any()):
+            must = sign.removeprefix("not ")
+            rule = f"must not be {must}" if must != sign else f"must be {must}"
+            raise ModelError(f"'{name}' is {array.min():g}, it {rule}", name)
         return array
 
+    def _sign(self, name: str) -> str:
+        """What the description asks of a number: "positive", "not negative" or nothing."""
+        element, _, key = name.partition(".")
+        if isinstance(self.mechanism[element], Distance) and key == "length":
+            return "positive"
+        for part in fields(self.mechanism[element]):
+            if part.name == key and part.metadata.get("sign", "any") != "any":
+                return str(part.metadata["sign"])
+        return ""
+
     def design(self, index: int) -> System:
-        """One set of a batch as a system of its own."""
+        """One set of a batch as a system of its own; a system of one set is its own design 0."""
+        count = self.batch or 1
+        if not hasattr(index, "__index__") or not -count <= index < count:
+            raise ModelError(f"there is no design {index!r}: give 0 to {count - 1}")
         pick = {k: (v[index] if np.ndim(v) else v) for k, v in self.values.items()}
         column = slice(index, index + 1) if index >= 0 else slice(index, index + 1 or None)
         return replace(

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+import mbody
 from mbody import (
     AngleDriver,
     Body,
@@ -484,3 +485,41 @@ def test_two_threads_on_one_system(make):
         assert len(runs) == 8
         for run in runs:
             same(run, wanted[k], exactly=True)
+
+
+@pytest.mark.parametrize(
+    ("element", "values", "words"),
+    [
+        (
+            mbody.Damper("dashpot", "ground", "rocker.B", coefficient=1.0),
+            {"dashpot.coefficient": [1.0, -2.0]},
+            "'dashpot.coefficient' is -2, it must not be negative",
+        ),
+        (
+            mbody.Spring("spring", "ground", "rocker.B", stiffness=1.0, free_length=1.0),
+            {"spring.free_length": -0.5},
+            "'spring.free_length' is -0.5, it must not be negative",
+        ),
+        (
+            mbody.Distance("rod", "ground", "rocker.B", length=1.0),
+            {"rod.length": 0.0},
+            "'rod.length' is 0, it must be positive",
+        ),
+    ],
+)
+def test_values_keep_the_signs_of_the_description(element, values, words):
+    machine = mbody.makers.four_bar(1, 3, 2, 3.5)
+    machine.add(element)
+    with pytest.raises(mbody.ModelError, match=words):
+        mbody.assemble(machine).with_values(values)
+
+
+def test_a_system_keeps_what_was_described():
+    """Adding to the mechanism afterwards changes no system, and a system's own takes nothing."""
+    machine = mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 1, 1))
+    system = mbody.assemble(machine)
+    machine.add(mbody.Gravity("gravity", y=-9.81))
+    assert mbody.kinetostatics(system).effort("motor")[0] == 0.0
+    assert mbody.kinetostatics(machine).effort("motor")[0] != 0.0
+    with pytest.raises(mbody.ModelError, match="has been assembled"):
+        system.mechanism.add(mbody.Gravity("late", y=-9.81))

@@ -535,3 +535,48 @@ def test_batches():
     with says(ModelError, "batch of 2 designs", "design(n)"):
         good.columns()
     assert mbody.__version__
+
+
+@pytest.mark.parametrize(
+    ("make_it", "words"),
+    [
+        (lambda: close_loops(four_bar(), rates={"rod": 1.0}), ("no moving body 'rod'",)),
+        (lambda: close_loops(four_bar(), rates={"crank": NAN}), ("'crank': rate is nan", "finite")),
+        (
+            lambda: close_loops(four_bar(), rates={"crank": "2"}),
+            ("'crank': rate must be a number",),
+        ),
+        (lambda: close_loops(four_bar(), rates=5), ("rates must be a dict",)),
+        (lambda: makers.four_bar("1", 3, 2, 3.5), ("'four-bar': crank must be a number",)),
+        (lambda: makers.four_bar(1, 0, 2, 3.5), ("'four-bar': coupler is 0", "positive")),
+        (lambda: makers.four_bar(1, 3, 2, 3.5, masses=(1, 2)), ("masses must be three numbers",)),
+        (lambda: makers.slider_crank(1, 0), ("'slider-crank': rod is 0", "positive")),
+        (lambda: makers.slider_crank(1, 3, speed=NAN), ("'slider-crank': speed is nan",)),
+        (lambda: makers.bar("b", -1.0), ("'b': length is -1", "positive")),
+        (lambda: assemble(four_bar()).with_values(5), ("values must be a dict",)),
+        (lambda: assemble(four_bar()).with_values({3: 1.0}), ("no number '3'",)),
+        (
+            lambda: assemble(four_bar()).with_values({"crank.mass": "1"}),
+            ("must be a number", "'1'"),
+        ),
+        (lambda: assemble(four_bar()).design(1), ("no design 1: give 0 to 0",)),
+        (lambda: assemble(four_bar()).design("x"), ("no design 'x'",)),
+    ],
+)
+def test_makers_rates_and_designs(make_it, words):
+    with says(ModelError, *words):
+        make_it()
+
+
+def test_a_crank_that_ends_on_the_other_pivot():
+    assert makers.four_bar(1.0, 1.0, 1.0, 1.0, start=0.0)
+
+
+def test_velocities_at_a_dead_centre():
+    """A ram that moves a slider at the end of its stroke: no crank speed agrees with it."""
+    driven = mbody.makers.slider_crank(1.0, 3.0, start=0.0)
+    machine = mbody.Mechanism("press", ground={"O": (0.0, 0.0), "guide": (0.0, 0.0)})
+    ram = mbody.CoordinateDriver("ram", "ground.O", "slider.B", mbody.ConstantSpeed(4.0, -0.5))
+    machine.add(*driven.bodies, *driven.joints, ram)
+    with pytest.raises(mbody.SolveError, match=r"'ram'.*dead centre"):
+        mbody.close_loops(machine)

@@ -9,13 +9,16 @@ import numpy as np
 
 from mbody.analysis.closure import as_system, closed, raise_user_error
 from mbody.analysis.instants import plan
+from mbody.analysis.mobility import DENSE, dense
 from mbody.core.close import project
+from mbody.core.layout import Work
 from mbody.core.output import PER_ATOM
-from mbody.errors import ModelError
+from mbody.errors import ModelError, SolveError
 from mbody.histories import Record
 from mbody.mechanism import Mechanism
 from mbody.solution import Solution
 from mbody.system import System
+from mbody.units import number
 
 __all__ = ["close_loops"]
 
@@ -54,7 +57,8 @@ def close_loops(
     Raises
     ------
     SolveError
-        When the loops cannot close: with the smallest gap and where.
+        When the loops cannot close: with the smallest gap and where; when no velocities agree with
+        the drivers.
 
     Examples
     --------
@@ -73,24 +77,47 @@ def close_loops(
     first = {} if not drive else dict(zip(names, asked.given[0, :, 0], strict=True))
     start = closed(system, float(asked.t[0]), first, guess)
     work = start.work
+    if rates is not None and not isinstance(rates, Mapping):
+        raise ModelError(f'rates must be a dict such as {{"crank": 2.0}}, not {rates!r}')
     for name, rate in (rates or {}).items():
         if name not in system.bodies or name == "ground":
-            raise ModelError(f"there is no moving body '{name}' to give a rate", name)
-        work.v[3 * system.bodies[name] + 2] = rate
+            raise ModelError(f"there is no moving body {name!r} to give a rate", str(name))
+        work.v[3 * system.bodies[name] + 2] = number(rate, "angular velocity", name, "rate")
     if drive:
         for n, row in enumerate(system.layout.driver_row):
             work.signal[row + 1] = asked.given[0, n, 1]
     project(system.runtime(), work, start.soft)
     raise_user_error(system)
+    _check_velocities(system, work)
     n3 = system.coordinates
     block = np.zeros((1, 3 * n3 + PER_ATOM * len(system.owners), 1))
     block[0, :n3], block[0, n3 : 2 * n3] = work.q[:n3], work.v[:n3]
     return Solution(
         system=system,
-        analysis="kinematics",
+        analysis="close_loops",
         t=asked.t,
         record=Record([block], 1, batch=False),
         given=asked.given if drive else None,
         soft=start.soft,
         notes=tuple(start.notes),
     )
+
+
+def _check_velocities(system: System, work: Work) -> None:
+    """Refuse velocities that the constraints do not allow, as of a driver at its dead centre."""
+    if system.rows > DENSE or not system.rows:
+        return
+    G = dense(system, work)[1]
+    atom, row, is_angle = system.row_table
+    unit = np.where(is_angle, 1.0, 1.0 / system.length)
+    nu = unit * work.nu[2 * system.layout.atom_node[atom] + row, 0]
+    v = work.v[: system.coordinates, 0].reshape(-1, 3) / [system.length, system.length, 1.0]
+    rest = np.abs(G @ v.reshape(-1) - nu)
+    if rest.max() > 1e-6 * max(np.abs(nu).max(), np.abs(v).max()):
+        # what moves at all are drivers: the fastest is the one to speak of
+        name = system.owners[atom[int(np.abs(nu).argmax())]][0].name
+        raise SolveError(
+            f"no velocities agree with '{name}' at this position: it stands at a dead centre, or "
+            "drivers contradict each other; close the loops elsewhere",
+            name,
+        )

@@ -17,7 +17,6 @@ from mbody.solution import Solution
 __all__ = [
     "ABOUT",
     "ROUNDING",
-    "WITHOUT_FORCES",
     "closing",
     "driver_states",
     "force_floor",
@@ -33,9 +32,6 @@ Array = np.ndarray
 
 #: Below a table of joint forces that shows torques.
 ABOUT = "torques about the joint's place on its body j"
-
-#: Analyses that find the motion only.
-WITHOUT_FORCES = ("kinematics", "close_loops")
 
 #: What is smaller than this part of the greatest of its kind is rounding, shown as 0.
 ROUNDING = 1e-9
@@ -114,7 +110,7 @@ def closing(solution: Solution, residuals: bool = True) -> list[str]:
     if residuals:
         checks = solution.checks
         found = {"constraint": checks.constraint}
-        if solution.analysis not in WITHOUT_FORCES:
+        if solution.has_forces:
             found |= {"equilibrium": checks.equilibrium, "virtual work": checks.virtual_work}
         parts = [f"{name} {size:.1e}" if size else f"{name} 0" for name, size in found.items()]
         lines += ["", "RESIDUALS   " + "   ".join(parts) + "   (relative)"]

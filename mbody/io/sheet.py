@@ -10,7 +10,6 @@ import numpy as np
 from mbody.io.parts import (
     ABOUT,
     ROUNDING,
-    WITHOUT_FORCES,
     closing,
     driver_states,
     force_floor,
@@ -70,7 +69,7 @@ class _Instant:
         self.solution = solution
         self.mechanism = solution.mechanism
         self.unit = self.mechanism.units.of
-        self.forces = solution.analysis not in WITHOUT_FORCES
+        self.forces = solution.has_forces
         self.moves = solution.analysis != "statics"
         self.accelerates = self.moves and solution.analysis != "close_loops"
         self.names = force_names(self.mechanism)

@@ -9,7 +9,6 @@ import numpy as np
 from mbody.io.parts import (
     ABOUT,
     ROUNDING,
-    WITHOUT_FORCES,
     closing,
     driver_states,
     force_floor,
@@ -53,7 +52,7 @@ class _Summary:
         self.batch = solution.record.batch
         self.names = force_names(self.mechanism)
         self.states = driver_states(solution)
-        self.forces = solution.analysis not in WITHOUT_FORCES
+        self.forces = solution.has_forces
         self.moves = solution.analysis != "statics"
         self.spans = len(solution) > 1 and np.ptp(solution.t) > 0.0
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.io.parts import WITHOUT_FORCES
 
 if TYPE_CHECKING:
     from mbody.solution import Solution
@@ -68,8 +67,10 @@ def columns(solution: Solution) -> dict[str, np.ndarray]:
     for body in mechanism.bodies:
         history = solution[body.name]
         for key, dimension in MOTION.items():
+            if "acceleration" in dimension and solution.analysis == "close_loops":
+                continue  # it finds velocities, no accelerations
             table[f"{body.name}.{key} [{unit(dimension)}]"] = getattr(history, key)
-    if solution.analysis in WITHOUT_FORCES:
+    if not solution.has_forces:
         return table
     for joint in mechanism.joints:
         reaction = solution.reaction(joint.name)
