@@ -28,7 +28,8 @@ __all__ = ["call_user", "failure", "raise_failure", "register", "release"]
 
 UserFunction = Callable[[np.ndarray, np.ndarray], Any]
 
-_lock = threading.Lock()
+# reentrant: the garbage collector may release a handle while this thread already holds it
+_lock = threading.RLock()
 _functions: dict[int, UserFunction] = {}
 _failures: dict[int, BaseException] = {}
 _next_handle = 0

@@ -409,3 +409,11 @@ def test_a_changed_interface_of_numba_costs_only_the_cache(monkeypatch):
         return x + 1
 
     assert local(1) == 2
+
+
+def test_a_handle_may_be_released_while_the_door_is_held():
+    """A finalizer runs wherever the collector starts, also inside `failure` of the same thread."""
+    handle = user.register(lambda x, y: None)
+    with user._lock:
+        user.release(handle)
+    assert user.failure(handle) is None
