@@ -157,7 +157,7 @@ def newton_path(L, W, w, soft, tolerance):
             moved(L, W, W.q0, part)
             turns(L, W, w)
             rows(L, W, w, True, None)
-            ahead = correction_kept(L, W, w)
+            ahead = correction(L, W, w)
             if ahead <= (1.0 - 0.25 * part) * size:
                 break
             part *= 0.5
@@ -166,18 +166,6 @@ def newton_path(L, W, w, soft, tolerance):
         last = size
         part = min(1.0, 2.0 * part)
     return False, smallest, least
-
-
-@njit
-def correction_kept(L, W, w):
-    """Size of the simplified correction: new Φ with the old factor and the old blocks' product."""
-    for n in range(2 * L.nodes):
-        W.x[n, 0] = W.phi[n, 0]
-    solve(L, W, w)
-    clear(W.u, w)
-    apply_gt(L, W, w, W.x, W.u)
-    weigh(L, W, w, W.u)
-    return norm(L, W)
 
 
 @njit

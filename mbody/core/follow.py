@@ -18,9 +18,9 @@ from mbody.core.instant import accelerations, multipliers, newton, rates, veloci
 from mbody.core.output import keep
 from mbody.core.path import behind, predict, step_size, strayed
 
-__all__ = ["DONE", "LOST", "STUCK", "UNBALANCED", "follow"]
+__all__ = ["DONE", "LOST", "STUCK", "follow", "weakest"]
 
-DONE, STUCK, LOST, UNBALANCED = 0, 1, 2, 3
+DONE, STUCK, LOST = 0, 1, 2
 
 #: Accepted correction, in parts of the greatest coordinate: rounding. The last correction is not in
 #: Φ_q any more, so it is what velocities and forces are off by, times their condition.
@@ -91,8 +91,8 @@ def follow(L, W, soft, mode, s, t, given, ahead, with_loads, still, output, stat
     """Fill output (instants, rows, 1) as `keep` says; the first instant starts from W.q.
 
     state: [0] instants done, [1] path parameter reached, [2] least pivot met, [3] steps,
-    [4] greatest unbalanced part. Returns DONE, STUCK (dead centre), LOST (Newton failed at the
-    first instant) or UNBALANCED (loads that no reaction carries).
+    [4] greatest unbalanced part. Returns DONE, STUCK (dead centre), or LOST (Newton failed at the
+    first instant).
     """
     L, W = by_reference(L), by_reference(W)
     w = 0.0
