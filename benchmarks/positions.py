@@ -18,8 +18,7 @@ from typing import Any
 import numpy as np
 
 import mbody
-from mbody.gallery import norton_fourbar
-from tests.reference import norton_batched_given_kinematics, norton_motion
+from validation.norton_fourbar import newton_euler
 
 POSITIONS = 3600
 
@@ -29,17 +28,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--repeat", type=int, default=15)
     repeat = parser.parse_args().repeat
-    system = mbody.assemble(norton_fourbar.build())
+    system = mbody.assemble(mbody.gallery.load("norton_fourbar"))
     run = mbody.kinetostatics(system, turn="motor", instants=POSITIONS)
     crank = run["crank"]
-    theta, alpha, acceleration = _kinematics(crank)
+    motion = newton_euler.motion(crank.angle, crank.omega, crank.alpha)
 
     def ours() -> Any:
         found = mbody.kinetostatics(system, run.t)
         return [*(_reaction(found, name) for name in ("O2", "A", "B", "O4")), found.effort("motor")]
 
     def by_hand() -> Any:
-        return norton_batched_given_kinematics(theta, alpha, acceleration)
+        return newton_euler.forces(motion)
 
     tasks: dict[str, Callable[[], Any]] = {"mbody, loops closed": ours, "NumPy 9x9, given": by_hand}
     times: dict[str, list[float]] = {name: [] for name in tasks}
@@ -55,14 +54,8 @@ def main() -> None:
         a / b for a, b in zip(*(values[1:] for values in times.values()), strict=True)
     )
     print(f"  ratio {ratio:.3f} (a fifth is 0.2)")
-    torque, reference = run.effort("motor"), by_hand()[:, 8]
+    torque, reference = run.effort("motor"), by_hand()[8]
     print(f"  torques differ by {np.abs(torque - reference).max() / np.abs(reference).max():.1e}")
-
-
-def _kinematics(crank: Any) -> tuple[Any, Any, Any]:
-    """Angles, angular accelerations and accelerations of the mass centres, given to NumPy."""
-    theta, _, alpha, acceleration = norton_motion(crank.angle, crank.omega, crank.alpha)
-    return theta, alpha, acceleration
 
 
 def _reaction(run: mbody.Solution, name: str) -> tuple[Any, Any]:

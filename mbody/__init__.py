@@ -12,15 +12,19 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from mbody._version import __version__
+
 if TYPE_CHECKING:
-    from mbody import laws, makers, testing
-    from mbody.analysis import close_loops, kinematics, kinetostatics, statics
+    from mbody import gallery, laws, makers, testing
+    from mbody.analysis import close_loops, kinematics, kinetostatics, mobility, statics
     from mbody.assembler import assemble
     from mbody.bodies import Body, Guess, SecondMoments, Slender, deg, rpm
     from mbody.drivers import AngleDriver, CoordinateDriver, DistanceDriver
     from mbody.elements import Marker, Polar, polar
     from mbody.errors import ModelError, ModelWarning, SolveError
+    from mbody.formulas import convert
     from mbody.histories import Reaction
+    from mbody.io.model import from_text, in_units, load, save, to_text
     from mbody.joints import CustomJoint, Distance, Fixed, Prismatic, Revolute
     from mbody.laws import (
         Cam,
@@ -45,16 +49,19 @@ if TYPE_CHECKING:
         TorsionSpring,
     )
     from mbody.mechanism import Mechanism
+    from mbody.questions import Ask, Measure
     from mbody.solution import Solution
     from mbody.system import System
 
-__version__ = "0.1.0"
 
 # where each public name lives: loaded when it is asked for, so that `import mbody` costs nothing
 _HOME = {
-    "analysis": "close_loops kinematics kinetostatics statics",
+    "analysis": "close_loops kinematics kinetostatics mobility statics",
     "assembler": "assemble",
     "bodies": "Body Guess SecondMoments Slender deg rpm",
+    "formulas": "convert",
+    "io.model": "from_text in_units load save to_text",
+    "questions": "Ask Measure",
     "drivers": "AngleDriver CoordinateDriver DistanceDriver",
     "elements": "Marker Polar polar",
     "errors": "ModelError ModelWarning SolveError",
@@ -67,7 +74,7 @@ _HOME = {
     "solution": "Solution",
     "system": "System",
 }
-_MODULES = ("laws", "makers", "testing")
+_MODULES = ("gallery", "laws", "makers", "testing")
 _WHERE = {name: home for home, names in _HOME.items() for name in names.split()}
 
 __all__ = [*_WHERE, *_MODULES, "__version__"]

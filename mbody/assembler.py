@@ -22,6 +22,7 @@ from mbody.drivers import Driver
 from mbody.elements import Element, Numbers
 from mbody.elimination import eliminate, split
 from mbody.errors import ModelError
+from mbody.formulas import Formula
 from mbody.hooks import action_hook, atom_hook, law_hook
 from mbody.joints import Joint
 from mbody.laws import LAW_KINDS, Constant, Law
@@ -72,6 +73,7 @@ def assemble(mechanism: Mechanism) -> System:
         mechanism=mechanism,
         layout=compiler.layout(),
         values=numbers,
+        formulas=compiler.formulas(),
         par=par,
         mass=mass,
         batch=None,
@@ -126,10 +128,23 @@ class _Compiler:
 
     def numbers(self) -> dict[str, Any]:
         """All changeable numbers by dotted name."""
-        result: dict[str, Any] = dict(self.mechanism.ground.numbers())
+        names = self.mechanism.scope.names
+        result: dict[str, Any] = {name: names[name].value for name in self.mechanism.parameters}
+        result |= self.mechanism.ground.numbers()
         for element in self.mechanism:
             result |= element.numbers()
         return result
+
+    def formulas(self) -> dict[str, Formula]:
+        """Formulas of parameters: those of the numbers, and those of other parameters."""
+        parameters = self.mechanism.parameters
+        own = {name: value for name, value in parameters.items() if isinstance(value, Formula)}
+        found = {**own, **self.mechanism.formulas}
+        return {
+            name: formula
+            for name, formula in found.items()
+            if parameters.used_by(formula) and not formula.variable
+        }
 
     def atoms(self, numbers: dict[str, Any]) -> list[Atom]:
         """All atoms in the order of the kernels, with their numbers."""

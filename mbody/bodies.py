@@ -11,12 +11,13 @@ from mbody.elements import (
     Marker,
     Point,
     as_point,
+    check_name,
     listed,
     number_field,
     point_numbers,
 )
 from mbody.errors import ModelError
-from mbody.units import number
+from mbody.formulas.door import number
 
 __all__ = ["Body", "Guess", "SecondMoments", "Slender"]
 
@@ -79,6 +80,27 @@ def as_guess(value: Any, name: str) -> Guess:
     )
 
 
+def as_spread(value: Any, name: str) -> str | Slender | SecondMoments | None:
+    """How the mass of a body is spread, with checked numbers."""
+    if value is None or (isinstance(value, str) and value == "point"):
+        return value
+    if isinstance(value, Slender):
+        return Slender(number(value.angle, "angle", name, "spread.angle"))
+    if isinstance(value, SecondMoments):
+        values = (value.xx, value.yy, value.xy)
+        return SecondMoments(
+            *(
+                number(part, "inertia", name, f"spread.{key}")
+                for key, part in zip(("xx", "yy", "xy"), values, strict=True)
+            )
+        )
+    raise ModelError(
+        f"'{name}': spread must be \"point\", Slender(angle) or SecondMoments(xx, yy, xy), not "
+        f"{value!r}",
+        name,
+    )
+
+
 @dataclass(frozen=True)
 class Body(Element):
     """One rigid link.
@@ -117,11 +139,9 @@ class Body(Element):
     guess: Any = None
     spread: str | Slender | SecondMoments | None = None
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def _enter(self) -> None:
+        super()._enter()
         name = self.name
-        if self.mass is not None and self.weight is not None:
-            raise ModelError(f"'{name}': give mass or weight, not both", name)
         if not isinstance(self.points, dict):
             raise ModelError(
                 f"'{name}': points must be a dict such as {{\"A\": (x, y)}}, not {self.points!r}",
@@ -132,6 +152,7 @@ class Body(Element):
                 raise ModelError(
                     f"'{name}': {point!r} is no name of a point: give text without a dot", name
                 )
+            check_name(point, "point")
             if point in ("cg", "mass", "weight", "inertia"):
                 raise ModelError(
                     f"'{name}': the name of a point may not be '{point}', which is a number of the "
@@ -142,31 +163,20 @@ class Body(Element):
         object.__setattr__(self, "points", points)
         object.__setattr__(self, "cg", as_point(self.cg, name, "cg"))
         object.__setattr__(self, "guess", as_guess(self.guess, name))
-        self._check_spread()
+        object.__setattr__(self, "spread", as_spread(self.spread, name))
 
-    def _check_spread(self) -> None:
+    def _check(self) -> None:
+        if self.mass is not None and self.weight is not None:
+            raise ModelError(f"'{self.name}': give mass or weight, not both", self.name)
         spread = self.spread
-        if spread is None or (isinstance(spread, str) and spread == "point"):
-            return
-        if isinstance(spread, Slender):
-            number(spread.angle, "angle", self.name, "spread.angle")
-            return
-        if isinstance(spread, SecondMoments):
-            values = (spread.xx, spread.yy, spread.xy)
-            for key, value in zip(("xx", "yy", "xy"), values, strict=True):
-                number(value, "inertia", self.name, f"spread.{key}")
-            if min(spread.xx, spread.yy) < 0.0 or spread.xy**2 > spread.xx * spread.yy:
-                raise ModelError(
-                    f"'{self.name}': no mass can be spread like {spread}: xx and yy are not "
-                    "negative, and xy² is at most xx·yy",
-                    self.name,
-                )
-            return
-        raise ModelError(
-            f"'{self.name}': spread must be \"point\", Slender(angle) or "
-            f"SecondMoments(xx, yy, xy), not {spread!r}",
-            self.name,
-        )
+        if isinstance(spread, SecondMoments) and (
+            min(spread.xx, spread.yy) < 0.0 or spread.xy**2 > spread.xx * spread.yy
+        ):
+            raise ModelError(
+                f"'{self.name}': no mass can be spread like {spread}: xx and yy are not "
+                "negative, and xy² is at most xx·yy",
+                self.name,
+            )
 
     def at(self, point: Any, y: float | None = None, *, angle: float = 0.0) -> Marker:
         """A marker on this body: ``at("A")``, ``at(x, y)``, ``at((x, y))`` or ``at(polar(...))``.
@@ -188,7 +198,7 @@ class Body(Element):
             place = as_point(place, self.name, "marker")
         return Marker(self.name, place, number(angle, "angle", self.name, "marker angle"))
 
-    def numbers(self) -> dict[str, float]:
+    def numbers(self) -> dict[str, Any]:
         """Mass or weight, inertia, mass centre and named points by dotted name."""
         result = super().numbers()
         if self.mass is None and self.weight is None:
@@ -219,4 +229,4 @@ def rpm(speed: float) -> float:
     >>> round(rpm(60.0), 6)
     6.283185
     """
-    return speed * math.pi / 30.0
+    return speed * (math.pi / 30.0)

@@ -8,6 +8,7 @@ import numpy as np
 
 from mbody.core.audit import audit
 from mbody.core.causes import breakdown as kernel
+from mbody.core.layout import Work
 from mbody.core.output import PER_ATOM
 from mbody.drivers import Driver
 from mbody.errors import ModelError
@@ -16,13 +17,13 @@ from mbody.histories import Checks, Reaction
 if TYPE_CHECKING:
     from mbody.solution import Solution
 
-__all__ = ["breakdown", "checks"]
+__all__ = ["breakdown", "checks", "loaded"]
 
 
 def checks(solution: Solution) -> Checks:
     """Constraint, equilibrium and virtual-work residuals, relative, greatest of all instants."""
     system = solution.system
-    parts = np.array([_audit(solution, design) for design in range(system.batch or 1)])
+    parts = np.array([_audit(solution, design)[0] for design in range(system.batch or 1)])
     constraint, unbalanced, term, power, flow = np.moveaxis(parts, 2, 0)
     forces = solution.has_forces
 
@@ -42,24 +43,33 @@ def _motion(solution: Solution, design: int) -> np.ndarray:
     return motion[design] if solution.record.batch else motion
 
 
-def _audit(solution: Solution, design: int) -> np.ndarray:
-    """(instants, 5), as `mbody.core.audit` says."""
-    system = solution.system
+def loaded(solution: Solution, instant: int) -> Work:
+    """A workspace at one instant of one design: its motion, its rows, and the sum of all loads on
+    the coordinates in `force`.
+    """
+    return _audit(solution, 0, slice(instant, instant + 1))[1]
+
+
+def _audit(
+    solution: Solution, design: int, instants: slice = slice(None)
+) -> tuple[np.ndarray, Work]:
+    """(instants, 5), as `mbody.core.audit` says, and the workspace as the last instant left it."""
+    system, t = solution.system, solution.t[instants]
     first = 3 * system.coordinates
     atoms = solution.record.table(slice(first, first + PER_ATOM * len(system.owners)))
-    atoms = atoms[design] if solution.record.batch else atoms
-    lam = atoms.reshape(len(solution.t), -1, PER_ATOM)[:, :, :2].reshape(len(solution.t), -1)
+    atoms = (atoms[design] if solution.record.batch else atoms)[instants]
+    lam = atoms.reshape(len(t), -1, PER_ATOM)[:, :, :2].reshape(len(t), -1)
     driven = [system.atoms_of[driver.name][0] for driver in system.mechanism.drivers]
-    given = solution.given
-    by_law = given is None
-    if given is None:
-        given = np.zeros((len(solution.t), max(1, len(driven)), 3))
-    output = np.empty((len(solution.t), 5))
+    by_law = solution.given is None
+    given = np.zeros((len(t), max(1, len(driven)), 3))
+    if solution.given is not None:
+        given = solution.given[instants]
+    output, work = np.empty((len(t), 5)), system.work(designs=design)
     audit(
         system.runtime(),
-        system.work(designs=design),
-        _motion(solution, design),
-        solution.t,
+        work,
+        np.ascontiguousarray(_motion(solution, design)[instants]),
+        t,
         np.ascontiguousarray(lam),
         np.array(driven, dtype=np.int64),
         np.ascontiguousarray(given),
@@ -67,7 +77,7 @@ def _audit(solution: Solution, design: int) -> np.ndarray:
         solution.analysis == "statics",
         output,
     )
-    return output
+    return output, work
 
 
 def breakdown(solution: Solution, name: str, on: str | None) -> dict[str, Any]:

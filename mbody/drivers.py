@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from mbody.atoms import Atom
-from mbody.elements import Element, LawLike, Place, law_field, place_field, two_bodies
+from mbody.elements import (
+    Element,
+    LawLike,
+    Place,
+    body_field,
+    law_field,
+    place_field,
+    two_bodies,
+)
 from mbody.errors import ModelError
 from mbody.laws import Constant
 
@@ -60,21 +68,15 @@ class AngleDriver(Driver):
     ('ground', 'crank')
     """
 
-    body: str = ""
+    main: ClassVar[tuple[str, ...]] = ("body",)
+
+    body: str = body_field()
     law: LawLike = law_field("angle", 0.0)
-    relative_to: str = "ground"
+    relative_to: str = body_field("ground")
     rows = "a"
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        for field in ("body", "relative_to"):
-            value = getattr(self, field)
-            value = getattr(value, "name", value)
-            if not isinstance(value, str) or not value:
-                raise ModelError(
-                    f"'{self.name}': {field} must name a body, not {value!r}", self.name
-                )
-            object.__setattr__(self, field, value)
+    def _check(self) -> None:
+        super()._check()
         if self.body == self.relative_to:
             raise ModelError(
                 f"'{self.name}' would drive '{self.body}' relative to itself: name two bodies",
@@ -105,12 +107,14 @@ class DistanceDriver(Driver):
         Distance [length] as a function of time, always positive.
     """
 
+    main: ClassVar[tuple[str, ...]] = ("i", "j")
+
     i: Place = place_field()
     j: Place = place_field()
     law: LawLike = law_field("length")
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def _check(self) -> None:
+        super()._check()
         two_bodies(self)
         if isinstance(self.law, Constant) and self.law.value <= 0.0:
             raise ModelError(
@@ -147,12 +151,14 @@ class CoordinateDriver(Driver):
         Displacement [length] as a function of time.
     """
 
+    main: ClassVar[tuple[str, ...]] = ("i", "j")
+
     i: Place = place_field()
     j: Place = place_field()
     law: LawLike = law_field("length")
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def _check(self) -> None:
+        super()._check()
         two_bodies(self)
 
     @property

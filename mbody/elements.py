@@ -12,14 +12,17 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from numbers import Real
-from typing import Any, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
 from mbody.atoms import Signal
 from mbody.errors import ModelError
+from mbody.formulas import Formula
+from mbody.formulas.door import number
+from mbody.formulas.pending import is_pending
 from mbody.laws import Law, as_law
-from mbody.units import number
+from mbody.units import dimension_of
 
 __all__ = [
     "Element",
@@ -29,7 +32,10 @@ __all__ = [
     "Place",
     "Point",
     "Polar",
+    "as_body",
     "as_marker",
+    "body_field",
+    "check_name",
     "law_field",
     "listed",
     "number_field",
@@ -83,7 +89,7 @@ def as_point(value: Any, element: str, field: str) -> Point:
     )
 
 
-def point_numbers(point: Point, name: str) -> dict[str, float]:
+def point_numbers(point: Point, name: str) -> dict[str, Any]:
     """The two changeable numbers of a point, by dotted name."""
     if isinstance(point, Polar):
         return {f"{name}.r": point.r, f"{name}.angle": point.angle}
@@ -136,6 +142,14 @@ def as_marker(value: Any, element: str, field: str) -> Marker:
     )
 
 
+def as_body(value: Any, element: str, field: str) -> str:
+    """The name of a body, from the name or the body."""
+    name = getattr(value, "name", value)
+    if not isinstance(name, str) or not name:
+        raise ModelError(f"'{element}': {field} must name a body, not {value!r}", element)
+    return name
+
+
 def listed(names: Iterable[str], most: int = 8) -> str:
     """Names as they stand in a sentence.
 
@@ -156,9 +170,16 @@ def number_field(dimension: str, default: Any = dataclasses.MISSING, *, sign: st
     return dataclasses.field(default=default, metadata={"dimension": dimension, "sign": sign})
 
 
-def law_field(dimension: str, default: Any = dataclasses.MISSING) -> Any:
-    """Dataclass field for a law: a number, a `Law` or a Python function."""
-    return dataclasses.field(default=default, metadata={"law": dimension})
+def law_field(dimension: str, default: Any = dataclasses.MISSING, *, of: str = "time") -> Any:
+    """Dataclass field for a law of time, or `of` another dimension: a number, a `Law`, a formula or
+    a Python function.
+    """
+    return dataclasses.field(default=default, metadata={"law": dimension, "of": of})
+
+
+def body_field(default: str = "") -> Any:
+    """Dataclass field for the name of a body; it takes the body itself too."""
+    return dataclasses.field(default=default, metadata={"body": True})
 
 
 def place_field(default: Any = dataclasses.MISSING) -> Any:
@@ -166,22 +187,55 @@ def place_field(default: Any = dataclasses.MISSING) -> Any:
     return dataclasses.field(default=default, metadata={"place": True})
 
 
+LONGEST_NAME = 200
+
+
+def check_name(name: Any, what: str) -> None:
+    """Refuse what cannot be the name of an element."""
+    if not isinstance(name, str) or not name.strip():
+        raise ModelError(f"every {what} needs a name, not {name!r}")
+    if len(name) > LONGEST_NAME:
+        raise ModelError(
+            f"the name '{name[:20]}…' has {len(name)} characters: give at most {LONGEST_NAME}",
+            name[:LONGEST_NAME],
+        )
+    if not name.isprintable():
+        raise ModelError(f"the name {name!r} has characters that cannot be printed: leave them out")
+    if "." in name:
+        raise ModelError(
+            f"'{name}': a name may not hold a dot, which parts body and point: write "
+            f"'{name.replace('.', '_')}'",
+            name,
+        )
+
+
 @dataclass(frozen=True)
 class Element:
-    """Base of all elements: checks its own fields when it is made."""
+    """Base of all elements: checks its own fields when it is made.
+
+    `main` names the fields that stand first where an element is written on one line, as in
+    ``{ revolute = ["ground.O2", "crank.O2"] }``.
+    """
+
+    main: ClassVar[tuple[str, ...]] = ()
 
     name: str
 
     def __post_init__(self) -> None:
-        name = self.name
-        if not isinstance(name, str) or not name.strip():
-            raise ModelError(f"every {type(self).__name__} needs a name, not {name!r}")
-        if "." in name:
-            raise ModelError(
-                f"'{name}': a name may not hold a dot, which parts body and point: write "
-                f"'{name.replace('.', '_')}'",
-                name,
-            )
+        check_name(self.name, type(self).__name__)
+        self._enter()
+        if not self.pending:
+            self._check()
+
+    @property
+    def pending(self) -> bool:
+        """Whether numbers of it are text, which the mechanism turns into floats when it is added;
+        it is checked as a whole then.
+        """
+        return is_pending(self)
+
+    def _enter(self) -> None:
+        """Let every field in: numbers, laws and places in the one form that they have inside."""
         for field in dataclasses.fields(self):
             value = getattr(self, field.name)
             if value is None and field.default is None:
@@ -191,14 +245,21 @@ class Element:
             elif "law" in field.metadata:
                 value = self._law(field, value)
             elif "place" in field.metadata:
-                value = as_marker(value, name, field.name)
+                value = as_marker(value, self.name, field.name)
+            elif "body" in field.metadata:
+                value = as_body(value, self.name, field.name)
             else:
                 continue
             object.__setattr__(self, field.name, value)
 
-    def _checked(self, field: dataclasses.Field[Any], value: Any) -> float:
+    def _check(self) -> None:
+        """Refuse fields that do not fit together; all numbers are floats here."""
+
+    def _checked(self, field: dataclasses.Field[Any], value: Any) -> float | Formula:
         dimension, sign = field.metadata["dimension"], field.metadata["sign"]
         result = number(value, dimension, self.name, field.name)
+        if isinstance(result, Formula):
+            return result
         if sign == "positive" and result <= 0.0:
             remedy = "it must be positive: give more than 0"
         elif sign == "not negative" and result < 0.0:
@@ -207,11 +268,12 @@ class Element:
             return result
         raise ModelError(f"'{self.name}': {field.name} is {result:g}, {remedy}", self.name)
 
-    def _law(self, field: dataclasses.Field[Any], value: Any) -> Law:
+    def _law(self, field: dataclasses.Field[Any], value: Any) -> Law | Formula:
+        dimension, of = (dimension_of(field.metadata[key]) for key in ("law", "of"))
         if isinstance(value, Real) and not isinstance(value, bool):
-            value = number(value, field.metadata["law"], self.name, field.name)
+            value = number(value, dimension, self.name, field.name)
         try:
-            return as_law(value)
+            return as_law(value, dimension, of)
         except ModelError as error:
             raise ModelError(f"'{self.name}': {field.name}: {error}", self.name) from None
 
@@ -223,15 +285,15 @@ class Element:
             if "place" in field.metadata
         }
 
-    def numbers(self) -> dict[str, float]:
-        """All changeable numbers of the element by dotted name."""
-        result: dict[str, float] = {}
+    def numbers(self) -> dict[str, Any]:
+        """All changeable numbers of the element by dotted name; formulas while it is pending."""
+        result: dict[str, Any] = {}
         for field in dataclasses.fields(self):
             value = getattr(self, field.name)
             name = f"{self.name}.{field.name}"
             if "dimension" in field.metadata and value is not None:
                 result[name] = value
-            elif "law" in field.metadata and value is not None:
+            elif "law" in field.metadata and isinstance(value, Law):
                 own = value.numbers()
                 plain = set(own) == {"value"}
                 result |= {name if plain else f"{name}.{k}": v for k, v in own.items()}

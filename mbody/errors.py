@@ -17,11 +17,14 @@ class ModelError(ValueError):
     ----------
     element : str or None
         Name of the body, joint, driver or load that the sentence is about.
+    problems : tuple
+        Of a model file: (line or None, field, sentence) of everything that is wrong with it.
     """
 
     def __init__(self, message: str, element: str | None = None) -> None:
         super().__init__(message)
         self.element = element
+        self.problems: tuple[tuple[int | None, str, str], ...] = ()
 
 
 class SolveError(RuntimeError):

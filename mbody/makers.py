@@ -9,10 +9,10 @@ from mbody.bodies import Body
 from mbody.drivers import AngleDriver
 from mbody.elements import Point
 from mbody.errors import ModelError
+from mbody.formulas.door import one_number as number
 from mbody.joints import Prismatic, Revolute
 from mbody.laws import ConstantSpeed
 from mbody.mechanism import Mechanism
-from mbody.units import number
 
 __all__ = ["bar", "four_bar", "slider_crank"]
 

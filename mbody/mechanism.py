@@ -11,9 +11,14 @@ from mbody.bodies import Body
 from mbody.drivers import Driver
 from mbody.elements import Element, Marker, listed
 from mbody.errors import ModelError
+from mbody.formulas import Formula, FormulaError, Parameters, Scope
+from mbody.formulas.door import number
+from mbody.formulas.pending import substituted
 from mbody.joints import Joint
 from mbody.loads import Load
-from mbody.units import UnitSystem, number, unit_system
+from mbody.questions import Ask, Measure
+from mbody.resolution import resolved
+from mbody.units import UnitSystem, unit_system
 
 __all__ = ["Mechanism"]
 
@@ -35,6 +40,16 @@ class Mechanism:
         unless a `Gravity` load is added.
     ground : dict
         Named points of the fixed link, pairs (x, y) [length].
+    parameters : dict
+        Named numbers that text in elements may use, as in ``Body("crank", points={"A": ("2*a",
+        0)})``; each a number, or text such as ``"15 in"`` or a formula of the others.
+    measures : dict
+        Quantities to be measured on every result, by name: text such as ``"coupler.P.y"``, or a
+        `Measure`.
+    ask : Ask, optional
+        The instants that the command analyses where nobody says otherwise.
+    source, note : str
+        Where it comes from, and what to look at.
 
     Examples
     --------
@@ -53,19 +68,31 @@ class Mechanism:
         units: str | UnitSystem = "SI",
         g: float | None = None,
         ground: dict[str, Any] | None = None,
+        parameters: dict[str, Any] | None = None,
+        measures: dict[str, Measure | str] | None = None,
+        ask: Ask | None = None,
+        source: str = "",
+        note: str = "",
     ) -> None:
         if not isinstance(name, str):
             raise ModelError(f"the title of a mechanism must be text, not {name!r}")
         self.name = name
         self.units = unit_system(units)
-        self.g = self.units.g if g is None else number(g, "acceleration", self.name, "g")
+        self.parameters = Parameters({} if parameters is None else parameters, self.units)
+        self.source, self.note, self.ask = source, note, ask
+        self.measures = {key: _measure(value) for key, value in (measures or {}).items()}
+        #: What numbers were made of that were given as text, by dotted name.
+        self.formulas: dict[str, Formula] = {}
+        #: Parameters that stand where a system cannot change them.
+        self.fixed_parameters: set[str] = set()
+        self.g = self.units.g if g is None else self.number(g, "acceleration", self.name, "g")
         if self.g <= 0.0:
             raise ModelError(
                 f"'{self.name}': g is {self.g:g} {self.units.of('acceleration')}, it must be "
                 "positive: it only turns weights into masses, a Gravity load has the direction",
                 self.name,
             )
-        self.ground = Body("ground", points={} if ground is None else ground)
+        self.ground = self._taken(Body("ground", points={} if ground is None else ground))
         self._elements: dict[str, Element] = {}
         self._sorted: dict[type, tuple[Any, ...]] | None = None
 
@@ -75,6 +102,7 @@ class Mechanism:
             return self
         kept = copy.copy(self)
         kept._elements = dict(self._elements)
+        kept.formulas, kept.fixed_parameters = dict(self.formulas), set(self.fixed_parameters)
         kept._sorted = {}
         return kept
 
@@ -96,12 +124,12 @@ class Mechanism:
                 f"'{self.name}' has been assembled: add to the mechanism that you described, and "
                 "assemble it again"
             )
-        before = dict(self._elements)
+        before = dict(self._elements), dict(self.formulas), set(self.fixed_parameters)
         try:
             for element in elements:
                 self._add(element)
         except ModelError:
-            self._elements = before
+            self._elements, self.formulas, self.fixed_parameters = before
             raise
 
     def _add(self, element: Element) -> None:
@@ -126,7 +154,36 @@ class Mechanism:
                 self._find(marker, name)
             for body in getattr(element, "bodies", ()):
                 self._find(Marker(body, (0.0, 0.0)), name)
-        self._elements[name] = element
+        self._elements[name] = self._taken(element)
+
+    def _taken(self, element: E) -> E:
+        """The element with floats for its text; what they were made of is kept."""
+        made, formulas, fixed = resolved(element, self.scope)
+        self.formulas |= formulas
+        self.fixed_parameters |= fixed & self.parameters.keys()
+        return made
+
+    @property
+    def scope(self) -> Scope:
+        """What the names in formulas stand for: the parameters, in the units of the mechanism."""
+        return self.parameters.scope()
+
+    def number(self, value: Any, dimension: str, element: str, field: str) -> float:
+        """A number for an analysis or a part of the mechanism: a float, or text with units.
+
+        Raises
+        ------
+        ModelError
+            When it is no number of that dimension; the sentence names the element and the field.
+        """
+        return float(self.valued(number(value, dimension, element, field), element, field))
+
+    def valued(self, given: Any, element: str, field: str) -> Any:
+        """The same value with floats in the place of the formulas in it; errors as `number`."""
+        try:
+            return substituted(given, lambda formula: formula.value(self.scope))
+        except FormulaError as error:
+            raise ModelError(f"'{element}': {field}: {error}", element) from None
 
     def _find(self, marker: Marker, element: str) -> None:
         body = self.ground if marker.body == "ground" else self._elements.get(marker.body)
@@ -192,3 +249,25 @@ class Mechanism:
             f"Mechanism({self.name!r}: {len(self.bodies)} bodies, {len(self.joints)} joints, "
             f"{len(self.drivers)} drivers, {len(self.loads)} loads, {self.units.name})"
         )
+
+    def __eq__(self, other: object) -> bool:
+        """Whether both describe the same: every number to the last digit, what follows parameters,
+        and the order.
+        """
+        if not isinstance(other, Mechanism):
+            return NotImplemented
+        return self._whole() == other._whole()
+
+    __hash__ = object.__hash__
+
+    def _whole(self) -> tuple[Any, ...]:
+        following = {k: f for k, f in self.formulas.items() if self.parameters.used_by(f)}
+        return (
+            *(self.name, self.units, self.g, self.ground, self.source, self.note, self.ask),
+            *(self.bodies, self.joints, self.drivers, self.loads),
+            *(dict(self.parameters), self.measures, following),
+        )
+
+
+def _measure(value: Any) -> Measure:
+    return value if isinstance(value, Measure) else Measure(value)

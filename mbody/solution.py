@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterator
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from mbody.histories import BodyHistory, Checks, PointHistory, Reaction, Record
 from mbody.joints import Joint
 from mbody.mechanism import Mechanism
 from mbody.system import System
+
+if TYPE_CHECKING:
+    from mbody.io.equations import Equations
 
 __all__ = ["Solution"]
 
@@ -46,6 +49,19 @@ class Solution:
     dependencies: dict[str, list[bool]] | None = field(default=None, repr=False)
     notes: tuple[str, ...] = ()
     status: str = "completed"
+
+    def take(self, instants: Any) -> Solution:
+        """Only some of the instants, by their numbers, in that order."""
+        if self.record.batch:
+            raise ModelError("instants are taken of one design: take system.design(n) first")
+        index = np.asarray(instants, dtype=np.int64)
+        rows = self.record.table(slice(None))[index]
+        return replace(
+            self,
+            t=self.t[index],
+            record=Record([np.ascontiguousarray(rows[:, :, None])], len(index), batch=False),
+            given=None if self.given is None else self.given[index],
+        )
 
     @property
     def mechanism(self) -> Mechanism:
@@ -174,6 +190,48 @@ class Solution:
             raise ModelError(f"{self.analysis} finds no forces: use kinetostatics", driver)
         return -self._atom(self.system.atoms_of[driver][0], 0)
 
+    def driven(self, driver: str) -> tuple[Array, Array, Array]:
+        """Value, rate and acceleration of what a driver drives, angles in rad: arrays (instants,).
+
+        Raises
+        ------
+        ModelError
+            For a driver that does not exist, or a batch whose designs differ in its law.
+        """
+        names = [d.name for d in self.mechanism.drivers]
+        if driver not in names:
+            raise ModelError(
+                f"there is no driver {driver!r} (there are: {listed(names)})", str(driver)
+            )
+        states = self.drive_states
+        if states is None:
+            raise ModelError(f"'{driver}' moves differently in each design of a batch", driver)
+        value, rate, change = states[:, names.index(driver)].T
+        return value, rate, change
+
+    @functools.cached_property
+    def drive_states(self) -> Array | None:
+        """Value, rate, acceleration (instants, drivers, 3), None where designs differ in them."""
+        drivers = self.mechanism.drivers
+        if self.given is not None:
+            return self.given
+        if self.record.batch:
+            return None
+        states = np.zeros((len(self), len(drivers), 3))
+        for n, driver in enumerate(drivers):
+            for k, part in enumerate(self.system.law_of(driver).derivatives(self.t)):
+                states[:, n, k] = part
+        return states
+
+    def measure(self, of: Any) -> Array:
+        """History (instants,) of a measured quantity: one of the mechanism's measures by name, a
+        `Measure`, or a formula of histories such as ``"coupler.P.y - rocker.y"``; angles in rad
+        where no unit is given.
+        """
+        from mbody.measures import measured
+
+        return measured(self, self.mechanism.measures.get(of, of))[0]
+
     def inertia(self, body: str) -> tuple[Array, Array, Array]:
         """D'Alembert's inertia force and torque of a body: (−m ax, −m ay, −I α)."""
         history, b = self[body], self.system.bodies[body]
@@ -199,6 +257,12 @@ class Solution:
             raise ModelError(f"a breakdown is of a joint or a driver by name, not of {name!r}")
         return breakdown(self, name, on)
 
+    def equations(self, instant: int = 0) -> Equations:
+        """The system of force equations of one instant, as arrays; ``print`` shows its numbers."""
+        from mbody.io.equations import system_of_equations
+
+        return system_of_equations(self, instant)
+
     def columns(self) -> dict[str, Array]:
         """All histories by column name, such as ``"crank.omega [rad/s]"``, for tables and files.
 
@@ -219,6 +283,30 @@ class Solution:
         from mbody.io.tables import write_csv
 
         write_csv(self, path)
+
+    def data(self, angle: str = "deg") -> dict[str, Any]:
+        """The whole result as plain lists and texts, in the form that ``mbody … --json`` prints.
+
+        Parameters
+        ----------
+        angle : str
+            Unit of angles, ``"deg"`` or ``"rad"``; rates are in rad always.
+        """
+        from mbody.io.results import data
+
+        return data(self, angle)
+
+    def to_json(self, path: Any) -> None:
+        """Write `data` to a file."""
+        from mbody.io.results import write_json
+
+        write_json(self, path)
+
+    def to_npz(self, path: Any) -> None:
+        """Write the columns as arrays of NumPy's own format; ``np.load`` reads them by name."""
+        from mbody.io.results import write_npz
+
+        write_npz(self, path)
 
     def __iter__(self) -> Iterator[str]:
         return iter(body.name for body in self.mechanism.bodies)

@@ -15,6 +15,7 @@ from mbody.core.layout import Layout, Work, blank, integers, workspace
 from mbody.drivers import Driver
 from mbody.elements import Element, Numbers, Polar
 from mbody.errors import ModelError
+from mbody.formulas import Formula, FormulaError
 from mbody.joints import Distance
 from mbody.laws import Law
 from mbody.mechanism import Mechanism
@@ -33,7 +34,11 @@ class System:
     layout : Layout
         Index lists of the kernels.
     values : dict
-        All changeable numbers by dotted name, each a float or an array (batch,).
+        All changeable numbers by dotted name, and the parameters, each a float or an array
+        (batch,).
+    formulas : dict
+        What numbers are made of parameters, by dotted name; a number that is given a value of its
+        own leaves it.
     par, mass : arrays (parameters, batch), (3·bodies + 3, batch)
         Numbers of the kernels.
     batch : int or None
@@ -47,6 +52,7 @@ class System:
     mechanism: Mechanism
     layout: Layout
     values: dict[str, Any]
+    formulas: dict[str, Formula]
     par: np.ndarray
     mass: np.ndarray
     batch: int | None
@@ -98,13 +104,21 @@ class System:
         """Whether plain Python of the user takes part: the analysis keeps to the scalar path."""
         return any(function is not None for _, function in self.functions)
 
-    def law_of(self, driver: Driver) -> Law:
-        """The law of a driver with the numbers that this system has."""
-        law: Any = driver.law  # type: ignore[attr-defined]
+    def law_of(self, element: Element, field: str = "law", design: int | None = None) -> Law:
+        """A law of a driver or a load with the numbers that this system has, or one of its designs.
+
+        Raises
+        ------
+        ModelError
+            When the numbers are a batch and no design is named.
+        """
+        law: Any = getattr(element, field)
         own = law.numbers()
-        name = f"{driver.name}.law"
+        name = f"{element.name}.{field}"
         plain = set(own) == {"value"}
         current = {k: self.values[name if plain else f"{name}.{k}"] for k in own}
+        if design is not None:
+            current = {k: v[design] if np.ndim(v) else v for k, v in current.items()}
         result: Law = law.with_numbers(current)
         return result
 
@@ -114,8 +128,9 @@ class System:
         Parameters
         ----------
         values : mapping
-            Dotted names (``"crank.mass"``, ``"coupler.B.x"``, ``"motor.law.speed"``) to floats or
-            to arrays (batch,), all of one length. Names without a dot may be given as keywords.
+            Dotted names (``"crank.mass"``, ``"coupler.B.x"``, ``"motor.law.speed"``) and parameters
+            to floats or to arrays (batch,), all of one length. Parameters may be given as keywords;
+            what is made of them follows.
 
         Returns
         -------
@@ -143,8 +158,39 @@ class System:
                         name,
                     )
                 batch = len(array)
+        formulas = {name: f for name, f in self.formulas.items() if name not in given}
+        merged |= self._following(given, merged, formulas)
         par, mass = self._compile(merged)
-        return replace(self, values=merged, par=par, mass=mass, batch=batch)
+        return replace(self, values=merged, formulas=formulas, par=par, mass=mass, batch=batch)
+
+    def _following(
+        self, given: Mapping[str, Any], values: Mapping[str, Any], formulas: Mapping[str, Formula]
+    ) -> dict[str, Any]:
+        """Numbers that change with the parameters among those given."""
+        parameters = self.mechanism.parameters
+        changed = {name for name in given if name in parameters}
+        if not changed:
+            return {}
+        fixed = sorted(changed & self.mechanism.fixed_parameters)
+        if fixed:
+            raise ModelError(
+                f"parameter '{fixed[0]}' stands in a table or a program of '{self.mechanism.name}',"
+                " which a system cannot change: describe the mechanism again with another value",
+                fixed[0],
+            )
+        # a parameter made of others follows them, unless it was given a value of its own
+        own = {name for name in parameters if name in changed or name not in formulas}
+        scope = parameters.scope({name: values[name] for name in own})
+        found: dict[str, Any] = {}
+        for name, formula in formulas.items():
+            if name in parameters:
+                found[name] = scope.names[name].value
+            else:
+                try:
+                    found[name] = self._checked(name, formula.value(scope))
+                except FormulaError as error:
+                    raise ModelError(f"'{name}': {error}", name) from None
+        return found
 
     def _checked(self, name: str, value: Any) -> np.ndarray:
         if name not in self.values:
@@ -167,11 +213,13 @@ class System:
             must = sign.removeprefix("not ")
             rule = f"must not be {must}" if must != sign else f"must be {must}"
             raise ModelError(f"'{name}' is {array.min():g}, it {rule}", name)
-        return array
+        return array[()]  # a float where it is one number
 
     def _sign(self, name: str) -> str:
         """What the description asks of a number: "positive", "not negative" or nothing."""
         element, _, key = name.partition(".")
+        if not key:
+            return ""
         if isinstance(self.mechanism[element], Distance) and key == "length":
             return "positive"
         for part in fields(self.mechanism[element]):

@@ -1,15 +1,20 @@
 """The command: what it prints, its exit statuses, and that a second run compiles nothing."""
 
+import csv
+import io
+import json
+import math
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import mbody
-from mbody import cli
+from mbody import cli, gallery
+from mbody.cli.demo import PRINTED
 from mbody.errors import ModelError, SolveError
-from mbody.gallery.norton_fourbar import PRINTED
 
 ROOT = Path(__file__).parents[1]
 
@@ -17,6 +22,21 @@ ROOT = Path(__file__).parents[1]
 def python(*arguments: str) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-X", "utf8", *arguments]
     return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, encoding="utf-8")
+
+
+@pytest.fixture
+def run(capsys):
+    """The command's status, output and errors."""
+
+    def run(*arguments: str) -> tuple[int, str, str]:
+        status = cli.main(list(arguments))
+        captured = capsys.readouterr()
+        return status, captured.out, captured.err
+
+    return run
+
+
+# -- demo, warmup, the process ----------------------------------------------------------------
 
 
 def test_demo_prints_the_book_and_ours(capsys):
@@ -46,8 +66,8 @@ def test_a_second_process_compiles_nothing():
     """The demo and, after a warm-up, a sweep on lanes load their kernels from the disk."""
     code = (
         "import sys; from mbody.cli import main; status = main(['demo']);"
-        "import mbody; from mbody.gallery.norton_fourbar import build;"
-        "mbody.kinetostatics(build(), turn=True, instants=400).breakdown('A');"
+        "import mbody; from mbody.gallery import load;"
+        "mbody.kinetostatics(load('norton_fourbar'), turn=True, instants=400).breakdown('A');"
         "from mbody._jit import compilations; print(status, compilations(), file=sys.stderr)"
     )
     assert python("-m", "mbody", "warmup").returncode == 0
@@ -62,16 +82,13 @@ def test_warmup_tells_what_it_does(capsys):
     assert lines[-1].startswith("ready: ")
 
 
-def test_version_and_help(capsys):
+def test_version_and_help(capsys, run):
     with pytest.raises(SystemExit) as stop:
         cli.main(["--version"])
     assert stop.value.code == 0
     assert capsys.readouterr().out.strip() == f"mbody {mbody.__version__}"
-    assert cli.main([]) == 0
-    assert "demo" in capsys.readouterr().out
-    with pytest.raises(SystemExit) as stop:
-        cli.main(["dema"])
-    assert stop.value.code == 2
+    status, out, _ = run()
+    assert status == 0 and "demo" in out and "kinetostatics" in out
 
 
 def test_help_loads_no_kernels():
@@ -80,28 +97,228 @@ def test_help_loads_no_kernels():
 
 
 @pytest.mark.parametrize(("error", "status"), [(ModelError, 2), (SolveError, 1)])
-def test_errors_are_one_sentence_and_a_status(error, status, monkeypatch, capsys):
+def test_errors_are_one_sentence_and_a_status(error, status, monkeypatch, run):
     def fails() -> None:
         raise error("loops do not close")
 
-    monkeypatch.setattr(cli, "_demo", fails)
-    assert cli.main(["demo"]) == status
-    captured = capsys.readouterr()
-    assert captured.err == "mbody: loops do not close\n"
-    assert captured.out == ""
+    monkeypatch.setattr("mbody.cli.demo.demo", fails)
+    assert run("demo") == (status, "", "mbody: loops do not close\n")
 
 
 def test_a_reader_that_leaves_gets_no_traceback():
     code = (
-        "import os, sys, mbody.cli as cli\n"
+        "import os, sys, mbody.cli as cli, mbody.cli.demo as demo\n"
         "read, write = os.pipe(); os.close(read); os.dup2(write, 1)\n"
-        "cli._demo = lambda: print('x' * 100000)\n"
+        "demo.demo = lambda: print('x' * 100000)\n"
         "sys.exit(cli.main(['demo']))"
     )
     done = python("-c", code)
     assert (done.returncode, done.stderr) == (1, "")
 
 
+def test_a_stop_by_the_user_is_no_traceback(monkeypatch, run):
+    def stopped() -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("mbody.cli.demo.demo", stopped)
+    assert run("demo") == (1, "", "\nmbody: stopped\n")
+
+
 def test_the_module_is_the_command():
     done = python("-m", "mbody", "--version")
     assert (done.returncode, done.stdout.strip()) == (0, f"mbody {mbody.__version__}")
+
+
+# -- analyses ---------------------------------------------------------------------------------
+
+
+def test_the_four_bar_as_data(run):
+    status, out, err = run("kinetostatics", "norton_fourbar", "--json")
+    assert (status, err) == (0, "")
+    told = json.loads(out)
+    # quadruple precision, references of P1; the four-bar's condition is 70
+    assert told["efforts"]["motor"] == [pytest.approx(243.23759076122965, rel=1e-12)]
+    on_crank = told["reactions"]["O2"]
+    assert (on_crank["i"], on_crank["j"]) == ("ground", "crank")
+    assert on_crank["fx"] == [pytest.approx(-117.55959232776144, rel=1e-12)]
+    assert told["units"] == {
+        "length": "in",
+        "force": "lbf",
+        "time": "s",
+        "mass": "blob",
+        "angle": "deg",
+        "torque": "lbf·in",
+    }
+    keys = "mbody model analysis units t bodies points reactions efforts measures checks"
+    assert list(told)[:11] == keys.split()
+    assert told["analysis"] == "kinetostatics" and told["mbody"] == mbody.__version__
+    assert told["bodies"]["crank"]["angle"] == [pytest.approx(60.0)]
+    motion = ["x", "y", "angle", "vx", "vy", "omega", "ax", "ay", "alpha"]
+    assert list(told["bodies"]["rocker"]) == motion
+    assert list(told["points"]["coupler.P"]) == ["x", "y", "vx", "vy", "ax", "ay"]
+    assert set(told["checks"]) == {"constraint", "equilibrium", "virtual_work"}
+    assert max(told["checks"].values()) < 1e-12
+
+
+def test_data_in_radians_and_other_units(run):
+    _, out, _ = run("kinetostatics", "norton_fourbar", "--json")
+    plain = json.loads(out)
+    _, out, _ = run("kinetostatics", "norton_fourbar", "--json", "--angle", "rad", "--units", "SI")
+    told = json.loads(out)
+    assert told["units"]["angle"] == "rad" and told["units"]["torque"] == "N·m"
+    assert told["bodies"]["crank"]["angle"] == [pytest.approx(math.radians(60.0))]
+    assert told["bodies"]["crank"]["omega"] == pytest.approx(plain["bodies"]["crank"]["omega"])
+    torque = 0.3048 / 12 * 4.4482216152605  # an inch times a pound force, exact by definition
+    assert told["efforts"]["motor"][0] == pytest.approx(
+        plain["efforts"]["motor"][0] * torque, rel=1e-12
+    )
+
+
+@pytest.mark.parametrize("analysis", ["kinematics", "kinetostatics", "statics"])
+@pytest.mark.parametrize("model", gallery.names())
+def test_every_model_in_every_analysis(analysis, model, run):
+    status, out, err = run(analysis, model, "--json")
+    assert (status, err) == (0, ""), err
+    told = json.loads(out)
+    count = len(told["t"])
+    for table in (told["bodies"], told["points"]):
+        assert all(len(values) == count for part in table.values() for values in part.values())
+    forces = analysis != "kinematics"
+    assert bool(told["efforts"]) == forces and bool(told["reactions"]) == forces
+    status, sheet, _ = run(analysis, model)
+    assert status == 0 and max(map(len, sheet.splitlines())) <= 100
+
+
+def test_equations_are_the_books(run):
+    status, out, _ = run("kinetostatics", "norton_fourbar_printed", "--equations")
+    assert status == 0
+    heads = ["F12x", "F12y", "F32x", "F32y", "F43x", "F43y", "F14x", "F14y", "T12"]
+    assert next(line for line in out.splitlines() if line.startswith("EQUATIONS")).split()[
+        1:10
+    ] == (heads)
+    _, out, _ = run("kinetostatics", "norton_fourbar_printed", "--equations", "--json")
+    told = json.loads(out)["equations"]
+    # eq. 11.9 with the book's numbers, as it prints them
+    matrix = np.array(told["matrix"])
+    assert matrix.shape == (9, 9)
+    assert np.round(matrix[2], 2).tolist() == [3.0, 0.0, -1.33, 2.5, 0.0, 0.0, 0.0, 0.0, 1.0]
+    assert np.round(matrix[5, 2:6], 2).tolist() == [-8.22, 3.67, 2.86, 10.34]
+    assert np.round(matrix[8, 4:8], 2).tolist() == [4.84, 1.24, 4.84, 1.24]
+    solved = np.linalg.solve(matrix, told["rhs"])
+    assert np.abs(solved - told["values"]).max() < 1e-10 * np.abs(solved).max()
+
+
+def test_where_a_driver_is(run):
+    _, out, _ = run("kinetostatics", "norton_fourbar", "--json", "--at", "crank=90, 240")
+    told = json.loads(out)
+    assert told["bodies"]["crank"]["angle"] == [pytest.approx(90.0), pytest.approx(240.0)]
+    # ω² = 25² − 2 · 40 Δθ by the law of the motor
+    turned = np.radians([30.0, 180.0])
+    assert told["bodies"]["crank"]["omega"] == pytest.approx(np.sqrt(625.0 - 80.0 * turned))
+    _, out, _ = run("kinetostatics", "norton_fourbar", "--json", "--at", f"t={told['t'][1]!r}")
+    assert json.loads(out)["efforts"]["motor"] == [pytest.approx(told["efforts"]["motor"][1])]
+
+
+def test_the_branch_is_followed_from_the_beginning(run):
+    _, out, _ = run("kinematics", "norton_fourbar", "--json", "--over", "turn", "--instants", "361")
+    turn = json.loads(out)["bodies"]["rocker"]["angle"]
+    for crank in (5, 100, 200, 300):
+        _, out, _ = run("kinematics", "norton_fourbar", "--json", "--at", f"crank={crank}")
+        found = json.loads(out)["bodies"]["rocker"]["angle"]
+        assert found == [pytest.approx(turn[(crank - 60) % 360], abs=1e-9)]
+
+
+def test_parameters_are_set(run):
+    _, out, _ = run("kinetostatics", "rotating_mass", "--set", "m=2 lb", "--json")
+    force = json.loads(out)["reactions"]["O"]["fx"]
+    _, out, _ = run("kinetostatics", "rotating_mass", "--set", "m=4 lb", "--json")
+    assert json.loads(out)["reactions"]["O"]["fx"] == pytest.approx(2.0 * np.array(force))
+
+
+def test_files(run, tmp_path):
+    table, arrays = tmp_path / "a.csv", tmp_path / "a.npz"
+    words = ("--over", "turn", "--instants", "9", "--csv", str(table), "--npz", str(arrays))
+    status, out, err = run("kinetostatics", "norton_fourbar", *words)
+    assert status == 0 and "PEAK FORCES" in out and "9 instants" in err
+    with table.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.reader(file))
+    with np.load(arrays) as kept:
+        assert kept["motor.effort"].tolist() == [
+            float(row[rows[0].index("motor.effort [lbf·in]")]) for row in rows[1:]
+        ]
+        assert list(kept["columns"]) == rows[0]
+    status, out, _ = run("kinetostatics", "norton_fourbar", "--csv", "-")
+    assert status == 0 and len(list(csv.reader(io.StringIO(out)))) == 2
+
+
+# -- about ------------------------------------------------------------------------------------
+
+
+def test_check_counts(run):
+    _, out, _ = run("check", "parallel_cranks", "--json")
+    told = json.loads(out)
+    assert (told["of_joints"]["gruebler"], told["of_joints"]["freedom"]) == (0, 1)
+    assert told["of_joints"]["redundant"] == 1
+    status, out, _ = run("check", "parallel_cranks")
+    assert status == 0 and "crank1 turns about O1" in out
+
+
+def test_models_and_show(run):
+    _, out, _ = run("models", "--json")
+    told = {entry["model"]: entry for entry in json.loads(out)["models"]}
+    assert set(told) == set(gallery.names())
+    assert all(entry["title"] and entry["source"] and entry["note"] for entry in told.values())
+    _, out, _ = run("models")
+    assert all(name in out for name in told) and max(map(len, out.splitlines())) <= 100
+    _, out, _ = run("show", "hoekens")
+    assert out == gallery.path("hoekens").read_text("utf-8")
+
+
+def test_doctor_and_schema(run):
+    status, out, _ = run("doctor", "--json")
+    told = json.loads(out)
+    assert status == 0 and told["ready"] and told["needed"]["pydantic"]
+    assert "ready" in run("doctor")[1]
+    _, out, _ = run("schema")
+    assert json.loads(out)["title"] == "mbody model"
+
+
+# -- bad input --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("words", "status", "sentence"),
+    [
+        (["kinematics"], 2, "required: MODEL"),
+        (["kinematix", "x"], 2, "invalid choice: 'kinematix'"),
+        (["kinematics", "hoekens", "--fast"], 2, "unrecognized arguments: --fast"),
+        (["kinematics", "hoekns"], 2, "did you mean 'hoekens'?"),
+        (["kinematics", "none.toml"], 2, "there is no file 'none.toml'"),
+        (["kinematics", "."], 2, "is a folder"),
+        (["kinematics", "hoekens", "--at", "crank"], 2, "--at takes NAME=VALUE, not 'crank'"),
+        (["kinematics", "hoekens", "--at", "crank=fast"], 2, "there is no parameter 'fast'"),
+        (["kinematics", "hoekens", "--at", "crank=3 kg"], 2, "'3 kg' is a mass"),
+        (["kinematics", "hoekens", "--at", "crunk=3"], 2, "there is no driver 'crunk'"),
+        (["kinematics", "hoekens", "--at", "t=1", "--over", "turn"], 2, "--at or --over"),
+        (["kinematics", "hoekens", "--instants", "3"], 2, "--instants goes with --over"),
+        (["kinematics", "hoekens", "--over", "turn", "--instants", "1"], 2, "from 2 to"),
+        (["kinematics", "hoekens", "--over", "turn", "--instants", "-3"], 2, "--instants"),
+        (["kinematics", "hoekens", "--over", "rocker"], 2, "'rocker'"),
+        (["kinematics", "hoekens", "--set", "foo=1"], 2, "there is no parameter 'foo'"),
+        (["kinematics", "hoekens", "--units", "parsec"], 2, "no unit system 'parsec'"),
+        (["kinematics", "hoekens", "--csv", "/no/where.csv"], 2, "cannot write"),
+        (["kinetostatics", "hoekens", "--over", "turn", "--equations"], 2, "shows one instant"),
+    ],
+)
+def test_bad_input_is_a_sentence(words, status, sentence, run):
+    found, out, err = run(*words)
+    assert found == status and sentence in err and len(err) < 500
+    found, out, err = run(*words, "--json")
+    told = json.loads(out[out.index('{"error"') :])["error"]
+    assert (found, err) == (status, "")
+    assert set(told) >= {"kind", "element", "message"} and sentence in told["message"]
+
+
+def test_a_driver_that_does_not_come_there(run):
+    status, _, err = run("kinematics", "norton_fourbar", "--at", "t=5")
+    assert status in (0, 1) and "Traceback" not in err

@@ -111,7 +111,7 @@ def test_numbers_are_finite(cls, field, value):
         make(cls, **{field.name: value})
 
 
-@pytest.mark.parametrize("value", ["1.5 lbf", [1.0], (1.0, 2.0), 1j, True, {}, b"1", object()])
+@pytest.mark.parametrize("value", [[1.0], (1.0, 2.0), 1j, True, {}, b"1", object()])
 @pytest.mark.parametrize(("cls", "field"), fields(is_number))
 def test_numbers_are_numbers(cls, field, value):
     with says(ModelError, f"'it': {field.name}", "must be", "number", repr(value), element="it"):
@@ -145,10 +145,10 @@ def test_places_are_places(cls, field, value):
         ("a.", ("is 'a.'", '"crank.A"')),
         (Marker("a", (NAN, 0.0)), (".x is nan", "finite")),
         (Marker("a", polar(1.0, INF)), (".angle is inf", "finite")),
-        (Marker("a", ("1", 0.0)), (".x must be a number (length), not '1'",)),
+        (Marker("a", ([1], 0.0)), (".x must be a number (length), not [1]",)),
         (Marker("a", 5), ("must be a pair (x, y) or polar(r, angle), not 5",)),
         (Marker("a", "P", NAN), (".angle is nan", "finite")),
-        (Marker("a", "P", "30 deg"), (".angle must be a number (angle), not '30 deg'",)),
+        (Marker("a", "P", "30 kg"), (".angle: '30 kg' is a mass (kg), where an angle",)),
     ],
 )
 @pytest.mark.parametrize(("cls", "field"), fields(is_place))
@@ -191,12 +191,12 @@ def test_names_are_text_without_a_dot(cls, name):
         (lambda: Body("b", cg=(0.0, NAN)), ("'b': cg.y is nan", "finite")),
         (lambda: Body("b", points={"A": "x"}), ("'b': A must be a pair (x, y) or polar",)),
         (lambda: Body("b", points={"A": (INF, 0)}), ("'b': A.x is inf", "finite")),
-        (lambda: Body("b", points={"A": polar("1", 0)}), ("'b': A.r must be a number",)),
+        (lambda: Body("b", points={"A": polar([1], 0)}), ("'b': A.r must be a number",)),
         (lambda: Body("b", points=[(1, 2)]), ("'b': points must be a dict",)),
         (lambda: Body("b", points={"A.B": (1, 2)}), ("'A.B' is no name", "without a dot")),
         (lambda: Body("b", points={3: (1, 2)}), ("3 is no name", "text")),
         (lambda: Body("b", points={"cg": (1, 2)}), ("may not be 'cg'", "choose another")),
-        (lambda: Body("b", guess="30 deg"), ("'b': guess.angle", "(angle)", "'30 deg'")),
+        (lambda: Body("b", guess="30 kg"), ("'b': guess.angle: '30 kg' is a mass",)),
         (lambda: Body("b", guess=(1, 2)), ("'b': guess must be an angle or (x, y, angle)",)),
         (lambda: Body("b", guess=Guess(x=NAN)), ("'b': guess.x is nan",)),
         (lambda: Body("b", spread=Slender(NAN)), ("'b': spread.angle is nan",)),
@@ -204,7 +204,7 @@ def test_names_are_text_without_a_dot(cls, name):
         (lambda: Body("b", spread=SecondMoments(1, 1, 2)), ("'b': no mass", "xy²")),
         (lambda: Body("b", spread=np.ones(2)), ("'b': spread must be", "Slender(angle)")),
         (lambda: Body("b").at("Q"), ("'b' has no point 'Q' (it has: none)",)),
-        (lambda: Body("b").at(1.0, "2"), ("'b': marker.y must be a number (length), not '2'",)),
+        (lambda: Body("b").at(1.0, "2 s"), ("'b': marker.y: '2 s' is a time",)),
         (lambda: Body("b").at(0.0, 0.0, angle=NAN), ("'b': marker angle is nan",)),
     ],
 )
@@ -304,7 +304,7 @@ def test_long_lists_of_names_are_cut():
         (lambda: Mechanism("m", units="inch"), ("'inch'", "'in-lbf-s'", "choose one")),
         (lambda: Mechanism("m", units=["SI"]), ("no unit system ['SI']", "'SI'")),
         (lambda: Mechanism("m", g=-9.81), ("'m': g is -9.81 m/s²", "positive", "Gravity")),
-        (lambda: Mechanism("m", g="9.81"), ("'m': g must be a number", "'9.81'")),
+        (lambda: Mechanism("m", g="9.81 m"), ("'m': g: '9.81 m' is a length", "'9.81 m/s^2'")),
         (lambda: Mechanism("m", g=NAN), ("'m': g is nan", "finite")),
         (lambda: Mechanism("m", ground=[(0, 0)]), ("'ground': points must be a dict",)),
         (lambda: Mechanism("m", ground={"O": (0, NAN)}), ("'ground': O.y is nan",)),

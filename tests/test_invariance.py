@@ -37,7 +37,7 @@ from mbody.bodies import Guess
 from mbody.elements import Marker, Polar
 from mbody.joints import Joint
 from mbody.loads import Damper, Spring, TorsionDamper, TorsionSpring
-from tests.reference import random_linkage, times_within
+from tests.linkages import random_linkage, times_within
 
 LINKAGES = [
     (2, 3, ()),

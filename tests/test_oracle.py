@@ -49,7 +49,8 @@ from mbody.analysis.runner import Runner
 from mbody.core.motion import free_motion
 from mbody.elements import Marker
 from mbody.histories import Record
-from tests.reference import Reference, random_linkage, times_within
+from tests.linkages import random_linkage, times_within
+from tests.reference import Reference
 
 POSITION, MOTION, FORCE = 1e-13, 1e-11, 1e-10
 

@@ -76,11 +76,9 @@ def test_the_code_of_the_readme_prints_what_it_shows():
 
 def test_the_readme_solves_the_book():
     """The described four-bar is Norton's: his torque and pin forces, with exact masses."""
-    from mbody.gallery.norton_fourbar import build
-
     namespace = {"__name__": "readme"}
     printed(steps(README.read_text("utf-8"))[0][0], namespace)
-    run, book = namespace["run"], mbody.kinetostatics(build("exact"))
+    run, book = namespace["run"], mbody.kinetostatics(mbody.gallery.load("norton_fourbar"))
     assert run.effort("motor") == pytest.approx(book.effort("motor"), rel=1e-12)
     for joint in ("O2", "A", "B", "O4"):
         assert run.reaction(joint).fx == pytest.approx(book.reaction(joint).fx, rel=1e-12)

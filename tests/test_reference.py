@@ -23,23 +23,24 @@ from mbody.loads import (
     TorsionSpring,
 )
 from mbody.mechanism import Mechanism
-from tests.reference import (
-    Jet,
-    Reference,
-    differences,
-    norton_matrix,
-    norton_mechanism,
-    norton_motion,
-    norton_newton_euler,
-    random_linkage,
-    times_within,
-)
+from tests.jets import Jet
+from tests.linkages import random_linkage, times_within
+from tests.reference import Reference
+from validation.norton_fourbar import build, newton_euler
 
 LINKAGES = (
     [(seed, loops, {}) for seed in range(2) for loops in (1, 3, 4)]
     + [(seed, 3, {"sliders": True}) for seed in range(3)]
     + [(0, 2, {"extras": True, "sliders": True})]
 )
+
+
+def differences(function, x, h):
+    """Derivative of a function by an eighth-order central difference with step h."""
+    weights = (4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0)
+    return sum(
+        w * (function(x + k * h) - function(x - k * h)) / h for k, w in enumerate(weights, 1)
+    )
 
 
 def at_start(mechanism):
@@ -52,54 +53,55 @@ def at_start(mechanism):
 # -- Norton, Design of Machinery, example 11-3 ------------------------------------------------
 
 # F12, F32, F43, F14 [lbf], T12 [lbf·in], recomputed in quadruple precision
-NORTON_EXACT = [-117.55959232776144, -107.4585265485302, 118.02591357128473, 100.17225711847838]
-NORTON_EXACT += [-1.3095628736696991, 87.40148615519001, -20.23782406161011, 77.6581310210478]
-NORTON_EXACT += [243.23759076122965]
+EXACT = [-117.55959232776144, -107.4585265485302, 118.02591357128473, 100.17225711847838]
+EXACT += [-1.3095628736696991, 87.40148615519001, -20.23782406161011, 77.6581310210478]
+EXACT += [243.23759076122965]
 # with the print's rounded masses; the print itself: −117.65 −107.84 118.13 100.34 −1.34 87.43 …
-NORTON_PRINTED = [-117.649667182627, -107.83960280687617, 118.12966718262699, 100.33960280687617]
-NORTON_PRINTED += [-1.3358182081513543, 87.43176490602082, -20.2314444630091, 77.70520866004091]
-NORTON_PRINTED += [243.22745658658891]
+PRINTED = [-117.649667182627, -107.83960280687617, 118.12966718262699, 100.33960280687617]
+PRINTED += [-1.3358182081513543, 87.43176490602082, -20.2314444630091, 77.70520866004091]
+PRINTED += [243.22745658658891]
 
 
-@pytest.mark.parametrize(("exact", "wanted"), [(True, NORTON_EXACT), (False, NORTON_PRINTED)])
-def test_norton_by_hand_and_by_the_oracle(exact, wanted):
-    by_hand = norton_newton_euler(math.radians(60.0), 25.0, -40.0, exact)
-    assert_allclose(by_hand, [wanted], atol=1e-10, rtol=0)
-    oracle, q, v, a = at_start(norton_mechanism(exact))
+# on the crank, crank, coupler, rocker, where the description has the link as body i or j
+NORTON_PINS = {"O2": 1.0, "A": -1.0, "B": -1.0, "O4": 1.0}
+
+
+def norton_forces(oracle, q, v, a):
+    """The nine unknowns of eq. 11.9."""
     forces = oracle.kinetostatics(q, v, a, 0.0)
-    pins = [forces["reactions"][name] for name in ("O2", "A", "B", "O4")]
-    assert_allclose(np.ravel([pin[:2] for pin in pins]), wanted[:8], atol=1e-10, rtol=0)
-    assert_allclose(forces["efforts"]["motor"], wanted[8], atol=1e-10, rtol=0)
+    pins = [sign * forces["reactions"][name] for name, sign in NORTON_PINS.items()]
     assert_allclose([pin[2] for pin in pins], 0.0, atol=1e-10)
+    return [*np.ravel([pin[:2] for pin in pins]), forces["efforts"]["motor"]]
+
+
+@pytest.mark.parametrize(("masses", "wanted"), [("exact", EXACT), ("printed", PRINTED)])
+def test_norton_by_hand_and_by_the_oracle(masses, wanted):
+    motion = newton_euler.motion(math.radians(60.0), 25.0, -40.0)
+    assert_allclose(newton_euler.forces(motion, masses)[:, 0], wanted, atol=1e-10, rtol=0)
+    assert_allclose(norton_forces(*at_start(build(masses))), wanted, atol=1e-10, rtol=0)
 
 
 def test_norton_kinematics():
-    motion = norton_motion(math.radians(60.0), 25.0, -40.0)
-    assert_allclose(np.degrees(motion.theta[0]), [60.0, 20.917224866506565, 104.40972127476182])
-    assert_allclose(motion.omega[0], [25.0, -5.869354068454685, 7.931634292031015])
-    assert_allclose(motion.alpha[0], [-40.0, 120.89684543729135, 276.28909907606595])
-    size = np.hypot(*motion.acc[0].T)
-    assert_allclose(size, [1878.8360758725069, 3646.100065542985, 1416.804837135667])
-    angle = np.degrees(np.arctan2(motion.acc[0, :, 1], motion.acc[0, :, 0])) % 360.0
+    motion = newton_euler.motion(math.radians(60.0), 25.0, -40.0)
+    theta, omega, alpha = (np.ravel(part) for part in motion[:3])
+    assert_allclose(np.degrees(theta) % 360.0, [60.0, 20.917224866506565, 104.40972127476182])
+    assert_allclose(omega, [25.0, -5.869354068454685, 7.931634292031015])
+    assert_allclose(alpha, [-40.0, 120.89684543729135, 276.28909907606595])
+    x, y = np.array(motion.acceleration)[:, :, 0].T
+    assert_allclose(np.hypot(x, y), [1878.8360758725069, 3646.100065542985, 1416.804837135667])
+    angle = np.degrees(np.arctan2(y, x)) % 360.0
     assert_allclose(angle, [273.6619355755198, 226.51379837346462, 207.2372232313552])
 
 
 def test_norton_whole_turn_by_hand_and_by_the_oracle():
-    theta = np.linspace(0.0, 2.0 * math.pi, 13)
-    by_hand = norton_newton_euler(theta, 25.0, -40.0)
+    theta = math.radians(60.0) + np.linspace(0.0, 2.0 * math.pi, 13)
+    by_hand = newton_euler.forces(newton_euler.motion(theta, 25.0, -40.0)).T
+    oracle, q, *_ = at_start(build())
     for angle, wanted in zip(theta, by_hand):
-        oracle, q, v, a = at_start(norton_mechanism(angle=float(angle)))
-        forces = oracle.kinetostatics(q, v, a, 0.0)
-        pins = [forces["reactions"][name][:2] for name in ("O2", "A", "B", "O4")]
-        found = [*np.ravel(pins), forces["efforts"]["motor"]]
+        q = oracle.close(q, 0.0, {"motor": float(angle)})
+        v = oracle.velocities(q, 0.0, {"motor": 25.0})
+        found = norton_forces(oracle, q, v, oracle.accelerations(q, v, 0.0, {"motor": -40.0}))
         assert_allclose(found, wanted, atol=1e-10 * np.abs(wanted).max(), rtol=0)
-
-
-def test_norton_matrix_is_named():
-    A, b, rows, columns = norton_matrix()
-    assert rows[2] == "T of link 2" and columns[8] == "T12" and A[2, 8] == 1.0
-    assert A[3, columns.index("F32x")] == -1.0
-    assert_allclose(np.linalg.solve(A, b), NORTON_EXACT)
 
 
 # -- pendulum ---------------------------------------------------------------------------------

@@ -13,10 +13,12 @@ import numpy as np
 
 import validation
 
-__all__ = ["EPS", "Row", "Source", "cases", "degrees", "rows_of"]
+__all__ = ["EPS", "KEYS", "Row", "Source", "cases", "degrees", "rows_of"]
 
 #: Relative spacing of double precision, 2.2e-16.
 EPS = float(np.finfo(float).eps)
+
+KEYS = ("case", "quantity", "ours", "reference", "error", "tolerance", "reason", "source", "passed")
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,8 @@ class Row:
         Of ours and reference.
     printed : str or None
         The reference as the source prints it.
+    cause : str
+        Where the print is wrong or truncated: why it is not what we get.
     """
 
     case: str
@@ -51,11 +55,17 @@ class Row:
     source: str
     unit: str = ""
     printed: str | None = None
+    cause: str = ""
 
     @property
     def passed(self) -> bool:
         """Whether the error is within the tolerance; never so for what is no number."""
         return bool(self.error <= self.tolerance)
+
+    def record(self) -> dict[str, Any]:
+        """The row as JSON has it: the cause, where there is one, stands with the reason."""
+        shown = {key: getattr(self, key) for key in KEYS}
+        return shown | {"reason": "; ".join(filter(None, (self.reason, self.cause)))}
 
 
 @dataclass(frozen=True)
@@ -74,12 +84,13 @@ class Source:
         *,
         tolerance: float | None = None,
         reason: str = "one unit of the last digit printed",
+        cause: str = "",
     ) -> Row:
         """A number as the source prints it; the tolerance is one unit of its last digit."""
         digits = Decimal(text)
         if tolerance is None:
             tolerance = 10.0 ** int(digits.as_tuple().exponent)
-        return self._row(quantity, ours, float(digits), None, tolerance, reason, unit, text)
+        return self._row(quantity, ours, float(digits), None, tolerance, reason, unit, cause, text)
 
     def absolute(
         self,
@@ -89,9 +100,10 @@ class Source:
         tolerance: float,
         reason: str,
         unit: str = "",
+        cause: str = "",
     ) -> Row:
         """|ours − reference| within a tolerance [unit]."""
-        return self._row(quantity, ours, reference, None, tolerance, reason, unit)
+        return self._row(quantity, ours, reference, None, tolerance, reason, unit, cause)
 
     def relative(
         self,
@@ -101,10 +113,12 @@ class Source:
         tolerance: float,
         reason: str,
         unit: str = "",
+        cause: str = "",
     ) -> Row:
         """|ours − reference| / |reference|; of histories, the greatest difference by the peak."""
         size = float(np.abs(reference).max())
-        return self._row(quantity, ours, reference, size, tolerance, f"relative; {reason}", unit)
+        reason = f"relative; {reason}"
+        return self._row(quantity, ours, reference, size, tolerance, reason, unit, cause)
 
     def _row(
         self,
@@ -115,6 +129,7 @@ class Source:
         tolerance: float,
         reason: str,
         unit: str,
+        cause: str,
         printed: str | None = None,
     ) -> Row:
         ours, reference = np.broadcast_arrays(np.asarray(ours, float), np.asarray(reference, float))
@@ -123,9 +138,8 @@ class Source:
         # of a history, show the place where it is worst
         at = int(np.argmax(np.where(np.isfinite(apart), apart, np.inf)))
         shown = float(ours.flat[at]), float(reference.flat[at])
-        return Row(
-            self.case, quantity, *shown, error, tolerance, reason, self.source, unit, printed
-        )
+        told = tolerance, reason, self.source, unit, printed, cause
+        return Row(self.case, quantity, *shown, error, *told)
 
 
 def cases() -> dict[str, Callable[[], list[Row]]]:

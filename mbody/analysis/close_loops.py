@@ -9,7 +9,7 @@ import numpy as np
 
 from mbody.analysis.closure import as_system, closed, raise_user_error
 from mbody.analysis.instants import plan
-from mbody.analysis.mobility import DENSE, dense
+from mbody.analysis.rank import DENSE, dense
 from mbody.core.close import project
 from mbody.core.layout import Work
 from mbody.core.output import PER_ATOM
@@ -18,7 +18,6 @@ from mbody.histories import Record
 from mbody.mechanism import Mechanism
 from mbody.solution import Solution
 from mbody.system import System
-from mbody.units import number
 
 __all__ = ["close_loops"]
 
@@ -82,7 +81,9 @@ def close_loops(
     for name, rate in (rates or {}).items():
         if name not in system.bodies or name == "ground":
             raise ModelError(f"there is no moving body {name!r} to give a rate", str(name))
-        work.v[3 * system.bodies[name] + 2] = number(rate, "angular velocity", name, "rate")
+        work.v[3 * system.bodies[name] + 2] = system.mechanism.number(
+            rate, "angular velocity", name, "rate"
+        )
     if drive:
         for n, row in enumerate(system.layout.driver_row):
             work.signal[row + 1] = asked.given[0, n, 1]

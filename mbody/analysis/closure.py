@@ -11,8 +11,8 @@ import numpy as np
 
 from mbody._user import failure
 from mbody.analysis.gaps import explain_gap, violations
-from mbody.analysis.mobility import DENSE, Mobility, dense, mobility
 from mbody.analysis.placing import placed
+from mbody.analysis.rank import DENSE, Rank, dense, rank_of
 from mbody.assembler import assemble
 from mbody.core.close import close, laws_of_time
 from mbody.core.layout import Work
@@ -54,7 +54,7 @@ class Closed:
         Least pivot as a part of its diagonal.
     straight : bool
         Whether the way from the guess led straight there, without a singular position.
-    mobility : Mobility or None
+    rank : Rank or None
         Rank report, where one was made.
     notes : list of str
         Sentences for the user.
@@ -64,7 +64,7 @@ class Closed:
     soft: float = 0.0
     ratio: float = 1.0
     straight: bool = True
-    mobility: Mobility | None = None
+    rank: Rank | None = None
     notes: list[str] = field(default_factory=list)
 
 
@@ -154,10 +154,10 @@ def _from(system: System, work: Work, start: np.ndarray) -> Closed | None:
             if soft:
                 return result
             continue
-        result.mobility = mobility(dense(system, work)[1])
-        if bool(result.mobility.redundant) == bool(soft):
+        result.rank = rank_of(dense(system, work)[1])
+        if bool(result.rank.redundant) == bool(soft):
             return result
-        if not result.mobility.redundant:
+        if not result.rank.redundant:
             result.soft = 0.0
             return result
     return None
@@ -252,9 +252,9 @@ def check_determined(system: System, result: Closed, what: str) -> None:
         free = system.coordinates - system.rows
         raise SolveError(_too_few(system, what, free, None))
     G = dense(system, result.work)[1]
-    report = result.mobility = mobility(G)
+    report = result.rank = rank_of(G)
     names = [driver.name for driver in system.mechanism.drivers]
-    joints = mobility(G[: system.rows - len(names)])
+    joints = rank_of(G[: system.rows - len(names)])
     independent = report.rank - joints.rank
     if independent == len(names):
         if report.free:
@@ -305,5 +305,5 @@ def _fastest(system: System, motions: np.ndarray) -> str:
 
 def _dependent_driver(G: np.ndarray, joints: int) -> int:
     """The last driver whose row depends on the rows before it."""
-    ranks = [mobility(G[: joints + n]).rank for n in range(len(G) - joints + 1)]
+    ranks = [rank_of(G[: joints + n]).rank for n in range(len(G) - joints + 1)]
     return max(n for n in range(len(ranks) - 1) if ranks[n + 1] == ranks[n])

@@ -6,7 +6,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from mbody.analysis.mobility import DENSE, Mobility, dense, mobility, smallest_gap
+from mbody.analysis.rank import DENSE, Rank, dense, rank_of, smallest_gap
 from mbody.core.close import violation
 from mbody.core.layout import Work
 from mbody.elements import listed
@@ -53,7 +53,7 @@ def explain_gap(system: System, work: Work, start: np.ndarray, t: float) -> NoRe
     _check_directions(system, work, owners)
     phi = np.abs(smallest_gap(system, work, np.arange(len(owners)) < joints))
     if phi[:joints].max(initial=0.0) < HELD:
-        _refuse_surplus(system, mobility(dense(system, work)[1][:joints]))
+        _refuse_surplus(system, rank_of(dense(system, work)[1][:joints]))
         raise _out_of_reach(system, work, phi[joints:], t)
     # hold all joints but one: the gap there is what a user would measure
     width = {joint.name: phi[owners == joint.name].max() for joint in system.mechanism.joints}
@@ -97,7 +97,7 @@ def _out_of_reach(system: System, work: Work, off: np.ndarray, t: float) -> Solv
 def _gap_met(system: System, work: Work, joints: int, t: float) -> SolveError:
     """The sentence where the smallest gap is not looked for: the gap at which closing ended."""
     if system.rows <= DENSE:
-        _refuse_surplus(system, mobility(np.nan_to_num(dense(system, work)[1][:joints])))
+        _refuse_surplus(system, rank_of(np.nan_to_num(dense(system, work)[1][:joints])))
     atom, _, is_angle = system.row_table
     phi = system.length * violations(system, work)
     phi = np.where(np.isfinite(phi) & ~is_angle, phi, 0.0)
@@ -110,7 +110,7 @@ def _gap_met(system: System, work: Work, joints: int, t: float) -> SolveError:
     )
 
 
-def _refuse_surplus(system: System, joints: Mobility) -> None:
+def _refuse_surplus(system: System, joints: Rank) -> None:
     """Refuse more drivers than the joints leave freedoms."""
     names = [driver.name for driver in system.drivers]
     if joints.free < len(names):

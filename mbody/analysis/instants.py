@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from numbers import Real
 from typing import Any
@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from mbody.drivers import AngleDriver, Driver
-from mbody.elements import listed
+from mbody.elements import Element, listed
 from mbody.errors import ModelError, SolveError
-from mbody.laws import Table, times_of
+from mbody.laws import Expression, Table, times_of
 from mbody.system import System
 
 __all__ = ["BY_DRIVER", "BY_INSTANT", "BY_TIME", "Plan", "by_time", "check_laws", "plan"]
@@ -23,6 +23,9 @@ __all__ = ["BY_DRIVER", "BY_INSTANT", "BY_TIME", "Plan", "by_time", "check_laws"
 TURN = 361
 
 BY_TIME, BY_DRIVER, BY_INSTANT = 0, 1, 2
+
+#: Laws that need not have a value everywhere.
+LIMITED = (Expression, Table)
 
 
 @dataclass(frozen=True)
@@ -82,8 +85,8 @@ def plan(
     ------
     ModelError
         For times or values that are not finite or do not fit together, a driver that does not
-        exist, a turn of a driver that drives no angle, a law that turns back before the end, or a
-        table that ends before the times do.
+        exist, a turn of a driver that drives no angle, a law that turns back before the end, a
+        table that ends before the times do, or a formula without a value at one of them.
     SolveError
         When a user's law failed.
     """
@@ -101,7 +104,7 @@ def plan(
         asked = _given(system, 0.0 if t is None else t, drive)
     else:
         asked = by_time(system, _numbers(0.0 if t is None else t, "t"))
-    _check_tables(system, asked.t, drive or {})
+    _check_reach(system, asked.t, drive or {})
     return asked
 
 
@@ -129,14 +132,29 @@ def _numbers(value: Any, name: str, element: str | None = None) -> np.ndarray:
     return np.ascontiguousarray(array)
 
 
-def _law(system: System, driver: Driver, times: np.ndarray) -> np.ndarray:
+def _law(
+    system: System, driver: Driver, times: np.ndarray, design: int | None = None
+) -> np.ndarray:
     """(instants, 3) of a driver's law."""
+    which = "" if design is None else f"design {design} of the batch: "
     try:
-        return np.stack(np.broadcast_arrays(*system.law_of(driver).derivatives(times)), axis=-1)
+        law = system.law_of(driver, design=design)
+        found = np.stack(np.broadcast_arrays(*law.derivatives(times)), axis=-1)
     except ModelError as error:
-        raise ModelError(f"the law of driver '{driver.name}': {error}", driver.name) from None
+        raise ModelError(
+            f"{which}the law of driver '{driver.name}': {error}", driver.name
+        ) from None
     except Exception as error:
         raise _failed(driver, error) from error
+    bad = np.argwhere(~np.isfinite(found))
+    if bad.size:
+        word = ("value", "rate", "acceleration")[bad[0, 1]]
+        raise ModelError(
+            f"{which}the law of driver '{driver.name}', {law}, has an infinite {word} at "
+            f"t = {times[bad[0, 0]]:g}: begin after it, or choose another law",
+            driver.name,
+        )
+    return found
 
 
 def _failed(driver: Driver, error: Exception) -> SolveError:
@@ -146,28 +164,42 @@ def _failed(driver: Driver, error: Exception) -> SolveError:
     )
 
 
-def _check_tables(system: System, times: np.ndarray, drive: Mapping[str, Any]) -> None:
-    """Refuse times outside a table of a driver or of a load."""
+def _designs(system: System, element: Element, field: str) -> Iterable[int | None]:
+    """The designs that a law differs between; one None where it is the same for all."""
+    name = f"{element.name}.{field}"
+    own = [v for k, v in system.values.items() if k == name or k.startswith(f"{name}.")]
+    varied = system.batch is not None and any(np.ndim(value) for value in own)
+    return range(int(system.batch or 1)) if varied else (None,)
+
+
+def _check_reach(system: System, times: np.ndarray, drive: Mapping[str, Any]) -> None:
+    """Refuse times at which a table or a formula of a driver or of a load has no value."""
     for driver in system.mechanism.drivers:
-        if driver.name not in drive and isinstance(getattr(driver, "law", None), Table):
-            _law(system, driver, times)
+        if driver.name not in drive and isinstance(getattr(driver, "law", None), LIMITED):
+            for design in _designs(system, driver, "law"):
+                _law(system, driver, times, design)
     for load in system.mechanism.loads:
         for field in fields(load):
-            law = getattr(load, field.name)
             # the law of a spring or damper is none of time
-            if isinstance(law, Table) and field.name != "law":
-                try:
-                    law.derivatives(times)
-                except ModelError as error:
-                    raise ModelError(
-                        f"the {field.name} of load '{load.name}': {error}", load.name
-                    ) from None
+            if isinstance(getattr(load, field.name), LIMITED) and field.name != "law":
+                for design in _designs(system, load, field.name):
+                    _load(system, load, field.name, times, design)
+
+
+def _load(system: System, load: Element, field: str, times: np.ndarray, design: int | None) -> None:
+    """Raise the sentence of a load whose law has no value at one of the times."""
+    try:
+        system.law_of(load, field, design)(times)
+    except ModelError as error:
+        which = "" if design is None else f"design {design} of the batch: "
+        raise ModelError(f"{which}the {field} of load '{load.name}': {error}", load.name) from None
 
 
 def check_laws(system: System, times: np.ndarray) -> None:
     """Raise the sentence of a driver whose law has no value at one of the times."""
     for driver in system.mechanism.drivers:
-        _law(system, driver, times)
+        for design in _designs(system, driver, "law"):
+            _law(system, driver, times, design)
 
 
 def _given(system: System, t: Any, drive: Mapping[str, Any]) -> Plan:

@@ -1,113 +1,341 @@
-"""Mobility: rank of the constraints, free motions, redundant rows, by dense linear algebra.
-
-It serves reports and errors; the kernels never need it.
-"""
+"""The analysis `mobility`: how many ways a mechanism can move, which, and what holds it twice."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
-from mbody.core.close import violation
+from mbody.analysis.closure import DEAD, Closed, as_system, closed
+from mbody.analysis.free_motions import FreeMotion, components, free_motions
+from mbody.analysis.instants import plan
+from mbody.analysis.rank import DENSE, Rank, dense, rank_of
 from mbody.core.layout import Work
+from mbody.elements import listed
+from mbody.errors import ModelError
+from mbody.mechanism import Mechanism
 from mbody.system import System
+from mbody.units import UnitSystem
 
-__all__ = ["DENSE", "Mobility", "dense", "mobility", "smallest_gap"]
+__all__ = ["Count", "Mobility", "mobility"]
 
-#: Rows up to which dense matrices are made.
-DENSE = 1500
-#: A singular value below this part of the greatest is zero.
-RANK = 1e-9
+#: Part of a dependency below which a row has no part in it.
+SMALL = 1e-6
+#: Rows up to which positions nearby are looked at.
+LOOKED = 300
+#: Step to a position nearby, in model lengths and radians, and how many are tried.
+NEARBY, TRIES = 0.05, 6
+#: Iterations by which joints are closed again, and what counts as closed.
+SETTLE, SETTLED = 40, 1e-12
 
 
 @dataclass(frozen=True)
-class Mobility:
-    """Rank of the dimensionless Φ_q at one position.
+class Count:
+    """Degrees of freedom by formula and by rank, of the joints alone or with the drivers held.
 
     Attributes
     ----------
-    coordinates, rows, rank : int
-        Three coordinates a body; rows of joints and drivers.
-    motions : array (free, coordinates)
-        Free motions, orthonormal, lengths by the model length.
-    dependencies : array (redundant, rows)
-        Combinations of dimensionless rows that vanish, orthonormal.
+    rows : int
+        Scalar constraints.
+    gruebler : int
+        3·bodies − rows: what Grübler's formula counts.
+    rank : int or None
+        Independent rows at the closed position; None where it was not computed.
+    rank_nearby : int or None
+        The greatest rank at closed positions nearby; more than `rank` where this one is singular.
+    freedom, redundant : int or None
+        Degrees of freedom and rows too many, here: freedom = gruebler + redundant.
     """
 
-    coordinates: int
     rows: int
-    rank: int
-    motions: np.ndarray
-    dependencies: np.ndarray
+    gruebler: int
+    rank: int | None
+    rank_nearby: int | None
 
     @property
-    def free(self) -> int:
-        """Degrees of freedom that are left."""
-        return self.coordinates - self.rank
+    def freedom(self) -> int | None:
+        """Degrees of freedom by the rank."""
+        return None if self.rank is None else self.gruebler + self.rows - self.rank
 
     @property
-    def redundant(self) -> int:
+    def redundant(self) -> int | None:
         """Rows beyond the independent ones."""
-        return self.rows - self.rank
+        return None if self.rank is None else self.rows - self.rank
+
+    @property
+    def singular(self) -> bool:
+        """Whether the rank is lower here than at positions nearby."""
+        return None not in (self.rank, self.rank_nearby) and self.rank != self.rank_nearby
 
 
-def dense(system: System, work: Work) -> tuple[np.ndarray, np.ndarray]:
-    """Dimensionless Φ (rows,) and Φ_q (rows, coordinates) at the position in the workspace.
+@dataclass(frozen=True, eq=False)
+class Mobility:
+    """What `mobility` found; ``print`` shows it, `data` makes a plain dict of it.
 
-    Rows as in `System.row_table`; the signals must be set.
+    Attributes
+    ----------
+    mechanism : str
+        Title.
+    units : UnitSystem
+        Of the rates.
+    t : float
+        Time at which the drivers were taken.
+    bodies, joints, drivers, loops : int
+        Moving links; independent loops of the joints.
+    of_joints, driven : Count
+        Without the drivers, and with the drivers held.
+    redundant : dict
+        By joint, where some can be spared: how many of its rows could be removed without setting
+        anything free. Of several joints that share one dependency any one is meant, not all.
+    motions, driven_motions : tuple of FreeMotion or None
+        Free motions without the drivers and with the drivers held; None where they were not
+        computed.
+    notes : tuple of str
+        Singular positions, loose parts and what was not computed, as sentences.
     """
-    L, length = system.layout, system.length
-    violation(system.runtime(), work)
-    atom, row, is_angle = system.row_table
-    unit = np.where(is_angle, 1.0, 1.0 / length)
-    node = L.atom_node[atom]
-    phi = unit * work.phi[2 * node + row, 0]
-    blocks = work.block[: 12 * L.nodes, 0].reshape(-1, 2, 2, 3)
-    G = np.zeros((len(atom), L.bodies + 1, 3))
-    every = np.arange(len(atom))
-    for side, body in enumerate((L.atom_i, L.atom_j)):
-        G[every, body[atom]] += unit[:, None] * blocks[node, side, row]
-    G[:, :, :2] *= length
-    return phi, G[:, :-1].reshape(len(atom), 3 * L.bodies)
+
+    mechanism: str
+    units: UnitSystem
+    t: float
+    bodies: int
+    joints: int
+    drivers: int
+    loops: int
+    of_joints: Count
+    driven: Count
+    redundant: dict[str, int]
+    motions: tuple[FreeMotion, ...] | None = field(repr=False)
+    driven_motions: tuple[FreeMotion, ...] | None = field(repr=False)
+    notes: tuple[str, ...] = ()
+
+    @property
+    def freedom(self) -> int | None:
+        """Degrees of freedom with the drivers held; None where the rank was not computed."""
+        return self.driven.freedom
+
+    def data(self) -> dict[str, Any]:
+        """Everything as a plain dict of numbers, text, lists and dicts, ready for JSON."""
+        plain = dataclasses.asdict(self)
+        plain["units"] = self.units.name
+        for name in ("of_joints", "driven"):
+            count: Count = getattr(self, name)
+            plain[name] |= {
+                "freedom": count.freedom,
+                "redundant": count.redundant,
+                "singular": count.singular,
+            }
+        for name in ("motions", "driven_motions"):
+            found = getattr(self, name)
+            plain[name] = None if found is None else [motion.data() for motion in found]
+        plain["notes"] = list(self.notes)
+        return plain
+
+    def __str__(self) -> str:
+        from mbody.io.mobility import sheet
+
+        return sheet(self)
 
 
-def mobility(G: np.ndarray) -> Mobility:
-    """Rank, free motions and dependencies of a dimensionless Φ_q (rows, coordinates)."""
-    rows, coordinates = G.shape
-    if not rows:
-        return Mobility(coordinates, 0, 0, np.eye(coordinates), np.empty((0, 0)))
-    u, sizes, vt = np.linalg.svd(G)
-    rank = int((sizes > RANK * max(1.0, sizes[0])).sum())
-    return Mobility(coordinates, rows, rank, vt[rank:], u[:, rank:].T)
+def mobility(
+    model: Mechanism | System,
+    t: float = 0.0,
+    *,
+    guess: Mapping[str, Any] | None = None,
+) -> Mobility:
+    """Degrees of freedom, redundant constraints and free motions: Grübler's count and the truth.
 
+    Grübler: F = 3·bodies − rows. True at a closed position: F = 3·bodies − rank Φ_q.
 
-def smallest_gap(system: System, work: Work, kept: np.ndarray) -> np.ndarray:
-    """Move the workspace to where the rows not in `kept` are violated least while those in `kept`
-    (rows,) hold; returns the dimensionless Φ there. Gauss–Newton with a growing penalty.
+    Parameters
+    ----------
+    model : Mechanism or System
+        With or without drivers.
+    t : float
+        Time at which the laws of the drivers are taken.
+    guess : mapping, optional
+        By body, instead of its own guess: angle [rad], or (x, y, angle) of the link axes.
+
+    Returns
+    -------
+    Mobility
+        Counts without the drivers and with the drivers held, rows that can be spared by joint, free
+        motions in words.
+
+    Raises
+    ------
+    ModelError
+        For a time or guess that is none, or a batch of designs.
+    SolveError
+        When the loops cannot close: with the smallest gap and where.
+
+    Notes
+    -----
+    The rank is found by a singular value decomposition, up to 1500 rows; beyond, it is given where
+    elimination shows all rows to be independent. Up to 300 rows positions nearby tell a singular
+    position from redundant constraints.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> report = mobility(mbody.makers.four_bar(1, 3, 2, 3.5))
+    >>> report.of_joints.freedom, report.freedom
+    (1, 0)
+    >>> report.motions[0].words.partition(" (")[0]
+    'crank turns about O2, coupler and rocker follow'
     """
-    size = 3 * system.layout.bodies
-    scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
-    for penalty in (1e1, 1e3, 1e5):
-        weight = np.where(kept, penalty, 1.0)
-        phi, G = dense(system, work)
-        damping, here = 1e-3, np.linalg.norm(weight * phi)
-        for _ in range(100):
-            A = np.vstack([weight[:, None] * G, damping * np.eye(size)])
-            step = np.linalg.lstsq(A, np.append(-weight * phi, np.zeros(size)), rcond=None)[0]
-            step *= min(1.0, 0.5 / max(np.abs(step).max(), 1e-300))
-            before = work.q[:size, 0].copy()
-            work.q[:size, 0] += scale * step
-            new_phi, new_G = dense(system, work)
-            now = np.linalg.norm(weight * new_phi)
-            if now < here:
-                done = here - now < 1e-12 * here
-                phi, G, here, damping = new_phi, new_G, now, 0.3 * damping
-                if done or here < 1e-13:
-                    break
-            else:
-                work.q[:size, 0] = before
-                damping = max(10.0 * damping, 1e-12)
-                if damping > 1e8:
-                    break
-    return dense(system, work)[0]
+    system = as_system(model)
+    if system.batch is not None:
+        raise ModelError("mobility takes one design: choose one of the batch with design(n)")
+    asked = plan(system, t, None, None, None)
+    if len(asked.t) != 1:
+        raise ModelError(f"mobility takes one time, not {len(asked.t)}")
+    start = closed(system, float(asked.t[0]), {}, guess)
+    return _Report(system, start, float(asked.t[0])).mobility()
+
+
+class _Report:
+    """Puts the report of one closed position together."""
+
+    def __init__(self, system: System, start: Closed, t: float) -> None:
+        self.system, self.start, self.t = system, start, t
+        self.mechanism = system.mechanism
+        self.work: Work = start.work
+        self.joint_rows = system.rows - len(system.drivers)
+        self.notes = list(start.notes)
+
+    def mobility(self) -> Mobility:
+        """Counts, ranks, motions and sentences."""
+        mechanism = self.mechanism
+        parts = components(mechanism)
+        self.notes += [f"not joined to the ground: {listed(part)}" for part in parts[1:]]
+        ranks = self._ranks()
+        joints, driven = ranks or (None, None)
+        nearby = self._nearby(*ranks) if ranks else (None, None)
+        of_joints = self._count(self.joint_rows, joints, nearby[0])
+        with_drivers = self._count(self.system.rows, driven, nearby[1])
+        if ranks:
+            self._say_singular(of_joints, with_drivers)
+            self._say_repeated(*ranks, with_drivers)
+        motions = self._motions(joints)
+        return Mobility(
+            mechanism=mechanism.name,
+            units=mechanism.units,
+            t=self.t,
+            bodies=len(mechanism.bodies),
+            joints=len(mechanism.joints),
+            drivers=len(mechanism.drivers),
+            loops=len(mechanism.joints) - len(mechanism.bodies) - 1 + len(parts),
+            of_joints=of_joints,
+            driven=with_drivers,
+            redundant=self._spared(joints) if joints else {},
+            motions=motions,
+            driven_motions=motions if driven is joints else self._motions(driven),
+            notes=tuple(self.notes),
+        )
+
+    def _ranks(self) -> tuple[Rank, Rank] | None:
+        """Of the joints alone, and with the drivers; None for a mechanism too large."""
+        if max(self.system.rows, self.system.coordinates // 2) > DENSE:
+            self.notes.append(
+                f"{self.system.rows} rows of {self.system.coordinates} coordinates are too many "
+                f"for a rank report (up to {DENSE} rows): free motions are not listed"
+            )
+            return None
+        G = dense(self.system, self.work)[1]
+        joints = rank_of(G[: self.joint_rows], DEAD)
+        return joints, rank_of(G, DEAD) if self.system.drivers else joints
+
+    def _count(self, rows: int, found: Rank | None, nearby: int | None) -> Count:
+        rank = found.rank if found else None
+        if found is None and not self.start.soft:
+            rank = nearby = rows  # elimination met no dependent row
+        return Count(rows, self.system.coordinates - rows, rank, nearby)
+
+    def _motions(self, found: Rank | None) -> tuple[FreeMotion, ...] | None:
+        if found is None:
+            return None
+        return free_motions(self.system, self.work.q[:, 0], found.motions)
+
+    def _spared(self, joints: Rank) -> dict[str, int]:
+        """By joint, how many of its rows the others imply: its part in the dependencies."""
+        atom = self.system.row_table[0][: self.joint_rows]
+        found = {}
+        for joint in self.mechanism.joints:
+            part = joints.dependencies[:, np.isin(atom, self.system.atoms_of[joint.name])]
+            count = int(np.linalg.matrix_rank(part, tol=SMALL)) if part.size else 0
+            if count:
+                found[joint.name] = count
+        return found
+
+    # -- positions nearby ---------------------------------------------------------------------
+
+    def _nearby(self, joints: Rank, driven: Rank) -> tuple[int | None, int | None]:
+        """The greatest ranks at closed positions nearby, to which the joints let it move."""
+        best = joints.rank, driven.rank
+        if not driven.redundant or not joints.free:
+            return best  # no higher rank is possible, or there is no other position
+        if driven.rows > LOOKED:
+            return None, None
+        scale = np.tile([self.system.length, self.system.length, 1.0], self.system.layout.bodies)
+        here, random = self.work.q.copy(), np.random.default_rng(0)
+        size, reached = len(scale), False
+        for _ in range(TRIES):
+            step = random.normal(size=joints.free) @ joints.motions
+            self.work.q[:size, 0] = here[:size, 0] + NEARBY * scale * step / np.linalg.norm(step)
+            closes = self._settle(scale)
+            far = np.linalg.norm((self.work.q[:size, 0] - here[:size, 0]) / scale)
+            if closes and far > 0.2 * NEARBY:
+                G = dense(self.system, self.work)[1]
+                ranks = rank_of(G[: self.joint_rows], DEAD).rank, rank_of(G, DEAD).rank
+                best = max(best[0], ranks[0]), max(best[1], ranks[1])
+                reached = True
+        self.work.q[:] = here
+        if not reached:
+            self.notes.append(
+                "the free motion is infinitesimal: the joints allow it to first order, but no "
+                "position nearby; the structure is shaky"
+            )
+        return best
+
+    def _settle(self, scale: np.ndarray) -> bool:
+        """Close the joints from the position in the workspace; whether they close."""
+        rows = self.joint_rows
+        for _ in range(SETTLE):
+            phi, G = dense(self.system, self.work)
+            if np.abs(phi[:rows]).max() < SETTLED:
+                return True
+            # what is nearly dependent is left alone
+            step = np.linalg.lstsq(G[:rows], -phi[:rows], rcond=1e-4)[0]
+            self.work.q[: len(scale), 0] += scale * step
+        return False
+
+    # -- sentences ----------------------------------------------------------------------------
+
+    def _say_singular(self, joints: Count, driven: Count) -> None:
+        if joints.singular:
+            self.notes.append(
+                f"singular position, a change point: the rank of the joints is {joints.rank} here "
+                f"and {joints.rank_nearby} nearby; branches of the motion meet"
+            )
+        elif driven.singular:
+            names = listed(driver.name for driver in self.mechanism.drivers)
+            self.notes.append(
+                f"singular position, a dead centre: with the drivers held the rank is "
+                f"{driven.rank} here and {driven.rank_nearby} nearby; {names} cannot drive it "
+                "through here"
+            )
+
+    def _say_repeated(self, joints: Rank, driven: Rank, count: Count) -> None:
+        """Name drivers that repeat what joints and other drivers impose."""
+        if count.singular or driven.redundant == joints.redundant:
+            return
+        part = np.abs(driven.dependencies[:, self.joint_rows :]).max(axis=0)
+        pairs = zip(self.mechanism.drivers, part, strict=True)
+        names = [driver.name for driver, size in pairs if size > SMALL]
+        surplus = driven.redundant - joints.redundant
+        self.notes.append(
+            f"drivers repeat each other or the joints ({listed(names)}): remove {surplus} of them"
+        )

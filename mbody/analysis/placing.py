@@ -57,7 +57,7 @@ class _Placing:
             if not isinstance(self.mechanism[name], Body):
                 raise ModelError(f"a guess is for bodies, '{name}' is none", name)
         self.guess: dict[str, Guess] = {
-            body.name: as_guess(guess[body.name], body.name) if body.name in guess else body.guess
+            body.name: self._guess(body, guess[body.name]) if body.name in guess else body.guess
             for body in self.mechanism.bodies
         }
         self.poses: dict[str, Pose] = {"ground": (0.0, 0.0, 0.0)}
@@ -68,6 +68,11 @@ class _Placing:
                 i, j = driver.bodies
                 self.driven.setdefault(j, []).append((i, 1.0, drive[driver.name]))
                 self.driven.setdefault(i, []).append((j, -1.0, drive[driver.name]))
+
+    def _guess(self, body: Body, value: Any) -> Guess:
+        """The caller's guess of a body, with floats for text."""
+        made: Guess = self.mechanism.valued(as_guess(value, body.name), body.name, "guess")
+        return made
 
     def coordinates(self) -> np.ndarray:
         bodies = self.mechanism.bodies

@@ -14,7 +14,7 @@ from mbody.analysis.closure import (
     raise_user_error,
 )
 from mbody.analysis.instants import BY_DRIVER, BY_INSTANT, BY_TIME, Plan, check_laws
-from mbody.analysis.mobility import DENSE, dense
+from mbody.analysis.rank import DENSE, dense
 from mbody.analysis.uniqueness import open_reactions
 from mbody.core.causes import breakdown
 from mbody.core.close import violation
@@ -24,6 +24,7 @@ from mbody.core.output import PER_ATOM
 from mbody.core.square import Square
 from mbody.errors import SolveError
 from mbody.histories import Record
+from mbody.laws import Expression
 from mbody.solution import Solution
 from mbody.square import plan_square
 from mbody.system import System
@@ -93,14 +94,14 @@ class Runner:
         if with_loads and not state[4] < UNBALANCED:
             raise_user_error(self.system)
             if np.isnan(state[4]):
-                raise self._valueless(output, plan)
+                raise self._valueless(output, plan, start.work)
             raise SolveError(
                 f"reactions leave {state[4]:.2g} of the loads of '{self.system.mechanism.name}' "
                 "unbalanced: its position is singular, or it can still move"
             )
         return output
 
-    def _valueless(self, output: np.ndarray, plan: Plan) -> SolveError:
+    def _valueless(self, output: np.ndarray, plan: Plan, work: Any) -> SolveError:
         """The sentence of a load that has no value at an instant."""
         first = 3 * self.system.coordinates
         k = int(np.flatnonzero(np.isnan(output[:, first:, 0]).any(axis=1))[0])
@@ -108,15 +109,15 @@ class Runner:
         parts = np.empty((1, len(loads) + 1, self.rows - first, 1))
         motion = np.ascontiguousarray(output[k : k + 1, :first, 0])
         time = plan.t[k : k + 1]
-        breakdown(self.layout, self.system.work(), 0.0, motion, time, len(loads), parts)
+        breakdown(self.layout, work, 0.0, motion, time, len(loads), parts)
         bad = [load.name for n, load in enumerate(loads) if np.isnan(parts[0, n + 1]).any()]
         name = bad[0] if bad else "?"
         unit = self.system.mechanism.units.time
-        return SolveError(
-            f"load '{name}' has no value at t = {plan.t[k]:.6g} {unit}: its law does not reach so "
-            "far; extend it, or let it hold its last value",
-            name,
-        )
+        law = getattr(self.system.mechanism[name], "law", None) if bad else None
+        why = "its law does not reach so far; extend it, or let it hold its last value"
+        if isinstance(law, Expression):
+            why = f"'{law.text}' is not defined there; choose a formula that is, by max or min"
+        return SolveError(f"load '{name}' has no value at t = {plan.t[k]:.6g} {unit}: {why}", name)
 
     def lanes(self, start: Closed, plan: Plan) -> np.ndarray | None:
         """All instants on lanes: (steps, rows, lanes); None where that does not pay.
@@ -201,7 +202,7 @@ class Runner:
         self, start: Closed, plan: Plan, record: Record, status: str = "completed"
     ) -> Solution:
         """What was computed, as the user gets it."""
-        dependencies = open_reactions(self.system, start.mobility) if start.soft else None
+        dependencies = open_reactions(self.system, start.rank) if start.soft else None
         notes = list(start.notes)
         if start.soft and self.loads and dependencies is None:
             notes.append("rows are redundant; which reactions are unique was not looked at")

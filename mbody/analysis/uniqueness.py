@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbody.analysis.mobility import Mobility
+from mbody.analysis.rank import Rank
 from mbody.core.rows import KINDS
 from mbody.system import System
 
@@ -14,7 +14,7 @@ __all__ = ["open_reactions"]
 SMALL = 1e-7
 
 
-def open_reactions(system: System, report: Mobility | None) -> dict[str, list[bool]] | None:
+def open_reactions(system: System, report: Rank | None) -> dict[str, list[bool]] | None:
     """For every joint, whether fx, fy and the torque are open; None without a rank report.
 
     Multipliers may be changed by any combination of the dependencies without changing the motion;

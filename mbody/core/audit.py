@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from mbody._jit import kernel
 from mbody._reference import by_reference
 from mbody.core.factor import apply_gt
@@ -70,7 +72,13 @@ def audit(L, W, motion, t, lam, driven, given, by_law, still, output):
                 term = max(term, unit * max(abs(load), abs(inertia), abs(carried)))
                 v = W.v[3 * b + n, 0]
                 power += (load - inertia) * v
-                flow += abs(load * v) + abs(inertia * v)
+            # what a force could do along its body's path: one that is square to it does no work,
+            # and its rounding must not be the measure of itself
+            o, a = 3 * b, 2 * n3 + 3 * b
+            push = np.hypot(W.force[o, 0], W.force[o + 1, 0])
+            push += W.mass[o, 0] * np.hypot(motion[k, a], motion[k, a + 1])
+            twist = abs(W.force[o + 2, 0]) + abs(W.mass[o + 2, 0] * motion[k, a + 2])
+            flow += push * np.hypot(W.v[o, 0], W.v[o + 1, 0]) + twist * abs(W.v[o + 2, 0])
         for d in range(driven.shape[0]):
             p = -lam[k, 2 * driven[d]] * W.signal[L.driver_row[d] + 1, 0]
             power += p

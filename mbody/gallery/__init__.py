@@ -1,1 +1,71 @@
-"""Known mechanisms, each described in one file as its book gives it."""
+"""Known mechanisms: model files that ship with mbody, each as its book gives it."""
+
+from __future__ import annotations
+
+import atexit
+import contextlib
+import difflib
+import functools
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from mbody.errors import ModelError
+from mbody.io import model
+from mbody.mechanism import Mechanism
+
+__all__ = ["load", "names", "path"]
+
+
+def names() -> tuple[str, ...]:
+    """The names of all models, in the order of the alphabet.
+
+    >>> names()[:2]
+    ('hoekens', 'norton_fourbar')
+    """
+    files = (file.name for file in resources.files(__name__).iterdir())
+    return tuple(sorted(name[:-5] for name in files if name.endswith(".toml")))
+
+
+@functools.cache
+def path(name: str) -> Path:
+    """The file of a model, to read or to copy.
+
+    Raises
+    ------
+    ModelError
+        For a name that the gallery has not.
+
+    >>> path("hoekens").name
+    'hoekens.toml'
+    """
+    if name not in names():
+        close = difflib.get_close_matches(str(name)[:100], names(), 1)
+        told = f"did you mean '{close[0]}'?" if close else f"there are: {', '.join(names())}"
+        raise ModelError(f"the gallery has no model {str(name)[:60]!r}: {told}")
+    file = resources.files(__name__) / f"{name}.toml"
+    kept = contextlib.ExitStack()
+    atexit.register(kept.close)  # of a package in a zip a copy is made, and removed at the end
+    return kept.enter_context(resources.as_file(file))
+
+
+def load(name: str, parameters: Mapping[str, Any] | None = None) -> Mechanism:
+    """The mechanism of a model of the gallery.
+
+    Parameters
+    ----------
+    name : str
+        One of `names()`.
+    parameters : mapping, optional
+        Other values for parameters of the model, numbers or text with units.
+
+    Raises
+    ------
+    ModelError
+        For a name that the gallery has not, or a parameter that the model has not.
+
+    >>> load("rotating_mass", {"m": "5 lb"})["link"].mass
+    2.26796185
+    """
+    return model.load(path(name), parameters)

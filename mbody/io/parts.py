@@ -18,7 +18,6 @@ __all__ = [
     "ABOUT",
     "ROUNDING",
     "closing",
-    "driver_states",
     "force_floor",
     "force_names",
     "heading",
@@ -78,20 +77,6 @@ def force_names(mechanism: Mechanism) -> dict[str, tuple[str, str]]:
         element: (f"{name},{element}" if named or times[name] > 1 else name, on)
         for element, (name, on, named) in found.items()
     }
-
-
-def driver_states(solution: Solution) -> Array | None:
-    """Value, rate and acceleration (instants, drivers, 3), None where designs differ in them."""
-    drivers = solution.mechanism.drivers
-    if solution.given is not None:
-        return solution.given
-    if solution.record.batch:
-        return None
-    states = np.zeros((len(solution), len(drivers), 3))
-    for n, driver in enumerate(drivers):
-        for k, part in enumerate(solution.system.law_of(driver).derivatives(solution.t)):
-            states[:, n, k] = part
-    return states
 
 
 def heading(solution: Solution, when: str) -> list[str]:

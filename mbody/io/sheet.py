@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.io.measured import measures
 from mbody.io.parts import (
     ABOUT,
     ROUNDING,
     closing,
-    driver_states,
     force_floor,
     force_names,
     heading,
@@ -85,6 +85,7 @@ class _Instant:
             parts.append(self._inertia())
         if self.forces:
             parts.append(self._loads())
+        parts.append(measures(self.solution))
         lines = heading(self.solution, when)
         for part in parts:
             lines += ["", *part] if part else []
@@ -151,7 +152,7 @@ class _Instant:
         chosen = [n for n, driver in enumerate(drivers) if (driver.rows == "a") == turns]
         if not chosen:
             return []
-        states = driver_states(self.solution)
+        states = self.solution.drive_states
         assert states is not None  # one motion has them
         value, rate, change = states[0, chosen].T
         names = [drivers[n].name for n in chosen]

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mbody.io.measured import measures
 from mbody.io.parts import (
     ABOUT,
     ROUNDING,
     closing,
-    driver_states,
     force_floor,
     force_names,
     heading,
@@ -51,7 +51,7 @@ class _Summary:
         self.unit = self.mechanism.units.of
         self.batch = solution.record.batch
         self.names = force_names(self.mechanism)
-        self.states = driver_states(solution)
+        self.states = solution.drive_states
         self.forces = solution.has_forces
         self.moves = solution.analysis != "statics"
         self.spans = len(solution) > 1 and np.ptp(solution.t) > 0.0
@@ -61,6 +61,7 @@ class _Summary:
         if self.forces:
             parts.append(self._joints())
         parts += [self._drivers(turns) for turns in (True, False)]
+        parts.append(measures(self.solution))
         lines = heading(self.solution, self._when())
         if self.batch:
             lines += paragraph("peaks and ranges over all designs; system.design(n) is one of them")

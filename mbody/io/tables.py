@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import csv
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mbody.errors import ModelError
+from mbody.io.files import writing
+from mbody.measures import found_by, measured
 
 if TYPE_CHECKING:
     from mbody.solution import Solution
 
-__all__ = ["columns", "dataframe", "write_csv"]
+__all__ = ["columns", "dataframe", "print_csv", "write_csv"]
 
 MOTION = {
     "x": "length",
@@ -32,7 +33,7 @@ def columns(solution: Solution) -> dict[str, np.ndarray]:
     """All histories of one motion by column name, each with its unit.
 
     Time first, then nine columns a body (mass centre and angle), three a joint (force and torque
-    on its body j) and one a driver; kinematics has no forces.
+    on its body j), one a driver and one a measure; kinematics has no forces.
 
     Parameters
     ----------
@@ -71,7 +72,7 @@ def columns(solution: Solution) -> dict[str, np.ndarray]:
                 continue  # it finds velocities, no accelerations
             table[f"{body.name}.{key} [{unit(dimension)}]"] = getattr(history, key)
     if not solution.has_forces:
-        return table
+        return table | _measures(solution)
     for joint in mechanism.joints:
         reaction = solution.reaction(joint.name)
         table[f"{joint.name}.fx [{unit('force')}]"] = reaction.fx
@@ -80,7 +81,18 @@ def columns(solution: Solution) -> dict[str, np.ndarray]:
     for driver in mechanism.drivers:
         effort = unit("torque" if driver.rows == "a" else "force")
         table[f"{driver.name}.effort [{effort}]"] = solution.effort(driver.name)
-    return table
+    return table | _measures(solution)
+
+
+def _measures(solution: Solution) -> dict[str, np.ndarray]:
+    """The measured quantities of the mechanism, angles in rad unless it says otherwise."""
+    found = {}
+    for name, measure in solution.mechanism.measures.items():
+        if not found_by(solution, measure):
+            continue
+        values, _, unit = measured(solution, measure)
+        found[f"{name} [{unit}]" if unit else name] = values
+    return found
 
 
 def dataframe(solution: Solution) -> Any:
@@ -146,17 +158,15 @@ def write_csv(solution: Solution, path: Any) -> None:
     ...     path.read_text("utf-8")[:24]
     't [s],crank.x [m],crank.'
     """
+    columns(solution)  # refuses what has no columns before a file is touched
+    with writing(path) as file:
+        print_csv(solution, file)
+
+
+def print_csv(solution: Solution, stream: Any) -> None:
+    """The same to a stream of text."""
     table = columns(solution)
-    rows = np.column_stack(list(table.values())).tolist()
-    try:
-        with Path(path).open("w", encoding="utf-8", newline="") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(table)
-            writer.writerows(rows)  # floats as repr gives them: the shortest exact text
-    except TypeError:
-        raise ModelError(f"a path must be text or path-like, not {path!r}") from None
-    except OSError as error:
-        raise ModelError(
-            f"cannot write '{path}' ({error.strerror}): choose a folder that exists and may be "
-            "written to"
-        ) from None
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(table)
+    # floats as repr gives them: the shortest exact text
+    writer.writerows(np.column_stack(list(table.values())).tolist())

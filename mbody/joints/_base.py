@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from mbody.atoms import Atom
 from mbody.elements import Element, Place, place_field, two_bodies
@@ -28,11 +28,13 @@ class Joint(Element):
         Places such as ``crank.at("A")`` or ``"crank.A"``.
     """
 
+    main: ClassVar[tuple[str, ...]] = ("i", "j")
+
     i: Place = place_field()
     j: Place = place_field()
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def _check(self) -> None:
+        super()._check()
         two_bodies(self)
 
     def atoms(self, at: Numbers) -> list[Atom]:

@@ -45,8 +45,8 @@ class Distance(Joint):
     length: LawLike = law_field("length")
     rows = "l"
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def _check(self) -> None:
+        super()._check()
         if not isinstance(self.length, Constant):
             raise ModelError(
                 f"'{self.name}': length must be one positive number; a DistanceDriver takes a law "

@@ -1,7 +1,7 @@
 """Laws: scalar functions of one variable with first and second derivative.
 
 Of time for drivers (position, rate, acceleration) and forces; of deflection or rate for springs
-and dampers. Common laws are compiled; `Function` takes any Python function.
+and dampers. Common laws are compiled, formulas too; `Function` takes any Python function.
 
 >>> from mbody.laws import Harmonic
 >>> Harmonic(mean=1.0, amplitude=2.0, frequency=3.0)(0.0)
@@ -10,14 +10,17 @@ and dampers. Common laws are compiled; `Function` takes any Python function.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from numbers import Real
 from typing import Any
 
 import numpy as np
 
 from mbody.errors import ModelError
+from mbody.formulas import VARIABLES, Formula, FormulaError, read, told
 from mbody.laws.base import Law, finite
 from mbody.laws.cams import Cam, Dwell, Rise
+from mbody.laws.compiled import compiled
 from mbody.laws.elementary import (
     Constant,
     ConstantAcceleration,
@@ -25,10 +28,12 @@ from mbody.laws.elementary import (
     Harmonic,
     Polynomial,
 )
+from mbody.laws.expression import Expression
 from mbody.laws.function import Function
 from mbody.laws.kernels import LAW_KINDS, SHAPES, evaluate, law
 from mbody.laws.tables import Table
 from mbody.laws.times import times_of
+from mbody.units import DIMENSIONS, Dimension
 
 __all__ = [
     "LAW_KINDS",
@@ -43,27 +48,50 @@ __all__ = [
     "Rise",
     "Dwell",
     "Cam",
+    "Expression",
     "Function",
     "as_law",
+    "compiled",
     "law",
     "evaluate",
     "times_of",
 ]
 
 
-def as_law(value: Any) -> Law:
+def as_law(
+    value: Any, dimension: Dimension | None = None, argument: Dimension = DIMENSIONS["time"]
+) -> Law | Formula:
     """The law that a value stands for: a number is a `Constant`, a Python function a `Function`.
+
+    Parameters
+    ----------
+    value : Law, float, str, quantity or callable
+        Text may have units, parameters and the variable: ``t`` of time, else ``x``.
+    dimension : Dimension, optional
+        Of the law's value; text with units is held against it.
+    argument : Dimension
+        Of what it is a law of.
+
+    Returns
+    -------
+    Law or Formula
+        A formula where text holds the variable: it becomes a law when a mechanism takes it.
 
     Raises
     ------
     ModelError
-        Anything else.
+        Anything else, or a unit that does not fit.
 
     >>> as_law(3)
     Constant(value=3.0)
     """
-    if isinstance(value, Law):
-        return value
+    try:
+        if isinstance(value, Law):
+            return value if dimension is None else value.dimensioned(dimension, argument)
+        if isinstance(value, str | Formula) or hasattr(value, "dimensionality"):
+            return _as_formula(read(value, dimension), argument)
+    except FormulaError as error:
+        raise ModelError(str(error)) from None
     if isinstance(value, Real) and not isinstance(value, bool | np.bool_):
         return Constant(finite(value, "law", "value"))
     if isinstance(value, type) and issubclass(value, Law):
@@ -77,3 +105,16 @@ def as_law(value: Any) -> Law:
         f"a law must be a number, a law such as ConstantSpeed(0, 10), or a function of "
         f"one number, not {value!r}; for points use Table(x, y)"
     )
+
+
+def _as_formula(formula: Formula, argument: Dimension) -> Law | Formula:
+    """A constant, or the formula itself where it has the variable of such a law."""
+    if not formula.variable:
+        return Constant(formula)  # type: ignore[arg-type]  # a float once a mechanism takes it
+    wanted = "t" if argument == DIMENSIONS["time"] else "x"
+    if wanted not in formula.names or formula.names & set(VARIABLES) != {wanted}:
+        raise FormulaError(
+            f"{formula.text!r} is a formula of '{formula.variable}', but the variable here is "
+            f"'{wanted}', {told(argument)}"
+        )
+    return replace(formula, argument=argument)

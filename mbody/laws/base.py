@@ -4,16 +4,32 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import MISSING, dataclass, field, fields, replace
 from numbers import Real
 from typing import Any, ClassVar, TypeAlias, overload
 
 import numpy as np
 
 from mbody.errors import ModelError
+from mbody.formulas import Formula, FormulaError
+from mbody.formulas.door import NotANumber, NotFinite, entered
+from mbody.formulas.formula import checked
+from mbody.formulas.pending import is_pending, substituted
 from mbody.laws.kernels import LAW_KINDS, FloatArray, evaluate
+from mbody.units import DIMENSIONS, Dimension
 
-__all__ = ["FloatArray", "Law", "Value", "finite", "finite_array"]
+__all__ = [
+    "FloatArray",
+    "Law",
+    "Value",
+    "dimension_by",
+    "finite",
+    "finite_array",
+    "let_in",
+    "let_in_all",
+    "measured",
+    "term",
+]
 
 Value: TypeAlias = float | FloatArray
 
@@ -29,6 +45,34 @@ def finite(value: Any, owner: str, field: str) -> float:
         if math.isfinite(result):
             return result
     raise ModelError(f"{owner}: {field} must be a finite number, it is {value!r}")
+
+
+def let_in(value: Any, owner: str, field: str) -> Any:
+    """The value as a finite float, or as a formula where it is text or a quantity.
+
+    >>> let_in("60 deg", "Constant", "value").text
+    '60 deg'
+    """
+    try:
+        return entered(value, None)
+    except (NotANumber, NotFinite):
+        return finite(value, owner, field)
+    except FormulaError as error:
+        raise ModelError(f"{owner}: {field}: {error}") from None
+
+
+def let_in_all(values: Any, owner: str, field: str) -> tuple[Any, ...]:
+    """One row of numbers, each as by `let_in`."""
+    if isinstance(values, (tuple, list)) and any(isinstance(v, (str, Formula)) for v in values):
+        return tuple(let_in(v, owner, f"{field}[{n}]") for n, v in enumerate(values))
+    return tuple(finite_array(values, owner, field).tolist())
+
+
+def term(value: int = 0, argument: int = 0, angle: int = 0, *, default: Any = MISSING) -> Any:
+    """Dataclass field for numbers of a law, with the powers in their dimension of the law's value,
+    of its argument and of an angle: a speed is ``term(1, -1)``.
+    """
+    return field(default=default, metadata={"powers": (value, argument, angle)})
 
 
 def finite_array(values: Any, owner: str, field: str) -> FloatArray:
@@ -53,6 +97,24 @@ def finite_array(values: Any, owner: str, field: str) -> FloatArray:
     return result
 
 
+def dimension_by(powers: tuple[int, int, int], value: Dimension, argument: Dimension) -> Dimension:
+    """The dimension of a number of a law from the powers of its `term`.
+
+    >>> from mbody.units import name_of
+    >>> name_of(dimension_by((1, -1, 0), DIMENSIONS["angle"], DIMENSIONS["time"]))
+    'angular velocity'
+    """
+    return value ** powers[0] * argument ** powers[1] * DIMENSIONS["angle"] ** powers[2]
+
+
+def measured(part: Any, dimension: Dimension, name: str) -> Any:
+    """Numbers of a law whose text has that dimension; FormulaError where it has another."""
+    try:
+        return substituted(part, lambda formula: checked(formula.of(dimension)))
+    except FormulaError as error:
+        raise FormulaError(f"{name}: {error}") from None
+
+
 @dataclass(frozen=True)
 class Law:
     """A scalar function f(x) with f′ and f″: a motion of time, a force of deflection or rate.
@@ -68,9 +130,39 @@ class Law:
     kind: ClassVar[str] = ""
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            value = finite(getattr(self, field.name), type(self).__name__, field.name)
-            object.__setattr__(self, field.name, value)
+        self._enter()
+        if not self.pending:
+            self._check()
+
+    @property
+    def pending(self) -> bool:
+        """Whether numbers of it are text, which a mechanism turns into floats."""
+        return is_pending(self)
+
+    def _enter(self) -> None:
+        """Let every number in."""
+        for part in fields(self):
+            if "powers" in part.metadata:
+                value = let_in(getattr(self, part.name), type(self).__name__, part.name)
+                object.__setattr__(self, part.name, value)
+
+    def _check(self) -> None:
+        """Refuse numbers that do not fit together; all are floats here."""
+
+    def dimensioned(self, value: Dimension, argument: Dimension) -> Law:
+        """The same law with text held against the dimensions that its numbers must have.
+
+        Raises
+        ------
+        FormulaError
+            For a unit that does not fit.
+        """
+        changed: dict[str, Any] = {}
+        for part in fields(self):
+            powers, own = part.metadata.get("powers"), getattr(self, part.name)
+            if powers and is_pending(own):
+                changed[part.name] = measured(own, dimension_by(powers, value, argument), part.name)
+        return replace(self, **changed) if changed else self
 
     @property
     def code(self) -> int:
@@ -111,7 +203,7 @@ class Law:
     def __call__(self, x: FloatArray) -> FloatArray: ...
     def __call__(self, x: Value) -> Value:
         """The value f at x, a float or an array of any shape; errors as `derivatives`."""
-        return self.derivatives(x)[0]
+        return self._asked(x, 1)[0]
 
     @overload
     def derivatives(self, x: float) -> tuple[float, float, float]: ...
@@ -123,20 +215,33 @@ class Law:
         Raises
         ------
         ModelError
-            x is not finite, or outside the range of a table.
+            x is not finite, outside the range of a table, or where a formula has no value.
         """
+        f, f1, f2 = self._asked(x, 3)
+        return f, f1, f2
+
+    def _asked(self, x: Value, orders: int) -> Any:
+        """The first so many of f, f′, f″ at x, looked through for numbers that are none."""
+        if self.pending:
+            raise ModelError(
+                f"{type(self).__name__}: numbers of it are text, which have a value only in a "
+                "mechanism: add what has the law to one, and ask there"
+            )
         xs = np.asarray(x, dtype=float)
         flat = np.ascontiguousarray(xs).reshape(-1)
         if not np.isfinite(flat).all():
             bad = flat[~np.isfinite(flat)][0]
             raise ModelError(f"{type(self).__name__}: asked at x = {bad}; x must be finite")
-        out = self._evaluate(flat)
-        if xs.ndim == 0:
-            return float(out[0, 0]), float(out[0, 1]), float(out[0, 2])
-        return out[:, 0].reshape(xs.shape), out[:, 1].reshape(xs.shape), out[:, 2].reshape(xs.shape)
+        out = self.raw(flat)
+        self._refuse(flat, out[:, :orders])
+        columns = out[:, :orders].T
+        return columns[:, 0].tolist() if xs.ndim == 0 else [f.reshape(xs.shape) for f in columns]
 
-    def _evaluate(self, xs: FloatArray) -> FloatArray:
-        """f, f′, f″, (N, 3), at finite xs (N,)."""
+    def _refuse(self, xs: FloatArray, out: FloatArray) -> None:
+        """Raise the sentence of a law without a value at one of xs (N,), out (N, orders)."""
+
+    def raw(self, xs: FloatArray) -> FloatArray:
+        """f, f′, f″, (N, 3), at finite xs (N,); NaN where the law has no value."""
         out = np.empty((xs.size, 3))
         par = np.array(self.parameters(self.numbers()), dtype=float).reshape(-1, 1)
         tab = self.table()

@@ -11,8 +11,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.laws.base import FloatArray, Law, finite
+from mbody.formulas.pending import is_pending
+from mbody.laws.base import FloatArray, Law, let_in, measured, term
 from mbody.laws.kernels import SHAPES
+from mbody.units import Dimension
 
 __all__ = ["Cam", "Dwell", "Rise"]
 
@@ -55,16 +57,14 @@ class Rise(Law):
     kind: ClassVar[str] = "pieces"
 
     shape: str
-    height: float
-    start: float
-    duration: float
-    base: float = 0.0
+    height: float = term(1)
+    start: float = term(argument=1)
+    duration: float = term(argument=1)
+    base: float = term(1, default=0.0)
 
-    def __post_init__(self) -> None:
+    def _check(self) -> None:
         if self.shape not in SHAPES:
             raise ModelError(f"Rise: shape must be one of {', '.join(SHAPES)}, not {self.shape!r}")
-        for field in ("height", "start", "duration", "base"):
-            object.__setattr__(self, field, finite(getattr(self, field), "Rise", field))
         if self.duration <= 0.0:
             raise ModelError(
                 f"Rise: duration must be positive, it is {self.duration:g}: a fall is "
@@ -100,9 +100,13 @@ class Dwell:
     duration: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "duration", finite(self.duration, "Dwell", "duration"))
-        if self.duration <= 0.0:
+        object.__setattr__(self, "duration", let_in(self.duration, "Dwell", "duration"))
+        if not is_pending(self.duration) and self.duration <= 0.0:
             raise ModelError(f"Dwell: duration must be positive, it is {self.duration:g}")
+
+    def dimensioned(self, value: Dimension, argument: Dimension) -> Dwell:
+        """The same with its text held against the dimension of the argument."""
+        return Dwell(measured(self.duration, argument, "duration"))
 
 
 @dataclass(frozen=True)
@@ -133,12 +137,10 @@ class Cam(Law):
     kind: ClassVar[str] = "pieces"
 
     segments: Sequence[Rise | Dwell]
-    period: float
+    period: float = term(argument=1)
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "period", finite(self.period, "Cam", "period"))
-        if self.period <= 0.0:
-            raise ModelError(f"Cam: period must be positive, it is {self.period:g}")
+    def _enter(self) -> None:
+        super()._enter()
         try:
             object.__setattr__(self, "segments", tuple(self.segments))
         except TypeError:
@@ -148,8 +150,19 @@ class Cam(Law):
         for i, segment in enumerate(self.segments):
             if not isinstance(segment, Rise | Dwell):
                 raise ModelError(f"Cam: segments[{i}] must be a Rise or a Dwell, not {segment!r}")
+
+    def _check(self) -> None:
+        if self.period <= 0.0:
+            raise ModelError(f"Cam: period must be positive, it is {self.period:g}")
         if not self._rises:
             raise ModelError("Cam: the program has no rise; use Constant for a law that rests")
+
+    def dimensioned(self, value: Dimension, argument: Dimension) -> Law:
+        """The same; the segments' text has the dimensions of rises and dwells."""
+        if not self.pending:
+            return self
+        segments: list[Any] = [segment.dimensioned(value, argument) for segment in self.segments]
+        return Cam(segments, measured(self.period, argument, "period"))
 
     @cached_property
     def _rises(self) -> tuple[Rise, ...]:

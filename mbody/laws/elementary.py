@@ -10,7 +10,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.laws.base import FloatArray, Law, finite_array
+from mbody.laws.base import FloatArray, Law, let_in_all, measured, term
+from mbody.units import Dimension
 
 __all__ = ["Constant", "ConstantAcceleration", "ConstantSpeed", "Harmonic", "Polynomial"]
 
@@ -37,7 +38,7 @@ class Constant(_Ascending):
     (3.0, 0.0, 0.0)
     """
 
-    value: float
+    value: float = term(1)
 
 
 @dataclass(frozen=True)
@@ -48,8 +49,8 @@ class ConstantSpeed(_Ascending):
     (7.0, 2.0, 0.0)
     """
 
-    value: float
-    speed: float
+    value: float = term(1)
+    speed: float = term(1, -1)
 
 
 @dataclass(frozen=True)
@@ -60,9 +61,9 @@ class ConstantAcceleration(_Ascending):
     (7.5, 5.0, -40.0)
     """
 
-    value: float
-    speed: float
-    acceleration: float
+    value: float = term(1)
+    speed: float = term(1, -1)
+    acceleration: float = term(1, -2)
 
     def parameters(self, numbers: Mapping[str, Any]) -> list[Any]:
         """[value, speed, acceleration/2]."""
@@ -79,15 +80,24 @@ class Polynomial(_Ascending):
 
     coefficients: Sequence[float] | FloatArray
 
-    def __post_init__(self) -> None:
-        values = finite_array(self.coefficients, "Polynomial", "coefficients")
-        if not values.size:
+    def _enter(self) -> None:
+        values = let_in_all(self.coefficients, "Polynomial", "coefficients")
+        object.__setattr__(self, "coefficients", values)
+
+    def _check(self) -> None:
+        if not len(self.coefficients):
             raise ModelError("Polynomial: coefficients is empty; give at least the constant term")
-        object.__setattr__(self, "coefficients", tuple(values.tolist()))
+
+    def dimensioned(self, value: Dimension, argument: Dimension) -> Law:
+        """The same; every power of the argument has a dimension of its own."""
+        if not self.pending:
+            return self
+        given = enumerate(self.coefficients)
+        return Polynomial([measured(c, value / argument**i, f"c{i}") for i, c in given])
 
     def numbers(self) -> dict[str, float]:
         """{"c0": …, "c1": …, …}."""
-        return {f"c{i}": float(c) for i, c in enumerate(self.coefficients)}
+        return {f"c{i}": c for i, c in enumerate(self.coefficients)}
 
     def with_numbers(self, numbers: Mapping[str, Any]) -> Law:
         """The polynomial with these coefficients."""
@@ -110,10 +120,10 @@ class Harmonic(Law):
 
     kind: ClassVar[str] = "harmonic"
 
-    mean: float
-    amplitude: float
-    frequency: float
-    phase: float = 0.0
+    mean: float = term(1)
+    amplitude: float = term(1)
+    frequency: float = term(0, -1, 1)
+    phase: float = term(angle=1, default=0.0)
 
     def turns(self, x: float) -> FloatArray:
         """The next two crests."""

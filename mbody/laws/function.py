@@ -75,7 +75,7 @@ class Function(Law):
     acceleration: Callable[[float], float] | None = None
     scale: float = 1.0
 
-    def __post_init__(self) -> None:
+    def _check(self) -> None:
         for field in ("function", "rate", "acceleration"):
             value = getattr(self, field)
             if not (callable(value) or (value is None and field != "function")):
@@ -112,7 +112,8 @@ class Function(Law):
             return f, f1, checked(acceleration, x)
         return _differentiate(function, x, self.scale, True)
 
-    def _evaluate(self, xs: FloatArray) -> FloatArray:
+    def raw(self, xs: FloatArray) -> FloatArray:
+        """f, f′, f″, (N, 3), at xs (N,)."""
         # what the compiled loop would get from the hook, without the detour
         out = np.empty((xs.size, 3))
         for i, x in enumerate(xs.tolist()):

@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 
 from mbody._jit import njit
 from mbody._user import call_user
+from mbody.laws.machine import expression
 
 __all__ = ["LAW_KINDS", "SHAPES", "OUTSIDE", "TOLERANCE", "evaluate", "law", "thomas"]
 
-LAW_KINDS = ("polynomial", "harmonic", "spline", "pieces", "user")
-USER = 4
+LAW_KINDS = ("polynomial", "harmonic", "spline", "pieces", "expression", "user")
+USER = 5
 """Kinds of laws; the integer code of a law is the index of its kind."""
 
 SHAPES = (
@@ -240,7 +241,9 @@ def built_in(
         return harmonic(par, o, lane, x)
     if code == 2:
         return spline(tab, k, x)
-    return pieces(par, o, n, lane, tab, k, x)
+    if code == 3:
+        return pieces(par, o, n, lane, tab, k, x)
+    return expression(par, o, lane, tab, k, x)
 
 
 @njit

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Literal, get_args
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.laws.base import FloatArray, Law, finite_array
+from mbody.laws.base import FloatArray, Law, let_in_all, term
 from mbody.laws.kernels import OUTSIDE, thomas
 
 __all__ = ["Table"]
@@ -55,14 +55,18 @@ class Table(Law):
 
     kind: ClassVar[str] = "spline"
 
-    x: Sequence[float] | FloatArray
-    y: Sequence[float] | FloatArray
+    x: Sequence[float] | FloatArray = term(argument=1)
+    y: Sequence[float] | FloatArray = term(1)
     periodic: bool = False
     end: End = "not-a-knot"
     outside: Outside = "error"
 
-    def __post_init__(self) -> None:
-        x, y = finite_array(self.x, "Table", "x"), finite_array(self.y, "Table", "y")
+    def _enter(self) -> None:
+        object.__setattr__(self, "x", let_in_all(self.x, "Table", "x"))
+        object.__setattr__(self, "y", let_in_all(self.y, "Table", "y"))
+
+    def _check(self) -> None:
+        x, y = np.asarray(self.x), np.asarray(self.y)
         for field, choices in (("end", get_args(End)), ("outside", get_args(Outside))):
             if getattr(self, field) not in choices:
                 raise ModelError(
@@ -88,12 +92,12 @@ class Table(Law):
                     f"{y[0]:g} and y[-1] = {y[-1]:g}: repeat the first point one "
                     "period later as the last"
                 )
-            y[-1] = y[0]
-        object.__setattr__(self, "x", tuple(x.tolist()))
-        object.__setattr__(self, "y", tuple(y.tolist()))
+            object.__setattr__(self, "y", (*self.y[:-1], self.y[0]))
 
     def __repr__(self) -> str:
         size, x = len(self.x), self.x
+        if self.pending:
+            return f"Table(<{size} points, text among them>)"
         more = "periodic" if self.periodic else f"end={self.end!r}, outside={self.outside!r}"
         return f"Table(<{size} points, x from {x[0]:g} to {x[-1]:g}>, {more})"
 
@@ -121,15 +125,13 @@ class Table(Law):
         outside = OUTSIDE.index("periodic" if self.periodic else self.outside)
         return np.concatenate([[x.size, outside], x, rows.ravel()])
 
-    def _evaluate(self, xs: FloatArray) -> FloatArray:
-        out = super()._evaluate(xs)
+    def _refuse(self, xs: FloatArray, out: FloatArray) -> None:
         bad = np.isnan(out[:, 0])
         if bad.any():
             raise ModelError(
                 f"Table: the table covers {self.x[0]:g} to {self.x[-1]:g}, asked for "
                 f'{xs[bad][0]:g}: add points, or choose outside="hold" or "line"'
             )
-        return out
 
     def turns(self, x: float) -> FloatArray:
         """Knots and extremes after x: over one period, or to the end of the table."""

@@ -10,7 +10,9 @@ import numpy as np
 from mbody.errors import ModelError
 from mbody.laws.base import FloatArray, Law, finite, finite_array
 from mbody.laws.elementary import Constant, ConstantAcceleration, ConstantSpeed
+from mbody.laws.expression import Expression
 from mbody.laws.function import Function, checked
+from mbody.laws.samples import looked_through
 
 __all__ = ["times_of"]
 
@@ -49,7 +51,8 @@ def times_of(law: Law, values: Any, t0: float) -> FloatArray:
 
     Notes
     -----
-    A Python `Function` is sampled 32 times a `scale` for turning points, over 1024 scales at most.
+    A Python `Function` is sampled 32 times a `scale` for turning points, over 1024 scales at most;
+    an `Expression` as closely as its own f′ and f″ ask for.
 
     >>> from mbody.laws import ConstantAcceleration
     >>> times_of(ConstantAcceleration(0.0, 25.0, -40.0), [0.0, 4.2, 7.8], 0.0)
@@ -83,6 +86,9 @@ def times_of(law: Law, values: Any, t0: float) -> FloatArray:
     if isinstance(law, Function):
         nodes = _sampled(law, sign, begin, float(rest[-1]), t0)
         reached = np.array([checked(law.function, t) for t in nodes.tolist()])
+    elif isinstance(law, Expression):
+        nodes = looked_through(law, sign, begin, float(rest[-1]), t0, CLOSE * size)
+        reached = law(nodes)
     else:
         nodes = _refined(law, sign, begin, float(rest[-1]), t0)
         reached = law(nodes)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from mbody.atoms import Action
-from mbody.elements import Element
+from mbody.elements import Element, body_field
 from mbody.errors import ModelError
 from mbody.laws import Polynomial
 
@@ -29,8 +29,8 @@ class Load(Element):
         Unique in the mechanism; the breakdown of reactions by cause goes by it.
     """
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def _check(self) -> None:
+        super()._check()
         if self.name == "inertia":
             raise ModelError(
                 "a load may not be named 'inertia', which is a cause of its own in the breakdown "
@@ -62,19 +62,13 @@ class Turning(Load):
         The body that carries the opposite torque, by default the ground.
     """
 
-    body: str = ""
-    by: str = "ground"
+    main: ClassVar[tuple[str, ...]] = ("body",)
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        for field in ("body", "by"):
-            value = getattr(self, field)
-            value = getattr(value, "name", value)
-            if not isinstance(value, str) or not value:
-                raise ModelError(
-                    f"'{self.name}': {field} must name a body, not {value!r}", self.name
-                )
-            object.__setattr__(self, field, value)
+    body: str = body_field()
+    by: str = body_field("ground")
+
+    def _check(self) -> None:
+        super()._check()
         if self.body == self.by:
             raise ModelError(
                 f"'{self.name}' would turn '{self.body}' against itself: name two bodies", self.name

@@ -44,8 +44,8 @@ class CustomLoad(Load):
     i: Place = place_field()
     j: Place = place_field()
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def _check(self) -> None:
+        super()._check()
         two_bodies(self)
 
     def parameters(self, at: Numbers) -> list[Any]:

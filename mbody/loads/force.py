@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -45,13 +45,15 @@ class Force(Load):
     ('coupler',)
     """
 
+    main: ClassVar[tuple[str, ...]] = ("value",)
+
     at: Place = place_field()
     value: LawLike = law_field("force", 0.0)
     angle: float = number_field("angle", 0.0)
     follows: bool = False
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def _check(self) -> None:
+        super()._check()
         if not isinstance(self.follows, (bool, np.bool_)):
             raise ModelError(
                 f"'{self.name}': follows must be True or False, not {self.follows!r}", self.name

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from mbody._jit import inline
 from mbody.atoms import Action
@@ -32,6 +32,8 @@ class Gravity(Load):
     >>> Gravity("gravity", y=-9.81).bodies
     ()
     """
+
+    main: ClassVar[tuple[str, ...]] = ("x", "y")
 
     x: LawLike = law_field("acceleration", 0.0)
     y: LawLike = law_field("acceleration", 0.0)

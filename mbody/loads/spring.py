@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -23,11 +23,13 @@ __all__ = ["Damper", "Spring", "stretch"]
 class _Between(Load):
     """Two places and, instead of a number, a law."""
 
+    main: ClassVar[tuple[str, ...]] = ("i", "j")
+
     i: Place = place_field()
     j: Place = place_field()
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def _check(self) -> None:
+        super()._check()
         two_bodies(self)
 
 
@@ -59,10 +61,10 @@ class Spring(_Between):
     stiffness: float | None = number_field("stiffness", None)
     free_length: float = number_field("length", 0.0, sign="not negative")
     preload: float = number_field("force", 0.0)
-    law: LawLike = law_field("force", None)
+    law: LawLike = law_field("force", None, of="length")
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def _check(self) -> None:
+        super()._check()
         one_of(self, "stiffness")
 
     def actions(self, at: Numbers) -> list[Action]:
@@ -93,10 +95,10 @@ class Damper(_Between):
     """
 
     coefficient: float | None = number_field("damping", None, sign="not negative")
-    law: LawLike = law_field("force", None)
+    law: LawLike = law_field("force", None, of="velocity")
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def _check(self) -> None:
+        super()._check()
         one_of(self, "coefficient")
 
     def actions(self, at: Numbers) -> list[Action]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from mbody.atoms import Action
 from mbody.elements import LawLike, law_field
@@ -35,6 +35,8 @@ class Torque(Turning):
     >>> Torque("load", "rocker", value=120.0).bodies
     ('ground', 'rocker')
     """
+
+    main: ClassVar[tuple[str, ...]] = ("value",)
 
     value: LawLike = law_field("torque", 0.0)
 

@@ -46,10 +46,10 @@ class TorsionSpring(Turning):
     stiffness: float | None = number_field("torsion stiffness", None)
     free_angle: float = number_field("angle", 0.0)
     preload: float = number_field("torque", 0.0)
-    law: LawLike = law_field("torque", None)
+    law: LawLike = law_field("torque", None, of="angle")
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def _check(self) -> None:
+        super()._check()
         one_of(self, "stiffness")
 
     def actions(self, at: Numbers) -> list[Action]:
@@ -80,10 +80,10 @@ class TorsionDamper(Turning):
     """
 
     coefficient: float | None = number_field("torsion damping", None, sign="not negative")
-    law: LawLike = law_field("torque", None)
+    law: LawLike = law_field("torque", None, of="angular velocity")
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def _check(self) -> None:
+        super()._check()
         one_of(self, "coefficient")
 
     def actions(self, at: Numbers) -> list[Action]:

@@ -7,7 +7,7 @@ import numpy as np
 import mbody
 from mbody import AngleDriver, Body, ConstantSpeed, Gravity, Mechanism, Revolute, deg
 from mbody.analysis.closure import closed
-from mbody.analysis.mobility import dense, mobility
+from mbody.analysis.rank import dense, rank_of
 from validation.case import Row, Source
 
 __all__ = ["build", "rows"]
@@ -56,7 +56,7 @@ def rows() -> list[Row]:
 def counted(system: mbody.System) -> list[Row]:
     """Rank of the joints alone, then with the motor."""
     G = dense(system, closed(system, 0.0, {}).work)[1]
-    joints, all_ = mobility(G[:12]), mobility(G)
+    joints, all_ = rank_of(G[:12]), rank_of(G)
     exact = "a count is exact"
     return [
         COUNT.absolute("coordinates", joints.coordinates, 12, 0.0, exact),

@@ -7,6 +7,7 @@ Everything is an array over positions (n,).
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -14,9 +15,9 @@ import numpy as np
 Array = np.ndarray
 
 a, b, c, d = 5.0, 15.0, 10.0, 19.0  # in
-WEIGHT = (1.5, 7.7, 5.8)  # lbf, of links 2, 3, 4
 G = 386.0  # in/s²
-PRINTED_MASS = (0.004, 0.020, 0.015)  # blob, as the book rounds them
+#: Of links 2, 3, 4 [blob]: their weights in lbf by g, and as the book rounds them.
+MASS = {"exact": (1.5 / G, 7.7 / G, 5.8 / G), "printed": (0.004, 0.020, 0.015)}
 INERTIA = (0.4, 1.5, 0.8)  # lbf·in·s²
 CG = ((3.0, 30.0), (9.0, 45.0), (5.0, 0.0))  # in @ deg, link axes
 RP, FP, T4 = (3.0, 100.0), (80.0, 330.0), 120.0  # in @ deg, lbf @ deg, lbf·in
@@ -34,9 +35,15 @@ class Motion(NamedTuple):
     acceleration: tuple[Array, Array, Array]
 
 
-def vector(length: float, angle: Array) -> Array:
-    """(2, n) from length and angle."""
-    return length * np.array([np.cos(angle), np.sin(angle)])
+def direction(angle: Array) -> Array:
+    """Unit vectors (2, n)."""
+    return np.array([np.cos(angle), np.sin(angle)])
+
+
+def place(u: Array, length: float, degrees: float) -> Array:
+    """(2, n) at length @ degrees from the unit vectors u (2, n) of a link."""
+    x, y = length * math.cos(math.radians(degrees)), length * math.sin(math.radians(degrees))
+    return np.array([x * u[0] - y * u[1], y * u[0] + x * u[1]])
 
 
 def motion(theta2: Array, omega2: Array, alpha2: Array) -> Motion:
@@ -67,26 +74,28 @@ def motion(theta2: Array, omega2: Array, alpha2: Array) -> Motion:
     def turning(r: Array, omega: Array, alpha: Array) -> Array:
         return alpha * np.array([-r[1], r[0]]) - omega**2 * r
 
-    G2, G3, G4 = (vector(r, t + np.radians(at)) for (r, at), t in zip(CG, (t2, t3, t4)))
+    u2, u3, u4 = direction(t2), direction(t3), direction(t4)
+    G2, G3, G4 = (place(u, *at) for u, at in zip((u2, u3, u4), CG))
     a2, a4 = turning(G2, w2, p2), turning(G4, w4, p4)
-    a3 = turning(vector(a, t2), w2, p2) + turning(G3, w3, p3)
+    a3 = turning(a * u2, w2, p2) + turning(G3, w3, p3)
     return Motion((t2, t3, t4), (w2, w3, w4), (p2, p3, p4), (a2, a3, a4))
 
 
-def equations(m: Motion, mass: tuple[float, float, float]) -> tuple[Array, Array]:
+def equations(m: Motion, masses: str = "exact") -> tuple[Array, Array]:
     """A (n, 9, 9) and b (n, 9) of eq. 11.9, A x = b."""
-    t2, t3, t4 = m.theta
-    G2, G3, G4 = (vector(r, t + np.radians(at)) for (r, at), t in zip(CG, m.theta))
-    R12, R32 = -G2, vector(a, t2) - G2
-    R23, R43 = -G3, vector(b, t3) - G3
-    R34, R14 = vector(c, t4) - G4, -G4
-    P = vector(RP[0], t3 + np.radians(RP[1]))
-    force = vector(FP[0], np.full_like(t3, np.radians(FP[1])))
-    (m2, m3, m4), (I2, I3, I4) = mass, INERTIA
+    u2, u3, u4 = (direction(t) for t in m.theta)
+    G2, G3, G4 = (place(u, *at) for u, at in zip((u2, u3, u4), CG))
+    R12, R32 = -G2, a * u2 - G2
+    R23, R43 = -G3, b * u3 - G3
+    R34, R14 = c * u4 - G4, -G4
+    P = place(u3, *RP)
+    force = place(np.array([[1.0], [0.0]]), *FP)
+    (m2, m3, m4), (I2, I3, I4) = MASS[masses], INERTIA
     a2, a3, a4 = m.acceleration
     p2, p3, p4 = m.alpha
 
-    A, right = np.zeros((len(t2), 9, 9)), np.zeros((len(t2), 9))
+    n = len(m.theta[0])
+    A, right = np.zeros((n, 9, 9)), np.zeros((n, 9))
     F12, F32, F43, F14, T12 = 0, 2, 4, 6, 8
 
     # link 2: F12 + F32 = m2 a2;  T12 + R12 × F12 + R32 × F32 = I2 α2
@@ -114,13 +123,7 @@ def put(A: Array, row: int, column: int, R: Array, sign: float) -> None:
     A[:, row + 2, column], A[:, row + 2, column + 1] = -sign * R[1], sign * R[0]
 
 
-def exact_masses() -> tuple[float, float, float]:
-    """W/g of links 2, 3, 4 [blob]."""
-    m2, m3, m4 = (weight / G for weight in WEIGHT)
-    return m2, m3, m4
-
-
-def solve(theta2: Array, omega2: Array, alpha2: Array) -> Array:
-    """The nine unknowns (9, n) of a motion, with exact masses."""
-    A, right = equations(motion(theta2, omega2, alpha2), exact_masses())
+def forces(m: Motion, masses: str = "exact") -> Array:
+    """The nine unknowns (9, n)."""
+    A, right = equations(m, masses)
     return np.linalg.solve(A, right[..., None])[..., 0].T

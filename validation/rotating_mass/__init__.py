@@ -30,7 +30,7 @@ def rows() -> list[Row]:
     run = mbody.kinetostatics(build(), turn="motor", instants=37)
     F12 = run.reaction("O", on="link")
     size = m * r * omega**2
-    rounding = "a few roundings of cos, sin and their products: 20 × 2.2e-16"
+    rounding = "20 roundings of 2.2e-16 in cos, sin and their products"
     theta = mbody.deg(40.0) + np.linspace(0.0, 2.0 * np.pi, 37)
     centre = -np.array([np.cos(theta), np.sin(theta)])
     small = 20 * EPS

@@ -1,0 +1,194 @@
+"""An analysis at the instants that a description or a command asks for."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from mbody.analysis.kinematics import kinematics
+from mbody.analysis.kinetostatics import kinetostatics
+from mbody.analysis.statics import statics
+from mbody.assembler import assemble
+from mbody.drivers import AngleDriver, Driver
+from mbody.elements import listed
+from mbody.errors import ModelError, SolveError
+from mbody.formulas import Formula, FormulaError
+from mbody.laws import Constant, times_of
+from mbody.mechanism import Mechanism
+from mbody.questions import Ask
+from mbody.solution import Solution
+from mbody.system import System
+from mbody.units import DIMENSIONS
+
+__all__ = ["ANALYSES", "asked", "check_ask"]
+
+ANALYSES = {"kinematics": kinematics, "kinetostatics": kinetostatics, "statics": statics}
+
+#: Part of a turn within which a value is where the law begins, not a turn later.
+HERE = 1e-12
+
+
+def asked(mechanism: Mechanism, analysis: str, ask: Ask | None = None) -> Solution:
+    """A driven analysis at the instants asked for.
+
+    The motion is followed from t = 0, so that the guesses of the bodies, which say the branch at
+    the beginning, hold for every instant.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Driven so that no freedom is left.
+    analysis : str
+        "kinematics", "kinetostatics" or "statics".
+    ask : Ask, optional
+        By default what the mechanism itself asks, else t = 0.
+
+    Raises
+    ------
+    ModelError
+        For a driver that there is not, or a value that its law never takes.
+    SolveError
+        As of the analysis.
+
+    >>> import mbody
+    >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5, start=0.5, speed=10.0)
+    >>> run = asked(machine, "kinematics", Ask(at={"crank": "90 deg"}))
+    >>> round(float(np.degrees(run["crank"].angle[0])), 6)
+    90.0
+    """
+    verb = ANALYSES[analysis]
+    ask = ask or mechanism.ask or Ask()
+    system = assemble(mechanism)
+    if ask.over:
+        turn: Any = True if ask.over == "turn" else ask.over
+        return verb(system, turn=turn, instants=ask.instants)
+    if not ask.at:
+        return verb(system)
+    wanted = _instants(system, ask)
+    if "t" in wanted:
+        start: dict[str, Any] = {"t": np.concatenate([[0.0], wanted["t"]])}
+    else:
+        start = {"drive": {d.name: _before(system, d, wanted) for d in system.drivers}}
+    try:
+        run = verb(system, **start)
+    except SolveError:
+        # where the beginning cannot be reached the instants may stand by themselves
+        return verb(system, **({"t": wanted["t"]} if "t" in wanted else {"drive": wanted}))
+    return run.take(np.arange(1, len(run)))
+
+
+def check_ask(mechanism: Mechanism, ask: Ask) -> None:
+    """Refuse a question that no analysis of the mechanism could answer.
+
+    Raises
+    ------
+    ModelError
+        For a driver that there is not, or a value of another dimension.
+    """
+    for name, row in ask.at.items():
+        if name != "t":
+            _values(mechanism, name, row, _dimension(_driver(mechanism, name)))
+        elif len(ask.at) > 1:
+            raise ModelError("ask: give t or values of drivers, not both")
+        else:
+            _values(mechanism, name, row, "time")
+    if ask.over not in ("", "turn"):
+        _driver(mechanism, ask.over)
+
+
+def _before(system: System, driver: Driver, wanted: dict[str, np.ndarray]) -> np.ndarray:
+    """Values of a driver, its own beginning first."""
+    begin = float(system.law_of(driver)(0.0))
+    count = max(len(values) for values in wanted.values())
+    values = np.broadcast_to(wanted.get(driver.name, np.array([begin])), count)
+    return np.concatenate([[begin], values])
+
+
+def _instants(system: System, ask: Ask) -> dict[str, np.ndarray]:
+    """Times, or values of drivers that rest, by name."""
+    mechanism = system.mechanism
+    check_ask(mechanism, ask)
+    if "t" in ask.at:
+        return {"t": _values(mechanism, "t", ask.at["t"], "time")}
+    wanted: dict[str, np.ndarray] = {}
+    for name, row in ask.at.items():
+        driver = _driver(mechanism, name)
+        wanted[driver.name] = _values(mechanism, name, row, _dimension(driver))
+    moving = [d for d in system.drivers if not _rests(system, d)]
+    named = [d for d in moving if d.name in wanted]
+    if not moving:
+        return wanted
+    if not named:
+        raise ModelError(
+            f"ask: '{next(iter(wanted))}' rests while '{moving[0].name}' moves: say where "
+            f"'{moving[0].name}' is, or give t",
+            moving[0].name,
+        )
+    times = np.array([_time(system, named[0], value) for value in wanted[named[0].name]])
+    for driver in system.drivers:
+        if driver.name in wanted and driver is not named[0]:
+            _check_meets(system, driver, wanted[driver.name], named[0], times)
+    return {"t": times}
+
+
+def _rests(system: System, driver: Driver) -> bool:
+    return isinstance(system.law_of(driver), Constant) or not any(
+        system.law_of(driver).derivatives(0.0)[1:]
+    )
+
+
+def _dimension(driver: Driver) -> str:
+    return "angle" if driver.rows == "a" else "length"
+
+
+def _driver(mechanism: Mechanism, name: str) -> Driver:
+    """The driver of that name, or the one that drives the body of that name."""
+    found = [d for d in mechanism.drivers if name in (d.name, getattr(d, "body", None))]
+    if not found:
+        known = listed(d.name for d in mechanism.drivers)
+        raise ModelError(f"there is no driver '{name}' (there are: {known}), and t is time", name)
+    return found[0]
+
+
+def _values(mechanism: Mechanism, name: str, row: Any, dimension: str) -> np.ndarray:
+    wanted = DIMENSIONS[dimension]
+    try:
+        return np.array(
+            [v.of(wanted).value(mechanism.scope) if isinstance(v, Formula) else v for v in row]
+        )
+    except FormulaError as error:
+        raise ModelError(f"'{name}': {error}", name) from None
+
+
+def _time(system: System, driver: Driver, value: float) -> float:
+    """When the law of a driver takes a value, for an angle at the first turn that has it."""
+    law = system.law_of(driver)
+    begin, rate, change = law.derivatives(0.0)
+    if isinstance(driver, AngleDriver):
+        sense = math.copysign(1.0, rate or change or 1.0)
+        further = math.fmod(sense * (value - begin), 2.0 * math.pi)
+        further += 2.0 * math.pi if further < -HERE else 0.0
+        further = 0.0 if 2.0 * math.pi - further < HERE else max(further, 0.0)
+        value = begin + sense * further
+    try:
+        return float(times_of(law, [value], 0.0)[0])
+    except ModelError as error:
+        raise ModelError(
+            f"driver '{driver.name}' does not come there by its law: {error}", driver.name
+        ) from None
+
+
+def _check_meets(
+    system: System, driver: Driver, values: np.ndarray, leader: Driver, times: np.ndarray
+) -> None:
+    """Refuse values of a second driver that its law does not have at the times of the first."""
+    there = system.law_of(driver)(times)
+    apart = np.abs(there - values)
+    if len(values) not in (1, len(times)) or apart.max() > 1e-9 * (1.0 + np.abs(there).max()):
+        raise ModelError(
+            f"by its law '{driver.name}' is at {there[0]:g} when '{leader.name}' is where you "
+            "want it: name one of them, or give t",
+            driver.name,
+        )

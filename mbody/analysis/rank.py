@@ -1,0 +1,122 @@
+"""Rank of the constraints, free motions, redundant rows, by dense linear algebra.
+
+It serves reports and errors; the kernels never need it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbody.core.close import violation
+from mbody.core.layout import Work
+from mbody.system import System
+
+__all__ = ["DENSE", "Rank", "dense", "jacobian", "rank_of", "smallest_gap"]
+
+#: Rows up to which dense matrices are made.
+DENSE = 1500
+#: A singular value below this part of the greatest is zero.
+ZERO = 1e-9
+
+
+@dataclass(frozen=True)
+class Rank:
+    """Rank of the dimensionless Φ_q at one position.
+
+    Attributes
+    ----------
+    coordinates, rows, rank : int
+        Three coordinates a body; rows of joints and drivers.
+    motions : array (free, coordinates)
+        Free motions, orthonormal, lengths by the model length.
+    dependencies : array (redundant, rows)
+        Combinations of dimensionless rows that vanish, orthonormal.
+    """
+
+    coordinates: int
+    rows: int
+    rank: int
+    motions: np.ndarray
+    dependencies: np.ndarray
+
+    @property
+    def free(self) -> int:
+        """Degrees of freedom that are left."""
+        return self.coordinates - self.rank
+
+    @property
+    def redundant(self) -> int:
+        """Rows beyond the independent ones."""
+        return self.rows - self.rank
+
+
+def jacobian(system: System, work: Work) -> tuple[np.ndarray, np.ndarray]:
+    """Φ (rows,) and Φ_q (rows, coordinates) at the position in the workspace, with their units.
+
+    Rows as in `System.row_table`; the signals must be set.
+    """
+    L = system.layout
+    violation(system.runtime(), work)
+    atom, row, _ = system.row_table
+    node = L.atom_node[atom]
+    phi = work.phi[2 * node + row, 0]
+    blocks = work.block[: 12 * L.nodes, 0].reshape(-1, 2, 2, 3)
+    G = np.zeros((len(atom), L.bodies + 1, 3))
+    every = np.arange(len(atom))
+    for side, body in enumerate((L.atom_i, L.atom_j)):
+        G[every, body[atom]] += blocks[node, side, row]
+    return phi, G[:, :-1].reshape(len(atom), 3 * L.bodies)
+
+
+def dense(system: System, work: Work) -> tuple[np.ndarray, np.ndarray]:
+    """The same without units: lengths by the model length."""
+    phi, G = jacobian(system, work)
+    unit = np.where(system.row_table[2], 1.0, 1.0 / system.length)
+    scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+    return unit * phi, unit[:, None] * G * scale
+
+
+def rank_of(G: np.ndarray, zero: float = ZERO) -> Rank:
+    """Rank, free motions and dependencies of a dimensionless Φ_q (rows, coordinates).
+
+    A singular value below the part `zero` of the greatest counts as none.
+    """
+    rows, coordinates = G.shape
+    if not rows:
+        return Rank(coordinates, 0, 0, np.eye(coordinates), np.empty((0, 0)))
+    u, sizes, vt = np.linalg.svd(G)
+    rank = int((sizes > zero * max(1.0, sizes[0])).sum())
+    return Rank(coordinates, rows, rank, vt[rank:], u[:, rank:].T)
+
+
+def smallest_gap(system: System, work: Work, kept: np.ndarray) -> np.ndarray:
+    """Move the workspace to where the rows not in `kept` are violated least while those in `kept`
+    (rows,) hold; returns the dimensionless Φ there. Gauss–Newton with a growing penalty.
+    """
+    size = 3 * system.layout.bodies
+    scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+    for penalty in (1e1, 1e3, 1e5):
+        weight = np.where(kept, penalty, 1.0)
+        phi, G = dense(system, work)
+        damping, here = 1e-3, np.linalg.norm(weight * phi)
+        for _ in range(100):
+            A = np.vstack([weight[:, None] * G, damping * np.eye(size)])
+            step = np.linalg.lstsq(A, np.append(-weight * phi, np.zeros(size)), rcond=None)[0]
+            step *= min(1.0, 0.5 / max(np.abs(step).max(), 1e-300))
+            before = work.q[:size, 0].copy()
+            work.q[:size, 0] += scale * step
+            new_phi, new_G = dense(system, work)
+            now = np.linalg.norm(weight * new_phi)
+            if now < here:
+                done = here - now < 1e-12 * here
+                phi, G, here, damping = new_phi, new_G, now, 0.3 * damping
+                if done or here < 1e-13:
+                    break
+            else:
+                work.q[:size, 0] = before
+                damping = max(10.0 * damping, 1e-12)
+                if damping > 1e8:
+                    break
+    return dense(system, work)[0]

@@ -1,0 +1,57 @@
+"""What mbody knows: `check`, `models`, `show`, `schema`."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from mbody.cli.models import path_of, taken
+
+__all__ = ["check", "models", "schema", "show"]
+
+
+def check(asked: Any) -> int:
+    """Degrees of freedom, redundant rows and free motions of a model."""
+    from mbody.analysis import mobility
+
+    report = mobility(taken(asked))
+    print(json.dumps(report.data(), ensure_ascii=False) if asked.json else report)
+    return 0
+
+
+def models(asked: Any) -> int:
+    """The models of the gallery, with title, source and what to look at."""
+    from mbody import gallery
+    from mbody.io.text import paragraph
+
+    found = {name: gallery.load(name) for name in gallery.names()}
+    if asked.json:
+        told = [
+            {"model": name, "title": m.name, "source": m.source, "note": m.note}
+            for name, m in found.items()
+        ]
+        print(json.dumps({"models": told}, ensure_ascii=False))
+        return 0
+    wide = max(map(len, found)) + 2
+    for name, machine in found.items():
+        lines = [machine.name, machine.source, machine.note]
+        parts = [part for line in lines if line for part in paragraph(line, " " * wide)]
+        print(f"{name:{wide}}{parts[0].lstrip()}", *parts[1:], "", sep="\n")
+    print("mbody kinetostatics NAME analyses one, mbody show NAME prints its file")
+    return 0
+
+
+def show(asked: Any) -> int:
+    """The file of a model, as it is."""
+    from mbody.io.model.read import text_of
+
+    print(text_of(path_of(asked.model)), end="")
+    return 0
+
+
+def schema(asked: Any) -> int:
+    """The JSON Schema of model files."""
+    from mbody.io.model import json_schema
+
+    print(json.dumps(json_schema(), indent=2, ensure_ascii=False))
+    return 0

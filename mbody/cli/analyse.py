@@ -1,0 +1,79 @@
+"""`mbody kinematics | kinetostatics | statics MODEL`."""
+
+from __future__ import annotations
+
+import json
+import sys
+from typing import TYPE_CHECKING, Any
+
+from mbody.cli.models import named_values, taken
+from mbody.cli.usage import UsageError
+from mbody.errors import ModelError
+
+if TYPE_CHECKING:
+    from mbody.questions import Ask
+    from mbody.solution import Solution
+
+__all__ = ["analyse"]
+
+
+def analyse(asked: Any) -> int:
+    """Run an analysis and show what was asked for."""
+    from mbody.analysis.asked import asked as solved
+
+    given = question(asked)
+    run = solved(taken(asked), asked.command, given)
+    wants_equations = getattr(asked, "equations", False)
+    if wants_equations and len(run) > 1:
+        raise ModelError("--equations shows one instant: say which, with --at")
+    if asked.json:
+        told = run.data(asked.angle)
+        if wants_equations:
+            told["equations"] = run.equations().data()
+        print(json.dumps(told, ensure_ascii=False, allow_nan=False))
+    elif wants_equations:
+        print(run.equations())
+    elif "-" not in (asked.csv, asked.npz):
+        print(run)
+    _write(run, asked)
+    return 0 if run.status == "completed" else 1
+
+
+def question(asked: Any) -> Ask | None:
+    """The instants that the arguments ask for, None where they leave it to the model."""
+    from mbody.formulas import FormulaError, read
+    from mbody.questions import Ask
+
+    if asked.at and asked.over:
+        raise UsageError("give --at or --over, not both")
+    if asked.instants is not None and not asked.over:
+        raise UsageError("--instants goes with --over")
+    if asked.over:
+        return Ask(over=asked.over, instants=_whole(asked.instants))
+    at: dict[str, Any] = {}
+    for name, text in named_values(asked.at, "--at").items():
+        try:
+            at[name] = [read(part, None, "deg") for part in text.split(",")]
+        except FormulaError as error:
+            raise ModelError(f"--at {name}: {error}", name) from None
+    return Ask(at=at) if at else None
+
+
+def _whole(text: str | None) -> int | None:
+    if text is None:
+        return None
+    if not text.isdigit() or len(text) > 12:
+        raise UsageError(f"--instants takes a whole number, not {text[:40]!r}")
+    return int(text)
+
+
+def _write(run: Solution, asked: Any) -> None:
+    """The files that were asked for; what was written is told."""
+    if asked.csv == "-":
+        from mbody.io.tables import print_csv
+
+        print_csv(run, sys.stdout)
+    for path, write in ((asked.csv, run.to_csv), (asked.npz, run.to_npz)):
+        if path and path != "-":
+            write(path)
+            print(f"wrote {path}: {len(run)} instants", file=sys.stderr)

@@ -1,0 +1,175 @@
+"""The words of the command: what may be said, and which function answers.
+
+Nothing heavy is imported before a command runs, so that help is there at once.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from typing import Any, NoReturn
+
+from mbody import __version__
+from mbody.cli.usage import UsageError
+
+__all__ = ["parser"]
+
+MODEL = "a model file (TOML, or JSON by its ending), or the name of a gallery model"
+
+EXAMPLES = """\
+examples:
+  mbody kinetostatics norton_fourbar              all forces of a textbook four-bar
+  mbody kinetostatics mine.toml --at crank=60     at one position
+  mbody kinetostatics mine.toml --over turn --csv turn.csv
+  mbody statics mine.toml --set load=120 --json   as data, for scripts
+  mbody show norton_fourbar > mine.toml           a file to begin with
+"""
+
+
+class _Parser(argparse.ArgumentParser):
+    """Errors are raised, so that they are told like all others."""
+
+    def error(self, message: str) -> NoReturn:
+        """Raise what the arguments lack."""
+        raise UsageError(f"{message} (see {self.prog} --help)")
+
+
+def parser() -> argparse.ArgumentParser:
+    """The whole command; `run` of what it parses takes the parsed arguments."""
+    root = _Parser(
+        prog="mbody",
+        description="Planar multibody dynamics: motion and every joint force.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    root.add_argument("--version", action="version", version=f"mbody {__version__}")
+    commands = root.add_subparsers(dest="command", metavar="command", parser_class=_Parser)
+
+    def command(name: str, told: str, run: Callable[[Any], int | None]) -> argparse.ArgumentParser:
+        made = commands.add_parser(name, help=told, description=told, allow_abbrev=False)
+        made.set_defaults(run=run)
+        return made
+
+    for name, told in (
+        ("kinematics", "positions, velocities and accelerations"),
+        ("kinetostatics", "the motion, every joint force and every effort (inverse dynamics)"),
+        ("statics", "every joint force and effort at rest"),
+    ):
+        _analysis(command(name, told, _analyse))
+    check = command(
+        "check", "count degrees of freedom, find redundant rows and free motions", _check
+    )
+    _model(check)
+    _json(check)
+    _json(command("models", "the models of the gallery", _models))
+    show = command("show", "print the file of a model", _show)
+    show.add_argument("model", metavar="MODEL", help=MODEL)
+    command("schema", "print the JSON Schema of model files, for editors", _schema)
+    _json(command("doctor", "what is installed, and where the kernels are kept", _doctor))
+    command("demo", "a textbook four-bar: all forces, and the book's answers beside", _demo)
+    command("warmup", "compile all kernels, once on a machine", _warmup)
+    return root
+
+
+def _model(command: argparse.ArgumentParser) -> None:
+    command.add_argument("model", metavar="MODEL", help=MODEL)
+    command.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="another value for a parameter of the model, such as --set 'load=12 lbf'",
+    )
+    command.add_argument(
+        "--units",
+        metavar="SYSTEM",
+        help="units of the results: SI, mm-N-s, in-lbf-s, ft-lbf-s, or such as cm-kN-s",
+    )
+
+
+def _json(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--json", action="store_true", help="print data instead of text")
+
+
+def _analysis(command: argparse.ArgumentParser) -> None:
+    _model(command)
+    command.add_argument(
+        "--at",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="where a driver or its body is (crank=60, in degrees; rates by its law), or t=0.1; "
+        "several values with commas",
+    )
+    command.add_argument(
+        "--over", metavar="WHAT", help="a whole turn: 'turn', or which driver is to make it"
+    )
+    command.add_argument(
+        "--instants", metavar="N", help="how many of a turn, both ends included (361)"
+    )
+    command.add_argument(
+        "--angle", choices=("deg", "rad"), default="deg", help="unit of angles in --json"
+    )
+    if not command.prog.endswith("kinematics"):
+        command.add_argument(
+            "--equations",
+            action="store_true",
+            help="print the system of equations with its numbers",
+        )
+    _json(command)
+    command.add_argument("--csv", metavar="FILE", help="write all histories as a table")
+    command.add_argument("--npz", metavar="FILE", help="write all histories as NumPy arrays")
+
+
+# what each command does is imported when it is asked for
+
+
+def _analyse(asked: Any) -> int | None:
+    from mbody.cli.analyse import analyse
+
+    return analyse(asked)
+
+
+def _check(asked: Any) -> int | None:
+    from mbody.cli.about import check
+
+    return check(asked)
+
+
+def _models(asked: Any) -> int | None:
+    from mbody.cli.about import models
+
+    return models(asked)
+
+
+def _show(asked: Any) -> int | None:
+    from mbody.cli.about import show
+
+    return show(asked)
+
+
+def _schema(asked: Any) -> int | None:
+    from mbody.cli.about import schema
+
+    return schema(asked)
+
+
+def _doctor(asked: Any) -> int | None:
+    from mbody.cli.doctor import doctor
+
+    return doctor(asked)
+
+
+def _demo(asked: Any) -> int | None:
+    from mbody.cli.demo import demo
+
+    demo()
+    return 0
+
+
+def _warmup(asked: Any) -> int | None:
+    from mbody.cli.warmup import warmup
+
+    warmup()
+    return 0

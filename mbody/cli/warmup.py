@@ -1,0 +1,53 @@
+"""`mbody warmup`: compile all kernels, once on a machine."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+
+__all__ = ["warmup"]
+
+
+def warmup() -> None:
+    """Compile all kernels by using every analysis on small models."""
+    from mbody._jit import compilations
+
+    whole = time.perf_counter()
+    for title, step in _steps():
+        before, start = compilations(), time.perf_counter()
+        print(f"{title} ...", end=" ", flush=True)
+        step()
+        seconds = time.perf_counter() - start
+        print(f"{seconds:.1f} s, {compilations() - before} functions compiled", flush=True)
+    seconds = time.perf_counter() - whole
+    print(f"ready: {compilations()} functions compiled in {seconds:.1f} s; later runs load them")
+
+
+def _steps() -> Iterator[tuple[str, Callable[[], object]]]:
+    from mbody.analysis import close_loops, kinematics, kinetostatics, statics
+    from mbody.assembler import assemble
+    from mbody.gallery import load
+    from mbody.laws import Function
+    from mbody.loads import Torque
+
+    model = load("norton_fourbar")
+    times = [0.0, 0.01, 0.02]
+
+    def batch() -> object:
+        system = assemble(model).with_values({"crank.inertia": [0.4, 0.5, 0.6]})
+        return kinetostatics(system, t=times).checks
+
+    def hooks() -> object:
+        machine = load("norton_fourbar")
+        machine.add(Torque("brake", "crank", value=Function(lambda t: 1.0 + t)))
+        return kinetostatics(machine, t=times)
+
+    yield "kinematics", lambda: kinematics(model, t=times)
+    yield "kinetostatics", lambda: kinetostatics(model, t=times)
+    yield "a whole turn", lambda: kinetostatics(model, turn=True, instants=400)
+    yield "statics", lambda: statics(model)
+    yield "loops", lambda: close_loops(model)
+    yield "residuals", lambda: kinetostatics(model).checks
+    yield "breakdown by cause", lambda: kinetostatics(model).breakdown("motor")
+    yield "batches of designs", batch
+    yield "functions of the user", hooks

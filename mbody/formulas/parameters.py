@@ -1,0 +1,134 @@
+"""The parameters of a mechanism: numbers that formulas name, some of them formulas of others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from graphlib import CycleError, TopologicalSorter
+from typing import Any
+
+from mbody.errors import ModelError
+from mbody.formulas.door import NotANumber, NotFinite, entered
+from mbody.formulas.evaluate import Scope, Valued, evaluate
+from mbody.formulas.formula import Formula
+from mbody.formulas.parse import FUNCTIONS, VARIABLES, FormulaError, shown
+from mbody.units import UnitSystem
+
+__all__ = ["Parameters"]
+
+LONGEST = 40
+KEPT = {*FUNCTIONS, *VARIABLES, "pi"}
+
+
+class Parameters(Mapping[str, "float | Formula"]):
+    """Named numbers, each a float or a formula of the others; the order does not matter.
+
+    Parameters
+    ----------
+    given : mapping
+        By name: a number, text such as ``"2*a"`` or ``"15 in"``, or a quantity.
+    system : UnitSystem
+        The units that values come out in.
+
+    Raises
+    ------
+    ModelError
+        For a name that cannot stand in a formula, a number that is none, or formulas that go round
+        in a circle.
+
+    >>> from mbody.units import unit_system
+    >>> Parameters({"a": 2.0, "b": "3*a"}, unit_system("SI")).scope().names["b"].value
+    6.0
+    """
+
+    def __init__(self, given: Mapping[str, Any], system: UnitSystem) -> None:
+        if not isinstance(given, Mapping):
+            raise ModelError(f'parameters must be a dict such as {{"a": 2.0}}, not {given!r}')
+        self.system = system
+        self._given = {name: _let_in(name, value) for name, value in given.items()}
+        self._order = self._ordered()
+        self._base = self.scope()
+
+    def __getitem__(self, name: str) -> float | Formula:
+        return self._given[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._given)
+
+    def __len__(self) -> int:
+        return len(self._given)
+
+    def used_by(self, formula: Formula) -> set[str]:
+        """The parameters that a formula names."""
+        return formula.names & self._given.keys()
+
+    def scope(self, values: Mapping[str, Any] | None = None) -> Scope:
+        """What the names stand for: as described, or with other values of some parameters.
+
+        Parameters
+        ----------
+        values : mapping, optional
+            By name, floats or arrays (batch,) in the unit system, angles that have a unit in rad.
+
+        Raises
+        ------
+        ModelError
+            Where a formula of a parameter has no finite value.
+        """
+        if not values and hasattr(self, "_base"):
+            return self._base
+        found: dict[str, Valued] = {}
+        scope = Scope(self.system, found)
+        for name in self._order:
+            own = self._given[name]
+            try:
+                if isinstance(own, Formula):
+                    made = evaluate(own.tree, scope)
+                    made = Valued(own.value(scope), made.dimension)
+                else:
+                    made = Valued(own)
+            except FormulaError as error:
+                raise ModelError(f"parameter '{name}': {error}", name) from None
+            if values and name in values:
+                made = Valued(values[name], made.dimension)
+            found[name] = made
+        return Scope(self.system, found)
+
+    def _ordered(self) -> list[str]:
+        """Every parameter after those that it is made of."""
+        needs = {
+            name: sorted(self.used_by(own)) if isinstance(own, Formula) else []
+            for name, own in self._given.items()
+        }
+        try:
+            return list(TopologicalSorter(needs).static_order())
+        except CycleError as error:
+            ring = " → ".join(reversed(error.args[1][:6]))
+            raise ModelError(
+                f"the parameters {ring} are made of each other: give one of them a number",
+                error.args[1][0],
+            ) from None
+
+
+def _let_in(name: Any, value: Any) -> float | Formula:
+    if not isinstance(name, str) or not name.isidentifier() or len(name) > LONGEST:
+        raise ModelError(
+            f"{shown(str(name))} cannot name a parameter: begin with a letter, go on with letters, "
+            f"digits and _, at most {LONGEST}"
+        )
+    if name in KEPT:
+        raise ModelError(f"the name '{name}' is kept for formulas: call the parameter otherwise")
+    try:
+        result = entered(value, None)
+    except NotANumber:
+        raise ModelError(f"parameter '{name}' must be a number, not {value!r}", name) from None
+    except NotFinite as error:
+        raise ModelError(f"parameter '{name}' is {error}, it must be finite", name) from None
+    except FormulaError as error:
+        raise ModelError(f"parameter '{name}': {error}", name) from None
+    if isinstance(result, Formula) and result.variable:
+        raise ModelError(
+            f"parameter '{name}' is {result.text!r}, but only a law may change with "
+            f"'{result.variable}'",
+            name,
+        )
+    return result

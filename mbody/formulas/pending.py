@@ -1,0 +1,50 @@
+"""Descriptions that still hold text: find the formulas in them, put floats in their place."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from mbody.formulas.formula import Formula
+
+__all__ = ["formulas_in", "is_pending", "substituted"]
+
+
+def formulas_in(value: Any) -> Iterator[Formula]:
+    """Every formula in a value: a number, a point, a law, an element."""
+    if isinstance(value, Formula):
+        yield value
+    elif isinstance(value, (tuple, list)):
+        for part in value:
+            yield from formulas_in(part)
+    elif isinstance(value, dict):
+        for part in value.values():
+            yield from formulas_in(part)
+    elif dataclasses.is_dataclass(value) and not isinstance(value, type):
+        for field in dataclasses.fields(value):
+            yield from formulas_in(getattr(value, field.name))
+
+
+def is_pending(value: Any) -> bool:
+    """Whether a value waits for a mechanism to say what its text comes to."""
+    return next(formulas_in(value), None) is not None
+
+
+def substituted(value: Any, instead: Callable[[Formula], Any]) -> Any:
+    """The value with something in the place of every formula; itself where it has none."""
+    if isinstance(value, Formula):
+        return instead(value)
+    if isinstance(value, (tuple, list)):
+        parts = [substituted(part, instead) for part in value]
+        same = all(new is old for new, old in zip(parts, value, strict=True))
+        return value if same else type(value)(parts)
+    if isinstance(value, dict):
+        pairs = {key: substituted(part, instead) for key, part in value.items()}
+        return pairs if any(pairs[key] is not value[key] for key in pairs) else value
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+        made = {name: substituted(part, instead) for name, part in fields.items()}
+        changed = {name: part for name, part in made.items() if part is not fields[name]}
+        return dataclasses.replace(value, **changed) if changed else value
+    return value

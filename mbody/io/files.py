@@ -1,0 +1,34 @@
+"""Files that results are written to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, Any
+
+from mbody.errors import ModelError
+
+__all__ = ["writing"]
+
+
+@contextmanager
+def writing(path: Any, *, binary: bool = False) -> Iterator[IO[Any]]:
+    """A file open for writing; one that exists is replaced.
+
+    Raises
+    ------
+    ModelError
+        For a place where no file can be written.
+    """
+    try:
+        mode: dict[str, Any] = {"encoding": "utf-8", "newline": ""}
+        with Path(path).open("wb" if binary else "w", **({} if binary else mode)) as file:
+            yield file
+    except TypeError:
+        raise ModelError(f"a path must be text or path-like, not {path!r}") from None
+    except OSError as error:
+        raise ModelError(
+            f"cannot write '{path}' ({error.strerror}): choose a folder that exists and may be "
+            "written to"
+        ) from None

@@ -1,0 +1,125 @@
+"""A checked model becomes a mechanism, element by element; every refusal is kept with its place."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mbody.analysis.asked import check_ask
+from mbody.bodies import Body
+from mbody.elements import Element
+from mbody.errors import ModelError
+from mbody.formulas import read
+from mbody.io.model.kinds import SECTIONS
+from mbody.io.model.report import Path, Problem
+from mbody.loads import Gravity
+from mbody.measures import check_measure
+from mbody.mechanism import Mechanism
+from mbody.questions import Ask, Measure
+
+__all__ = ["build"]
+
+
+def build(given: Any) -> tuple[Mechanism | None, list[Problem]]:
+    """The mechanism of a validated model, and what was refused on the way.
+
+    Returns
+    -------
+    mechanism : Mechanism or None
+        None where not even its frame could be made.
+    problems : list of Problem
+    """
+    problems: list[Problem] = []
+    try:
+        mechanism = Mechanism(
+            given.name,
+            units=given.units,
+            g=given.g,
+            ground=given.ground.points if given.ground else None,
+            parameters=given.parameters,
+            source=given.source,
+            note=given.note,
+        )
+    except ModelError as error:
+        return None, [_framed(given, error)]
+    missing: set[str] = set()
+
+    def add(path: Path, cls: type[Element], fields: dict[str, Any]) -> None:
+        try:
+            mechanism.add(cls(name=str(path[-1]), **fields))
+        except ModelError as error:
+            missing.add(str(path[-1]))
+            # what refers to an element that was refused is not to blame
+            if not any(f"'{name}', which is not there" in str(error) for name in missing):
+                problems.append(Problem(path, _unnamed(str(error), str(path[-1]))))
+
+    for name, body in given.bodies.items():
+        add(("bodies", name), Body, _set(body))
+    for section, kinds in SECTIONS.items():
+        for name, entry in getattr(given, section).items():
+            kind = next(kind for kind in kinds if kind in type(entry).model_fields)
+            add((section, name), kinds[kind], _arguments(kind, kinds[kind], entry))
+    if given.gravity is not None:
+        add(("gravity",), Gravity, _set(given.gravity))
+    problems += _questions(given, mechanism)
+    return mechanism, problems
+
+
+def _framed(given: Any, error: ModelError) -> Problem:
+    """A problem of the mechanism itself, with the key that it comes from."""
+    text = str(error)
+    if error.element in given.parameters:
+        return Problem(("parameters", error.element), text)
+    for key, mark in (("units", "unit system"), ("g", ": g"), ("ground", "'ground'")):
+        if mark in text:
+            return Problem((key,), text)
+    return Problem((), text)
+
+
+def _set(entry: Any) -> dict[str, Any]:
+    """The fields that a file gives; the others keep their defaults."""
+    return {
+        name: getattr(entry, name) for name in type(entry).model_fields if name in _given(entry)
+    }
+
+
+def _given(entry: Any) -> set[str]:
+    return {name for name in entry.model_fields_set if getattr(entry, name) is not None}
+
+
+def _arguments(kind: str, cls: type[Element], entry: Any) -> dict[str, Any]:
+    """Arguments of an element from its table."""
+    fields = _set(entry)
+    main = fields.pop(kind)
+    return {**dict(zip(cls.main, main if len(cls.main) > 1 else (main,), strict=True)), **fields}
+
+
+def _unnamed(text: str, name: str) -> str:
+    """The sentence without the name that stands before it already."""
+    return text.removeprefix(f"'{name}': ")
+
+
+def _row(value: Any, angle: str) -> Any:
+    """Values to ask for: a plain one may turn out to be an angle, in the unit of the file."""
+    if isinstance(value, list):
+        return [_row(part, angle) for part in value]
+    return read(repr(value), None, angle) if isinstance(value, (int, float)) else value
+
+
+def _questions(given: Any, mechanism: Mechanism) -> list[Problem]:
+    problems: list[Problem] = []
+    for name, entry in given.measures.items():
+        try:
+            measure = Measure(entry) if isinstance(entry, str) else Measure(entry.of, entry.unit)
+            mechanism.measures[name] = measure
+            check_measure(mechanism, measure)
+        except ModelError as error:
+            problems.append(Problem(("measures", name), str(error)))
+    if given.ask is not None:
+        try:
+            fields = _set(given.ask)
+            rows = {name: _row(value, given.angle) for name, value in fields.get("at", {}).items()}
+            mechanism.ask = Ask(**{**fields, "at": rows})
+            check_ask(mechanism, mechanism.ask)
+        except ModelError as error:
+            problems.append(Problem(("ask",), str(error)))
+    return problems

@@ -1,0 +1,73 @@
+"""The same mechanism in another unit system."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+from mbody.errors import ModelError
+from mbody.formulas import Formula
+from mbody.io.model.read import built
+from mbody.io.model.write import Writer, has_units, plain
+from mbody.mechanism import Mechanism
+from mbody.units import Dimension, UnitSystem, unit_system
+
+__all__ = ["in_units"]
+
+
+def in_units(mechanism: Mechanism, units: str | UnitSystem) -> Mechanism:
+    """The mechanism with every number in another unit system: results come out in it.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Without Python code, as for a model file.
+    units : str
+        Name of the unit system.
+
+    Raises
+    ------
+    ModelError
+        For a unit system that there is not, Python code, or a formula of t whose plain numbers
+        belong to the old units.
+
+    >>> import mbody
+    >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5, units="ft-lbf-s")
+    >>> round(in_units(machine, "in-lbf-s")["rocker"].points["B"][0], 9)
+    24.0
+    """
+    system = unit_system(units)
+    return mechanism if system == mechanism.units else built(_Converter(mechanism, system).whole())
+
+
+class _Converter(Writer):
+    """The same in another unit system: numbers, without the text that they were made of."""
+
+    def __init__(self, mechanism: Mechanism, units: UnitSystem) -> None:
+        super().__init__(mechanism)
+        self.units = units
+
+    def written(self, value: float, dimension: Dimension) -> Any:
+        """A float in the new units; exact where both units are."""
+        ratio = self.mechanism.units.unit(dimension).ratio / self.units.unit(dimension).ratio
+        return super().written(value if ratio == 1 else float(Fraction(value) * ratio), dimension)
+
+    def number(self, name: str, value: float, dimension: Dimension) -> Any:
+        """The number, for its text may be of plain numbers in the old units."""
+        return self.written(value, dimension)
+
+    def parameter(self, name: str) -> Any:
+        """A number with its unit, a plain one as it is."""
+        valued = self.mechanism.scope.names[name]
+        if valued.dimension is None:
+            return plain(float(valued.value))
+        return f"{float(valued.value)!r} {self.mechanism.units.of(valued.dimension)}".strip()
+
+    def law_text(self, formula: Formula) -> Any:
+        """The text of a formula that has units; plain numbers would change their meaning."""
+        if not has_units(formula, self.mechanism):
+            raise ModelError(
+                f"the law {formula.text!r} is of plain numbers, which cannot be taken to other "
+                "units: give its numbers their units"
+            )
+        return self.text(formula)

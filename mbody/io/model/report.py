@@ -1,0 +1,168 @@
+"""What is wrong with a model file, all of it at once: file, line, field and a sentence."""
+
+from __future__ import annotations
+
+import difflib
+from dataclasses import dataclass
+from typing import Any
+
+from mbody.errors import ModelError
+from mbody.io.model.kinds import SECTIONS
+from mbody.io.model.lines import line_of
+
+__all__ = ["Problem", "raise_all", "sentences"]
+
+MOST = 20  # problems that are told; the others are counted
+
+Path = tuple[Any, ...]
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing that is wrong."""
+
+    path: Path
+    message: str
+
+
+def sentences(errors: list[Any], schema: dict[str, Any], data: Any) -> list[Problem]:
+    """Problems from what pydantic found."""
+    return [Problem(_plain(e["loc"]), _sentence(e, schema, data)) for e in errors]
+
+
+def _plain(location: Path) -> Path:
+    """The path as the user wrote it, without the marks of the forms that a field may have."""
+    marks = ("<", "[key]")
+    return tuple(p for p in location if not (isinstance(p, str) and p.startswith(marks)))
+
+
+def _sentence(error: Any, schema: dict[str, Any], data: Any) -> str:
+    own = (error.get("ctx") or {}).get("error")
+    if isinstance(own, ValueError):
+        return str(own)
+    path, kind = _plain(error["loc"]), error["type"]
+    if kind == "extra_forbidden":
+        return _unknown(path[-1], _keys(schema, path[:-1], data), _at(data, path[:-1]))
+    if kind == "kind":
+        given = list(error["input"]) if isinstance(error["input"], dict) else []
+        known = error["msg"].split("there are: ")[-1].rstrip(")").split(", ")
+        for key in given:
+            if close := difflib.get_close_matches(str(key), known, 1):
+                return f"{error['msg']}: it has '{_short(key)}', did you mean '{close[0]}'?"
+        return str(error["msg"])
+    if kind == "missing" and not isinstance(path[-1], int):
+        return "is missing: give it"
+    if kind == "literal_error":
+        return f"must be {error['ctx']['expected']}, not {_short(error['input'])!r}"
+    told = {
+        "string_type": "must be text",
+        "dict_type": "must be a table",
+        "model_type": "must be a table",
+        "model_attributes_type": "must be a table",
+        "list_type": "must be a list",
+        "tuple_type": "must be a list",
+        "bool_type": "must be true or false",
+        "bool_parsing": "must be true or false",
+        "int_type": "must be a whole number",
+    }.get(kind)
+    if kind == "missing":
+        return "is missing: the list is too short"
+    if kind == "too_long":
+        told = f"must be a list of {error['ctx']['max_length']}"
+    message = told or error["msg"][0].lower() + error["msg"][1:]
+    return f"{message}, not {_short(error['input'])}"
+
+
+def _short(value: Any) -> str:
+    text = repr(value) if not isinstance(value, str) else value
+    return text if len(text) <= 40 else text[:37] + "..."
+
+
+def _unknown(key: Any, known: list[str], table: Any) -> str:
+    """Why a key is refused: a second kind of element, a slip of the pen, or one too many."""
+    kinds = next((kinds for kinds in SECTIONS.values() if key in kinds), {})
+    given = table if isinstance(table, dict) else {}
+    first = next((kind for kind in kinds if kind in given and kind != key), None)
+    if first is not None:
+        return f"names a second kind of element beside '{first}': keep one of them"
+    close = difflib.get_close_matches(str(key)[:100], known, 1)
+    if close:
+        return f"there is no such key, did you mean '{close[0]}'?"
+    left = [word for word in known if word not in given]
+    return f"there is no such key (there are: {', '.join(left[:12])})"
+
+
+def _at(data: Any, path: Path) -> Any:
+    for key in path:
+        try:
+            data = data[key]
+        except (KeyError, IndexError, TypeError):
+            return None
+    return data
+
+
+def _keys(schema: dict[str, Any], path: Path, data: Any) -> list[str]:
+    """The keys that the schema knows at a path; of several forms those that fit what is there."""
+    nodes = [schema]
+    for n, key in enumerate(path):
+        nodes = [below for node in nodes for below in _below(node, key, schema)]
+        nodes = _fitting(nodes, _at(data, path[: n + 1]), schema)
+    found: list[str] = []
+    for node in nodes:
+        found += [key for key in node.get("properties", {}) if key not in (*found, "$schema")]
+    return found
+
+
+def _forms(node: dict[str, Any], schema: dict[str, Any]) -> list[dict[str, Any]]:
+    """A node of the schema, or all forms that it may have."""
+    if "$ref" in node:
+        return _forms(schema["$defs"][node["$ref"].rpartition("/")[2]], schema)
+    parts = node.get("oneOf", node.get("anyOf"))
+    return [form for part in parts for form in _forms(part, schema)] if parts else [node]
+
+
+def _below(node: dict[str, Any], key: Any, schema: dict[str, Any]) -> list[dict[str, Any]]:
+    """What the schema says of a key, or of an entry of a list."""
+    if isinstance(key, int):
+        items = node.get("prefixItems")
+        below = items[key] if items and key < len(items) else node.get("items")
+    else:
+        below = node.get("properties", {}).get(key, node.get("additionalProperties"))
+    return _forms(below, schema) if isinstance(below, dict) else []
+
+
+def _fitting(
+    nodes: list[dict[str, Any]], data: Any, schema: dict[str, Any]
+) -> list[dict[str, Any]]:
+    if not isinstance(data, dict):
+        return nodes
+    required = [n for n in nodes if set(n.get("required", [])) & set(data)]
+    return required or [n for n in nodes if n.get("type") == "object"]
+
+
+def raise_all(problems: list[Problem], text: str, is_json: bool, name: str) -> None:
+    """Raise one error that tells all problems, in the order of the file.
+
+    Raises
+    ------
+    ModelError
+        Where there is a problem. Its `problems` are (line, field, message) of each.
+    """
+    if not problems:
+        return
+    told = []
+    for problem in problems[: 4 * MOST]:
+        line = line_of(text, is_json, problem.path)
+        told.append((line, ".".join(_short(key) for key in problem.path), problem.message))
+    told = sorted(dict.fromkeys(told), key=lambda entry: entry[0] or 0)
+    lines = [
+        ": ".join(part for part in (f"line {line}" if line else "", field, message) if part)
+        for line, field, message in told[:MOST]
+    ]
+    if len(problems) > MOST:
+        lines.append(f"and {len(problems) - MOST} more")
+    element = next((p.path[1] for p in problems if len(p.path) > 1), None)
+    whole = f"{name}: {lines[0]}" if len(lines) == 1 else "\n  ".join([f"{name}:", *lines])
+    error = ModelError(whole, str(element) if element is not None else None)
+    error.problems = tuple(told)
+    raise error

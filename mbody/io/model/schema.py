@@ -1,0 +1,183 @@
+"""The shape of a model file: pydantic models made from the element classes, and the JSON Schema."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import re
+from typing import Annotated, Any, Literal
+
+from pydantic import Discriminator, Field, Tag, create_model
+
+from mbody.bodies import Body
+from mbody.elements import Element
+from mbody.io.model import fields as of
+from mbody.io.model.kinds import SECTIONS
+from mbody.io.model.law_fields import law
+from mbody.units import DIMENSIONS, UNIT_SYSTEMS, dimension_of
+
+__all__ = ["json_schema", "model"]
+
+
+def _described(cls: type) -> dict[str, str]:
+    """What the docstring of a class says of each of its parameters, those of its bases included."""
+    found: dict[str, str] = {}
+    for base in reversed(cls.__mro__):
+        text = base.__dict__.get("__doc__") or ""
+        _, _, rest = text.partition("Parameters\n    ----------\n")
+        block = re.split(r"\n    [A-Z][a-z]+\n    -----", rest)[0]
+        for names, told in re.findall(r"^    (\S[^:\n]*) : .*\n((?:        .*\n?)+)", block, re.M):
+            words = " ".join(told.split())
+            found |= dict.fromkeys((name.strip() for name in names.split(",")), words)
+    return found
+
+
+def _field(field: dataclasses.Field[Any]) -> Any:
+    """The type of one field of an element."""
+    meta = field.metadata
+    if "dimension" in meta:
+        return of.number(dimension_of(meta["dimension"]))
+    if "law" in meta:
+        return law(dimension_of(meta["law"]), dimension_of(meta["of"]))
+    if "place" in meta:
+        return of.place
+    if "body" in meta:
+        return str
+    return {"bool": bool, "int": int, "str": str}[str(field.type)]
+
+
+def _default(field: dataclasses.Field[Any]) -> Any:
+    return ... if field.default is dataclasses.MISSING or "place" in field.metadata else None
+
+
+def _entry(kind: str, cls: type[Element]) -> Any:
+    """The table of one kind of element: its kind with the main fields, then the others."""
+    told = _described(cls)
+    own = {field.name: field for field in dataclasses.fields(cls) if field.name != "name"}
+    main = [own.pop(name) for name in cls.main]
+    first = _field(main[0]) if len(main) == 1 else tuple[tuple(_field(part) for part in main)]
+    about = "; ".join(told.get(part.name, part.name) for part in main)
+    columns: dict[str, Any] = {kind: (first, Field(..., description=about))}
+    for name, field in own.items():
+        columns[name] = (_field(field), Field(_default(field), description=told.get(name)))
+    lines = (cls.__doc__ or "").split("\n\n")[0].split("\n")
+    about = " ".join(line.strip() for line in lines)
+    return create_model(cls.__name__, __base__=of.Strict, __doc__=about, **columns)
+
+
+def _choice(section: str) -> Any:
+    """Any one kind of a section, told by the key that is there."""
+    kinds = SECTIONS[section]
+
+    def choose(value: Any) -> str | None:
+        found = [kind for kind in kinds if isinstance(value, dict) and kind in value]
+        # "angle" is a kind of driver and a field of forces and places: the first kind counts
+        return f"<{found[0]}>" if found else None
+
+    tagged = [Annotated[_entry(kind, cls), Tag(f"<{kind}>")] for kind, cls in kinds.items()]
+    union: Any = tagged[0]
+    for one in tagged[1:]:
+        union = union | one
+    what = section.removesuffix("s")
+    return Annotated[
+        union,
+        Discriminator(
+            choose,
+            custom_error_type="kind",
+            custom_error_message=f"names no kind of {what} (there are: {', '.join(kinds)})",
+        ),
+    ]
+
+
+@functools.cache
+def _body() -> Any:
+    told = _described(Body)
+    columns: dict[str, Any] = {}
+    special = {"cg": of.point, "points": of.points, "guess": of.guess, "spread": of.spread}
+    for field in dataclasses.fields(Body):
+        if field.name == "name":
+            continue
+        kind = special.get(field.name) or _field(field)
+        columns[field.name] = (kind, Field(None, description=told.get(field.name)))
+    return create_model("Body", __base__=of.Strict, __doc__="One rigid link.", **columns)
+
+
+class Ground(of.Strict):
+    """The fixed link."""
+
+    points: of.points = Field(default_factory=dict)
+
+
+class GravityIn(of.Strict):
+    """The weight of every body: components of the gravitational acceleration."""
+
+    x: law(DIMENSIONS["acceleration"], DIMENSIONS["time"]) = None
+    y: law(DIMENSIONS["acceleration"], DIMENSIONS["time"]) = None
+
+
+class MeasureIn(of.Strict):
+    """A quantity to be measured, in a unit."""
+
+    of: str
+    unit: str = ""
+
+
+class AskIn(of.Strict):
+    """The instants that an analysis is made for, unless the command says otherwise."""
+
+    at: dict[str, of.number(None) | list[of.number(None)]] = Field(default_factory=dict)
+    over: str = ""
+    instants: int | None = None
+
+
+@functools.cache
+def model() -> Any:
+    """The whole file."""
+    tables = {
+        "parameters": dict[str, of.number(None)],
+        "bodies": dict[of.name_in, _body()],
+        **{section: dict[of.name_in, _choice(section)] for section in SECTIONS},
+        "measures": dict[of.name_in, str | MeasureIn],
+    }
+    about = {
+        "parameters": "Named numbers that formulas may use.",
+        "bodies": "The moving links by name.",
+        "joints": "What holds the links together, by name.",
+        "drivers": "Motors: coordinates that follow a law of time, by name.",
+        "loads": "Forces, torques, springs and dampers, by name.",
+        "measures": "Quantities to be measured on every result, by name.",
+    }
+    systems = ", ".join(UNIT_SYSTEMS)
+    columns: dict[str, Any] = {
+        "name": (str, Field("mechanism", description="Title of the mechanism.", max_length=200)),
+        "source": (str, Field("", description="Book, page or repository that it comes from.")),
+        "note": (str, Field("", description="What to look at.")),
+        "units": (str, Field("SI", description=f"Units of plain numbers: {systems}.")),
+        "angle": (Literal["deg", "rad"], Field("deg", description="Unit of plain angles.")),
+        "g": (
+            of.number(DIMENSIONS["acceleration"]),
+            Field(None, description="Turns weights into masses; standard gravity by default."),
+        ),
+        "ground": (Ground, Field(None, description="The fixed link.")),
+        "gravity": (GravityIn, Field(None, description="Gravity on every body.")),
+        "ask": (AskIn, Field(None, description="The instants to analyse.")),
+        "schema_": (str, Field(None, alias="$schema", description="Where this schema lies.")),
+    }
+    columns |= {
+        name: (kind, Field(default_factory=dict, description=about[name]))
+        for name, kind in tables.items()
+    }
+    return create_model(
+        "Model", __base__=of.Strict, __doc__="A planar mechanism, as mbody reads it.", **columns
+    )
+
+
+@functools.cache
+def json_schema() -> dict[str, Any]:
+    """The JSON Schema of model files, for the completion of editors."""
+    schema: dict[str, Any] = model().model_json_schema()
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        **schema,
+        "title": "mbody model",
+    }

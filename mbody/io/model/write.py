@@ -1,0 +1,369 @@
+"""A mechanism as a model file: the same tables that `read` takes, as TOML or JSON.
+
+What was written as text stays text. A float comes back to the last digit: angles are written in
+degrees where the degrees are short, else with their unit in radians.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import os
+from pathlib import Path
+from typing import Any
+
+from mbody.bodies import Body, Guess, SecondMoments, Slender
+from mbody.elements import Element, Marker, Polar
+from mbody.errors import ModelError
+from mbody.formulas import Formula, FormulaError, parse
+from mbody.formulas.evaluate import measured
+from mbody.io.model.kinds import LAWS, SECTIONS, kind_of, section_of
+from mbody.io.model.toml import toml
+from mbody.laws import Cam, Constant, Dwell, Law, Polynomial
+from mbody.laws.base import dimension_by
+from mbody.loads import Gravity
+from mbody.mechanism import Mechanism
+from mbody.units import DIMENSIONS, Dimension, dimension_of
+
+__all__ = ["Writer", "as_data", "to_text", "has_units", "plain", "save"]
+
+ANGLE = DIMENSIONS["angle"]
+WORDS = {cls: word for word, cls in LAWS.items()}
+
+
+def save(mechanism: Mechanism, path: str | os.PathLike[str]) -> None:
+    """Write a mechanism to a model file, TOML or (by its ending) JSON; `load` reads it back.
+
+    Raises
+    ------
+    ModelError
+        When it holds Python code, which no file carries, or the file cannot be written.
+    """
+    file = Path(path)
+    text = to_text(mechanism, as_json=file.suffix.lower() == ".json")
+    try:
+        file.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise ModelError(f"the file '{file}' cannot be written: {error.strerror}") from None
+
+
+def to_text(mechanism: Mechanism, *, as_json: bool = False) -> str:
+    """The text of a model file.
+
+    Raises
+    ------
+    ModelError
+        When it holds Python code, which no file carries.
+
+    >>> from mbody import Body, Mechanism
+    >>> machine = Mechanism("an arm", units="mm-N-s")
+    >>> machine.add(Body("arm", mass="2 kg", points={"A": (100.0, 0.0)}))
+    >>> print(to_text(machine))
+    name  = "an arm"
+    units = "mm-N-s"
+    <BLANKLINE>
+    [bodies.arm]
+    mass   = "2 kg"
+    points = { A = [100, 0] }
+    <BLANKLINE>
+    """
+    data = as_data(mechanism)
+    return json.dumps(data, indent=2, ensure_ascii=False) + "\n" if as_json else toml(data)
+
+
+def as_data(mechanism: Mechanism) -> dict[str, Any]:
+    """The tables of a model file."""
+    return Writer(mechanism).whole()
+
+
+class Writer:
+    """Turns elements into tables, with the text that their numbers were made of."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism, self.formulas = mechanism, mechanism.formulas
+        self.units = mechanism.units
+
+    def written(self, value: float, dimension: Dimension) -> Any:
+        """A float as the file has it."""
+        return _angle(value) if dimension == ANGLE else plain(value)
+
+    def parameter(self, name: str) -> Any:
+        """A parameter: a number or its text."""
+        own = self.mechanism.parameters[name]
+        return self.text(own) if isinstance(own, Formula) else plain(own)
+
+    def whole(self) -> dict[str, Any]:
+        """All tables."""
+        machine = self.mechanism
+        data: dict[str, Any] = {"name": machine.name}
+        for key in ("source", "note"):
+            if getattr(machine, key):
+                data[key] = getattr(machine, key)
+        data["units"] = self.units.name
+        if machine.g != machine.units.g:
+            data["g"] = self.written(machine.g, DIMENSIONS["acceleration"])
+        if machine.parameters:
+            data["parameters"] = {name: self.parameter(name) for name in machine.parameters}
+        if machine.ground.points:
+            data["ground"] = {"points": self.points(machine.ground)}
+        data["bodies"] = {body.name: self.body(body) for body in machine.bodies}
+        for section in SECTIONS:
+            elements = getattr(machine, section)
+            table = {e.name: self.element(e) for e in elements if not _is_gravity(e)}
+            if table:
+                data[section] = table
+        gravity = next((load for load in machine.loads if _is_gravity(load)), None)
+        if gravity is not None:
+            data["gravity"] = self.gravity(gravity)
+        return data | self.questions()
+
+    def questions(self) -> dict[str, Any]:
+        """Measures, and the instants that are asked for."""
+        data: dict[str, Any] = {}
+        if self.mechanism.measures:
+            data["measures"] = {
+                name: {"of": m.of, "unit": m.unit} if m.unit else m.of
+                for name, m in self.mechanism.measures.items()
+            }
+        ask = self.mechanism.ask
+        if ask is not None:
+            table: dict[str, Any] = {}
+            if ask.at:
+                table["at"] = {name: self.instants(name, row) for name, row in ask.at.items()}
+            if ask.over:
+                table["over"] = ask.over
+            if ask.instants is not None:
+                table["instants"] = ask.instants
+            data["ask"] = table
+        return data
+
+    def instants(self, name: str, row: Any) -> Any:
+        """One or more values to ask for."""
+        cells = [self.instant(name, value) for value in row]
+        return cells if len(cells) > 1 else cells[0]
+
+    def instant(self, name: str, value: Any) -> Any:
+        """One value to ask for."""
+        if isinstance(value, Formula):
+            return value.text
+        drivers = (d for d in self.mechanism.drivers if name in (d.name, getattr(d, "body", None)))
+        driver = next(drivers, None)
+        if driver is None:
+            return plain(value)
+        return self.written(value, DIMENSIONS["angle" if driver.rows == "a" else "length"])
+
+    # -- elements -----------------------------------------------------------------------------
+
+    def body(self, body: Body) -> dict[str, Any]:
+        """The table of a body."""
+        name = body.name
+        table: dict[str, Any] = {}
+        for key in ("mass", "weight"):
+            if getattr(body, key) is not None:
+                table[key] = self.number(f"{name}.{key}", getattr(body, key), DIMENSIONS[key])
+        if body.inertia or f"{name}.inertia" in self.formulas:
+            table["inertia"] = self.number(f"{name}.inertia", body.inertia, DIMENSIONS["inertia"])
+        if body.cg != (0.0, 0.0) or {f"{name}.cg.x", f"{name}.cg.y"} & self.formulas.keys():
+            table["cg"] = self.point(f"{name}.cg", body.cg)
+        if body.points:
+            table["points"] = self.points(body)
+        if body.guess != Guess():
+            table["guess"] = self.guess(body.guess)
+        if body.spread is not None:
+            table["spread"] = self.spread(body.spread)
+        return table
+
+    def points(self, body: Body) -> dict[str, Any]:
+        """The named points of a body."""
+        return {key: self.point(f"{body.name}.{key}", p) for key, p in body.points.items()}
+
+    def point(self, name: str, value: Any) -> Any:
+        """A pair, or distance and angle."""
+        length = DIMENSIONS["length"]
+        if isinstance(value, Polar):
+            return {
+                "r": self.number(f"{name}.r", value.r, length),
+                "angle": self.number(f"{name}.angle", value.angle, ANGLE),
+            }
+        pairs = zip("xy", value, strict=True)
+        return [self.number(f"{name}.{axis}", part, length) for axis, part in pairs]
+
+    def guess(self, guess: Guess) -> Any:
+        """A rough pose, as short as it can be said."""
+        angle = None if guess.angle is None else _angle(guess.angle)
+        if guess.x is None and guess.y is None:
+            return angle
+        length = DIMENSIONS["length"]
+        parts = {"angle": angle}
+        parts |= {
+            key: self.written(part, length)
+            for key, part in (("x", guess.x), ("y", guess.y))
+            if part is not None
+        }
+        return {key: part for key, part in parts.items() if part is not None}
+
+    def spread(self, spread: Any) -> Any:
+        """How the mass of a body is spread."""
+        if isinstance(spread, Slender):
+            return {"slender": _angle(spread.angle)}
+        if isinstance(spread, SecondMoments):
+            inertia = DIMENSIONS["inertia"]
+            return {k: self.written(getattr(spread, k), inertia) for k in ("xx", "yy", "xy")}
+        return spread
+
+    def gravity(self, element: Element) -> dict[str, Any]:
+        """Components of gravity."""
+        fields = {field.name: field for field in dataclasses.fields(element)}
+        return {
+            axis: self.field(element, fields[axis])
+            for axis in ("x", "y")
+            if getattr(element, axis) != Constant(0.0)
+        }
+
+    def element(self, element: Element) -> dict[str, Any]:
+        """The table of a joint, driver or load."""
+        kind = kind_of(element)
+        if kind is None:
+            raise ModelError(
+                f"'{element.name}' is a {type(element).__name__}, Python code of your own, which a "
+                "model file does not carry",
+                element.name,
+            )
+        fields = {f.name: f for f in dataclasses.fields(element) if f.name != "name"}
+        main = [self.field(element, fields.pop(name)) for name in element.main]
+        table: dict[str, Any] = {kind: main if len(main) > 1 else main[0]}
+        for name, field in fields.items():
+            value = getattr(element, name)
+            given = f"{element.name}.{name}" in self.formulas
+            if given or not _is_default(field, value):
+                table[name] = self.field(element, field)
+        assert section_of(element)
+        return table
+
+    def field(self, element: Element, field: dataclasses.Field[Any]) -> Any:
+        """One field of an element."""
+        value, name = getattr(element, field.name), f"{element.name}.{field.name}"
+        meta = field.metadata
+        if "dimension" in meta:
+            return self.number(name, value, dimension_of(meta["dimension"]))
+        if "law" in meta:
+            return self.law(name, value, dimension_of(meta["law"]), dimension_of(meta["of"]))
+        if "place" in meta:
+            return self.place(name, value)
+        return bool(value) if isinstance(value, bool) else value
+
+    def place(self, name: str, marker: Marker) -> Any:
+        """A place, as text where it is a named point."""
+        angled = marker.angle or f"{name}.angle" in self.formulas
+        if isinstance(marker.point, str) and not angled:
+            return f"{marker.body}.{marker.point}"
+        moved = {f"{name}.x", f"{name}.y"} & self.formulas.keys()
+        origin = marker.point == (0.0, 0.0) and not moved
+        if origin and not angled:
+            return marker.body
+        table: dict[str, Any] = {"body": marker.body}
+        if isinstance(marker.point, str):
+            table["point"] = marker.point
+        elif not origin:
+            table["point"] = self.point(name, marker.point)
+        if angled:
+            table["angle"] = self.number(f"{name}.angle", marker.angle, ANGLE)
+        return table
+
+    # -- laws and numbers ---------------------------------------------------------------------
+
+    def law(self, name: str, law: Any, value: Dimension, of: Dimension) -> Any:
+        """A law: a number, a formula or a table."""
+        if name in self.formulas and self.formulas[name].variable:
+            return self.law_text(self.formulas[name])
+        if isinstance(law, Constant):
+            return self.number(name, law.value, value)
+        if type(law) not in WORDS:
+            raise ModelError(
+                f"'{name.partition('.')[0]}' follows a {type(law).__name__} of Python, which a "
+                "model file does not carry: write a formula of t, or a table",
+                name.partition(".")[0],
+            )
+        return {WORDS[type(law)]: self.law_numbers(name, law, value, of)}
+
+    def law_numbers(self, name: str, law: Law, value: Dimension, of: Dimension) -> Any:
+        """The numbers of a law."""
+        if isinstance(law, Polynomial):
+            given = enumerate(law.coefficients)
+            return [self.number(f"{name}.c{n}", c, value / of**n) for n, c in given]
+        if isinstance(law, Cam):
+            segments = [
+                {"dwell": self.written(segment.duration, of)}
+                if isinstance(segment, Dwell)
+                else {"rise": self.law_numbers("", segment, value, of)}
+                for segment in law.segments
+            ]
+            return {"segments": segments, "period": self.written(law.period, of)}
+        table: dict[str, Any] = {}
+        for field in dataclasses.fields(law):
+            own = getattr(law, field.name)
+            powers = field.metadata.get("powers")
+            if _is_default(field, own) and f"{name}.{field.name}" not in self.formulas:
+                continue
+            if powers and isinstance(own, tuple):
+                table[field.name] = [self.written(v, dimension_by(powers, value, of)) for v in own]
+            elif powers:
+                dimension = dimension_by(powers, value, of)
+                table[field.name] = self.number(f"{name}.{field.name}", own, dimension)
+            else:
+                table[field.name] = own
+        return table
+
+    def number(self, name: str, value: float, dimension: Dimension) -> Any:
+        """The text that a number was made of, else the number."""
+        formula = self.formulas.get(name)
+        text = None if formula is None else self.text(formula)
+        return self.written(value, dimension) if text is None else text
+
+    def law_text(self, formula: Formula) -> Any:
+        """The text of a formula of the variable."""
+        return self.text(formula)
+
+    def text(self, formula: Formula) -> Any:
+        """The text of a formula as a file has it, None where it was no text."""
+        try:
+            if parse(formula.text) != formula.tree:
+                return None
+        except FormulaError:
+            return None
+        plain_angle = formula.dimension == ANGLE and formula.angle == "rad"
+        if plain_angle and not has_units(formula, self.mechanism):
+            return f"({formula.text}) rad"
+        return formula.text
+
+
+def has_units(formula: Formula, mechanism: Mechanism) -> bool:
+    """Whether a formula has units, by itself or through parameters."""
+    return measured(formula.tree, mechanism.scope)
+
+
+def _is_gravity(element: Element) -> bool:
+    return isinstance(element, Gravity) and element.name == "gravity"
+
+
+def _is_default(field: dataclasses.Field[Any], value: Any) -> bool:
+    if isinstance(value, Constant) and isinstance(field.default, float):
+        return value.value == field.default
+    return field.default is not dataclasses.MISSING and value == field.default
+
+
+def plain(value: float) -> Any:
+    """A number as people write it; it reads back the same."""
+    whole = value.is_integer() and abs(value) < 1e15 and not (value == 0 and str(value)[0] == "-")
+    return int(value) if whole else float(value)
+
+
+def _angle(value: float) -> Any:
+    """An angle [rad] in degrees where few digits say it exactly, else in radians."""
+    degrees = math.degrees(value)
+    for digits in range(14):
+        short = round(degrees, digits)
+        if math.radians(short) == value:
+            return plain(short)
+    return f"{value!r} rad"

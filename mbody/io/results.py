@@ -1,0 +1,184 @@
+"""Results as data: one form for every analysis, the same in Python, JSON and on the command line.
+
+``{"mbody", "model", "analysis", "units", "t", "bodies", "points", "reactions", "efforts",
+"measures", "checks", "status", "notes"}``. Every list has one entry an instant. x and y of a body
+are its mass centre. Reactions act on body j by body i, in world axes, at the joint's place on j.
+omega and alpha are in rad and the time unit always, angles in the unit that "units" says.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mbody._version import __version__
+from mbody.errors import ModelError
+from mbody.io.files import writing
+from mbody.measures import found_by, measured
+from mbody.units import DIMENSIONS
+
+if TYPE_CHECKING:
+    from mbody.solution import Solution
+
+__all__ = ["data", "error_data", "write_json", "write_npz"]
+
+BODY = ("x", "y", "angle", "vx", "vy", "omega", "ax", "ay", "alpha")
+POINT = ("x", "y", "vx", "vy", "ax", "ay")
+
+
+def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
+    """A solution of one design as plain lists and texts.
+
+    Parameters
+    ----------
+    solution : Solution
+        Of any analysis.
+    angle : str
+        Unit of angles, ``"deg"`` or ``"rad"``.
+
+    Raises
+    ------
+    ModelError
+        For a batch of designs.
+
+    >>> import mbody
+    >>> run = mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0))
+    >>> round(data(run)["bodies"]["crank"]["angle"][0], 9)
+    60.0
+    """
+    if solution.record.batch:
+        raise ModelError(
+            f"this is a batch of {solution.record.count} designs, which has no one form: take one "
+            "with system.design(n)"
+        )
+    machine = solution.mechanism
+    units = machine.units
+    turned = math.degrees(1.0) if angle == "deg" else 1.0
+    shown = {key: units.of(key) for key in ("length", "force", "time", "mass")}
+    shown |= {"angle": angle, "torque": units.of("torque")}
+    # closing the loops finds velocities, but no accelerations
+    found = 6 if solution.analysis == "close_loops" else 9
+    keys, at_points = BODY[:found], POINT[: found - found // 3]
+    measures = {name: _measure(solution, m, turned) for name, m in machine.measures.items()}
+    return {
+        "mbody": __version__,
+        "model": machine.name,
+        "analysis": solution.analysis,
+        "units": shown,
+        "t": _list(solution.t),
+        "bodies": {
+            body.name: {
+                key: _list(getattr(solution[body.name], key) * (turned if key == "angle" else 1.0))
+                for key in keys
+            }
+            for body in machine.bodies
+        },
+        "points": {
+            f"{body.name}.{point}": _fields(solution.point(f"{body.name}.{point}"), at_points)
+            for body in machine.bodies
+            for point in body.points
+        },
+        "reactions": _reactions(solution),
+        "efforts": {
+            driver.name: _list(solution.effort(driver.name))
+            for driver in (machine.drivers if solution.has_forces else ())
+        },
+        "measures": measures,
+        "checks": {
+            "constraint": _number(solution.checks.constraint),
+            "equilibrium": _number(solution.checks.equilibrium) if solution.has_forces else None,
+            "virtual_work": _number(solution.checks.virtual_work) if solution.has_forces else None,
+        },
+        "status": solution.status,
+        "notes": list(solution.notes),
+    }
+
+
+def _list(values: Any) -> list[float]:
+    return (np.asarray(values, dtype=float) + 0.0).tolist()
+
+
+def _number(value: float) -> float | None:
+    """JSON has no NaN: None stands for a check that could not be made."""
+    return float(value) if math.isfinite(value) else None
+
+
+def _fields(history: Any, keys: tuple[str, ...]) -> dict[str, list[float]]:
+    return {key: _list(getattr(history, key)) for key in keys}
+
+
+def _reactions(solution: Solution) -> dict[str, Any]:
+    if not solution.has_forces:
+        return {}
+    found = {}
+    for joint in solution.mechanism.joints:
+        reaction = solution.reaction(joint.name)
+        sides = {"i": reaction.by, "j": reaction.on}
+        found[joint.name] = {**sides, **_fields(reaction, ("fx", "fy", "torque"))}
+    return found
+
+
+def _measure(solution: Solution, measure: Any, turned: float) -> list[float] | None:
+    """History of a measure; None where it needs forces, which the analysis does not find."""
+    if not found_by(solution, measure):
+        return None
+    values, dimension, _ = measured(solution, measure)
+    plain_angle = dimension == DIMENSIONS["angle"] and not measure.unit
+    return _list(values * turned if plain_angle else values)
+
+
+def error_data(error: Exception) -> dict[str, Any]:
+    """An error as data: ``{"error": {"kind", "element", "message"}}``, and the problems of a file.
+
+    >>> error_data(ModelError("no such thing", "crank"))["error"]["element"]
+    'crank'
+    """
+    told: dict[str, Any] = {
+        "kind": type(error).__name__,
+        "element": getattr(error, "element", None),
+        "message": str(error),
+    }
+    problems = getattr(error, "problems", ())
+    if problems:
+        keys = ("line", "field", "message")
+        told["problems"] = [dict(zip(keys, problem, strict=True)) for problem in problems]
+    return {"error": told}
+
+
+def write_json(solution: Solution, path: Any) -> None:
+    """Write a solution as JSON.
+
+    Raises
+    ------
+    ModelError
+        For a place where no file can be written, or a batch of designs.
+    """
+    text = json.dumps(data(solution), ensure_ascii=False, allow_nan=False)
+    with writing(path) as file:
+        file.write(text + "\n")
+
+
+def write_npz(solution: Solution, path: Any) -> None:
+    """Write the columns of a solution as arrays by name; "columns" holds the names with units.
+
+    Raises
+    ------
+    ModelError
+        For a place where no file can be written, or a batch of designs.
+
+    >>> import mbody, pathlib, tempfile
+    >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder, "run.npz")
+    ...     write_npz(run, path)
+    ...     with np.load(path) as file:
+    ...         round(float(file["crank.omega"][0]), 9)
+    10.0
+    """
+    table = solution.columns()
+    arrays: dict[str, Any] = {name.partition(" [")[0]: values for name, values in table.items()}
+    with writing(path, binary=True) as file:
+        np.savez_compressed(file, columns=np.array(list(table)), **arrays)

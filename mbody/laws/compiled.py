@@ -1,0 +1,235 @@
+"""From a formula of one variable to a law: a polynomial where it is one, else a program."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+
+from mbody.formulas.evaluate import Scope, Valued, evaluate, stands_only, written_out
+from mbody.formulas.formula import Formula
+from mbody.formulas.parse import FormulaError, shown
+from mbody.formulas.text import text_of
+from mbody.formulas.tree import Binary, Call, Measured, Name, Negative, Node, Plain, names_in
+from mbody.laws.base import Law
+from mbody.laws.elementary import Polynomial
+from mbody.laws.expression import Expression, waiting
+from mbody.laws.machine import DEEPEST, LONGEST, OPERATIONS
+from mbody.units import DIMENSIONS, Dimension
+
+__all__ = ["compiled"]
+
+HIGHEST = 8  # degree of what becomes a polynomial
+ZERO, ONE = Plain(Fraction(0)), Plain(Fraction(1))
+DEGREE = Binary("/", Name("pi"), Plain(Fraction(180)))
+
+
+def compiled(formula: Formula, scope: Scope, argument: Dimension) -> tuple[Law, dict[str, Formula]]:
+    """The law that a formula of time (`t`) or of a stretch, an angle or a rate (`x`) says.
+
+    Parameters
+    ----------
+    formula : Formula
+        Its dimension is that of the law's values; the variable is in the units of the scope, rad.
+    scope : Scope
+        Unit system and parameters, each one number.
+    argument : Dimension
+        Of the variable, which is `t` for a time and `x` for anything else.
+
+    Returns
+    -------
+    law : Law
+        A `Polynomial` up to degree 8, else an `Expression`.
+    numbers : dict
+        Those numbers of the law ("c0", …) that depend on parameters, each a formula that gives it
+        in any scope, also over arrays.
+
+    Raises
+    ------
+    FormulaError
+        For units that do not fit, a name that stands for nothing, a part that is not finite, or a
+        formula of more than 200 operations or 32 numbers waiting.
+
+    Notes
+    -----
+    A product of sums, as ``(t - 2)*(t - 3)`` or ``(t - 2)^2``, stays as it was written: multiplied
+    out, it would lose digits near its zeros.
+
+    >>> from mbody.formulas import read
+    >>> text = "60 deg + 25 rad/s*t - 20 rad/s^2*t^2"
+    >>> law, _ = compiled(read(text, DIMENSIONS["angle"]), Scope(), DIMENSIONS["time"])
+    >>> law.derivatives(0.5)
+    (8.547197551196598, 5.0, -40.0)
+    >>> scope = Scope(names={"w": Valued(5.0)})
+    >>> law, numbers = compiled(read("10*sin(w*t)", None), scope, DIMENSIONS["time"])
+    >>> law, {name: number.text for name, number in numbers.items()}
+    (Expression('10*sin(w*t)'), {'c0': 'w'})
+    """
+    variable = "t" if argument == DIMENSIONS["time"] else "x"
+    other = "x" if variable == "t" else "t"
+    if other in formula.names:
+        raise FormulaError(stands_only(other))
+    whole = Scope(scope.system, {**scope.names, variable: Valued(1.0, argument)})
+    tree = formula.tree
+    if formula.scale(evaluate(tree, whole)) != 1.0:
+        tree = Binary("*", tree, DEGREE)
+    law: Law
+    terms = _terms(tree, variable)
+    if terms is not None:
+        parts = _numbers([ZERO if term is None else term for term in terms])
+        law = Polynomial([part.value(scope) for part in parts])
+    else:
+        program = _Program(variable)
+        program.add(tree)
+        codes = tuple(OPERATIONS.index(operation) for operation in program.operations)
+        if len(codes) > LONGEST or waiting(codes) > DEEPEST:
+            raise FormulaError(
+                f"{shown(formula.text)} takes {len(codes)} operations with {waiting(codes)} "
+                f"numbers waiting, at most {LONGEST} with {DEEPEST} are run: give its parts names"
+            )
+        parts = _numbers(program.constants)
+        law = Expression(formula.text, codes, tuple(part.value(scope) for part in parts))
+    names = scope.names.keys()
+    return law, {f"c{n}": part for n, part in enumerate(parts) if part.names & names}
+
+
+def _numbers(trees: list[Node]) -> list[Formula]:
+    return [Formula(text_of(tree), tree=tree) for tree in trees]
+
+
+# -- polynomials ----------------------------------------------------------------------------------
+
+
+def _terms(node: Node, variable: str) -> list[Node | None] | None:
+    """Coefficients in ascending powers of the variable, None for one that is 0; None where the
+    formula is no polynomial, or would lose digits as one.
+    """
+    if node == Name(variable):
+        return [None, ONE]
+    if variable not in names_in(node):
+        return [node]
+    found: list[Node | None] | None = None
+    match node:
+        case Negative(of=below):
+            found = _each(_terms(below, variable), Negative)
+        case Measured(of=below, unit=unit, symbols=symbols):
+            one = Measured(ONE, unit, symbols)
+            found = _each(_terms(below, variable), lambda c: _times(c, one))
+        case Binary(operator="^", a=a, b=b):
+            found = _raised(_terms(a, variable), written_out(b))
+        case Binary(operator="/", a=a, b=b) if variable not in names_in(b):
+            found = _each(_terms(a, variable), lambda c: Binary("/", c, b))
+        case Binary(operator="*" | "+" | "-" as operator, a=a, b=b):
+            left, right = _terms(a, variable), _terms(b, variable)
+            if left is not None and right is not None:
+                found = (_multiplied if operator == "*" else _added)(operator, left, right)
+    return found if found is not None and len(found) <= HIGHEST + 1 else None
+
+
+def _each(
+    terms: list[Node | None] | None, change: Callable[[Node], Node]
+) -> list[Node | None] | None:
+    if terms is None:
+        return None
+    return [None if term is None else change(term) for term in terms]
+
+
+def _added(operator: str, a: list[Node | None], b: list[Node | None]) -> list[Node | None]:
+    size = max(len(a), len(b))
+    result: list[Node | None] = []
+    for one, two in zip(_padded(a, size), _padded(b, size), strict=True):
+        if one is None and two is not None and operator == "-":
+            result.append(Negative(two))
+        elif one is None or two is None:
+            result.append(two if one is None else one)
+        else:
+            result.append(Binary(operator, one, two))
+    return result
+
+
+def _padded(terms: list[Node | None], size: int) -> list[Node | None]:
+    return terms + [None] * (size - len(terms))
+
+
+def _multiplied(_: str, a: list[Node | None], b: list[Node | None]) -> list[Node | None] | None:
+    single = [terms for terms in (a, b) if sum(term is not None for term in terms) <= 1]
+    if not single:
+        return None
+    result: list[Node | None] = [None] * (len(a) + len(b) - 1)
+    for i, one in enumerate(a):
+        for j, two in enumerate(b):
+            if one is not None and two is not None:
+                result[i + j] = _times(one, two)
+    return result
+
+
+def _raised(terms: list[Node | None] | None, power: Fraction | None) -> list[Node | None] | None:
+    if terms is None or power is None or power.denominator != 1 or power < 0:
+        return None
+    if any(term is not None for term in terms[:-1]):
+        return None
+    top, n = terms[-1], int(power)
+    assert top is not None  # the variable stands in it
+    raised: Node = top if top == ONE else Binary("^", top, Plain(power))
+    return [*[None] * (n * (len(terms) - 1)), raised if n else ONE]
+
+
+def _times(a: Node, b: Node) -> Node:
+    return b if a == ONE else a if b == ONE else Binary("*", a, b)
+
+
+# -- programs -------------------------------------------------------------------------------------
+
+
+class _Program:
+    """Operations in postfix order, and the parts that the variable does not stand in."""
+
+    def __init__(self, variable: str) -> None:
+        self.variable = variable
+        self.operations: list[str] = []
+        self.constants: list[Node] = []
+
+    def free(self, node: Node) -> bool:
+        return self.variable not in names_in(node)
+
+    def put(self, operation: str, constant: Node | None = None) -> None:
+        self.operations.append(operation)
+        if constant is not None:
+            self.constants.append(constant)
+
+    def add(self, node: Node) -> None:
+        """Everything that leaves the value of a node on the stack."""
+        if self.free(node):
+            self.put("constant", node)
+        else:
+            self.varying(node)
+
+    def varying(self, node: Node) -> None:
+        match node:
+            case Name():
+                self.put("variable")
+            case Negative(of=below):
+                self.add(below)
+                self.put("negative")
+            case Measured(of=below, unit=unit, symbols=symbols):
+                self.add(below)
+                self.put("* constant", Measured(ONE, unit, symbols))
+            case Call(function=function, arguments=arguments):
+                for argument in arguments:
+                    self.add(argument)
+                self.put(function)
+            case Binary(operator=operator, a=a, b=b):
+                self.binary(operator, a, b)
+
+    def binary(self, operator: str, a: Node, b: Node) -> None:
+        if operator == "-" and self.free(b):
+            operator, b = "+", Negative(b)
+        elif operator == "-" and self.free(a):
+            operator, a, b = "+", Negative(b), a
+        elif operator in "+*" and self.free(a):
+            a, b = b, a
+        self.add(a)
+        if self.free(b):
+            self.put(f"{operator} constant", b)
+        else:
+            self.add(b)
+            self.put(operator)

@@ -1,0 +1,122 @@
+"""A law written as a formula, as the compiled core runs it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+import numpy as np
+
+from mbody.errors import ModelError
+from mbody.laws.base import FloatArray, Law, finite
+from mbody.laws.machine import CONSTANT, DEEPEST, LOG, LONGEST, OPERATIONS, POWER_CONSTANT
+
+__all__ = ["Expression", "waiting"]
+
+ORDERS = ("value", "rate", "second derivative")
+
+
+@dataclass(frozen=True, repr=False)
+class Expression(Law):
+    """f = a formula of one variable, compiled to a small program; made by `mbody.laws.compiled`.
+
+    f, f′ and f″ are exact to rounding. At a corner (of `abs`, `min`, `max`) what holds to the right
+    is given. Its numbers, "c0", "c1", …, are those parts of the formula in which the variable does
+    not stand.
+
+    Parameters
+    ----------
+    text : str
+        The formula as it was written.
+    program : tuple of int
+        Operations in the order in which they are done (postfix), by their place in
+        ``mbody.laws.machine.OPERATIONS``: at most 200, with at most 32 numbers waiting.
+    constants : tuple of float
+        In the order in which the program takes them.
+
+    Raises
+    ------
+    ModelError
+        A program that is none; later, where the formula has no finite value, or no derivative
+        when asked for it. The kernel gives NaN there.
+
+    >>> Expression("10*sin(5*t)", (0, 3, 7, 3), (5.0, 10.0)).derivatives(0.0)
+    (0.0, 50.0, 0.0)
+    """
+
+    kind: ClassVar[str] = "expression"
+
+    text: str
+    program: tuple[int, ...]
+    constants: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        program = tuple(int(code) for code in self.program)
+        constants = tuple(
+            finite(value, "Expression", f"constants[{n}]") for n, value in enumerate(self.constants)
+        )
+        object.__setattr__(self, "program", program)
+        object.__setattr__(self, "constants", constants)
+        if not isinstance(self.text, str):
+            raise ModelError(f"Expression: text must be the formula, not {self.text!r}")
+        if not program or min(program) < 0 or max(program) >= len(OPERATIONS):
+            raise ModelError(f"Expression: program must hold numbers of operations, not {program}")
+        taken = sum(CONSTANT <= code <= POWER_CONSTANT for code in program)
+        if taken != len(constants):
+            raise ModelError(
+                f"Expression: the program takes {taken} constants, there are {len(constants)}"
+            )
+        if len(program) > LONGEST or waiting(program) > DEEPEST:
+            raise ModelError(
+                f"Expression: the program has {len(program)} operations and {waiting(program)} "
+                f"numbers waiting, at most {LONGEST} and {DEEPEST} are run"
+            )
+
+    def __repr__(self) -> str:
+        return f"Expression({self.text!r})"
+
+    def numbers(self) -> dict[str, float]:
+        """{"c0": …, "c1": …, …}."""
+        return {f"c{n}": value for n, value in enumerate(self.constants)}
+
+    def with_numbers(self, numbers: Mapping[str, Any]) -> Law:
+        """The same formula with these constants."""
+        return replace(self, constants=tuple(self.parameters(numbers)))
+
+    def parameters(self, numbers: Mapping[str, Any]) -> list[Any]:
+        """The constants in their order."""
+        return [numbers[f"c{n}"] for n in range(len(self.constants))]
+
+    def table(self) -> FloatArray:
+        """[length, operations of the program]."""
+        return np.array([len(self.program), *self.program], dtype=float)
+
+    def _refuse(self, xs: FloatArray, out: FloatArray) -> None:
+        # a rate may be infinite, as that of sqrt(t) at 0: what it is, but nothing to drive with
+        bad = np.argwhere(np.isnan(out))
+        if bad.size:
+            at, order = bad[0]
+            raise ModelError(f"'{self.text}' has no {ORDERS[order]} at {xs[at]:g}")
+
+
+def waiting(program: tuple[int, ...]) -> int:
+    """How many numbers a program has on its stack at most.
+
+    Raises
+    ------
+    ModelError
+        When it takes numbers that are not there, or leaves more than one.
+
+    >>> waiting((0, 0, 18))
+    2
+    """
+    depth = deepest = 0
+    for code in program:
+        depth += 1 if code <= CONSTANT else -1 if code > LOG else 0
+        deepest = max(deepest, depth)
+        if depth < 1:
+            raise ModelError("Expression: the program takes a number that is not there")
+    if depth != 1:
+        raise ModelError(f"Expression: the program leaves {depth} numbers, not one")
+    return deepest

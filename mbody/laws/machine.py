@@ -1,0 +1,240 @@
+"""The machine that runs a law written as a formula: a postfix program of jets (f, f′, f″).
+
+The value that was found last is at hand; those that wait for a second operand lie on a stack in
+the machine's own frame, so that nothing is allocated, no parameter is written and every thread has
+its own. Each operation carries the first two derivatives along exactly.
+"""
+
+# mypy: disallow-untyped-decorators=False, disallow-untyped-calls=False
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+from numpy.typing import NDArray
+
+from mbody._jit import PLAIN, inline, njit
+
+__all__ = ["DEEPEST", "LONGEST", "OPERATIONS", "expression"]
+
+VARIABLE, CONSTANT = 0, 1
+ADD_CONSTANT, MULTIPLY_CONSTANT, DIVIDE_CONSTANT, POWER_CONSTANT = 2, 3, 4, 5
+NEGATIVE, SIN, COS, TAN, ASIN, ACOS, ATAN, SQRT, ABS, EXP, LOG = range(6, 17)
+ADD, SUBTRACT, MULTIPLY, DIVIDE, POWER, ATAN2, HYPOT, MIN, MAX = range(17, 26)
+
+OPERATIONS = (
+    *("variable", "constant"),
+    *("+ constant", "* constant", "/ constant", "^ constant"),
+    *("negative", "sin", "cos", "tan", "asin", "acos", "atan", "sqrt", "abs", "exp", "log"),
+    *("+", "-", "*", "/", "^", "atan2", "hypot", "min", "max"),
+)
+"""Operations of a program; the integer code of an operation is its index. First those that put a
+number on the stack, then those that take the next constant, then of one number, then of two."""
+
+LONGEST = 200
+"""Operations of a program."""
+
+DEEPEST = 32
+"""Numbers on the stack of a program."""
+
+FloatArray: TypeAlias = NDArray[np.float64]
+Three: TypeAlias = tuple[float, float, float]
+
+
+@intrinsic
+def _in_frame(typing_context: Any) -> Any:
+    """Room for the waiting numbers in the frame of the function that calls."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        size = ir.Constant(ir.IntType(32), 3 * (DEEPEST + 1))
+        return cgutils.alloca_once(builder, ir.DoubleType(), size=size)
+
+    return types.CPointer(types.float64)(), generate
+
+
+if TYPE_CHECKING or PLAIN:
+
+    def room() -> Any:
+        """Room for the waiting numbers."""
+        return [0.0] * (3 * (DEEPEST + 1))
+
+else:
+    room = _in_frame
+
+
+@njit
+def expression(par: FloatArray, o: int, lane: int, tab: FloatArray, k: int, x: float) -> Three:
+    """f, f′, f″ of a program at x; NaN where f is not finite.
+
+    tab = (length, operations), par = the constants in the order in which the program takes them.
+    """
+    waiting = room()
+    depth = 0
+    c = o
+    f, f1, f2 = 0.0, 0.0, 0.0
+    for i in range(k + 1, k + 1 + int(tab[k])):
+        code = int(tab[i])
+        if code <= CONSTANT:
+            waiting[depth], waiting[depth + 1], waiting[depth + 2] = f, f1, f2
+            depth += 3
+            if code == VARIABLE:
+                f, f1, f2 = x, 1.0, 0.0
+            else:
+                f, f1, f2 = par[c, lane], 0.0, 0.0
+                c += 1
+        elif code <= POWER_CONSTANT:
+            f, f1, f2 = with_constant(code, f, f1, f2, par[c, lane])
+            c += 1
+        elif code <= LOG:
+            f, f1, f2 = of_one(code, f, f1, f2)
+        else:
+            depth -= 3
+            a, a1, a2 = waiting[depth], waiting[depth + 1], waiting[depth + 2]
+            f, f1, f2 = of_two(code, a, a1, a2, f, f1, f2)
+    if not np.isfinite(f):
+        return math.nan, math.nan, math.nan
+    return f, f1, f2
+
+
+if PLAIN:
+    # NumPy would warn of what the compiled machine passes over in silence
+    expression = np.errstate(all="ignore")(expression)
+
+
+@inline
+def with_constant(code: int, a: float, a1: float, a2: float, c: float) -> Three:
+    """a + c, a · c, a / c, a ^ c."""
+    if code == ADD_CONSTANT:
+        return a + c, a1, a2
+    if code == MULTIPLY_CONSTANT:
+        return a * c, a1 * c, a2 * c
+    if code == DIVIDE_CONSTANT:
+        return a / c, a1 / c, a2 / c
+    return powered(a, a1, a2, c)
+
+
+@inline
+def of_one(code: int, a: float, a1: float, a2: float) -> Three:
+    """g(a):  f′ = g′ a′, f″ = g″ a′² + g′ a″."""
+    if code == NEGATIVE:
+        return -a, -a1, -a2
+    if code == ABS:
+        return (-a, -a1, -a2) if less(a, a1, a2, 0.0, 0.0, 0.0) else (a, a1, a2)
+    if code == SIN:
+        g, g1 = np.sin(a), np.cos(a)
+        g2 = -g
+    elif code == COS:
+        g, g1 = np.cos(a), -np.sin(a)
+        g2 = -g
+    elif code == TAN:
+        g = np.tan(a)
+        g1 = 1.0 + g * g
+        g2 = 2.0 * g * g1
+    elif code == EXP:
+        g = np.exp(a)
+        g1 = g2 = g
+    elif code == SQRT:
+        g = np.sqrt(a)
+        g1 = 0.5 / g
+        g2 = -0.5 * g1 / a
+    elif code == LOG:
+        g = np.log(a)
+        g1 = 1.0 / a
+        g2 = -g1 * g1
+    elif code == ATAN:
+        g = np.arctan(a)
+        g1 = 1.0 / (1.0 + a * a)
+        g2 = -2.0 * a * g1 * g1
+    else:
+        g = np.arcsin(a) if code == ASIN else np.arccos(a)
+        g1 = 1.0 / np.sqrt((1.0 - a) * (1.0 + a))
+        if code == ACOS:
+            g1 = -g1
+        g2 = a * g1 / ((1.0 - a) * (1.0 + a))
+    return g, g1 * a1, g2 * a1 * a1 + bent(g1, a2)
+
+
+@inline
+def bent(slope: float, a2: float) -> float:
+    """g′ a″, nothing where a runs evenly into a place where g is vertical: g″ a′² says it all."""
+    return slope * a2 if a2 != 0.0 else 0.0
+
+
+@inline
+def of_two(code: int, a: float, a1: float, a2: float, b: float, b1: float, b2: float) -> Three:
+    """g(a, b) with its derivatives along x."""
+    if code == ADD:
+        return a + b, a1 + b1, a2 + b2
+    if code == SUBTRACT:
+        return a - b, a1 - b1, a2 - b2
+    if code == MULTIPLY:
+        return a * b, a1 * b + a * b1, a2 * b + 2.0 * a1 * b1 + a * b2
+    if code == DIVIDE:  # from q b = a
+        q = a / b
+        q1 = (a1 - q * b1) / b
+        return q, q1, (a2 - 2.0 * q1 * b1 - q * b2) / b
+    if code == ATAN2:  # ψ′ = (a′ b − a b′)/(a² + b²)
+        square = a * a + b * b
+        f1 = (a1 * b - a * b1) / square
+        return np.arctan2(a, b), f1, (a2 * b - a * b2 - 2.0 * f1 * (a * a1 + b * b1)) / square
+    if code == HYPOT:
+        return length(a, a1, a2, b, b1, b2)
+    if code >= MIN:
+        # whichever is NaN is taken, so that it shows
+        first = a != a or (b == b and less(a, a1, a2, b, b1, b2) == (code == MIN))
+        return (a, a1, a2) if first else (b, b1, b2)
+    return power(a, a1, a2, b, b1, b2)
+
+
+@inline
+def less(a: float, a1: float, a2: float, b: float, b1: float, b2: float) -> bool:
+    """Whether a < b at x or, where they meet, just to the right of it."""
+    return a < b or (a == b and (a1 < b1 or (a1 == b1 and a2 < b2)))
+
+
+@njit
+def length(a: float, a1: float, a2: float, b: float, b1: float, b2: float) -> Three:
+    """h = √(a² + b²):  h′ = (a a′ + b b′)/h, h″ = (((a′ b − a b′)/h)² + a a″ + b b″)/h."""
+    h = np.hypot(a, b)
+    if h > 0.0:
+        cross = (a1 * b - a * b1) / h
+        return h, (a * a1 + b * b1) / h, (cross * cross + a * a2 + b * b2) / h
+    speed = np.hypot(a1, b1)  # away from the corner, to the right
+    if speed > 0.0:
+        return h, speed, (a1 * a2 + b1 * b2) / speed
+    return h, speed, np.hypot(a2, b2)
+
+
+@njit
+def powered(a: float, a1: float, a2: float, p: float) -> Three:
+    """a ^ p:  g′ = p a^(p−1), g″ = p (p − 1) a^(p−2), nothing where the factor before is 0."""
+    if p == 2.0:
+        return a * a, 2.0 * a * a1, 2.0 * (a1 * a1 + a * a2)
+    if p == 1.0:
+        return a, a1, a2
+    if p == 0.0:
+        return 1.0, 0.0, 0.0
+    g = np.power(a, p)
+    second = np.power(a, p - 2.0)
+    first = second * a if a != 0.0 else np.power(a, p - 1.0)
+    return g, p * first * a1, p * ((p - 1.0) * second * a1 * a1 + bent(first, a2))
+
+
+@njit
+def power(a: float, a1: float, a2: float, b: float, b1: float, b2: float) -> Three:
+    """a ^ b = exp u, u = b log a:  f′ = f u′, f″ = f (u″ + u′²)."""
+    if b1 == 0.0 and b2 == 0.0:
+        return powered(a, a1, a2, b)
+    if a == 0.0 and (b > 2.0 or (b > 0.0 and a1 == 0.0 and a2 == 0.0)):
+        return 0.0, 0.0, 0.0
+    f = np.power(a, b)
+    log, r1, r2 = np.log(a), a1 / a, a2 / a
+    u1 = b1 * log + b * r1
+    u2 = b2 * log + 2.0 * b1 * r1 + b * (r2 - r1 * r1)
+    return f, f * u1, f * (u2 + u1 * u1)

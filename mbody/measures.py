@@ -1,0 +1,163 @@
+"""Measured quantities: formulas of the histories of a result."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from mbody.elements import listed
+from mbody.errors import ModelError
+from mbody.formulas import FormulaError, Scope, Valued, evaluate, parse, told
+from mbody.formulas.tree import names_in
+from mbody.mechanism import Mechanism
+from mbody.questions import Measure
+from mbody.solution import Solution
+from mbody.units import DIMENSIONS, NUMBER, Dimension, dimension_of
+
+__all__ = ["check_measure", "found_by", "measured"]
+
+#: What can be asked of a body, with its dimension; of a point all but the angles.
+MOTION = {
+    **dict.fromkeys(("x", "y"), "length"),
+    **dict.fromkeys(("vx", "vy"), "velocity"),
+    **dict.fromkeys(("ax", "ay"), "acceleration"),
+}
+TURNING = {"angle": "angle", "omega": "angular velocity", "alpha": "angular acceleration"}
+FORCES = {"fx": "force", "fy": "force", "force": "force", "torque": "torque"}
+TORQUES = {"effort": "torque", "rate": "angular velocity", "power": "power"}
+PUSHES = {"effort": "force", "rate": "velocity", "power": "power"}
+
+
+def measured(solution: Solution, measure: Measure | str) -> tuple[np.ndarray, Dimension, str]:
+    """History of a quantity, its dimension and the unit that it is in.
+
+    Parameters
+    ----------
+    solution : Solution
+        Of any analysis; forces only of one that finds them.
+    measure : Measure or str
+        Such as ``"coupler.P.y - ground.O2.y"``: of bodies x, y, angle, their rates vx, vy, omega
+        and ax, ay, alpha; of points x to ay; of joints fx, fy, torque (on body j) and force, the
+        magnitude; of drivers effort, rate and power; ``t``; and the parameters.
+
+    Returns
+    -------
+    values : ndarray (instants,)
+        Angles without a unit of their own in rad.
+    dimension : Dimension
+    unit : str
+
+    Raises
+    ------
+    ModelError
+        For a name that the mechanism does not have, or units that do not fit.
+
+    >>> import mbody
+    >>> run = mbody.kinetostatics(mbody.makers.slider_crank(1.0, 3.0, speed=2.0))
+    >>> values, _, unit = measured(run, "rod.B.x - rod.A.x")
+    >>> round(float(values[0]), 6), unit
+    (2.872281, 'm')
+    """
+    asked = measure if isinstance(measure, Measure) else Measure(measure)
+    names = _Histories(solution.mechanism, lambda *name: _history(solution, *name))
+    names["t"] = Valued(solution.t, DIMENSIONS["time"])
+    value, dimension, unit = _valued(asked, names)
+    return np.broadcast_to(np.asarray(value, dtype=float), solution.t.shape), dimension, unit
+
+
+def check_measure(mechanism: Mechanism, measure: Measure) -> None:
+    """Refuse a measure that names what the mechanism has not, or whose units do not fit.
+
+    Raises
+    ------
+    ModelError
+        Such as `measured` raises later.
+    """
+    _valued(measure, _Histories(mechanism, lambda *name: 1.0))
+
+
+def found_by(solution: Solution, measure: Measure) -> bool:
+    """Whether the analysis found what a measure is made of; kinematics finds no forces."""
+    if solution.has_forces:
+        return True
+    joints = {joint.name for joint in solution.mechanism.joints}
+    drivers = {driver.name for driver in solution.mechanism.drivers}
+    for name in names_in(parse(measure.of)):
+        owner, _, key = name.rpartition(".")
+        if owner in joints or (owner in drivers and key in ("effort", "power")):
+            return False
+    return True
+
+
+def _valued(asked: Measure, names: _Histories) -> tuple[Any, Dimension, str]:
+    """Value of a measure, its dimension and its unit."""
+    scope = Scope(names.mechanism.units, names)
+    try:
+        found = evaluate(parse(asked.of), scope)
+        dimension = found.dimension or NUMBER
+        if not asked.unit:
+            return found.value, dimension, scope.system.of(dimension)
+        one = evaluate(parse(f"1 {asked.unit}"), scope)
+        if one.dimension is None or one.dimension.mechanical != dimension.mechanical:
+            raise FormulaError(f"it is {told(dimension)}, which '{asked.unit}' does not measure")
+        return found.value / one.value, dimension, asked.unit
+    except FormulaError as error:
+        raise ModelError(f"measure {asked.of!r}: {error}") from None
+
+
+class _Histories(dict[str, Valued]):
+    """Names in a measure: parameters, time, and the histories that are asked for."""
+
+    def __init__(self, mechanism: Mechanism, history: Callable[[str, str], Any]) -> None:
+        super().__init__(mechanism.scope.names)
+        self.mechanism, self.history = mechanism, history
+        self["t"] = Valued(1.0, DIMENSIONS["time"])
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """The history of that name; `default` where it is none, a unit perhaps."""
+        if name not in self and "." in name:
+            owner, _, key = name.rpartition(".")
+            dimension = _dimension(self.mechanism, name, owner, key)
+            self[name] = Valued(self.history(owner, key), dimension)
+        return super().get(name, default)
+
+
+def _dimension(mechanism: Mechanism, name: str, owner: str, key: str) -> Dimension:
+    """What a history measures; FormulaError where there is none of that name."""
+    element, _, point = owner.partition(".")
+    bodies = {body.name: body for body in (*mechanism.bodies, mechanism.ground)}
+    driver = next((d for d in mechanism.drivers if d.name == element), None)
+    if element in bodies:
+        known = MOTION if point else MOTION | TURNING
+        if point and point not in bodies[element].points:
+            points = listed(bodies[element].points)
+            raise FormulaError(f"'{name}': '{element}' has no point '{point}' (it has: {points})")
+    elif point or element not in mechanism:
+        raise FormulaError(f"'{name}': there is no body '{element}'")
+    elif any(joint.name == element for joint in mechanism.joints):
+        known = FORCES
+    elif driver is not None:
+        known = TORQUES if driver.rows == "a" else PUSHES
+    else:
+        raise FormulaError(f"'{name}': a load has no history of its own")
+    if key not in known:
+        raise FormulaError(f"'{name}': there is no '{key}' (there are: {', '.join(known)})")
+    return dimension_of(known[key])
+
+
+def _history(run: Solution, owner: str, key: str) -> np.ndarray:
+    """The history of a body, a point, a joint or a driver."""
+    element, _, point = owner.partition(".")
+    if point:
+        return np.asarray(getattr(run.point(owner), key))
+    if element in run.system.bodies:
+        return np.asarray(getattr(run[element], key))
+    if any(joint.name == element for joint in run.mechanism.joints):
+        reaction = run.reaction(element)
+        return np.asarray(reaction.magnitude if key == "force" else getattr(reaction, key))
+    if key == "rate":
+        return run.driven(element)[1]
+    effort = run.effort(element)
+    return effort if key == "effort" else effort * run.driven(element)[1]

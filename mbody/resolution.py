@@ -1,0 +1,69 @@
+"""An element as a mechanism takes it: floats instead of text, laws instead of formulas."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any, TypeVar
+
+from mbody.elements import Element
+from mbody.errors import ModelError
+from mbody.formulas import Formula, FormulaError, Scope
+from mbody.formulas.pending import formulas_in, substituted
+from mbody.laws import Law, compiled
+from mbody.units import DIMENSIONS
+
+__all__ = ["resolved"]
+
+TIME = DIMENSIONS["time"]
+
+E = TypeVar("E", bound=Element)
+
+
+def resolved(element: E, scope: Scope) -> tuple[E, dict[str, Formula], set[str]]:
+    """The element with floats for all its text, in the units of the scope.
+
+    Returns
+    -------
+    element : Element
+        Checked as a whole.
+    formulas : dict
+        What its numbers were made of, by dotted name.
+    fixed : set of str
+        Parameters that stand where a number cannot be changed afterwards, as in a table.
+
+    Raises
+    ------
+    ModelError
+        For a parameter that there is not, or a unit that does not fit; and as the element's own.
+    """
+    if not element.pending:
+        return element, {}, set()
+    formulas: dict[str, Formula] = {}
+    laws: dict[str, Law] = {}
+    for field in dataclasses.fields(element):
+        value = getattr(element, field.name)
+        if isinstance(value, Formula) and "law" in field.metadata:
+            name = f"{element.name}.{field.name}"
+            try:
+                laws[field.name], numbers = compiled(value, scope, value.argument or TIME)
+            except FormulaError as error:
+                raise ModelError(f"'{element.name}': {field.name}: {error}", element.name) from None
+            formulas |= {f"{name}.{key}": formula for key, formula in numbers.items()}
+            formulas[name] = value
+    named = {k: v for k, v in element.numbers().items() if isinstance(v, Formula)}
+    formulas |= named
+    for name, formula in named.items():
+        try:
+            formula.value(scope)
+        except FormulaError as error:
+            field_name = name.removeprefix(f"{element.name}.")
+            raise ModelError(f"'{element.name}': {field_name}: {error}", element.name) from None
+    open_numbers = set().union(*(formula.names for formula in formulas.values()))
+    changes: dict[str, Any] = dict(laws)
+    with_laws = dataclasses.replace(element, **changes) if laws else element
+    try:
+        made = substituted(with_laws, lambda formula: formula.value(scope))
+    except FormulaError as error:
+        raise ModelError(f"'{element.name}': {error}", element.name) from None
+    fixed = set().union(*(f.names for f in formulas_in(with_laws))) - open_numbers
+    return made, formulas, fixed
