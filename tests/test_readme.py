@@ -110,3 +110,45 @@ def test_docstrings(name):
         said = io.StringIO()
         runner.run(test, out=said.write)
         assert not runner.failures, said.getvalue()
+
+
+def test_the_model_of_the_readme_is_the_gallerys():
+    import tomllib
+
+    [text] = [
+        content for language, content in blocks(README.read_text("utf-8")) if language == "toml"
+    ]
+    shown = tomllib.loads(text)
+    whole = tomllib.loads(mbody.gallery.path("norton_fourbar").read_text("utf-8"))
+    crank = {key: value for key, value in whole["bodies"]["crank"].items()}
+    assert shown["bodies"]["crank"]["points"] == crank["points"]
+    assert shown["joints"] == whole["joints"] and shown["units"] == whole["units"]
+    machine = mbody.from_text(text.replace("# … coupler and rocker", REST))
+    run = mbody.kinetostatics(machine)
+    assert run.effort("motor")[0] == pytest.approx(243.23759076122965, rel=1e-12)
+
+
+REST = """
+[bodies.coupler]
+weight = 7.7
+inertia = 1.5
+cg = { r = 9, angle = 45 }
+guess = 25
+[bodies.coupler.points]
+A = [0, 0]
+B = [15, 0]
+P = ["9*cos(45 deg) + 3*cos(100 deg)", "9*sin(45 deg) + 3*sin(100 deg)"]
+[bodies.rocker]
+weight = 5.8
+inertia = 0.8
+cg = [5, 0]
+points = { O4 = [0, 0], B = [10, 0] }
+guess = 110
+"""
+
+
+def test_the_models_of_the_page_load():
+    page = (ROOT / "docs" / "model-files.md").read_text("utf-8")
+    first, *_ = [content for language, content in blocks(page) if language == "toml"]
+    run = mbody.kinetostatics(mbody.from_text(first))
+    assert run.effort("motor")[0] == pytest.approx(243.23759, rel=1e-4)  # P is rounded there
