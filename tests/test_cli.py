@@ -98,7 +98,7 @@ def test_help_loads_no_kernels():
 
 @pytest.mark.parametrize(("error", "status"), [(ModelError, 2), (SolveError, 1)])
 def test_errors_are_one_sentence_and_a_status(error, status, monkeypatch, run):
-    def fails() -> None:
+    def fails(asked: object) -> int:
         raise error("loops do not close")
 
     monkeypatch.setattr("mbody.cli.demo.demo", fails)
@@ -109,7 +109,7 @@ def test_a_reader_that_leaves_gets_no_traceback():
     code = (
         "import os, sys, mbody.cli as cli, mbody.cli.demo as demo\n"
         "read, write = os.pipe(); os.close(read); os.dup2(write, 1)\n"
-        "demo.demo = lambda: print('x' * 100000)\n"
+        "demo.demo = lambda asked: print('x' * 100000) or 0\n"
         "sys.exit(cli.main(['demo']))"
     )
     done = python("-c", code)
@@ -117,7 +117,7 @@ def test_a_reader_that_leaves_gets_no_traceback():
 
 
 def test_a_stop_by_the_user_is_no_traceback(monkeypatch, run):
-    def stopped() -> None:
+    def stopped(asked: object) -> int:
         raise KeyboardInterrupt
 
     monkeypatch.setattr("mbody.cli.demo.demo", stopped)

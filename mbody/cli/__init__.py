@@ -6,7 +6,9 @@ import contextlib
 import json
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from importlib import import_module
+from typing import Any
 
 from mbody.cli.parser import parser
 from mbody.cli.usage import UsageError
@@ -70,8 +72,10 @@ def _run(arguments: list[str]) -> int:
     if asked.command is None:
         root.print_help()
         return 0
-    status: int | None = asked.run(asked)
-    return status or 0
+    # what answers is imported only now: help is there at once
+    module, _, function = asked.answer.partition(".")
+    answer: Callable[[Any], int] = getattr(import_module(f"mbody.cli.{module}"), function)
+    return answer(asked)
 
 
 def _tell(error: Exception, as_json: bool) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from mbody.solution import Solution
@@ -21,7 +21,7 @@ PRINTED = {
 }
 
 
-def demo() -> None:
+def demo(asked: Any = None) -> int:
     """Norton's four-bar, and the book's answers beside ours."""
     from mbody.analysis import kinetostatics
     from mbody.gallery import load
@@ -29,6 +29,7 @@ def demo() -> None:
     print(*_comparison(kinetostatics(load("norton_fourbar_printed"))), "", sep="\n")
     print("With the exact masses, weight by g = 386 in/s²:\n")
     print(kinetostatics(load("norton_fourbar")))
+    return 0
 
 
 def _comparison(run: Solution) -> list[str]:

@@ -6,8 +6,7 @@ Nothing heavy is imported before a command runs, so that help is there at once.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
-from typing import Any, NoReturn
+from typing import NoReturn
 
 from mbody import __version__
 from mbody.cli.usage import UsageError
@@ -35,7 +34,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 def parser() -> argparse.ArgumentParser:
-    """The whole command; `run` of what it parses takes the parsed arguments."""
+    """The whole command; `answer` of what it parses names the function in `mbody.cli` to call."""
     root = _Parser(
         prog="mbody",
         description="Planar multibody dynamics: motion and every joint force.",
@@ -46,9 +45,9 @@ def parser() -> argparse.ArgumentParser:
     root.add_argument("--version", action="version", version=f"mbody {__version__}")
     commands = root.add_subparsers(dest="command", metavar="command", parser_class=_Parser)
 
-    def command(name: str, told: str, run: Callable[[Any], int | None]) -> argparse.ArgumentParser:
+    def command(name: str, told: str, answer: str) -> argparse.ArgumentParser:
         made = commands.add_parser(name, help=told, description=told, allow_abbrev=False)
-        made.set_defaults(run=run)
+        made.set_defaults(answer=answer)
         return made
 
     for name, told in (
@@ -56,19 +55,19 @@ def parser() -> argparse.ArgumentParser:
         ("kinetostatics", "the motion, every joint force and every effort (inverse dynamics)"),
         ("statics", "every joint force and effort at rest"),
     ):
-        _analysis(command(name, told, _analyse))
+        _analysis(command(name, told, "analyse.analyse"))
     check = command(
-        "check", "count degrees of freedom, find redundant rows and free motions", _check
+        "check", "count degrees of freedom, find redundant rows and free motions", "about.check"
     )
     _model(check)
     _json(check)
-    _json(command("models", "the models of the gallery", _models))
-    show = command("show", "print the file of a model", _show)
+    _json(command("models", "the models of the gallery", "about.models"))
+    show = command("show", "print the file of a model", "about.show")
     show.add_argument("model", metavar="MODEL", help=MODEL)
-    command("schema", "print the JSON Schema of model files, for editors", _schema)
-    _json(command("doctor", "what is installed, and where the kernels are kept", _doctor))
-    command("demo", "a textbook four-bar: all forces, and the book's answers beside", _demo)
-    command("warmup", "compile all kernels, once on a machine", _warmup)
+    command("schema", "print the JSON Schema of model files, for editors", "about.schema")
+    _json(command("doctor", "what is installed, and where the kernels are kept", "doctor.doctor"))
+    command("demo", "a textbook four-bar: all forces, and the book's answers beside", "demo.demo")
+    command("warmup", "compile all kernels, once on a machine", "warmup.warmup")
     return root
 
 
@@ -120,56 +119,3 @@ def _analysis(command: argparse.ArgumentParser) -> None:
     _json(command)
     command.add_argument("--csv", metavar="FILE", help="write all histories as a table")
     command.add_argument("--npz", metavar="FILE", help="write all histories as NumPy arrays")
-
-
-# what each command does is imported when it is asked for
-
-
-def _analyse(asked: Any) -> int | None:
-    from mbody.cli.analyse import analyse
-
-    return analyse(asked)
-
-
-def _check(asked: Any) -> int | None:
-    from mbody.cli.about import check
-
-    return check(asked)
-
-
-def _models(asked: Any) -> int | None:
-    from mbody.cli.about import models
-
-    return models(asked)
-
-
-def _show(asked: Any) -> int | None:
-    from mbody.cli.about import show
-
-    return show(asked)
-
-
-def _schema(asked: Any) -> int | None:
-    from mbody.cli.about import schema
-
-    return schema(asked)
-
-
-def _doctor(asked: Any) -> int | None:
-    from mbody.cli.doctor import doctor
-
-    return doctor(asked)
-
-
-def _demo(asked: Any) -> int | None:
-    from mbody.cli.demo import demo
-
-    demo()
-    return 0
-
-
-def _warmup(asked: Any) -> int | None:
-    from mbody.cli.warmup import warmup
-
-    warmup()
-    return 0

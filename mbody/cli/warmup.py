@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from typing import Any
 
 __all__ = ["warmup"]
 
 
-def warmup() -> None:
+def warmup(asked: Any = None) -> int:
     """Compile all kernels by using every analysis on small models."""
     from mbody._jit import compilations
 
@@ -21,6 +22,7 @@ def warmup() -> None:
         print(f"{seconds:.1f} s, {compilations() - before} functions compiled", flush=True)
     seconds = time.perf_counter() - whole
     print(f"ready: {compilations()} functions compiled in {seconds:.1f} s; later runs load them")
+    return 0
 
 
 def _steps() -> Iterator[tuple[str, Callable[[], object]]]:
