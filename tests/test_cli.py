@@ -228,6 +228,11 @@ def test_the_branch_is_followed_from_the_beginning(run):
         assert found == [pytest.approx(turn[(crank - 60) % 360], abs=1e-9)]
 
 
+def test_instants_of_the_turn_that_the_model_asks(run):
+    _, out, _ = run("kinematics", "hoekens", "--json", "--instants", "5")
+    assert len(json.loads(out)["t"]) == 5
+
+
 def test_parameters_are_set(run):
     _, out, _ = run("kinetostatics", "rotating_mass", "--set", "m=2 lb", "--json")
     force = json.loads(out)["reactions"]["O"]["fx"]
@@ -300,7 +305,7 @@ def test_doctor_and_schema(run):
         (["kinematics", "hoekens", "--at", "crank=3 kg"], 2, "'3 kg' is a mass"),
         (["kinematics", "hoekens", "--at", "crunk=3"], 2, "there is no driver 'crunk'"),
         (["kinematics", "hoekens", "--at", "t=1", "--over", "turn"], 2, "--at or --over"),
-        (["kinematics", "hoekens", "--instants", "3"], 2, "--instants goes with --over"),
+        (["kinematics", "norton_fourbar", "--instants", "3"], 2, "--instants goes with --over"),
         (["kinematics", "hoekens", "--over", "turn", "--instants", "1"], 2, "from 2 to"),
         (["kinematics", "hoekens", "--over", "turn", "--instants", "-3"], 2, "--instants"),
         (["kinematics", "hoekens", "--over", "rocker"], 2, "'rocker'"),

@@ -21,8 +21,8 @@ def analyse(asked: Any) -> int:
     """Run an analysis and show what was asked for."""
     from mbody.analysis.asked import asked as solved
 
-    given = question(asked)
-    run = solved(taken(asked), asked.command, given)
+    mechanism = taken(asked)
+    run = solved(mechanism, asked.command, question(asked, mechanism.ask))
     wants_equations = getattr(asked, "equations", False)
     if wants_equations and len(run) > 1:
         raise ModelError("--equations shows one instant: say which, with --at")
@@ -39,24 +39,25 @@ def analyse(asked: Any) -> int:
     return 0 if run.status == "completed" else 1
 
 
-def question(asked: Any) -> Ask | None:
-    """The instants that the arguments ask for, None where they leave it to the model."""
+def question(asked: Any, own: Ask | None) -> Ask | None:
+    """The instants that the arguments ask for, where they leave it open what the model asks."""
     from mbody.formulas import FormulaError, read
     from mbody.questions import Ask
 
     if asked.at and asked.over:
         raise UsageError("give --at or --over, not both")
-    if asked.instants is not None and not asked.over:
+    over = asked.over or (own.over if own and not asked.at else "")
+    if asked.instants is not None and not over:
         raise UsageError("--instants goes with --over")
-    if asked.over:
-        return Ask(over=asked.over, instants=_whole(asked.instants))
+    if asked.over or asked.instants is not None:
+        return Ask(over=over, instants=_whole(asked.instants))
     at: dict[str, Any] = {}
     for name, text in named_values(asked.at, "--at").items():
         try:
             at[name] = [read(part, None, "deg") for part in text.split(",")]
         except FormulaError as error:
             raise ModelError(f"--at {name}: {error}", name) from None
-    return Ask(at=at) if at else None
+    return Ask(at=at) if at else own
 
 
 def _whole(text: str | None) -> int | None:
