@@ -258,8 +258,6 @@ class Mechanism:
             return NotImplemented
         return self._whole() == other._whole()
 
-    __hash__ = object.__hash__
-
     def _whole(self) -> tuple[Any, ...]:
         following = {k: f for k, f in self.formulas.items() if self.parameters.used_by(f)}
         return (
