@@ -3,7 +3,7 @@ JOBS   ?= 2
 BIN    := .venv/bin
 PIP    := $(BIN)/python -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
 
-.PHONY: demo test lint clean
+.PHONY: demo test lint errors clean
 
 demo: .venv/installed
 	$(BIN)/mbody demo
@@ -17,6 +17,10 @@ lint: .venv/installed-dev
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
+
+# The page of all error sentences, docs/errors.md, as they happen.
+errors: .venv/installed-dev
+	$(BIN)/python -m tests.errors
 
 clean:
 	rm -rf .venv dist .pytest_cache .ruff_cache .mypy_cache .hypothesis

@@ -11,6 +11,7 @@ from mbody.core.causes import breakdown as kernel
 from mbody.core.layout import Work
 from mbody.core.output import PER_ATOM
 from mbody.drivers import Driver
+from mbody.elements import listed
 from mbody.errors import ModelError
 from mbody.histories import Checks, Reaction
 
@@ -84,9 +85,15 @@ def breakdown(solution: Solution, name: str, on: str | None) -> dict[str, Any]:
     """Reactions or efforts that inertia and each load would have alone, by cause."""
     system = solution.system
     if system.batch is not None:
-        raise ModelError("the breakdown is for one design: take one from the batch", name)
+        raise ModelError(
+            f"the breakdown of '{name}' is for one design, this is a batch of {system.batch} "
+            "designs: analyse one of them, system.design(n)",
+            name,
+        )
     if not solution.has_forces:
-        raise ModelError(f"{solution.analysis} finds no forces: use kinetostatics", name)
+        raise ModelError(
+            f"{solution.analysis} finds no forces, as of '{name}': use kinetostatics", name
+        )
     loads = system.mechanism.loads
     size = PER_ATOM * len(system.owners)
     output = np.empty((len(solution.t), len(loads) + 1, size, 1))
@@ -102,7 +109,8 @@ def breakdown(solution: Solution, name: str, on: str | None) -> dict[str, Any]:
     causes = ["inertia", *(load.name for load in loads)]
     atoms = system.atoms_of.get(name)
     if atoms is None:
-        raise ModelError(f"'{name}' is neither a joint nor a driver", name)
+        known = listed(system.atoms_of)
+        raise ModelError(f"'{name}' is neither a joint nor a driver (there are: {known})", name)
     if isinstance(system.mechanism[name], Driver):
         row = PER_ATOM * atoms[0]
         return {cause: -output[:, n, row, 0] for n, cause in enumerate(causes)}

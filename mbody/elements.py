@@ -19,7 +19,7 @@ import numpy as np
 from mbody.atoms import Signal
 from mbody.errors import ModelError
 from mbody.formulas import Formula
-from mbody.formulas.door import number
+from mbody.formulas.door import number, one_number
 from mbody.formulas.pending import is_pending
 from mbody.laws import Law, as_law
 from mbody.units import dimension_of
@@ -38,6 +38,7 @@ __all__ = [
     "check_name",
     "law_field",
     "listed",
+    "one_number",
     "number_field",
     "place_field",
     "polar",

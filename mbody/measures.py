@@ -95,7 +95,11 @@ def _valued(asked: Measure, names: _Histories) -> tuple[Any, Dimension, str]:
     """Value of a measure, its dimension and its unit."""
     scope = Scope(names.mechanism.units, names)
     try:
-        found = evaluate(parse(asked.of), scope)
+        tree = parse(asked.of)
+        for name in names_in(tree):
+            if name in names.mechanism and names.get(name) is None and scope.unit(name) is None:
+                raise FormulaError(f"'{name}' has many histories: name one, as in '{name}.x'")
+        found = evaluate(tree, scope)
         dimension = found.dimension or NUMBER
         if not asked.unit:
             return found.value, dimension, scope.system.of(dimension)
@@ -119,13 +123,15 @@ class _Histories(dict[str, Valued]):
         """The history of that name; `default` where it is none, a unit perhaps."""
         if name not in self and "." in name:
             owner, _, key = name.rpartition(".")
-            dimension = _dimension(self.mechanism, name, owner, key)
+            dimension = _dimension(self.mechanism, owner, key)
             self[name] = Valued(self.history(owner, key), dimension)
         return super().get(name, default)
 
 
-def _dimension(mechanism: Mechanism, name: str, owner: str, key: str) -> Dimension:
-    """What a history measures; FormulaError where there is none of that name."""
+def _dimension(mechanism: Mechanism, owner: str, key: str) -> Dimension:
+    """What the history `key` of a body, a point, a joint or a driver measures; FormulaError where
+    there is none.
+    """
     element, _, point = owner.partition(".")
     bodies = {body.name: body for body in (*mechanism.bodies, mechanism.ground)}
     driver = next((d for d in mechanism.drivers if d.name == element), None)
@@ -133,17 +139,17 @@ def _dimension(mechanism: Mechanism, name: str, owner: str, key: str) -> Dimensi
         known = MOTION if point else MOTION | TURNING
         if point and point not in bodies[element].points:
             points = listed(bodies[element].points)
-            raise FormulaError(f"'{name}': '{element}' has no point '{point}' (it has: {points})")
+            raise FormulaError(f"'{element}' has no point '{point}' (it has: {points})")
     elif point or element not in mechanism:
-        raise FormulaError(f"'{name}': there is no body '{element}'")
+        raise FormulaError(f"there is no body '{element}' (there are: {listed(bodies)})")
     elif any(joint.name == element for joint in mechanism.joints):
         known = FORCES
     elif driver is not None:
         known = TORQUES if driver.rows == "a" else PUSHES
     else:
-        raise FormulaError(f"'{name}': a load has no history of its own")
+        raise FormulaError(f"'{element}' is a load, which has no history of its own")
     if key not in known:
-        raise FormulaError(f"'{name}': there is no '{key}' (there are: {', '.join(known)})")
+        raise FormulaError(f"'{owner}' has no '{key}' (it has: {', '.join(known)})")
     return dimension_of(known[key])
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from mbody.errors import ModelError
 from mbody.formulas import Formula, FormulaError, read
-from mbody.formulas.door import entered
+from mbody.formulas.door import NotANumber, NotFinite, entered
 
 __all__ = ["Ask", "Measure"]
 
@@ -67,6 +67,12 @@ def _row(name: str, value: Any) -> tuple[float | Formula, ...]:
         raise ModelError(f"ask: at.{name} is empty: give at least one value")
     try:
         return tuple(entered(part, None) for part in values)
+    except NotANumber as error:
+        raise ModelError(
+            f"ask: at.{name}: {error}: give a number, or text with units", name
+        ) from None
+    except NotFinite as error:
+        raise ModelError(f"ask: at.{name} is {error}, it must be finite", name) from None
     except FormulaError as error:
         raise ModelError(f"ask: at.{name}: {error}", name) from None
 

@@ -61,9 +61,13 @@ def resolved(element: E, scope: Scope) -> tuple[E, dict[str, Formula], set[str]]
     open_numbers = set().union(*(formula.names for formula in formulas.values()))
     changes: dict[str, Any] = dict(laws)
     with_laws = dataclasses.replace(element, **changes) if laws else element
-    try:
-        made = substituted(with_laws, lambda formula: formula.value(scope))
-    except FormulaError as error:
-        raise ModelError(f"'{element.name}': {error}", element.name) from None
+    parts: dict[str, Any] = {}
+    for field in dataclasses.fields(element):
+        value = getattr(with_laws, field.name)
+        try:
+            parts[field.name] = substituted(value, lambda formula: formula.value(scope))
+        except FormulaError as error:
+            raise ModelError(f"'{element.name}': {field.name}: {error}", element.name) from None
+    made = dataclasses.replace(with_laws, **parts)
     fixed = set().union(*(f.names for f in formulas_in(with_laws))) - open_numbers
     return made, formulas, fixed

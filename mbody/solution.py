@@ -53,7 +53,10 @@ class Solution:
     def take(self, instants: Any) -> Solution:
         """Only some of the instants, by their numbers, in that order."""
         if self.record.batch:
-            raise ModelError("instants are taken of one design: take system.design(n) first")
+            raise ModelError(
+                f"instants are of one design, this is a batch of {self.record.count} designs: "
+                "analyse one of them, system.design(n)"
+            )
         index = np.asarray(instants, dtype=np.int64)
         rows = self.record.table(slice(None))[index]
         return replace(
@@ -167,7 +170,9 @@ class Solution:
             )
         element = joints[joint]
         if not self.has_forces:
-            raise ModelError(f"{self.analysis} finds no forces: use kinetostatics", joint)
+            raise ModelError(
+                f"{self.analysis} finds no forces, as of '{joint}': use kinetostatics", joint
+            )
         return element
 
     def _unique(self, joint: str) -> tuple[bool, bool, bool] | None:
@@ -187,7 +192,9 @@ class Solution:
             known = listed(drivers)
             raise ModelError(f"there is no driver {driver!r} (there are: {known})", str(driver))
         if not self.has_forces:
-            raise ModelError(f"{self.analysis} finds no forces: use kinetostatics", driver)
+            raise ModelError(
+                f"{self.analysis} finds no forces, as of '{driver}': use kinetostatics", driver
+            )
         return -self._atom(self.system.atoms_of[driver][0], 0)
 
     def driven(self, driver: str) -> tuple[Array, Array, Array]:
@@ -205,7 +212,11 @@ class Solution:
             )
         states = self.drive_states
         if states is None:
-            raise ModelError(f"'{driver}' moves differently in each design of a batch", driver)
+            raise ModelError(
+                f"'{driver}' may move differently in each design of a batch: analyse one of them, "
+                "system.design(n)",
+                driver,
+            )
         value, rate, change = states[:, names.index(driver)].T
         return value, rate, change
 

@@ -13,7 +13,7 @@ import numpy as np
 from mbody._user import register, release
 from mbody.core.layout import Layout, Work, blank, integers, workspace
 from mbody.drivers import Driver
-from mbody.elements import Element, Numbers, Polar
+from mbody.elements import Element, Numbers, Polar, listed
 from mbody.errors import ModelError
 from mbody.formulas import Formula, FormulaError
 from mbody.joints import Distance
@@ -205,27 +205,33 @@ class System:
                 f"'{name}' must be a number or an array, not {value!r}", name
             ) from None
         if array.ndim > 1 or array.size == 0:
-            raise ModelError(f"'{name}' must be a number or one row of them", name)
-        if not np.isfinite(array).all():
-            raise ModelError(f"'{name}' has a number that is not finite", name)
-        sign = self._sign(name)
+            raise ModelError(
+                f"'{name}' must be a number or one row of them, not of shape {array.shape}", name
+            )
+        bad = np.flatnonzero(~np.isfinite(array))
+        if bad.size:
+            which = f"'{name}'[{bad[0]}]" if array.ndim else f"'{name}'"
+            raise ModelError(f"{which} is {array.flat[bad[0]]}, it must be finite", name)
+        sign, unit = self._sign(name)
         if (sign == "positive" and (array <= 0.0).any()) or (sign and (array < 0.0).any()):
-            must = sign.removeprefix("not ")
-            rule = f"must not be {must}" if must != sign else f"must be {must}"
-            raise ModelError(f"'{name}' is {array.min():g}, it {rule}", name)
+            rule = "not be negative: give 0 or more"
+            if sign == "positive":
+                rule = "be positive: give more than 0"
+            raise ModelError(f"'{name}' is {array.min():g} {unit}, it must {rule}", name)
         return array[()]  # a float where it is one number
 
-    def _sign(self, name: str) -> str:
-        """What the description asks of a number: "positive", "not negative" or nothing."""
+    def _sign(self, name: str) -> tuple[str, str]:
+        """What the description asks of a number, "positive" or "not negative", and its unit."""
         element, _, key = name.partition(".")
+        unit = self.mechanism.units.of
         if not key:
-            return ""
+            return "", ""
         if isinstance(self.mechanism[element], Distance) and key == "length":
-            return "positive"
+            return "positive", unit("length")
         for part in fields(self.mechanism[element]):
             if part.name == key and part.metadata.get("sign", "any") != "any":
-                return str(part.metadata["sign"])
-        return ""
+                return str(part.metadata["sign"]), unit(part.metadata["dimension"])
+        return "", ""
 
     def design(self, index: int) -> System:
         """One set of a batch as a system of its own; a system of one set is its own design 0."""
@@ -362,8 +368,10 @@ class System:
 def _no_such_value(name: str, values: Mapping[str, Any]) -> str:
     element = name.partition(".")[0]
     own = [known for known in values if known.partition(".")[0] == element]
-    hint = ", ".join(repr(known) for known in own[:8]) or "no number of that element"
-    return f"there is no number '{name}' to change (there are: {hint})"
+    if own:
+        return f"there is no number '{name}' to change (there are: {listed(own)})"
+    owners = dict.fromkeys(known.partition(".")[0] for known in values)
+    return f"there is no number '{name}' to change (there are numbers of: {listed(owners)})"
 
 
 def polar_points(mechanism: Mechanism) -> frozenset[str]:

@@ -195,15 +195,18 @@ def test_values_by_keyword_and_one_after_the_other():
 @pytest.mark.parametrize(
     ("values", "sentence"),
     [
-        ({"cranck.mass": 1.0}, "there is no number 'cranck.mass' to change"),
+        (
+            {"cranck.mass": 1.0},
+            "'cranck.mass' to change (there are numbers of: 'ground', 'crank', ",
+        ),
         ({"crank.weight": 1.0}, "there is no number 'crank.weight' to change (there are: 'crank.m"),
         ({"coupler.P.x": 1.0}, "'coupler.P.x' to change (there are: 'coupler.weight'"),
         ({"motor.law.jerk": 1.0}, "(there are: 'motor.law.value', 'motor.law.speed'"),
-        ({"crank.mass": math.nan}, "'crank.mass' has a number that is not finite"),
-        ({"crank.mass": [1.0, math.inf]}, "'crank.mass' has a number that is not finite"),
-        ({"crank.mass": -1.5}, "'crank.mass' is -1.5, it must not be negative"),
-        ({"coupler.weight": [1.0, -2.0]}, "'coupler.weight' is -2, it must not be negative"),
-        ({"rocker.inertia": -1e-9}, "'rocker.inertia' is -1e-09, it must not be negative"),
+        ({"crank.mass": math.nan}, "'crank.mass' is nan, it must be finite"),
+        ({"crank.mass": [1.0, math.inf]}, "'crank.mass'[1] is inf, it must be finite"),
+        ({"crank.mass": -1.5}, "'crank.mass' is -1.5 kg, it must not be negative"),
+        ({"coupler.weight": [1.0, -2.0]}, "'coupler.weight' is -2 N, it must not be negative"),
+        ({"rocker.inertia": -1e-9}, "'rocker.inertia' is -1e-09 N·m·s², it must not be negative"),
         ({"crank.mass": "heavy"}, "'crank.mass' must be a number or an array, not 'heavy'"),
         ({"crank.mass": [[1.0]]}, "'crank.mass' must be a number or one row of them"),
         ({"crank.mass": []}, "'crank.mass' must be a number or one row of them"),
@@ -414,7 +417,7 @@ def test_what_a_batch_does_not_do():
         kinetostatics(batch, turn=True)
     with pytest.raises(ModelError, match="close_loops takes one design"):
         close_loops(batch)
-    with pytest.raises(ModelError, match="the breakdown is for one design"):
+    with pytest.raises(ModelError, match="the breakdown of 'A' is for one design"):
         kinetostatics(batch, TIMES).breakdown("A")
 
 
@@ -485,33 +488,6 @@ def test_two_threads_on_one_system(make):
         assert len(runs) == 8
         for run in runs:
             same(run, wanted[k], exactly=True)
-
-
-@pytest.mark.parametrize(
-    ("element", "values", "words"),
-    [
-        (
-            mbody.Damper("dashpot", "ground", "rocker.B", coefficient=1.0),
-            {"dashpot.coefficient": [1.0, -2.0]},
-            "'dashpot.coefficient' is -2, it must not be negative",
-        ),
-        (
-            mbody.Spring("spring", "ground", "rocker.B", stiffness=1.0, free_length=1.0),
-            {"spring.free_length": -0.5},
-            "'spring.free_length' is -0.5, it must not be negative",
-        ),
-        (
-            mbody.Distance("rod", "ground", "rocker.B", length=1.0),
-            {"rod.length": 0.0},
-            "'rod.length' is 0, it must be positive",
-        ),
-    ],
-)
-def test_values_keep_the_signs_of_the_description(element, values, words):
-    machine = mbody.makers.four_bar(1, 3, 2, 3.5)
-    machine.add(element)
-    with pytest.raises(mbody.ModelError, match=words):
-        mbody.assemble(machine).with_values(values)
 
 
 def test_a_system_keeps_what_was_described():

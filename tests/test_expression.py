@@ -277,7 +277,7 @@ def four_bar(angle_law, *loads):
 
 def test_analyses_name_the_driver_the_time_and_the_text():
     times = np.linspace(0.0, 2.0, 9)
-    with pytest.raises(ModelError, match=r"driver 'motor': 'log\(1 - t\)' has no value at 1$"):
+    with pytest.raises(ModelError, match=r"driver 'motor': 'log\(1 - t\)' has no value at 1: ask"):
         kinetostatics(four_bar(program("log(1 - t)")), t=times)
     with pytest.raises(ModelError, match=r"'motor', .*sqrt\(t\).*, has an infinite rate at t = 0"):
         kinetostatics(four_bar(program("sqrt(t)")), t=times)
@@ -379,50 +379,12 @@ def test_plain_degrees_are_scaled():
     )
 
 
-@pytest.mark.parametrize(
-    ("text", "dimension", "argument", "sentence"),
-    [
-        ("25 m/s*t", ANGLE, TIME, r"is a length \(m\), where an angle \(rad\) is wanted"),
-        ("60 deg + 25*t", ANGLE, TIME, r"adds an angle \(rad\) and a time"),
-        ("2 m*sin(5 m*t)", LENGTH, TIME, r"'sin' takes an angle, not"),
-        ("2*x", LENGTH, TIME, r"'x' stands only in laws of a stretch, an angle or a rate"),
-        ("2*t", LENGTH, LENGTH, r"'t' stands only in laws of time"),
-        ("q*t", None, TIME, r"there is no parameter 'q'"),
-        ("t + 1/(1 - 1)", None, TIME, r"'1 / \(1 - 1\)' comes to inf, it must be finite"),
-        ("+".join(["sin(t)"] * 150), None, TIME, r"takes 449 operations with 2 numbers waiting"),
-        ("t+" * 301 + "t", None, TIME, r"has 301 operations, at most 300 are read"),
-    ],
-)
-def test_sentences_of_formulas(text, dimension, argument, sentence):
-    with pytest.raises(FormulaError, match=sentence):
-        made(text, dimension, argument)
-
-
 def test_a_program_that_keeps_too_many_waiting():
     text = "t"
     for _ in range(DEEPEST):
         text = f"sin(t)+({text})*sin(t)" if len(text) < 20 else f"exp(t)*({text})"
     with pytest.raises(FormulaError, match=rf"numbers waiting, at most {LONGEST} with {DEEPEST}"):
         made(text)
-
-
-@pytest.mark.parametrize(
-    ("make", "sentence"),
-    [
-        (lambda: Expression("t", (), ()), r"program must hold numbers of operations"),
-        (lambda: Expression("t", (99,), ()), r"program must hold numbers of operations"),
-        (lambda: Expression("t", (0, 1), ()), r"takes 1 constants, there are 0"),
-        (lambda: Expression("t", (0, 17), ()), r"takes a number that is not there"),
-        (lambda: Expression("t", (7,), ()), r"takes a number that is not there"),
-        (lambda: Expression("t", (0, 0), ()), r"leaves 2 numbers, not one"),
-        (lambda: Expression("t", (0,) + (7,) * 200, ()), r"has 201 operations and 1 numbers"),
-        (lambda: Expression("t", (1,), (math.nan,)), r"constants\[0\] must be a finite number"),
-        (lambda: Expression(3, (0,), ()), r"text must be the formula, not 3"),
-    ],
-)
-def test_programs_that_are_none(make, sentence):
-    with pytest.raises(ModelError, match=sentence):
-        make()
 
 
 # --- as a law -----------------------------------------------------------------------------------

@@ -123,7 +123,8 @@ def _check_limit(runner: Runner, around: np.ndarray, asked: Plan, k: int) -> Non
         driver = runner.system.mechanism.drivers[0]
         where = runner.place(driver, float(asked.s[k]), asked)
         raise SolveError(
-            f"change point at {where} of '{driver.bodies[1]}': branches meet there and the forces "
-            f"of '{runner.system.mechanism.name}' have no limit; leave that instant out",
+            f"change point at {where} of '{driver.bodies[1]}', driven by '{driver.name}': branches "
+            f"meet there and the forces of '{runner.system.mechanism.name}' have no limit; leave "
+            "that instant out",
             driver.name,
         ) from None

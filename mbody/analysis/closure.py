@@ -179,7 +179,11 @@ def set_drive(system: System, work: Work, t: float, drive: Mapping[str, float]) 
         if driver.name in drive:
             work.signal[row] = drive[driver.name]
         if not np.isfinite(work.signal[row]).all():
-            raise SolveError(f"the law of '{driver.name}' has no value at t = {t:g}", driver.name)
+            raise SolveError(
+                f"the law of '{driver.name}' has no finite value at t = {t:g} "
+                f"{system.mechanism.units.time}: begin elsewhere, or choose another law",
+                driver.name,
+            )
 
 
 def drivers(system: System) -> list[tuple[Any, int]]:

@@ -71,10 +71,11 @@ def explain_gap(system: System, work: Work, start: np.ndarray, t: float) -> NoRe
     equal = [joint for size, joint in found if size < least * (1.0 + 1e-6)]
     # of joints with equal gaps the one between two moving bodies is named
     joint = min(equal, key=lambda joint: "ground" in (joint.i.body, joint.j.body))
+    units = system.mechanism.units
     raise SolveError(
-        f"loops do not close at t = {t:g}: the smallest gap is {least:.4g} "
-        f"{system.mechanism.units.length} at '{joint.name}' (between '{joint.i.body}' and "
-        f"'{joint.j.body}'): check lengths, or give a better guess",
+        f"loops do not close at t = {t:g} {units.time}: the smallest gap is {least:.4g} "
+        f"{units.length} at '{joint.name}' (between '{joint.i.body}' and '{joint.j.body}'): check "
+        "lengths, or give a better guess",
         joint.name,
     )
 
@@ -83,13 +84,13 @@ def _out_of_reach(system: System, work: Work, off: np.ndarray, t: float) -> Solv
     """The sentence for a driver that asks more than the links give; `off` (drivers,)."""
     n = int(off.argmax())
     driver, row = system.drivers[n], system.layout.driver_row[n]
-    turns = driver.rows == "a"
-    unit = "rad" if turns else system.mechanism.units.length
+    turns, units = driver.rows == "a", system.mechanism.units
+    unit = "rad" if turns else units.length
     distance = float(off[n]) * (1.0 if turns else system.length)
     return SolveError(
         f"driver '{driver.name}' cannot bring '{driver.bodies[1]}' to "
-        f"{float(work.signal[row, 0]):.6g} {unit} at t = {t:g}: it comes within {distance:.3g} "
-        f"{unit} where the links are stretched; check lengths and the law",
+        f"{float(work.signal[row, 0]):.6g} {unit} at t = {t:g} {units.time}: it comes within "
+        f"{distance:.3g} {unit} where the links are stretched; check lengths and the law",
         driver.name,
     )
 
@@ -102,10 +103,11 @@ def _gap_met(system: System, work: Work, joints: int, t: float) -> SolveError:
     phi = system.length * violations(system, work)
     phi = np.where(np.isfinite(phi) & ~is_angle, phi, 0.0)
     at = system.owners[int(atom[int(phi.argmax())])][0].name
+    units = system.mechanism.units
     return SolveError(
-        f"loops of '{system.mechanism.name}' do not close at t = {t:g}: the search ended with a "
-        f"gap of {phi.max():.4g} {system.mechanism.units.length} at '{at}': check lengths, or give "
-        "a better guess",
+        f"loops of '{system.mechanism.name}' do not close at t = {t:g} {units.time}: the search "
+        f"ended with a gap of {phi.max():.4g} {units.length} at '{at}': check lengths, or give a "
+        "better guess",
         at,
     )
 

@@ -151,7 +151,8 @@ def _law(
         word = ("value", "rate", "acceleration")[bad[0, 1]]
         raise ModelError(
             f"{which}the law of driver '{driver.name}', {law}, has an infinite {word} at "
-            f"t = {times[bad[0, 0]]:g}: begin after it, or choose another law",
+            f"t = {times[bad[0, 0]]:g} {system.mechanism.units.time}: begin after it, or choose "
+            "another law",
             driver.name,
         )
     return found

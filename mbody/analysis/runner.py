@@ -243,7 +243,7 @@ class Runner:
         else:
             sentence = (
                 f"the motion of '{system.mechanism.name}' cannot be followed beyond {where} of "
-                f"'{body}': does its law jump there?"
+                f"'{body}': does the law of '{driver.name}' jump there?"
             )
         return SolveError(sentence, driver.name, so_far)
 

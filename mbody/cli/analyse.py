@@ -50,7 +50,10 @@ def question(asked: Any, own: Ask | None) -> Ask | None:
     if asked.instants is not None and not over:
         raise UsageError("--instants goes with --over")
     if asked.over or asked.instants is not None:
-        return Ask(over=over, instants=_whole(asked.instants))
+        try:
+            return Ask(over=over, instants=_whole(asked.instants))
+        except ModelError as error:
+            raise ModelError(str(error).replace("ask: ", "--", 1)) from None
     at: dict[str, Any] = {}
     for name, text in named_values(asked.at, "--at").items():
         try:

@@ -84,7 +84,7 @@ def told(dimension: Dimension) -> str:
                 symbol = f"{SI.of(above)}/{SI.of(key)}"
                 break
     if not name:
-        return f"measured in {symbol}"
+        return f"a quantity in {symbol}"
     article = "an" if name[0] in "aei" else "a"
     return f"{article} {name} ({symbol})"
 

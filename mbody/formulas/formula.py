@@ -153,7 +153,9 @@ def read(value: Any, dimension: Dimension | None, angle: str = "rad") -> Formula
         return checked(Formula(text, dimension, angle, tree=parse(text)))
     unit = of_quantity(value)
     if unit is None:
-        raise FormulaError(f"{value!r} is no number of mechanics")
+        raise FormulaError(
+            f"{shown(str(value))} is no quantity of mechanics: of length, mass, time and angle"
+        )
     tree = Plain(unit.ratio) if unit.dimension == NUMBER else Measured(_ONE, unit, ())
     return checked(Formula(str(value), dimension, angle, tree=tree))
 

@@ -13,7 +13,7 @@ from mbody.formulas.formula import Formula
 from mbody.formulas.parse import FUNCTIONS, VARIABLES, FormulaError, shown
 from mbody.units import UnitSystem
 
-__all__ = ["Parameters"]
+__all__ = ["Parameters", "let_in"]
 
 LONGEST = 40
 KEPT = {*FUNCTIONS, *VARIABLES, "pi"}
@@ -44,7 +44,7 @@ class Parameters(Mapping[str, "float | Formula"]):
         if not isinstance(given, Mapping):
             raise ModelError(f'parameters must be a dict such as {{"a": 2.0}}, not {given!r}')
         self.system = system
-        self._given = {name: _let_in(name, value) for name, value in given.items()}
+        self._given = {name: let_in(name, value) for name, value in given.items()}
         self._order = self._ordered()
         self._base = self.scope()
 
@@ -109,14 +109,17 @@ class Parameters(Mapping[str, "float | Formula"]):
             ) from None
 
 
-def _let_in(name: Any, value: Any) -> float | Formula:
+def let_in(name: Any, value: Any) -> float | Formula:
+    """A parameter as it is kept; ModelError for a name or a number that is none."""
     if not isinstance(name, str) or not name.isidentifier() or len(name) > LONGEST:
         raise ModelError(
             f"{shown(str(name))} cannot name a parameter: begin with a letter, go on with letters, "
             f"digits and _, at most {LONGEST}"
         )
     if name in KEPT:
-        raise ModelError(f"the name '{name}' is kept for formulas: call the parameter otherwise")
+        raise ModelError(
+            f"the name '{name}' is kept for formulas: call the parameter otherwise", name
+        )
     try:
         result = entered(value, None)
     except NotANumber:

@@ -141,13 +141,18 @@ class _Reader:
             return "a decimal point is wanted, not a comma"
         if token.text == ",":
             return "the ',' stands in no function"
+        if token.text == ")":
+            return "a '(' is missing"
+        if token.kind == "name" and self.peek(1).text == "(":
+            if known(token.text):
+                return "an operator is missing before '('"
+            if token.text in FUNCTIONS:
+                return f"an operator is missing before {token.text!r}"
+            return f"there is no function {token.text[:40]!r} (there are: {', '.join(FUNCTIONS)})"
         if token.kind == "name" and before.kind in ("number", "name"):
             close = difflib.get_close_matches(token.text, SYMBOLS, 1, 0.5)
             hint = f", did you mean {close[0]!r}?" if close else ""
             return f"there is no unit {token.text[:40]!r}{hint}"
-        if token.text == "(" and before.kind == "name":
-            functions = ", ".join(FUNCTIONS)
-            return f"there is no function {before.text[:40]!r} (there are: {functions})"
         return f"an operator is missing before {token.text[:40]!r}"
 
     def nested(self, read: Callable[[], Node]) -> Node:

@@ -51,8 +51,8 @@ def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
     """
     if solution.record.batch:
         raise ModelError(
-            f"this is a batch of {solution.record.count} designs, which has no one form: take one "
-            "with system.design(n)"
+            f"data are of one design, this is a batch of {solution.record.count} designs: analyse "
+            "one of them, system.design(n)"
         )
     machine = solution.mechanism
     units = machine.units

@@ -112,9 +112,10 @@ def _as_formula(formula: Formula, argument: Dimension) -> Law | Formula:
     if not formula.variable:
         return Constant(formula)  # type: ignore[arg-type]  # a float once a mechanism takes it
     wanted = "t" if argument == DIMENSIONS["time"] else "x"
-    if wanted not in formula.names or formula.names & set(VARIABLES) != {wanted}:
+    others = formula.names & set(VARIABLES) - {wanted}
+    if others:
         raise FormulaError(
-            f"{formula.text!r} is a formula of '{formula.variable}', but the variable here is "
+            f"{formula.text!r} is a formula of '{others.pop()}', but the variable here is "
             f"'{wanted}', {told(argument)}"
         )
     return replace(formula, argument=argument)

@@ -97,7 +97,10 @@ class Expression(Law):
         bad = np.argwhere(np.isnan(out))
         if bad.size:
             at, order = bad[0]
-            raise ModelError(f"'{self.text}' has no {ORDERS[order]} at {xs[at]:g}")
+            raise ModelError(
+                f"'{self.text}' has no {ORDERS[order]} at {xs[at]:g}: ask elsewhere, or choose a "
+                "formula that has one, by max or min"
+            )
 
 
 def waiting(program: tuple[int, ...]) -> int:

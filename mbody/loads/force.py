@@ -9,10 +9,17 @@ import numpy as np
 
 from mbody._jit import inline
 from mbody.atoms import Action
-from mbody.elements import LawLike, Marker, Place, law_field, number_field, place_field
+from mbody.elements import (
+    LawLike,
+    Marker,
+    Place,
+    law_field,
+    number_field,
+    one_number,
+    place_field,
+)
 from mbody.errors import ModelError
 from mbody.laws import Constant
-from mbody.laws.base import finite
 from mbody.loads._base import Load
 
 if TYPE_CHECKING:
@@ -74,7 +81,7 @@ class Force(Load):
         >>> Force.components("push", "coupler.P", 3.0, 4.0).value
         Constant(value=5.0)
         """
-        x, y = (finite(value, f"'{name}'", key) for key, value in (("x", x), ("y", y)))
+        x, y = (one_number(value, "force", name, key) for key, value in (("x", x), ("y", y)))
         return Force(name, at, Constant(float(np.hypot(x, y))), float(np.arctan2(y, x)))
 
 

@@ -61,9 +61,7 @@ def beside(name: str, folder: Path | None) -> Path:
     except (OSError, ValueError, RuntimeError):
         inside, ordinary = True, False
     if not inside:
-        raise ModelError(
-            f"'{_cut(name)}' lies outside the folder of the model: name a file below it"
-        )
+        raise ModelError(f"{_cut(name)} lies outside the folder of the model: name a file below it")
     if not ordinary:
         raise ModelError(f"there is no file {_cut(name)} beside the model")
     return whole

@@ -67,11 +67,12 @@ def build(given: Any) -> tuple[Mechanism | None, list[Problem]]:
 def _framed(given: Any, error: ModelError) -> Problem:
     """A problem of the mechanism itself, with the key that it comes from."""
     text = str(error)
+    told = text.removeprefix(f"'{error.element}': ")
     if error.element in given.parameters:
         return Problem(("parameters", error.element), text)
     for key, mark in (("units", "unit system"), ("g", ": g"), ("ground", "'ground'")):
         if mark in text:
-            return Problem((key,), text)
+            return Problem((key,), told)
     return Problem((), text)
 
 
@@ -95,7 +96,7 @@ def _arguments(kind: str, cls: type[Element], entry: Any) -> dict[str, Any]:
 
 def _unnamed(text: str, name: str) -> str:
     """The sentence without the name that stands before it already."""
-    return text.removeprefix(f"'{name}': ")
+    return text.removeprefix(f"'{name}': ").removeprefix(f"'{name}' ")
 
 
 def _row(value: Any, angle: str) -> Any:
@@ -113,7 +114,7 @@ def _questions(given: Any, mechanism: Mechanism) -> list[Problem]:
             mechanism.measures[name] = measure
             check_measure(mechanism, measure)
         except ModelError as error:
-            problems.append(Problem(("measures", name), str(error)))
+            problems.append(Problem(("measures", name), str(error).removeprefix("measure: ")))
     if given.ask is not None:
         try:
             fields = _set(given.ask)
@@ -121,5 +122,5 @@ def _questions(given: Any, mechanism: Mechanism) -> list[Problem]:
             mechanism.ask = Ask(**{**fields, "at": rows})
             check_ask(mechanism, mechanism.ask)
         except ModelError as error:
-            problems.append(Problem(("ask",), str(error)))
+            problems.append(Problem(("ask",), str(error).removeprefix("ask: ")))
     return problems

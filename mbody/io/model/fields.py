@@ -212,7 +212,7 @@ spread = Annotated[
     Discriminator(
         lambda value: (
             "<text>"
-            if isinstance(value, str)
+            if value == "point"
             else "<slender>"
             if isinstance(value, dict) and "slender" in value
             else "<moments>"

@@ -17,9 +17,9 @@ from typing import Any
 
 import pydantic
 
+from mbody.elements import listed
 from mbody.errors import ModelError
-from mbody.formulas.door import entered
-from mbody.formulas.parse import FormulaError
+from mbody.formulas.parameters import let_in
 from mbody.io.model.build import build
 from mbody.io.model.fields import Context
 from mbody.io.model.report import raise_all, sentences
@@ -130,8 +130,7 @@ def built(
         raise_all(sentences(found, json_schema(), data), text, is_json, name)
     mechanism, problems = build(given)
     raise_all(problems, text, is_json, name)
-    if mechanism is None:
-        raise ModelError(f"{name}: it is no mechanism")
+    assert mechanism is not None  # else there was a problem
     return mechanism
 
 
@@ -146,19 +145,21 @@ def text_of(file: Path) -> str:
     name = _short(str(file))
     try:
         kind = os.stat(file).st_mode
-        if stat.S_ISDIR(kind):
-            raise ModelError(f"'{name}' is a folder: name a model file in it")
-        if not stat.S_ISREG(kind):
-            raise ModelError(f"'{name}' is no ordinary file: give a model file")
-        with file.open("rb") as stream:
-            raw = stream.read(LARGEST + 1)
+        raw = b""
+        if stat.S_ISREG(kind):
+            with file.open("rb") as stream:
+                raw = stream.read(LARGEST + 1)
     except FileNotFoundError:
         raise ModelError(f"there is no file '{name}'") from None
     except PermissionError:
         raise ModelError(f"the file '{name}' may not be read: change its permissions") from None
     except (OSError, ValueError) as error:
-        why = getattr(error, "strerror", None) or str(error)
+        why = getattr(error, "strerror", None) or "no file has such a name"
         raise ModelError(f"the file '{name}' cannot be read: {why}") from None
+    if stat.S_ISDIR(kind):
+        raise ModelError(f"'{name}' is a folder: name a model file in it")
+    if not stat.S_ISREG(kind):
+        raise ModelError(f"'{name}' is no ordinary file: give a model file")
     if len(raw) > LARGEST:
         raise ModelError(f"'{name}' has more than {LARGEST // 1_000_000} MB, which no model needs")
     try:
@@ -170,6 +171,7 @@ def text_of(file: Path) -> str:
 
 
 def _short(name: str) -> str:
+    name = name if name.isprintable() else repr(name)[1:-1]
     return name if len(name) <= 80 else f"…{name[-77:]}"
 
 
@@ -244,12 +246,10 @@ def _set(data: dict[str, Any], parameters: Mapping[str, Any], name: str) -> None
     known = table if isinstance(table, dict) else {}
     for key, value in parameters.items():
         if key not in known:
-            there = ", ".join(f"'{k}'" for k in list(known)[:12]) or "none"
-            raise ModelError(
-                f"{name}: there is no parameter '{_short(str(key))}' (there are: {there})"
-            )
+            there = f"there are: {listed(known, 12)}" if known else "there are none"
+            raise ModelError(f"{name}: there is no parameter '{_short(str(key))}' ({there})", key)
         try:
-            entered(value, None)
-        except FormulaError as error:
-            raise ModelError(f"{name}: parameter '{key}': {error}", key) from None
+            let_in(key, value)
+        except ModelError as error:
+            raise ModelError(f"{name}: {error}", key) from None
         known[key] = value

@@ -13,6 +13,7 @@ from mbody.io.model.lines import line_of
 __all__ = ["Problem", "raise_all", "sentences"]
 
 MOST = 20  # problems that are told; the others are counted
+LONGEST = 200  # characters of a title
 
 Path = tuple[Any, ...]
 
@@ -64,13 +65,16 @@ def _sentence(error: Any, schema: dict[str, Any], data: Any) -> str:
         "bool_type": "must be true or false",
         "bool_parsing": "must be true or false",
         "int_type": "must be a whole number",
+        "int_parsing": "must be a whole number",
+        "int_from_float": "must be a whole number",
+        "string_too_long": f"must be shorter, at most {LONGEST} characters",
     }.get(kind)
     if kind == "missing":
         return "is missing: the list is too short"
     if kind == "too_long":
         told = f"must be a list of {error['ctx']['max_length']}"
     message = told or error["msg"][0].lower() + error["msg"][1:]
-    return f"{message}, not {_short(error['input'])}"
+    return f"{message}, not {_short(repr(error['input']))}"
 
 
 def _short(value: Any) -> str:
@@ -161,8 +165,17 @@ def raise_all(problems: list[Problem], text: str, is_json: bool, name: str) -> N
     ]
     if len(problems) > MOST:
         lines.append(f"and {len(problems) - MOST} more")
-    element = next((p.path[1] for p in problems if len(p.path) > 1), None)
+    element = next((name for name in map(_element, problems) if name), None)
     whole = f"{name}: {lines[0]}" if len(lines) == 1 else "\n  ".join([f"{name}:", *lines])
-    error = ModelError(whole, str(element) if element is not None else None)
+    error = ModelError(whole, element)
     error.problems = tuple(told)
     raise error
+
+
+def _element(problem: Problem) -> str | None:
+    """The name of the element or parameter that a problem is about."""
+    section = problem.path[0] if problem.path else None
+    if section in ("ground", "gravity"):
+        return str(section)
+    named = section in (*SECTIONS, "bodies", "parameters", "measures")
+    return str(problem.path[1]) if named and len(problem.path) > 1 else None

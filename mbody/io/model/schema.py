@@ -14,6 +14,7 @@ from mbody.elements import Element
 from mbody.io.model import fields as of
 from mbody.io.model.kinds import SECTIONS
 from mbody.io.model.law_fields import law
+from mbody.io.model.report import LONGEST
 from mbody.units import DIMENSIONS, UNIT_SYSTEMS, dimension_of
 
 __all__ = ["json_schema", "model"]
@@ -122,10 +123,20 @@ class MeasureIn(of.Strict):
     unit: str = ""
 
 
+measure = Annotated[
+    Annotated[str, Tag("<text>")] | Annotated[MeasureIn, Tag("<table>")],
+    of.shape({"<text>": str, "<table>": dict}, "must be a formula or { of = …, unit = … }"),
+]
+values = Annotated[
+    Annotated[of.number(None), Tag("<value>")] | Annotated[list[of.number(None)], Tag("<values>")],
+    of.shape({"<value>": (int, float, str), "<values>": list}, "must be a number, text or a list"),
+]
+
+
 class AskIn(of.Strict):
     """The instants that an analysis is made for, unless the command says otherwise."""
 
-    at: dict[str, of.number(None) | list[of.number(None)]] = Field(default_factory=dict)
+    at: dict[str, values] = Field(default_factory=dict)
     over: str = ""
     instants: int | None = None
 
@@ -137,7 +148,7 @@ def model() -> Any:
         "parameters": dict[str, of.number(None)],
         "bodies": dict[of.name_in, _body()],
         **{section: dict[of.name_in, _choice(section)] for section in SECTIONS},
-        "measures": dict[of.name_in, str | MeasureIn],
+        "measures": dict[of.name_in, measure],
     }
     about = {
         "parameters": "Named numbers that formulas may use.",
@@ -149,7 +160,10 @@ def model() -> Any:
     }
     systems = ", ".join(UNIT_SYSTEMS)
     columns: dict[str, Any] = {
-        "name": (str, Field("mechanism", description="Title of the mechanism.", max_length=200)),
+        "name": (
+            str,
+            Field("mechanism", description="Title of the mechanism.", max_length=LONGEST),
+        ),
         "source": (str, Field("", description="Book, page or repository that it comes from.")),
         "note": (str, Field("", description="What to look at.")),
         "units": (str, Field("SI", description=f"Units of plain numbers: {systems}.")),

@@ -1,0 +1,105 @@
+"""Scenarios and what comes of them: the error, what it is about, and where in mbody it was made."""
+
+import contextlib
+import functools
+import io
+import sys
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+from unittest import mock
+
+from mbody.cli.usage import UsageError
+from mbody.errors import ModelError, ModelWarning, SolveError
+from mbody.formulas import FormulaError
+from tests.errors import (
+    assembling,
+    command,
+    describing,
+    formulas,
+    laws,
+    model_files,
+    own_code,
+    questions,
+    results,
+    solving,
+)
+
+PACKAGE = Path(__file__).parents[2] / "mbody"
+SUBJECTS = (
+    *(describing, laws, formulas, model_files, assembling),
+    *(solving, own_code, results, questions, command),
+)
+KINDS = (ModelError, SolveError, UsageError, ModelWarning)
+
+
+@dataclass(frozen=True)
+class Told:
+    """What a user is told.
+
+    Attributes
+    ----------
+    kind, element, sentence : str
+        Name of the class, name of the element or None, the text.
+    problems : tuple
+        Of a model file.
+    made : tuple of (file, line, text)
+        Where in mbody errors were made on the way, and what they said.
+    """
+
+    kind: str
+    element: str | None
+    sentence: str
+    problems: tuple
+    made: tuple
+
+
+@contextlib.contextmanager
+def recorded():
+    """What is made of the errors of mbody while the block runs."""
+    found = []
+
+    def recording(original):
+        def init(self, *arguments, **options):
+            original(self, *arguments, **options)
+            frame = sys._getframe(1)
+            found.append((frame.f_code.co_filename, frame.f_lineno, str(self)))
+
+        return init
+
+    with contextlib.ExitStack() as stack:
+        for kind in (*KINDS, FormulaError):
+            stack.enter_context(mock.patch.object(kind, "__init__", recording(kind.__init__)))
+        yield found
+
+
+@functools.cache
+def told(scenario):
+    """Run a scenario; what it printed is thrown away."""
+    nowhere = io.StringIO()
+    quiet = contextlib.redirect_stdout(nowhere), contextlib.redirect_stderr(nowhere)
+    with quiet[0], quiet[1], recorded() as made, warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter("always")
+        try:
+            scenario()
+        except (ModelError, SolveError, UsageError) as error:
+            found = error
+        else:
+            (found,) = (w.message for w in warned if isinstance(w.message, ModelWarning))
+    places = tuple(
+        (Path(file).relative_to(PACKAGE).as_posix(), line, text)
+        for file, line, text in made
+        if Path(file).is_relative_to(PACKAGE)
+    )
+    element, problems = getattr(found, "element", None), getattr(found, "problems", ())
+    return Told(type(found).__name__, element, str(found), problems, places)
+
+
+def scenarios():
+    """(subject, name, scenario) of all, in the order of the page."""
+    return [(part, name, one) for part in SUBJECTS for name, one in part.SCENARIOS.items()]
+
+
+def everything():
+    """What all scenarios tell, in the order of the page."""
+    return [told(one) for _, _, one in scenarios()]

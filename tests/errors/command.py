@@ -1,0 +1,37 @@
+"""The command line."""
+
+from mbody import cli
+
+#: Words of the command that it refuses.
+WORDS = {
+    "no model": ["kinematics"],
+    "an option that is not there": ["kinematics", "hoekens", "--fast"],
+    "a model that is not there": ["kinematics", "hoekns"],
+    "a model like no other": ["kinematics", "robot"],
+    "a file that is not there": ["kinematics", "none.toml"],
+    "a folder": ["kinematics", "."],
+    "no value": ["kinematics", "hoekens", "--at", "crank"],
+    "a value that is a name": ["kinematics", "hoekens", "--at", "crank=fast"],
+    "a value that is no formula": ["kinematics", "hoekens", "--at", "crank=3 +"],
+    "a value that is a mass": ["kinematics", "hoekens", "--at", "crank=3 kg"],
+    "a driver that is not there": ["kinematics", "hoekens", "--at", "crunk=3"],
+    "a value twice": ["kinematics", "hoekens", "--at", "crank=3", "--at", "crank=4"],
+    "at and over": ["kinematics", "hoekens", "--at", "t=1", "--over", "turn"],
+    "instants without over": ["kinematics", "norton_fourbar", "--instants", "3"],
+    "one instant": ["kinematics", "hoekens", "--over", "turn", "--instants", "1"],
+    "negative instants": ["kinematics", "hoekens", "--over", "turn", "--instants", "-3"],
+    "a turn of a body without a motor": ["kinematics", "hoekens", "--over", "rocker"],
+    "a parameter that is not there": ["kinematics", "hoekens", "--set", "foo=1"],
+    "a parameter that is no formula": ["kinematics", "hoekens", "--set", "a=4 mm +"],
+    "a unit system that is not there": ["kinematics", "hoekens", "--units", "parsec"],
+    "a file that cannot be written": ["kinematics", "hoekens", "--csv", "/no/where.csv"],
+    "equations of a turn": ["kinetostatics", "hoekens", "--over", "turn", "--equations"],
+}
+
+
+def said(words):
+    """What the command does, but for telling its errors."""
+    return lambda: cli._run(words)
+
+
+SCENARIOS = {**{name: said(words) for name, words in WORDS.items()}}

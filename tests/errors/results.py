@@ -1,0 +1,79 @@
+"""Results: what is asked of them, and where they are written to."""
+
+import functools
+import math
+import sys
+from unittest import mock
+
+from mbody import Body, Fixed, Marker, Mechanism, assemble, kinematics, kinetostatics, statics
+from tests.errors.models import four_bar
+
+
+@functools.cache
+def run():
+    return kinetostatics(four_bar())
+
+
+@functools.cache
+def motion():
+    return kinematics(four_bar())
+
+
+@functools.cache
+def batch():
+    system = assemble(four_bar()).with_values({"crank.mass": [1.0, 2.0]})
+    return kinetostatics(system)
+
+
+def driven_batch():
+    """Designs whose motors have different speeds."""
+    system = assemble(four_bar()).with_values({"motor.law.speed": [1.0, 2.0]})
+    return kinetostatics(system, t=[0.0, 0.1])
+
+
+def welded(count):
+    machine = Mechanism("welded")
+    machine.add(*(Body(f"b{n}") for n in range(count)))
+    machine.add(*(Fixed(f"w{n}", "ground", f"b{n}") for n in range(count)))
+    return machine
+
+
+def without_pandas():
+    with mock.patch.dict(sys.modules, pandas=None):
+        run().to_dataframe()
+
+
+SCENARIOS = {
+    "a body that is not there": lambda: run()["rod"],
+    "a body that is a list": lambda: run()[["crank"]],
+    "a joint that is not there": lambda: run().reaction("C"),
+    "a joint that is a driver": lambda: run().reaction("motor"),
+    "the wrong side of a joint": lambda: run().reaction("A", on="rocker"),
+    "no side of a joint": lambda: run().reaction("A", on=2),
+    "a driver that is not there": lambda: run().effort("engine"),
+    "a driver that is a list": lambda: run().effort(["motor"]),
+    "the motion of a driver that is not there": lambda: run().driven("motors"),
+    "a point that is not there": lambda: run().point("coupler.P"),
+    "a point of a body that is not there": lambda: run().point("bar.P"),
+    "a point at nan": lambda: run().point(Marker("coupler", (math.nan, 0.0))),
+    "inertia of a body that is not there": lambda: run().inertia("link"),
+    "causes of a body": lambda: run().breakdown("crank"),
+    "causes of a list": lambda: run().breakdown(["A"]),
+    "forces of kinematics": lambda: motion().reaction("A"),
+    "efforts of kinematics": lambda: motion().effort("motor"),
+    "causes of kinematics": lambda: motion().breakdown("A"),
+    "equations of kinematics": lambda: motion().equations(),
+    "an instant that is not there": lambda: run().equations(3),
+    "half an instant": lambda: run().equations(0.5),
+    "equations of very many links": lambda: statics(welded(501)).equations(),
+    "causes of a batch": lambda: batch().breakdown("A"),
+    "equations of a batch": lambda: batch().equations(),
+    "columns of a batch": lambda: batch().columns(),
+    "data of a batch": lambda: batch().data(),
+    "some instants of a batch": lambda: batch().take([0]),
+    "drives of a batch": lambda: driven_batch().driven("motor"),
+    "a frame without pandas": without_pandas,
+    "a folder that is not there": lambda: run().to_csv("/nowhere/run.csv"),
+    "a folder for a file": lambda: run().to_csv("/"),
+    "no path": lambda: run().to_csv(3),
+}

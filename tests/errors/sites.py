@@ -1,0 +1,88 @@
+"""Where mbody makes its sentences, read from its sources."""
+
+import ast
+import functools
+import re
+from dataclasses import dataclass
+
+from tests.errors.catalogue import PACKAGE
+
+CONSTRUCTORS = {"ModelError", "SolveError", "UsageError", "FormulaError", "NotANumber", "NotFinite"}
+#: Functions that make sentences, or parts of them, without making the error.
+MAKERS = {
+    "analysis/closure.py": {"_too_few", "_say_branch"},
+    "formulas/evaluate.py": {"told", "stands_only"},
+    "formulas/formula.py": {"_meant"},
+    "formulas/parse.py": {"why_stray"},
+    "hooks.py": {"__call__"},
+    "io/model/read.py": {"_where", "_check_keys", "_unique", "_refused"},
+    "io/model/report.py": {"_sentence", "_unknown"},
+    "joints/custom.py": {"physics"},
+    "laws/times.py": {"_why"},
+    "loads/custom.py": {"physics"},
+    "system.py": {"_no_such_value"},
+}
+
+
+@dataclass(frozen=True)
+class Site:
+    """A call that makes an error: its file below mbody, its first and last line."""
+
+    file: str
+    first: int
+    last: int
+
+    def __str__(self):
+        return f"mbody/{self.file}:{self.first}"
+
+
+def _name(call):
+    return getattr(call.func, "id", getattr(call.func, "attr", ""))
+
+
+def makes_error(node):
+    """Whether a node is the call that makes an error or a warning."""
+    return isinstance(node, ast.Call) and (
+        _name(node) in CONSTRUCTORS
+        or (_name(node) == "warn" and ast.unparse(node.func) == "warnings.warn")
+    )
+
+
+@functools.cache
+def sources():
+    """(file below mbody, tree) of all sources."""
+    return [
+        (path.relative_to(PACKAGE).as_posix(), ast.parse(path.read_text("utf-8")))
+        for path in sorted(PACKAGE.rglob("*.py"))
+    ]
+
+
+def sites():
+    """All calls that make an error."""
+    return [
+        Site(file, node.lineno, node.end_lineno)
+        for file, tree in sources()
+        for node in ast.walk(tree)
+        if makes_error(node)
+    ]
+
+
+def pieces():
+    """(file, line, text) of every piece of a sentence: the literal texts of two words and more in
+    functions that make errors or sentences.
+    """
+    for file, tree in sources():
+        for function in ast.walk(tree):
+            if not isinstance(function, ast.FunctionDef):
+                continue
+            listed = function.name in MAKERS.get(file, ())
+            if not listed and not any(makes_error(node) for node in ast.walk(function)):
+                continue
+            own = ast.get_docstring(function, clean=False)
+            for node in ast.walk(function):
+                if not (isinstance(node, ast.Constant) and isinstance(node.value, str)):
+                    continue
+                if node.value == own or " " not in node.value.strip():
+                    continue
+                if len(re.findall("[A-Za-z']{2,}", node.value)) > 1:
+                    yield file, node.lineno, node.value

@@ -1,0 +1,227 @@
+"""Analyses: what is asked, closing the loops, following the motion."""
+
+import math
+
+import numpy as np
+
+from mbody import (
+    AngleDriver,
+    Body,
+    ConstantAcceleration,
+    ConstantSpeed,
+    CoordinateDriver,
+    DistanceDriver,
+    Fixed,
+    Gravity,
+    Mechanism,
+    Prismatic,
+    Revolute,
+    Spring,
+    Table,
+    Torque,
+    assemble,
+    close_loops,
+    kinematics,
+    kinetostatics,
+    makers,
+    mobility,
+    statics,
+)
+from tests.errors.models import FOLDED, STRETCHED, by_law, by_rocker, chain, four_bar
+
+NAN = math.nan
+TABLE = Table([0.0, 1.0, 2.0], [1.0, 2.0, 4.0])
+
+TIMES = {
+    "t that is nan": NAN,
+    "t that is infinite": -math.inf,
+    "one t that is nan": [0.0, NAN],
+    "no t": [],
+    "t in rows": [[0.0, 1.0], [2.0, 3.0]],
+    "t that is text": "1",
+    "t that are texts": ["0", "1"],
+    "t that is none": [0.0, None],
+    "t that is true": True,
+    "t that is complex": 1j,
+    "t that is a dict": {},
+}
+
+DRIVE = {
+    "drive of a driver that is not there": {"engine": 1.0},
+    "drive of a body": {"crank": 1.0},
+    "drive of a number": {3: 1.0},
+    "a value that is nan": {"motor": NAN},
+    "a rate that is nan": {"motor": (1.0, NAN)},
+    "an acceleration that is text": {"motor": (1.0, 0.0, "0")},
+    "a value that is none": {"motor": None},
+    "a value that is text": {"motor": "60 deg"},
+    "no value in a tuple": {"motor": ()},
+    "four values in a tuple": {"motor": (1, 2, 3, 4)},
+    "no values": {"motor": []},
+    "more rates than values": {"motor": ([1.0, 2.0], [1.0, 2.0, 3.0])},
+    "drive that is a name": "motor",
+    "drive that is a number": 5,
+}
+
+GUESSES = {
+    "a guess of a body that is not there": {"rod": 1.0},
+    "a guess of a driver": {"motor": 1.0},
+    "a guess of the ground": {"ground": 1.0},
+    "a guess that is nan": {"coupler": NAN},
+    "a guess at nan": {"coupler": (0.0, NAN, 0.0)},
+    "a guess that is a mass": {"coupler": "30 kg"},
+    "a guess of a parameter": {"coupler": "2*q"},
+    "a guess of two numbers": {"coupler": (1.0, 2.0)},
+    "guesses in a list": ["coupler"],
+}
+
+TURNS = {
+    "a turn of a driver that is not there": {"turn": "engine"},
+    "a turn of a number": {"turn": 3},
+    "a turn with times": {"turn": True, "t": 0.0},
+    "a turn with values": {"turn": True, "drive": {"motor": 1.0}},
+    "instants without a turn": {"instants": 5},
+    "a turn of one instant": {"turn": True, "instants": 1},
+    "a turn of half an instant": {"turn": True, "instants": 2.5},
+    "a turn of text": {"turn": True, "instants": "9"},
+}
+
+
+def second(law, body="crank"):
+    return four_bar(AngleDriver("second", body, law))
+
+
+def parallelogram(start):
+    machine = makers.four_bar(1, 3, 1, 3, masses=(1, 3, 1), start=start, speed=2.0)
+    machine.add(Gravity("gravity", y=-9.81))
+    return machine
+
+
+def cylinder():
+    machine = Mechanism("m", ground={"O": (0.0, 0.0)})
+    machine.add(
+        Body("b"), Revolute("O", "ground.O", "b"), DistanceDriver("jack", "ground.O", "b", 2.0)
+    )
+    return machine
+
+
+def press(start, speed=-0.5):
+    """A slider-crank that its slider drives."""
+    driven = makers.slider_crank(1.0, 3.0, start=0.0)
+    machine = Mechanism("press", ground={"O": (0.0, 0.0), "guide": (0.0, 0.0)})
+    ram = CoordinateDriver("ram", "ground.O", "slider.B", ConstantSpeed(start, speed))
+    machine.add(*driven.bodies, *driven.joints, ram)
+    return machine
+
+
+def welded():
+    machine = Mechanism("welded")
+    machine.add(Body("b"), Fixed("weld", "ground", "b"), AngleDriver("motor", "b", 0.0))
+    return machine
+
+
+def free(count=1):
+    machine = Mechanism("free")
+    machine.add(*(Body(f"b{n}", mass=1.0) for n in range(count)))
+    machine.add(*(Prismatic(f"g{n}", "ground", f"b{n}") for n in range(1, count)))
+    return machine
+
+
+def structure():
+    """Thirty bodies welded to the ground, one of them pinned a metre beside its place too."""
+    machine = Mechanism("structure", ground={"O": (1.0, 0.0)})
+    machine.add(*(Body(f"b{n}", points={"A": (0.0, 0.0)}) for n in range(30)))
+    machine.add(*(Fixed(f"w{n}", "ground", f"b{n}") for n in range(30)))
+    machine.add(Revolute("pin", "ground.O", "b0.A"))
+    return machine
+
+
+def unbalanced():
+    """Very many rows, one weld twice, and a weight that nothing holds."""
+    machine = Mechanism("m")
+    machine.add(*(Body(f"b{n}", mass=1.0) for n in range(502)))
+    machine.add(*(Fixed(f"w{n}", "ground", f"b{n}") for n in range(501)))
+    machine.add(Fixed("twice", "ground", "b0"), Gravity("gravity", y=-9.81))
+    return machine
+
+
+def batch(**values):
+    return assemble(four_bar()).with_values({k.replace("_", "."): v for k, v in values.items()})
+
+
+SCENARIOS = {
+    "an analysis of nothing": lambda: kinematics(None),
+    "an analysis of a class": lambda: kinematics(Mechanism),
+    **{name: lambda t=t: kinematics(four_bar(), t) for name, t in TIMES.items()},
+    **{name: lambda d=d: kinematics(four_bar(), drive=d) for name, d in DRIVE.items()},
+    **{name: lambda g=g: kinematics(four_bar(), guess=g) for name, g in GUESSES.items()},
+    **{name: lambda kw=kw: kinematics(four_bar(), **kw) for name, kw in TURNS.items()},
+    "a turn without a driver": lambda: kinematics(four_bar(motor=False), turn=True),
+    "a turn of two drivers": lambda: kinematics(second(1.6, "rocker"), turn=True),
+    "a turn of a cylinder": lambda: kinematics(press(3.9), turn=True),
+    "a turn of a law that turns back": lambda: kinematics(
+        by_law(ConstantAcceleration(0.0, 5.0, -40.0)), turn=True
+    ),
+    "a turn of a batch": lambda: kinetostatics(batch(crank_mass=[1.0, 2.0]), turn=True),
+    "rates of a body that is not there": lambda: close_loops(four_bar(), rates={"rod": 1.0}),
+    "a rough rate that is nan": lambda: close_loops(four_bar(), rates={"crank": NAN}),
+    "a rough rate that is a length": lambda: close_loops(four_bar(), rates={"crank": "2 m"}),
+    "rates that are a number": lambda: close_loops(four_bar(), rates=5),
+    "loops of a batch": lambda: close_loops(batch(crank_mass=[1.0, 2.0])),
+    "loops at two times": lambda: close_loops(four_bar(), t=[0.0, 1.0]),
+    "mobility of a batch": lambda: mobility(batch(crank_mass=[1.0, 2.0])),
+    "mobility at two times": lambda: mobility(four_bar(), t=[0.0, 1.0]),
+    # -- laws over the times
+    "a table of a driver that ends": lambda: kinematics(by_law(TABLE), t=np.linspace(0.0, 3.0, 5)),
+    "a table of a load that ends": lambda: statics(
+        four_bar(Torque("brake", "rocker", value=TABLE)), t=[0.0, 2.25]
+    ),
+    "a table of a spring that ends": lambda: kinetostatics(
+        four_bar(Spring("spring", "ground.O2", "rocker.B", law=TABLE))
+    ),
+    "a formula without a value": lambda: kinetostatics(by_law("log(1 - t)"), t=[0.0, 1.0]),
+    "a formula with an infinite rate": lambda: kinetostatics(by_law("sqrt(t)"), t=[0.0, 1.0]),
+    "a load without a value": lambda: kinetostatics(
+        four_bar(Torque("brake", "rocker", value="5/(t - 1)")), t=[0.0, 1.0]
+    ),
+    "a spring without a value": lambda: kinetostatics(
+        four_bar(Spring("spring", "ground.O2", "rocker.B", law="log(x - 9)"))
+    ),
+    "a law without a value where loops are closed": lambda: close_loops(
+        four_bar(AngleDriver("second", "rocker", "sqrt(t - 1)")), drive={"motor": 1.0}
+    ),
+    "a law that is infinite where loops are closed": lambda: kinematics(
+        by_law(ConstantAcceleration(0.0, 0.0, 1e308)), t=[10.0]
+    ),
+    # -- closing the loops
+    "links that are too short": lambda: kinematics(four_bar(lengths=(1.0, 1.0, 1.0, 4.0))),
+    "a chain that is too short": lambda: close_loops(chain(3, 4.5)),
+    "a large structure that is too wide": lambda: close_loops(structure()),
+    "loads that nothing balances": lambda: statics(unbalanced()),
+    "an angle that is not reached": lambda: kinematics(by_rocker(STRETCHED - 0.1)),
+    "a place that is not reached": lambda: kinematics(press(5.0)),
+    "a cylinder without a direction": lambda: kinematics(cylinder()),
+    "a driver too many": lambda: kinematics(second(2.0, "rocker")),
+    "two drivers too many": lambda: kinematics(
+        four_bar(AngleDriver("second", "rocker", 2.0), AngleDriver("third", "coupler", 0.3))
+    ),
+    "a driver of what is fixed": lambda: kinematics(welded()),
+    "a driver twice": lambda: kinematics(second(ConstantSpeed(math.pi / 3.0, 1.0))),
+    "a driver too few": lambda: kinematics(four_bar(motor=False)),
+    "a body that is free": lambda: kinetostatics(free()),
+    "very many bodies that are free": lambda: kinematics(free(800)),
+    "a guess on another branch": lambda: kinematics(
+        four_bar(), guess={"coupler": -1.0, "rocker": 2.0}
+    ),
+    # -- dead centres and other stops
+    "a dead centre on the way": lambda: kinematics(press(3.9, 0.5), t=np.linspace(0.0, 1.0, 20)),
+    "a start at a dead centre": lambda: kinematics(by_rocker(FOLDED)),
+    "a start at the end of a stroke": lambda: kinematics(press(4.0)),
+    "velocities at the end of a stroke": lambda: close_loops(press(4.0)),
+    "a change point under load": lambda: statics(parallelogram(0.0), t=[0.0, 0.5 * math.pi]),
+    "a law that jumps": lambda: kinematics(by_law(lambda t: t + (t > 0.5) * 2.0), t=[0.0, 1.0]),
+    "a design that cannot close": lambda: kinetostatics(batch(coupler_B_x=[3.0, 3.1, 10.0])),
+    "a design with a dead centre": lambda: kinematics(
+        assemble(press(3.9, 0.5)).with_values({"rod.B.x": [3.2, 3.0]}), t=np.linspace(0.0, 0.5, 20)
+    ),
+}

@@ -1,0 +1,100 @@
+"""docs/errors.md has every sentence of mbody: each is made to happen, none is left out."""
+
+import ast
+import re
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from tests.errors import sites
+from tests.errors.catalogue import SUBJECTS, everything, scenarios, told
+from tests.errors.page import PAGE, page
+
+#: Texts in functions that make errors, which are none of a sentence.
+OTHERWISE = {
+    "stopped after ": "the status of the solution that the error carries",
+    r" \(at (?:line (\d+), column \d+|end of document)\)$": "a pattern",
+}
+LONGEST = 600
+
+each = pytest.mark.parametrize(
+    "scenario",
+    [pytest.param(one, id=f"{part.__name__[13:]}: {name}") for part, name, one in scenarios()],
+)
+
+
+@each
+def test_every_scenario_ends_in_a_sentence(scenario):
+    found = told(scenario)
+    text = found.sentence
+    assert text == text.strip() and "  " not in text.replace("\n  ", " ")
+    assert not re.search(r"Traceback|object at 0x|/tmp|site-packages|\.py\b", text)
+    assert re.search(r"([^\s.,;:]|\.\.\.)$", text) and text.isprintable() | ("\n" in text)
+    assert "''" not in text.replace("not ''", "").replace("is '',", "")
+    assert len(text) <= LONGEST or found.problems
+    if found.kind != "ModelError":
+        assert found.problems == ()
+    if found.element is not None and "\n" not in text:
+        name = found.element.partition(".")[0]
+        assert name[:20] in text
+
+
+def names(part):
+    """The names of a subject's scenarios as they are written, before the last of a name wins."""
+    tree = ast.parse(Path(part.__file__).read_text("utf-8"))
+    tables = [
+        node.value
+        for node in tree.body
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "SCENARIOS"
+    ]
+    assert len(tables) == 1
+    for key, value in zip(tables[0].keys, tables[0].values, strict=True):
+        if key is None:
+            yield from eval(compile(ast.Expression(value), part.__file__, "eval"), vars(part))
+        else:
+            yield key.value
+
+
+@pytest.mark.parametrize("part", SUBJECTS, ids=lambda part: part.__name__[13:])
+def test_no_scenario_hides_another(part):
+    assert not [name for name, count in Counter(names(part)).items() if count > 1]
+
+
+def test_the_page_is_current():
+    assert PAGE.read_text("utf-8") == page(), "make errors writes the page anew"
+
+
+def test_the_page_is_readable():
+    text = PAGE.read_text("utf-8")
+    assert max(map(len, text.splitlines())) <= 100
+    assert all(line == line.rstrip() for line in text.splitlines())
+
+
+def test_every_place_that_makes_an_error_is_reached():
+    """Its sentence stands in what a user was told; one that is made and thrown away is no proof."""
+    reached = {
+        (file, line) for t in everything() for file, line, text in t.made if text in t.sentence
+    }
+    missing = [
+        str(site)
+        for site in sites.sites()
+        if not any((site.file, line) in reached for line in range(site.first, site.last + 1))
+    ]
+    assert len(sites.sites()) > 250
+    assert not missing, f"no scenario in tests/errors reaches {missing}"
+
+
+def test_every_piece_of_a_sentence_is_told():
+    whole = "\n".join(t.sentence for t in everything())
+    missing = [
+        f"mbody/{file}:{line} {text!r}"
+        for file, line, text in sites.pieces()
+        if text.strip() not in whole and text not in OTHERWISE
+    ]
+    assert not missing, f"no scenario in tests/errors tells {missing}"
+
+
+def test_what_is_left_out_is_there():
+    texts = {text for _, _, text in sites.pieces()}
+    assert set(OTHERWISE) <= texts
