@@ -25,7 +25,17 @@ if TYPE_CHECKING:
     from mbody.formulas import convert
     from mbody.histories import Reaction
     from mbody.io.model import from_text, in_units, load, save, to_text
-    from mbody.joints import CustomJoint, Distance, Fixed, Prismatic, Revolute
+    from mbody.joints import (
+        CustomJoint,
+        Distance,
+        Fixed,
+        Gear,
+        PinSlot,
+        Prismatic,
+        RackPinion,
+        Revolute,
+        Rolling,
+    )
     from mbody.laws import (
         Cam,
         Constant,
@@ -65,7 +75,7 @@ _HOME = {
     "drivers": "AngleDriver CoordinateDriver DistanceDriver",
     "elements": "Marker Polar polar",
     "errors": "ModelError ModelWarning SolveError",
-    "joints": "CustomJoint Distance Fixed Prismatic Revolute",
+    "joints": "CustomJoint Distance Fixed Gear PinSlot Prismatic RackPinion Revolute Rolling",
     "laws": "Cam Constant ConstantAcceleration ConstantSpeed Dwell Function Harmonic Polynomial "
     "Rise Table",
     "loads": "CustomLoad Damper Force Gravity Spring Torque TorsionDamper TorsionSpring",

@@ -123,4 +123,5 @@ def _alone(solution: Solution, joint: str, on: str | None, rows: np.ndarray) -> 
     atoms = solution.system.atoms_of[joint]
     parts = [np.sum([rows[:, PER_ATOM * e + n] for e in atoms], axis=0) for n in (2, 3, 4)]
     fx, fy, torque = (sign * part for part in parts)
+    torque = torque - solution.moment(joint, fx, fy)
     return Reaction(joint, whole.on, whole.by, fx, fy, torque, whole.unique)

@@ -11,7 +11,7 @@ import numpy as np
 
 from mbody.checks import breakdown, checks
 from mbody.core.output import PER_ATOM
-from mbody.elements import Marker, as_marker, listed
+from mbody.elements import Marker, Numbers, as_marker, listed
 from mbody.errors import ModelError
 from mbody.histories import BodyHistory, Checks, PointHistory, Reaction, Record
 from mbody.joints import Joint
@@ -129,10 +129,7 @@ class Solution:
                 marker.point.r * np.sin(marker.point.angle),
             )
         cx, cy = at.point(f"{marker.body}.cg")
-        dx, dy = (np.asarray(value, dtype=float) for value in (x - cx, y - cy))
-        if dx.ndim or dy.ndim:
-            dx, dy = (np.atleast_1d(value)[:, None] for value in (dx, dy))
-        return dx, dy
+        return _column(x - cx), _column(y - cy)
 
     def _atom(self, e: int, n: int) -> Array:
         """History of number n of an atom (see `mbody.core.output`)."""
@@ -157,10 +154,28 @@ class Solution:
             fx, fy, torque = (
                 part + self._atom(e, n) for part, n in zip((fx, fy, torque), (2, 3, 4), strict=True)
             )
+        torque = torque - self.moment(joint, fx, fy)
         unique = self._unique(joint)
         if on == i:
             return Reaction(joint, i, j, -fx, -fy, -torque, unique)
         return Reaction(joint, j, i, fx, fy, torque, unique)
+
+    def moment(self, joint: str, fx: Array, fy: Array) -> Any:
+        """Moment about a joint's place on j of a force at the point where its reaction is told."""
+        element, at = self._joint(joint), self.system.numbers
+        if type(element).told_at is Joint.told_at:
+            return 0.0
+        (ix, iy), (jx, jy) = self._place(element, "i"), self._place(element, "j")
+        angle = self[element.i.body].angle + _column(at.angle(element, "i"))
+        offset = element.told_at(_Columns(at), (jx - ix, jy - iy), angle)
+        return 0.0 if offset is None else offset[0] * fy - offset[1] * fx
+
+    def _place(self, element: Joint, side: str) -> tuple[Array, Array]:
+        """History of the world place of an end of a joint."""
+        body = self[getattr(element, side).body]
+        ax, ay = (_column(part) for part in self.system.numbers.arm(element, side))
+        c, s = np.cos(body.angle), np.sin(body.angle)
+        return body.x + c * ax - s * ay, body.y + s * ax + c * ay
 
     def _joint(self, joint: str) -> Joint:
         joints = {element.name: element for element in self.mechanism.joints}
@@ -326,3 +341,19 @@ class Solution:
         from mbody.io.sheet import sheet
 
         return sheet(self)
+
+
+class _Columns:
+    """Numbers by dotted name, a column a design in a batch, to stand beside histories."""
+
+    def __init__(self, at: Numbers) -> None:
+        self.at = at
+
+    def __getitem__(self, name: str) -> Any:
+        return _column(self.at[name])
+
+
+def _column(value: Any) -> Any:
+    """A number, or one a design as a column (designs, 1)."""
+    array = np.asarray(value, dtype=float)
+    return array[:, None] if array.ndim else array

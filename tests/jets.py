@@ -62,6 +62,10 @@ class Jet:
         c, s = math.cos(self.f), math.sin(self.f)
         return self.through(s, c, -s)
 
+    def arctan(self) -> Jet:
+        slope = 1.0 / (1.0 + self.f**2)
+        return self.through(math.atan(self.f), slope, -2.0 * self.f * slope**2)
+
     def exp(self) -> Jet:
         return self.through(*[math.exp(self.f)] * 3)
 

@@ -19,7 +19,17 @@ import numpy as np
 from mbody.bodies import Body
 from mbody.drivers import AngleDriver, CoordinateDriver, DistanceDriver
 from mbody.elements import Element, Marker, Polar
-from mbody.joints import CustomJoint, Distance, Fixed, Prismatic, Revolute
+from mbody.joints import (
+    CustomJoint,
+    Distance,
+    Fixed,
+    Gear,
+    PinSlot,
+    Prismatic,
+    RackPinion,
+    Revolute,
+    Rolling,
+)
 from mbody.laws import Law
 from mbody.loads import (
     CustomLoad,
@@ -74,6 +84,24 @@ def _pair(point: Any) -> tuple[float, float]:
     if isinstance(point, Polar):
         return point.r * math.cos(point.angle), point.r * math.sin(point.angle)
     return float(point[0]), float(point[1])
+
+
+def _real(x: Any) -> Any:
+    return np.real(x) if not isinstance(x, Jet) else x.f
+
+
+def _direction(dx: Any, dy: Any) -> Any:
+    """Angle of a vector [rad], with derivatives, in the principal range."""
+    ratio = dy / dx
+    found = np.arctan(ratio)
+    shift = np.arctan2(_real(dy), _real(dx)) - _real(found)
+    return found + shift
+
+
+def _nearest(arc: Any, radius: float) -> Any:
+    """An arc about a circle of that radius without whole turns."""
+    round_ = 2.0 * math.pi * radius
+    return arc - round_ * np.round(_real(arc) / round_)
 
 
 class Reference:
@@ -196,14 +224,50 @@ class Reference:
             return [xj - xi, yj - yi, turn]
         if isinstance(e, Prismatic):
             return [np.cos(direction) * (yj - yi) - np.sin(direction) * (xj - xi), turn]
+        along = np.cos(direction) * (xj - xi) + np.sin(direction) * (yj - yi)
+        across = np.cos(direction) * (yj - yi) - np.sin(direction) * (xj - xi)
+        if isinstance(e, PinSlot):
+            return [across]
+        if isinstance(e, RackPinion):
+            return [along + e.radius * turn - e.offset]
+        if isinstance(e, Rolling) and e.on_radius is None:
+            return [across - e.radius, along + e.radius * turn - e.offset]
+        if isinstance(e, Gear | Rolling):
+            ri, rj = self.signed_radii(e)
+            # the arcs that have rolled off on both wheels are equal
+            line = _direction(xj - xi, yj - yi)
+            first = self._angle(q, e.i.body) + e.i.angle - line
+            second = self._angle(q, e.j.body) + e.j.angle - line
+            arcs = _nearest(ri * first + rj * second + (ri + rj) * e.phase, ri + rj)
+            apart = np.sqrt((xj - xi) ** 2 + (yj - yi) ** 2) - (ri + rj)
+            return [arcs] if isinstance(e, Gear) else [apart, arcs]
         if isinstance(e, Distance):
             return [np.sqrt((xj - xi) ** 2 + (yj - yi) ** 2) - e.length(0.0)]
         if isinstance(e, DistanceDriver):
             return [np.sqrt((xj - xi) ** 2 + (yj - yi) ** 2) - law_at(e.law, t)]
         if isinstance(e, CoordinateDriver):
-            along = np.cos(direction) * (xj - xi) + np.sin(direction) * (yj - yi)
             return [along - law_at(e.law, t)]
         raise NotImplementedError(f"the oracle has no {type(e).__name__}")
+
+    @staticmethod
+    def signed_radii(e: Any) -> tuple[float, float]:
+        """Radii of two wheels from their centres towards each other, that in a ring negative."""
+        ri, rj = (e.radius_i, e.radius_j) if isinstance(e, Gear) else (e.on_radius, e.radius)
+        if not e.internal:
+            return ri, rj
+        return (ri, -rj) if ri > rj else (-ri, rj)
+
+    def told(self, q_all: Any, e: Any) -> tuple[float, float]:
+        """World place where the reaction of a joint is told: at j, or where wheels touch."""
+        (xi, yi), (xj, yj) = self.place(q_all, e.i), self.place(q_all, e.j)
+        if isinstance(e, Gear) or (isinstance(e, Rolling) and e.on_radius is not None):
+            radius = self.signed_radii(e)[0]
+            apart = math.hypot(xj - xi, yj - yi)
+            return xi + radius * (xj - xi) / apart, yi + radius * (yj - yi) / apart
+        if isinstance(e, RackPinion | Rolling):
+            direction = self._angle(q_all, e.i.body) + e.i.angle
+            return xj + e.radius * math.sin(direction), yj - e.radius * math.cos(direction)
+        return xj, yj
 
     def _angle(self, q: Any, body: str) -> Any:
         return self.pose(q, body)[2]
@@ -433,7 +497,7 @@ class Reference:
         }
 
     def reaction_matrices(self, q: Any, t: float) -> dict[str, np.ndarray]:
-        """(3, m) of every joint: its (Fx, Fy, T) at the marker on j is that matrix times λ."""
+        """(3, m) of every joint: its (Fx, Fy, T) where it is told is that matrix times λ."""
         q_all, g = self._all(q), self.phi_q_all(q, t)
         found = {}
         for joint in self.mechanism.joints:
@@ -441,7 +505,7 @@ class Reference:
             matrix = np.zeros((3, self.m))
             rows = self.rows[joint.name]
             matrix[:, rows] = -g[rows, k : k + 3].T
-            (px, py), (x, y, _) = self.place(q_all, joint.j), self.pose(q_all, joint.j.body)
+            (px, py), (x, y, _) = self.told(q_all, joint), self.pose(q_all, joint.j.body)
             matrix[2] -= (px - x) * matrix[1] - (py - y) * matrix[0]
             found[joint.name] = matrix
         return found

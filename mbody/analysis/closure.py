@@ -11,6 +11,7 @@ import numpy as np
 
 from mbody._user import failure
 from mbody.analysis.gaps import explain_gap, violations
+from mbody.analysis.places import place
 from mbody.analysis.placing import placed
 from mbody.analysis.rank import DENSE, Rank, dense, rank_of
 from mbody.assembler import assemble
@@ -36,6 +37,8 @@ OPEN = 1e-8
 #: A singular value below this part of the greatest is zero at a position closed to rounding: a dead
 #: centre is a double root and closes to half the digits.
 DEAD = 1e-7
+#: A distance that other joints hold may be wrong by so much, in model lengths.
+MISFIT = 1e-6
 #: A body that closing turns by less [rad] is where the guess meant it to be.
 NEAR = 0.2
 
@@ -133,9 +136,30 @@ def closed(
         start = placed(base, guess, values, shaken)[:, None]
     else:
         explain_gap(system, work, first[:, None], t)
+    check_fit(system, work.q[:, 0])
     if pose is None:
         _say_branch(system, result, first[:, None], guess)
     return result
+
+
+def check_fit(system: System, q: np.ndarray) -> None:
+    """Refuse joints whose places others hold where they do not fit, as wheels too far apart.
+
+    Raises
+    ------
+    SolveError
+        With the distance that is wrong.
+    """
+    at, unit = system.numbers, system.mechanism.units.length
+    for joint in system.mechanism.joints:
+        d = place(system, q, joint, "j") - place(system, q, joint, "i")
+        found = joint.misfit(at, d)
+        if found is not None and abs(float(np.max(found[0]))) > MISFIT * system.length:
+            raise SolveError(
+                f"'{joint.name}' does not fit: {found[1]} {unit}, they are "
+                f"{float(np.hypot(*d)):.6g} {unit}: move them, or change the radii",
+                joint.name,
+            )
 
 
 def _from(system: System, work: Work, start: np.ndarray) -> Closed | None:

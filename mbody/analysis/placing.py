@@ -145,6 +145,7 @@ class _Placing:
             return guess.x or 0.0, guess.y or 0.0, angle
         own, other = ("j", "i") if joint.j.body == name else ("i", "j")
         x, y = self._world(joint, other)
+        x += float(joint.apart(self.at))
         px, py = self._local(joint, own)
         c, s = math.cos(angle), math.sin(angle)
         return x - c * px + s * py, y - s * px - c * py, angle

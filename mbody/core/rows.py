@@ -10,14 +10,16 @@ from mbody._user import call_user
 from mbody.joints.angle import angle
 from mbody.joints.coordinate import coordinate
 from mbody.joints.distance import distance
+from mbody.joints.gear import gear
 from mbody.joints.prismatic import prismatic
+from mbody.joints.rack import rack
 from mbody.joints.revolute import revolute
 
 __all__ = ["KINDS", "rows", "side", "turns"]
 
 #: Names of the kinds of physics; the number of a kind is its place.
-KINDS = ("revolute", "prismatic", "angle", "distance", "coordinate", "user")
-REVOLUTE, PRISMATIC, ANGLE, DISTANCE, COORDINATE, USER = range(len(KINDS))
+KINDS = ("revolute", "prismatic", "angle", "distance", "coordinate", "gear", "rack", "user")
+REVOLUTE, PRISMATIC, ANGLE, DISTANCE, COORDINATE, GEAR, RACK, USER = range(len(KINDS))
 
 
 @njit
@@ -35,6 +37,10 @@ def rows(L, W, w, position, velocity):
             put(L, W, w, e, position, velocity, distance(*ends(L, W, w, e)))
         elif kind == COORDINATE:
             put(L, W, w, e, position, velocity, coordinate(*ends(L, W, w, e)))
+        elif kind == GEAR:
+            put(L, W, w, e, position, velocity, gear(*ends(L, W, w, e)))
+        elif kind == RACK:
+            put(L, W, w, e, position, velocity, rack(*ends(L, W, w, e)))
         else:
             put(L, W, w, e, position, velocity, custom(L, W, w, e))
 

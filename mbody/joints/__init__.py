@@ -4,7 +4,22 @@ from mbody.joints._base import Joint
 from mbody.joints.custom import CustomJoint
 from mbody.joints.distance import Distance
 from mbody.joints.fixed import Fixed
+from mbody.joints.gear import Gear
+from mbody.joints.pin_slot import PinSlot
 from mbody.joints.prismatic import Prismatic
+from mbody.joints.rack import RackPinion
 from mbody.joints.revolute import Revolute
+from mbody.joints.rolling import Rolling
 
-__all__ = ["CustomJoint", "Distance", "Fixed", "Joint", "Prismatic", "Revolute"]
+__all__ = [
+    "CustomJoint",
+    "Distance",
+    "Fixed",
+    "Gear",
+    "Joint",
+    "PinSlot",
+    "Prismatic",
+    "RackPinion",
+    "Revolute",
+    "Rolling",
+]

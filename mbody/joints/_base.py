@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from mbody.atoms import Atom
 from mbody.elements import Element, Place, place_field, two_bodies
@@ -40,3 +40,32 @@ class Joint(Element):
     def atoms(self, at: Numbers) -> list[Atom]:
         """The joint's constraints with their numbers."""
         raise NotImplementedError
+
+    def told_at(self, at: Any, d: Any, angle: Any) -> tuple[Any, Any] | None:
+        """Where the reaction is told, from the place on j: None for that place itself.
+
+        Parameters
+        ----------
+        at : mapping
+            Numbers by dotted name.
+        d : pair of arrays (instants,)
+            From the place on i to the place on j, world axes [length].
+        angle : array (instants,)
+            Direction of the marker on i from the world's x axis [rad].
+
+        Returns
+        -------
+        pair of arrays (instants,), or None
+            World axes [length]: a point of contact.
+        """
+        return None
+
+    def apart(self, at: Any) -> Any:
+        """How far apart the two places are where the joint lets them be [length]: a rough start."""
+        return 0.0
+
+    def misfit(self, at: Any, d: Any) -> tuple[Any, str] | None:
+        """How far the places are from where the joint needs others to hold them, and the remedy;
+        None for a joint that holds its places itself. Arguments as of `told_at`.
+        """
+        return None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -59,6 +59,10 @@ class Distance(Joint):
                 "keeps two places together",
                 self.name,
             )
+
+    def apart(self, at: Any) -> Any:
+        """The length of the rod."""
+        return at[f"{self.name}.length"]
 
     def atoms(self, at: Numbers) -> list[Atom]:
         """One row; parameters are both arms."""
