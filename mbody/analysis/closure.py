@@ -19,6 +19,7 @@ from mbody.core.close import close, laws_of_time
 from mbody.core.layout import Work
 from mbody.elements import wrapped
 from mbody.errors import ModelError, ModelWarning, SolveError
+from mbody.joints import Joint
 from mbody.mechanism import Mechanism
 from mbody.system import System
 
@@ -136,13 +137,13 @@ def closed(
         start = placed(base, guess, values, shaken)[:, None]
     else:
         explain_gap(system, work, first[:, None], t)
-    check_fit(system, work.q[:, 0])
+    check_fit(system, work.q[:, 0], design)
     if pose is None:
         _say_branch(system, result, first[:, None], guess)
     return result
 
 
-def check_fit(system: System, q: np.ndarray) -> None:
+def check_fit(system: System, q: np.ndarray, design: int) -> None:
     """Refuse joints whose places others hold where they do not fit, as wheels too far apart.
 
     Raises
@@ -150,8 +151,12 @@ def check_fit(system: System, q: np.ndarray) -> None:
     SolveError
         With the distance that is wrong.
     """
+    touching = [j for j in system.mechanism.joints if type(j).misfit is not Joint.misfit]
+    if not touching:
+        return
+    system = system if system.batch is None else system.design(design)
     at, unit = system.numbers, system.mechanism.units.length
-    for joint in system.mechanism.joints:
+    for joint in touching:
         d = place(system, q, joint, "j") - place(system, q, joint, "i")
         found = joint.misfit(at, d)
         if found is not None and abs(float(np.max(found[0]))) > MISFIT * system.length:

@@ -98,13 +98,13 @@ def signed(ri: Value, rj: Value, internal: bool) -> tuple[Value, Value]:
     """Radii (R_i, R_j) from each centre towards the other wheel's: that of a wheel in a ring is
     negative, for it is touched on the far side.
 
-    >>> signed(3.0, 1.0, True)
-    (3.0, -1.0)
+    >>> [float(radius) for radius in signed(3.0, 1.0, True)]
+    [3.0, -1.0]
     """
     if not internal:
         return ri, rj
-    inside = np.where(np.greater(ri, rj), 1.0, -1.0)[()]
-    return inside * ri, -inside * rj
+    ring = 2.0 * np.greater(ri, rj) - 1.0
+    return ring * ri, -ring * rj
 
 
 def without_slip(element: Any, at: Numbers, ri: Value, rj: Value) -> Atom:
