@@ -12,6 +12,7 @@ from mbody import (
     CoordinateDriver,
     DistanceDriver,
     Fixed,
+    Gear,
     Gravity,
     Mechanism,
     Prismatic,
@@ -149,7 +150,22 @@ def batch(**values):
     return assemble(four_bar()).with_values({k.replace("_", "."): v for k, v in values.items()})
 
 
+def gears_apart():
+    """Two gears whose centres are too far from each other."""
+    machine = Mechanism("pair", ground={"A": (0.0, 0.0), "B": (3.1, 0.0)}, units="mm-N-s")
+    machine.add(
+        Body("a"),
+        Body("b"),
+        Revolute("A", "ground.A", "a"),
+        Revolute("B", "ground.B", "b"),
+        Gear("mesh", "a", "b", radius_i=2.0, radius_j=1.0),
+        AngleDriver("motor", "a", 0.0),
+    )
+    return machine
+
+
 SCENARIOS = {
+    "gears that do not mesh": lambda: kinetostatics(gears_apart()),
     "an analysis of nothing": lambda: kinematics(None),
     "an analysis of a class": lambda: kinematics(Mechanism),
     **{name: lambda t=t: kinematics(four_bar(), t) for name, t in TIMES.items()},
