@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -19,7 +20,6 @@ from mbody.core.close import close, laws_of_time
 from mbody.core.layout import Work
 from mbody.elements import wrapped
 from mbody.errors import ModelError, ModelWarning, SolveError
-from mbody.joints import Joint
 from mbody.mechanism import Mechanism
 from mbody.system import System
 
@@ -151,18 +151,18 @@ def check_fit(system: System, q: np.ndarray, design: int) -> None:
     SolveError
         With the distance that is wrong.
     """
-    touching = [j for j in system.mechanism.joints if type(j).misfit is not Joint.misfit]
-    if not touching:
+    held = [joint for joint in system.mechanism.joints if joint.held]
+    if not held:
         return
     system = system if system.batch is None else system.design(design)
-    at, unit = system.numbers, system.mechanism.units.length
-    for joint in touching:
-        d = place(system, q, joint, "j") - place(system, q, joint, "i")
-        found = joint.misfit(at, d)
-        if found is not None and abs(float(np.max(found[0]))) > MISFIT * system.length:
+    unit = system.mechanism.units.length
+    for joint in held:
+        found = math.dist(place(system, q, joint, "i"), place(system, q, joint, "j"))
+        wanted = float(joint.apart(system.numbers))
+        if abs(found - wanted) > MISFIT * system.length:
             raise SolveError(
-                f"'{joint.name}' does not fit: {found[1]} {unit}, they are "
-                f"{float(np.hypot(*d)):.6g} {unit}: move them, or change the radii",
+                f"'{joint.name}' does not fit: by its radii the centres must be {wanted:.6g} {unit} "
+                f"apart, they are {found:.6g} {unit}: move them, or change the radii",
                 joint.name,
             )
 

@@ -29,6 +29,8 @@ class Joint(Element):
     """
 
     main: ClassVar[tuple[str, ...]] = ("i", "j")
+    #: Whether other joints must hold the places `apart` from each other, as those of gears.
+    held: ClassVar[bool] = False
 
     i: Place = place_field()
     j: Place = place_field()
@@ -63,9 +65,3 @@ class Joint(Element):
     def apart(self, at: Any) -> Any:
         """How far apart the two places are where the joint lets them be [length]: a rough start."""
         return 0.0
-
-    def misfit(self, at: Any, d: Any) -> tuple[Any, str] | None:
-        """How far the places are from where the joint needs others to hold them, and the remedy;
-        None for a joint that holds its places itself. Arguments as of `told_at`.
-        """
-        return None

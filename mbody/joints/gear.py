@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -60,6 +60,7 @@ class Gear(Joint):
     internal: bool = False
     phase: float = number_field("angle", 0.0)
     rows = "l"
+    held: ClassVar[bool] = True
 
     def _check(self) -> None:
         super()._check()
@@ -85,13 +86,6 @@ class Gear(Joint):
     def told_at(self, at: Any, d: Any, angle: Any) -> Any:
         """The pitch point, from the centre on j."""
         return touching(self.radii(at)[1], d)
-
-    def misfit(self, at: Any, d: Any) -> tuple[Any, str]:
-        """Distance of the centres beyond that of wheels that mesh."""
-        whole = self.apart(at)
-        return np.hypot(*d) - whole, (
-            f"by its pitch radii the centres must be {float(np.min(whole)):.6g} apart in"
-        )
 
 
 def signed(ri: Value, rj: Value, internal: bool) -> tuple[Value, Value]:
