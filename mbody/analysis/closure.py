@@ -161,8 +161,8 @@ def check_fit(system: System, q: np.ndarray, design: int) -> None:
         wanted = float(joint.apart(system.numbers))
         if abs(found - wanted) > MISFIT * system.length:
             raise SolveError(
-                f"'{joint.name}' does not fit: by its radii the centres must be {wanted:.6g} {unit} "
-                f"apart, they are {found:.6g} {unit}: move them, or change the radii",
+                f"'{joint.name}' does not fit: by its radii the centres must be {wanted:.6g} "
+                f"{unit} apart, they are {found:.6g} {unit}: move them, or change the radii",
                 joint.name,
             )
 

@@ -30,6 +30,7 @@ from mbody.units import (
 __all__ = ["Scope", "Valued", "evaluate", "measured", "stands_only", "told", "written_out"]
 
 ANGLE = DIMENSIONS["angle"]
+SPELT_OUT = 4  # letters
 TURNING = ("sin", "cos", "tan")
 INVERSE = ("asin", "acos", "atan", "atan2")
 SI = unit_system("SI")
@@ -59,10 +60,12 @@ class Scope:
     names: Mapping[str, Valued] = field(default_factory=dict)
 
     def unit(self, name: str) -> Unit | None:
-        """The unit that a name by itself stands for."""
+        """The unit that a name by itself stands for. Of pint's only long ones are: ``b`` is sooner
+        a parameter that was forgotten than a barn.
+        """
         if name in self.names or name == "pi":
             return None
-        return SYMBOLS.get(name) or foreign(name)
+        return SYMBOLS.get(name) or (foreign(name) if len(name) >= SPELT_OUT else None)
 
 
 def told(dimension: Dimension) -> str:

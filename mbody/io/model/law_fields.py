@@ -11,6 +11,7 @@ from pydantic import (
     AfterValidator,
     BaseModel,
     Field,
+    StrictBool,
     Tag,
     ValidationInfo,
     WithJsonSchema,
@@ -121,7 +122,7 @@ def _numbers_of(cls: type[Law], dimension: Dimension, of: Dimension) -> type[Bas
         elif (cls.__name__, field.name) in CHOICES:
             kind = Literal[tuple(CHOICES[cls.__name__, field.name])]
         else:
-            kind = bool
+            kind = StrictBool
         found[field.name] = (kind, default)
     if cls is Table:
         found["file"] = (str, None)

@@ -7,7 +7,7 @@ import functools
 import re
 from typing import Annotated, Any, Literal
 
-from pydantic import Discriminator, Field, Tag, create_model
+from pydantic import Discriminator, Field, StrictBool, StrictInt, Tag, create_model
 
 from mbody.bodies import Body
 from mbody.elements import Element
@@ -44,7 +44,7 @@ def _field(field: dataclasses.Field[Any]) -> Any:
         return of.place
     if "body" in meta:
         return str
-    return {"bool": bool, "int": int, "str": str}[str(field.type)]
+    return {"bool": StrictBool, "int": StrictInt, "str": str}[str(field.type)]
 
 
 def _default(field: dataclasses.Field[Any]) -> Any:
@@ -138,7 +138,7 @@ class AskIn(of.Strict):
 
     at: dict[str, values] = Field(default_factory=dict)
     over: str = ""
-    instants: int | None = None
+    instants: StrictInt | None = None
 
 
 @functools.cache
