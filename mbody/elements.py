@@ -41,6 +41,7 @@ __all__ = [
     "one_number",
     "number_field",
     "place_field",
+    "place_name",
     "polar",
 ]
 
@@ -95,6 +96,15 @@ def point_numbers(point: Point, name: str) -> dict[str, Any]:
     if isinstance(point, Polar):
         return {f"{name}.r": point.r, f"{name}.angle": point.angle}
     return {f"{name}.x": point[0], f"{name}.y": point[1]}
+
+
+def place_name(name: str, point: Point) -> str:
+    """Dotted name of the numbers of a place: a polar one has an angle beside the marker's own.
+
+    >>> place_name("guide.i", polar(1.0, 0.5)), place_name("guide.i", (1.0, 0.5))
+    ('guide.i.point', 'guide.i')
+    """
+    return f"{name}.point" if isinstance(point, Polar) else name
 
 
 @dataclass(frozen=True)
@@ -301,7 +311,7 @@ class Element:
             elif "place" in field.metadata:
                 result[f"{name}.angle"] = value.angle
                 if not isinstance(value.point, str):
-                    result |= point_numbers(value.point, name)
+                    result |= point_numbers(value.point, place_name(name, value.point))
         return result
 
 
@@ -336,11 +346,17 @@ class Numbers:
             return r * np.cos(angle), r * np.sin(angle)
         return self._values[f"{name}.x"], self._values[f"{name}.y"]
 
+    def place(self, element: Element, field: str) -> tuple[Value, Value]:
+        """(x, y) [length] of a marker in link axes."""
+        marker: Marker = getattr(element, field)
+        if isinstance(marker.point, str):
+            return self.point(f"{marker.body}.{marker.point}")
+        return self.point(place_name(f"{element.name}.{field}", marker.point))
+
     def arm(self, element: Element, field: str) -> tuple[Value, Value]:
         """(x, y) [length] from the mass centre of the marker's body to the marker, in link axes."""
         marker: Marker = getattr(element, field)
-        named = isinstance(marker.point, str)
-        x, y = self.point(f"{marker.body}.{marker.point}" if named else f"{element.name}.{field}")
+        x, y = self.place(element, field)
         cx, cy = self.point(f"{marker.body}.cg")
         return x - cx, y - cy
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from mbody.elements import listed
 from mbody.errors import ModelError
-from mbody.formulas import FormulaError, Scope, Valued, evaluate, parse, told
+from mbody.formulas import FormulaError, Scope, Valued, evaluate, parse, parse_unit, told
 from mbody.formulas.tree import names_in
 from mbody.mechanism import Mechanism
 from mbody.questions import Measure
@@ -99,11 +99,11 @@ def _valued(asked: Measure, names: _Histories) -> tuple[Any, Dimension, str]:
         for name in names_in(tree):
             if name in names.mechanism and names.get(name) is None and scope.unit(name) is None:
                 raise FormulaError(f"'{name}' has many histories: name one, as in '{name}.x'")
-        found = evaluate(tree, scope)
+        found = evaluate(tree, scope, with_units=True)
         dimension = found.dimension or NUMBER
         if not asked.unit:
             return found.value, dimension, scope.system.of(dimension)
-        one = evaluate(parse(f"1 {asked.unit}"), scope)
+        one = evaluate(parse_unit(asked.unit), scope)
         if one.dimension is None or one.dimension.mechanical != dimension.mechanical:
             raise FormulaError(f"it is {told(dimension)}, which '{asked.unit}' does not measure")
         return found.value / one.value, dimension, asked.unit

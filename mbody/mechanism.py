@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+import contextlib
 import copy
 import reprlib
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any, TypeVar
 
 from mbody.bodies import Body
 from mbody.drivers import Driver
-from mbody.elements import Element, Marker, listed
+from mbody.elements import Element, Marker, check_name, listed
 from mbody.errors import ModelError
 from mbody.formulas import Formula, FormulaError, Parameters, Scope
 from mbody.formulas.door import number
+from mbody.formulas.evaluate import measured
 from mbody.formulas.pending import substituted
 from mbody.joints import Joint
 from mbody.loads import Load
 from mbody.questions import Ask, Measure
 from mbody.resolution import resolved
-from mbody.units import UnitSystem, unit_system
+from mbody.units import DIMENSIONS, Dimension, UnitSystem, unit_system
 
 __all__ = ["Mechanism"]
 
@@ -74,18 +77,19 @@ class Mechanism:
         source: str = "",
         note: str = "",
     ) -> None:
-        if not isinstance(name, str):
-            raise ModelError(f"the title of a mechanism must be text, not {name!r}")
+        for key, text in (("title", name), ("source", source), ("note", note)):
+            if not isinstance(text, str):
+                raise ModelError(f"the {key} of a mechanism must be text, not {text!r}")
         self.name = name
         self.units = unit_system(units)
         self.parameters = Parameters({} if parameters is None else parameters, self.units)
         self.source, self.note, self.ask = source, note, ask
-        self.measures = {key: _measure(value) for key, value in (measures or {}).items()}
+        self.measures = {key: _measure(key, value) for key, value in (measures or {}).items()}
         #: What numbers were made of that were given as text, by dotted name.
         self.formulas: dict[str, Formula] = {}
         #: Parameters that stand where a system cannot change them.
         self.fixed_parameters: set[str] = set()
-        self.g = self.units.g if g is None else self.number(g, "acceleration", self.name, "g")
+        self.g = self.units.g if g is None else self._turning(g)
         if self.g <= 0.0:
             raise ModelError(
                 f"'{self.name}': g is {self.g:g} {self.units.of('acceleration')}, it must be "
@@ -96,15 +100,27 @@ class Mechanism:
         self._elements: dict[str, Element] = {}
         self._sorted: dict[type, tuple[Any, ...]] | None = None
 
+    def _turning(self, g: Any) -> float:
+        """The number that turns weights into masses; its parameters cannot be changed later."""
+        given = number(g, "acceleration", self.name, "g")
+        if isinstance(given, Formula):
+            self.fixed_parameters |= self.parameters.used_by(given)
+        return float(self.valued(given, self.name, "g"))
+
     def snapshot(self) -> Mechanism:
         """The mechanism as it is now, closed to additions: what a system keeps."""
         if self._sorted is not None:
             return self
         kept = copy.copy(self)
-        kept._elements = dict(self._elements)
-        kept.formulas, kept.fixed_parameters = dict(self.formulas), set(self.fixed_parameters)
         kept._sorted = {}
         return kept
+
+    def __copy__(self) -> Mechanism:
+        made = object.__new__(type(self))
+        made.__dict__ |= self.__dict__
+        made._elements, made.formulas = dict(self._elements), dict(self.formulas)
+        made.fixed_parameters, made.measures = set(self.fixed_parameters), dict(self.measures)
+        return made
 
     def add(self, *elements: Element) -> None:
         """Add elements; a body comes before what refers to it.
@@ -258,14 +274,44 @@ class Mechanism:
             return NotImplemented
         return self._whole() == other._whole()
 
+    def _said(self, value: Any) -> Any:
+        """A number or formula; the unit of plain angles only where it is one."""
+        if not isinstance(value, Formula):
+            return value
+        angle = value.dimension == DIMENSIONS["angle"] and not measured(value.tree, self.scope)
+        return value if angle else replace(value, angle="")
+
+    def _worth(self, value: Any, dimension: Dimension | None) -> Any:
+        """The same, as a number where it follows no parameters."""
+        if not isinstance(value, Formula):
+            return value
+        own = replace(value, dimension=dimension)
+        with contextlib.suppress(FormulaError):
+            if not self.parameters.used_by(own):
+                return own.value(self.scope)
+        return self._said(own)
+
     def _whole(self) -> tuple[Any, ...]:
-        following = {k: f for k, f in self.formulas.items() if self.parameters.used_by(f)}
+        """All that it says."""
+        following = {
+            name: self._said(formula)
+            for name, formula in self.formulas.items()
+            if self.parameters.used_by(formula)
+        }
+        turning = [d for d in self.drivers if d.rows == "a"]
+        angles = {name for d in turning for name in (d.name, getattr(d, "body", d.name))}
+        asked = {
+            name: [self._worth(v, DIMENSIONS["angle"] if name in angles else None) for v in row]
+            for name, row in (self.ask.at.items() if self.ask else ())
+        }
         return (
-            *(self.name, self.units, self.g, self.ground, self.source, self.note, self.ask),
+            *(self.name, self.units, self.g, self.ground, self.source, self.note),
             *(self.bodies, self.joints, self.drivers, self.loads),
-            *(dict(self.parameters), self.measures, following),
+            *({name: self._said(value) for name, value in self.parameters.items()}, following),
+            *(self.measures, self.ask and replace(self.ask, at={}), asked),
         )
 
 
-def _measure(value: Any) -> Measure:
+def _measure(name: Any, value: Any) -> Measure:
+    check_name(name, "measure")
     return value if isinstance(value, Measure) else Measure(value)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from mbody.errors import ModelError
-from mbody.formulas import Formula, FormulaError, read
+from mbody.formulas import Formula, FormulaError, parse_unit, read
 from mbody.formulas.door import NotANumber, NotFinite, entered
 
 __all__ = ["Ask", "Measure"]
@@ -103,6 +103,6 @@ class Measure:
         try:
             read(self.of, None)
             if self.unit:
-                read(f"1 {self.unit}", None)
+                parse_unit(self.unit)
         except FormulaError as error:
             raise ModelError(f"measure: {error}") from None

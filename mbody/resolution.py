@@ -29,7 +29,7 @@ def resolved(element: E, scope: Scope) -> tuple[E, dict[str, Formula], set[str]]
     formulas : dict
         What its numbers were made of, by dotted name.
     fixed : set of str
-        Parameters that stand where a number cannot be changed afterwards, as in a table.
+        Parameters that stand where a number cannot be changed afterwards, as in a table or a guess.
 
     Raises
     ------
@@ -58,7 +58,7 @@ def resolved(element: E, scope: Scope) -> tuple[E, dict[str, Formula], set[str]]
         except FormulaError as error:
             field_name = name.removeprefix(f"{element.name}.")
             raise ModelError(f"'{element.name}': {field_name}: {error}", element.name) from None
-    open_numbers = set().union(*(formula.names for formula in formulas.values()))
+    open_numbers = {id(formula) for formula in named.values()}
     changes: dict[str, Any] = dict(laws)
     with_laws = dataclasses.replace(element, **changes) if laws else element
     parts: dict[str, Any] = {}
@@ -69,5 +69,6 @@ def resolved(element: E, scope: Scope) -> tuple[E, dict[str, Formula], set[str]]
         except FormulaError as error:
             raise ModelError(f"'{element.name}': {field.name}: {error}", element.name) from None
     made = dataclasses.replace(with_laws, **parts)
-    fixed = set().union(*(f.names for f in formulas_in(with_laws))) - open_numbers
+    rest = (f for f in formulas_in(with_laws) if id(f) not in open_numbers)
+    fixed = set().union(*(formula.names for formula in rest))
     return made, formulas, fixed

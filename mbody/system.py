@@ -13,7 +13,7 @@ import numpy as np
 from mbody._user import register, release
 from mbody.core.layout import Layout, Work, blank, integers, workspace
 from mbody.drivers import Driver
-from mbody.elements import Element, Numbers, Polar, listed
+from mbody.elements import Element, Numbers, Polar, listed, place_name
 from mbody.errors import ModelError
 from mbody.formulas import Formula, FormulaError
 from mbody.joints import Distance
@@ -174,8 +174,9 @@ class System:
         fixed = sorted(changed & self.mechanism.fixed_parameters)
         if fixed:
             raise ModelError(
-                f"parameter '{fixed[0]}' stands in a table or a program of '{self.mechanism.name}',"
-                " which a system cannot change: describe the mechanism again with another value",
+                f"parameter '{fixed[0]}' stands in a table, a program, a guess or g of "
+                f"'{self.mechanism.name}', which a system cannot change: describe the mechanism "
+                "again with another value",
                 fixed[0],
             )
         # a parameter made of others follows them, unless it was given a value of its own
@@ -381,6 +382,6 @@ def polar_points(mechanism: Mechanism) -> frozenset[str]:
     points += [(f"{body.name}.{key}", p) for body in bodies for key, p in body.points.items()]
     points += [(f"{body.name}.cg", body.cg) for body in bodies]
     for element in mechanism:
-        places = element.places()
-        points += [(f"{element.name}.{k}", m.point) for k, m in places.items()]
+        inline = {k: m.point for k, m in element.places().items() if not isinstance(m.point, str)}
+        points += [(place_name(f"{element.name}.{k}", p), p) for k, p in inline.items()]
     return frozenset(name for name, point in points if isinstance(point, Polar))

@@ -561,3 +561,31 @@ def test_joints_are_all_changed():
         machine = original(linkage)[0]
         kinds |= {type(e) for e in (*machine.joints, *machine.loads)}
     assert len({k for k in kinds if issubclass(k, Joint)}) == 4 and len(kinds) == 4 + 7
+
+
+def in_polar(marker):
+    """A marker with its coordinates, if it has any, as distance and angle."""
+    if isinstance(marker.point, (str, Polar)):
+        return marker
+    x, y = marker.point
+    return dataclasses.replace(marker, point=Polar(math.hypot(x, y), math.atan2(y, x)))
+
+
+@given(linkages)
+@settings(max_examples=8)
+def test_places_by_distance_and_angle(linkage):
+    """A place in polar coordinates beside the marker's own direction, of joints and of loads."""
+    machine, turn = random_linkage(*linkage[:2], sliders=True, extras=True)
+    other = Mechanism(machine.name, ground=machine.ground.points, g=machine.g)
+    for element in machine:
+        places = {key: in_polar(marker) for key, marker in element.places().items()}
+        other.add(dataclasses.replace(element, **places))
+    assert any(isinstance(p.point, Polar) for e in other for p in e.places().values())
+    t = times_within(machine, 0.5 * turn, 3)
+    a, b = kinetostatics(machine, t=t), kinetostatics(other, t=t)
+    peak = max(a.reaction(joint.name).magnitude.max() for joint in machine.joints)
+    assert_allclose(b.effort("motor"), a.effort("motor"), atol=1e-9 * peak)
+    for joint in machine.joints:
+        for key in ("fx", "fy", "torque"):
+            one, two = (getattr(run.reaction(joint.name), key) for run in (a, b))
+            assert_allclose(two, one, atol=1e-9 * peak)

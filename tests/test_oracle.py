@@ -590,6 +590,6 @@ def test_a_driver_that_cannot_reach_beside_a_rod():
     lowest = math.pi - math.acos((3.5**2 + 2.0**2 - 4.0**2) / (2.0 * 3.5 * 2.0))
     assert abs(lowest - 1.5887) < 1e-4
     with pytest.raises(
-        SolveError, match=rf"0\.2 rad at t = 0: it comes within {lowest - 0.2:.3g} rad"
+        SolveError, match=rf"0\.2 rad at t = 0 s: it comes within {lowest - 0.2:.3g} rad"
     ):
         kinematics(rod_four_bar(AngleDriver("motor", "rocker", 0.2)))

@@ -15,14 +15,14 @@ from mbody.drivers import AngleDriver, Driver
 from mbody.elements import listed
 from mbody.errors import ModelError, SolveError
 from mbody.formulas import Formula, FormulaError
-from mbody.laws import Constant, times_of
+from mbody.laws import times_of
 from mbody.mechanism import Mechanism
 from mbody.questions import Ask
 from mbody.solution import Solution
 from mbody.system import System
 from mbody.units import DIMENSIONS
 
-__all__ = ["ANALYSES", "asked", "check_ask"]
+__all__ = ["ANALYSES", "asked", "asks_for", "check_ask"]
 
 ANALYSES = {"kinematics": kinematics, "kinetostatics": kinetostatics, "statics": statics}
 
@@ -79,6 +79,19 @@ def asked(mechanism: Mechanism, analysis: str, ask: Ask | None = None) -> Soluti
     return run.take(np.arange(1, len(run)))
 
 
+def asks_for(mechanism: Mechanism, name: str) -> str:
+    """The dimension of the values that are asked for by that name: of t, of a driver.
+
+    Raises
+    ------
+    ModelError
+        For a driver that there is not.
+    """
+    if name == "t":
+        return "time"
+    return "angle" if _driver(mechanism, name).rows == "a" else "length"
+
+
 def check_ask(mechanism: Mechanism, ask: Ask) -> None:
     """Refuse a question that no analysis of the mechanism could answer.
 
@@ -88,12 +101,16 @@ def check_ask(mechanism: Mechanism, ask: Ask) -> None:
         For a driver that there is not, or a value of another dimension.
     """
     for name, row in ask.at.items():
-        if name != "t":
-            _values(mechanism, name, row, _dimension(_driver(mechanism, name)))
-        elif len(ask.at) > 1:
+        if name == "t" and len(ask.at) > 1:
             raise ModelError("ask: give t or values of drivers, not both")
-        else:
-            _values(mechanism, name, row, "time")
+        _values(mechanism, name, row)
+    drivers = [_driver(mechanism, name).name for name in ask.at if name != "t"]
+    if len(set(drivers)) < len(drivers):
+        raise ModelError(f"ask: {listed(ask.at)} are one driver: name it once")
+    counts = {name: len(row) for name, row in ask.at.items() if len(row) > 1}
+    if len(set(counts.values())) > 1:
+        told = " and ".join(f"{count} of '{name}'" for name, count in counts.items())
+        raise ModelError(f"ask: there are {told}: give as many values of each, or one")
     if ask.over not in ("", "turn"):
         _driver(mechanism, ask.over)
 
@@ -111,11 +128,10 @@ def _instants(system: System, ask: Ask) -> dict[str, np.ndarray]:
     mechanism = system.mechanism
     check_ask(mechanism, ask)
     if "t" in ask.at:
-        return {"t": _values(mechanism, "t", ask.at["t"], "time")}
+        return {"t": _values(mechanism, "t", ask.at["t"])}
     wanted: dict[str, np.ndarray] = {}
     for name, row in ask.at.items():
-        driver = _driver(mechanism, name)
-        wanted[driver.name] = _values(mechanism, name, row, _dimension(driver))
+        wanted[_driver(mechanism, name).name] = _values(mechanism, name, row)
     moving = [d for d in system.drivers if not _rests(system, d)]
     named = [d for d in moving if d.name in wanted]
     if not moving:
@@ -127,6 +143,7 @@ def _instants(system: System, ask: Ask) -> dict[str, np.ndarray]:
             moving[0].name,
         )
     times = np.array([_time(system, named[0], value) for value in wanted[named[0].name]])
+    times = np.broadcast_to(times, max(len(values) for values in wanted.values()))
     for driver in system.drivers:
         if driver.name in wanted and driver is not named[0]:
             _check_meets(system, driver, wanted[driver.name], named[0], times)
@@ -134,13 +151,9 @@ def _instants(system: System, ask: Ask) -> dict[str, np.ndarray]:
 
 
 def _rests(system: System, driver: Driver) -> bool:
-    return isinstance(system.law_of(driver), Constant) or not any(
-        system.law_of(driver).derivatives(0.0)[1:]
-    )
-
-
-def _dimension(driver: Driver) -> str:
-    return "angle" if driver.rows == "a" else "length"
+    """Whether a driver never moves; a law that begins with a dwell, or gently, does."""
+    law = system.law_of(driver)
+    return law.kind == "polynomial" and not any(law.parameters(law.numbers())[1:])
 
 
 def _driver(mechanism: Mechanism, name: str) -> Driver:
@@ -152,8 +165,8 @@ def _driver(mechanism: Mechanism, name: str) -> Driver:
     return found[0]
 
 
-def _values(mechanism: Mechanism, name: str, row: Any, dimension: str) -> np.ndarray:
-    wanted = DIMENSIONS[dimension]
+def _values(mechanism: Mechanism, name: str, row: Any) -> np.ndarray:
+    wanted = DIMENSIONS[asks_for(mechanism, name)]
     try:
         return np.array(
             [v.of(wanted).value(mechanism.scope) if isinstance(v, Formula) else v for v in row]
@@ -166,18 +179,25 @@ def _time(system: System, driver: Driver, value: float) -> float:
     """When the law of a driver takes a value, for an angle at the first turn that has it."""
     law = system.law_of(driver)
     begin, rate, change = law.derivatives(0.0)
+    places = [value]
     if isinstance(driver, AngleDriver):
+        # where the law begins too gently its derivatives do not tell the sense
         sense = math.copysign(1.0, rate or change or 1.0)
-        further = math.fmod(sense * (value - begin), 2.0 * math.pi)
-        further += 2.0 * math.pi if further < -HERE else 0.0
-        further = 0.0 if 2.0 * math.pi - further < HERE else max(further, 0.0)
-        value = begin + sense * further
-    try:
-        return float(times_of(law, [value], 0.0)[0])
-    except ModelError as error:
-        raise ModelError(
-            f"driver '{driver.name}' does not come there by its law: {error}", driver.name
-        ) from None
+        places = [begin + s * _further(s * (value - begin)) for s in (sense, -sense)]
+    why: ModelError | None = None
+    for place in places:
+        try:
+            return float(times_of(law, [place], 0.0)[0])
+        except ModelError as error:
+            why = why or error
+    raise ModelError(f"driver '{driver.name}' does not come there by its law: {why}", driver.name)
+
+
+def _further(way: float) -> float:
+    """The way that is left to an angle [rad] when one goes on in the same sense, 0 … 2π."""
+    further = math.fmod(way, 2.0 * math.pi)
+    further += 2.0 * math.pi if further < -HERE else 0.0
+    return 0.0 if 2.0 * math.pi - further < HERE else max(further, 0.0)
 
 
 def _check_meets(
@@ -185,8 +205,10 @@ def _check_meets(
 ) -> None:
     """Refuse values of a second driver that its law does not have at the times of the first."""
     there = system.law_of(driver)(times)
-    apart = np.abs(there - values)
-    if len(values) not in (1, len(times)) or apart.max() > 1e-9 * (1.0 + np.abs(there).max()):
+    apart = there - values
+    if driver.rows == "a":  # at any turn
+        apart = np.remainder(apart + math.pi, 2.0 * math.pi) - math.pi
+    if np.abs(apart).max() > 1e-9 * (1.0 + np.abs(there).max()):
         raise ModelError(
             f"by its law '{driver.name}' is at {there[0]:g} when '{leader.name}' is where you "
             "want it: name one of them, or give t",

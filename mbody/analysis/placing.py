@@ -152,9 +152,7 @@ class _Placing:
 
     def _local(self, joint: Joint, field: str) -> tuple[float, float]:
         """Place of a joint's end in link axes."""
-        marker: Marker = getattr(joint, field)
-        named = isinstance(marker.point, str)
-        x, y = self.at.point(f"{marker.body}.{marker.point}" if named else f"{joint.name}.{field}")
+        x, y = self.at.place(joint, field)
         return float(x), float(y)
 
     def _world(self, joint: Joint, field: str) -> tuple[float, float]:

@@ -4,7 +4,7 @@ from mbody.formulas.convert import convert
 from mbody.formulas.evaluate import Scope, Valued, evaluate, told
 from mbody.formulas.formula import Formula, read
 from mbody.formulas.parameters import Parameters
-from mbody.formulas.parse import FUNCTIONS, VARIABLES, FormulaError, parse
+from mbody.formulas.parse import FUNCTIONS, VARIABLES, FormulaError, parse, parse_unit
 from mbody.formulas.text import text_of
 
 __all__ = [
@@ -18,6 +18,7 @@ __all__ = [
     "convert",
     "evaluate",
     "parse",
+    "parse_unit",
     "read",
     "text_of",
     "told",

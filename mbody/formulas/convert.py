@@ -6,7 +6,7 @@ from typing import Any
 
 from mbody.errors import ModelError
 from mbody.formulas.evaluate import Scope, evaluate, told
-from mbody.formulas.parse import FormulaError, parse
+from mbody.formulas.parse import FormulaError, parse_unit
 
 __all__ = ["convert"]
 
@@ -30,7 +30,7 @@ def convert(values: Any, unit: str, to: str) -> Any:
     27.482158
     """
     try:
-        old, new = (evaluate(parse(f"1 {name}"), Scope()) for name in (unit, to))
+        old, new = (evaluate(parse_unit(name), Scope()) for name in (unit, to))
         if old.dimension != new.dimension or old.dimension is None or new.dimension is None:
             kinds = [told(v.dimension) if v.dimension else "no unit" for v in (old, new)]
             raise FormulaError(f"'{unit}' is {kinds[0]}, '{to}' is {kinds[1]}")

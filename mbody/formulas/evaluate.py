@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.formulas.parse import FormulaError
+from mbody.formulas.parse import VARIABLES, FormulaError
 from mbody.formulas.tree import Binary, Call, Measured, Name, Negative, Node, Plain, walk
 from mbody.units import (
     DIMENSIONS,
@@ -60,10 +60,10 @@ class Scope:
     names: Mapping[str, Valued] = field(default_factory=dict)
 
     def unit(self, name: str) -> Unit | None:
-        """The unit that a name by itself stands for. Of pint's only long ones are: ``b`` is sooner
-        a parameter that was forgotten than a barn.
+        """The unit that a name by itself stands for; t is the variable, not a tonne. Of pint's only
+        long ones are: ``b`` is sooner a parameter that was forgotten than a barn.
         """
-        if name in self.names or name == "pi":
+        if name in self.names or name == "pi" or name in VARIABLES:
             return None
         return SYMBOLS.get(name) or (foreign(name) if len(name) >= SPELT_OUT else None)
 
@@ -110,7 +110,7 @@ def measured(node: Node, scope: Scope) -> bool:
             return True
         if isinstance(part, Name):
             valued = scope.names.get(part.name)
-            if valued is not None and part.name not in ("t", "x"):
+            if valued is not None and part.name not in VARIABLES:
                 if valued.dimension is not None:
                     return True
             elif valued is None and part.name != "pi" and scope.unit(part.name):
@@ -118,8 +118,8 @@ def measured(node: Node, scope: Scope) -> bool:
     return False
 
 
-def evaluate(node: Node, scope: Scope) -> Valued:
-    """Value of a formula; its dimension where it has units, None where it is plain.
+def evaluate(node: Node, scope: Scope, *, with_units: bool = False) -> Valued:
+    """Value of a formula; its dimension where it has units (or is to have), None where it is plain.
 
     Raises
     ------
@@ -127,7 +127,7 @@ def evaluate(node: Node, scope: Scope) -> Valued:
         For a name that stands for nothing, or units that do not fit together.
     """
     _check_names(node, scope)
-    with_units = measured(node, scope)
+    with_units = with_units or measured(node, scope)
     with np.errstate(all="ignore"):  # what is not finite is told by those who ask for a number
         value, dimension = _Evaluation(scope, with_units).of(node)
     return Valued(value, dimension if with_units else None)
@@ -182,7 +182,7 @@ class _Evaluation:
         unit = self.scope.unit(name)
         if unit is not None:
             return self.scaled(Fraction(1), unit), unit.dimension
-        if name in ("t", "x"):
+        if name in VARIABLES:
             raise FormulaError(stands_only(name))
         known = ", ".join(repr(known) for known in list(self.scope.names)[:12] if known not in "tx")
         raise FormulaError(

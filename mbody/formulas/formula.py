@@ -97,7 +97,8 @@ class Formula:
         found = evaluate(self.tree, scope)
         value = found.value * self.scale(found)
         if not np.isfinite(value).all():
-            raise FormulaError(f"{shown(self.text)} comes to {np.min(value)}, it must be finite")
+            bad = np.ravel(value)[~np.isfinite(np.ravel(value))][0]
+            raise FormulaError(f"{shown(self.text)} comes to {bad}, it must be finite")
         return float(value) if np.ndim(value) == 0 else value
 
     def scale(self, found: Valued) -> float:
@@ -124,7 +125,7 @@ class Formula:
         if not self.literal or self.dimension is None:
             return ""
         for pattern, instead in MEANT:
-            bounds = pattern if pattern[0] in "$/" else rf"(?<![\w]){pattern}(?![\w^])"
+            bounds = pattern if pattern[0] in "$/" else rf"(?<![\w])(?:{pattern})(?![\w^])"
             text = re.sub(bounds, instead, self.text.strip(), count=1)
             try:
                 found = evaluate(parse(text), Scope())

@@ -10,7 +10,8 @@ from mbody.errors import ModelError
 from mbody.formulas.door import NotANumber, NotFinite, entered
 from mbody.formulas.evaluate import Scope, Valued, evaluate
 from mbody.formulas.formula import Formula
-from mbody.formulas.parse import FUNCTIONS, VARIABLES, FormulaError, shown
+from mbody.formulas.parse import FUNCTIONS, VARIABLES, FormulaError, parse, shown
+from mbody.formulas.tree import Name
 from mbody.units import UnitSystem
 
 __all__ = ["Parameters", "let_in"]
@@ -81,15 +82,13 @@ class Parameters(Mapping[str, "float | Formula"]):
         for name in self._order:
             own = self._given[name]
             try:
-                if isinstance(own, Formula):
-                    made = evaluate(own.tree, scope)
+                made = evaluate(own.tree, scope) if isinstance(own, Formula) else Valued(own)
+                if values and name in values:
+                    made = Valued(values[name], made.dimension)
+                elif isinstance(own, Formula):
                     made = Valued(own.value(scope), made.dimension)
-                else:
-                    made = Valued(own)
             except FormulaError as error:
                 raise ModelError(f"parameter '{name}': {error}", name) from None
-            if values and name in values:
-                made = Valued(values[name], made.dimension)
             found[name] = made
         return Scope(self.system, found)
 
@@ -109,9 +108,17 @@ class Parameters(Mapping[str, "float | Formula"]):
             ) from None
 
 
+def _is_one_name(name: str) -> bool:
+    """Whether a formula reads it as one name: Python also grants marks, as in a·b."""
+    try:
+        return len(name) <= LONGEST and parse(name) == Name(name)
+    except FormulaError:
+        return False
+
+
 def let_in(name: Any, value: Any) -> float | Formula:
     """A parameter as it is kept; ModelError for a name or a number that is none."""
-    if not isinstance(name, str) or not name.isidentifier() or len(name) > LONGEST:
+    if not isinstance(name, str) or not name.isidentifier() or not _is_one_name(name):
         raise ModelError(
             f"{shown(str(name))} cannot name a parameter: begin with a letter, go on with letters, "
             f"digits and _, at most {LONGEST}"

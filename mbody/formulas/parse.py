@@ -21,7 +21,7 @@ from fractions import Fraction
 from mbody.formulas.tree import Binary, Call, Measured, Name, Negative, Node, Plain
 from mbody.units import SYMBOLS, Unit, foreign, known
 
-__all__ = ["FUNCTIONS", "VARIABLES", "FormulaError", "parse"]
+__all__ = ["FUNCTIONS", "VARIABLES", "FormulaError", "parse", "parse_unit"]
 
 #: Functions of a formula, and how many numbers each takes.
 FUNCTIONS = {
@@ -37,11 +37,13 @@ DEEPEST = 40  # brackets in brackets
 MOST = 300  # operations: a tree of more is deeper than Python walks
 LARGEST = 400  # powers of ten of a number, beyond which it is no double
 
+RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹"
+
 _TOKEN = re.compile(
     r"""(?P<space>\s+)
     |(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)
-    |(?P<name>[^\W\d²³][^\W²³]*(?:\.[^\W\d²³][^\W²³]*)*|["'°])
-    |(?P<operator>\*\*|[-+*/^(),·−²³])""",
+    |(?P<name>[^\W\d⁰¹²³⁴-⁹][^\W⁰¹²³⁴-⁹]*(?:\.[^\W\d⁰¹²³⁴-⁹][^\W⁰¹²³⁴-⁹]*)*|["'°])
+    |(?P<operator>\*\*|[-+*/^(),·−⁰¹²³⁴-⁹])""",
     re.VERBOSE,
 )
 
@@ -83,6 +85,24 @@ def parse(text: str) -> Node:
     if operations > MOST:
         raise FormulaError(f"{shown(text)} has {operations} operations, at most {MOST} are read")
     return _Reader(tokens, text).whole()
+
+
+def parse_unit(text: str) -> Node:
+    """The tree of one such unit, ``"N m"`` or ``"1/s"``.
+
+    Raises
+    ------
+    FormulaError
+        As of `parse`.
+
+    >>> parse_unit("mm") == parse("1 mm")
+    True
+    """
+    above, *below = text.split("/") if text.startswith("1/") else [text]
+    node: Node = Plain(Fraction(1)) if below else parse(f"1 {above}")
+    for unit in below:
+        node = Binary("/", node, parse(f"1 {unit}"))
+    return node
 
 
 def _tokens(text: str) -> list[_Token]:
@@ -186,8 +206,8 @@ class _Reader:
         base = self.part()
         if self.operator("^", "**"):
             return Binary("^", base, self.nested(self.factor))
-        if square := self.operator("²", "³"):
-            return Binary("^", base, Plain(Fraction(2 if square == "²" else 3)))
+        if digit := self.operator(*RAISED):
+            return Binary("^", base, Plain(Fraction(RAISED.index(digit))))
         return base
 
     def part(self) -> Node:
@@ -279,9 +299,9 @@ class _Reader:
         token, power, digits = self.peek(), self.peek(1), self.peek(2)
         if token.after_space or token.kind != "operator":
             return unit
-        if token.text in ("²", "³"):
+        if token.text in RAISED:
             self.at += 1
-            return unit ** (2 if token.text == "²" else 3)
+            return unit ** RAISED.index(token.text)
         if token.text not in ("^", "**"):
             return unit
         minus = power.text == "-"

@@ -63,9 +63,16 @@ def let_in(value: Any, owner: str, field: str) -> Any:
 
 def let_in_all(values: Any, owner: str, field: str) -> tuple[Any, ...]:
     """One row of numbers, each as by `let_in`."""
-    if isinstance(values, (tuple, list)) and any(isinstance(v, (str, Formula)) for v in values):
+    if hasattr(values, "dimensionality") and np.ndim(values.magnitude) == 1:
+        values = list(values)  # of pint: every number has its unit
+    if isinstance(values, (tuple, list)) and any(map(_is_text, values)):
         return tuple(let_in(v, owner, f"{field}[{n}]") for n, v in enumerate(values))
     return tuple(finite_array(values, owner, field).tolist())
+
+
+def _is_text(value: Any) -> bool:
+    """Whether it has units or parameters of its own."""
+    return isinstance(value, (str, Formula)) or hasattr(value, "dimensionality")
 
 
 def term(value: int = 0, argument: int = 0, angle: int = 0, *, default: Any = MISSING) -> Any:

@@ -175,7 +175,7 @@ def foreign(symbol: str) -> Unit | None:
 
 
 def of_quantity(quantity: Any) -> Unit | None:
-    """A quantity of pint as a unit of that size; None for anything else.
+    """A quantity of pint as a unit of that size; None for anything else, and for arrays.
 
     >>> import pint
     >>> of_quantity(pint.UnitRegistry().Quantity(2.0, "kN")).factor
@@ -195,12 +195,15 @@ def _measured(symbol: str, quantity: Any) -> Unit | None:
     if not set(powers) <= set(names):
         return None
     size = quantity.to({names[name]: power for name, power in powers.items()} or "radian")
-    exponents = {name: Fraction(power).limit_denominator(12) for name, power in powers.items()}
-    dimension = Dimension(*(exponents.get(name, Fraction(0)) for name in names))
-    turned = {"radian", "degree", "turn", "revolution", "revolutions_per_minute"}
-    if any(str(name) in turned for name, _ in getattr(quantity, "unit_items", tuple)()):
-        dimension = dimension * DIMENSIONS["angle"]
-    return Unit(symbol, Fraction(size.magnitude), 0, dimension)
+    # pint takes a radian for one, yet keeps it among the units that it cannot take apart
+    powers["radian"] = dict(quantity.to_root_units().unit_items()).get("radian", 0)
+    dimension = Dimension(
+        *(Fraction(powers.get(name, 0)).limit_denominator(12) for name in (*names, "radian"))
+    )
+    try:
+        return Unit(symbol, Fraction(size.magnitude), 0, dimension)
+    except (TypeError, ValueError, OverflowError):  # an array, nan or inf
+        return None
 
 
 #: What a plain number is multiplied by: nothing.

@@ -48,16 +48,24 @@ class UnitSystem:
         wanted = dimension_of(dimension)
         if name_of(wanted) == "mass":
             return self.mass
-        force = wanted.mass
-        powers = (
-            (self.force, force),
-            (self.length, wanted.length - force),
-            (self.time, wanted.time + 2 * force),
-            ("rad", wanted.angle),
-        )
+        powers = self.powers(wanted)
         above = "·".join(_powered(symbol, p) for symbol, p in powers if p > 0)
         below = [_powered(symbol, -p) for symbol, p in powers if p < 0]
         return "/".join([above or "1", *below]) if above or below else ""
+
+    def powers(self, dimension: str | Dimension) -> tuple[tuple[str, Fraction], ...]:
+        """The symbols that a unit is made of, force before length, time and angle, with powers.
+
+        >>> [(symbol, int(power)) for symbol, power in unit_system("SI").powers("torque") if power]
+        [('N', 1), ('m', 1)]
+        """
+        wanted = dimension_of(dimension)
+        return (
+            (self.force, wanted.mass),
+            (self.length, wanted.length - wanted.mass),
+            (self.time, wanted.time + 2 * wanted.mass),
+            ("rad", wanted.angle),
+        )
 
     def unit(self, dimension: str | Dimension) -> Unit:
         """The unit of a dimension with its exact ratio to SI."""

@@ -70,6 +70,8 @@ SCENARIOS = {
     "a turn of a driver that is not there": lambda: asked(
         four_bar(), "kinematics", Ask(over="engine")
     ),
+    "a driver twice": ask(motor=1.0, crank=2.0),
+    "values that are not as many": ask(two_drivers(0.5), motor=[1.0, 2.0], lever=[1.0, 2.0, 3.0]),
     "a driver in kilograms": ask(motor="3 kg"),
     "a value that its law does not reach": ask(
         by_law(ConstantAcceleration(0.0, 5.0, -40.0)), motor="90 deg"

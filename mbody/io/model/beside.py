@@ -35,7 +35,7 @@ def columns(name: str, folder: Path | None) -> tuple[list[float], list[float]]:
     except (UnicodeDecodeError, csv.Error):
         raise ModelError(f"the table '{name}' is no text of comma-separated values") from None
     rows = [row for row in rows if any(cell.strip() for cell in row)]
-    if rows and not _numbers(rows[0]):
+    if rows and not any(map(_is_number, rows[0][:2])):
         rows = rows[1:]
     for n, row in enumerate(rows, 1):
         if not _numbers(row):
@@ -43,11 +43,17 @@ def columns(name: str, folder: Path | None) -> tuple[list[float], list[float]]:
     return [float(row[0]) for row in rows], [float(row[1]) for row in rows]
 
 
-def _numbers(row: list[str]) -> bool:
+def _is_number(cell: str) -> bool:
     try:
-        return len(row) >= 2 and all(math.isfinite(float(cell)) for cell in row[:2])
+        float(cell)
     except ValueError:
         return False
+    return True
+
+
+def _numbers(row: list[str]) -> bool:
+    first = row[:2]
+    return len(first) == 2 and all(_is_number(c) and math.isfinite(float(c)) for c in first)
 
 
 def beside(name: str, folder: Path | None) -> Path:

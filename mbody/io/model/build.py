@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
-from mbody.analysis.asked import check_ask
+from mbody.analysis.asked import asks_for, check_ask
 from mbody.bodies import Body
 from mbody.elements import Element
 from mbody.errors import ModelError
-from mbody.formulas import read
 from mbody.io.model.kinds import SECTIONS
 from mbody.io.model.report import Path, Problem
 from mbody.loads import Gravity
@@ -99,11 +99,12 @@ def _unnamed(text: str, name: str) -> str:
     return text.removeprefix(f"'{name}': ").removeprefix(f"'{name}' ")
 
 
-def _row(value: Any, angle: str) -> Any:
-    """Values to ask for: a plain one may turn out to be an angle, in the unit of the file."""
+def _row(mechanism: Mechanism, name: str, value: Any, angle: str) -> Any:
+    """Values to ask for; plain angles are in the unit of the file."""
     if isinstance(value, list):
-        return [_row(part, angle) for part in value]
-    return read(repr(value), None, angle) if isinstance(value, (int, float)) else value
+        return [_row(mechanism, name, part, angle) for part in value]
+    degrees = angle == "deg" and asks_for(mechanism, name) == "angle"
+    return math.radians(value) if degrees and isinstance(value, float) else value
 
 
 def _questions(given: Any, mechanism: Mechanism) -> list[Problem]:
@@ -118,7 +119,8 @@ def _questions(given: Any, mechanism: Mechanism) -> list[Problem]:
     if given.ask is not None:
         try:
             fields = _set(given.ask)
-            rows = {name: _row(value, given.angle) for name, value in fields.get("at", {}).items()}
+            given_rows = fields.get("at", {}).items()
+            rows = {name: _row(mechanism, name, row, given.angle) for name, row in given_rows}
             mechanism.ask = Ask(**{**fields, "at": rows})
             check_ask(mechanism, mechanism.ask)
         except ModelError as error:

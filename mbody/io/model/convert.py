@@ -5,12 +5,15 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
+from mbody.analysis.asked import asks_for
 from mbody.errors import ModelError
-from mbody.formulas import Formula
+from mbody.formulas import VARIABLES, Formula
+from mbody.formulas.evaluate import TURNING, measured
+from mbody.formulas.tree import Call, names_in, walk
 from mbody.io.model.read import built
-from mbody.io.model.write import Writer, has_units, plain
+from mbody.io.model.write import Writer, has_units
 from mbody.mechanism import Mechanism
-from mbody.units import Dimension, UnitSystem, unit_system
+from mbody.units import DIMENSIONS, Dimension, UnitSystem, unit_system
 
 __all__ = ["in_units"]
 
@@ -58,16 +61,35 @@ class _Converter(Writer):
 
     def parameter(self, name: str) -> Any:
         """A number with its unit, a plain one as it is."""
-        valued = self.mechanism.scope.names[name]
-        if valued.dimension is None:
-            return plain(float(valued.value))
-        return f"{float(valued.value)!r} {self.mechanism.units.of(valued.dimension)}".strip()
+        return self.valued(name)
+
+    def instant(self, name: str, value: Any) -> Any:
+        """The number that is asked for, as `number`."""
+        dimension = DIMENSIONS[asks_for(self.mechanism, name)]
+        if isinstance(value, Formula):
+            value = value.of(dimension).value(self.mechanism.scope)
+        return self.written(value, dimension)
 
     def law_text(self, formula: Formula) -> Any:
         """The text of a formula that has units; plain numbers would change their meaning."""
-        if not has_units(formula, self.mechanism):
+        if not has_units(formula, self.mechanism) or self.changes(formula):
             raise ModelError(
                 f"the law {formula.text!r} is of plain numbers, which cannot be taken to other "
                 "units: give its numbers their units"
             )
         return self.text(formula)
+
+    def changes(self, formula: Formula) -> bool:
+        """Whether sin, cos or tan of it take the variable as a plain number in a unit that is
+        another now.
+        """
+        argument = formula.argument or DIMENSIONS["time"]
+        if self.mechanism.units.unit(argument).ratio == self.units.unit(argument).ratio:
+            return False
+        return any(
+            isinstance(part, Call)
+            and part.function in TURNING
+            and not measured(part.arguments[0], self.mechanism.scope)
+            and names_in(part) & {*VARIABLES}
+            for part in walk(formula.tree)
+        )

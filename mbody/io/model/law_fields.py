@@ -84,7 +84,7 @@ def _law_of_kind(cls: type[Law], dimension: Dimension, of: Dimension) -> Any:
         return _cam(dimension, of)
     model = _numbers_of(cls, dimension, of)
     if cls is Table:
-        return Annotated[model, AfterValidator(_table)]
+        return Annotated[model, AfterValidator(_Points(dimension, of))]
     return Annotated[model, AfterValidator(functools.partial(_made, cls))]
 
 
@@ -157,12 +157,20 @@ def _segment(given: Any) -> Rise | Dwell:
     return Dwell(given.dwell) if given.rise is None else given.rise
 
 
-def _table(given: Any, info: ValidationInfo) -> Table:
-    """A table of points, from the model file or from a file beside it."""
-    fields = {name: value for name, value in given if name in given.model_fields_set}
-    path = fields.pop("file", None)
-    if path is not None:
-        if "x" in fields or "y" in fields:
-            raise ModelError("give x and y, or the file that has them, not both")
-        fields["x"], fields["y"] = columns(path, info.context.folder)
-    return Table(**fields)
+@dataclass(frozen=True)
+class _Points:
+    """A table of points, from the model file or, in the same units, from a file beside it."""
+
+    dimension: Dimension
+    of: Dimension
+
+    def __call__(self, given: Any, info: ValidationInfo) -> Table:
+        fields = {name: value for name, value in given if name in given.model_fields_set}
+        path = fields.pop("file", None)
+        if path is not None:
+            if "x" in fields or "y" in fields:
+                raise ModelError("give x and y, or the file that has them, not both")
+            read = zip(("x", "y"), columns(path, info.context.folder), strict=True)
+            dimensions = {"x": self.of, "y": self.dimension}
+            fields |= {k: [entered_in(v, dimensions[k], info) for v in row] for k, row in read}
+        return Table(**fields)

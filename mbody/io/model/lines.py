@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import json
 import re
 import tomllib
 from collections.abc import Iterator
@@ -26,6 +28,7 @@ def line_of(text: str, is_json: bool, path: Path) -> int | None:
     >>> line_of('{"a": 1,\n"b": {"c": 2}}', True, ("b",))
     2
     """
+    text = text.replace("\r\n", "\n")
     places = _json_places(text) if is_json else _toml_places(text, path)
     best, line = 0, None
     for found, where in places:
@@ -40,12 +43,8 @@ def line_of(text: str, is_json: bool, path: Path) -> int | None:
 def _toml_places(text: str, path: Path) -> Iterator[tuple[Path, int]]:
     """Paths of headers and of keys, as far as they lead towards the path."""
     section: Path = ()
-    for statement, line in _statements(text):
-        try:
-            read = tomllib.loads(statement)
-        except (tomllib.TOMLDecodeError, RecursionError, ValueError):
-            continue
-        header = statement.lstrip().startswith("[")
+    for header, tables, line in _read_statements(text):
+        read: Any = tables
         found: Path = () if header else section
         while isinstance(read, dict) and read:
             key = next(iter(read)) if header else _towards(read, path[len(found) :])
@@ -56,6 +55,19 @@ def _toml_places(text: str, path: Path) -> Iterator[tuple[Path, int]]:
             yield found, line
         if header:
             section = found
+
+
+@functools.lru_cache(maxsize=1)  # for all that is wrong in one file
+def _read_statements(text: str) -> list[tuple[bool, dict[str, Any], int]]:
+    """Whether it is a header, its tables, and the line, of every statement that can be read."""
+    found = []
+    for statement, line in _statements(text):
+        try:
+            read = tomllib.loads(statement)
+        except (tomllib.TOMLDecodeError, RecursionError, ValueError):
+            continue
+        found.append((statement.lstrip().startswith("["), read, line))
+    return found
 
 
 def _towards(table: dict[str, Any], rest: Path) -> str:
@@ -98,7 +110,7 @@ def _json_places(text: str) -> Iterator[tuple[Path, int]]:
         elif token == "," and stack and isinstance(stack[-1], int):
             stack[-1] += 1
         elif token == ":" and stack:
-            stack[-1] = last[1:-1]
+            stack[-1] = json.loads(last, strict=False)
             yield tuple(stack), line
         elif token.startswith('"'):
             last = token

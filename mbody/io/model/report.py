@@ -13,7 +13,6 @@ from mbody.io.model.lines import line_of
 __all__ = ["Problem", "raise_all", "sentences"]
 
 MOST = 20  # problems that are told; the others are counted
-LONGEST = 200  # characters of a title
 
 Path = tuple[Any, ...]
 
@@ -67,7 +66,6 @@ def _sentence(error: Any, schema: dict[str, Any], data: Any) -> str:
         "int_type": "must be a whole number",
         "int_parsing": "must be a whole number",
         "int_from_float": "must be a whole number",
-        "string_too_long": f"must be shorter, at most {LONGEST} characters",
     }.get(kind)
     if kind == "missing":
         return "is missing: the list is too short"

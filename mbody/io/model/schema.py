@@ -14,7 +14,6 @@ from mbody.elements import Element
 from mbody.io.model import fields as of
 from mbody.io.model.kinds import SECTIONS
 from mbody.io.model.law_fields import law
-from mbody.io.model.report import LONGEST
 from mbody.units import DIMENSIONS, UNIT_SYSTEMS, dimension_of
 
 __all__ = ["json_schema", "model"]
@@ -160,10 +159,7 @@ def model() -> Any:
     }
     systems = ", ".join(UNIT_SYSTEMS)
     columns: dict[str, Any] = {
-        "name": (
-            str,
-            Field("mechanism", description="Title of the mechanism.", max_length=LONGEST),
-        ),
+        "name": (str, Field("mechanism", description="Title of the mechanism.")),
         "source": (str, Field("", description="Book, page or repository that it comes from.")),
         "note": (str, Field("", description="What to look at.")),
         "units": (str, Field("SI", description=f"Units of plain numbers: {systems}.")),

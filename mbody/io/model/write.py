@@ -6,18 +6,20 @@ degrees where the degrees are short, else with their unit in radians.
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import json
-import math
 import os
 from pathlib import Path
 from typing import Any
 
+from mbody.analysis.asked import asks_for
 from mbody.bodies import Body, Guess, SecondMoments, Slender
-from mbody.elements import Element, Marker, Polar
+from mbody.elements import Element, Marker, Polar, place_name
 from mbody.errors import ModelError
-from mbody.formulas import Formula, FormulaError, parse
+from mbody.formulas import Formula, FormulaError, evaluate, parse
 from mbody.formulas.evaluate import measured
+from mbody.io.model.cells import alike, plain, short_angle, word
 from mbody.io.model.kinds import LAWS, SECTIONS, kind_of, section_of
 from mbody.io.model.toml import toml
 from mbody.laws import Cam, Constant, Dwell, Law, Polynomial
@@ -26,7 +28,7 @@ from mbody.loads import Gravity
 from mbody.mechanism import Mechanism
 from mbody.units import DIMENSIONS, Dimension, dimension_of
 
-__all__ = ["Writer", "as_data", "to_text", "has_units", "plain", "save"]
+__all__ = ["Writer", "as_data", "to_text", "has_units", "save"]
 
 ANGLE = DIMENSIONS["angle"]
 WORDS = {cls: word for word, cls in LAWS.items()}
@@ -46,6 +48,9 @@ def save(mechanism: Mechanism, path: str | os.PathLike[str]) -> None:
         file.write_text(text, encoding="utf-8")
     except OSError as error:
         raise ModelError(f"the file '{file}' cannot be written: {error.strerror}") from None
+    except UnicodeEncodeError as error:
+        odd = error.object[error.start]
+        raise ModelError(f"the file '{file}' cannot be written: {odd!a} is no character") from None
 
 
 def to_text(mechanism: Mechanism, *, as_json: bool = False) -> str:
@@ -83,15 +88,44 @@ class Writer:
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism, self.formulas = mechanism, mechanism.formulas
         self.units = mechanism.units
+        # text of plain radians reads as it is only where the file says so
+        asked = mechanism.ask.at if mechanism.ask else {}
+        formulas = [*self.formulas.values()]
+        for name, row in asked.items():
+            dimension = DIMENSIONS[asks_for(mechanism, name)]
+            formulas += [value.of(dimension) for value in row if isinstance(value, Formula)]
+        open_angles = {f.angle for f in formulas if self.is_open(f)}
+        self.angle = "rad" if open_angles == {"rad"} else "deg"
+
+    def is_open(self, formula: Formula) -> bool:
+        """Whether it is a plain angle, which the file says the unit of."""
+        return formula.dimension == ANGLE and not has_units(formula, self.mechanism)
 
     def written(self, value: float, dimension: Dimension) -> Any:
         """A float as the file has it."""
-        return _angle(value) if dimension == ANGLE else plain(value)
+        degrees = dimension == ANGLE and self.angle == "deg"
+        return short_angle(value) if degrees else plain(value)
 
     def parameter(self, name: str) -> Any:
         """A parameter: a number or its text."""
         own = self.mechanism.parameters[name]
-        return self.text(own) if isinstance(own, Formula) else plain(own)
+        text = self.text(own) if isinstance(own, Formula) else None
+        return self.valued(name) if text is None else text
+
+    def valued(self, name: str) -> Any:
+        """What a parameter comes to: a number with its unit, a plain one as it is."""
+        scope = self.mechanism.scope
+        value, dimension = float(scope.names[name].value), scope.names[name].dimension
+        if dimension is None:
+            return plain(value)
+        text = f"{value!r} {scope.system.of(dimension)}".strip()
+        with contextlib.suppress(FormulaError):
+            if evaluate(parse(text), scope).dimension == dimension:
+                return text
+        # a parameter has the name of a unit, or a power is no digit: unit by unit
+        powers = [(symbol, p) for symbol, p in scope.system.powers(dimension) if p]
+        units = (f"(1 {symbol})" + (f"^({p})" if p != 1 else "") for symbol, p in powers)
+        return " * ".join([repr(value), *units])
 
     def whole(self) -> dict[str, Any]:
         """All tables."""
@@ -101,6 +135,8 @@ class Writer:
             if getattr(machine, key):
                 data[key] = getattr(machine, key)
         data["units"] = self.units.name
+        if self.angle == "rad":
+            data["angle"] = "rad"
         if machine.g != machine.units.g:
             data["g"] = self.written(machine.g, DIMENSIONS["acceleration"])
         if machine.parameters:
@@ -110,12 +146,13 @@ class Writer:
         data["bodies"] = {body.name: self.body(body) for body in machine.bodies}
         for section in SECTIONS:
             elements = getattr(machine, section)
-            table = {e.name: self.element(e) for e in elements if not _is_gravity(e)}
+            # the section of gravity is the last of the loads
+            apart = next((e for e in elements[-1:] if _is_gravity(e)), None)
+            table = {e.name: self.element(e) for e in elements if e is not apart}
             if table:
                 data[section] = table
-        gravity = next((load for load in machine.loads if _is_gravity(load)), None)
-        if gravity is not None:
-            data["gravity"] = self.gravity(gravity)
+            if apart is not None:
+                data["gravity"] = self.gravity(apart)
         return data | self.questions()
 
     def questions(self) -> dict[str, Any]:
@@ -145,13 +182,12 @@ class Writer:
 
     def instant(self, name: str, value: Any) -> Any:
         """One value to ask for."""
-        if isinstance(value, Formula):
-            return value.text
-        drivers = (d for d in self.mechanism.drivers if name in (d.name, getattr(d, "body", None)))
-        driver = next(drivers, None)
-        if driver is None:
-            return plain(value)
-        return self.written(value, DIMENSIONS["angle" if driver.rows == "a" else "length"])
+        dimension = DIMENSIONS[asks_for(self.mechanism, name)]
+        if not isinstance(value, Formula):
+            return self.written(value, dimension)
+        whole = value.of(dimension)
+        text = self.text(whole)
+        return self.written(whole.value(self.mechanism.scope), dimension) if text is None else text
 
     # -- elements -----------------------------------------------------------------------------
 
@@ -162,9 +198,12 @@ class Writer:
         for key in ("mass", "weight"):
             if getattr(body, key) is not None:
                 table[key] = self.number(f"{name}.{key}", getattr(body, key), DIMENSIONS[key])
-        if body.inertia or f"{name}.inertia" in self.formulas:
+        if not alike(body.inertia, 0.0) or f"{name}.inertia" in self.formulas:
             table["inertia"] = self.number(f"{name}.inertia", body.inertia, DIMENSIONS["inertia"])
-        if body.cg != (0.0, 0.0) or {f"{name}.cg.x", f"{name}.cg.y"} & self.formulas.keys():
+        if (
+            not alike(body.cg, (0.0, 0.0))
+            or {f"{name}.cg.x", f"{name}.cg.y"} & self.formulas.keys()
+        ):
             table["cg"] = self.point(f"{name}.cg", body.cg)
         if body.points:
             table["points"] = self.points(body)
@@ -191,7 +230,7 @@ class Writer:
 
     def guess(self, guess: Guess) -> Any:
         """A rough pose, as short as it can be said."""
-        angle = None if guess.angle is None else _angle(guess.angle)
+        angle = None if guess.angle is None else self.written(guess.angle, ANGLE)
         if guess.x is None and guess.y is None:
             return angle
         length = DIMENSIONS["length"]
@@ -206,7 +245,7 @@ class Writer:
     def spread(self, spread: Any) -> Any:
         """How the mass of a body is spread."""
         if isinstance(spread, Slender):
-            return {"slender": _angle(spread.angle)}
+            return {"slender": self.written(spread.angle, ANGLE)}
         if isinstance(spread, SecondMoments):
             inertia = DIMENSIONS["inertia"]
             return {k: self.written(getattr(spread, k), inertia) for k in ("xx", "yy", "xy")}
@@ -218,7 +257,8 @@ class Writer:
         return {
             axis: self.field(element, fields[axis])
             for axis in ("x", "y")
-            if getattr(element, axis) != Constant(0.0)
+            if not alike(getattr(element, axis), Constant(0.0))
+            or f"{element.name}.{axis}" in self.formulas
         }
 
     def element(self, element: Element) -> dict[str, Any]:
@@ -251,22 +291,22 @@ class Writer:
             return self.law(name, value, dimension_of(meta["law"]), dimension_of(meta["of"]))
         if "place" in meta:
             return self.place(name, value)
-        return bool(value) if isinstance(value, bool) else value
+        return word(value)
 
     def place(self, name: str, marker: Marker) -> Any:
         """A place, as text where it is a named point."""
-        angled = marker.angle or f"{name}.angle" in self.formulas
+        angled = not alike(marker.angle, 0.0) or f"{name}.angle" in self.formulas
         if isinstance(marker.point, str) and not angled:
             return f"{marker.body}.{marker.point}"
         moved = {f"{name}.x", f"{name}.y"} & self.formulas.keys()
-        origin = marker.point == (0.0, 0.0) and not moved
+        origin = alike(marker.point, (0.0, 0.0)) and not moved
         if origin and not angled:
             return marker.body
         table: dict[str, Any] = {"body": marker.body}
         if isinstance(marker.point, str):
             table["point"] = marker.point
         elif not origin:
-            table["point"] = self.point(name, marker.point)
+            table["point"] = self.point(place_name(name, marker.point), marker.point)
         if angled:
             table["angle"] = self.number(f"{name}.angle", marker.angle, ANGLE)
         return table
@@ -312,7 +352,7 @@ class Writer:
                 dimension = dimension_by(powers, value, of)
                 table[field.name] = self.number(f"{name}.{field.name}", own, dimension)
             else:
-                table[field.name] = own
+                table[field.name] = word(own)
         return table
 
     def number(self, name: str, value: float, dimension: Dimension) -> Any:
@@ -332,9 +372,8 @@ class Writer:
                 return None
         except FormulaError:
             return None
-        plain_angle = formula.dimension == ANGLE and formula.angle == "rad"
-        if plain_angle and not has_units(formula, self.mechanism):
-            return f"({formula.text}) rad"
+        if self.is_open(formula) and formula.angle != self.angle:
+            return f"({formula.text}) {formula.angle}"
         return formula.text
 
 
@@ -349,21 +388,5 @@ def _is_gravity(element: Element) -> bool:
 
 def _is_default(field: dataclasses.Field[Any], value: Any) -> bool:
     if isinstance(value, Constant) and isinstance(field.default, float):
-        return value.value == field.default
-    return field.default is not dataclasses.MISSING and value == field.default
-
-
-def plain(value: float) -> Any:
-    """A number as people write it; it reads back the same."""
-    whole = value.is_integer() and abs(value) < 1e15 and not (value == 0 and str(value)[0] == "-")
-    return int(value) if whole else float(value)
-
-
-def _angle(value: float) -> Any:
-    """An angle [rad] in degrees where few digits say it exactly, else in radians."""
-    degrees = math.degrees(value)
-    for digits in range(14):
-        short = round(degrees, digits)
-        if math.radians(short) == value:
-            return plain(short)
-    return f"{value!r} rad"
+        return alike(value.value, field.default)
+    return field.default is not dataclasses.MISSING and alike(value, field.default)

@@ -1,0 +1,530 @@
+"""Units at the door: exact ratios against pint, consistent systems, every field, sentences."""
+
+import dataclasses
+import itertools
+import math
+import pickle
+from fractions import Fraction
+
+import numpy as np
+import pint
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import mbody
+from mbody import (
+    AngleDriver,
+    Body,
+    Cam,
+    Constant,
+    ConstantAcceleration,
+    ConstantSpeed,
+    DistanceDriver,
+    Dwell,
+    Force,
+    Guess,
+    Harmonic,
+    Marker,
+    Mechanism,
+    ModelError,
+    Polynomial,
+    Rise,
+    Rolling,
+    SecondMoments,
+    Slender,
+    Spring,
+    Table,
+    Torque,
+    TorsionDamper,
+    TorsionSpring,
+    convert,
+    polar,
+)
+from mbody.formulas import FormulaError, Scope, evaluate, parse, parse_unit, read
+from mbody.units import (
+    DIMENSIONS,
+    NUMBER,
+    SYMBOLS,
+    UNIT_SYSTEMS,
+    foreign,
+    known,
+    name_of,
+    of_quantity,
+    unit_system,
+)
+from tests.test_errors import EXAMPLES, fields, is_number, make, says
+
+PINT = pint.UnitRegistry(non_int_type=Fraction)
+Q = pint.UnitRegistry().Quantity
+ROUNDED = 2.3e-16  # one rounding of a double, half a unit of its last digit
+
+# how pint says what it does not read as we do
+SAID = {
+    **{'"': "inch", "'": "foot", "inches": "inch", "feet": "foot", "miles": "mile"},
+    **{"lbs": "pound", "lbm": "pound", "slugs": "slug", "blob": "slinch", "blobs": "slinch"},
+    **{"sec": "second", "°": "degree", "degrees": "degree", "kp": "kilogram_force"},
+    **{"rev": "revolution"},
+    **{"ozf": "ounce_force", "Nm": "N*m", "Nmm": "N*mm", "kNm": "kN*m", "mph": "mile/hour"},
+    **{"hp": "550*foot*pound_force/second", "um": "micrometer"},
+}
+SYSTEMS = [*UNIT_SYSTEMS, "cm-kN-s", "mm-kgf-ms", "yd-ozf-min"]
+
+
+def value(text, dimension=None, system="SI"):
+    wanted = None if dimension is None else DIMENSIONS[dimension]
+    return read(text, wanted).value(Scope(unit_system(system)))
+
+
+# -- symbols ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("symbol", SYMBOLS)
+def test_ratios_are_those_of_pint(symbol):
+    unit = SYMBOLS[symbol]
+    theirs = PINT(SAID.get(symbol, symbol)) * Fraction(1)
+    powers = dict(theirs.dimensionality)
+    names = {"[length]": "meter", "[mass]": "kilogram", "[time]": "second"}
+    theirs = theirs.to({names[key]: power for key, power in powers.items()} or "radian")
+    if unit.pi:  # pint has π to fifty digits
+        assert float(theirs.m) == pytest.approx(unit.factor, rel=2 * ROUNDED)
+    else:
+        assert Fraction(theirs.m) == unit.ratio
+    d = unit.dimension
+    ours = {"[length]": d.length, "[mass]": d.mass, "[time]": d.time}
+    assert {key: power for key, power in ours.items() if power} == powers
+    # a radian is one for pint: ours is an angle where pint's has a radian
+    root = dict(PINT(SAID.get(symbol, symbol)).to_root_units().unit_items())
+    assert root.get("radian", 0) == d.angle
+
+
+def test_a_unit_is_known_by_its_symbol():
+    assert known("kN").factor == 1000.0
+    assert known("furlong") is None
+    assert foreign("furlong").ratio == Fraction("201.168") * Fraction(1200, 3937) / Fraction(
+        "0.3048"
+    )
+    for text in ("nonsense", "", "a b", "1", "x" * 41, "kelvin", "ampere", "mm^2", "µ"):
+        assert foreign(text) is None
+
+
+@pytest.mark.parametrize(
+    ("text", "dimension", "expected"),
+    [
+        ("5 arcmin", "angle", 5 * math.pi / 180 / 60),
+        ("2 gradian", "angle", math.pi / 100),
+        ("3 mrad", "angle", 0.003),
+        ("6 arcsec/s", "angular velocity", math.pi / 180 / 600),
+        ("4 cycle/s", "angular velocity", 8 * math.pi),
+        ("2 mile/hour", "velocity", 2 * 1609.344 / 3600),
+        ("3 dyne", "force", 3e-5),
+        ("2 stone", "mass", 28 * 0.45359237),
+        ("7 N*m/rad", "torsion stiffness", 7.0),
+        ("9 N m/deg", "torsion stiffness", 9 * 180 / math.pi),
+        ("5 Nm", "torque", 5.0),
+        ("1/4 in", "length", 0.00635),
+        ('0.25"', "length", 0.00635),
+        ("12 in-lbf", "torque", 12 * 0.0254 * 4.4482216152605),
+        ("5 kg·m²", "inertia", 5.0),
+        ("5 kg*m^2", "inertia", 5.0),
+        ("3 m/s²", "acceleration", 3.0),
+        ("2 kg*m⁻", "inertia", None),
+        ("8 N·s²/m⁴", "density", 8.0),
+        ("90°", "angle", math.pi / 2),
+    ],
+)
+def test_texts_of_quantities(text, dimension, expected):
+    if expected is None:
+        with pytest.raises(FormulaError):
+            value(text, dimension)
+    else:  # a product of two roundings
+        assert value(text, dimension) == pytest.approx(expected, rel=4 * ROUNDED)
+
+
+# -- systems ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_systems_are_consistent(name):
+    system = unit_system(name)
+    ratio = {key: system.unit(key).ratio for key in DIMENSIONS}
+    assert ratio["force"] == ratio["mass"] * ratio["length"] / ratio["time"] ** 2
+    assert ratio["torque"] == ratio["force"] * ratio["length"]
+    assert ratio["inertia"] == ratio["mass"] * ratio["length"] ** 2
+    assert ratio["power"] == ratio["torque"] / ratio["time"]
+    assert ratio["angle"] == ratio["number"] == 1
+    for key, symbol in (("length", system.length), ("force", system.force), ("time", system.time)):
+        assert ratio[key] == SYMBOLS[symbol].ratio
+    g = Fraction("9.80665") * ratio["time"] ** 2 / ratio["length"]
+    assert system.g == pytest.approx(float(g), rel=ROUNDED)
+    assert pickle.loads(pickle.dumps(system)) == system == unit_system(system)
+
+
+@pytest.mark.parametrize(("name", "dimension"), list(itertools.product(SYSTEMS, DIMENSIONS)))
+def test_symbols_of_a_system_read_back(name, dimension):
+    system = unit_system(name)
+    if DIMENSIONS[dimension] == NUMBER:
+        assert system.of(dimension) == ""
+        return
+    found = evaluate(parse_unit(system.of(dimension)), Scope(system))
+    # in its own system a unit is one, to the last digit; a mass of three units is a quotient
+    assert found.value == pytest.approx(1.0, rel=2 * ROUNDED)
+    assert found.dimension == DIMENSIONS[dimension]
+    assert convert(1.0, system.of(dimension), unit_system("SI").of(dimension)) == pytest.approx(
+        float(system.unit(dimension).ratio), rel=4 * ROUNDED
+    )
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("", "inch", "cm-kN", "kN-cm-s", "cm-kN-s-s", "cm-kg-s", "deg-N-s", "m-N-Hz", "m--s"),
+        *("furlong-N-s", "m-N-" + "s" * 40, None, 3),
+    ],
+)
+def test_what_is_no_system(name):
+    with says(ModelError, "there is no unit system", "'in-lbf-s'", "'cm-kN-s'"):
+        unit_system(name)
+
+
+def test_a_custom_system_is_used():
+    """1 kN on 1 kN·s²/cm accelerates at 1 cm/s²; the same in SI."""
+    machine = Mechanism("m", units="cm-kN-s")
+    machine.add(Body("b", mass="250 t", inertia="1 kg*m^2", points={"A": ("3 m", "1 in")}))
+    b = machine["b"]
+    assert b.mass == 2.5  # 2.5e5 kg over 1e5 kg a kN·s²/cm
+    assert b.inertia == pytest.approx(1e-1, rel=ROUNDED)  # 1 kg·m² = 1 N·m·s² = 0.1 kN·cm·s²
+    assert b.points["A"] == (300.0, 2.54)
+    assert machine.units.of("torque") == "kN·cm" and machine.units.mass == "kN·s²/cm"
+
+
+# -- exactness --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("system", SYSTEMS)
+@given(number=st.floats(-1e300, 1e300))
+def test_a_number_in_its_own_unit_is_itself(system, number):
+    own = unit_system(system)
+    for dimension, unit in (("length", own.length), ("force", own.force), ("time", own.time)):
+        found = value(f"{number!r} {unit}", dimension, system)
+        assert found == number and math.copysign(1.0, found) == math.copysign(1.0, number)
+
+
+def test_words_of_the_book():
+    assert value("1.5 lbf", "force", "in-lbf-s") == 1.5
+    assert value("7.7 lbf", "weight", "in-lbf-s") == 7.7
+    assert value("0.1 in", "length", "in-lbf-s") == 0.1
+    assert value("1 ft", "length", "in-lbf-s") == 12.0
+    assert value("0.02 blob", "mass", "in-lbf-s") == 0.02
+    assert value("0.1 mm") == 0.0001 and value("25.4 mm", "length", "in-lbf-s") == 1.0
+    assert value("300 rpm") == mbody.rpm(300.0)
+    for degrees in np.arange(-720.0, 720.0, 7.5).tolist():
+        assert value(f"{degrees!r} deg") == math.radians(degrees)
+    assert value("80 N*m", "torque", "mm-N-s") == 80000.0
+
+
+@given(
+    number=st.decimals(-(10**6), 10**6, allow_nan=False, places=6),
+    pair=st.sampled_from(
+        [
+            *(("lbf", "force", "SI"), ("N", "force", "ft-lbf-s"), ("mm", "length", "in-lbf-s")),
+            *(("slug", "mass", "mm-N-s"), ("psi", "pressure", "SI"), ("hp", "power", "ft-lbf-s")),
+            *(("kip", "weight", "in-lbf-s"), ("h", "time", "SI"), ("mph", "velocity", "ft-lbf-s")),
+        ]
+    ),
+)
+def test_what_is_rational_is_rounded_once(number, pair):
+    """Decimal times exact ratio of pint, one rounding: no double comes nearer."""
+    symbol, dimension, system = pair
+    one = PINT(SAID.get(symbol, symbol)) * Fraction(1)
+    si = {"[length]": "meter", "[mass]": "kilogram", "[time]": "second"}
+    ratio = one.to({si[key]: power for key, power in one.dimensionality.items()}).m
+    exact = Fraction(number) * Fraction(ratio) / unit_system(system).unit(dimension).ratio
+    assert value(f"{number:f} {symbol}", dimension, system) == float(exact)
+
+
+@pytest.mark.parametrize(
+    ("unit", "to", "expected"),
+    [
+        ("lbf in", "N m", 4.4482216152605 * 0.0254),
+        ("rev/min", "rad/s", math.pi / 30),
+        ("rpm", "deg/s", 6.0),
+        ("Hz", "1/s", 1.0),
+        ("1/min", "Hz", 1 / 60),
+        ("kg/m^3", "N·s²/m⁴", 1.0),
+        ("hp", "W", 745.69987158227022),
+        ("mile/h", "km/h", 1.609344),
+        ("psi", "kPa", 6.894757293168361),
+        ("mm²", "m^2", 1e-6),
+        ("arcmin", "deg", 1 / 60),
+    ],
+)
+def test_convert(unit, to, expected):
+    # NIST SP 811, appendix B; products of at most four rounded ratios
+    assert convert(1.0, unit, to) == pytest.approx(expected, rel=1e-15)
+    values = np.arange(6.0).reshape(2, 3)
+    there = convert(values, unit, to)
+    assert there.shape == (2, 3)
+    np.testing.assert_allclose(convert(there, to, unit), values, rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("unit", "to", "words"),
+    [
+        ("N m", "N m/rad", ("'N m' is a torque", "'N m/rad' is a torsion stiffness")),
+        ("Hz", "rad/s", ("'Hz' is a frequency", "'rad/s' is an angular velocity")),
+        ("lb", "lbf", ("'lb' is a mass", "'lbf' is a force")),
+        ("mm", "", ("'mm' is a length", "'' is no unit")),
+        ("mm", "nonsense", ("no unit 'nonsense'",)),
+        ("mm", "m m", ("'mm' is a length", "'m m' is an area")),
+    ],
+)
+def test_convert_refuses(unit, to, words):
+    with says(ModelError, "cannot convert", *words):
+        convert(1.0, unit, to)
+
+
+# -- every field of every element ----------------------------------------------------------------
+
+
+def dimension_name(field):
+    return field.metadata.get("dimension") or field.metadata["law"]
+
+
+def said(name):
+    """How a sentence names a dimension."""
+    first = name_of(DIMENSIONS[name])
+    return f"{'an' if first[0] in 'aei' else 'a'} {first} ("
+
+
+def wrong_for(name):
+    return ("3 s", "time") if name in ("mass", "inertia") else ("3 kg", "mass")
+
+
+@pytest.mark.parametrize("quantity", [False, True], ids=["text", "pint"])
+@pytest.mark.parametrize(("cls", "field"), fields(is_number))
+def test_a_wrong_dimension_is_a_sentence(cls, field, quantity):
+    text, got = wrong_for(dimension_name(field))
+    given = Q(3.0, text[2:]) if quantity else text
+    changes = {field.name: given}
+    words = (f"'it': {field.name}: ", f"is {said(got)}", f"where {said(dimension_name(field))}")
+    with says(ModelError, *words, "wanted", element="it"):
+        make(cls, **changes)
+
+
+@pytest.mark.parametrize(("cls", "field"), fields(is_number))
+def test_every_field_takes_text_and_quantities(cls, field):
+    """3 units of its own in ft-lbf-s, told in SI units: as text and as pint has it."""
+    name = dimension_name(field)
+    ours, si = unit_system("ft-lbf-s"), unit_system("SI")
+    size = 3.0 * float(ours.unit(name).ratio)
+    text = f"{size!r} {si.of(name)}"
+    said_to_pint = si.of(name).replace("·", "*").replace("²", "**2")
+    alone = {"stiffness", "coefficient", "mass", "weight"} if field.default is None else set()
+    left_out = {key: None for key in EXAMPLES[cls] if key in alone and key != field.name}
+    for given_as in (text, Q(size, said_to_pint)):
+        beside = {"on_radius": 2.0} if (cls, field.name) == (Rolling, "phase") else {}
+        element = make(cls, **{**left_out, **beside, field.name: given_as})
+        assert element.pending
+        machine = Mechanism("m", units="ft-lbf-s")
+        machine.add(*(Body(body, points={"P": (0, 0), "Q": (0, 0)}) for body in "ab"))
+        machine.add(element)
+        found = getattr(machine["it"], field.name)
+        found = found.value if isinstance(found, Constant) else found
+        assert not machine["it"].pending
+        assert found == pytest.approx(3.0, rel=4 * ROUNDED)
+
+
+LAWS = {
+    Constant: {"value": 1.0},
+    ConstantSpeed: {"value": 1.0, "speed": 1.0},
+    ConstantAcceleration: {"value": 1.0, "speed": 1.0, "acceleration": 1.0},
+    Harmonic: {"mean": 1.0, "amplitude": 1.0, "frequency": 1.0, "phase": 0.0},
+    Rise: {"shape": "3-4-5", "height": 1.0, "start": 0.0, "duration": 1.0, "base": 0.0},
+}
+# of an angle by time
+OF_ANGLE = {
+    **dict.fromkeys(("value", "mean", "amplitude", "height", "base", "phase"), "angle"),
+    **dict.fromkeys(("speed", "frequency"), "angular velocity"),
+    **dict.fromkeys(("start", "duration"), "time"),
+    "acceleration": "angular acceleration",
+}
+NUMBERS = [(law, key) for law, given in LAWS.items() for key in given if key != "shape"]
+
+
+@pytest.mark.parametrize(("law", "key"), NUMBERS)
+def test_a_wrong_dimension_in_a_law_is_a_sentence(law, key):
+    for bad_number in ("3 kg", Q(3.0, "kg")):
+        bad = law(**{**LAWS[law], key: bad_number})
+        with says(ModelError, "'it': law: ", f"{key}: ", "is a mass", said(OF_ANGLE[key])):
+            AngleDriver("it", "a", bad)
+
+
+@pytest.mark.parametrize(("law", "key"), NUMBERS)
+def test_every_number_of_a_law_takes_units(law, key):
+    symbol = {"angle": "deg", "angular velocity": "deg/min", "time": "min"}.get(
+        OF_ANGLE[key], "deg/min^2"
+    )
+    sizes = {"deg": math.pi / 180, "deg/min": math.pi / 10800, "min": 60.0}
+    size = sizes.get(symbol, math.pi / 180 / 3600)
+    for number in (f"3 {symbol}", Q(3.0, symbol)):
+        machine = Mechanism("m")
+        machine.add(Body("a"), AngleDriver("it", "a", law(**{**LAWS[law], key: number})))
+        found = getattr(machine["it"].law, key)
+        assert found == pytest.approx(3 * size, rel=4 * ROUNDED)
+
+
+def test_tables_cams_and_polynomials_take_units():
+    machine = Mechanism("m", units="mm-N-s")
+    machine.add(Body("a", points={"P": (0, 0)}), Body("b"))
+    cam = Cam([Rise("3-4-5", "1 kN", "0 s", "100 ms"), Dwell("1/60 min"),
+               Rise("3-4-5", Q(-1.0, "kN"), 0, 0.1)], period=Q(0.1, "minute"))  # fmt: skip
+    machine.add(
+        Force("cam", "a.P", cam),
+        Force("table", "a.P", Table(Q([0.0, 1.0, 2.0], "ms"), ["0 N", "1 kN", Q(1.0, "lbf")])),
+        Torque("poly", "a", value=Polynomial(["1 N*m", "2 N*m/s", Q(3.0, "N*m/s**2")])),
+        Spring("spring", "a", "b", law=Table([Q(0.0, "m"), "1 in"], [0, "4 kgf"])),
+    )
+    made = machine["cam"].value
+    assert [s.duration for s in made.segments] == [0.1, 1.0, 0.1] and made.period == 6.0
+    assert [made.segments[n].height for n in (0, 2)] == [1000.0, -1000.0]
+    table = machine["table"].value
+    np.testing.assert_allclose(table.x, [0, 1e-3, 2e-3], rtol=ROUNDED)
+    np.testing.assert_allclose(table.y, [0, 1000, 4.4482216152605], rtol=2 * ROUNDED)
+    np.testing.assert_allclose(machine["poly"].value.coefficients, [1e3, 2e3, 3e3], rtol=ROUNDED)
+    np.testing.assert_allclose(machine["spring"].law.x, [0, 25.4], rtol=ROUNDED)
+    np.testing.assert_allclose(machine["spring"].law.y, [0, 39.2266], rtol=ROUNDED)
+    for make_it, words in (
+        (lambda: Force("it", "a.P", Table([0, "1 mm"], [0, 1])), ("x", "a length", "a time")),
+        (lambda: Force("it", "a.P", Table([0, 1], [0, "1 mm"])), ("y", "a length", "a force")),
+        (lambda: Force("it", "a.P", Cam([Dwell("1 N")], 1.0)), ("duration", "a force", "a time")),
+        (lambda: Torque("it", "a", value=Polynomial([0, "1 N*m"])), ("c1", "a torque", "a power")),
+        (
+            lambda: Force("it", "a.P", Table(Q([0, 1], "K"), [0, 1])),
+            ("x", "no quantity of mechanics"),
+        ),
+    ):
+        with says(ModelError, *words):
+            make_it()
+
+
+@pytest.mark.parametrize("pints", [False, True], ids=["text", "pint"])
+def test_places_guesses_and_spreads_take_units(pints):
+    """Points, polar and not, markers with an angle, a rough pose, and how mass is spread."""
+    to = (lambda text: Q(float(text.split()[0]), text.split()[1])) if pints else (lambda text: text)
+    machine = Mechanism("m", units="mm-N-s", ground={"O": (to("1 m"), to("2 cm"))})
+    body = Body(
+        "a",
+        mass=to("2 lb"),
+        cg=polar(to("10 in"), to("30 deg")),
+        points={"A": (to("1 ft"), 5.0), "B": polar(7.0, to("90 deg"))},
+        guess=Guess(to("45 deg"), to("1 m"), 3.0),
+        spread=Slender(to("60 deg")),
+    )
+    other = Body("b", spread=SecondMoments(Q(2.0, "g*m**2") if pints else "2 g*m^2", 1.0))
+    machine.add(body, other)
+    machine.add(
+        Force("F", Marker("a", (to("1 m"), 2.0), to("10 deg")), to("3 kN"), angle=to("20 deg"))
+    )
+    a, force = machine["a"], machine["F"]
+    found = [
+        *machine.ground.points["O"],
+        *(a.mass, a.cg.r, a.cg.angle, *a.points["A"], a.points["B"].angle),
+        *(a.guess.angle, a.guess.x, a.guess.y, a.spread.angle, machine["b"].spread.xx),
+        *(*force.at.point, force.at.angle, force.value.value, force.angle),
+    ]
+    pi = math.pi
+    expected = [1000, 20, 0.90718474e-3, 254, pi / 6, 304.8, 5, pi / 2, pi / 4, 1000, 3, pi / 3]
+    expected += [2.0, 1000, 2, pi / 18, 3000, pi / 9]  # 2e-3 kg·m² are 2 t·mm²
+    np.testing.assert_allclose(found, expected, rtol=4 * ROUNDED)
+
+
+@pytest.mark.parametrize(
+    ("quantity", "words"),
+    [
+        (Q(3.0, "kelvin"), "no quantity of mechanics"),
+        (Q(3.0, "ampere*second"), "no quantity of mechanics"),
+        (Q(math.nan, "kg"), "no quantity of mechanics"),
+        (Q(math.inf, "kg"), "no quantity of mechanics"),
+        (Q([1.0, 2.0], "kg"), "no quantity of mechanics"),
+        (Q(3.0, "degC"), "no quantity of mechanics"),
+        (Q(3.0, "newton"), "is a force (N), where a mass (kg)"),
+        (Q(-3.0, "kg"), "must not be negative"),
+    ],
+)
+def test_quantities_that_do_not_serve(quantity, words):
+    with says(ModelError, "'it': mass", words, element="it"):
+        Mechanism("m").add(Body("it", mass=quantity))
+
+
+def test_quantities_without_a_dimension_are_plain():
+    assert of_quantity(2.0) is None and of_quantity("2 m") is None
+    machine = Mechanism("m", parameters={"n": Q(2.5, "dimensionless"), "w": Q(1.0, "rpm")})
+    machine.add(Body("it", mass=Q(3, "dimensionless"), inertia="n"))
+    assert (machine["it"].mass, machine["it"].inertia) == (3.0, 2.5)
+    assert machine.scope.names["w"].value == pytest.approx(math.pi / 30, rel=4 * ROUNDED)
+    assert name_of(machine.scope.names["w"].dimension) == "angular velocity"
+
+
+# -- what was meant ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "dimension", "meant"),
+    [
+        ("10 lb/in", "stiffness", "10 lbf/in"),
+        ("10 lbs", "force", "10 lbf"),
+        ("3 lbm", "weight", "3 lbf"),
+        ("3 oz", "force", "3 ozf"),
+        ("5 kg", "weight", "5 kgf"),
+        ("12 in-lb", "torque", "12 in-lbf"),
+        ("4 lbf", "mass", "4 lb"),
+        ("4 kgf", "mass", "4 kg"),
+        ("5 Hz", "angular velocity", "5 rev/s"),
+        ("-5 Hz", "angular velocity", "-5 rev/s"),
+        ("300 rpm", "angle", "300 rev"),
+        ("30 deg", "angular velocity", "30 deg/s"),
+        ("5 N m", "torsion stiffness", "5 N m/rad"),
+        ("5 N*m/rad", "torque", "5 N*m"),
+        ("3 N*m*s", "torsion damping", "3 N*m*s/rad"),
+        ("9.81 m/s", "acceleration", "9.81 m/s^2"),
+        ("40 rad/s", "angular acceleration", "40 rad/s^2"),
+        ("9.81 m/s^2", "velocity", "9.81 m/s"),
+        ("9.81 m", "velocity", "9.81 m/s"),
+        ("9.81 m", "acceleration", "9.81 m/s^2"),
+    ],
+)
+def test_guesses_of_what_was_meant(text, dimension, meant):
+    with pytest.raises(FormulaError) as caught:
+        read(text, DIMENSIONS[dimension])
+    assert str(caught.value).endswith(f"is wanted: did you mean {meant!r}?")
+    assert evaluate(parse(meant), Scope()).dimension == DIMENSIONS[dimension]
+
+
+@pytest.mark.parametrize(
+    ("text", "dimension"),
+    [("5 s", "mass"), ("5 kg*m^3", "length"), ("2 Pa", "force"), ("1 J", "power")],
+)
+def test_no_guess_where_none_is_near(text, dimension):
+    with pytest.raises(FormulaError, match=r"is wanted$"):
+        read(text, DIMENSIONS[dimension])
+
+
+def test_guesses_stand_in_the_sentence_of_the_element():
+    with says(ModelError, "'s': stiffness", "a stiffness (N/m)", "did you mean '10 lbf/in'?"):
+        Spring("s", "a", "b", stiffness="10 lb/in")
+    with says(ModelError, "'s': stiffness", "torsion stiffness (N·m/rad)", "'5 N m/rad'"):
+        TorsionSpring("s", "a", stiffness="5 N m")
+    with says(ModelError, "'m': law: speed", "angular velocity (rad/s)", "'5 rev/s'"):
+        AngleDriver("m", "a", ConstantSpeed(0, "5 Hz"))
+    with says(ModelError, "'d': coefficient", "'3 N*m*s/rad'"):
+        TorsionDamper("d", "a", coefficient="3 N*m*s")
+    with says(ModelError, "'d': law: ", "is an angle (rad), where a length (m)"):
+        DistanceDriver("d", "a", "b", "3 deg")
+
+
+def test_dimensions_are_a_group():
+    for a, b in itertools.product(DIMENSIONS.values(), repeat=2):
+        assert (a * b) / b == a and a * b == b * a
+    assert DIMENSIONS["angle"].mechanical == NUMBER
+    assert dataclasses.astuple(DIMENSIONS["area"] ** Fraction(1, 2)) == (1, 0, 0, 0)
