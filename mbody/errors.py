@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from mbody.solution import Solution
 
-__all__ = ["ModelError", "ModelWarning", "SolveError"]
+__all__ = ["ModelError", "ModelWarning", "SolveError", "brief"]
 
 
 class ModelError(ValueError):
@@ -48,3 +48,20 @@ class SolveError(RuntimeError):
 
 class ModelWarning(UserWarning):
     """The answer is good, but it may not be what was meant; the sentence says why."""
+
+
+def brief(value: Any, most: int = 60) -> str:
+    """A value as it stands in a sentence, cut where it is long.
+
+    >>> brief("crank")
+    "'crank'"
+    >>> brief("a" * 100, 10)
+    "'aaaaaa..."
+    """
+    if isinstance(value, (str, bytes)):
+        value = value[: most + 1]
+    try:
+        text = repr(value)
+    except Exception:  # a whole number of very many digits, or what has no name for itself
+        text = f"<{type(value).__name__}>"
+    return text if len(text) <= most else text[: most - 3] + "..."

@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from mbody.bodies import Body
+from mbody.drivers import Driver
 from mbody.elements import listed
 from mbody.errors import ModelError
 from mbody.formulas import FormulaError, Scope, Valued, evaluate, parse, parse_unit, told
-from mbody.formulas.tree import names_in
+from mbody.joints import Joint
 from mbody.mechanism import Mechanism
 from mbody.questions import Measure
 from mbody.solution import Solution
@@ -84,7 +86,7 @@ def found_by(solution: Solution, measure: Measure) -> bool:
         return True
     joints = {joint.name for joint in solution.mechanism.joints}
     drivers = {driver.name for driver in solution.mechanism.drivers}
-    for name in names_in(parse(measure.of)):
+    for name in parse(measure.of).names:
         owner, _, key = name.rpartition(".")
         if owner in joints or (owner in drivers and key in ("effort", "power")):
             return False
@@ -96,7 +98,7 @@ def _valued(asked: Measure, names: _Histories) -> tuple[Any, Dimension, str]:
     scope = Scope(names.mechanism.units, names)
     try:
         tree = parse(asked.of)
-        for name in names_in(tree):
+        for name in sorted(tree.names):
             if name in names.mechanism and names.get(name) is None and scope.unit(name) is None:
                 raise FormulaError(f"'{name}' has many histories: name one, as in '{name}.x'")
         found = evaluate(tree, scope, with_units=True)
@@ -104,6 +106,8 @@ def _valued(asked: Measure, names: _Histories) -> tuple[Any, Dimension, str]:
         if not asked.unit:
             return found.value, dimension, scope.system.of(dimension)
         one = evaluate(parse_unit(asked.unit), scope)
+        if not 0.0 < one.value < np.inf:
+            raise FormulaError(f"'{asked.unit}' is no unit")
         if one.dimension is None or one.dimension.mechanical != dimension.mechanical:
             raise FormulaError(f"it is {told(dimension)}, which '{asked.unit}' does not measure")
         return found.value / one.value, dimension, asked.unit
@@ -133,24 +137,30 @@ def _dimension(mechanism: Mechanism, owner: str, key: str) -> Dimension:
     there is none.
     """
     element, _, point = owner.partition(".")
-    bodies = {body.name: body for body in (*mechanism.bodies, mechanism.ground)}
-    driver = next((d for d in mechanism.drivers if d.name == element), None)
-    if element in bodies:
-        known = MOTION if point else MOTION | TURNING
-        if point and point not in bodies[element].points:
-            points = listed(bodies[element].points)
-            raise FormulaError(f"'{element}' has no point '{point}' (it has: {points})")
-    elif point or element not in mechanism:
-        raise FormulaError(f"there is no body '{element}' (there are: {listed(bodies)})")
-    elif any(joint.name == element for joint in mechanism.joints):
-        known = FORCES
-    elif driver is not None:
-        known = TORQUES if driver.rows == "a" else PUSHES
-    else:
-        raise FormulaError(f"'{element}' is a load, which has no history of its own")
+    if element != "ground" and element not in mechanism:
+        raise FormulaError(f"there is no body '{element}' (there are: {_bodies(mechanism)})")
+    known: dict[str, str]
+    match mechanism[element]:
+        case Body(points=points):
+            known = MOTION if point else MOTION | TURNING
+            if point and point not in points:
+                told_points = listed(points)
+                raise FormulaError(f"'{element}' has no point '{point}' (it has: {told_points})")
+        case _ if point:
+            raise FormulaError(f"there is no body '{element}' (there are: {_bodies(mechanism)})")
+        case Joint():
+            known = FORCES
+        case Driver(rows=rows):
+            known = TORQUES if rows == "a" else PUSHES
+        case _:
+            raise FormulaError(f"'{element}' is a load, which has no history of its own")
     if key not in known:
         raise FormulaError(f"'{owner}' has no '{key}' (it has: {', '.join(known)})")
     return dimension_of(known[key])
+
+
+def _bodies(mechanism: Mechanism) -> str:
+    return listed(["ground", *(body.name for body in mechanism.bodies)])
 
 
 def _history(run: Solution, owner: str, key: str) -> np.ndarray:

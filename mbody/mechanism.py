@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 from mbody.bodies import Body
 from mbody.drivers import Driver
 from mbody.elements import Element, Marker, check_name, listed
-from mbody.errors import ModelError
+from mbody.errors import ModelError, brief
 from mbody.formulas import Formula, FormulaError, Parameters, Scope
 from mbody.formulas.door import number
 from mbody.formulas.evaluate import measured
@@ -140,6 +140,8 @@ class Mechanism:
                 f"'{self.name}' has been assembled: add to the mechanism that you described, and "
                 "assemble it again"
             )
+        if len(elements) == 1:  # added as a whole, or not at all
+            return self._add(elements[0])
         before = dict(self._elements), dict(self.formulas), set(self.fixed_parameters)
         try:
             for element in elements:
@@ -206,14 +208,15 @@ class Mechanism:
         if not isinstance(body, Body):
             known = listed(["ground", *(b.name for b in self.bodies)])
             raise ModelError(
-                f"'{element}' refers to body '{marker.body}', which is not there (there are: "
+                f"'{element}' refers to body {brief(marker.body)}, which is not there (there are: "
                 f"{known}): add bodies first",
                 element,
             )
         if isinstance(marker.point, str) and marker.point not in body.points:
             raise ModelError(
-                f"'{element}' refers to point '{marker.point}' of '{marker.body}', which is not "
-                f"there (it has: {listed(body.points)}): name one of these, or add it to the body",
+                f"'{element}' refers to point {brief(marker.point)} of '{marker.body}', which is "
+                f"not there (it has: {listed(body.points)}): name one of these, or add it to the "
+                "body",
                 element,
             )
 
@@ -310,6 +313,14 @@ class Mechanism:
             *({name: self._said(value) for name, value in self.parameters.items()}, following),
             *(self.measures, self.ask and replace(self.ask, at={}), asked),
         )
+
+    def _meant(self, value: Any) -> Any:
+        """A formula without the unit of plain angles, where that has no meaning."""
+        if isinstance(value, Formula):
+            angle = value.dimension in (None, DIMENSIONS["angle"])
+            if not angle or value.has_units(self.scope):
+                return replace(value, angle="rad")
+        return value
 
 
 def _measure(name: Any, value: Any) -> Measure:

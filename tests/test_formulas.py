@@ -257,7 +257,7 @@ def test_trees():
         ("9" * 401, "no number that a computer holds"),
         ("(" * 41 + "1" + ")" * 41, "nested more than 40 deep"),
         ("-" * 41 + "1", "nested more than 40 deep"),
-        ("+".join(["a"] * 302), "has 301 operations, at most 300"),
+        ("+".join(["a"] * 302), "has 301 operations, at most 200"),
         ("a" * 2001, "2001 characters long, at most 2000"),
         ('"', "without a number"),
         ("a = 2", "holds '='"),

@@ -631,9 +631,9 @@ def test_tables_with_and_without_a_header(content, tmp_path):
     [
         ("", "at least 2 points"),
         ("0,0\n", "at least 2 points"),
-        ("t,phi\nx,phi\n0,1\n", "row 1 has no two numbers: ['x', 'phi']"),
+        ("t,phi\nx,phi\n0,1\n", "row 2 has no two numbers: ['x', 'phi']"),
         ("0,0\n1\n", "row 2 has no two numbers: ['1']"),
-        ("0;0\n1;30\n", "row 1 has no two numbers"),
+        ("0;0\n1;30\n", "row 2 has no two numbers"),
         ("0,nan\n1,2\n2,3\n", "row 1 has no two numbers"),
         ("0,x\n1,2\n2,3\n", "row 1 has no two numbers"),  # half a row is no header
         ("0,0\n1,inf\n", "row 2 has no two numbers"),

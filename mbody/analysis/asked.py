@@ -13,7 +13,7 @@ from mbody.analysis.statics import statics
 from mbody.assembler import assemble
 from mbody.drivers import AngleDriver, Driver
 from mbody.elements import listed
-from mbody.errors import ModelError, SolveError
+from mbody.errors import ModelError, SolveError, brief
 from mbody.formulas import Formula, FormulaError
 from mbody.laws import times_of
 from mbody.mechanism import Mechanism
@@ -161,7 +161,9 @@ def _driver(mechanism: Mechanism, name: str) -> Driver:
     found = [d for d in mechanism.drivers if name in (d.name, getattr(d, "body", None))]
     if not found:
         known = listed(d.name for d in mechanism.drivers)
-        raise ModelError(f"there is no driver '{name}' (there are: {known}), and t is time", name)
+        raise ModelError(
+            f"there is no driver {brief(name)} (there are: {known}), and t is time", name
+        )
     return found[0]
 
 

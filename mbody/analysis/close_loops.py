@@ -9,7 +9,7 @@ import numpy as np
 
 from mbody.analysis.closure import as_system, closed, raise_user_error
 from mbody.analysis.instants import plan
-from mbody.analysis.rank import DENSE, dense
+from mbody.analysis.rank import dense, too_large
 from mbody.core.close import project
 from mbody.core.layout import Work
 from mbody.core.output import PER_ATOM
@@ -106,7 +106,7 @@ def close_loops(
 
 def _check_velocities(system: System, work: Work) -> None:
     """Refuse velocities that the constraints do not allow, as of a driver at its dead centre."""
-    if system.rows > DENSE or not system.rows:
+    if too_large(system) or not system.rows:
         return
     G = dense(system, work)[1]
     atom, row, is_angle = system.row_table

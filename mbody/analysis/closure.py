@@ -14,7 +14,7 @@ from mbody._user import failure
 from mbody.analysis.gaps import explain_gap, violations
 from mbody.analysis.places import place
 from mbody.analysis.placing import placed
-from mbody.analysis.rank import DENSE, Rank, dense, rank_of
+from mbody.analysis.rank import Rank, dense, rank_of, too_large
 from mbody.assembler import assemble
 from mbody.core.close import close, laws_of_time
 from mbody.core.layout import Work
@@ -179,7 +179,7 @@ def _from(system: System, work: Work, start: np.ndarray) -> Closed | None:
         result = Closed(work, soft, smallest_ratio(system, work), straight=straight)
         if soft == 0.0 and result.ratio >= SUSPICIOUS:
             return result
-        if system.rows > DENSE:
+        if too_large(system):
             if soft:
                 return result
             continue
@@ -279,7 +279,7 @@ def check_determined(system: System, result: Closed, what: str) -> None:
     regular = system.rows == system.coordinates and not result.soft
     if regular and result.ratio > SUSPICIOUS:
         return
-    if system.rows > DENSE:
+    if too_large(system):
         if system.rows >= system.coordinates:
             return
         free = system.coordinates - system.rows

@@ -6,7 +6,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from mbody.analysis.rank import DENSE, Rank, dense, rank_of, smallest_gap
+from mbody.analysis.rank import Rank, dense, rank_of, smallest_gap, too_large
 from mbody.core.close import violation
 from mbody.core.layout import Work
 from mbody.elements import listed
@@ -97,7 +97,7 @@ def _out_of_reach(system: System, work: Work, off: np.ndarray, t: float) -> Solv
 
 def _gap_met(system: System, work: Work, joints: int, t: float) -> SolveError:
     """The sentence where the smallest gap is not looked for: the gap at which closing ended."""
-    if system.rows <= DENSE:
+    if not too_large(system):
         _refuse_surplus(system, rank_of(np.nan_to_num(dense(system, work)[1][:joints])))
     atom, _, is_angle = system.row_table
     phi = system.length * violations(system, work)

@@ -13,7 +13,7 @@ import numpy as np
 
 from mbody.drivers import AngleDriver, Driver
 from mbody.elements import Element, listed
-from mbody.errors import ModelError, SolveError
+from mbody.errors import ModelError, SolveError, brief
 from mbody.laws import Expression, Table, times_of
 from mbody.system import System
 
@@ -256,7 +256,8 @@ def _turn(system: System, turn: str | bool, instants: int) -> Plan:
     named = [d for d in drivers if turn in (d.name, getattr(d, "body", None))]
     if not named:
         known = listed(d.name for d in drivers)
-        raise ModelError(f"there is no driver {turn!r} to turn (there are: {known})", str(turn))
+        told = f"there is no driver {brief(turn)} to turn (there are: {known})"
+        raise ModelError(told, str(turn))
     driver = named[0]
     if not isinstance(driver, AngleDriver):
         raise ModelError(

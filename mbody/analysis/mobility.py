@@ -12,7 +12,7 @@ import numpy as np
 from mbody.analysis.closure import DEAD, Closed, as_system, closed
 from mbody.analysis.free_motions import FreeMotion, components, free_motions
 from mbody.analysis.instants import plan
-from mbody.analysis.rank import DENSE, Rank, dense, rank_of
+from mbody.analysis.rank import DENSE, Rank, dense, rank_of, too_large
 from mbody.core.layout import Work
 from mbody.elements import listed
 from mbody.errors import ModelError
@@ -238,7 +238,7 @@ class _Report:
 
     def _ranks(self) -> tuple[Rank, Rank] | None:
         """Of the joints alone, and with the drivers; None for a mechanism too large."""
-        if max(self.system.rows, self.system.coordinates // 2) > DENSE:
+        if too_large(self.system):
             self.notes.append(
                 f"{self.system.rows} rows of {self.system.coordinates} coordinates are too many "
                 f"for a rank report (up to {DENSE} rows): free motions are not listed"

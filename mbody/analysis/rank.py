@@ -13,9 +13,9 @@ from mbody.core.close import violation
 from mbody.core.layout import Work
 from mbody.system import System
 
-__all__ = ["DENSE", "Rank", "dense", "jacobian", "rank_of", "smallest_gap"]
+__all__ = ["DENSE", "Rank", "dense", "jacobian", "rank_of", "smallest_gap", "too_large"]
 
-#: Rows up to which dense matrices are made.
+#: Rows, and pairs of coordinates, up to which dense matrices are made.
 DENSE = 1500
 #: A singular value below this part of the greatest is zero.
 ZERO = 1e-9
@@ -50,6 +50,11 @@ class Rank:
     def redundant(self) -> int:
         """Rows beyond the independent ones."""
         return self.rows - self.rank
+
+
+def too_large(system: System) -> bool:
+    """Whether dense matrices of a system would be out of proportion."""
+    return max(system.rows, system.coordinates // 2) > DENSE
 
 
 def jacobian(system: System, work: Work) -> tuple[np.ndarray, np.ndarray]:

@@ -14,7 +14,7 @@ from mbody.analysis.closure import (
     raise_user_error,
 )
 from mbody.analysis.instants import BY_DRIVER, BY_INSTANT, BY_TIME, Plan, check_laws
-from mbody.analysis.rank import DENSE, dense
+from mbody.analysis.rank import dense, too_large
 from mbody.analysis.uniqueness import open_reactions
 from mbody.core.causes import breakdown
 from mbody.core.close import violation
@@ -249,7 +249,7 @@ class Runner:
 
     def _singular(self, start: Closed) -> bool:
         """Whether Φ_q is nearly singular at the last place that was reached."""
-        if self.system.rows > DENSE:
+        if too_large(self.system):
             return True
         work = start.work
         q = work.q.copy()

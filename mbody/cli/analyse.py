@@ -66,7 +66,7 @@ def question(asked: Any, own: Ask | None) -> Ask | None:
 def _whole(text: str | None) -> int | None:
     if text is None:
         return None
-    if not text.isdigit() or len(text) > 12:
+    if not (text.isascii() and text.isdigit()) or len(text) > 12:
         raise UsageError(f"--instants takes a whole number, not {text[:40]!r}")
     return int(text)
 

@@ -30,6 +30,7 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Raise what the arguments lack."""
+        message = message if len(message) <= 300 else f"{message[:297]}..."
         raise UsageError(f"{message} (see {self.prog} --help)")
 
 

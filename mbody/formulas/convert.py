@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from mbody.errors import ModelError
@@ -34,6 +35,8 @@ def convert(values: Any, unit: str, to: str) -> Any:
         if old.dimension != new.dimension or old.dimension is None or new.dimension is None:
             kinds = [told(v.dimension) if v.dimension else "no unit" for v in (old, new)]
             raise FormulaError(f"'{unit}' is {kinds[0]}, '{to}' is {kinds[1]}")
+        if not (0.0 < abs(old.value) < math.inf and 0.0 < abs(new.value) < math.inf):
+            raise FormulaError(f"'{unit}' or '{to}' is no unit")
         return values * (old.value / new.value)
     except FormulaError as error:
         raise ModelError(f"cannot convert: {error}") from None

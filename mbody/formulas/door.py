@@ -6,7 +6,7 @@ import math
 from numbers import Real
 from typing import Any
 
-from mbody.errors import ModelError
+from mbody.errors import ModelError, brief
 from mbody.formulas.formula import Formula, read
 from mbody.formulas.parse import FormulaError
 from mbody.units import Dimension, dimension_of
@@ -40,7 +40,7 @@ def entered(value: Any, dimension: Dimension | None) -> float | Formula:
         return result
     if isinstance(value, (str, Formula)) or hasattr(value, "dimensionality"):
         return read(value, dimension)
-    raise NotANumber(f"{_short(value)} is no number")
+    raise NotANumber(f"{brief(value)} is no number")
 
 
 def number(value: Any, dimension: str | Dimension, element: str, field: str) -> Any:
@@ -70,7 +70,7 @@ def number(value: Any, dimension: str | Dimension, element: str, field: str) -> 
         result = entered(value, dimension_of(dimension))
     except NotANumber:
         raise ModelError(
-            f"'{element}': {field} must be a number{told}, not {_short(value)}", element
+            f"'{element}': {field} must be a number{told}, not {brief(value)}", element
         ) from None
     except NotFinite as error:
         raise ModelError(f"'{element}': {field} is {error}, it must be finite", element) from None
@@ -78,7 +78,7 @@ def number(value: Any, dimension: str | Dimension, element: str, field: str) -> 
         raise ModelError(f"'{element}': {field}: {error}", element) from None
     if isinstance(result, Formula) and result.variable:
         raise ModelError(
-            f"'{element}': {field} is {result.text!r}, but only a law may change with "
+            f"'{element}': {field} is {brief(result.text)}, but only a law may change with "
             f"'{result.variable}'",
             element,
         )
@@ -90,11 +90,6 @@ def one_number(value: Any, dimension: str, element: str, field: str) -> float:
     result = number(value, dimension, element, field)
     if isinstance(result, Formula):
         raise ModelError(
-            f"'{element}': {field} must be a plain number here, not {result.text!r}", element
+            f"'{element}': {field} must be a plain number here, not {brief(result.text)}", element
         )
     return result
-
-
-def _short(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."

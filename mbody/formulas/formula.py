@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from mbody.formulas.evaluate import Scope, Valued, evaluate, told
+from mbody.formulas.evaluate import Scope, Valued, evaluate, measured, told
 from mbody.formulas.parse import VARIABLES, FormulaError, parse, shown
-from mbody.formulas.tree import Measured, Negative, Node, Plain, names_in
+from mbody.formulas.tree import Measured, Negative, Node, Plain
 from mbody.units import DIMENSIONS, NUMBER, Dimension, of_quantity
 
 __all__ = ["Formula", "checked", "read"]
@@ -65,9 +65,9 @@ class Formula:
     tree: Node = field(default=Plain, repr=False, compare=False)  # type: ignore[assignment]
 
     @property
-    def names(self) -> set[str]:
+    def names(self) -> frozenset[str]:
         """Parameters, variables and units that it names."""
-        return names_in(self.tree) - {"pi"}
+        return self.tree.names - {"pi"}
 
     @property
     def variable(self) -> str:
@@ -81,6 +81,12 @@ class Formula:
         return isinstance(node, Plain) or (
             isinstance(node, Measured) and isinstance(node.of, Plain)
         )
+
+    def has_units(self, scope: Scope) -> bool:
+        """Whether it has units, by itself or through parameters."""
+        if self.variable:  # t is no tonne there
+            scope = Scope(scope.system, {**scope.names, self.variable: Valued(1.0)})
+        return measured(self.tree, scope)
 
     def of(self, dimension: Dimension) -> Formula:
         """The same where a field of that dimension takes it."""

@@ -58,7 +58,7 @@ class Parameters(Mapping[str, "float | Formula"]):
     def __len__(self) -> int:
         return len(self._given)
 
-    def used_by(self, formula: Formula) -> set[str]:
+    def used_by(self, formula: Formula) -> frozenset[str]:
         """The parameters that a formula names."""
         return formula.names & self._given.keys()
 

@@ -34,7 +34,7 @@ VARIABLES = ("t", "x")
 
 LONGEST = 2000  # characters
 DEEPEST = 40  # brackets in brackets
-MOST = 300  # operations: a tree of more is deeper than Python walks
+MOST = 200  # operations: a tree of more is deeper than Python walks
 LARGEST = 400  # powers of ten of a number, beyond which it is no double
 
 RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹"

@@ -1,21 +1,29 @@
-"""The tree of a formula: what the text says, before anything is computed."""
+"""The tree of a formula: what the text says, before anything is computed.
+
+Every node knows the names that are used in it and below.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import TypeAlias
+from typing import ClassVar, TypeAlias
 
 from mbody.units import Unit
 
-__all__ = ["Binary", "Call", "Measured", "Name", "Negative", "Node", "Plain", "names_in", "walk"]
+__all__ = ["Binary", "Call", "Measured", "Name", "Negative", "Node", "Plain", "walk"]
+
+
+def _names() -> frozenset[str]:
+    return field(init=False, repr=False, compare=False)
 
 
 @dataclass(frozen=True)
 class Plain:
     """A plain number, exact as it was written."""
 
+    names: ClassVar[frozenset[str]] = frozenset()
     value: Fraction
 
 
@@ -26,6 +34,10 @@ class Measured:
     of: Node
     unit: Unit
     symbols: tuple[str, ...]
+    names: frozenset[str] = _names()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "names", self.of.names)
 
 
 @dataclass(frozen=True)
@@ -33,6 +45,10 @@ class Name:
     """A parameter, the variable, or a unit by itself."""
 
     name: str
+    names: frozenset[str] = _names()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "names", frozenset((self.name,)))
 
 
 @dataclass(frozen=True)
@@ -40,6 +56,10 @@ class Negative:
     """−a."""
 
     of: Node
+    names: frozenset[str] = _names()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "names", self.of.names)
 
 
 @dataclass(frozen=True)
@@ -49,6 +69,10 @@ class Binary:
     operator: str
     a: Node
     b: Node
+    names: frozenset[str] = _names()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "names", self.a.names | self.b.names)
 
 
 @dataclass(frozen=True)
@@ -57,6 +81,11 @@ class Call:
 
     function: str
     arguments: tuple[Node, ...]
+    names: frozenset[str] = _names()
+
+    def __post_init__(self) -> None:
+        found = frozenset[str]().union(*(argument.names for argument in self.arguments))
+        object.__setattr__(self, "names", found)
 
 
 Node: TypeAlias = Plain | Measured | Name | Negative | Binary | Call
@@ -64,18 +93,14 @@ Node: TypeAlias = Plain | Measured | Name | Negative | Binary | Call
 
 def walk(node: Node, beside: tuple[str, ...] = ()) -> Iterator[Node]:
     """The node and all below it, but not what the functions `beside` take."""
-    yield node
-    match node:
-        case Measured(of=below) | Negative(of=below):
-            yield from walk(below, beside)
-        case Binary(a=a, b=b):
-            yield from walk(a, beside)
-            yield from walk(b, beside)
-        case Call(function=function, arguments=arguments) if function not in beside:
-            for argument in arguments:
-                yield from walk(argument, beside)
-
-
-def names_in(node: Node) -> set[str]:
-    """All names that the formula uses."""
-    return {part.name for part in walk(node) if isinstance(part, Name)}
+    left = [node]
+    while left:
+        part = left.pop()
+        yield part
+        match part:
+            case Measured(of=below) | Negative(of=below):
+                left.append(below)
+            case Binary(a=a, b=b):
+                left += (b, a)
+            case Call(function=function, arguments=arguments) if function not in beside:
+                left += reversed(arguments)

@@ -115,7 +115,7 @@ def _as_formula(formula: Formula, argument: Dimension) -> Law | Formula:
     others = formula.names & set(VARIABLES) - {wanted}
     if others:
         raise FormulaError(
-            f"{formula.text!r} is a formula of '{others.pop()}', but the variable here is "
+            f"{formula.text!r} is a formula of '{min(others)}', but the variable here is "
             f"'{wanted}', {told(argument)}"
         )
     return replace(formula, argument=argument)

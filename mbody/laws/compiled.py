@@ -9,7 +9,7 @@ from mbody.formulas.evaluate import Scope, Valued, evaluate, stands_only, writte
 from mbody.formulas.formula import Formula
 from mbody.formulas.parse import FormulaError, shown
 from mbody.formulas.text import text_of
-from mbody.formulas.tree import Binary, Call, Measured, Name, Negative, Node, Plain, names_in
+from mbody.formulas.tree import Binary, Call, Measured, Name, Negative, Node, Plain
 from mbody.laws.base import Law
 from mbody.laws.elementary import Polynomial
 from mbody.laws.expression import Expression, waiting
@@ -105,7 +105,7 @@ def _terms(node: Node, variable: str) -> list[Node | None] | None:
     """
     if node == Name(variable):
         return [None, ONE]
-    if variable not in names_in(node):
+    if variable not in node.names:
         return [node]
     found: list[Node | None] | None = None
     match node:
@@ -116,7 +116,7 @@ def _terms(node: Node, variable: str) -> list[Node | None] | None:
             found = _each(_terms(below, variable), lambda c: _times(c, one))
         case Binary(operator="^", a=a, b=b):
             found = _raised(_terms(a, variable), written_out(b))
-        case Binary(operator="/", a=a, b=b) if variable not in names_in(b):
+        case Binary(operator="/", a=a, b=b) if variable not in b.names:
             found = _each(_terms(a, variable), lambda c: Binary("/", c, b))
         case Binary(operator="*" | "+" | "-" as operator, a=a, b=b):
             left, right = _terms(a, variable), _terms(b, variable)
@@ -189,7 +189,7 @@ class _Program:
         self.constants: list[Node] = []
 
     def free(self, node: Node) -> bool:
-        return self.variable not in names_in(node)
+        return self.variable not in node.names
 
     def put(self, operation: str, constant: Node | None = None) -> None:
         self.operations.append(operation)

@@ -56,15 +56,18 @@ class Unit:
 
     @property
     def factor(self) -> float:
-        """The same as one float, rounded once where it is rational.
+        """The same as one float, rounded once where it is rational; inf where that is too large.
 
         >>> known("deg").factor == math.pi / 180.0
         True
         """
         ratio = self.ratio
-        if not self.pi:
-            return float(ratio)
-        return math.pi**self.pi * ratio.numerator / ratio.denominator
+        try:
+            if not self.pi:
+                return float(ratio)
+            return math.pi**self.pi * ratio.numerator / ratio.denominator
+        except OverflowError:
+            return math.inf
 
 
 _IN, _FT = Fraction("0.0254"), Fraction("0.3048")

@@ -156,6 +156,7 @@ SCENARIOS = {
         for name, given in PARAMETERS.items()
     },
     "a conversion": lambda: convert(3.0, "lbf", "kg"),
+    "a conversion from no unit": lambda: convert(3.0, "m*0", "mm"),
     "a conversion to nothing": lambda: convert(3.0, "lbf", "2"),
     "a conversion to an unknown unit": lambda: convert(3.0, "lbf", "newtn"),
 }

@@ -7,7 +7,7 @@ import tempfile
 from pathlib import Path
 from unittest import mock
 
-from mbody import CustomLoad, Torque, load, save
+from mbody import Body, CustomLoad, Mechanism, Torque, load, save
 from mbody.io.model import from_text, in_units, read, to_text
 from tests.errors.models import by_law, four_bar
 
@@ -82,6 +82,11 @@ TEXTS = {
     "a segment of two kinds": TORQUE % "{ cam = { segments = [{}], period = 1 } }",
     "a rise of another shape": TORQUE
     % "{ rise = { shape = 'line', height = 1, start = 0, duration = 1 } }",
+    "a table of x alone": TORQUE % "{ table = { x = [0, 1] } }",
+    "very many errors": "[parameters]\n" + "\n".join(f"e{n} = 'a b'" for n in range(500)),
+    "very many joints of nothing": "[joints]\n"
+    + "\n".join(f"e{n} = {{ revolute = ['ground', 'b{n}'] }}" for n in range(500)),
+    "a number of very many digits": "a = " + "9" * 5000,
     "points and a file": TORQUE % "{ table = { x = [0, 1], y = [0, 1], file = 'a.csv' } }",
     "a file from text": TABLE % "a.csv",
     "a measure that is none": f"{ARM}\n[measures]\nhigh = 'arm.z'",
@@ -106,6 +111,7 @@ JSON = {
 TABLES = {
     "no table of numbers": "x,y\n0,1\nlow,2\n",
     "a table of one column": "0\n1\n",
+    "a table of very many rows": "0,1\n" * 100_001,
     "a table of bytes": b"\xff\xfe\x00",
     "a table of one point": "x,y\n0,1\n",
 }
@@ -197,7 +203,16 @@ SCENARIOS = {
     # -- writing
     "a load of one's own": lambda: to_text(own_load()),
     "a function": lambda: to_text(four_bar(Torque("T", "rocker", value=math.sin))),
+    "a model that is no text": lambda: from_text(3),
+    "a title that is no text": lambda: save(Mechanism("\ud800"), os.devnull),
+    "a number too large for other units": lambda: in_units(far_away(), "um-N-s"),
     "a place that cannot be written": lambda: save(four_bar(), "/nowhere/mine.toml"),
     "plain numbers in other units": lambda: in_other_units("3*sin(2*t)"),
     "another unit system that is not there": lambda: in_units(four_bar(), "imperial"),
 }
+
+
+def far_away():
+    machine = Mechanism("far")
+    machine.add(Body("b", points={"P": (1e305, 0.0)}))
+    return machine

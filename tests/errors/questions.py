@@ -16,6 +16,7 @@ MEASURES = {
     "a load": "brake.value",
     "a length and an angle": "crank.x + crank.angle",
     "a body alone": "crank",
+    "a point of a joint": "A.P.x",
     "no such name": "2*quux7",
 }
 
@@ -61,6 +62,7 @@ SCENARIOS = {
     "a measure that is no formula": lambda: Measure("crank.x +"),
     "a measure in no unit": lambda: Measure("crank.x", "parsnip"),
     **{f"measuring {name}": lambda of=of: loaded().measure(of) for name, of in MEASURES.items()},
+    "a measure in nothing": lambda: run().measure(Measure("crank.x", "m*0")),
     "a measure in a wrong unit": lambda: run().measure(Measure("crank.x", "N")),
     **QUESTIONS,
     "t and a driver": ask(t=1.0, motor=2.0),

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
+import os
+from array import array
 from pathlib import Path
-from typing import Any
 
-from mbody.errors import ModelError
+from mbody.errors import ModelError, brief
 
 __all__ = ["beside", "columns"]
 
 LARGEST = 10_000_000  # bytes
+MOST = 100_000  # rows
+LONGEST = 10_000  # characters of a line, more than a row of numbers takes
 
 
 def columns(name: str, folder: Path | None) -> tuple[list[float], list[float]]:
@@ -22,25 +26,30 @@ def columns(name: str, folder: Path | None) -> tuple[list[float], list[float]]:
     ModelError
         For a path that leads elsewhere, a file that is too large or has no two columns of numbers.
     """
-    path = beside(name, folder)
+    path, told = beside(name, folder), f"the table {brief(name)}"
+    x, y = array("d"), array("d")
     try:
         with path.open("rb") as stream:
-            text = stream.read(LARGEST + 1)
+            if os.fstat(stream.fileno()).st_size > LARGEST:
+                raise ModelError(f"{told} is larger than {LARGEST // 1_000_000} MB")
+            text = io.TextIOWrapper(stream, "utf-8-sig", newline="")
+            lines = iter(lambda: text.readline(LONGEST), "")
+            headed = False
+            for n, row in enumerate(csv.reader(lines), 1):
+                if n > MOST:
+                    raise ModelError(f"{told} has more than {MOST} rows: leave some of them out")
+                if _numbers(row):
+                    x.append(float(row[0]))
+                    y.append(float(row[1]))
+                elif any(map(str.strip, row)):
+                    if headed or x or any(map(_is_number, row[:2])):  # it is no row of headings
+                        raise ModelError(f"{told}: row {n} has no two numbers: {brief(row[:3])}")
+                    headed = True
     except OSError as error:
-        raise ModelError(f"the table '{name}' cannot be read: {error.strerror}") from None
-    if len(text) > LARGEST:
-        raise ModelError(f"the table '{name}' is larger than {LARGEST // 1_000_000} MB")
-    try:
-        rows = list(csv.reader(text.decode("utf-8-sig").splitlines()))
+        raise ModelError(f"{told} cannot be read: {error.strerror}") from None
     except (UnicodeDecodeError, csv.Error):
-        raise ModelError(f"the table '{name}' is no text of comma-separated values") from None
-    rows = [row for row in rows if any(cell.strip() for cell in row)]
-    if rows and not any(map(_is_number, rows[0][:2])):
-        rows = rows[1:]
-    for n, row in enumerate(rows, 1):
-        if not _numbers(row):
-            raise ModelError(f"the table '{name}': row {n} has no two numbers: {_cut(row[:3])}")
-    return [float(row[0]) for row in rows], [float(row[1]) for row in rows]
+        raise ModelError(f"{told} is no text of comma-separated values") from None
+    return x.tolist(), y.tolist()
 
 
 def _is_number(cell: str) -> bool:
@@ -59,7 +68,7 @@ def _numbers(row: list[str]) -> bool:
 def beside(name: str, folder: Path | None) -> Path:
     """The path of a file that a model names, which must lie in or below the model's folder."""
     if folder is None:
-        raise ModelError(f"'{name}' cannot be read: a model from text has no folder beside it")
+        raise ModelError(f"{brief(name)} cannot be read: a model from text has no folder beside it")
     try:
         whole = (folder / name).resolve()
         inside = whole.is_relative_to(folder.resolve()) and not Path(name).is_absolute()
@@ -67,12 +76,9 @@ def beside(name: str, folder: Path | None) -> Path:
     except (OSError, ValueError, RuntimeError):
         inside, ordinary = True, False
     if not inside:
-        raise ModelError(f"{_cut(name)} lies outside the folder of the model: name a file below it")
+        raise ModelError(
+            f"{brief(name)} lies outside the folder of the model: name a file below it"
+        )
     if not ordinary:
-        raise ModelError(f"there is no file {_cut(name)} beside the model")
+        raise ModelError(f"there is no file {brief(name)} beside the model")
     return whole
-
-
-def _cut(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."

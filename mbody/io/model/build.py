@@ -10,7 +10,7 @@ from mbody.bodies import Body
 from mbody.elements import Element
 from mbody.errors import ModelError
 from mbody.io.model.kinds import SECTIONS
-from mbody.io.model.report import Path, Problem
+from mbody.io.model.report import ENOUGH, Path, Problem
 from mbody.loads import Gravity
 from mbody.measures import check_measure
 from mbody.mechanism import Mechanism
@@ -44,13 +44,18 @@ def build(given: Any) -> tuple[Mechanism | None, list[Problem]]:
     missing: set[str] = set()
 
     def add(path: Path, cls: type[Element], fields: dict[str, Any]) -> None:
+        name = str(path[-1])
+        if len(problems) >= ENOUGH:
+            return
         try:
-            mechanism.add(cls(name=str(path[-1]), **fields))
-        except ModelError as error:
-            missing.add(str(path[-1]))
+            element = cls(name=name, **fields)
             # what refers to an element that was refused is not to blame
-            if not any(f"'{name}', which is not there" in str(error) for name in missing):
-                problems.append(Problem(path, _unnamed(str(error), str(path[-1]))))
+            if missing.isdisjoint(_bodies(element)):
+                mechanism.add(element)
+                return
+        except ModelError as error:
+            problems.append(Problem(path, _unnamed(str(error), name)))
+        missing.add(name)
 
     for name, body in given.bodies.items():
         add(("bodies", name), Body, _set(body))
@@ -74,6 +79,12 @@ def _framed(given: Any, error: ModelError) -> Problem:
         if mark in text:
             return Problem((key,), told)
     return Problem((), text)
+
+
+def _bodies(element: Element) -> set[str]:
+    """The bodies that an element refers to."""
+    own = {marker.body for marker in element.places().values()}
+    return own.union(getattr(element, "bodies", ()))
 
 
 def _set(entry: Any) -> dict[str, Any]:
@@ -110,6 +121,8 @@ def _row(mechanism: Mechanism, name: str, value: Any, angle: str) -> Any:
 def _questions(given: Any, mechanism: Mechanism) -> list[Problem]:
     problems: list[Problem] = []
     for name, entry in given.measures.items():
+        if len(problems) >= ENOUGH:
+            break
         try:
             measure = Measure(entry) if isinstance(entry, str) else Measure(entry.of, entry.unit)
             mechanism.measures[name] = measure

@@ -9,7 +9,7 @@ from mbody.analysis.asked import asks_for
 from mbody.errors import ModelError
 from mbody.formulas import VARIABLES, Formula
 from mbody.formulas.evaluate import TURNING, measured
-from mbody.formulas.tree import Call, names_in, walk
+from mbody.formulas.tree import Call, walk
 from mbody.io.model.read import built
 from mbody.io.model.write import Writer, has_units
 from mbody.mechanism import Mechanism
@@ -53,7 +53,12 @@ class _Converter(Writer):
     def written(self, value: float, dimension: Dimension) -> Any:
         """A float in the new units; exact where both units are."""
         ratio = self.mechanism.units.unit(dimension).ratio / self.units.unit(dimension).ratio
-        return super().written(value if ratio == 1 else float(Fraction(value) * ratio), dimension)
+        try:
+            converted = value if ratio == 1 else float(Fraction(value) * ratio)
+        except OverflowError:
+            unit = self.units.of(dimension)
+            raise ModelError(f"{value:g} is too large a number in {unit}: choose others") from None
+        return super().written(converted, dimension)
 
     def number(self, name: str, value: float, dimension: Dimension) -> Any:
         """The number, for its text may be of plain numbers in the old units."""
@@ -90,6 +95,6 @@ class _Converter(Writer):
             isinstance(part, Call)
             and part.function in TURNING
             and not measured(part.arguments[0], self.mechanism.scope)
-            and names_in(part) & {*VARIABLES}
+            and part.names & {*VARIABLES}
             for part in walk(formula.tree)
         )

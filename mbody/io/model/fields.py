@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -25,9 +25,10 @@ from pydantic import (
 
 from mbody.bodies import Guess, SecondMoments, Slender
 from mbody.elements import Marker, Polar, check_name
-from mbody.errors import ModelError
+from mbody.errors import ModelError, brief
 from mbody.formulas import Formula, FormulaError, read
 from mbody.formulas.door import NotANumber, NotFinite, entered
+from mbody.io.model.report import ENOUGH
 from mbody.units import DIMENSIONS, Dimension, name_of
 
 __all__ = [
@@ -49,10 +50,13 @@ ANGLE = DIMENSIONS["angle"]
 
 @dataclass(frozen=True)
 class Context:
-    """What reading needs to know: the unit of plain angles, and the folder of the file."""
+    """What reading needs to know: the unit of plain angles, the folder of the file, and the values
+    that were refused so far.
+    """
 
     angle: str = "deg"
     folder: Path | None = None
+    refused: list[Any] = field(default_factory=list)
 
 
 class Strict(BaseModel):
@@ -63,25 +67,24 @@ class Strict(BaseModel):
 
 def entered_in(value: Any, dimension: Dimension | None, info: ValidationInfo) -> float | Formula:
     """One number of a file: a float, or a formula where it is text."""
-    angle = info.context.angle
+    angle, refused = info.context.angle, info.context.refused
+    if len(refused) >= ENOUGH:
+        raise ValueError("unread")  # too much else is wrong: nobody is told of this
+    refused.append(value)  # until it is let in
     try:
-        if isinstance(value, str):
-            return read(value, dimension, angle)
-        result = entered(value, dimension)
+        result = (
+            read(value, dimension, angle) if isinstance(value, str) else entered(value, dimension)
+        )
     except NotANumber:
-        raise ModelError(f"must be a number or text such as '2 mm', not {_short(value)}") from None
+        raise ModelError(f"must be a number or text such as '2 mm', not {brief(value)}") from None
     except NotFinite as error:
         raise ModelError(f"is {error}, it must be finite") from None
     except FormulaError as error:
         raise ModelError(str(error)) from None
+    refused.pop()
     if dimension == ANGLE and angle == "deg" and isinstance(result, float):
         return math.radians(result)
     return result
-
-
-def _short(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."
 
 
 def _json_number(what: str) -> WithJsonSchema:
@@ -95,7 +98,7 @@ def number(dimension: Dimension | None, law_of: Dimension | None = None) -> Any:
     def check(value: Any, info: ValidationInfo) -> Any:
         result = entered_in(value, dimension, info)
         if isinstance(result, Formula) and result.variable and law_of is None:
-            raise ModelError(f"is {result.text!r}, but only a law may change with time")
+            raise ModelError(f"is {brief(result.text)}, but only a law may change with time")
         return result
 
     named = name_of(dimension) if dimension else ""

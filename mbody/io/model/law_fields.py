@@ -173,4 +173,6 @@ class _Points:
             read = zip(("x", "y"), columns(path, info.context.folder), strict=True)
             dimensions = {"x": self.of, "y": self.dimension}
             fields |= {k: [entered_in(v, dimensions[k], info) for v in row] for k, row in read}
+        if "x" not in fields or "y" not in fields:
+            raise ModelError("needs both x and y, or the file that has them")
         return Table(**fields)

@@ -2,77 +2,74 @@
 
 from __future__ import annotations
 
-import functools
 import json
 import re
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
-__all__ = ["line_of"]
+__all__ = ["TEXTS", "lines_of"]
 
 Path = tuple[Any, ...]
 
-_TOML = re.compile(
-    r'"""(?:\\.|[^\\])*?"""|\'\'\'.*?\'\'\'|"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'|#[^\n]*|[\[\]{}\n]',
-    re.DOTALL,
+#: Whatever in TOML may hold signs that mean nothing there: long texts and comments. One that does
+#: not end goes on to the end of the file, so that a search never looks twice at it.
+TEXTS = (
+    r'"""(?:[^"\\]++|\\.|"{1,2}(?!"))*+(?:"{3,5}|\Z)'
+    r"|'{3}(?:[^']++|'{1,2}(?!'))*+(?:'{3,5}|\Z)"
+    r"|#[^\n]*+"
 )
-_JSON = re.compile(r'"(?:\\.|[^"\\])*"|[{}\[\]:,\n]', re.DOTALL)
+_TOML = re.compile(TEXTS + r"""|"(?:[^"\\\n]++|\\.)*+"|'[^'\n]*+'|[\[\]{}\n]""", re.DOTALL)
+_JSON = re.compile(r'"(?:[^"\\]++|\\.)*+"|[{}\[\]:,\n]', re.DOTALL)
 
 
-def line_of(text: str, is_json: bool, path: Path) -> int | None:
-    r"""The line, from 1, of the key at that path, or of the nearest one that holds it.
+def lines_of(text: str, is_json: bool, paths: Sequence[Path]) -> list[int | None]:
+    r"""The lines, from 1, of the keys at these paths, or of the nearest that hold them.
 
-    >>> line_of('a = 1\n[b]\nc = 2', False, ("b", "c"))
-    3
-    >>> line_of('{"a": 1,\n"b": {"c": 2}}', True, ("b",))
-    2
+    >>> lines_of('a = 1\n[b]\nc = 2', False, [("b", "c"), ("b", "d")])
+    [3, 2]
+    >>> lines_of('{"a": 1,\n"b": {"c": 2}}', True, [("b",)])
+    [2]
     """
     text = text.replace("\r\n", "\n")
-    places = _json_places(text) if is_json else _toml_places(text, path)
-    best, line = 0, None
-    for found, where in places:
-        shared = 0
-        while shared < min(len(found), len(path)) and found[shared] == path[shared]:
-            shared += 1
-        if shared == len(found) and shared > best:
-            best, line = shared, where
-    return line
+    holders = {path[:n] for path in paths for n in range(1, len(path) + 1)}
+    found: dict[Path, int] = {}
+    for place, line in _json_places(text) if is_json else _toml_places(text, holders):
+        if place in holders:
+            found.setdefault(place, line)
+    return [
+        next((found[path[:n]] for n in range(len(path), 0, -1) if path[:n] in found), None)
+        for path in paths
+    ]
 
 
-def _toml_places(text: str, path: Path) -> Iterator[tuple[Path, int]]:
-    """Paths of headers and of keys, as far as they lead towards the path."""
+def _toml_places(text: str, holders: set[Path]) -> Iterator[tuple[Path, int]]:
+    """Paths of headers, and of keys as far as they lead to what is looked for."""
     section: Path = ()
-    for header, tables, line in _read_statements(text):
-        read: Any = tables
-        found: Path = () if header else section
-        while isinstance(read, dict) and read:
-            key = next(iter(read)) if header else _towards(read, path[len(found) :])
-            read = read[key]
-            found = (*found, key)
-            if isinstance(read, list) and header:
-                read = read[0]
-            yield found, line
-        if header:
-            section = found
-
-
-@functools.lru_cache(maxsize=1)  # for all that is wrong in one file
-def _read_statements(text: str) -> list[tuple[bool, dict[str, Any], int]]:
-    """Whether it is a header, its tables, and the line, of every statement that can be read."""
-    found = []
     for statement, line in _statements(text):
         try:
             read = tomllib.loads(statement)
         except (tomllib.TOMLDecodeError, RecursionError, ValueError):
             continue
-        found.append((statement.lstrip().startswith("["), read, line))
-    return found
+        header = statement.lstrip().startswith("[")
+        if header:
+            section = ()
+            while isinstance(read, dict) and read:
+                key = next(iter(read))
+                section, read = (*section, key), read[key]
+                read = read[0] if isinstance(read, list) else read
+                yield section, line
+        else:
+            yield from ((place, line) for place in _within(read, section, holders))
 
 
-def _towards(table: dict[str, Any], rest: Path) -> str:
-    """The key of a table that leads on, else its first."""
-    return rest[0] if rest and rest[0] in table else next(iter(table))
+def _within(table: Any, above: Path, holders: set[Path]) -> Iterator[Path]:
+    """The paths of keys in a table, and in tables in it that hold what is looked for."""
+    for key, value in table.items():
+        if (place := (*above, key)) in holders:
+            yield place
+            if isinstance(value, dict):
+                yield from _within(value, place, holders)
 
 
 def _statements(text: str) -> Iterator[tuple[str, int]]:
@@ -110,8 +107,15 @@ def _json_places(text: str) -> Iterator[tuple[Path, int]]:
         elif token == "," and stack and isinstance(stack[-1], int):
             stack[-1] += 1
         elif token == ":" and stack:
-            stack[-1] = json.loads(last, strict=False)
+            stack[-1] = _key(last)
             yield tuple(stack), line
         elif token.startswith('"'):
             last = token
         line += token.count("\n")
+
+
+def _key(written: str) -> str:
+    try:
+        return str(json.loads(written))
+    except ValueError:
+        return written

@@ -11,17 +11,19 @@ import os
 import re
 import stat
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 import pydantic
 
 from mbody.elements import listed
-from mbody.errors import ModelError
+from mbody.errors import ModelError, brief
 from mbody.formulas.parameters import let_in
+from mbody.formulas.parse import LONGEST
 from mbody.io.model.build import build
 from mbody.io.model.fields import Context
+from mbody.io.model.lines import TEXTS
 from mbody.io.model.report import raise_all, sentences
 from mbody.io.model.schema import json_schema, model
 from mbody.mechanism import Mechanism
@@ -30,7 +32,22 @@ __all__ = ["LARGEST", "built", "load", "from_text", "text_of"]
 
 LARGEST = 1_000_000  # bytes of a model file
 DEEPEST = 30  # tables in tables
+MOST = 50_000  # numbers, texts, lists and tables in all
+MOST_SIGNS = 30_000  # operators, brackets and commas of formulas in all
 LONGEST_KEY = 20  # parts of a dotted key
+LONGEST_NUMBER = 2000  # bits of a whole number: more than a double holds
+
+_SIGNS = re.compile(r"[-+*/^(,·−²³]")
+ENDLESS = "a whole number has very many digits, more than a computer holds"
+
+_PART = r"""(?:[\w-]++|"(?:[^"\\\n]++|\\.)*+"|'[^'\n]*+')"""
+_KEYS = re.compile(
+    rf"{TEXTS}|(?P<long>{_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{LONGEST_KEY}}})|{_PART}", re.DOTALL
+)
+
+
+class _Refused(ValueError):
+    """What is wrong with a file, to stand behind its name."""
 
 
 def load(path: str | os.PathLike[str], parameters: Mapping[str, Any] | None = None) -> Mechanism:
@@ -97,6 +114,8 @@ def from_text(
     >>> machine["arm"].mass
     2.0
     """
+    if not isinstance(text, str):
+        raise ModelError(f"{name}: a model is text, not {brief(text)}")
     if len(text) > LARGEST:
         raise ModelError(
             f"{name}: it has more than {LARGEST // 1_000_000} MB, which no model needs"
@@ -127,7 +146,7 @@ def built(
         given = model().model_validate(data, context=context)
     except pydantic.ValidationError as error:
         found = error.errors(include_url=False)
-        raise_all(sentences(found, json_schema(), data), text, is_json, name)
+        raise_all(sentences(found, json_schema(), data), text, is_json, name, len(found))
     mechanism, problems = build(given)
     raise_all(problems, text, is_json, name)
     assert mechanism is not None  # else there was a problem
@@ -171,8 +190,10 @@ def text_of(file: Path) -> str:
 
 
 def _short(name: str) -> str:
+    """A name as it stands in a sentence; what cannot be printed is written out."""
     name = name if name.isprintable() else repr(name)[1:-1]
-    return name if len(name) <= 80 else f"…{name[-77:]}"
+    name = name if len(name) <= 80 else f"…{name[-77:]}"
+    return name.encode(errors="backslashreplace").decode()
 
 
 def _parsed(text: str, is_json: bool, name: str) -> dict[str, Any]:
@@ -184,16 +205,17 @@ def _parsed(text: str, is_json: bool, name: str) -> dict[str, Any]:
         else:
             _check_keys(text)
             data = tomllib.loads(text)
+        if not isinstance(data, dict):
+            raise _Refused(f"a model is a table, not {type(data).__name__}")
+        _check_size(data)
     except RecursionError:
         raise ModelError(f"{name}: tables are nested too deep: at most {DEEPEST}") from None
     except (tomllib.TOMLDecodeError, json.JSONDecodeError) as error:
         raise ModelError(f"{name}: it is no {kind}: {_where(error)}") from None
-    except ValueError as error:
+    except _Refused as error:
         raise ModelError(f"{name}: {error}") from None
-    if not isinstance(data, dict):
-        raise ModelError(f"{name}: a model is a table, not {type(data).__name__}")
-    if _deeper(data, DEEPEST):
-        raise ModelError(f"{name}: tables are nested too deep: at most {DEEPEST}")
+    except ValueError:  # Python's own limit of digits
+        raise ModelError(f"{name}: {ENDLESS}") from None
     return data
 
 
@@ -212,33 +234,58 @@ def _where(error: ValueError) -> str:
 
 def _check_keys(text: str) -> None:
     """Refuse keys of very many parts, on which a parser of TOML would spend its time."""
-    # possessive, and only from where a part begins: the time grows with the length alone
-    part = r"(?:(?<![\w-])[\w-]++|\"[^\"\n]*+\"|'[^'\n]*+')"
-    if re.search(rf"{part}(?:[ \t]*+\.[ \t]*+{part}){{{LONGEST_KEY}}}", text):
-        raise ValueError(f"a dotted key has more than {LONGEST_KEY} parts")
+    if any(match["long"] for match in _KEYS.finditer(text)):
+        raise _Refused(f"a dotted key has more than {LONGEST_KEY} parts")
 
 
 def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for key, value in pairs:
         if key in found:
-            raise ValueError(f"the key '{_short(key)}' stands twice in one table: keep one")
+            raise _Refused(f"the key '{_short(key)}' stands twice in one table: keep one")
         found[key] = value
     return found
 
 
 def _refused(word: str) -> Any:
-    raise ValueError(f"{word} is no number of a model: numbers must be finite")
+    raise _Refused(f"{word} is no number of a model: numbers must be finite")
 
 
-def _deeper(value: Any, levels: int) -> bool:
-    """Whether tables and lists are nested deeper than that."""
-    if not isinstance(value, (dict, list)):
-        return False
-    if levels == 0:
-        return True
-    below = value.values() if isinstance(value, dict) else value
-    return any(_deeper(part, levels - 1) for part in below)
+def _check_size(data: dict[str, Any]) -> None:
+    """Refuse tables in tables without end, very many values, and values that nothing can hold."""
+    count, signs = 1, 0
+    level: list[Any] = [data]
+    for _ in range(DEEPEST):
+        below: list[Any] = []
+        for table in level:
+            if isinstance(table, dict):
+                _signs_of(table)
+            below += table.values() if isinstance(table, dict) else table
+        count += len(below)
+        if count > MOST:
+            raise _Refused(f"it has more than {MOST} values, which no model needs")
+        signs += _signs_of(value for value in below if isinstance(value, str))
+        if signs > MOST_SIGNS:
+            raise _Refused(f"its formulas have more than {MOST_SIGNS} operations in all")
+        if any(isinstance(v, int) and v.bit_length() > LONGEST_NUMBER for v in below):
+            raise _Refused(ENDLESS)
+        level = [value for value in below if isinstance(value, (dict, list))]
+    if level:
+        raise _Refused(f"tables are nested too deep: at most {DEEPEST}")
+
+
+def _signs_of(texts: Iterable[str]) -> int:
+    """How many signs of formulas texts have; halves of characters, which JSON can write and nothing
+    can print, are refused.
+    """
+    signs = 0
+    for text in texts:
+        try:
+            text.encode()
+        except UnicodeEncodeError:
+            raise _Refused(f"the text {brief(text)} holds half a character") from None
+        signs += len(_SIGNS.findall(text)) if len(text) <= LONGEST else 0
+    return signs
 
 
 def _set(data: dict[str, Any], parameters: Mapping[str, Any], name: str) -> None:

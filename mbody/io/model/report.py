@@ -6,13 +6,15 @@ import difflib
 from dataclasses import dataclass
 from typing import Any
 
-from mbody.errors import ModelError
+from mbody.errors import ModelError, brief
 from mbody.io.model.kinds import SECTIONS
-from mbody.io.model.lines import line_of
+from mbody.io.model.lines import lines_of
 
-__all__ = ["Problem", "raise_all", "sentences"]
+__all__ = ["ENOUGH", "Problem", "raise_all", "sentences"]
 
-MOST = 20  # problems that are told; the others are counted
+MOST = 20  # problems that are told
+ENOUGH = 80  # that are looked at, and put in order; the others are counted
+LONGEST = 600  # characters of a sentence
 
 Path = tuple[Any, ...]
 
@@ -26,8 +28,8 @@ class Problem:
 
 
 def sentences(errors: list[Any], schema: dict[str, Any], data: Any) -> list[Problem]:
-    """Problems from what pydantic found."""
-    return [Problem(_plain(e["loc"]), _sentence(e, schema, data)) for e in errors]
+    """Problems from what pydantic found, the first of them."""
+    return [Problem(_plain(e["loc"]), _sentence(e, schema, data)) for e in errors[:ENOUGH]]
 
 
 def _plain(location: Path) -> Path:
@@ -46,14 +48,14 @@ def _sentence(error: Any, schema: dict[str, Any], data: Any) -> str:
     if kind == "kind":
         given = list(error["input"]) if isinstance(error["input"], dict) else []
         known = error["msg"].split("there are: ")[-1].rstrip(")").split(", ")
-        for key in given:
-            if close := difflib.get_close_matches(str(key), known, 1):
+        for key in given[:MOST]:
+            if close := difflib.get_close_matches(str(key)[:100], known, 1):
                 return f"{error['msg']}: it has '{_short(key)}', did you mean '{close[0]}'?"
         return str(error["msg"])
     if kind == "missing" and not isinstance(path[-1], int):
         return "is missing: give it"
     if kind == "literal_error":
-        return f"must be {error['ctx']['expected']}, not {_short(error['input'])!r}"
+        return f"must be {error['ctx']['expected']}, not {brief(error['input'], 40)}"
     told = {
         "string_type": "must be text",
         "dict_type": "must be a table",
@@ -76,8 +78,15 @@ def _sentence(error: Any, schema: dict[str, Any], data: Any) -> str:
 
 
 def _short(value: Any) -> str:
-    text = repr(value) if not isinstance(value, str) else value
+    """A value or a key, without the quotes of a text."""
+    text = value if isinstance(value, str) else brief(value, 40)
     return text if len(text) <= 40 else text[:37] + "..."
+
+
+def _cut(sentence: str) -> str:
+    """A sentence without its middle, where it is very long."""
+    half = LONGEST // 2
+    return sentence if len(sentence) <= LONGEST else f"{sentence[:half]} … {sentence[-half:]}"
 
 
 def _unknown(key: Any, known: list[str], table: Any) -> str:
@@ -142,8 +151,11 @@ def _fitting(
     return required or [n for n in nodes if n.get("type") == "object"]
 
 
-def raise_all(problems: list[Problem], text: str, is_json: bool, name: str) -> None:
-    """Raise one error that tells all problems, in the order of the file.
+def raise_all(
+    problems: list[Problem], text: str, is_json: bool, name: str, count: int | None = None
+) -> None:
+    """Raise one error that tells all problems, in the order of the file; `count` is how many there
+    are, None where nobody looked further than to the first `ENOUGH`.
 
     Raises
     ------
@@ -152,17 +164,21 @@ def raise_all(problems: list[Problem], text: str, is_json: bool, name: str) -> N
     """
     if not problems:
         return
-    told = []
-    for problem in problems[: 4 * MOST]:
-        line = line_of(text, is_json, problem.path)
-        told.append((line, ".".join(_short(key) for key in problem.path), problem.message))
+    problems = problems[:ENOUGH]
+    lines_found = lines_of(text, is_json, [problem.path for problem in problems])
+    told = [
+        (line, ".".join(_short(key) for key in problem.path), _cut(problem.message))
+        for line, problem in zip(lines_found, problems, strict=True)
+    ]
     told = sorted(dict.fromkeys(told), key=lambda entry: entry[0] or 0)
     lines = [
         ": ".join(part for part in (f"line {line}" if line else "", field, message) if part)
         for line, field, message in told[:MOST]
     ]
-    if len(problems) > MOST:
-        lines.append(f"and {len(problems) - MOST} more")
+    if count is None and len(problems) == ENOUGH:
+        lines.append("and more")
+    elif (left := (count or len(told)) - MOST) > 0:
+        lines.append(f"and {left} more")
     element = next((name for name in map(_element, problems) if name), None)
     whole = f"{name}: {lines[0]}" if len(lines) == 1 else "\n  ".join([f"{name}:", *lines])
     error = ModelError(whole, element)

@@ -42,7 +42,8 @@ def _section(name: str, table: dict[str, Any]) -> Iterator[list[str]]:
     keys = list(table)
     first = next((n for n, key in enumerate(keys) if key in long), len(keys))
     apart = [key for key in keys[first:] if isinstance(table[key], dict)]
-    own = {key: value for key, value in table.items() if key not in apart}
+    sections = set(apart)
+    own = {key: value for key, value in table.items() if key not in sections}
     if own or not table:
         yield [f"[{name}]", *_pairs(own)]
     for key in apart:

@@ -18,7 +18,6 @@ from mbody.bodies import Body, Guess, SecondMoments, Slender
 from mbody.elements import Element, Marker, Polar, place_name
 from mbody.errors import ModelError
 from mbody.formulas import Formula, FormulaError, evaluate, parse
-from mbody.formulas.evaluate import measured
 from mbody.io.model.cells import alike, plain, short_angle, word
 from mbody.io.model.kinds import LAWS, SECTIONS, kind_of, section_of
 from mbody.io.model.toml import toml
@@ -379,7 +378,7 @@ class Writer:
 
 def has_units(formula: Formula, mechanism: Mechanism) -> bool:
     """Whether a formula has units, by itself or through parameters."""
-    return measured(formula.tree, mechanism.scope)
+    return formula.has_units(mechanism.scope)
 
 
 def _is_gravity(element: Element) -> bool:

@@ -1,0 +1,68 @@
+"""A share of the fuzzing for every run of the tests; `python -m tests.fuzz` is the whole."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from tests.fuzz import KINDS, mutate, plain, properties, strategies
+
+some = settings(max_examples=150, suppress_health_check=list(HealthCheck), derandomize=True)
+ROOT = Path(__file__).parents[2]
+
+
+@some
+@given(strategies.formulas)
+def test_formulas(text):
+    properties.guarded(lambda: properties.formula(text))
+
+
+@some
+@given(strategies.tables(), st.booleans())
+def test_tables(data, is_json):
+    text = mutate.written(data, is_json)
+    properties.guarded(lambda: properties.model(text, is_json))
+
+
+@some
+@given(st.booleans().flatmap(lambda j: st.tuples(strategies.texts(j), st.just(j))))
+def test_texts(case):
+    properties.guarded(lambda: properties.model(*case))
+
+
+def test_plain_mutations(tmp_path):
+    report = plain.Report(tmp_path)
+    plain.fuzz(3000, 0, report, list(KINDS))
+    assert report.inputs.total() == 3000 and report.inputs.keys() == KINDS.keys()
+    assert all(0 < report.right[kind] < report.inputs[kind] for kind in KINDS), report
+    assert not report.failures, report
+
+
+def test_an_input_that_breaks_a_property_is_told_and_saved(tmp_path, monkeypatch, capsys):
+    def broken(text: str) -> bool:
+        raise KeyError(text)
+
+    monkeypatch.setattr(properties, "formula", broken)
+    report = plain.Report(tmp_path)
+    report.take("formula", "\ud800+1", False)
+    assert report.failures.total() == report.inputs.total() == 1
+    (saved,) = tmp_path.iterdir()
+    assert saved.read_bytes().decode("utf-8", "surrogatepass") == "\ud800+1"
+    assert "FAILED formula: KeyError" in capsys.readouterr().out
+    assert "FAILED 1 times" in str(report)
+
+
+def test_the_same_seed_gives_the_same_inputs():
+    def inputs():
+        return [plain.made(kind, mutate.Random(f"1:{n}")) for kind in KINDS for n in range(20)]
+
+    assert inputs() == inputs()
+
+
+def test_the_command_counts(tmp_path):
+    command = [sys.executable, "-m", "tests.fuzz", "--plain", "--runs", "50", "--save", tmp_path]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.stdout.startswith("50 inputs in") and "no failure" in done.stdout
