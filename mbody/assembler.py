@@ -73,7 +73,7 @@ def assemble(mechanism: Mechanism) -> System:
         mechanism=mechanism,
         layout=compiler.layout(),
         values=numbers,
-        formulas=compiler.formulas(),
+        formulas=compiler.formulas(numbers),
         par=par,
         mass=mass,
         batch=None,
@@ -135,15 +135,15 @@ class _Compiler:
             result |= element.numbers()
         return result
 
-    def formulas(self) -> dict[str, Formula]:
-        """Formulas of parameters: those of the numbers, and those of other parameters."""
+    def formulas(self, numbers: dict[str, Any]) -> dict[str, Formula]:
+        """Formulas of parameters: of the changeable numbers, and of other parameters."""
         parameters = self.mechanism.parameters
         own = {name: value for name, value in parameters.items() if isinstance(value, Formula)}
         found = {**own, **self.mechanism.formulas}
         return {
             name: formula
             for name, formula in found.items()
-            if parameters.used_by(formula) and not formula.variable
+            if name in numbers and parameters.used_by(formula)
         }
 
     def atoms(self, numbers: dict[str, Any]) -> list[Atom]:

@@ -69,6 +69,7 @@ def resolved(element: E, scope: Scope) -> tuple[E, dict[str, Formula], set[str]]
         except FormulaError as error:
             raise ModelError(f"'{element.name}': {field.name}: {error}", element.name) from None
     made = dataclasses.replace(with_laws, **parts)
-    rest = (f for f in formulas_in(with_laws) if id(f) not in open_numbers)
-    fixed = set().union(*(formula.names for formula in rest))
+    rest = {k: f for k, f in formulas_in(with_laws, element.name) if id(f) not in open_numbers}
+    fixed = set().union(*(formula.names for formula in rest.values()))
+    formulas |= rest
     return made, formulas, fixed

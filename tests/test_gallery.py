@@ -366,3 +366,11 @@ def test_unequal_cranks_lock():
     head, crank3, rest = text.partition("[bodies.crank3]")
     with pytest.raises(mbody.SolveError, match="0 degrees of freedom"):
         asked(from_text(head + crank3 + rest.replace('"-half"', '"-0.6 m"', 1)))
+
+
+def test_a_file_keeps_the_formulas_of_its_cam():
+    """A parameter stands in the cam of the cutting force, and still does when written anew."""
+    written, other = to_text(gallery.load("quick_return")), {"period": "3 s"}
+    slower = from_text(written, parameters=other)
+    assert slower == gallery.load("quick_return", other)
+    assert [load for load in slower.loads if getattr(load.value, "period", 0.0) == 3.0]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 from mbody.formulas.formula import Formula
@@ -11,19 +11,22 @@ from mbody.formulas.formula import Formula
 __all__ = ["formulas_in", "is_pending", "substituted"]
 
 
-def formulas_in(value: Any) -> Iterator[Formula]:
-    """Every formula in a value: a number, a point, a law, an element."""
+def formulas_in(value: Any, name: str = "") -> Iterator[tuple[str, Formula]]:
+    """Every formula in a value (a number, a point, a law, an element), with its dotted name."""
     if isinstance(value, Formula):
-        yield value
-    elif isinstance(value, (tuple, list)):
-        for part in value:
-            yield from formulas_in(part)
+        yield name, value
+        return
+    parts: Iterable[tuple[Any, Any]] = ()
+    if isinstance(value, (tuple, list)):
+        parts = enumerate(value)
     elif isinstance(value, dict):
-        for part in value.values():
-            yield from formulas_in(part)
+        parts = value.items()
     elif dataclasses.is_dataclass(value) and not isinstance(value, type):
-        for field in dataclasses.fields(value):
-            yield from formulas_in(getattr(value, field.name))
+        parts = ((field.name, getattr(value, field.name)) for field in dataclasses.fields(value))
+    for key, part in parts:
+        if type(part) is float:
+            continue  # a long table is looked through fast
+        yield from formulas_in(part, f"{name}.{key}")
 
 
 def is_pending(value: Any) -> bool:

@@ -102,7 +102,7 @@ def _list(values: Any) -> list[float]:
 
 
 def _number(value: float) -> float | None:
-    """JSON has no NaN: None stands for a check that could not be made."""
+    """JSON has no NaN: None stands for a number that there is not, as at a division by zero."""
     return float(value) if math.isfinite(value) else None
 
 
@@ -121,13 +121,14 @@ def _reactions(solution: Solution) -> dict[str, Any]:
     return found
 
 
-def _measure(solution: Solution, measure: Any, turned: float) -> list[float] | None:
+def _measure(solution: Solution, measure: Any, turned: float) -> list[float | None] | None:
     """History of a measure; None where it needs forces, which the analysis does not find."""
     if not found_by(solution, measure):
         return None
     values, dimension, _ = measured(solution, measure)
     plain_angle = dimension == DIMENSIONS["angle"] and not measure.unit
-    return _list(values * turned if plain_angle else values)
+    found = _list(values * turned if plain_angle else values)
+    return [_number(value) for value in found]
 
 
 def error_data(error: Exception) -> dict[str, Any]:

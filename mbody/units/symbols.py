@@ -160,8 +160,8 @@ def _registry() -> Any:
 def foreign(symbol: str) -> Unit | None:
     """A unit that only pint knows, None where it does not know it either.
 
-    >>> foreign("furlong").factor
-    201.16840233680466
+    >>> foreign("stone").factor
+    6.35029318
     >>> foreign("nonsense") is None
     True
     """

@@ -207,9 +207,9 @@ class Writer:
         if body.points:
             table["points"] = self.points(body)
         if body.guess != Guess():
-            table["guess"] = self.guess(body.guess)
+            table["guess"] = self.guess(f"{name}.guess", body.guess)
         if body.spread is not None:
-            table["spread"] = self.spread(body.spread)
+            table["spread"] = self.spread(f"{name}.spread", body.spread)
         return table
 
     def points(self, body: Body) -> dict[str, Any]:
@@ -227,27 +227,25 @@ class Writer:
         pairs = zip("xy", value, strict=True)
         return [self.number(f"{name}.{axis}", part, length) for axis, part in pairs]
 
-    def guess(self, guess: Guess) -> Any:
+    def guess(self, name: str, guess: Guess) -> Any:
         """A rough pose, as short as it can be said."""
-        angle = None if guess.angle is None else self.written(guess.angle, ANGLE)
-        if guess.x is None and guess.y is None:
-            return angle
-        length = DIMENSIONS["length"]
-        parts = {"angle": angle}
-        parts |= {
-            key: self.written(part, length)
-            for key, part in (("x", guess.x), ("y", guess.y))
-            if part is not None
+        given = {
+            key: self.number(
+                f"{name}.{key}", part, ANGLE if key == "angle" else DIMENSIONS["length"]
+            )
+            for key in ("angle", "x", "y")
+            if (part := getattr(guess, key)) is not None
         }
-        return {key: part for key, part in parts.items() if part is not None}
+        return given["angle"] if set(given) == {"angle"} else given
 
-    def spread(self, spread: Any) -> Any:
+    def spread(self, name: str, spread: Any) -> Any:
         """How the mass of a body is spread."""
         if isinstance(spread, Slender):
-            return {"slender": self.written(spread.angle, ANGLE)}
+            return {"slender": self.number(f"{name}.angle", spread.angle, ANGLE)}
         if isinstance(spread, SecondMoments):
             inertia = DIMENSIONS["inertia"]
-            return {k: self.written(getattr(spread, k), inertia) for k in ("xx", "yy", "xy")}
+            keys = ("xx", "yy", "xy")
+            return {k: self.number(f"{name}.{k}", getattr(spread, k), inertia) for k in keys}
         return spread
 
     def gravity(self, element: Element) -> dict[str, Any]:
@@ -333,12 +331,12 @@ class Writer:
             return [self.number(f"{name}.c{n}", c, value / of**n) for n, c in given]
         if isinstance(law, Cam):
             segments = [
-                {"dwell": self.written(segment.duration, of)}
+                {"dwell": self.number(f"{name}.segments.{n}.duration", segment.duration, of)}
                 if isinstance(segment, Dwell)
-                else {"rise": self.law_numbers("", segment, value, of)}
-                for segment in law.segments
+                else {"rise": self.law_numbers(f"{name}.segments.{n}", segment, value, of)}
+                for n, segment in enumerate(law.segments)
             ]
-            return {"segments": segments, "period": self.written(law.period, of)}
+            return {"segments": segments, "period": self.number(f"{name}.period", law.period, of)}
         table: dict[str, Any] = {}
         for field in dataclasses.fields(law):
             own = getattr(law, field.name)
@@ -346,7 +344,9 @@ class Writer:
             if _is_default(field, own) and f"{name}.{field.name}" not in self.formulas:
                 continue
             if powers and isinstance(own, tuple):
-                table[field.name] = [self.written(v, dimension_by(powers, value, of)) for v in own]
+                place, dimension = f"{name}.{field.name}", dimension_by(powers, value, of)
+                row = enumerate(own)
+                table[field.name] = [self.number(f"{place}.{n}", v, dimension) for n, v in row]
             elif powers:
                 dimension = dimension_by(powers, value, of)
                 table[field.name] = self.number(f"{name}.{field.name}", own, dimension)
