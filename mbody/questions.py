@@ -50,10 +50,10 @@ class Ask:
         if self.instants is not None and (
             isinstance(self.instants, bool)
             or not isinstance(self.instants, int)
-            or not 2 <= self.instants <= 10_000_000
+            or not 2 <= self.instants <= 1_000_000
         ):
             raise ModelError(
-                f"ask: instants must be a whole number from 2 to 10000000, not {self.instants!r}"
+                f"ask: instants must be a whole number from 2 to 1000000, not {self.instants!r}"
             )
         if self.instants is not None and not self.over:
             raise ModelError("ask: instants goes with over; at says how many they are")
