@@ -10,10 +10,10 @@ from mbody.core.audit import audit
 from mbody.core.causes import breakdown as kernel
 from mbody.core.layout import Work
 from mbody.core.output import PER_ATOM
-from mbody.drivers import Driver
 from mbody.elements import listed
 from mbody.errors import ModelError
 from mbody.histories import Checks, Reaction
+from mbody.joints import Joint
 
 if TYPE_CHECKING:
     from mbody.solution import Solution
@@ -111,17 +111,22 @@ def breakdown(solution: Solution, name: str, on: str | None) -> dict[str, Any]:
     if atoms is None:
         known = listed(system.atoms_of)
         raise ModelError(f"'{name}' is neither a joint nor a driver (there are: {known})", name)
-    if isinstance(system.mechanism[name], Driver):
+    element = system.mechanism[name]
+    if not isinstance(element, Joint):
         row = PER_ATOM * atoms[0]
         return {cause: -output[:, n, row, 0] for n, cause in enumerate(causes)}
-    return {cause: _alone(solution, name, on, output[:, n, :, 0]) for n, cause in enumerate(causes)}
+    whole = solution.reaction(name, on)
+    return {
+        cause: _alone(solution, element, whole, output[:, n, :, 0])
+        for n, cause in enumerate(causes)
+    }
 
 
-def _alone(solution: Solution, joint: str, on: str | None, rows: np.ndarray) -> Reaction:
-    whole = solution.reaction(joint, on)
-    sign = 1.0 if whole.on == solution.reaction(joint).on else -1.0
-    atoms = solution.system.atoms_of[joint]
+def _alone(solution: Solution, joint: Joint, whole: Reaction, rows: np.ndarray) -> Reaction:
+    """The part of a whole reaction that is in these rows."""
+    sign = 1.0 if whole.on == joint.j.body else -1.0
+    atoms = solution.system.atoms_of[joint.name]
     parts = [np.sum([rows[:, PER_ATOM * e + n] for e in atoms], axis=0) for n in (2, 3, 4)]
     fx, fy, torque = (sign * part for part in parts)
     torque = torque - solution.moment(joint, fx, fy)
-    return Reaction(joint, whole.on, whole.by, fx, fy, torque, whole.unique)
+    return Reaction(joint.name, whole.on, whole.by, fx, fy, torque, whole.unique)

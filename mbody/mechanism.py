@@ -15,7 +15,6 @@ from mbody.elements import Element, Marker, check_name, listed
 from mbody.errors import ModelError, brief
 from mbody.formulas import Formula, FormulaError, Parameters, Scope
 from mbody.formulas.door import number
-from mbody.formulas.evaluate import measured
 from mbody.formulas.pending import substituted
 from mbody.joints import Joint
 from mbody.loads import Load
@@ -281,7 +280,7 @@ class Mechanism:
         """A number or formula; the unit of plain angles only where it is one."""
         if not isinstance(value, Formula):
             return value
-        angle = value.dimension == DIMENSIONS["angle"] and not measured(value.tree, self.scope)
+        angle = value.dimension == DIMENSIONS["angle"] and not value.has_units(self.scope)
         return value if angle else replace(value, angle="")
 
     def _worth(self, value: Any, dimension: Dimension | None) -> Any:
@@ -313,14 +312,6 @@ class Mechanism:
             *({name: self._said(value) for name, value in self.parameters.items()}, following),
             *(self.measures, self.ask and replace(self.ask, at={}), asked),
         )
-
-    def _meant(self, value: Any) -> Any:
-        """A formula without the unit of plain angles, where that has no meaning."""
-        if isinstance(value, Formula):
-            angle = value.dimension in (None, DIMENSIONS["angle"])
-            if not angle or value.has_units(self.scope):
-                return replace(value, angle="rad")
-        return value
 
 
 def _measure(name: Any, value: Any) -> Measure:

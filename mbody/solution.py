@@ -154,17 +154,17 @@ class Solution:
             fx, fy, torque = (
                 part + self._atom(e, n) for part, n in zip((fx, fy, torque), (2, 3, 4), strict=True)
             )
-        torque = torque - self.moment(joint, fx, fy)
+        torque = torque - self.moment(element, fx, fy)
         unique = self._unique(joint)
         if on == i:
             return Reaction(joint, i, j, -fx, -fy, -torque, unique)
         return Reaction(joint, j, i, fx, fy, torque, unique)
 
-    def moment(self, joint: str, fx: Array, fy: Array) -> Any:
+    def moment(self, element: Joint, fx: Array, fy: Array) -> Any:
         """Moment about a joint's place on j of a force at the point where its reaction is told."""
-        element, at = self._joint(joint), self.system.numbers
         if type(element).told_at is Joint.told_at:
             return 0.0
+        at = self.system.numbers
         (ix, iy), (jx, jy) = self._place(element, "i"), self._place(element, "j")
         angle = self[element.i.body].angle + _column(at.angle(element, "i"))
         offset = element.told_at(_Columns(at), (jx - ix, jy - iy), angle)

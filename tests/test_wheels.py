@@ -25,6 +25,7 @@ from mbody import (
     SolveError,
     Torque,
 )
+from tests.errors.solving import gears_apart
 from tests.reference import Reference
 
 # closed loops leave 1e-13 of their size, forces the same times a condition below 10
@@ -89,17 +90,8 @@ def test_a_pair_on_fixed_centres_accelerates_its_inertias():
 
 
 def test_wheels_that_do_not_mesh_are_a_sentence():
-    machine = Mechanism("pair", ground={"A": (0.0, 0.0), "B": (3.1, 0.0)}, units="mm-N-s")
-    machine.add(
-        Body("a"),
-        Body("b"),
-        Revolute("A", "ground.A", "a"),
-        Revolute("B", "ground.B", "b"),
-        Gear("mesh", "a", "b", radius_i=2.0, radius_j=1.0),
-        AngleDriver("motor", "a", 0.0),
-    )
     with pytest.raises(SolveError, match=r"'mesh' does not fit: .* 3 mm apart, they are 3\.1 mm"):
-        mbody.kinetostatics(machine)
+        mbody.kinetostatics(gears_apart())
     with pytest.raises(ModelError, match="the ring must be the greater one"):
         Gear("mesh", "a", "b", radius_i=2.0, radius_j=2.0, internal=True)
 

@@ -66,20 +66,30 @@ def number(value: Any, dimension: str | Dimension, element: str, field: str) -> 
         When it is no number, not finite, or of another dimension.
     """
     told = f" ({dimension})" if isinstance(dimension, str) else ""
+    return let_in(value, dimension_of(dimension), f"'{element}': {field}", element, told)
+
+
+def let_in(
+    value: Any, dimension: Dimension | None, what: str, element: str, told: str = ""
+) -> float | Formula:
+    """One number that does not change with time; `what` begins the sentence where it is none.
+
+    Raises
+    ------
+    ModelError
+        As `number`.
+    """
     try:
-        result = entered(value, dimension_of(dimension))
+        result = entered(value, dimension)
     except NotANumber:
-        raise ModelError(
-            f"'{element}': {field} must be a number{told}, not {brief(value)}", element
-        ) from None
+        raise ModelError(f"{what} must be a number{told}, not {brief(value)}", element) from None
     except NotFinite as error:
-        raise ModelError(f"'{element}': {field} is {error}, it must be finite", element) from None
+        raise ModelError(f"{what} is {error}, it must be finite", element) from None
     except FormulaError as error:
-        raise ModelError(f"'{element}': {field}: {error}", element) from None
+        raise ModelError(f"{what}: {error}", element) from None
     if isinstance(result, Formula) and result.variable:
         raise ModelError(
-            f"'{element}': {field} is {brief(result.text)}, but only a law may change with "
-            f"'{result.variable}'",
+            f"{what} is {brief(result.text)}, but only a law may change with '{result.variable}'",
             element,
         )
     return result

@@ -62,7 +62,7 @@ class Formula:
     dimension: Dimension | None = None
     angle: str = "rad"
     argument: Dimension | None = None
-    tree: Node = field(default=Plain, repr=False, compare=False)  # type: ignore[assignment]
+    tree: Node = field(kw_only=True, repr=False, compare=False)
 
     @property
     def names(self) -> frozenset[str]:
@@ -84,8 +84,6 @@ class Formula:
 
     def has_units(self, scope: Scope) -> bool:
         """Whether it has units, by itself or through parameters."""
-        if self.variable:  # t is no tonne there
-            scope = Scope(scope.system, {**scope.names, self.variable: Valued(1.0)})
         return measured(self.tree, scope)
 
     def of(self, dimension: Dimension) -> Formula:

@@ -7,7 +7,7 @@ from graphlib import CycleError, TopologicalSorter
 from typing import Any
 
 from mbody.errors import ModelError
-from mbody.formulas.door import NotANumber, NotFinite, entered
+from mbody.formulas import door
 from mbody.formulas.evaluate import Scope, Valued, evaluate
 from mbody.formulas.formula import Formula
 from mbody.formulas.parse import FUNCTIONS, VARIABLES, FormulaError, parse, shown
@@ -127,18 +127,4 @@ def let_in(name: Any, value: Any) -> float | Formula:
         raise ModelError(
             f"the name '{name}' is kept for formulas: call the parameter otherwise", name
         )
-    try:
-        result = entered(value, None)
-    except NotANumber:
-        raise ModelError(f"parameter '{name}' must be a number, not {value!r}", name) from None
-    except NotFinite as error:
-        raise ModelError(f"parameter '{name}' is {error}, it must be finite", name) from None
-    except FormulaError as error:
-        raise ModelError(f"parameter '{name}': {error}", name) from None
-    if isinstance(result, Formula) and result.variable:
-        raise ModelError(
-            f"parameter '{name}' is {result.text!r}, but only a law may change with "
-            f"'{result.variable}'",
-            name,
-        )
-    return result
+    return door.let_in(value, None, f"parameter '{name}'", name)

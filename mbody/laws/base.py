@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, dataclass, field, fields, replace
+from functools import cached_property
 from numbers import Real
 from typing import Any, ClassVar, TypeAlias, overload
 
@@ -141,7 +142,7 @@ class Law:
         if not self.pending:
             self._check()
 
-    @property
+    @cached_property
     def pending(self) -> bool:
         """Whether numbers of it are text, which a mechanism turns into floats."""
         return is_pending(self)

@@ -90,12 +90,10 @@ def _bodies(element: Element) -> set[str]:
 def _set(entry: Any) -> dict[str, Any]:
     """The fields that a file gives; the others keep their defaults."""
     return {
-        name: getattr(entry, name) for name in type(entry).model_fields if name in _given(entry)
+        name: value
+        for name in type(entry).model_fields
+        if name in entry.model_fields_set and (value := getattr(entry, name)) is not None
     }
-
-
-def _given(entry: Any) -> set[str]:
-    return {name for name in entry.model_fields_set if getattr(entry, name) is not None}
 
 
 def _arguments(kind: str, cls: type[Element], entry: Any) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from mbody.formulas import VARIABLES, Formula
 from mbody.formulas.evaluate import TURNING, measured
 from mbody.formulas.tree import Call, walk
 from mbody.io.model.read import built
-from mbody.io.model.write import Writer, has_units
+from mbody.io.model.write import Writer
 from mbody.mechanism import Mechanism
 from mbody.units import DIMENSIONS, Dimension, UnitSystem, unit_system
 
@@ -77,7 +77,7 @@ class _Converter(Writer):
 
     def law_text(self, formula: Formula) -> Any:
         """The text of a formula that has units; plain numbers would change their meaning."""
-        if not has_units(formula, self.mechanism) or self.changes(formula):
+        if not formula.has_units(self.mechanism.scope) or self.changes(formula):
             raise ModelError(
                 f"the law {formula.text!r} is of plain numbers, which cannot be taken to other "
                 "units: give its numbers their units"

@@ -27,7 +27,7 @@ from mbody.loads import Gravity
 from mbody.mechanism import Mechanism
 from mbody.units import DIMENSIONS, Dimension, dimension_of
 
-__all__ = ["Writer", "as_data", "to_text", "has_units", "save"]
+__all__ = ["Writer", "as_data", "to_text", "save"]
 
 ANGLE = DIMENSIONS["angle"]
 WORDS = {cls: word for word, cls in LAWS.items()}
@@ -98,7 +98,7 @@ class Writer:
 
     def is_open(self, formula: Formula) -> bool:
         """Whether it is a plain angle, which the file says the unit of."""
-        return formula.dimension == ANGLE and not has_units(formula, self.mechanism)
+        return formula.dimension == ANGLE and not formula.has_units(self.mechanism.scope)
 
     def written(self, value: float, dimension: Dimension) -> Any:
         """A float as the file has it."""
@@ -374,11 +374,6 @@ class Writer:
         if self.is_open(formula) and formula.angle != self.angle:
             return f"({formula.text}) {formula.angle}"
         return formula.text
-
-
-def has_units(formula: Formula, mechanism: Mechanism) -> bool:
-    """Whether a formula has units, by itself or through parameters."""
-    return formula.has_units(mechanism.scope)
 
 
 def _is_gravity(element: Element) -> bool:
