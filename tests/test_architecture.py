@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from mbody import _cache
+
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "mbody"
 
@@ -194,6 +196,43 @@ def test_imports_form_no_ring(sources):
 def test_files_stay_short(sources):
     lengths = {path: len(source.splitlines()) for path, source in sources.items()}
     report([f"{path}: {n} lines, at most {LONGEST}" for path, n in lengths.items() if n > LONGEST])
+
+
+def compiled(source: str) -> Iterator[tuple[ast.FunctionDef, set[str]]]:
+    """Each function that is compiled, and the names that it reads."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.FunctionDef) and any(
+            ast.unparse(part).split("(")[0] in ("njit", "inline", "overload", "intrinsic")
+            for part in node.decorator_list
+        ):
+            yield node, {part.id for part in ast.walk(node) if isinstance(part, ast.Name)}
+
+
+def stale(path: str, source: str, stamped: set[str]) -> list[str]:
+    """Compiled functions that an edit would change without changing the name of the cache."""
+    found = []
+    outside = {
+        target.rpartition(".")[2]: target
+        for _, target, _ in imports(path, source)
+        if within(target, {"mbody"})
+        and not {f"{part.replace('.', '/')}.py" for part in (target, target.rpartition(".")[0])}
+        & stamped
+    }
+    for function, names in compiled(source):
+        where = f"{path}:{function.lineno}: {function.name}"
+        if path not in stamped:
+            found.append(f"{where}: compiled, but not in COMPILED of _cache.py")
+        found += [f"{where}: reads {outside[name]}, not in COMPILED" for name in names & {*outside}]
+    return found
+
+
+def test_the_cache_is_filed_under_all_that_is_compiled(sources):
+    stamped = {f"mbody/{file.relative_to(PACKAGE).as_posix()}" for file in _cache._sources()}
+    assert sum(len(list(compiled(source))) for source in sources.values()) > 100
+    report([text for path, source in sources.items() for text in stale(path, source, stamped)])
+    source = "from mbody.bodies import deg\n@njit\ndef f(x): return deg(x)\n"
+    assert len(stale("mbody/core/a.py", source, {"mbody/core/a.py"})) == 1
+    assert len(stale("mbody/analysis/a.py", source, stamped)) == 2
 
 
 @pytest.mark.skipif(not (PACKAGE / "__init__.py").exists(), reason="no package yet")

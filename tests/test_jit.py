@@ -23,21 +23,21 @@ MODULES = ("_cache", "_jit", "_user", "_lanes_type", "_lanes", "_reference")
 
 SOURCES = {
     "__init__": '"""A small package."""\n',
-    "helper": """\
+    "_helper": """\
         from ._jit import inline
         FACTOR = 2.0
         @inline
         def scaled(x):
             return FACTOR * x
         """,
-    "trial": """\
+    "_trial": """\
         from typing import NamedTuple
         import numpy as np
         from ._jit import kernel, njit
         from ._lanes import ld, sincos, st, wide
         from ._reference import by_reference
         from ._user import call_user
-        from .helper import scaled
+        from ._helper import scaled
 
         class Work(NamedTuple):
             rows: np.ndarray
@@ -63,7 +63,7 @@ RUN = """\
     from mbody import _jit as jit
     from mbody._lanes import LANES, aligned
     from mbody._user import failure, register
-    from mbody.trial import Work, ask, turn
+    from mbody._trial import Work, ask, turn
 
     work = Work(aligned(2, LANES), aligned(2, LANES))
     work.rows[0] = 0.25
@@ -157,7 +157,7 @@ def test_a_second_process_compiles_nothing(warm):
 
 
 def test_an_edit_in_another_file_is_seen(warm):
-    helper = warm.package / "helper.py"
+    helper = warm.package / "_helper.py"
     before = helper.read_text()
     helper.write_text(before.replace("2.0", "4.0"))
     result = warm.run(MBODY_QUIET="1")
