@@ -16,7 +16,14 @@ from mbody._version import __version__
 
 if TYPE_CHECKING:
     from mbody import gallery, laws, makers, testing
-    from mbody.analysis import close_loops, kinematics, kinetostatics, mobility, statics
+    from mbody.analysis import (
+        close_loops,
+        kinematics,
+        kinetostatics,
+        mobility,
+        solve_for,
+        statics,
+    )
     from mbody.assembler import assemble
     from mbody.bodies import Body, Guess, SecondMoments, Slender, deg, rpm
     from mbody.drivers import AngleDriver, CoordinateDriver, DistanceDriver
@@ -59,19 +66,19 @@ if TYPE_CHECKING:
         TorsionSpring,
     )
     from mbody.mechanism import Mechanism
-    from mbody.questions import Ask, Measure
+    from mbody.questions import Ask, Measure, Question, Unknown
     from mbody.solution import Solution
     from mbody.system import System
 
 
 # where each public name lives: loaded when it is asked for, so that `import mbody` costs nothing
 _HOME = {
-    "analysis": "close_loops kinematics kinetostatics mobility statics",
+    "analysis": "close_loops kinematics kinetostatics mobility solve_for statics",
     "assembler": "assemble",
     "bodies": "Body Guess SecondMoments Slender deg rpm",
     "formulas": "convert",
     "io.model": "from_text in_units load save to_text",
-    "questions": "Ask Measure",
+    "questions": "Ask Measure Question Unknown",
     "drivers": "AngleDriver CoordinateDriver DistanceDriver",
     "elements": "Marker Polar polar",
     "errors": "ModelError ModelWarning SolveError",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from mbody.bodies import Body
 from mbody.drivers import Driver
 from mbody.elements import listed
-from mbody.errors import ModelError
+from mbody.errors import ModelError, brief
 from mbody.formulas import FormulaError, Scope, Valued, evaluate, parse, parse_unit, told
 from mbody.joints import Joint
 from mbody.mechanism import Mechanism
@@ -18,7 +19,7 @@ from mbody.questions import Measure
 from mbody.solution import Solution
 from mbody.units import DIMENSIONS, NUMBER, Dimension, dimension_of
 
-__all__ = ["check_measure", "found_by", "measured"]
+__all__ = ["check_measure", "checked_sides", "found_by", "measured", "sides"]
 
 #: What can be asked of a body, with its dimension; of a point all but the angles.
 MOTION = {
@@ -27,9 +28,16 @@ MOTION = {
     **dict.fromkeys(("ax", "ay"), "acceleration"),
 }
 TURNING = {"angle": "angle", "omega": "angular velocity", "alpha": "angular acceleration"}
+DRIVEN = ("value", "rate", "acceleration")
 FORCES = {"fx": "force", "fy": "force", "force": "force", "torque": "torque"}
-TORQUES = {"effort": "torque", "rate": "angular velocity", "power": "power"}
-PUSHES = {"effort": "force", "rate": "velocity", "power": "power"}
+TORQUES = {
+    **{"effort": "torque", "power": "power"},
+    **{"value": "angle", "rate": "angular velocity", "acceleration": "angular acceleration"},
+}
+PUSHES = {
+    **{"effort": "force", "power": "power"},
+    **{"value": "length", "rate": "velocity", "acceleration": "acceleration"},
+}
 
 
 def measured(solution: Solution, measure: Measure | str) -> tuple[np.ndarray, Dimension, str]:
@@ -42,12 +50,12 @@ def measured(solution: Solution, measure: Measure | str) -> tuple[np.ndarray, Di
     measure : Measure or str
         Such as ``"coupler.P.y - ground.O2.y"``: of bodies x, y, angle, their rates vx, vy, omega
         and ax, ay, alpha; of points x to ay; of joints fx, fy, torque (on body j) and force, the
-        magnitude; of drivers effort, rate and power; ``t``; and the parameters.
+        magnitude; of drivers effort, power, value, rate and acceleration; ``t``; the parameters.
 
     Returns
     -------
     values : ndarray (instants,)
-        Angles without a unit of their own in rad.
+        Angles without a unit of their own in rad; (designs, instants) of a batch.
     dimension : Dimension
     unit : str
 
@@ -65,8 +73,15 @@ def measured(solution: Solution, measure: Measure | str) -> tuple[np.ndarray, Di
     asked = measure if isinstance(measure, Measure) else Measure(measure)
     names = _Histories(solution.mechanism, lambda *name: _history(solution, *name))
     names["t"] = Valued(solution.t, DIMENSIONS["time"])
+    for name in solution.mechanism.parameters:
+        # as the system has it, a column where it differs between designs
+        own = np.asarray(solution.system.values[name])
+        names[name] = replace(names[name], value=own[:, None] if own.ndim else own[()])
     value, dimension, unit = _valued(asked, names)
-    return np.broadcast_to(np.asarray(value, dtype=float), solution.t.shape), dimension, unit
+    shape = solution.t.shape
+    if solution.record.batch:
+        shape = (solution.record.count, *shape)
+    return np.broadcast_to(np.asarray(value, dtype=float), shape), dimension, unit
 
 
 def check_measure(mechanism: Mechanism, measure: Measure) -> None:
@@ -78,6 +93,46 @@ def check_measure(mechanism: Mechanism, measure: Measure) -> None:
         Such as `measured` raises later.
     """
     _valued(measure, _Histories(mechanism, lambda *name: 1.0))
+
+
+def sides(solution: Solution, left: str, right: str) -> tuple[np.ndarray, np.ndarray]:
+    """Histories of both sides of a relation between quantities that `checked_sides` let pass."""
+    return measured(solution, left)[0], measured(solution, right)[0]
+
+
+def checked_sides(mechanism: Mechanism, text: str, left: str, right: str) -> Dimension:
+    """What the sides of a relation measure.
+
+    Raises
+    ------
+    ModelError
+        Such as `sides` raises later.
+    """
+    try:
+        names = _Histories(mechanism, lambda *name: 1.0)
+        (_, of_a, _), (_, of_b, _) = (_valued(Measure(side), names) for side in (left, right))
+        _alike(left, of_a, right, of_b)
+    except ModelError as error:
+        raise ModelError(f"{brief(text, 100)}: {error}") from None
+    return of_b if _is_zero(left) else of_a
+
+
+def _alike(left: str, of_left: Dimension, right: str, of_right: Dimension) -> None:
+    """Refuse two sides that do not measure the same; a plain zero may stand beside anything."""
+    both = {of_left, of_right}
+    alike = of_left.mechanical == of_right.mechanical and (len(both) == 1 or NUMBER not in both)
+    if alike or _is_zero(left) or _is_zero(right):
+        return
+    raise ModelError(
+        f"'{left}' is {told(of_left)}, '{right}' is {told(of_right)}: give every number its unit"
+    )
+
+
+def _is_zero(text: str) -> bool:
+    try:
+        return float(text) == 0.0
+    except ValueError:
+        return False
 
 
 def found_by(solution: Solution, measure: Measure) -> bool:
@@ -173,7 +228,7 @@ def _history(run: Solution, owner: str, key: str) -> np.ndarray:
     if any(joint.name == element for joint in run.mechanism.joints):
         reaction = run.reaction(element)
         return np.asarray(reaction.magnitude if key == "force" else getattr(reaction, key))
-    if key == "rate":
-        return run.driven(element)[1]
+    if key in DRIVEN:
+        return run.driven(element)[DRIVEN.index(key)]
     effort = run.effort(element)
     return effort if key == "effort" else effort * run.driven(element)[1]

@@ -18,7 +18,7 @@ from mbody.formulas.door import number
 from mbody.formulas.pending import substituted
 from mbody.joints import Joint
 from mbody.loads import Load
-from mbody.questions import Ask, Measure
+from mbody.questions import Ask, Measure, Question
 from mbody.resolution import resolved
 from mbody.units import DIMENSIONS, Dimension, UnitSystem, unit_system
 
@@ -48,6 +48,8 @@ class Mechanism:
     measures : dict
         Quantities to be measured on every result, by name: text such as ``"coupler.P.y"``, or a
         `Measure`.
+    questions : dict, optional
+        Questions by name, which `solve_for` answers: a `Question` each.
     ask : Ask, optional
         The instants that the command analyses where nobody says otherwise.
     source, note : str
@@ -72,6 +74,7 @@ class Mechanism:
         ground: dict[str, Any] | None = None,
         parameters: dict[str, Any] | None = None,
         measures: dict[str, Measure | str] | None = None,
+        questions: dict[str, Question] | None = None,
         ask: Ask | None = None,
         source: str = "",
         note: str = "",
@@ -84,6 +87,7 @@ class Mechanism:
         self.parameters = Parameters({} if parameters is None else parameters, self.units)
         self.source, self.note, self.ask = source, note, ask
         self.measures = {key: _measure(key, value) for key, value in (measures or {}).items()}
+        self.questions = dict(questions or {})
         #: What numbers were made of that were given as text, by dotted name.
         self.formulas: dict[str, Formula] = {}
         #: Parameters that stand where a system cannot change them.
@@ -114,11 +118,27 @@ class Mechanism:
         kept._sorted = {}
         return kept
 
+    def replaced(self, element: Element) -> Mechanism:
+        """The mechanism with another element in the place of the one of that name, closed to
+        additions; its numbers follow no parameters.
+        """
+        kept = copy.copy(self)
+        kept._elements[element.name] = element
+        own = (element.name, f"{element.name}.")
+        kept.formulas = {
+            name: formula
+            for name, formula in self.formulas.items()
+            if name != own[0] and not name.startswith(own[1])
+        }
+        kept._sorted = {}
+        return kept
+
     def __copy__(self) -> Mechanism:
         made = object.__new__(type(self))
         made.__dict__ |= self.__dict__
         made._elements, made.formulas = dict(self._elements), dict(self.formulas)
         made.fixed_parameters, made.measures = set(self.fixed_parameters), dict(self.measures)
+        made.questions = dict(self.questions)
         return made
 
     def add(self, *elements: Element) -> None:
@@ -302,15 +322,33 @@ class Mechanism:
         }
         turning = [d for d in self.drivers if d.rows == "a"]
         angles = {name for d in turning for name in (d.name, getattr(d, "body", d.name))}
-        asked = {
-            name: [self._worth(v, DIMENSIONS["angle"] if name in angles else None) for v in row]
-            for name, row in (self.ask.at.items() if self.ask else ())
+        asked = [
+            {
+                name: [self._worth(v, DIMENSIONS["angle"] if name in angles else None) for v in row]
+                for name, row in at.items()
+            }
+            for at in (
+                self.ask.at if self.ask else {},
+                *(question.at for question in self.questions.values()),
+            )
+        ]
+        sought = {
+            name: [
+                (
+                    one.name,
+                    one.unit,
+                    *(self._worth(p, None) for p in (one.start, one.low, one.high)),
+                )
+                for one in question.unknowns
+            ]
+            for name, question in self.questions.items()
         }
         return (
             *(self.name, self.units, self.g, self.ground, self.source, self.note),
             *(self.bodies, self.joints, self.drivers, self.loads),
             *({name: self._said(value) for name, value in self.parameters.items()}, following),
-            *(self.measures, self.ask and replace(self.ask, at={}), asked),
+            *(self.measures, self.ask and replace(self.ask, at={}), asked, sought),
+            {n: replace(q, unknowns="x", at={}) for n, q in self.questions.items()},
         )
 
 

@@ -1,8 +1,8 @@
-"""What a description asks beside itself: at which instants, and which quantities to measure."""
+"""What a description asks beside itself: at which instants, which quantities, which unknowns."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -10,7 +10,7 @@ from mbody.errors import ModelError
 from mbody.formulas import Formula, FormulaError, parse_unit, read
 from mbody.formulas.door import NotANumber, NotFinite, entered
 
-__all__ = ["Ask", "Measure"]
+__all__ = ["Ask", "Measure", "Question", "Unknown"]
 
 
 @dataclass(frozen=True)
@@ -106,3 +106,144 @@ class Measure:
                 parse_unit(self.unit)
         except FormulaError as error:
             raise ModelError(f"measure: {error}") from None
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """A number that is to be found.
+
+    Parameters
+    ----------
+    name : str
+        A changeable number by its dotted name (``"field.speed"``, ``"spring.preload"``), a load of
+        one number (``"brake"`` for ``"brake.value"``), a parameter, or ``"motor.value"``,
+        ``"motor.rate"``, ``"motor.acceleration"`` of a driver.
+    start, low, high : float or str, optional
+        Where the search begins, by default its present value, and between which bounds it stays.
+    unit : str, optional
+        In which it is told, by default that of the mechanism, and deg for angles.
+
+    >>> Unknown("field.speed", low=0.0, unit="rpm").unit
+    'rpm'
+    """
+
+    name: str
+    start: Any = None
+    low: Any = None
+    high: Any = None
+    unit: str = ""
+
+    def __post_init__(self) -> None:
+        for key in ("name", "unit"):
+            if not isinstance(getattr(self, key), str):
+                raise ModelError(f"unknown: {key} must be text, not {getattr(self, key)!r}")
+        if not self.name:
+            raise ModelError("unknown: name is empty: name a number of the mechanism")
+        for key in ("start", "low", "high"):
+            value = getattr(self, key)
+            if value is None:
+                continue
+            try:
+                object.__setattr__(self, key, entered(value, None))
+            except FormulaError as error:
+                raise ModelError(f"unknown '{self.name}': {key}: {error}", self.name) from None
+        try:
+            if self.unit:
+                parse_unit(self.unit)
+        except FormulaError as error:
+            raise ModelError(f"unknown '{self.name}': {error}", self.name) from None
+
+
+@dataclass(frozen=True)
+class Question:
+    """Unknown numbers and the conditions that they are to meet.
+
+    Parameters
+    ----------
+    unknowns : str, Unknown, or several of them
+        What is to be found.
+    conditions : str or several
+        Equations between measured quantities: ``"motor.effort = 0"``, ``"road.fx = mu*road.fy"``.
+    side_conditions : str or several
+        Inequalities that hold as well: ``"road.fy >= 0"``, ``"abs(road.fx) <= mu*road.fy"``.
+    greatest, least : str, optional
+        A quantity that is to be as great, or as small, as the side conditions let it be. Then there
+        are fewer conditions than unknowns, and side conditions bind.
+    analysis : str
+        "kinetostatics", or "statics" for rest.
+    at : mapping
+        The one instant, as of `Ask`; by default t = 0.
+    note : str
+        What is asked, in words.
+
+    >>> Question("brake", "wheel.alpha = 0").unknowns[0].name
+    'brake'
+    """
+
+    unknowns: Any
+    conditions: Any = ()
+    side_conditions: Any = ()
+    greatest: str = ""
+    least: str = ""
+    analysis: str = "kinetostatics"
+    at: Mapping[str, Any] = field(default_factory=dict)
+    note: str = ""
+
+    def __post_init__(self) -> None:
+        unknowns = [
+            one if isinstance(one, Unknown) else Unknown(one) for one in _several(self.unknowns)
+        ]
+        names = [one.name for one in unknowns]
+        if not names:
+            raise ModelError("question: there is no unknown: name what is to be found")
+        if len(set(names)) < len(names):
+            raise ModelError(f"question: {', '.join(names)}: name each unknown once")
+        object.__setattr__(self, "unknowns", tuple(unknowns))
+        for key in ("conditions", "side_conditions"):
+            found = tuple(_several(getattr(self, key)))
+            for text in found:
+                if not isinstance(text, str):
+                    raise ModelError(f"question: {key} must be texts, not {text!r}")
+            object.__setattr__(self, key, found)
+        for key in ("greatest", "least", "analysis", "note"):
+            if not isinstance(getattr(self, key), str):
+                raise ModelError(f"question: {key} must be text, not {getattr(self, key)!r}")
+        if self.greatest and self.least:
+            raise ModelError("question: give greatest or least, not both")
+        if self.analysis not in ("kinetostatics", "statics"):
+            raise ModelError(
+                f"question: analysis must be 'kinetostatics' or 'statics', not {self.analysis!r}"
+            )
+        ask = Ask(at=self.at)
+        if any(len(row) > 1 for row in ask.at.values()):
+            raise ModelError("question: at has several values: a question is of one instant")
+        object.__setattr__(self, "at", ask.at)
+
+    @property
+    def objective(self) -> str:
+        """What is to be greatest or least, empty where nothing is."""
+        return self.greatest or self.least
+
+
+def _several(value: Any) -> Iterable[Any]:
+    """One thing or several, as several."""
+    if isinstance(value, (str, Unknown)):
+        return (value,)
+    if isinstance(value, Mapping):
+        return [Unknown(name, **_options(name, options)) for name, options in value.items()]
+    if isinstance(value, Iterable):
+        return value
+    raise ModelError(f"question: {value!r} is neither text nor a list of texts")
+
+
+def _options(name: str, options: Any) -> Mapping[str, Any]:
+    """What is said of an unknown: its start, or several things by name."""
+    if not isinstance(options, Mapping):
+        return {"start": options}
+    known = ("start", "low", "high", "unit")
+    strange = [key for key in options if key not in known]
+    if strange:
+        raise ModelError(
+            f"unknown '{name}' has no '{strange[0]}' (it has: {', '.join(known)})", name
+        )
+    return options

@@ -213,12 +213,13 @@ class Solution:
         return -self._atom(self.system.atoms_of[driver][0], 0)
 
     def driven(self, driver: str) -> tuple[Array, Array, Array]:
-        """Value, rate and acceleration of what a driver drives, angles in rad: arrays (instants,).
+        """Value, rate and acceleration of what a driver drives, angles in rad: arrays (instants,),
+        or (designs, instants) of a batch whose designs may differ in its law.
 
         Raises
         ------
         ModelError
-            For a driver that does not exist, or a batch whose designs differ in its law.
+            For a driver that does not exist.
         """
         names = [d.name for d in self.mechanism.drivers]
         if driver not in names:
@@ -227,12 +228,11 @@ class Solution:
             )
         states = self.drive_states
         if states is None:
-            raise ModelError(
-                f"'{driver}' may move differently in each design of a batch: analyse one of them, "
-                "system.design(n)",
-                driver,
-            )
-        value, rate, change = states[:, names.index(driver)].T
+            element = self.mechanism.drivers[names.index(driver)]
+            laws = [self.system.law_of(element, design=n) for n in range(self.record.count)]
+            value, rate, change = np.array([law.derivatives(self.t) for law in laws]).swapaxes(0, 1)
+        else:
+            value, rate, change = states[:, names.index(driver)].T
         return value, rate, change
 
     @functools.cached_property

@@ -81,7 +81,7 @@ def at(run, place):
 NAMES = (
     *("hoekens", "norton_fourbar", "norton_fourbar_printed", "parallel_cranks", "peaucellier"),
     *("quick_return", "rotating_mass", "scissor_lift", "slider_crank", "stephenson_sixbar"),
-    "watt_sixbar",
+    *("vehicle", "watt_sixbar"),
 )
 
 

@@ -163,7 +163,7 @@ def test_measures_are_arithmetic_of_histories(of, unit, expected):
         ("coupler.P.angle", "", "has no 'angle' (it has: x, y, vx, vy, ax, ay)"),
         ("crank.z", "", "has no 'z' (it has: x, y, vx"),
         ("B.x", "", "has no 'x' (it has: fx, fy, force, torque)"),
-        ("motor.x", "", "has no 'x' (it has: effort, rate, power)"),
+        ("motor.x", "", "has no 'x' (it has: effort, power, value, rate, acceleration)"),
         ("s.force", "", "is a load, which has no history of its own"),
         ("gravity.y", "", "is a load, which has no history of its own"),
         ("B.P.x", "", "there is no body 'B'"),

@@ -4,6 +4,7 @@ from mbody.analysis.close_loops import close_loops
 from mbody.analysis.kinematics import kinematics
 from mbody.analysis.kinetostatics import kinetostatics
 from mbody.analysis.mobility import mobility
+from mbody.analysis.solve_for import solve_for
 from mbody.analysis.statics import statics
 
-__all__ = ["close_loops", "kinematics", "kinetostatics", "mobility", "statics"]
+__all__ = ["close_loops", "kinematics", "kinetostatics", "mobility", "solve_for", "statics"]

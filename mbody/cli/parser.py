@@ -21,6 +21,7 @@ examples:
   mbody kinetostatics mine.toml --at crank=60     at one position
   mbody kinetostatics mine.toml --over turn --csv turn.csv
   mbody statics mine.toml --set load=120 --json   as data, for scripts
+  mbody solve mine.toml brake                     the unknowns of its table [solve.brake]
   mbody show norton_fourbar > mine.toml           a file to begin with
 """
 
@@ -57,6 +58,13 @@ def parser() -> argparse.ArgumentParser:
         ("statics", "every joint force and effort at rest"),
     ):
         _analysis(command(name, told, "analyse.analyse"))
+    solve = command(
+        "solve", "the questions of a model: unknowns that meet conditions", "solve.solve"
+    )
+    _model(solve)
+    solve.add_argument("name", metavar="NAME", nargs="?", help="one question; all without it")
+    _angle(solve)
+    _json(solve)
     check = command(
         "check", "count degrees of freedom, find redundant rows and free motions", "about.check"
     )
@@ -92,6 +100,12 @@ def _json(command: argparse.ArgumentParser) -> None:
     command.add_argument("--json", action="store_true", help="print data instead of text")
 
 
+def _angle(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--angle", choices=("deg", "rad"), default="deg", help="unit of angles in --json"
+    )
+
+
 def _analysis(command: argparse.ArgumentParser) -> None:
     _model(command)
     command.add_argument(
@@ -108,9 +122,7 @@ def _analysis(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--instants", metavar="N", help="how many of a turn, both ends included (361)"
     )
-    command.add_argument(
-        "--angle", choices=("deg", "rad"), default="deg", help="unit of angles in --json"
-    )
+    _angle(command)
     if not command.prog.endswith("kinematics"):
         command.add_argument(
             "--equations",

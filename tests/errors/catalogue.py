@@ -23,12 +23,13 @@ from tests.errors import (
     questions,
     results,
     solving,
+    unknowns,
 )
 
 PACKAGE = Path(__file__).parents[2] / "mbody"
 SUBJECTS = (
     *(describing, laws, formulas, model_files, assembling),
-    *(solving, own_code, results, questions, command),
+    *(solving, own_code, results, questions, unknowns, command),
 )
 KINDS = (ModelError, SolveError, UsageError, ModelWarning)
 

@@ -25,12 +25,6 @@ def batch():
     return kinetostatics(system)
 
 
-def driven_batch():
-    """Designs whose motors have different speeds."""
-    system = assemble(four_bar()).with_values({"motor.law.speed": [1.0, 2.0]})
-    return kinetostatics(system, t=[0.0, 0.1])
-
-
 def welded(count):
     machine = Mechanism("welded")
     machine.add(*(Body(f"b{n}") for n in range(count)))
@@ -71,7 +65,6 @@ SCENARIOS = {
     "columns of a batch": lambda: batch().columns(),
     "data of a batch": lambda: batch().data(),
     "some instants of a batch": lambda: batch().take([0]),
-    "drives of a batch": lambda: driven_batch().driven("motor"),
     "a frame without pandas": without_pandas,
     "a folder that is not there": lambda: run().to_csv("/nowhere/run.csv"),
     "a folder for a file": lambda: run().to_csv("/"),

@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 from mbody.analysis.asked import asks_for, check_ask
+from mbody.analysis.relations import check_question
 from mbody.bodies import Body
 from mbody.elements import Element
 from mbody.errors import ModelError
@@ -14,7 +15,9 @@ from mbody.io.model.report import ENOUGH, Path, Problem
 from mbody.loads import Gravity
 from mbody.measures import check_measure
 from mbody.mechanism import Mechanism
-from mbody.questions import Ask, Measure
+from mbody.named import meant
+from mbody.questions import Ask, Measure, Question, Unknown
+from mbody.units import DIMENSIONS
 
 __all__ = ["build"]
 
@@ -136,4 +139,33 @@ def _questions(given: Any, mechanism: Mechanism) -> list[Problem]:
             check_ask(mechanism, mechanism.ask)
         except ModelError as error:
             problems.append(Problem(("ask",), str(error).removeprefix("ask: ")))
+    for name, entry in given.solve.items():
+        if len(problems) >= ENOUGH:
+            break
+        try:
+            question = _question(mechanism, entry, given.angle)
+            mechanism.questions[name] = question
+            check_question(mechanism, question)
+        except ModelError as error:
+            problems.append(Problem(("solve", name), str(error).removeprefix("question: ")))
     return problems
+
+
+def _question(mechanism: Mechanism, entry: Any, angle: str) -> Question:
+    """A question of a file; plain angles are in the unit of the file."""
+    fields = _set(entry)
+    if isinstance(fields["unknowns"], dict):
+        fields["unknowns"] = [
+            Unknown(name, **_turned(mechanism, name, _set(one), angle))
+            for name, one in fields["unknowns"].items()
+        ]
+    at = fields.get("at", {}).items()
+    fields["at"] = {name: _row(mechanism, name, value, angle) for name, value in at}
+    return Question(**fields)
+
+
+def _turned(mechanism: Mechanism, name: str, options: dict[str, Any], angle: str) -> dict[str, Any]:
+    """The same with plain degrees as radians, where the unknown is an angle."""
+    if angle != "deg" or meant(mechanism, name)[1] != DIMENSIONS["angle"]:
+        return options
+    return {k: math.radians(v) if isinstance(v, float) else v for k, v in options.items()}

@@ -5,7 +5,6 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
-from mbody.analysis.asked import asks_for
 from mbody.errors import ModelError
 from mbody.formulas import VARIABLES, Formula
 from mbody.formulas.evaluate import TURNING, measured
@@ -44,7 +43,7 @@ def in_units(mechanism: Mechanism, units: str | UnitSystem) -> Mechanism:
 
 
 class _Converter(Writer):
-    """The same in another unit system: numbers, without the text that they were made of."""
+    """The same in another unit system."""
 
     def __init__(self, mechanism: Mechanism, units: UnitSystem) -> None:
         super().__init__(mechanism)
@@ -61,16 +60,20 @@ class _Converter(Writer):
         return super().written(converted, dimension)
 
     def number(self, name: str, value: float, dimension: Dimension) -> Any:
-        """The number, for its text may be of plain numbers in the old units."""
+        """The text where it has units, so that it still follows its parameters; of plain numbers,
+        which belong to the old units, what it comes to.
+        """
+        formula = self.mechanism.formulas.get(name)
+        if formula is not None and formula.has_units(self.mechanism.scope):
+            return super().number(name, value, dimension)
         return self.written(value, dimension)
 
     def parameter(self, name: str) -> Any:
         """A number with its unit, a plain one as it is."""
         return self.valued(name)
 
-    def instant(self, name: str, value: Any) -> Any:
-        """The number that is asked for, as `number`."""
-        dimension = DIMENSIONS[asks_for(self.mechanism, name)]
+    def wanted(self, value: Any, dimension: Dimension) -> Any:
+        """A number of a question, as `number`."""
         if isinstance(value, Formula):
             value = value.of(dimension).value(self.mechanism.scope)
         return self.written(value, dimension)

@@ -140,6 +140,43 @@ class AskIn(of.Strict):
     instants: StrictInt | None = None
 
 
+class UnknownIn(of.Strict):
+    """An unknown: where its search begins, its bounds, and the unit that it is told in."""
+
+    start: of.number(None) = None
+    low: of.number(None) = None
+    high: of.number(None) = None
+    unit: str = ""
+
+
+texts = Annotated[
+    Annotated[str, Tag("<text>")] | Annotated[list[str], Tag("<texts>")],
+    of.shape({"<text>": str, "<texts>": list}, "must be text or a list of texts"),
+]
+unknowns = Annotated[
+    Annotated[str, Tag("<text>")]
+    | Annotated[list[str], Tag("<texts>")]
+    | Annotated[dict[str, UnknownIn], Tag("<table>")],
+    of.shape(
+        {"<text>": str, "<texts>": list, "<table>": dict},
+        "must be a name, a list of names, or { name = { start = …, unit = … } }",
+    ),
+]
+
+
+class SolveIn(of.Strict):
+    """A question: unknown numbers and the conditions that they are to meet."""
+
+    unknowns: unknowns
+    conditions: texts = Field(default_factory=list)
+    side_conditions: texts = Field(default_factory=list)
+    greatest: str = ""
+    least: str = ""
+    analysis: str = "kinetostatics"
+    at: dict[str, of.number(None)] = Field(default_factory=dict)
+    note: str = ""
+
+
 @functools.cache
 def model() -> Any:
     """The whole file."""
@@ -148,6 +185,7 @@ def model() -> Any:
         "bodies": dict[of.name_in, _body()],
         **{section: dict[of.name_in, _choice(section)] for section in SECTIONS},
         "measures": dict[of.name_in, measure],
+        "solve": dict[of.name_in, SolveIn],
     }
     about = {
         "parameters": "Named numbers that formulas may use.",
@@ -156,6 +194,7 @@ def model() -> Any:
         "drivers": "Motors: coordinates that follow a law of time, by name.",
         "loads": "Forces, torques, springs and dampers, by name.",
         "measures": "Quantities to be measured on every result, by name.",
+        "solve": "Questions that `mbody solve` answers, by name.",
     }
     systems = ", ".join(UNIT_SYSTEMS)
     columns: dict[str, Any] = {

@@ -13,7 +13,6 @@ import os
 from pathlib import Path
 from typing import Any
 
-from mbody.analysis.asked import asks_for
 from mbody.bodies import Body, Guess, SecondMoments, Slender
 from mbody.elements import Element, Marker, Polar, place_name
 from mbody.errors import ModelError
@@ -21,6 +20,7 @@ from mbody.formulas import Formula, FormulaError, evaluate, parse
 from mbody.io.model.cells import alike, plain, short_angle, word
 from mbody.io.model.kinds import LAWS, SECTIONS, kind_of, section_of
 from mbody.io.model.toml import toml
+from mbody.io.model.write_questions import formulas_asked, questions
 from mbody.laws import Cam, Constant, Dwell, Law, Polynomial
 from mbody.laws.base import dimension_by
 from mbody.loads import Gravity
@@ -88,11 +88,7 @@ class Writer:
         self.mechanism, self.formulas = mechanism, mechanism.formulas
         self.units = mechanism.units
         # text of plain radians reads as it is only where the file says so
-        asked = mechanism.ask.at if mechanism.ask else {}
-        formulas = [*self.formulas.values()]
-        for name, row in asked.items():
-            dimension = DIMENSIONS[asks_for(mechanism, name)]
-            formulas += [value.of(dimension) for value in row if isinstance(value, Formula)]
+        formulas = [*self.formulas.values(), *formulas_asked(mechanism)]
         open_angles = {f.angle for f in formulas if self.is_open(f)}
         self.angle = "rad" if open_angles == {"rad"} else "deg"
 
@@ -152,36 +148,10 @@ class Writer:
                 data[section] = table
             if apart is not None:
                 data["gravity"] = self.gravity(apart)
-        return data | self.questions()
+        return data | questions(self)
 
-    def questions(self) -> dict[str, Any]:
-        """Measures, and the instants that are asked for."""
-        data: dict[str, Any] = {}
-        if self.mechanism.measures:
-            data["measures"] = {
-                name: {"of": m.of, "unit": m.unit} if m.unit else m.of
-                for name, m in self.mechanism.measures.items()
-            }
-        ask = self.mechanism.ask
-        if ask is not None:
-            table: dict[str, Any] = {}
-            if ask.at:
-                table["at"] = {name: self.instants(name, row) for name, row in ask.at.items()}
-            if ask.over:
-                table["over"] = ask.over
-            if ask.instants is not None:
-                table["instants"] = ask.instants
-            data["ask"] = table
-        return data
-
-    def instants(self, name: str, row: Any) -> Any:
-        """One or more values to ask for."""
-        cells = [self.instant(name, value) for value in row]
-        return cells if len(cells) > 1 else cells[0]
-
-    def instant(self, name: str, value: Any) -> Any:
-        """One value to ask for."""
-        dimension = DIMENSIONS[asks_for(self.mechanism, name)]
+    def wanted(self, value: Any, dimension: Dimension) -> Any:
+        """A number of a question, as it was written."""
         if not isinstance(value, Formula):
             return self.written(value, dimension)
         whole = value.of(dimension)

@@ -1,0 +1,201 @@
+"""Numbers that make rows zero: straight where rows are straight, by Newton's method where not.
+
+Rows come from a function of an array of trials (trials, unknowns) that gives (rest, size), each
+(trials, rows): what is left of every row and how large its terms are; NaN where a trial fails.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+__all__ = ["Affine", "Singular", "affine", "newton", "scan", "spread"]
+
+Array = np.ndarray
+Rows = Callable[[Array], tuple[Array, Array]]
+#: An unknown and what is left of a row there.
+Place = tuple[float, float]
+
+#: Part of its terms below which what is left of a row is rounding.
+ROUNDING = 1e-13
+#: Part of its terms below which a row holds.
+HOLDS = 1e-9
+#: Places of a grid that are tried together.
+STRIDE = 8
+#: A singular value below this part of the greatest leaves an unknown open.
+OPEN = 1e-11
+
+
+class Singular(Exception):
+    """The rows do not determine the unknowns: a direction that they leave open, and whether a
+    solution exists at all.
+    """
+
+    def __init__(self, direction: Array, solvable: bool) -> None:
+        super().__init__("singular")
+        self.direction, self.solvable = direction, solvable
+
+
+@dataclass(frozen=True)
+class Affine:
+    """rows(u) = rest + slope (u − base), with the size of the terms of each row."""
+
+    base: Array
+    rest: Array
+    slope: Array
+    size: Array
+
+    def __call__(self, u: Array) -> Array:
+        """What is left of every row at u: (rows,)."""
+        return self.rest + self.slope @ (u - self.base)
+
+    def solve(self, rows: Sequence[int]) -> Array:
+        """The unknowns that make as many rows zero.
+
+        Raises
+        ------
+        Singular
+        """
+        chosen = list(rows)
+        size = np.maximum(self.size[chosen], 1e-300)
+        slope, rest = self.slope[chosen] / size[:, None], self.rest[chosen] / size
+        u, s, vt = np.linalg.svd(slope)
+        if s[-1] <= OPEN * max(float(s[0]), 1e-300):
+            small = s <= OPEN * max(float(s[0]), 1e-300)
+            raise Singular(vt[-1], bool(np.abs(u[:, small].T @ rest).max() < HOLDS))
+        step: Array = np.linalg.solve(slope, -rest)
+        return self.base + step
+
+
+def affine(rows: Rows, start: Array) -> Affine | None:
+    """The rows as straight functions of the unknowns; None where they are not straight."""
+    n = len(start)
+    odd = np.array([0.7 + 0.31 * k for k in range(n)]) * (-1.0) ** np.arange(n)
+    probes = np.vstack([start, start + np.eye(n), start + odd, start - 900.0 * odd])
+    rest, size = rows(probes)
+    if not np.isfinite(rest).all():
+        return None
+    slope = (rest[1 : n + 1] - rest[0]).T
+    guessed = rest[0] + (probes - start) @ slope.T
+    terms = size.max(axis=0) + np.abs(probes - start) @ np.abs(slope).T
+    if (np.abs(rest - guessed) > HOLDS * terms).any():
+        return None
+    whole = size[: n + 1].max(axis=0) + np.abs(slope).sum(axis=1)
+    return Affine(start, rest[0], slope, whole)
+
+
+def newton(rows: Rows, chosen: Sequence[int], start: Array) -> Affine | None:
+    """Newton's method with differences, its steps shortened where what is left grows.
+
+    Returns
+    -------
+    Affine or None
+        All rows about the place where the chosen ones are zero; None where it does not arrive.
+    """
+    index, n = list(chosen), len(start)
+    u, before = start.copy(), np.inf
+    best: tuple[float, Affine] | None = None
+    for _ in range(40):
+        h = 1e-6 * np.maximum(1.0, np.abs(u))
+        rest, size = rows(np.vstack([u, u + np.diag(h)]))
+        if not np.isfinite(rest[0]).all():
+            return None
+        lost = ~np.isfinite(rest[1:]).all(axis=1)
+        if lost.any():  # at the edge of what can be analysed: look to the other side
+            h = np.where(lost, -h, h)
+            rest, size = rows(np.vstack([u, u + np.diag(h)]))
+            if not np.isfinite(rest).all():
+                return None
+        slope = ((rest[1:] - rest[0]) / h[:, None]).T
+        whole = np.maximum(size[0], np.abs(slope) @ np.maximum(1.0, np.abs(u)))
+        terms = whole[index] + 1e-300
+        left = float(np.abs(rest[0][index] / terms).max())
+        if best is None or left < best[0]:
+            best = (left, Affine(u, rest[0], slope, whole))
+        if left < ROUNDING or (left < HOLDS and left >= 0.5 * before):
+            break
+        before = left
+        step, *_ = np.linalg.lstsq(slope[index] / terms[:, None], -rest[0][index] / terms)
+        longest = float(np.abs(step / np.maximum(1.0, np.abs(u))).max())
+        step *= min(1.0, 2.0 / longest) if longest > 0.0 else 1.0
+        for _ in range(12):
+            trial, _ = rows((u + step)[None])
+            there = np.abs(trial[0][index] / terms).max()
+            if there < max((1.0 - 1e-4) * left, ROUNDING) and np.isfinite(trial).all():
+                break
+            step = 0.5 * step
+        u = u + step
+        if n and np.abs(step).max() < 1e-16:
+            break
+    if best is None or not best[0] < HOLDS:
+        return None
+    return best[1]
+
+
+def scan(rows: Rows, chosen: int, grid: Array, start: float) -> list[Array]:
+    """Starts for Newton's method in one unknown: where a row changes its sign along the grid, and
+    where it comes near to zero without.
+
+    The grid is walked from the start to both sides, no further than where trials begin to fail.
+    """
+    middle = int(np.searchsorted(grid, start))
+    rest = np.full(len(grid), np.nan)
+    for side in (np.arange(middle, len(grid)), np.arange(middle - 1, -1, -1)):
+        for first in range(0, len(side), STRIDE):
+            index = side[first : first + STRIDE]
+            rest[index] = rows(grid[index][:, None])[0][:, chosen]
+            if np.isnan(rest[index]).all():
+                break
+    found: list[Array] = []
+    for k, here in enumerate(rest):
+        if here == 0.0:
+            found.append(grid[k : k + 1])
+        elif k and here * rest[k - 1] < 0.0:
+            found.append(_bracketed(rows, chosen, (grid[k - 1], rest[k - 1]), (grid[k], here)))
+        elif 0 < k < len(grid) - 1 and abs(here) <= min(abs(rest[k - 1]), abs(rest[k + 1])):
+            found.append(grid[k : k + 1])
+    return found
+
+
+def _bracketed(rows: Rows, chosen: int, left: Place, right: Place) -> Array:
+    """A zero between two places of different sign (Illinois method), near enough for Newton's."""
+    (a, fa), (b, fb), side = left, right, 0
+    for _ in range(60):
+        x = (a * fb - b * fa) / (fb - fa)
+        f = float(rows(np.array([[x]]))[0][0, chosen])
+        if not np.isfinite(f) or f == 0.0 or abs(b - a) < 1e-9 * max(abs(a), abs(b), 1e-300):
+            return np.array([x])
+        if f * fb > 0.0:
+            b, fb = x, f
+            fa, side = (0.5 * fa, -1) if side == -1 else (fa, -1)
+        else:
+            a, fa = x, f
+            fb, side = (0.5 * fb, 1) if side == 1 else (fb, 1)
+        if abs(f) < 1e-6 * max(abs(fa), abs(fb)) and abs(b - a) < 1e-3 * max(abs(a), abs(b)):
+            return np.array([x])
+    return np.array([0.5 * (a + b)])
+
+
+def spread(grids: Sequence[Array], count: int) -> Array:
+    """Starts that fill the space of the grids evenly, the same ones always: (count, unknowns)."""
+    return np.stack(
+        [
+            grid[np.minimum((_halton(count, prime) * len(grid)).astype(int), len(grid) - 1)]
+            for grid, prime in zip(grids, (2, 3, 5, 7, 11, 13, 17, 19), strict=False)
+        ],
+        axis=1,
+    )
+
+
+def _halton(count: int, base: int) -> Array:
+    """Numbers between 0 and 1 that fill the interval evenly."""
+    found = np.zeros(count)
+    for n in range(count):
+        part, left = 1.0, n + 1
+        while left:
+            part /= base
+            found[n] += part * (left % base)
+            left //= base
+    return found
