@@ -18,8 +18,10 @@ if TYPE_CHECKING:
     from mbody import gallery, laws, makers, testing
     from mbody.analysis import (
         close_loops,
+        free_body,
         kinematics,
         kinetostatics,
+        members,
         mobility,
         solve_for,
         statics,
@@ -73,7 +75,7 @@ if TYPE_CHECKING:
 
 # where each public name lives: loaded when it is asked for, so that `import mbody` costs nothing
 _HOME = {
-    "analysis": "close_loops kinematics kinetostatics mobility solve_for statics",
+    "analysis": "close_loops free_body kinematics kinetostatics members mobility solve_for statics",
     "assembler": "assemble",
     "bodies": "Body Guess SecondMoments Slender deg rpm",
     "formulas": "convert",

@@ -8,6 +8,7 @@ import numpy as np
 
 from mbody.core.audit import audit
 from mbody.core.causes import breakdown as kernel
+from mbody.core.causes import each_load
 from mbody.core.layout import Work
 from mbody.core.output import PER_ATOM
 from mbody.elements import listed
@@ -18,7 +19,7 @@ from mbody.joints import Joint
 if TYPE_CHECKING:
     from mbody.solution import Solution
 
-__all__ = ["breakdown", "checks", "loaded"]
+__all__ = ["breakdown", "checks", "each_load_of", "loaded"]
 
 
 def checks(solution: Solution) -> Checks:
@@ -49,6 +50,17 @@ def loaded(solution: Solution, instant: int) -> Work:
     the coordinates in `force`.
     """
     return _audit(solution, 0, slice(instant, instant + 1))[1]
+
+
+def each_load_of(solution: Solution, instant: int) -> np.ndarray:
+    """Force (x, y) at the mass centre and torque of every load on every body at one instant of one
+    design: (loads, bodies, 3).
+    """
+    system, instants = solution.system, slice(instant, instant + 1 or None)
+    output = np.empty((1, len(system.mechanism.loads), system.coordinates))
+    motion = np.ascontiguousarray(_motion(solution, 0)[instants])
+    each_load(system.runtime(), system.work(), motion, solution.t[instants], output)
+    return output[0].reshape(-1, len(system.mechanism.bodies), 3)
 
 
 def _audit(

@@ -162,13 +162,40 @@ class Solution:
 
     def moment(self, element: Joint, fx: Array, fy: Array) -> Any:
         """Moment about a joint's place on j of a force at the point where its reaction is told."""
+        offset = self._offset(element)
+        return 0.0 if offset is None else offset[0] * fy - offset[1] * fx
+
+    def told_at(self, joint: str) -> tuple[Array, Array]:
+        """Where the reaction of a joint, or the force of a driver of a length, is told: its place
+        on j, or the point of contact; world axes, arrays (instants,).
+        """
+        element: Any = self.mechanism[joint]
+        x, y = self._place(element, "j")
+        offset = self._offset(element) if isinstance(element, Joint) else None
+        return (x, y) if offset is None else (x + offset[0], y + offset[1])
+
+    def pressing(self, joint: str) -> Array | None:
+        """How hard a contact presses [force], (instants,): negative where it would have to pull;
+        None for a joint that holds both ways.
+        """
+        element = self._joint(joint)
+        reaction = self.reaction(joint)
+        return element.pressing(*self._between(element), (reaction.fx, reaction.fy))
+
+    def _offset(self, element: Joint) -> Any:
+        """From a joint's place on j to where its reaction is told; None for that place itself."""
         if type(element).told_at is Joint.told_at:
-            return 0.0
+            return None
+        return element.told_at(*self._between(element))
+
+    def _between(self, element: Joint) -> tuple[Any, tuple[Array, Array], Array]:
+        """Numbers, the way from the place on i to that on j, and the direction of the marker on i,
+        as joints take them.
+        """
         at = self.system.numbers
         (ix, iy), (jx, jy) = self._place(element, "i"), self._place(element, "j")
         angle = self[element.i.body].angle + _column(at.angle(element, "i"))
-        offset = element.told_at(_Columns(at), (jx - ix, jy - iy), angle)
-        return 0.0 if offset is None else offset[0] * fy - offset[1] * fx
+        return _Columns(at), (jx - ix, jy - iy), angle
 
     def _place(self, element: Joint, side: str) -> tuple[Array, Array]:
         """History of the world place of an end of a joint."""

@@ -1,10 +1,20 @@
 """Analyses, one a file; each takes a Mechanism or a System and gives a Solution."""
 
 from mbody.analysis.close_loops import close_loops
+from mbody.analysis.free_body import free_body, members
 from mbody.analysis.kinematics import kinematics
 from mbody.analysis.kinetostatics import kinetostatics
 from mbody.analysis.mobility import mobility
 from mbody.analysis.solve_for import solve_for
 from mbody.analysis.statics import statics
 
-__all__ = ["close_loops", "kinematics", "kinetostatics", "mobility", "solve_for", "statics"]
+__all__ = [
+    "close_loops",
+    "free_body",
+    "kinematics",
+    "kinetostatics",
+    "members",
+    "mobility",
+    "solve_for",
+    "statics",
+]

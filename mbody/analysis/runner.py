@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from mbody.analysis.closure import (
     drivers,
     raise_user_error,
 )
+from mbody.analysis.contacts import pulled
 from mbody.analysis.instants import BY_DRIVER, BY_INSTANT, BY_TIME, Plan, check_laws
 from mbody.analysis.rank import dense, too_large
 from mbody.analysis.uniqueness import open_reactions
@@ -206,7 +208,7 @@ class Runner:
         notes = list(start.notes)
         if start.soft and self.loads and dependencies is None:
             notes.append("rows are redundant; which reactions are unique was not looked at")
-        return Solution(
+        found = Solution(
             system=self.system,
             analysis=self.analysis,
             t=plan.t,
@@ -214,9 +216,9 @@ class Runner:
             given=None if plan.mode == BY_TIME else plan.given,
             soft=start.soft,
             dependencies=dependencies,
-            notes=tuple(notes),
             status=status,
         )
+        return replace(found, notes=(*notes, *pulled(found)))
 
     def explain(self, stuck: Stuck, start: Closed, plan: Plan) -> SolveError:
         """The sentence of a path that ended: a user's function, a law, a dead centre."""

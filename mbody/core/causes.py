@@ -1,6 +1,7 @@
-"""Breakdown by cause: the multipliers that inertia and each load would have alone.
+"""Breakdown by cause: what each load is, and the multipliers that it would have alone.
 
-Kinetostatics is linear in them, so each costs one solve with the factor of the instant.
+Kinetostatics is linear in inertia and loads, so each costs one solve with the factor of the
+instant.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from mbody.core.instant import clear, multipliers
 from mbody.core.output import keep_atoms
 from mbody.core.rows import rows, turns
 
-__all__ = ["breakdown"]
+__all__ = ["breakdown", "each_load"]
 
 
 @kernel
@@ -44,3 +45,25 @@ def breakdown(L, W, soft, motion, t, causes, output):
                 forces(L, W, w, cause)
             multipliers(L, W, w)
             keep_atoms(L, W, w, output[k, cause + 1], 0)
+
+
+@kernel
+def each_load(L, W, motion, t, output):
+    """Fill output (instants, loads, 3·bodies): each load alone on the coordinates.
+
+    motion and t as of `breakdown`.
+    """
+    L, W = by_reference(L), by_reference(W)
+    w = 0.0
+    signals(L, W, w, L.signal_law.shape[0])
+    n3 = 3 * L.bodies
+    for k in range(t.shape[0]):
+        W.time[0, 0] = t[k]
+        signals(L, W, w, L.varying)
+        for n in range(n3):
+            W.q[n, 0], W.v[n, 0] = motion[k, n], motion[k, n3 + n]
+        turns(L, W, w)
+        for cause in range(output.shape[1]):
+            forces(L, W, w, cause)
+            for n in range(n3):
+                output[k, cause, n] = W.force[n, 0]

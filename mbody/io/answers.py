@@ -31,9 +31,9 @@ def answer_data(answer: Answer, angle: str = "deg") -> dict[str, Any]:
 
     >>> import mbody
     >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=10.0)
-    >>> told = answer_data(mbody.solve_for(machine, "motor.rate", "A.fx = 0"))
-    >>> sorted(told["solutions"][0]["unknowns"])
-    ['motor.rate']
+    >>> told = answer_data(mbody.solve_for(machine, "motor.acceleration", "motor.effort = 0"))
+    >>> list(told["solutions"][0]["unknowns"])
+    ['motor.acceleration']
     """
     told: dict[str, Any] = {"solutions": [_data(found, angle) for found in answer.solutions]}
     if answer.question.note:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.analysis.free_body import members
 from mbody.io.measured import measures
 from mbody.io.parts import (
     ABOUT,
@@ -21,7 +22,7 @@ from mbody.io.parts import (
     torque_cells,
 )
 from mbody.io.summary import summary
-from mbody.io.text import Column, angles, even, number, numbers, polars, table
+from mbody.io.text import Column, angles, even, number, numbers, paragraph, polars, table
 from mbody.loads import Force, Gravity
 
 if TYPE_CHECKING:
@@ -33,6 +34,9 @@ __all__ = ["sheet"]
 Array = np.ndarray
 
 COMPONENTS = ("fx", "fy", "torque")
+
+#: Members that a sheet tells of.
+MEMBERS = 12
 
 
 def sheet(solution: Solution) -> str:
@@ -85,6 +89,8 @@ class _Instant:
             parts.append(self._inertia())
         if self.forces:
             parts.append(self._loads())
+        if not self.moves:
+            parts.append(self._members())
         parts.append(measures(self.solution))
         lines = heading(self.solution, when)
         for part in parts:
@@ -196,6 +202,11 @@ class _Instant:
                 Column("-I_G α", torques, unit("torque")),
             ]
         )
+
+    def _members(self) -> list[str]:
+        """Links that two or three forces hold, as sentences."""
+        told = [m.words for m in members(self.solution) if m.kind in ("two-force", "three-force")]
+        return [line for words in told[:MEMBERS] for line in paragraph(words, "MEMBER   ")]
 
     def _loads(self) -> list[str]:
         loads = self.mechanism.loads

@@ -62,6 +62,23 @@ class Joint(Element):
         """
         return None
 
+    def pressing(self, at: Any, d: Any, angle: Any, force: tuple[Any, Any]) -> Any | None:
+        """How hard a contact presses on the body of j: None for a joint that holds both ways.
+
+        Parameters
+        ----------
+        at, d, angle
+            As of `told_at`.
+        force : pair of arrays (instants,)
+            The reaction on the body of j, world axes [force].
+
+        Returns
+        -------
+        array (instants,), or None
+            [force]; negative where it would have to pull, which a contact cannot.
+        """
+        return None
+
     def apart(self, at: Any) -> Any:
         """How far apart the two places are where the joint lets them be [length]: a rough start."""
         return 0.0

@@ -29,7 +29,7 @@ class Rolling(Joint):
     On a line Φ = [n_i · d − r,  u_i · d + r (θ_j − θ_i) − offset] = 0; on a wheel Φ = [|d| − R,
     n(ψ) · d] = 0, as of a `Gear`: two rows. The reaction is the force on the wheel at the point of
     contact: its part along the line keeps the wheel from slipping, that across it presses. Both
-    hold whatever their size and sign: look at them.
+    hold whatever their size and sign; a note tells where the contact would have to pull.
 
     Parameters
     ----------
@@ -108,3 +108,10 @@ class Rolling(Joint):
         if self.on_radius is not None:
             return touching(self.radii(at)[1], d)
         return below(at[f"{self.name}.radius"], angle)
+
+    def pressing(self, at: Any, d: Any, angle: Any, force: tuple[Any, Any]) -> Any:
+        """The part of the force across the line, or along the line of centres."""
+        if self.on_radius is None:
+            return np.cos(angle) * force[1] - np.sin(angle) * force[0]
+        outward = (d[0] * force[0] + d[1] * force[1]) / np.hypot(*d)
+        return -outward if self.internal else outward

@@ -5,7 +5,18 @@ import math
 import sys
 from unittest import mock
 
-from mbody import Body, Fixed, Marker, Mechanism, assemble, kinematics, kinetostatics, statics
+from mbody import (
+    Body,
+    Fixed,
+    Marker,
+    Mechanism,
+    assemble,
+    free_body,
+    kinematics,
+    kinetostatics,
+    members,
+    statics,
+)
 from tests.errors.models import four_bar
 
 
@@ -65,6 +76,9 @@ SCENARIOS = {
     "columns of a batch": lambda: batch().columns(),
     "data of a batch": lambda: batch().data(),
     "some instants of a batch": lambda: batch().take([0]),
+    "a free body of kinematics": lambda: free_body(motion(), "crank"),
+    "free bodies of a batch": lambda: members(batch()),
+    "a free body that is not there": lambda: free_body(run(), "rod"),
     "a frame without pandas": without_pandas,
     "a folder that is not there": lambda: run().to_csv("/nowhere/run.csv"),
     "a folder for a file": lambda: run().to_csv("/"),

@@ -1,0 +1,48 @@
+"""Contacts that would have to pull: what the user is told of them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbody.joints import Joint
+from mbody.solution import Solution
+
+__all__ = ["pulled"]
+
+#: Part of the greatest force of a contact below which its pull is rounding.
+ROUNDING = 1e-9
+
+
+def pulled(solution: Solution) -> list[str]:
+    """A sentence for each contact that presses nowhere on the other body at some instant.
+
+    A contact is kept by its rows whatever its force; whether it would be kept is for its sign to
+    say.
+    """
+    if not solution.has_forces:
+        return []
+    found = []
+    for joint in solution.mechanism.joints:
+        if type(joint).pressing is Joint.pressing:
+            continue
+        press = np.asarray(solution.pressing(joint.name))
+        reaction = solution.reaction(joint.name)
+        floor = ROUNDING * float(np.max(reaction.magnitude, initial=0.0))
+        low = press < -floor
+        if low.any():
+            found.append(_told(solution, joint, press, int(low.sum())))
+    return found
+
+
+def _told(solution: Solution, joint: Joint, press: np.ndarray, count: int) -> str:
+    units = solution.mechanism.units
+    where = np.unravel_index(int(press.argmin()), press.shape)
+    when = f"at t = {solution.t[where[-1]]:.6g} {units.time}"
+    if press.ndim == 2:
+        when = f"in design {where[0]} {when}"
+    if press.size > 1:
+        when = f"at {count} of {press.size} instants, most {when}"
+    return (
+        f"contact '{joint.name}' would have to pull '{joint.j.body}' with {-press.min():.6g} "
+        f"{units.force} {when}: '{joint.j.body}' would leave '{joint.i.body}' there"
+    )
