@@ -3,7 +3,7 @@ JOBS   ?= 2
 BIN    := .venv/bin
 PIP    := $(BIN)/python -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
 
-.PHONY: demo test lint errors clean
+.PHONY: demo test lint errors pictures clean
 
 demo: .venv/installed
 	$(BIN)/mbody demo
@@ -21,6 +21,10 @@ lint: .venv/installed-dev
 # The page of all error sentences, docs/errors.md, as they happen.
 errors: .venv/installed-dev
 	$(BIN)/python -m tests.errors
+
+# The pictures of the gallery, docs/pictures, and the table of them in the README.
+pictures: .venv/installed-dev
+	$(BIN)/python -m tests.pictures
 
 clean:
 	rm -rf .venv dist .pytest_cache .ruff_cache .mypy_cache .hypothesis

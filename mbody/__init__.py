@@ -71,6 +71,7 @@ if TYPE_CHECKING:
     from mbody.questions import Ask, Measure, Question, Unknown
     from mbody.solution import Solution
     from mbody.system import System
+    from mbody.views import draw, plot
 
 
 # where each public name lives: loaded when it is asked for, so that `import mbody` costs nothing
@@ -92,6 +93,7 @@ _HOME = {
     "histories": "Reaction",
     "solution": "Solution",
     "system": "System",
+    "views": "draw plot",
 }
 _MODULES = ("gallery", "laws", "makers", "testing")
 _WHERE = {name: home for home, names in _HOME.items() for name in names.split()}

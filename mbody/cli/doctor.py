@@ -22,7 +22,7 @@ EXTRA = {
     "pymunk": "second opinion: simulation",
     "pin": "second opinion: inverse dynamics",
     "pandas": "run.to_dataframe()",
-    "matplotlib": "plots",
+    "matplotlib": "draw and plot",
     "scipy": "oracles of the tests",
 }
 

@@ -22,6 +22,8 @@ examples:
   mbody kinetostatics mine.toml --over turn --csv turn.csv
   mbody statics mine.toml --set load=120 --json   as data, for scripts
   mbody solve mine.toml brake                     the unknowns of its table [solve.brake]
+  mbody draw mine.toml --forces -o mine.svg       a picture with its forces
+  mbody plot mine.toml motor.effort -o effort.png over the cycle
   mbody show norton_fourbar > mine.toml           a file to begin with
 """
 
@@ -70,6 +72,8 @@ def parser() -> argparse.ArgumentParser:
     )
     _model(check)
     _json(check)
+    _draw(command("draw", "a picture of the mechanism at one instant", "draw.draw"))
+    _plot(command("plot", "diagrams of quantities over the cycle", "draw.plot"))
     _json(command("models", "the models of the gallery", "about.models"))
     show = command("show", "print the file of a model", "about.show")
     show.add_argument("model", metavar="MODEL", help=MODEL)
@@ -106,8 +110,7 @@ def _angle(command: argparse.ArgumentParser) -> None:
     )
 
 
-def _analysis(command: argparse.ArgumentParser) -> None:
-    _model(command)
+def _instants(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--at",
         action="append",
@@ -122,6 +125,44 @@ def _analysis(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--instants", metavar="N", help="how many of a turn, both ends included (361)"
     )
+
+
+def _output(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "-o", "--output", metavar="FILE", required=True, help="ends in .svg, .png or .pdf"
+    )
+
+
+def _draw(command: argparse.ArgumentParser) -> None:
+    _model(command)
+    _instants(command)
+    command.add_argument("--forces", action="store_true", help="draw the joint forces too")
+    command.add_argument(
+        "--path",
+        action="append",
+        default=[],
+        metavar="POINT",
+        help="draw the path of a point, such as coupler.P",
+    )
+    _output(command)
+
+
+def _plot(command: argparse.ArgumentParser) -> None:
+    _model(command)
+    command.add_argument(
+        "quantities",
+        nargs="*",
+        metavar="QUANTITY",
+        help="a measure of the model, or a formula such as motor.effort, B.force, coupler.P.y; "
+        "without any, all measures",
+    )
+    _instants(command)
+    _output(command)
+
+
+def _analysis(command: argparse.ArgumentParser) -> None:
+    _model(command)
+    _instants(command)
     _angle(command)
     if not command.prog.endswith("kinematics"):
         command.add_argument(

@@ -24,12 +24,13 @@ from tests.errors import (
     results,
     solving,
     unknowns,
+    views,
 )
 
 PACKAGE = Path(__file__).parents[2] / "mbody"
 SUBJECTS = (
     *(describing, laws, formulas, model_files, assembling),
-    *(solving, own_code, results, questions, unknowns, command),
+    *(solving, own_code, results, questions, unknowns, views, command),
 )
 KINDS = (ModelError, SolveError, UsageError, ModelWarning)
 

@@ -1,0 +1,125 @@
+"""matplotlib, loaded when the first picture is made, and the files that pictures are written to."""
+
+from __future__ import annotations
+
+import io
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mbody.errors import ModelError
+from mbody.io.files import writing
+from mbody.views.style import FONTS, MATHS, SIZE
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from mbody.solution import Solution
+
+__all__ = ["blank", "check_ending", "one_design", "save", "styled"]
+
+ENDINGS = ("svg", "png", "pdf")
+
+
+def styled() -> Any:
+    """A context in which matplotlib has the fonts and lines of our pictures, whatever the user's
+    own settings are.
+
+    Raises
+    ------
+    ModelError
+        Where matplotlib is not installed.
+    """
+    try:
+        import matplotlib.style
+    except ImportError:
+        raise ModelError(
+            "a picture needs matplotlib, which is not installed: pip install matplotlib"
+        ) from None
+    ours: dict[str, Any] = {
+        "font.family": FONTS,
+        "font.size": SIZE["text"],
+        "mathtext.fontset": MATHS,
+        "svg.fonttype": "path",
+        "svg.hashsalt": "mbody",
+        "axes.unicode_minus": True,
+    }
+    return matplotlib.style.context(["default", ours])
+
+
+def blank() -> Figure:
+    """An empty figure that no window shows; notebooks do."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(facecolor="white")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def one_design(run: Solution) -> None:
+    """Refuse a batch, of which there is no one picture."""
+    if run.record.batch:
+        raise ModelError(
+            f"a picture is of one design, this is a batch of {run.record.count} designs: analyse "
+            "one of them, system.design(n)"
+        )
+
+
+def check_ending(path: Any) -> str:
+    """The format that the ending of a file asks for.
+
+    >>> check_ending("turn.SVG")
+    'svg'
+    """
+    try:
+        ending = Path(path).suffix[1:].lower()
+    except TypeError:
+        raise ModelError(f"a path must be text or path-like, not {path!r}") from None
+    if ending not in ENDINGS:
+        raise ModelError(
+            f"cannot write '{path}': a picture is a file that ends in .svg, .png or .pdf"
+        )
+    return ending
+
+
+def save(figure: Figure, path: Any) -> None:
+    """Write a picture, in the format that the ending of the file says.
+
+    The same picture gives the same file, byte by byte, with one version of matplotlib.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        Of `draw` or `plot`, or any other.
+    path : str or path-like
+        A file that ends in .svg, .png or .pdf; one that exists is replaced.
+
+    Raises
+    ------
+    ModelError
+        For another ending, or a place where no file can be written.
+    """
+    ending = check_ending(path)
+    nameless: dict[str, Any] = {
+        "svg": {"Date": None, "Creator": None},
+        "png": {"Software": None},
+        "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+    }
+    content = io.BytesIO()
+    with styled():
+        figure.savefig(content, format=ending, dpi=200, metadata=nameless[ending])
+    whole = content.getvalue()
+    if ending == "svg":
+        whole = _shortened(whole.decode("utf-8")).encode("utf-8")
+    with writing(path, binary=True) as file:
+        file.write(whole)
+
+
+def _shortened(svg: str) -> str:
+    """The same drawing with outlines to a hundredth of a point, a quarter smaller.
+
+    >>> _shortened('<path d="M 1.23456 0.5 z" transform="scale(0.012345)"/>')
+    '<path d="M 1.23 0.5 z" transform="scale(0.012345)"/>'
+    """
+    return re.sub(r'\bd="[^"]*"', lambda path: re.sub(r"(\.\d\d)\d+", r"\1", path[0]), svg)

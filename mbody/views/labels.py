@@ -1,0 +1,188 @@
+"""Where labels stand: near what they name, and clear of lines, pins and each other."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mbody.views.shapes import direction
+from mbody.views.style import FONTS, INK, MATHS, SIZE
+
+__all__ = ["Label", "Places", "beside", "extent", "symbolic", "together"]
+
+Array = np.ndarray
+
+#: Directions in which a label may stand from a point.
+AROUND = 24
+#: What a label costs for lying on a line of its own height, and on another label as a whole.
+ON_LINE, ON_LABEL = 3.0, 40.0
+
+
+@dataclass
+class Label:
+    """A text and the places where it may stand.
+
+    Attributes
+    ----------
+    text : str
+    spots : list of (x, y, cost)
+        Middles of the text; the cost is that of a place by itself.
+    """
+
+    text: str
+    spots: list[tuple[float, float, float]]
+    size: float = SIZE["text"]
+    color: str = INK
+    italic: bool = False
+    name: str = ""
+    at: tuple[float, float] = (0.0, 0.0)
+    covers: bool = False
+
+
+@functools.cache
+def extent(text: str, size: float, italic: bool = False) -> tuple[float, float]:
+    """Width and height of a text in points.
+
+    >>> width, height = extent("coupler", 10.0)
+    >>> 20.0 < width < 45.0, 5.0 < height < 12.0
+    (True, True)
+    """
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import TextPath
+
+    font = FontProperties(
+        family=FONTS, style="italic" if italic else "normal", math_fontfamily=MATHS
+    )
+    if not text.strip():
+        return 0.0, 0.0
+    bounds = TextPath((0, 0), text, size=size, prop=font).get_extents()
+    return float(bounds.width), max(float(bounds.height), 0.7 * size)
+
+
+def symbolic(name: str) -> str:
+    r"""A name as books set it: a letter with an index in italics, others as they are.
+
+    >>> symbolic("O2"), symbolic("F_P"), symbolic("motor"), symbolic("cost $")
+    ('$O_{2}$', '$F_{P}$', 'motor', 'cost \\$')
+    """
+    if re.fullmatch(r"[A-Za-z]_?[0-9]*|[A-Za-z]_[A-Za-z]", name):
+        letter, index = name[0], name[1:].lstrip("_")
+        return f"${letter}_{{{index}}}$" if index else f"${letter}$"
+    return name.replace("$", r"\$")
+
+
+def together(names: Sequence[str]) -> str:
+    """The names of pins at one place, those of one letter under it.
+
+    >>> together(["A1", "A2"]), together(["A", "O2"])
+    ('$A_{1,2}$', '$A$, $O_{2}$')
+    """
+    parts = [re.fullmatch(r"([A-Za-z])([0-9]+)", name) for name in names]
+    letters = {part and part[1] for part in parts}
+    if len(names) > 1 and len(letters) == 1 and None not in letters:
+        return f"${letters.pop()}_{{{','.join(part[2] for part in parts if part)}}}$"
+    return ", ".join(symbolic(name) for name in names)
+
+
+def beside(
+    anchor: Any, size: tuple[float, float], gap: float, wanted: float, turn: float = 1.0
+) -> list[tuple[float, float, float]]:
+    """Spots all around a point, `gap` away from it, best in the direction `wanted` [rad]."""
+    found = []
+    for ring in range(4):
+        for n in range(AROUND):
+            angle = wanted + math.tau * n / AROUND
+            u = direction(angle)
+            reach = gap * (1.0 + 0.9 * ring) + min(
+                0.5 * size[0] / max(abs(u[0]), 1e-9), 0.5 * size[1] / max(abs(u[1]), 1e-9)
+            )
+            x, y = np.asarray(anchor) + reach * u
+            cost = turn * 0.5 * (1.0 - math.cos(angle - wanted)) + 1.2 * ring
+            found.append((float(x), float(y), cost))
+    return found
+
+
+@dataclass
+class Places:
+    """What is in the way, and the labels that are placed one after another.
+
+    Attributes
+    ----------
+    unit : float
+        Length of a point (1/72 in) in the units of the mechanism.
+    """
+
+    unit: float
+    strokes: list[tuple[float, float, float, float, float, float]] = field(default_factory=list)
+    boxes: list[tuple[float, float, float, float]] = field(default_factory=list)
+
+    def stroke(self, line: Array, half: float, weight: float = 1.0) -> None:
+        """A line is in the way, `half` its width."""
+        for a, b in itertools.pairwise(line):
+            ends = float(a[0]), float(a[1]), float(b[0]), float(b[1])
+            self.strokes.append((*ends, half, weight))
+
+    def set(self, labels: Sequence[Label]) -> None:
+        """Give each label the spot that costs least; the first ones choose first."""
+        for label in labels:
+            width, height = (self.unit * part for part in self.measured(label))
+            # rounded, so that the last digits of two equal costs choose nothing
+            costs = [round(self.cost(spot, width, height), 6) for spot in label.spots]
+            x, y, own = label.spots[best := int(np.argmin(costs))]
+            label.at, label.covers = (x, y), costs[best] > own + 0.05
+            self.boxes.append((x, y, 0.5 * width, 0.5 * height))
+
+    @staticmethod
+    def measured(label: Label) -> tuple[float, float]:
+        """Width and height of a label in points, with a little room."""
+        width, height = extent(label.text, label.size, label.italic)
+        return width + 4.0, height + 2.0
+
+    def cost(self, spot: tuple[float, float, float], width: float, height: float) -> float:
+        """How bad a spot is: the lines and labels that the text would cover."""
+        x, y, total = spot
+        if self.strokes:
+            lines = self._lines()
+            along = _inside(lines, x, y, 0.5 * width + lines[:, 4], 0.5 * height + lines[:, 4])
+            total += ON_LINE * float(np.sum(lines[:, 5] * along)) / height
+        if self.boxes:
+            boxes = np.array(self.boxes)
+            dx = np.minimum(x + 0.5 * width, boxes[:, 0] + boxes[:, 2])
+            dx -= np.maximum(x - 0.5 * width, boxes[:, 0] - boxes[:, 2])
+            dy = np.minimum(y + 0.5 * height, boxes[:, 1] + boxes[:, 3])
+            dy -= np.maximum(y - 0.5 * height, boxes[:, 1] - boxes[:, 3])
+            covered = np.clip(dx, 0.0, None) * np.clip(dy, 0.0, None) / (width * height)
+            total += ON_LABEL * float(covered.sum())
+        return total
+
+    def _lines(self) -> Array:
+        if len(self.strokes) != len(self._kept):
+            self._kept = np.array(self.strokes)
+        return self._kept
+
+    _kept: Array = field(default_factory=lambda: np.zeros((0, 6)), repr=False)
+
+
+def _inside(lines: Array, x: float, y: float, half_x: Array, half_y: Array) -> Array:
+    """How much of each line lies within a rectangle about (x, y) (Liang and Barsky 1984)."""
+    start, way = lines[:, :2] - (x, y), lines[:, 2:4] - lines[:, :2]
+    enter, leave = np.zeros(len(lines)), np.ones(len(lines))
+    for k, half in enumerate((half_x, half_y)):
+        rests = np.abs(way[:, k]) < 1e-300
+        slope = np.where(rests, 1.0, way[:, k])
+        near, far = (-half - start[:, k]) / slope, (half - start[:, k]) / slope
+        near, far = np.minimum(near, far), np.maximum(near, far)
+        outside = rests & (np.abs(start[:, k]) > half)
+        near, far = np.where(rests, -np.inf, near), np.where(rests, np.inf, far)
+        near = np.where(outside, np.inf, near)
+        enter, leave = np.maximum(enter, near), np.minimum(leave, far)
+    length = np.hypot(way[:, 0], way[:, 1])
+    # a line that is shorter than wide counts by its width
+    return np.clip(leave - enter, 0.0, None) * np.maximum(length, lines[:, 4])

@@ -1,0 +1,145 @@
+"""Links: bars, plates, cranks of one pin, and their mass centres."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mbody.joints import Joint, PinSlot, Prismatic
+from mbody.views.guides import guide, travel
+from mbody.views.labels import Label, Places, symbolic
+from mbody.views.pose import wheels
+from mbody.views.shapes import arc, hull, rounded, unique
+from mbody.views.style import INK, LINK, PAPER, PLATE, Z
+
+if TYPE_CHECKING:
+    from mbody.views.sketch import Sketch
+
+__all__ = ["link", "link_label", "points"]
+
+Array = np.ndarray
+
+
+def link(sketch: Sketch, body: str, order: int) -> None:
+    """A body as a bar or plate through its nodes; later ones lie above."""
+    nodes = places(sketch, body)
+    half = sketch.size("link")
+    if len(nodes) < 2:
+        if _has_symbol(sketch, body):
+            mass_centre(sketch, body)
+            return
+        centre = sketch.pose.centre(body)
+        if not nodes or np.hypot(*(nodes[0] - centre)) > half:
+            nodes = [*nodes, centre]
+        half *= 1.0 if len(nodes) > 1 else 1.8
+    # plates lie below bars, which they would hide
+    plate = len(hull(nodes, half)) > 2
+    z = Z["plate" if plate else "link"] + 1e-3 * order
+    fill = PLATE if plate else LINK
+    sketch.shape(rounded(nodes, half), fill, INK, 1.1, z, name=f"link:{body}")
+    sketch.edges[body] = hull(nodes, 1e-3 * half)
+    mass_centre(sketch, body)
+
+
+def places(sketch: Sketch, body: str) -> list[Array]:
+    """What a link reaches to: its nodes, and the ends of the guides on it."""
+    found = list(sketch.pose.nodes[body])
+    for joint in sketch.pose.mechanism.joints:
+        if isinstance(joint, (Prismatic, PinSlot)) and guide(joint)[0] == body:
+            found += travel(sketch, joint)
+    return unique(found, 0.3 * sketch.size("pin"))
+
+
+def _has_symbol(sketch: Sketch, body: str) -> bool:
+    """Whether a body of one place is drawn by its joint: a slider, a pin in a slot, a wheel."""
+
+    def drawn(joint: Joint) -> bool:
+        if isinstance(joint, (Prismatic, PinSlot)):
+            return guide(joint)[0] != body and body in (joint.i.body, joint.j.body)
+        circles = wheels(joint, sketch.pose)
+        return any(getattr(joint, side).body == body for side, _ in circles)
+
+    return any(drawn(joint) for joint in sketch.pose.mechanism.joints)
+
+
+def mass_centre(sketch: Sketch, body: str) -> None:
+    """The sign of a mass centre, where it is not at a joint."""
+    centre = sketch.pose.centre(body)
+    near = 1.2 * sketch.size("pin")
+    joints = joint_places(sketch)
+    if not sketch.pose.mass(body) or any(np.hypot(*(centre - p)) < near for p in joints):
+        return
+    sketch.centres.append(centre)
+    radius = 0.8 * sketch.size("pin")
+    sketch.disc(centre, radius, PAPER, INK, 0.8, Z["pin"] - 0.5, name=f"cg:{body}", weight=0.5)
+    for start in (0.0, math.pi):
+        quarter = np.vstack([centre, arc(centre, radius, start, start + math.pi / 2.0)])
+        sketch.shape(quarter, INK, INK, 0.3, Z["pin"] - 0.4, weight=0.0)
+
+
+def joint_places(sketch: Sketch) -> list[Array]:
+    """The places of all joints on both their bodies."""
+    joints = sketch.pose.mechanism.joints
+    return [sketch.pose.place(joint, side) for joint in joints for side in "ij"]
+
+
+def link_label(sketch: Sketch, body: str) -> None:
+    """The name of a link beside one of its edges, or within it where there is room."""
+    nodes = places(sketch, body)
+    named = f"link:{body}:name"
+    if len(nodes) < 2:
+        place = nodes[0] if nodes else sketch.pose.centre(body)
+        gap = 0.9 * sketch.size("block")
+        sketch.label(body, place, -math.pi / 2.0, gap, turn=0.3, name=named)
+        return
+    label = Label(body, [], name=named)
+    width, height = (sketch.unit * part for part in Places.measured(label))
+    corners = hull(nodes, 1e-3 * sketch.size("link"))
+    gap = sketch.size("link") + 1.5 * sketch.unit
+    edges = list(zip(corners, np.roll(corners, -1, axis=0), strict=True))
+    for a, b in edges:
+        u = (b - a) / np.hypot(*(b - a))
+        n = np.array([u[1], -u[0]])
+        reach = gap + 0.5 * (width * abs(n[0]) + height * abs(n[1]))
+        for part, cost in ((0.5, 0.0), (0.4, 0.1), (0.6, 0.1), (0.28, 0.4), (0.72, 0.4)):
+            place = a + part * (b - a)
+            x, y = place + reach * n
+            cost += _mistaken(sketch, place + gap * n, gap, body)
+            label.spots.append((float(x), float(y), cost))
+    if len(corners) > 2:
+        x, y = corners.mean(axis=0)
+        label.spots.append((float(x), float(y), -0.2))
+    sketch.labels.append(label)
+
+
+def _mistaken(sketch: Sketch, place: Array, own: float, body: str) -> float:
+    """What it costs that a label there might be taken for that of another link or pin."""
+    cost = 0.0
+    for pin, _ in sketch.pins:
+        cost += 0.8 * (np.hypot(*(pin - place)) < 2.2 * own)
+    for other, corners in sketch.edges.items():
+        if other != body:
+            for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+                way = b - a
+                part = np.clip((place - a) @ way / max(float(way @ way), 1e-300), 0.0, 1.0)
+                cost += 0.5 * float(np.hypot(*(a + part * way - place)) < 1.5 * own)
+    return cost
+
+
+def points(sketch: Sketch, body: str) -> None:
+    """Named points that no pin covers: a dot and the name."""
+    pose = sketch.pose
+    taken = joint_places(sketch)
+    for name in pose.mechanism[body].points:  # type: ignore[attr-defined]
+        place = pose.point(f"{body}.{name}")
+        if any(np.hypot(*(place - other)) < sketch.size("pin") for other in taken):
+            continue
+        radius = 0.42 * sketch.size("pin")
+        if not any(np.hypot(*(place - centre)) < radius for centre in sketch.centres):
+            sketch.disc(place, radius, INK, INK, 0.5, Z["pin"], name=f"point:{body}.{name}")
+        away = place - pose.centre(body)
+        wanted = math.atan2(away[1], away[0]) if np.hypot(*away) > sketch.unit else math.pi / 2.0
+        gap = 1.6 * sketch.size("pin")
+        sketch.label(symbolic(name), place, wanted, gap, italic=True)

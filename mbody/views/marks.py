@@ -1,0 +1,311 @@
+"""Symbols of loads and drivers, by class, and the arrows of forces.
+
+As `symbols` for joints: a kind of its own is one function, registered for its class with
+``@load_symbol.register(Class)`` or
+``@driver_symbol.register(Class)``.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import singledispatch
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mbody.drivers import AngleDriver, CoordinateDriver, Driver
+from mbody.io.parts import force_names
+from mbody.joints import Revolute
+from mbody.loads import Damper, Force, Gravity, Load, Spring, Torque, TorsionDamper, TorsionSpring
+from mbody.views.frame import rounded_number
+from mbody.views.labels import symbolic
+from mbody.views.pose import heading
+from mbody.views.shapes import box, direction, spiral, zigzag
+from mbody.views.style import DRIVE, FORCE, INK, LOAD, PAPER, Z
+
+if TYPE_CHECKING:
+    from mbody.views.sketch import Sketch
+
+__all__ = ["driver_symbol", "force_arrow", "forces_shown", "load_symbol"]
+
+Array = np.ndarray
+
+
+# -- forces ------------------------------------------------------------------------------------
+
+
+def forces_shown(pose: Any, joints: bool) -> list[tuple[str, Array, Array, str, str]]:
+    """Forces that are drawn: name, place, components, colour, and the body that they act on.
+
+    Applied ones always, those of the joints where they are asked for, as in the sheet: F_ij of
+    link i on link j.
+    """
+    found = []
+    for load in pose.mechanism.loads:
+        if isinstance(load, Force):
+            angle = pose.number(load, "angle")
+            if load.follows:
+                angle += pose.direction(load, "at")
+            vector = pose.law(load, "value") * direction(angle)
+            found.append((load.name, pose.place(load, "at"), vector, LOAD, load.at.body))
+    if not joints:
+        return found
+    names = force_names(pose.mechanism)
+    for joint in pose.mechanism.joints:
+        name, on = names[joint.name]
+        reaction = pose.run.reaction(joint.name, on)
+        vector = np.array([reaction.fx[pose.k], reaction.fy[pose.k]])
+        found.append((name, pose.told_at(joint), vector, FORCE, on))
+    return found
+
+
+def force_arrow(
+    sketch: Sketch, name: str, place: Array, vector: Array, color: str, told: str, scale: float
+) -> None:
+    """An arrow at its place, on the side that covers least: pulling there or pushing."""
+    way = scale * vector
+    if np.hypot(*way) < 2.5 * sketch.unit:
+        return
+    u = way / np.hypot(*way)
+    clear = _clear(sketch, place, u) * u
+    pulls, pushes = place + clear + way, place - clear - way
+    if _covered(sketch, place + clear, pulls) <= _covered(sketch, place - clear, pushes):
+        free = pulls
+        sketch.arrow(place + clear, free, color, name=f"force:{name}")
+    else:
+        free = pushes
+        sketch.arrow(free, place - clear, color, name=f"force:{name}")
+    wanted = heading(free - place)
+    sketch.label(told, free, wanted, 4.0 * sketch.unit, color=color, turn=1.5, name=f"told:{name}")
+
+
+def _clear(sketch: Sketch, place: Array, u: Array) -> float:
+    """How far from its place an arrow begins: outside the pin, or the slider."""
+    for block, angle in sketch.blocks:
+        if np.hypot(*(block - place)) < sketch.size("pin"):
+            along, across = (
+                abs(float(u @ direction(angle))),
+                abs(float(u @ direction(angle + 0.5 * math.pi))),
+            )
+            half = sketch.size("block")
+            return min(half / max(along, 1e-9), 0.6 * half / max(across, 1e-9)) + 1.5 * sketch.unit
+    return 1.5 * sketch.size("pin")
+
+
+def _covered(sketch: Sketch, fixed: Array, free: Array) -> float:
+    """How much an arrow would lie on what is drawn already."""
+    places = [fixed + p * (free - fixed) for p in (0.25, 0.4, 0.55, 0.7, 0.85, 1.0)]
+    return sum(_crowded(sketch, place) for place in places)
+
+
+def _crowded(sketch: Sketch, place: Array) -> float:
+    """How much is drawn within a few points of a place."""
+    size = 7.0 * sketch.unit
+    return sketch.places.cost((float(place[0]), float(place[1]), 0.0), size, size)
+
+
+def clear_arc(sketch: Sketch, centre: Array, radius: float, choices: Any) -> tuple[float, float]:
+    """The first and last angle of the arc that covers least, the first of equal ones."""
+
+    def crowd(ends: tuple[float, float]) -> float:
+        angles = np.linspace(*ends, 9)
+        return sum(_crowded(sketch, centre + radius * direction(angle)) for angle in angles)
+
+    costs = [round(crowd(ends), 6) + 0.04 * n for n, ends in enumerate(choices)]
+    return choices[int(np.argmin(costs))]
+
+
+# -- loads ------------------------------------------------------------------------------------
+
+
+@singledispatch
+def load_symbol(load: Load, sketch: Sketch) -> None:
+    """A load of no known kind: a dotted line between its places with a lozenge, or its name at the
+    body.
+    """
+    pose = sketch.pose
+    ends = [pose.place(load, field) for field in load.places()]
+    bodies = [name for name in load.bodies if name != "ground"]
+    if not ends:
+        ends = [pose.centre(name) for name in bodies]
+    if not ends:
+        return
+    if len(ends) > 1:
+        sketch.line(ends, 1.1, LOAD, Z["block"], dashes=(0, (1.2, 2)), name=f"load:{load.name}")
+    half = 1.1 * sketch.size("pin")
+    lozenge = box(ends[-1], half, half, math.pi / 4.0)
+    sketch.shape(lozenge, PAPER, LOAD, 1.2, Z["pin"] + 0.1, name=f"at:{load.name}")
+    middle = np.mean(ends, axis=0)
+    look: dict[str, Any] = {"color": LOAD, "italic": True}
+    sketch.label(symbolic(load.name), middle, math.pi / 2.0, 6.0 * sketch.unit, **look)
+
+
+@load_symbol.register(Force)
+@load_symbol.register(Gravity)
+def _(load: Force | Gravity, sketch: Sketch) -> None:
+    """Arrows of forces are drawn together; gravity stands in the key."""
+
+
+@load_symbol.register(Spring)
+def _(load: Spring, sketch: Sketch) -> None:
+    i, j = (sketch.pose.place(load, side) for side in "ij")
+    _anchored(sketch, load, i, j)
+    coil = zigzag(i, j, 4.6 * sketch.unit * sketch.small, 9.0 * sketch.unit * sketch.small)
+    sketch.line(coil, 1.2, INK, Z["block"], name=f"spring:{load.name}")
+    _beside_middle(sketch, load.name, i, j)
+
+
+@load_symbol.register(Damper)
+def _(load: Damper, sketch: Sketch) -> None:
+    i, j = (sketch.pose.place(load, side) for side in "ij")
+    _anchored(sketch, load, i, j)
+    _dashpot(sketch, i, j, f"damper:{load.name}", INK, 4.4)
+    _beside_middle(sketch, load.name, i, j)
+
+
+def _anchored(sketch: Sketch, load: Any, i: Array, j: Array) -> None:
+    """Eyes at both ends, and a support where one is the ground."""
+    for marker, place, other in ((load.i, i, j), (load.j, j, i)):
+        sketch.disc(place, 0.6 * sketch.size("pin"), z=Z["pin"] - 0.1)
+        if marker.body == "ground":
+            sketch.support(place, [other], load.name)
+
+
+def _dashpot(sketch: Sketch, i: Array, j: Array, name: str, color: str, half: float) -> None:
+    """A cylinder on the side of i and a piston on that of j."""
+    way = j - i
+    length = float(np.hypot(*way))
+    if length == 0.0:
+        return
+    n = np.array([-way[1], way[0]]) / length
+    half *= sketch.unit * sketch.small
+    a, b, p = i + 0.28 * way, i + 0.72 * way, i + 0.52 * way
+    sketch.line([i, a], 1.2, color, Z["block"])
+    sketch.line([b + half * n, a + half * n, a - half * n, b - half * n], 1.2, color, Z["block"])
+    sketch.line([p + 0.75 * half * n, p - 0.75 * half * n], 2.2, color, Z["block"])
+    sketch.line([p, j], 1.2, color, Z["block"], name=name)
+
+
+def _beside_middle(sketch: Sketch, name: str, i: Array, j: Array, color: str = INK) -> None:
+    wanted = heading(j - i) + math.pi / 2.0
+    gap = 7.0 * sketch.unit
+    sketch.label(symbolic(name), 0.5 * (i + j), wanted, gap, turn=0.2, italic=True, color=color)
+
+
+@load_symbol.register(Torque)
+def _(load: Torque, sketch: Sketch) -> None:
+    """An arc about the body's pin, the way that the torque turns."""
+    value, unit = sketch.pose.law(load, "value"), sketch.pose.mechanism.units.of("torque")
+    _turning(sketch, load, f"{symbolic(load.name)} = {rounded_number(value)} {unit}", value)
+
+
+def _turning(sketch: Sketch, load: Torque, told: str, value: float) -> None:
+    centre = pivot(sketch, load.by, load.body)
+    radius = free_radius(sketch, centre)
+    wanted = outward_from(sketch, centre, load.body)
+    if value:
+        sense = math.copysign(1.0, value)
+        choices = [(wanted + a, wanted + a + 2.4 * sense) for a in _STARTS]
+        first, last = clear_arc(sketch, centre, radius, choices)
+        sketch.curved(centre, radius, first, last, LOAD, name=f"torque:{load.name}")
+        wanted = 0.5 * (first + last)
+    look: dict[str, Any] = {"color": LOAD, "name": f"told:{load.name}"}
+    sketch.label(told, centre, wanted, radius + 3.0 * sketch.unit, **look)
+
+
+@load_symbol.register(TorsionSpring)
+@load_symbol.register(TorsionDamper)
+def _(load: TorsionSpring | TorsionDamper, sketch: Sketch) -> None:
+    """A spiral about the body's pin; a damper's is an arc in a cup."""
+    centre = pivot(sketch, load.by, load.body)
+    start, radius = outward_from(sketch, centre, load.body), free_radius(sketch, centre)
+    if isinstance(load, TorsionSpring):
+        coil = spiral(centre, 1.3 * sketch.size("pin"), radius, start)
+        sketch.line(coil, 1.0, INK, Z["block"], name=f"spring:{load.name}", weight=0.5)
+    else:
+        for part in (0.8, 1.0):
+            wing = centre + part * radius * np.array([direction(start + a) for a in _CUP])
+            sketch.line(wing, 1.2, INK, Z["block"], name=f"damper:{load.name}")
+    gap = radius + 3.0 * sketch.unit
+    sketch.label(symbolic(load.name), centre, start + math.pi, gap, italic=True)
+
+
+#: Where an arc may begin, from the direction of its link [rad].
+_STARTS = [sign * n * math.pi / 12.0 for n in range(1, 12) for sign in (1.0, -1.0)]
+_CUP = np.linspace(-0.8, 0.8, 12)
+
+
+def pivot(sketch: Sketch, by: str, body: str) -> Array:
+    """What a body turns about: its pin on the other, on the ground, any pin, or its mass centre."""
+    pose = sketch.pose
+    pins = [joint for joint in pose.mechanism.joints if isinstance(joint, Revolute)]
+    pins = [joint for joint in pins if body in (joint.i.body, joint.j.body)]
+    for other in (by, "ground", ""):
+        for joint in pins:
+            if not other or other in (joint.i.body, joint.j.body):
+                return pose.place(joint, "j")
+    return pose.centre(body)
+
+
+def free_radius(sketch: Sketch, centre: Array) -> float:
+    """Arcs about one place stand outside each other."""
+    taken = sum(np.hypot(*(centre - other)) < sketch.size("pin") for other in sketch.arcs)
+    sketch.arcs.append(centre)
+    return (1.0 + 0.5 * taken) * sketch.size("arc")
+
+
+def outward_from(sketch: Sketch, centre: Array, body: str) -> float:
+    """The direction in which a body lies from a place [rad]."""
+    ways = [node - centre for node in sketch.pose.nodes[body]]
+    ways.append(sketch.pose.centre(body) - centre)
+    far = max(ways, key=lambda way: round(float(np.hypot(*way)) / sketch.unit, 3))
+    return heading(far) if np.hypot(*far) > sketch.unit else 0.0
+
+
+# -- drivers -----------------------------------------------------------------------------------
+
+
+@singledispatch
+def driver_symbol(driver: Driver, sketch: Sketch, told: str) -> None:
+    """A driver between two places: a cylinder with its piston."""
+    i, j = (sketch.pose.place(driver, side) for side in "ij")
+    for marker, place, other in ((driver.places()["i"], i, j), (driver.places()["j"], j, i)):
+        sketch.pin(place, "")
+        if marker.body == "ground":
+            sketch.support(place, [other], driver.name)
+    way = j - i
+    length = float(np.hypot(*way))
+    if length > sketch.unit:
+        half, u = 4.2 * sketch.unit * sketch.small, way / length
+        sketch.line([i, j], 2.0, DRIVE, Z["block"], name=f"driver:{driver.name}")
+        barrel = box(i + 0.36 * way, 0.26 * length, half, heading(u))
+        sketch.shape(barrel, PAPER, DRIVE, 1.2, Z["block"] + 0.1)
+    wanted = heading(way) + math.pi / 2.0
+    gap = 7.0 * sketch.unit
+    sketch.label(told, 0.5 * (i + j), wanted, gap, turn=0.2, color=DRIVE)
+
+
+@driver_symbol.register(AngleDriver)
+def _(driver: AngleDriver, sketch: Sketch, told: str) -> None:
+    """A curved arrow that runs ahead of the driven link."""
+    centre = pivot(sketch, driver.relative_to, driver.body)
+    start, radius = outward_from(sketch, centre, driver.body), free_radius(sketch, centre)
+    sense = math.copysign(1.0, sketch.pose.rate(driver.name))
+    ahead = [(start + a * sense, start + (a + b) * sense) for b in (1.6, 1.2) for a in (0.45, 0.6)]
+    behind = [(start - a * sense, start - 0.45 * sense) for a in (2.05, 1.7)]
+    first, last = clear_arc(sketch, centre, radius, [*ahead, *behind])
+    sketch.curved(centre, radius, first, last, DRIVE, name=f"driver:{driver.name}")
+    gap = radius + 3.0 * sketch.unit
+    sketch.label(told, centre, 0.5 * (first + last), gap, turn=2.0, color=DRIVE)
+
+
+@driver_symbol.register(CoordinateDriver)
+def _(driver: CoordinateDriver, sketch: Sketch, told: str) -> None:
+    """An arrow along the driven direction."""
+    pose = sketch.pose
+    place, u = pose.place(driver, "j"), direction(pose.direction(driver, "i"))
+    sense = math.copysign(1.0, pose.rate(driver.name))
+    first = 1.5 * sketch.size("block")
+    tail, tip = place + sense * first * u, place + sense * 3.6 * first * u
+    sketch.arrow(tail, tip, DRIVE, name=f"driver:{driver.name}")
+    sketch.label(told, tip, heading(tip - tail), 4.0 * sketch.unit, color=DRIVE)

@@ -1,0 +1,153 @@
+"""One instant of a solution, as a drawing asks for it: where things are and which way they turn."""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mbody.errors import ModelError
+from mbody.joints import Gear, Joint, RackPinion, Rolling
+
+if TYPE_CHECKING:
+    from mbody.elements import Element
+    from mbody.histories import PointHistory
+    from mbody.solution import Solution
+
+__all__ = ["Pose", "wheels"]
+
+Array = np.ndarray
+
+
+class Pose:
+    """Places and angles at one instant.
+
+    Parameters
+    ----------
+    run : Solution
+        Of one design.
+    instant : int
+        Which of its instants.
+
+    Raises
+    ------
+    ModelError
+        For an instant that the solution has not.
+    """
+
+    def __init__(self, run: Solution, instant: int) -> None:
+        count = len(run)
+        if (
+            isinstance(instant, bool)
+            or not hasattr(instant, "__index__")
+            or not -count <= instant < count
+        ):
+            raise ModelError(f"there is no instant {instant!r}: give 0 to {count - 1}")
+        self.run, self.k = run, range(count)[instant]
+        self.mechanism, self.system = run.mechanism, run.system
+        self.t = float(run.t[self.k])
+
+    def centre(self, body: str) -> Array:
+        """The mass centre of a body."""
+        history = self.run[body]
+        return np.array([history.x[self.k], history.y[self.k]])
+
+    def angle(self, body: str) -> float:
+        """The angle of a body's x axis [rad]."""
+        return float(self.run[body].angle[self.k])
+
+    def track(self, element: Element, field: str) -> Array:
+        """Places (instants, 2) of an element's marker over the whole run."""
+        marker = getattr(element, field)
+        body = self.run[marker.body]
+        x, y = self.system.numbers.arm(element, field)
+        c, s = np.cos(body.angle), np.sin(body.angle)
+        return np.column_stack([body.x + c * x - s * y, body.y + s * x + c * y])
+
+    def place(self, element: Element, field: str) -> Array:
+        """The place of an element's marker."""
+        return np.array(self.track(element, field)[self.k])
+
+    def direction(self, element: Element, field: str) -> float:
+        """The direction of a marker's x axis [rad]."""
+        marker = getattr(element, field)
+        return self.angle(marker.body) + float(self.system.numbers.angle(element, field))
+
+    def point(self, name: str) -> Array:
+        """A named point, such as ``"coupler.P"``."""
+        history: PointHistory = self.run.point(name)
+        return np.array([history.x[self.k], history.y[self.k]])
+
+    def number(self, element: Element, field: str) -> float:
+        """A number of an element, with the values that the system has."""
+        return float(self.system.values[f"{element.name}.{field}"])
+
+    def law(self, element: Element, field: str) -> float:
+        """The value of one of an element's laws of time."""
+        return float(self.system.law_of(element, field).derivatives(self.t)[0])
+
+    def rate(self, driver: str) -> float:
+        """The rate of what a driver drives."""
+        return float(self.run.driven(driver)[1][self.k])
+
+    def mass(self, body: str) -> float:
+        """The mass of a body."""
+        return float(self.system.mass[3 * self.system.bodies[body], 0])
+
+    def told_at(self, joint: Joint) -> Array:
+        """Where the reaction of a joint is told: a point of contact, or the place on j."""
+        i, j = self.place(joint, "i"), self.place(joint, "j")
+        offset = joint.told_at(self.system.numbers, tuple(j - i), self.direction(joint, "i"))
+        return j if offset is None else j + np.array(offset, dtype=float)
+
+    @functools.cached_property
+    def nodes(self) -> dict[str, list[Array]]:
+        """What a body reaches to: the places of joints, drivers and loads on it, and its points."""
+        found: dict[str, list[Array]] = {name: [] for name in self.system.bodies}
+        for element in self.mechanism:
+            for field, marker in element.places().items():
+                found[marker.body].append(self.place(element, field))
+        for body in self.mechanism.bodies:
+            found[body.name] += [self.point(f"{body.name}.{name}") for name in body.points]
+        return found
+
+    @functools.cached_property
+    def span(self) -> Array:
+        """The corners (2, 2) of all that there is, wheels included."""
+        reached = [node for nodes in self.nodes.values() for node in nodes]
+        reached += [self.centre(body.name) for body in self.mechanism.bodies]
+        for joint in self.mechanism.joints:
+            for field, radius in wheels(joint, self):
+                centre = self.place(joint, field)
+                reached += [centre - radius, centre + radius]
+        if not reached:
+            reached = [np.zeros(2)]
+        return np.array([np.min(reached, axis=0), np.max(reached, axis=0)])
+
+    @property
+    def middle(self) -> Array:
+        """The middle of all moving bodies' nodes."""
+        names = [body.name for body in self.mechanism.bodies]
+        places = [np.mean(self.nodes[n] or [self.centre(n)], axis=0) for n in names]
+        return np.mean(places, axis=0) if places else np.zeros(2)
+
+
+def wheels(joint: Joint, pose: Pose) -> list[tuple[str, float]]:
+    """The pitch circles of a joint: the field of the centre's place, and the radius."""
+    if isinstance(joint, Gear):
+        return [(side, pose.number(joint, f"radius_{side}")) for side in "ij"]
+    if isinstance(joint, RackPinion):
+        return [("j", pose.number(joint, "radius"))]
+    if isinstance(joint, Rolling):
+        found = [("j", pose.number(joint, "radius"))]
+        if joint.on_radius is not None:
+            found.append(("i", pose.number(joint, "on_radius")))
+        return found
+    return []
+
+
+def heading(vector: Any) -> float:
+    """The direction of a vector [rad]."""
+    return math.atan2(vector[1], vector[0])

@@ -1,0 +1,283 @@
+"""The sheet that a mechanism is drawn on: lines and shapes in its own units, sizes in points."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mbody.views.labels import Label, Places, beside, extent
+from mbody.views.shapes import arc, box, direction, hatching
+from mbody.views.style import GROUND, INK, LINK, PAPER, SIZE, Z
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from mbody.views.pose import Pose
+
+__all__ = ["Sketch"]
+
+Array = np.ndarray
+
+
+class Sketch:
+    """Shapes on an Axes, what labels must keep clear of, and how far all of it reaches.
+
+    Attributes
+    ----------
+    pose : Pose
+        The instant that is drawn.
+    unit : float
+        Length of a point (1/72 in) in the units of the mechanism.
+    small : float
+        Factor by which symbols are smaller, where the links are short.
+    """
+
+    def __init__(self, axes: Axes, pose: Pose, unit: float, small: float) -> None:
+        self.axes, self.pose, self.unit, self.small = axes, pose, unit, small
+        self.places = Places(unit)
+        self.labels: list[Label] = []
+        self.pins: list[tuple[Array, list[str]]] = []
+        self.supports: list[Array] = []
+        self.blocks: list[tuple[Array, float]] = []
+        self.arcs: list[Array] = []
+        self.edges: dict[str, Array] = {}
+        self.centres: list[Array] = []
+        self.low, self.high = np.full(2, np.inf), np.full(2, -np.inf)
+
+    def size(self, name: str) -> float:
+        """A size of the style, in the units of the mechanism."""
+        return SIZE[name] * self.small * self.unit
+
+    # -- shapes -------------------------------------------------------------------------------
+
+    def line(
+        self,
+        points: Any,
+        width: float = 1.2,
+        color: str = INK,
+        z: float = Z["link"],
+        *,
+        name: str = "",
+        dashes: Any = "-",
+        weight: float = 1.0,
+        halo: bool = False,
+    ) -> None:
+        """A line through points; labels keep clear of it by its `weight`."""
+        from matplotlib.lines import Line2D
+
+        points = np.asarray(points, dtype=float)
+        common: dict[str, Any] = {"solid_capstyle": "round", "solid_joinstyle": "round"}
+        if halo:
+            under = Line2D(*points.T, lw=width + 2.4, color=PAPER, zorder=z, **common)
+            self.axes.add_line(under)
+        drawn = Line2D(*points.T, lw=width, color=color, ls=dashes, zorder=z, **common)
+        self._keep(drawn, name)
+        self.axes.add_line(drawn)
+        self._seen(points)
+        if weight:
+            self.places.stroke(points, 0.5 * width * self.unit, weight)
+
+    def strokes(self, lines: list[Array], z: float, weight: float = 0.4) -> None:
+        """Thin lines of the ground, as one artist."""
+        gap = np.full((1, 2), np.nan)
+        whole = np.vstack([part for line in lines for part in (line, gap)])
+        self.line(whole, 0.7, GROUND, z, weight=0.0)
+        for line in lines:
+            self.places.stroke(line, 0.35 * self.unit, weight)
+
+    def shape(
+        self,
+        corners: Any,
+        fill: str = LINK,
+        edge: str = INK,
+        width: float = 1.1,
+        z: float = Z["link"],
+        *,
+        name: str = "",
+        weight: float = 1.0,
+    ) -> None:
+        """A closed outline, filled."""
+        from matplotlib.patches import Polygon
+
+        corners = np.asarray(corners, dtype=float)
+        drawn = Polygon(
+            corners, closed=True, fc=fill, ec=edge, lw=width, zorder=z, joinstyle="round"
+        )
+        self._keep(drawn, name)
+        self.axes.add_patch(drawn)
+        self._seen(corners)
+        if weight:
+            self.places.stroke(np.vstack([corners, corners[:1]]), 0.5 * width * self.unit, weight)
+
+    def disc(
+        self,
+        centre: Any,
+        radius: float,
+        fill: str = PAPER,
+        edge: str = INK,
+        width: float = 1.2,
+        z: float = Z["pin"],
+        *,
+        name: str = "",
+        dashes: Any = "-",
+        weight: float = 1.0,
+    ) -> None:
+        """A circle of a radius in the units of the mechanism."""
+        from matplotlib.patches import Circle
+
+        drawn = Circle(tuple(centre), radius, fc=fill, ec=edge, lw=width, zorder=z, ls=dashes)
+        self._keep(drawn, name)
+        self.axes.add_patch(drawn)
+        self._seen(np.array([np.asarray(centre) - radius, np.asarray(centre) + radius]))
+        if weight:
+            outline = arc(centre, radius, 0.0, math.tau)
+            if radius < 8.0 * self.unit:
+                outline = np.array([centre, centre], dtype=float)
+                self.places.stroke(outline, radius, 5.0 * weight)
+            else:
+                self.places.stroke(outline, 0.5 * width * self.unit, weight)
+
+    def arrow(self, tail: Any, tip: Any, color: str, *, width: float = 1.9, name: str = "") -> None:
+        """A straight arrow with a filled head."""
+        tail, tip = np.asarray(tail, dtype=float), np.asarray(tip, dtype=float)
+        length = math.hypot(*(tip - tail))
+        head = min(8.0 * self.unit, 0.6 * length)
+        u = (tip - tail) / max(length, 1e-300)
+        self.line([tail, tip - 0.8 * head * u], width, color, Z["arrow"], name=name, halo=True)
+        self._head(tip, u, head, color, name and f"{name}.head")
+
+    def curved(
+        self, centre: Any, radius: float, start: float, end: float, color: str, *, name: str = ""
+    ) -> None:
+        """An arrow on an arc from one angle to another [rad]."""
+        head = min(7.5 * self.unit, 0.5 * radius * abs(end - start))
+        sense = math.copysign(1.0, end - start)
+        line = arc(centre, radius, start, end - sense * 0.8 * head / radius)
+        self.line(line, 1.7, color, Z["arrow"], name=name, halo=True)
+        # the head lies along the chord of its own length, so that it does not stand out of the arc
+        tip = np.asarray(centre) + radius * direction(end)
+        back = np.asarray(centre) + radius * direction(end - sense * head / radius)
+        u = (tip - back) / max(math.hypot(*(tip - back)), 1e-300)
+        self._head(tip, u, head, color, name and f"{name}.head")
+
+    def _head(self, tip: Array, u: Array, head: float, color: str, name: str) -> None:
+        n = np.array([-u[1], u[0]])
+        corners = [tip, tip - head * u + 0.38 * head * n, tip - head * u - 0.38 * head * n]
+        self.shape(corners, color, color, 0.4, Z["arrow"] + 0.1, name=name)
+
+    # -- what all mechanisms have ---------------------------------------------------------------
+
+    def pin(self, place: Array, label: str) -> None:
+        """A pin; several at one place are drawn once, with all their names."""
+        for other, names in self.pins:
+            if np.hypot(*(other - place)) < 0.5 * self.size("pin"):
+                if label and label not in names:
+                    names.append(label)
+                return
+        self.pins.append((place, [label] if label else []))
+        self.disc(place, self.size("pin"), name=f"pin:{label}")
+
+    def support(self, place: Array, others: list[Array], name: str) -> None:
+        """The ground below a pin: a triangle on a hatched line, on the side with most room."""
+        if any(np.hypot(*(place - there)) < self.size("pin") for there in self.supports):
+            return
+        self.supports.append(place)
+        height = self.size("support")
+        down = self.roomy(place, others)
+        u, n = direction(down), direction(down + math.pi / 2.0)
+        foot = place + height * u
+        corners = [place, foot + 0.62 * height * n, foot - 0.62 * height * n]
+        self.shape(corners, PAPER, GROUND, 1.1, Z["ground"], name=f"support:{name}")
+        self.ground(foot - 0.95 * height * n, foot + 0.95 * height * n)
+
+    def roomy(self, place: Array, others: list[Array]) -> float:
+        """Down, up, left or right [rad]: down, unless links lie there and another side is free."""
+        ways = [other - place for other in others]
+        lines = [math.atan2(way[1], way[0]) for way in ways if np.hypot(*way) > self.unit]
+
+        def crowd(angle: float) -> float:
+            return sum(max(0.0, math.cos(line - angle) - 0.6) for line in lines)
+
+        choices = {-math.pi / 2.0: 0.0, math.pi / 2.0: 0.2, math.pi: 0.3, 0.0: 0.3}
+        return min(choices, key=lambda angle: round(crowd(angle) + choices[angle], 3))
+
+    def ground(self, start: Any, end: Any, *, name: str = "") -> None:
+        """A line of the ground, hatched on its right."""
+        self.line([start, end], 1.3, GROUND, Z["ground"], name=name)
+        depth = SIZE["hatch"] * self.small * self.unit
+        self.strokes(hatching(start, end, depth, 1.05 * depth), Z["ground"])
+
+    def block(self, place: Array, angle: float, name: str) -> None:
+        """A slider."""
+        half = self.size("block")
+        corners = box(place, half, 0.6 * half, angle)
+        self.blocks.append((place, angle))
+        ends = np.array(
+            [place - 0.4 * half * direction(angle), place + 0.4 * half * direction(angle)]
+        )
+        self.places.stroke(ends, 0.6 * half, 3.0)
+        self.shape(corners, LINK, INK, 1.1, Z["block"], name=f"block:{name}")
+
+    # -- labels -------------------------------------------------------------------------------
+
+    def label(
+        self,
+        text: str,
+        anchor: Any,
+        wanted: float,
+        gap: float,
+        *,
+        turn: float = 1.0,
+        **look: Any,
+    ) -> Label:
+        """A text near a point, best in the direction `wanted` [rad], at least `gap` from it."""
+        made = Label(text, [], **look)
+        width, height = (self.unit * part for part in Places.measured(made))
+        made.spots = beside(anchor, (width, height), gap, wanted, turn)
+        self.labels.append(made)
+        return made
+
+    def write(self) -> None:
+        """Place all labels and write them."""
+        self.places.set(self.labels)
+        for label in self.labels:
+            self.text(label.at, label)
+            width, height = (self.unit * part for part in Places.measured(label))
+            half = 0.5 * np.array([width, height])
+            self._seen(np.array([label.at - half, label.at + half]))
+
+    def text(self, at: Any, label: Label, **more: Any) -> None:
+        """A text at a place, on white where it covers something."""
+        drawn = self.axes.text(
+            float(at[0]),
+            float(at[1]),
+            label.text,
+            **{
+                "size": label.size,
+                "color": label.color,
+                "style": "italic" if label.italic else "normal",
+                "ha": "center",
+                "va": "center",
+                "zorder": Z["text"],
+                **more,
+            },
+        )
+        if label.covers:
+            drawn.set_bbox({"fc": PAPER, "ec": "none", "alpha": 0.8, "pad": 0.6})
+        self._keep(drawn, label.name)
+
+    def wide(self, text: str, size: float) -> float:
+        """The width of a text in the units of the mechanism."""
+        return self.unit * extent(text, size)[0]
+
+    def _keep(self, artist: Any, name: str) -> None:
+        """A name by which the artist is found in the figure and in an SVG file."""
+        artist.set_clip_on(False)  # nothing lies outside, and files are shorter without
+        if name:
+            artist.set_gid(name)
+
+    def _seen(self, points: Array) -> None:
+        self.low = np.fmin(self.low, np.nanmin(points, axis=0))
+        self.high = np.fmax(self.high, np.nanmax(points, axis=0))

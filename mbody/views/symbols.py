@@ -1,0 +1,234 @@
+"""Symbols of joints, by class: each takes the joint and the sketch, and draws itself on it.
+
+A joint of another class gets the symbol of the class that it derives from, at last the general one.
+A kind of its own is one function, registered for its class::
+
+    @joint_symbol.register(Revolute)
+    def _(joint: Revolute, sketch: Sketch) -> None: ...
+"""
+
+from __future__ import annotations
+
+import math
+from functools import singledispatch
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mbody.joints import (
+    Distance,
+    Fixed,
+    Gear,
+    Joint,
+    PinSlot,
+    Prismatic,
+    RackPinion,
+    Revolute,
+    Rolling,
+)
+from mbody.views.guides import guide, travel
+from mbody.views.labels import symbolic
+from mbody.views.pose import wheels
+from mbody.views.shapes import box, direction, rounded
+from mbody.views.style import INK, PAPER, SOFT, WHEEL, Z
+
+if TYPE_CHECKING:
+    from mbody.elements import Element
+    from mbody.views.sketch import Sketch
+
+__all__ = ["joint_symbol", "outward"]
+
+Array = np.ndarray
+
+
+def outward(sketch: Sketch, place: Array, *bodies: str) -> float:
+    """The direction [rad] from a place away from the nodes of the bodies that meet there."""
+    sum_of = np.zeros(2)
+    for body in bodies:
+        for node in sketch.pose.nodes[body] if body != "ground" else ():
+            way = node - place
+            if np.hypot(*way) > sketch.unit:
+                sum_of -= way / np.hypot(*way)
+    if np.hypot(*sum_of) < 0.1:
+        sum_of = (place - sketch.pose.middle) / sketch.unit
+    if np.hypot(*sum_of) < 0.1:
+        return math.pi / 2.0
+    return math.atan2(sum_of[1], sum_of[0])
+
+
+def named(sketch: Sketch, element: Element, place: Array, *bodies: str) -> None:
+    """The name of a joint beside its symbol."""
+    wanted = outward(sketch, place, *bodies)
+    sketch.label(symbolic(element.name), place, wanted, 1.9 * sketch.size("pin"), italic=True)
+
+
+@singledispatch
+def joint_symbol(joint: Joint, sketch: Sketch) -> None:
+    """A joint of no known kind: a lozenge at its place on j, tied to the place on i."""
+    i, j = sketch.pose.place(joint, "i"), sketch.pose.place(joint, "j")
+    if np.hypot(*(j - i)) > sketch.size("pin"):
+        sketch.line([i, j], 1.0, INK, Z["block"], dashes=(0, (3, 2)))
+    half = 1.25 * sketch.size("pin")
+    lozenge = box(j, half, half, math.pi / 4.0)
+    sketch.shape(lozenge, PAPER, INK, 1.2, Z["pin"], name=f"joint:{joint.name}")
+    named(sketch, joint, j, joint.i.body, joint.j.body)
+
+
+@joint_symbol.register(Revolute)
+def _(joint: Revolute, sketch: Sketch) -> None:
+    place = sketch.pose.place(joint, "j")
+    sketch.pin(place, joint.name)
+    for here, there in (("i", "j"), ("j", "i")):
+        if getattr(joint, here).body == "ground":
+            sketch.support(place, sketch.pose.nodes[getattr(joint, there).body], joint.name)
+
+
+@joint_symbol.register(Prismatic)
+def _(joint: Prismatic, sketch: Sketch) -> None:
+    """A block on a rail of the ground, or in the slot of a link."""
+    pose = sketch.pose
+    body, rail, slides = guide(joint)
+    angle, place = pose.direction(joint, rail), pose.place(joint, slides)
+    sketch.block(place, angle, joint.name)
+    start, end = travel(sketch, joint)
+    if body == "ground":
+        u = direction(angle)
+        n = np.array([-u[1], u[0]])
+        side = float(n @ (pose.middle - place))
+        if abs(side) < 2.0 * sketch.size("block"):  # neither side is the inner one
+            side = n[1] if abs(n[1]) > 1e-9 else -n[0]
+        away = -math.copysign(0.6 * sketch.size("block"), side) * n
+        ends = (start + away, end + away)
+        sketch.ground(*(ends if side > 0.0 else ends[::-1]), name=f"rail:{joint.name}")
+    else:
+        _slot(sketch, start, end, 0.5 * sketch.size("link"))
+    wanted = angle + math.pi / 2.0
+    gap = 0.75 * sketch.size("block")
+    sketch.label(symbolic(joint.name), place, wanted, gap, turn=0.3, italic=True)
+
+
+def _slot(sketch: Sketch, start: Array, end: Array, half: float) -> None:
+    sketch.shape(rounded([start, end], half), PAPER, INK, 0.9, Z["link"] + 0.2)
+
+
+@joint_symbol.register(PinSlot)
+def _(joint: PinSlot, sketch: Sketch) -> None:
+    start, end = travel(sketch, joint)
+    half = 1.2 * sketch.size("pin")
+    if joint.i.body == "ground":
+        u = (end - start) / max(float(np.hypot(*(end - start))), 1e-300)
+        n = np.array([-u[1], u[0]])
+        sketch.ground(start - half * n, end - half * n, name=f"rail:{joint.name}")
+        sketch.ground(end + half * n, start + half * n)
+    else:
+        _slot(sketch, start, end, half)
+    sketch.pin(sketch.pose.place(joint, "j"), joint.name)
+
+
+@joint_symbol.register(Fixed)
+def _(joint: Fixed, sketch: Sketch) -> None:
+    """A square where two links are one; the ground is a wall."""
+    place = sketch.pose.place(joint, "j")
+    if "ground" not in (joint.i.body, joint.j.body):
+        half = 0.75 * sketch.size("pin")
+        sketch.shape(box(place, half, half, 0.0), INK, INK, 0.8, Z["pin"], name=joint.name)
+    else:
+        body = joint.j.body if joint.i.body == "ground" else joint.i.body
+        into = direction(sketch.roomy(place, sketch.pose.nodes[body]))
+        along = 1.2 * sketch.size("support") * np.array([-into[1], into[0]])
+        edge = place + sketch.size("link") * into
+        sketch.ground(edge - along, edge + along, name=f"wall:{joint.name}")
+    named(sketch, joint, place, joint.i.body, joint.j.body)
+
+
+@joint_symbol.register(Distance)
+def _(joint: Distance, sketch: Sketch) -> None:
+    """A thin rod between two pins."""
+    i, j = sketch.pose.place(joint, "i"), sketch.pose.place(joint, "j")
+    sketch.line([i, j], 2.2, INK, Z["block"], name=f"rod:{joint.name}")
+    for side, place in (("i", i), ("j", j)):
+        sketch.pin(place, "")
+        if getattr(joint, side).body == "ground":
+            sketch.support(place, [i + j - place], f"{joint.name}.{side}")
+    wanted = math.atan2(*(j - i)[::-1]) + math.pi / 2.0
+    sketch.label(symbolic(joint.name), 0.5 * (i + j), wanted, 4.0 * sketch.unit, italic=True)
+
+
+@joint_symbol.register(Gear)
+@joint_symbol.register(Rolling)
+@joint_symbol.register(RackPinion)
+def _(joint: Gear | Rolling | RackPinion, sketch: Sketch) -> None:
+    """Circles that touch, or a circle on a line."""
+    pose, toothed = sketch.pose, not isinstance(joint, Rolling)
+    circles = wheels(joint, pose)
+    greatest = max(radius for _, radius in circles)
+    for side, radius in circles:
+        ring = bool(getattr(joint, "internal", False)) and radius == greatest
+        _wheel(sketch, joint, side, radius, ring, toothed)
+    if len(circles) == 1:
+        touch, along = pose.told_at(joint), pose.direction(joint, "i")
+        u, half = direction(along), 1.7 * greatest
+        start, end = touch - half * u, touch + half * u
+        if joint.i.body == "ground" and not toothed:
+            sketch.ground(start, end, name=f"road:{joint.name}")
+        elif toothed:
+            _rack(sketch, start, end, joint.name, joint.i.body == "ground")
+        else:
+            sketch.line([start, end], 2.4, INK, Z["link"], name=f"road:{joint.name}")
+    contact = pose.told_at(joint)
+    wanted = outward(sketch, contact, joint.i.body, joint.j.body)
+    sketch.label(symbolic(joint.name), contact, wanted, 4.0 * sketch.unit, turn=0.3, italic=True)
+
+
+def _wheel(
+    sketch: Sketch, joint: Joint, side: str, radius: float, ring: bool, toothed: bool
+) -> None:
+    """A wheel with its hub and a mark that turns with it; a ring, or one that is the ground, is
+    hatched outside."""
+    centre, body = sketch.pose.place(joint, side), getattr(joint, side).body
+    fill = "none" if ring else WHEEL
+    # the smaller of two wheels lies above
+    z = Z["ring"] if ring else Z["wheel"] - 0.3 * radius / (radius + sketch.pose.system.length)
+    dashes = (0, (9, 2, 2, 2)) if toothed else "-"
+    if toothed:
+        from_centre = radius + (2.2 if ring else -2.2) * sketch.unit * sketch.small
+        sketch.disc(centre, from_centre, fill, SOFT, 0.6, z, weight=0.2)
+        fill = "none"
+    look: dict[str, Any] = {"dashes": dashes, "name": f"wheel:{joint.name}.{side}"}
+    sketch.disc(centre, radius, fill, INK, 0.9 if toothed else 1.5, z, weight=0.6, **look)
+    if body == "ground":
+        depth = (1.0 if ring else -1.0) * sketch.size("hatch")
+        around = np.linspace(0.0, math.tau, 48, endpoint=False)
+        ticks = [
+            centre + np.array([radius * direction(a), (radius + depth) * direction(a + 0.05)])
+            for a in around
+        ]
+        sketch.strokes(ticks, z, 0.2)
+        return
+    if not ring:
+        mark = sketch.pose.direction(joint, side)
+        rim = centre + 0.86 * radius * direction(mark)
+        sketch.line([centre, rim], 0.9, SOFT, z + 0.01, weight=0.2)
+        if not any(np.hypot(*(centre - place)) < sketch.size("pin") for place, _ in sketch.pins):
+            sketch.disc(centre, 0.7 * sketch.size("pin"), z=Z["block"], weight=0.2)
+
+
+def _rack(sketch: Sketch, start: Array, end: Array, name: str, fixed: bool) -> None:
+    """The pitch line of a rack, and its teeth below."""
+    length = float(np.hypot(*(end - start)))
+    u = (end - start) / length
+    n = np.array([u[1], -u[0]])
+    deep = 2.6 * sketch.unit * sketch.small
+    count = max(4, round(length / (3.2 * deep)))
+    profile = [(0.0, -1), (0.2, -1), (0.35, 1), (0.65, 1), (0.8, -1)]
+    teeth = [
+        start + length * (k + part) / count * u - side * deep * n
+        for k in range(count)
+        for part, side in profile
+    ]
+    back = 3.5 * deep * n
+    corners = [start + back, *(start + deep * n, *teeth, end + deep * n), end + back]
+    sketch.shape(corners, WHEEL, INK, 1.0, Z["wheel"] - 0.1, name=f"rack:{name}", weight=0.5)
+    sketch.line([start, end], 0.6, SOFT, Z["wheel"], dashes=(0, (9, 2, 2, 2)), weight=0.2)
+    if fixed:
+        sketch.ground(start + back, end + back)

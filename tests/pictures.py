@@ -1,0 +1,75 @@
+"""The pictures of the gallery in docs/pictures, and the table of them in the README, made anew.
+
+``make pictures`` (``python -m tests.pictures``) does it for every model that the gallery has.
+"""
+
+from pathlib import Path
+
+import mbody
+from mbody import gallery
+from mbody.analysis.asked import asked
+from mbody.questions import Ask
+from mbody.views import draw, save
+
+ROOT = Path(__file__).parents[1]
+FOLDER = ROOT / "docs" / "pictures"
+README = ROOT / "README.md"
+BEGIN, END = "<!-- pictures: made by `make pictures` -->\n", "<!-- end of the pictures -->\n"
+
+#: What is shown beside the instant that the model asks for: an instant, paths, joint forces.
+SHOWN = {
+    "hoekens": {"paths": ["coupler.P"]},
+    "norton_fourbar": {"forces": True},
+    "peaucellier": {"paths": ["QA.Q"]},
+    "quick_return": {"at": {"crank": "20 deg"}},
+    "scissor_lift": {"at": {"t": 5.0}},
+    "stephenson_sixbar": {"at": {"crank": "30 deg"}, "paths": ["coupler.P"]},
+    "watt_sixbar": {"at": {"crank": "60 deg"}},
+}
+
+
+def picture(name):
+    """The picture of a model of the gallery."""
+    shown, machine = SHOWN.get(name, {}), gallery.load(name)
+    ask = Ask(at=shown["at"]) if "at" in shown else None
+    run = asked(machine, "kinetostatics", ask)
+    return draw(run, forces=shown.get("forces", False), paths=shown.get("paths", ()))
+
+
+def make(folder):
+    """Write all pictures into a folder; their names."""
+    for name in gallery.names():
+        save(picture(name), folder / f"{name}.svg")
+    return [f"{name}.svg" for name in gallery.names()]
+
+
+def table():
+    """The pictures side by side, two in a row, as the README has them."""
+    lines = []
+    names_of_all = gallery.names()
+    for row in (names_of_all[n : n + 2] for n in range(0, len(names_of_all), 2)):
+        cells = [f"![{name}](docs/pictures/{name}.svg)" for name in row] + [""] * (2 - len(row))
+        names = [f"`{name}`" for name in row] + [""] * (2 - len(row))
+        lines += [f"| {' | '.join(cells)} |", f"| {' | '.join(names)} |"]
+        if len(lines) == 2:
+            lines.insert(1, "|---|---|")
+    return "\n".join(["", *lines, "", ""])
+
+
+def parts(text):
+    """The README before the table, the table, and the rest."""
+    before, begin, rest = text.partition(BEGIN)
+    inside, end, after = rest.partition(END)
+    assert begin and end, f"the README needs the lines {BEGIN!r} and {END!r}"
+    return before + begin, inside, end + after
+
+
+if __name__ == "__main__":
+    FOLDER.mkdir(exist_ok=True)
+    made = make(FOLDER)
+    for old in FOLDER.iterdir():
+        if old.name not in made:
+            old.unlink()
+    before, _, after = parts(README.read_text("utf-8"))
+    README.write_text(before + table() + after, encoding="utf-8")
+    print(f"wrote {len(made)} pictures to {FOLDER.relative_to(ROOT)}, mbody {mbody.__version__}")
