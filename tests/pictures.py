@@ -23,6 +23,7 @@ SHOWN = {
     "peaucellier": {"paths": ["QA.Q"]},
     "quick_return": {"at": {"crank": "20 deg"}},
     "scissor_lift": {"at": {"t": 5.0}},
+    "static_fourbar": {"forces": True},
     "stephenson_sixbar": {"at": {"crank": "30 deg"}, "paths": ["coupler.P"]},
     "watt_sixbar": {"at": {"crank": "60 deg"}},
 }

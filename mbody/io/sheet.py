@@ -169,6 +169,8 @@ class _Instant:
             columns.insert(0, Column("DRIVERS", titles, text=True))
             effort = np.array([self.solution.effort(name)[0] for name in names])
             kind = "torque" if turns else "force"
+            floor = force_floor(self.solution) * (self.solution.system.length if turns else 1.0)
+            effort = np.where(np.abs(effort) > floor, effort, 0.0)
             columns.append(Column(kind, numbers(effort), unit(kind)))
             if self.moves:
                 columns.append(Column("power", numbers(effort * rate), unit("power")))

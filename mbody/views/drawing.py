@@ -9,8 +9,9 @@ import numpy as np
 
 from mbody.analysis import close_loops, kinematics, kinetostatics
 from mbody.analysis.asked import asked
+from mbody.drivers import Driver
 from mbody.errors import ModelError, SolveError
-from mbody.io.parts import force_names
+from mbody.io.parts import force_floor, force_names
 from mbody.mechanism import Mechanism
 from mbody.solution import Solution
 from mbody.system import System
@@ -153,6 +154,19 @@ def _scale(pose: Pose, tracks: list[Array]) -> tuple[float, float]:
     return unit, min(1.0, max(0.3, typical / (55.0 * unit)))
 
 
+def _driven(pose: Pose, driver: Driver) -> str:
+    """The name of a driver with its effort."""
+    turns, floor = driver.rows == "a", force_floor(pose.run)
+    effort = float(pose.run.effort(driver.name)[pose.k])
+    if abs(effort) <= floor * (pose.system.length if turns else 1.0):
+        effort = 0.0
+    unit = pose.mechanism.units.of("torque" if turns else "force")
+    book = force_names(pose.mechanism)[driver.name][0]
+    # where several share a pair of links their own names follow: once is enough
+    between = "" if "," in book else f": {symbolic(book)}"
+    return f"{symbolic(driver.name)}{between} = {rounded_number(effort)} {unit}"
+
+
 def _mechanism(
     sketch: Sketch, forces: bool, tracks: dict[str, Array]
 ) -> tuple[float, float, str] | None:
@@ -167,15 +181,8 @@ def _mechanism(
         joint_symbol(joint, sketch)
     for load in mechanism.loads:
         load_symbol(load, sketch)
-    books = force_names(mechanism)
     for driver in mechanism.drivers:
-        told = symbolic(driver.name)
-        if forces:
-            turns = driver.rows == "a"
-            effort = rounded_number(float(pose.run.effort(driver.name)[pose.k]))
-            unit = mechanism.units.of("torque" if turns else "force")
-            told += f": {symbolic(books[driver.name][0])} = {effort} {unit}"
-        driver_symbol(driver, sketch, told)
+        driver_symbol(driver, sketch, _driven(pose, driver) if forces else symbolic(driver.name))
     for body in mechanism.bodies:
         points(sketch, body.name)
     if len(mechanism.joints) <= 2 * NAMED:

@@ -194,8 +194,10 @@ def _beside_middle(sketch: Sketch, name: str, i: Array, j: Array, color: str = I
 
 @load_symbol.register(Torque)
 def _(load: Torque, sketch: Sketch) -> None:
-    """An arc about the body's pin, the way that the torque turns."""
+    """An arc about the body's pin, the way that the torque turns; none where it is zero."""
     value, unit = sketch.pose.law(load, "value"), sketch.pose.mechanism.units.of("torque")
+    if not value:
+        return
     _turning(sketch, load, f"{symbolic(load.name)} = {rounded_number(value)} {unit}", value)
 
 
@@ -203,12 +205,11 @@ def _turning(sketch: Sketch, load: Torque, told: str, value: float) -> None:
     centre = pivot(sketch, load.by, load.body)
     radius = free_radius(sketch, centre)
     wanted = outward_from(sketch, centre, load.body)
-    if value:
-        sense = math.copysign(1.0, value)
-        choices = [(wanted + a, wanted + a + 2.4 * sense) for a in _STARTS]
-        first, last = clear_arc(sketch, centre, radius, choices)
-        sketch.curved(centre, radius, first, last, LOAD, name=f"torque:{load.name}")
-        wanted = 0.5 * (first + last)
+    sense = math.copysign(1.0, value)
+    choices = [(wanted + a, wanted + a + 2.4 * sense) for a in _STARTS]
+    first, last = clear_arc(sketch, centre, radius, choices)
+    sketch.curved(centre, radius, first, last, LOAD, name=f"torque:{load.name}")
+    wanted = 0.5 * (first + last)
     look: dict[str, Any] = {"color": LOAD, "name": f"told:{load.name}"}
     sketch.label(told, centre, wanted, radius + 3.0 * sketch.unit, **look)
 
