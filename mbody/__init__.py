@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     )
     from mbody.assembler import assemble
     from mbody.bodies import Body, Guess, SecondMoments, Slender, deg, rpm
+    from mbody.couplings import AngleCoupling, LengthCoupling, Term
     from mbody.drivers import AngleDriver, CoordinateDriver, DistanceDriver
     from mbody.elements import Marker, Polar, polar
     from mbody.errors import ModelError, ModelWarning, SolveError
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from mbody.histories import Reaction
     from mbody.io.model import from_text, in_units, load, save, to_text
     from mbody.joints import (
+        CamFollower,
         CustomJoint,
         Distance,
         Fixed,
@@ -82,10 +84,12 @@ _HOME = {
     "formulas": "convert",
     "io.model": "from_text in_units load save to_text",
     "questions": "Ask Measure Question Unknown",
+    "couplings": "AngleCoupling LengthCoupling Term",
     "drivers": "AngleDriver CoordinateDriver DistanceDriver",
     "elements": "Marker Polar polar",
     "errors": "ModelError ModelWarning SolveError",
-    "joints": "CustomJoint Distance Fixed Gear PinSlot Prismatic RackPinion Revolute Rolling",
+    "joints": "CamFollower CustomJoint Distance Fixed Gear PinSlot Prismatic RackPinion Revolute "
+    "Rolling",
     "laws": "Cam Constant ConstantAcceleration ConstantSpeed Dwell Function Harmonic Polynomial "
     "Rise Table",
     "loads": "CustomLoad Damper Force Gravity Spring Torque TorsionDamper TorsionSpring",

@@ -18,9 +18,10 @@ from mbody.atoms import Action, Atom, Signal
 from mbody.core.forces import KINDS as ACTION_KINDS
 from mbody.core.layout import Layout, integers
 from mbody.core.rows import KINDS as ATOM_KINDS
+from mbody.couplings import Coupling
 from mbody.drivers import Driver
 from mbody.elements import Element, Numbers
-from mbody.elimination import eliminate, split
+from mbody.elimination import Elimination, eliminate, split
 from mbody.errors import ModelError
 from mbody.formulas import Formula
 from mbody.hooks import action_hook, atom_hook, law_hook
@@ -95,7 +96,11 @@ class _Compiler:
         self.bodies = (*mechanism.bodies, mechanism.ground)
         self.index = {body.name: n for n, body in enumerate(self.bodies)}
         self.polar = polar_points(mechanism)
-        self.carriers: tuple[Joint | Driver, ...] = (*mechanism.joints, *mechanism.drivers)
+        self.carriers: tuple[Joint | Coupling | Driver, ...] = (
+            *mechanism.joints,
+            *mechanism.couplings,
+            *mechanism.drivers,
+        )
         at = Numbers(self.numbers(), self.polar)
         found = [
             (ATOM_KINDS.index(atom.kind), element, part, atom)
@@ -163,13 +168,16 @@ class _Compiler:
         of_time = [Signal(Constant(0.0), [0.0])]
         of_time += [atom.signal for atom in atoms if atom.signal is not None]
         of_time += [signal for action in actions for signal in action.signals]
-        return of_time + [action.law for action in actions if action.law is not None]
+        of_time += [action.law for action in actions if action.law is not None]
+        return of_time + [atom.law for atom in atoms if atom.law is not None]
 
     def compile(self, numbers: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
         """Parameters (rows, batch) and masses (3·bodies + 3, batch) from the user's numbers."""
         atoms, actions = self.atoms(numbers), self.actions(numbers)
         columns: list[Any] = []
         at = Numbers(numbers, self.polar)
+        for joint in self.mechanism.joints:
+            joint.refuse(at, self.mechanism.units.length)
         for (element, _), atom in zip(self.owners, atoms, strict=True):
             columns += [*atom.parameters, *_arm(element, at)]
         for law in self.laws(atoms, actions):
@@ -187,14 +195,17 @@ class _Compiler:
         return _stack(columns, batch), _stack(masses, batch)
 
     def length(self, numbers: dict[str, Any]) -> float:
-        """Model length: the longest arm on a moving body, else another distance, else one."""
+        """Model length: the longest arm on a moving body, else another distance, as between the
+        centres of gears or of a cam and its roller, else one.
+        """
         at = Numbers(numbers, self.polar)
         moving, fixed = [0.0], [0.0]
         for element in self.carriers:
             for key, marker in element.places().items():
                 arm = math.hypot(*(float(part) for part in at.arm(element, key)))
                 (fixed if marker.body == "ground" else moving).append(arm)
-        return max(moving) or max(fixed) or 1.0
+        apart = [abs(float(joint.apart(at))) for joint in self.mechanism.joints]
+        return max(moving) or max(fixed) or max(apart, default=0.0) or 1.0
 
     def functions(self) -> tuple[tuple[str, Callable[..., Any] | None], ...]:
         """The users' functions of atoms, actions and laws, wrapped for the hook, with names."""
@@ -217,16 +228,18 @@ class _Compiler:
         loads = self.mechanism.loads
         actions = list(zip(self.action_owners, self.first_actions, strict=True))
         names += [loads[c].name for (c, _), action in actions for _ in action.signals]
-        return names + [loads[c].name for (c, _), action in actions if action.law is not None]
+        names += [loads[c].name for (c, _), action in actions if action.law is not None]
+        pairs = zip(self.owners, self.first_atoms, strict=True)
+        return names + [element.name for (element, _), atom in pairs if atom.law is not None]
 
     def layout(self) -> Layout:
         """The index lists of the kernels: the symbolic phase."""
         atoms, actions = self.first_atoms, self.first_actions
         index, bodies = self.index, len(self.bodies) - 1
-        slots = split(bodies, [(index[atom.i], index[atom.j]) for atom in atoms])
+        slots = split(bodies, [tuple(index[body] for body in atom.bodies) for atom in atoms])
         plan = eliminate(slots)
         place = {node: k for k, node in enumerate(plan.order)}
-        columns = [3 * s for node in plan.order for s in slots.sides[node]]
+        columns = [3 * s for node in plan.order for s in slots.sides[node][:2]]
         laws = self.laws(atoms, actions)
         sizes = [len(atom.parameters) + 2 for atom in atoms]
         sizes += [len(law.parameters) for law in laws]
@@ -238,6 +251,10 @@ class _Compiler:
         of_time = len(self.signal_laws)
         order = sorted(range(of_time), key=lambda n: isinstance(self.signal_laws[n], Constant))
         own = iter(range(of_time, len(laws)))
+        action_law, atom_law = (
+            integers([-1 if part.law is None else next(own) for part in parts])
+            for parts in (actions, atoms)
+        )
         atom_of = {element.name: e for e, (element, _) in enumerate(self.owners)}
         driven = [atom_of[driver.name] for driver in self.mechanism.drivers]
         return Layout(
@@ -252,8 +269,11 @@ class _Compiler:
             atom_arm=integers(offset[1 : a + 1]) - 2,
             atom_signal=integers(self.atom_signal),
             atom_node=integers([place[e] for e in range(a)]),
+            atom_law=atom_law,
             atom_handle=integers([-1] * a),
             node_column=integers(columns),
+            more=np.column_stack([plan.more_node, 3 * plan.more_slot]),
+            **self._sums(place, plan),
             node_start=plan.node_start,
             block_row=plan.block_row,
             update=plan.update,
@@ -281,11 +301,30 @@ class _Compiler:
             action_par=integers(offset[b:-1]),
             action_count=integers(sizes[b:]),
             action_signal=integers(self.action_signal),
-            action_law=integers([next(own) if act.law is not None else -1 for act in actions]),
+            action_law=action_law,
             action_handle=integers([-1] * len(actions)),
             action_cause=integers([cause for cause, _ in self.action_owners]),
             table=np.concatenate([*tables, np.zeros(1)]),
         )
+
+    def _sums(self, place: dict[int, int], plan: Elimination) -> dict[str, Any]:
+        """The parts of all sums, and where the blocks of their bodies stand."""
+        index, nodes = self.index, len(plan.order)
+        beyond: dict[int, list[int]] = {}
+        for n, k in enumerate(plan.more_node):
+            beyond.setdefault(int(k), []).append(12 * nodes + 6 * n)
+        start, table = [0], []
+        for e, atom in enumerate(self.first_atoms):
+            k = place[e]
+            at = [12 * k, 12 * k + 6, *beyond.get(k, [])]
+            block = dict(zip(atom.bodies, at, strict=True)) | {"ground": -1}
+            table += [
+                (ATOM_KINDS.index(p.kind), index[p.i], index[p.j], block[p.i], block[p.j])
+                for p in atom.parts
+            ]
+            start.append(len(table))
+        parts = np.array(table, dtype=np.int64).reshape(-1, 5)
+        return {"sum_start": integers(start), "part": parts}
 
 
 def _arm(element: Element, at: Numbers) -> tuple[Any, Any]:

@@ -13,7 +13,7 @@ from typing import Any
 
 from mbody.laws import Law
 
-__all__ = ["Action", "Atom", "Signal"]
+__all__ = ["Action", "Atom", "Part", "Signal"]
 
 
 @dataclass(frozen=True)
@@ -22,6 +22,18 @@ class Signal:
 
     law: Law
     parameters: list[Any]
+
+
+@dataclass(frozen=True)
+class Part:
+    """One coordinate in the sum of a coupling: its physics, and the bodies that it lies between.
+
+    Its seven parameters, the factor first, stand among those of the atom.
+    """
+
+    kind: str
+    i: str
+    j: str
 
 
 @dataclass(frozen=True)
@@ -40,8 +52,12 @@ class Atom:
         Numbers of the physics, floats or arrays over a batch.
     signal : Signal or None
         The law f(t) of the first row, if it has one.
+    law : Signal or None
+        A law of a direction that the position gives: an angle of one turn, 0 … 2π.
     function : callable or None
         The user's own physics in plain Python, for kind ``"user"``.
+    parts : tuple of Part
+        What a ``"sum"`` adds up, over more bodies than two.
     """
 
     kind: str
@@ -50,7 +66,15 @@ class Atom:
     rows: str
     parameters: list[Any]
     signal: Signal | None = None
+    law: Signal | None = None
     function: Callable[..., Any] | None = None
+    parts: tuple[Part, ...] = ()
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """All bodies that the rows are about: i and j, then what else a sum moves."""
+        more = (body for part in self.parts for body in (part.i, part.j) if body != "ground")
+        return tuple(dict.fromkeys((self.i, self.j, *more)))
 
 
 @dataclass(frozen=True)

@@ -27,26 +27,26 @@ class Slots:
     ----------
     body : list of int
         Body of each slot.
-    sides : list of (int, int)
-        Slots on which the two sides of each node stand, welds last.
+    sides : list of tuples of int
+        Slots on which the sides of each node stand, two as a rule; welds last.
     welds : int
         How many of the last nodes are welds, two for each pair of neighbouring slots.
     """
 
     body: list[int]
-    sides: list[tuple[int, int]]
+    sides: list[tuple[int, ...]]
     welds: int
 
 
-def split(bodies: int, ends: Sequence[tuple[int, int]]) -> Slots:
+def split(bodies: int, ends: Sequence[tuple[int, ...]]) -> Slots:
     """Split busy bodies into slots.
 
     Parameters
     ----------
     bodies : int
         Number of moving bodies; the ground is body number `bodies`.
-    ends : sequence of pairs
-        Bodies that each node stands on.
+    ends : sequence of tuples
+        Bodies that each node stands on, two or more.
     """
     degree = [0] * (bodies + 1)
     for pair in ends:
@@ -68,7 +68,7 @@ def split(bodies: int, ends: Sequence[tuple[int, int]]) -> Slots:
         used[b] += 1
         return first[b] + (used[b] - 1) // EACH
 
-    sides = [(slot(i), slot(j)) for i, j in ends]
+    sides = [tuple(slot(b) for b in pair) for pair in ends]
     ties = [(s, s + 1) for s in range(ground - 1) if body[s] == body[s + 1]]
     for tie in ties:
         sides += [tie, tie]
@@ -89,6 +89,9 @@ class Elimination:
     form_column: np.ndarray
     form_more: np.ndarray
     fill: np.ndarray
+    # sides beyond the second: their nodes, and the slots that they stand on
+    more_node: np.ndarray
+    more_slot: np.ndarray
 
 
 def eliminate(slots: Slots) -> Elimination:
@@ -111,6 +114,9 @@ def eliminate(slots: Slots) -> Elimination:
     order, columns = _minimum_degree(neighbours)
     place = {node: k for k, node in enumerate(order)}
     below = [sorted(place[m] for m in columns[node]) for node in order]
+    more = [(place[m], side) for m in order for side in range(2, len(slots.sides[m]))]
+    numbers = {(k, side): 12 * k + 6 * side for k in range(nodes) for side in range(2)}
+    numbers |= {which: 12 * nodes + 6 * n for n, which in enumerate(more)}
 
     base = 3 * nodes
     block: dict[tuple[int, int], int] = {}
@@ -130,7 +136,7 @@ def eliminate(slots: Slots) -> Elimination:
         for n, (r, side_r) in enumerate(placed):
             for k, side_k in placed[:n]:
                 if r != k:
-                    a, b = 12 * r + 6 * side_r, 12 * k + 6 * side_k
+                    a, b = numbers[r, side_r], numbers[k, side_k]
                     form.append((base + 4 * block[r, k], a, b, 3 * slot))
     form.sort()
     table = np.array(form, dtype=np.int64).reshape(-1, 4)
@@ -150,6 +156,8 @@ def eliminate(slots: Slots) -> Elimination:
         form_column=np.ascontiguousarray(table[:, 3]),
         form_more=np.diff(table[:, 0], prepend=-1) == 0,
         fill=np.setdiff1d(blocks, table[:, 0]),
+        more_node=ints([k for k, _ in more]),
+        more_slot=ints([slots.sides[order[k]][side] for k, side in more]),
     )
 
 

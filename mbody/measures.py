@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from mbody.bodies import Body
+from mbody.couplings import Coupling
 from mbody.drivers import Driver
 from mbody.elements import listed
 from mbody.errors import ModelError, brief
@@ -140,7 +141,8 @@ def found_by(solution: Solution, measure: Measure) -> bool:
     if solution.has_forces:
         return True
     joints = {joint.name for joint in solution.mechanism.joints}
-    drivers = {driver.name for driver in solution.mechanism.drivers}
+    machine = solution.mechanism
+    drivers = {element.name for element in (*machine.drivers, *machine.couplings)}
     for name in parse(measure.of).names:
         owner, _, key = name.rpartition(".")
         if owner in joints or (owner in drivers and key in ("effort", "power")):
@@ -207,6 +209,8 @@ def _dimension(mechanism: Mechanism, owner: str, key: str) -> Dimension:
             known = FORCES
         case Driver(rows=rows):
             known = TORQUES if rows == "a" else PUSHES
+        case Coupling(rows=rows):
+            known = {"effort": "torque" if rows == "a" else "force"}
         case _:
             raise FormulaError(f"'{element}' is a load, which has no history of its own")
     if key not in known:

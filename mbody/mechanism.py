@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import Any, TypeVar
 
 from mbody.bodies import Body
+from mbody.couplings import Coupling
 from mbody.drivers import Driver
 from mbody.elements import Element, Marker, check_name, listed
 from mbody.errors import ModelError, brief
@@ -146,7 +147,7 @@ class Mechanism:
 
         Parameters
         ----------
-        *elements : Body, Joint, Driver or Load
+        *elements : Body, Joint, Coupling, Driver or Load
             Any number of them. All are added, or none where one is refused.
 
         Raises
@@ -170,7 +171,7 @@ class Mechanism:
             raise
 
     def _add(self, element: Element) -> None:
-        if not isinstance(element, (Body, Joint, Driver, Load)):
+        if not isinstance(element, (Body, Joint, Coupling, Driver, Load)):
             remedy = ""
             if isinstance(element, (list, tuple)):
                 remedy = ": give them one by one, add(*elements)"
@@ -256,6 +257,11 @@ class Mechanism:
     def joints(self) -> tuple[Joint, ...]:
         """The joints, in the order of the description."""
         return self._of(Joint)
+
+    @property
+    def couplings(self) -> tuple[Coupling, ...]:
+        """The couplings, in the order of the description."""
+        return self._of(Coupling)
 
     @property
     def drivers(self) -> tuple[Driver, ...]:
@@ -345,7 +351,7 @@ class Mechanism:
         }
         return (
             *(self.name, self.units, self.g, self.ground, self.source, self.note),
-            *(self.bodies, self.joints, self.drivers, self.loads),
+            *(self.bodies, self.joints, self.couplings, self.drivers, self.loads),
             *({name: self._said(value) for name, value in self.parameters.items()}, following),
             *(self.measures, self.ask and replace(self.ask, at={}), asked, sought),
             {n: replace(q, unknowns="x", at={}) for n, q in self.questions.items()},

@@ -11,7 +11,8 @@ import numpy as np
 
 from mbody.checks import breakdown, checks
 from mbody.core.output import PER_ATOM
-from mbody.elements import Marker, Numbers, as_marker, listed
+from mbody.elements import Marker, as_marker, listed
+from mbody.ends import column, ends, moment, told_at
 from mbody.errors import ModelError
 from mbody.histories import BodyHistory, Checks, PointHistory, Reaction, Record
 from mbody.joints import Joint
@@ -129,7 +130,7 @@ class Solution:
                 marker.point.r * np.sin(marker.point.angle),
             )
         cx, cy = at.point(f"{marker.body}.cg")
-        return _column(x - cx), _column(y - cy)
+        return column(x - cx), column(y - cy)
 
     def _atom(self, e: int, n: int) -> Array:
         """History of number n of an atom (see `mbody.core.output`)."""
@@ -154,58 +155,46 @@ class Solution:
             fx, fy, torque = (
                 part + self._atom(e, n) for part, n in zip((fx, fy, torque), (2, 3, 4), strict=True)
             )
-        torque = torque - self.moment(element, fx, fy)
+        torque = torque - moment(self, element, fx, fy)
         unique = self._unique(joint)
         if on == i:
             return Reaction(joint, i, j, -fx, -fy, -torque, unique)
         return Reaction(joint, j, i, fx, fy, torque, unique)
 
-    def moment(self, element: Joint, fx: Array, fy: Array) -> Any:
-        """Moment about a joint's place on j of a force at the point where its reaction is told."""
-        offset = self._offset(element)
-        return 0.0 if offset is None else offset[0] * fy - offset[1] * fx
-
     def told_at(self, joint: str) -> tuple[Array, Array]:
         """Where the reaction of a joint, or the force of a driver of a length, is told: its place
         on j, or the point of contact; world axes, arrays (instants,).
         """
-        element: Any = self.mechanism[joint]
-        x, y = self._place(element, "j")
-        offset = self._offset(element) if isinstance(element, Joint) else None
-        return (x, y) if offset is None else (x + offset[0], y + offset[1])
+        return told_at(self, self.mechanism[joint])
 
-    def pressing(self, joint: str) -> Array | None:
-        """How hard a contact presses [force], (instants,): negative where it would have to pull;
-        None for a joint that holds both ways.
+    def contact(self, joint: str) -> Array:
+        """Force with which the bodies of a cam or a rolling contact press on each other, negative
+        where one would have to pull.
+
+        Raises
+        ------
+        ModelError
+            For a joint that is no contact, and as `reaction`.
         """
-        element = self._joint(joint)
-        reaction = self.reaction(joint)
-        return element.pressing(*self._between(element), (reaction.fx, reaction.fy))
-
-    def _offset(self, element: Joint) -> Any:
-        """From a joint's place on j to where its reaction is told; None for that place itself."""
-        if type(element).told_at is Joint.told_at:
-            return None
-        return element.told_at(*self._between(element))
-
-    def _between(self, element: Joint) -> tuple[Any, tuple[Array, Array], Array]:
-        """Numbers, the way from the place on i to that on j, and the direction of the marker on i,
-        as joints take them.
-        """
-        at = self.system.numbers
-        (ix, iy), (jx, jy) = self._place(element, "i"), self._place(element, "j")
-        angle = self[element.i.body].angle + _column(at.angle(element, "i"))
-        return _Columns(at), (jx - ix, jy - iy), angle
-
-    def _place(self, element: Joint, side: str) -> tuple[Array, Array]:
-        """History of the world place of an end of a joint."""
-        body = self[getattr(element, side).body]
-        ax, ay = (_column(part) for part in self.system.numbers.arm(element, side))
-        c, s = np.cos(body.angle), np.sin(body.angle)
-        return body.x + c * ax - s * ay, body.y + s * ax + c * ay
+        element, found = self._joint(joint), self.reaction(joint)
+        normal = element.normal(*ends(self, element))
+        if normal is None:
+            raise ModelError(
+                f"'{joint}' is a {type(element).__name__}, no contact that presses: ask for its "
+                "reaction",
+                joint,
+            )
+        press: Array = found.fx * normal[0] + found.fy * normal[1]
+        return press
 
     def _joint(self, joint: str) -> Joint:
         joints = {element.name: element for element in self.mechanism.joints}
+        if joint in [coupling.name for coupling in self.mechanism.couplings]:
+            raise ModelError(
+                f"'{joint}' is a coupling of several bodies, it has no reaction between two: ask "
+                "for its effort",
+                joint,
+            )
         if not isinstance(joint, str) or joint not in joints:
             raise ModelError(
                 f"there is no joint {joint!r} (there are: {listed(joints)})", str(joint)
@@ -227,9 +216,10 @@ class Solution:
 
     def effort(self, driver: str) -> Array:
         """Effort of a driver, a torque [force·length] or a force: its product with the driven rate
-        is the power given to the mechanism.
+        is the power given to the mechanism. Of a coupling the same of its value, which has no rate.
         """
-        drivers = [d.name for d in self.mechanism.drivers]
+        machine = self.mechanism
+        drivers = [element.name for element in (*machine.drivers, *machine.couplings)]
         if driver not in drivers:
             known = listed(drivers)
             raise ModelError(f"there is no driver {driver!r} (there are: {known})", str(driver))
@@ -368,19 +358,3 @@ class Solution:
         from mbody.io.sheet import sheet
 
         return sheet(self)
-
-
-class _Columns:
-    """Numbers by dotted name, a column a design in a batch, to stand beside histories."""
-
-    def __init__(self, at: Numbers) -> None:
-        self.at = at
-
-    def __getitem__(self, name: str) -> Any:
-        return _column(self.at[name])
-
-
-def _column(value: Any) -> Any:
-    """A number, or one a design as a column (designs, 1)."""
-    array = np.asarray(value, dtype=float)
-    return array[:, None] if array.ndim else array

@@ -55,12 +55,16 @@ def _entries(
         for row in range(2):
             if 2 * k + row not in number:
                 continue
-            for side in range(2):
-                column = int(L.node_column[2 * k + side])
+            sides = [(int(L.node_column[2 * k + n]), 12 * k + 6 * n) for n in range(2)]
+            sides += [
+                (int(L.more[n, 1]), 12 * L.nodes + 6 * int(n))
+                for n in np.flatnonzero(L.more[:, 0] == k)
+            ]
+            for column, first in sides:
                 if column >= 3 * L.slots:
                     continue
                 for c in range(3):
-                    place = 12 * k + 6 * side + 3 * row + c
+                    place = first + 3 * row + c
                     value, other = float(here.block[place, 0]), float(elsewhere.block[place, 0])
                     if value != 0.0 or other != 0.0:
                         entry = (place, value, value == other)

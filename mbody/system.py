@@ -87,11 +87,12 @@ class System:
 
     @functools.cached_property
     def atoms_of(self) -> dict[str, list[int]]:
-        """Atoms of every joint, then every driver, by name in the order of the description."""
+        """Atoms of every joint, coupling, then driver, by name in the order of the description."""
         found: dict[str, list[tuple[int, int]]] = {}
         for e, (element, part) in enumerate(self.owners):
             found.setdefault(element.name, []).append((part, e))
-        carriers = (*self.mechanism.joints, *self.mechanism.drivers)
+        machine = self.mechanism
+        carriers = (*machine.joints, *machine.couplings, *machine.drivers)
         return {c.name: [e for _, e in sorted(found[c.name])] for c in carriers}
 
     @functools.cached_property

@@ -17,9 +17,11 @@ from typing import Any
 import numpy as np
 
 from mbody.bodies import Body
-from mbody.drivers import AngleDriver, CoordinateDriver, DistanceDriver
+from mbody.couplings import Coupling
+from mbody.drivers import AngleDriver, CoordinateDriver, DistanceDriver, Driver
 from mbody.elements import Element, Marker, Polar
 from mbody.joints import (
+    CamFollower,
     CustomJoint,
     Distance,
     Fixed,
@@ -56,6 +58,14 @@ def law_at(law: Law, t: Any) -> Any:
         f, f1, _ = law.derivatives(t.real)
         return f + 1j * f1 * t.imag
     return law(t)
+
+
+def law_around(law: Law, angle: Any) -> Any:
+    """A law of one turn at angles that are floats, complex arrays or jets."""
+    if isinstance(angle, Jet):
+        return angle.through(*law.derivatives(angle.f % (2.0 * math.pi)))
+    f, f1, _ = law.derivatives(np.real(angle) % (2.0 * math.pi))
+    return f + 1j * f1 * np.imag(angle) if np.iscomplexobj(angle) else f
 
 
 class _Numbers:
@@ -120,7 +130,7 @@ class Reference:
         names = [body.name for body in mechanism.bodies]
         self.n = len(names)
         self.index = {name: k for k, name in enumerate([*names, "ground"])}
-        self.elements = (*mechanism.joints, *mechanism.drivers)
+        self.elements = (*mechanism.joints, *mechanism.couplings, *mechanism.drivers)
         ends = list(itertools.accumulate((len(e.rows) for e in self.elements), initial=0))
         self.rows = {e.name: slice(*ends[k : k + 2]) for k, e in enumerate(self.elements)}
         self.m = ends[-1]
@@ -213,6 +223,8 @@ class Reference:
         """The rows of one element at q (3n + 3,)."""
         if isinstance(e, CustomJoint):
             return self._custom_phi(e, q, t)
+        if isinstance(e, Coupling):
+            return [sum(t.factor * self._coordinate(t, q) for t in e.terms) - e.value]
         if isinstance(e, AngleDriver):
             return [self._angle(q, e.body) - self._angle(q, e.relative_to) - law_at(e.law, t)]
         (xi, yi), (xj, yj) = self.place(q, e.i), self.place(q, e.j)
@@ -232,6 +244,18 @@ class Reference:
             return [along + e.radius * turn - e.offset]
         if isinstance(e, Rolling) and e.on_radius is None:
             return [across - e.radius, along + e.radius * turn - e.offset]
+        if isinstance(e, CamFollower):
+            # the profile in polar coordinates of the cam's axes, counted against its turning
+            sense = 1.0 if e.clockwise else -1.0
+            beyond = e.base_radius + e.roller if e.base_radius is not None else 0.0
+            if not e.flat:
+                polar = _direction(along, across)
+                apart = np.sqrt(along * along + across * across)
+                return [apart - beyond - law_around(e.profile, sense * polar)]
+            # the face's line is as far from the centre as the cam reaches towards it
+            face = direction + turn
+            reach = np.cos(face) * (yj - yi) - np.sin(face) * (xj - xi)
+            return [reach - beyond - law_around(e.profile, sense * (turn + 0.5 * math.pi))]
         if isinstance(e, Gear | Rolling):
             ri, rj = self.signed_radii(e)
             # the arcs that have rolled off on both wheels are equal
@@ -249,6 +273,17 @@ class Reference:
             return [along - law_at(e.law, t)]
         raise NotImplementedError(f"the oracle has no {type(e).__name__}")
 
+    def _coordinate(self, term: Any, q: Any) -> Any:
+        """The angle, distance or displacement of a term of a coupling."""
+        if term.angle is not None:
+            return self._angle(q, term.angle) - self._angle(q, term.relative_to)
+        i, j = term.distance or term.coordinate
+        (xi, yi), (xj, yj) = self.place(q, i), self.place(q, j)
+        if term.distance is not None:
+            return np.sqrt((xj - xi) ** 2 + (yj - yi) ** 2)
+        direction = self._angle(q, i.body) + i.angle
+        return np.cos(direction) * (xj - xi) + np.sin(direction) * (yj - yi)
+
     @staticmethod
     def signed_radii(e: Any) -> tuple[float, float]:
         """Radii of two wheels from their centres towards each other, that in a ring negative."""
@@ -264,10 +299,34 @@ class Reference:
             radius = self.signed_radii(e)[0]
             apart = math.hypot(xj - xi, yj - yi)
             return xi + radius * (xj - xi) / apart, yi + radius * (yj - yi) / apart
+        if isinstance(e, CamFollower):
+            return self._touched(q_all, e, (xi, yi), (xj, yj))
         if isinstance(e, RackPinion | Rolling):
             direction = self._angle(q_all, e.i.body) + e.i.angle
             return xj + e.radius * math.sin(direction), yj - e.radius * math.cos(direction)
         return xj, yj
+
+    def _touched(self, q_all: Any, e: Any, centre: Any, follower: Any) -> tuple[float, float]:
+        """Where a cam touches: on the contour that its curve envelops, by the tangent of a curve
+        z(φ) in the cam's axes, with complex numbers for vectors.
+        """
+        axes = self._angle(q_all, e.i.body) + e.i.angle
+        sense = 1.0 if e.clockwise else -1.0
+        beyond = e.base_radius + e.roller if e.base_radius is not None else 0.0
+        d = complex(*np.subtract(follower, centre)) * np.exp(-1j * axes)
+        if e.flat:
+            polar = self._angle(q_all, e.j.body) + e.j.angle + 0.5 * math.pi - axes
+        else:
+            polar = float(np.angle(d))
+        f, f1, _ = e.profile.derivatives((sense * polar) % (2.0 * math.pi))
+        h, h1 = f + beyond, sense * f1
+        if e.flat:  # the contour of a support function: (h + i h′) e^(iφ)
+            touched = (h + 1j * h1) * np.exp(1j * polar)
+        else:  # the tangent of the pitch curve R e^(iφ) is (R′ + i R) e^(iφ); inwards is i times it
+            tangent = (h1 + 1j * h) * np.exp(1j * polar)
+            touched = d + e.roller * 1j * tangent / abs(tangent)
+        world = complex(*centre) + touched * np.exp(1j * axes)
+        return world.real, world.imag
 
     def _angle(self, q: Any, body: str) -> Any:
         return self.pose(q, body)[2]
@@ -308,7 +367,7 @@ class Reference:
         """Indices of rows of all joints and of the drivers named (None or a mapping: all)."""
         every = drive is None or isinstance(drive, Mapping)
         active = {d.name for d in self.mechanism.drivers} if every else set(drive)
-        active |= {joint.name for joint in self.mechanism.joints}
+        active |= {each.name for each in self.elements if not isinstance(each, Driver)}
         return np.array(
             [
                 k
@@ -492,7 +551,10 @@ class Reference:
             "lam": lam,
             "reactions": self.reactions(q, t, lam),
             "unique": unique,
-            "efforts": {d.name: -float(lam[self.rows[d.name]][0]) for d in self.mechanism.drivers},
+            "efforts": {
+                e.name: -float(lam[self.rows[e.name]][0])
+                for e in (*self.mechanism.couplings, *self.mechanism.drivers)
+            },
             "residual": float(np.abs(g.T @ lam[rows] - right).max(initial=0.0)),
         }
 
@@ -541,7 +603,8 @@ class Reference:
 
     def residual_power(self, q: Any, v: Any, a: Any, t: float) -> float:
         """Virtual work Σ (f − M a)·v + Σ effort · driven rate: zero where all is right."""
-        efforts = self.kinetostatics(q, v, a, t)["efforts"]
+        every = self.kinetostatics(q, v, a, t)["efforts"]
+        efforts = {d.name: every[d.name] for d in self.mechanism.drivers}
         g = self.phi_q(q, t)
         power = (self.applied(q, v, t) - self.mass_matrix() @ a) @ v
         return float(power + sum(efforts[n] * (g[self.rows[n]][0] @ v) for n in efforts))

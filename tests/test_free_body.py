@@ -195,13 +195,13 @@ def on_the_road(push):
 
 def test_a_wheel_that_would_leave_the_road():
     run = mbody.statics(on_the_road(15.0))
-    assert run.pressing("road")[0] == pytest.approx(5.0, rel=1e-12)
+    assert run.contact("road")[0] == pytest.approx(5.0, rel=1e-12)
     assert run.notes == ()
     run = mbody.statics(on_the_road(26.0))
     (note,) = run.notes
     assert note == (
         "contact 'road' would have to pull 'wheel' with 6 N at t = 0 s: 'wheel' would leave "
-        "'ground' there"
+        "'ground' there; press it on harder"
     )
     growing = on_the_road(mbody.ConstantSpeed(0.0, 1.0))
     run = mbody.kinetostatics(growing, t=np.linspace(0.0, 40.0, 9))
@@ -231,5 +231,5 @@ def test_a_wheel_on_a_wheel(internal, radius, side):
         )
         run = mbody.statics(machine)
         # what presses outwards in the outer contact presses inwards in the inner one
-        assert run.pressing("rim")[0] == pytest.approx(-side * push, rel=1e-12)
+        assert run.contact("rim")[0] == pytest.approx(-side * push, rel=1e-12)
         assert bool(run.notes) == (-side * push < 0.0)

@@ -80,9 +80,9 @@ def at(run, place):
 # -- the gallery itself -----------------------------------------------------------------------
 
 NAMES = (
-    *("hoekens", "norton_fourbar", "norton_fourbar_printed", "parallel_cranks", "peaucellier"),
-    *("quick_return", "rotating_mass", "scissor_lift", "slider_crank", "static_fourbar"),
-    *("stephenson_sixbar", "vehicle", "watt_sixbar"),
+    *("cam_follower", "hoekens", "norton_fourbar", "norton_fourbar_printed", "parallel_cranks"),
+    *("peaucellier", "planetary_train", "quick_return", "rotating_mass", "scissor_lift"),
+    *("slider_crank", "static_fourbar", "stephenson_sixbar", "vehicle", "watt_sixbar"),
 )
 
 
@@ -95,7 +95,7 @@ def test_names():
     ("name", "told"),
     [
         ("norton_fourba", "no model 'norton_fourba': did you mean 'norton_fourbar'"),
-        ("../secret", "there are: hoekens, norton_fourbar, "),
+        ("../secret", "there are: cam_follower, hoekens, "),
         ("", "no model ''"),
         (3, "no model '3'"),
     ],
@@ -292,6 +292,35 @@ def test_stephenson_torque():
     effort = s.cut(s.found.effort("motor"))
     # as of Watt's six-bar
     assert_allclose(effort, torque(omega, links), atol=1e-9 * np.abs(effort).max())
+
+
+def test_cam_follower():
+    """The lift by its formula; the contact presses as long as the spring is what it is."""
+    found = run("cam_follower")
+    theta = found["shaft"].angle
+    up, down = (
+        np.clip((theta - np.pi / 3.0) / (2.0 * np.pi / 3.0), 0, 1),
+        np.clip((theta - 7.0 * np.pi / 6.0) / (np.pi / 2.0), 0, 1),
+    )
+    lift = up - np.sin(2.0 * np.pi * up) / (2.0 * np.pi)
+    lift -= 10.0 * down**3 - 15.0 * down**4 + 6.0 * down**5
+    assert_allclose(found["follower"].y, 50.0 + 20.0 * lift, atol=50.0 * SWEEP)
+    # the spring and the weight hold the follower down, 0.5e-3 t follow the lift
+    push = 120.0 + 6.0 * 20.0 * lift + 0.5e-3 * (9810.0 + found["follower"].ay)
+    assert_allclose(found.reaction("contact").fy, push, atol=1e-9 * push.max())
+    assert (found.contact("contact") > 0.0).all() and not found.notes
+    weak = asked(gallery.load("cam_follower", {"preload": "20 N", "rate": "1 N/mm"}))
+    assert "would leave 'shaft'" in weak.notes[0]
+
+
+def test_planetary_train():
+    """Willis: the arm turns 1 : 3, so that it has three times the torque; F = T / r_sun."""
+    found = run("planetary_train")
+    omega = 1500.0 * 2.0 * np.pi / 60.0
+    assert_allclose(found["arm"].omega, omega / 3.0, rtol=SWEEP)
+    assert_allclose(found["planet"].omega, -omega, rtol=SWEEP)
+    assert_allclose(found.effort("motor"), 20e3, rtol=SWEEP)
+    assert_allclose(found.measure("tooth"), 20e3 / 40.0, rtol=SWEEP)
 
 
 def test_quick_return_stroke_and_times():

@@ -134,6 +134,7 @@ def test_a_wheel_rolls_down_a_slope_only_if_it_is_held():
     normal = -contact.fx * math.sin(slope) + contact.fy * math.cos(slope)
     tangential = contact.fx * math.cos(slope) + contact.fy * math.sin(slope)
     assert normal == pytest.approx(m * g * math.cos(slope), rel=1e-11)
+    assert run.contact("road") == pytest.approx(normal, rel=1e-11)
     assert np.abs(tangential).max() < 1e-11 * m * g  # at constant speed nothing holds the rim
     assert np.abs(contact.torque).max() < 1e-11
     # accelerated, the rim is held by T = I α/r
@@ -158,6 +159,31 @@ def test_a_wheel_in_a_ring_is_cardans_straight_line():
     p = run.point("wheel.P")
     lie = np.linalg.svd(np.column_stack([p.x, p.y]), compute_uv=False)
     assert lie[1] < 1e-12 * lie[0]
+
+
+@pytest.mark.parametrize(
+    ("radius", "on_radius", "internal", "above"),
+    [
+        (1.0, 3.0, True, -2.0),  # in a ring, at its bottom
+        (3.0, 1.0, True, -2.0),  # a ring that hangs on a wheel
+        (1.0, 3.0, False, 4.0),  # a wheel on top of another
+    ],
+)
+def test_a_contact_of_wheels_presses_with_the_weight(radius, on_radius, internal, above):
+    """At rest where it touches below (or hangs from above) a wheel is carried by its contact."""
+    machine = Mechanism("wheels")
+    machine.add(
+        Body("wheel", mass=2.0, inertia=0.3, guess=(0.0, above, 0.0)),
+        Rolling(
+            *("rim", "ground", "wheel", radius, on_radius, internal),
+            phase=math.copysign(math.pi / 2.0, above),
+        ),
+        CoordinateDriver("hold", "ground", "wheel", 0.0),
+        Gravity("gravity", y=-9.81),
+    )
+    run = mbody.statics(machine)
+    assert run["wheel"].y[0] == pytest.approx(above)
+    assert run.contact("rim")[0] == pytest.approx(2.0 * 9.81, rel=1e-9)
 
 
 def test_a_pin_in_a_slot_is_the_scotch_yoke():

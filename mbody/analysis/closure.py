@@ -183,7 +183,10 @@ def _from(system: System, work: Work, start: np.ndarray) -> Closed | None:
             if soft:
                 return result
             continue
-        result.rank = rank_of(dense(system, work)[1])
+        G = dense(system, work)[1]
+        if not np.isfinite(G).all():  # a distance of 0 has no direction
+            continue
+        result.rank = rank_of(G)
         if bool(result.rank.redundant) == bool(soft):
             return result
         if not result.rank.redundant:

@@ -23,9 +23,9 @@ def pulled(solution: Solution) -> list[str]:
         return []
     found = []
     for joint in solution.mechanism.joints:
-        if type(joint).pressing is Joint.pressing:
+        if type(joint).normal is Joint.normal:
             continue
-        press = np.asarray(solution.pressing(joint.name))
+        press = np.asarray(solution.contact(joint.name))
         reaction = solution.reaction(joint.name)
         floor = ROUNDING * float(np.max(reaction.magnitude, initial=0.0))
         low = press < -floor
@@ -44,5 +44,6 @@ def _told(solution: Solution, joint: Joint, press: np.ndarray, count: int) -> st
         when = f"at {count} of {press.size} instants, most {when}"
     return (
         f"contact '{joint.name}' would have to pull '{joint.j.body}' with {-press.min():.6g} "
-        f"{units.force} {when}: '{joint.j.body}' would leave '{joint.i.body}' there"
+        f"{units.force} {when}: '{joint.j.body}' would leave '{joint.i.body}' there; press it on "
+        "harder"
     )

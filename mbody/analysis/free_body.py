@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from mbody.checks import each_load_of
+from mbody.analysis.rank import jacobian
+from mbody.checks import each_load_of, loaded
 from mbody.core.output import PER_ATOM
 from mbody.elements import listed
 from mbody.errors import ModelError
@@ -29,9 +30,9 @@ class Wrench:
     Attributes
     ----------
     cause : str
-        Name of the joint, driver or load; "inertia" of d'Alembert's.
+        Name of the joint, coupling, driver or load; "inertia" of d'Alembert's.
     kind : str
-        "joint", "driver", "load" or "inertia".
+        "joint", "coupling", "driver", "load" or "inertia".
     x, y : float
         The place that it is told at, world axes [length].
     fx, fy : float
@@ -198,6 +199,10 @@ def _forces(solution: Solution, body: str, instant: int, loads: np.ndarray) -> A
             place = solution.told_at(joint.name)
             parts = (*place, reaction.fx, reaction.fy, reaction.torque)
             yield Wrench(joint.name, "joint", *(float(part[instant]) for part in parts))
+    for coupling in machine.couplings:
+        if body in coupling.bodies:
+            parts = _coupled(solution, coupling.name, body, instant)
+            yield Wrench(coupling.name, "coupling", x, y, *parts)
     for driver in machine.drivers:
         if body in driver.bodies:
             yield _driven(solution, driver.name, body, instant)
@@ -209,6 +214,16 @@ def _forces(solution: Solution, body: str, instant: int, loads: np.ndarray) -> A
     if solution.analysis == "statics":
         fx = fy = torque = 0.0
     yield Wrench("inertia", "inertia", x, y, fx, fy, torque)
+
+
+def _coupled(solution: Solution, coupling: str, body: str, instant: int) -> Any:
+    """What a coupling does to one of its bodies: force at the mass centre, and torque."""
+    system = solution.system
+    G = jacobian(system, loaded(solution, instant))[1]
+    row = int(np.flatnonzero(system.row_table[0] == system.atoms_of[coupling][0])[0])
+    # an effort is −λ, and what rows do to coordinates is −Φ_qᵀ λ
+    b = 3 * system.bodies[body]
+    return (G[row, b : b + 3] * solution.effort(coupling)[instant]).tolist()
 
 
 def _driven(solution: Solution, driver: str, body: str, instant: int) -> Wrench:

@@ -130,8 +130,10 @@ def _check_directions(system: System, work: Work, owners: np.ndarray) -> None:
     bad = np.flatnonzero(~np.isfinite(G).all(axis=1))
     if bad.size:
         element: Any = system.mechanism[str(owners[bad[0]])]
+        bodies = [f"'{marker.body}'" for marker in element.places().values()]
         raise SolveError(
-            f"'{element.name}' has no direction to begin with: its two ends, on '{element.i.body}' "
-            f"and '{element.j.body}', are guessed to be at one place; give a guess for the bodies",
+            f"'{element.name}' has no direction to begin with: two ends of it, on "
+            f"{' and '.join(dict.fromkeys(bodies))}, are guessed to be at one place; give a guess "
+            "for the bodies",
             element.name,
         )

@@ -13,7 +13,7 @@ from mbody.bodies import Body, Guess, as_guess
 from mbody.drivers import AngleDriver
 from mbody.elements import Marker, Numbers
 from mbody.errors import ModelError
-from mbody.joints import Fixed, Joint, Prismatic, Revolute
+from mbody.joints import CamFollower, Fixed, Joint, Prismatic, Revolute
 from mbody.system import System
 
 __all__ = ["placed"]
@@ -148,7 +148,33 @@ class _Placing:
         x += float(joint.apart(self.at))
         px, py = self._local(joint, own)
         c, s = math.cos(angle), math.sin(angle)
-        return x - c * px + s * py, y - s * px - c * py, angle
+        pose = x - c * px + s * py, y - s * px - c * py, angle
+        return self._lifted(name, joint, pose) if isinstance(joint, Prismatic) else pose
+
+    def _lifted(self, name: str, guide: Prismatic, pose: Pose) -> Pose:
+        """A follower on its guide, moved along it to the radius of its cam: of the two places the
+        one farther along the guide.
+        """
+        for cam in self.mechanism.joints:
+            if isinstance(cam, CamFollower) and cam.j.body == name and cam.i.body in self.poses:
+                x, y, angle = pose
+                self.poses[name] = pose
+                (px, py), (cx, cy) = self._world(cam, "j"), self._world(cam, "i")
+                del self.poses[name]
+                ux, uy = self._along(guide, name)
+                far = float(cam.apart(self.at))
+                across = ux * (py - cy) - uy * (px - cx)
+                move = math.sqrt(max(far * far - across * across, 0.0))
+                move -= ux * (px - cx) + uy * (py - cy)
+                return x + move * ux, y + move * uy, angle
+        return pose
+
+    def _along(self, guide: Prismatic, name: str) -> tuple[float, float]:
+        """Direction in which the body goes on its guide."""
+        placed, own = ("i", "j") if guide.j.body == name else ("j", "i")
+        turn = self.poses[getattr(guide, placed).body][2] + float(self.at.angle(guide, placed))
+        sign = 1.0 if own == "j" else -1.0
+        return sign * math.cos(turn), sign * math.sin(turn)
 
     def _local(self, joint: Joint, field: str) -> tuple[float, float]:
         """Place of a joint's end in link axes."""

@@ -72,6 +72,10 @@ def jacobian(system: System, work: Work) -> tuple[np.ndarray, np.ndarray]:
     every = np.arange(len(atom))
     for side, body in enumerate((L.atom_i, L.atom_j)):
         G[every, body[atom]] += blocks[node, side, row]
+    for n, (k, column) in enumerate(L.more):
+        first = 12 * L.nodes + 6 * n
+        line = int(np.flatnonzero((node == k) & (row == 0))[0])
+        G[line, L.slot_body[column // 3]] += work.block[first : first + 3, 0]
     return phi, G[:, :-1].reshape(len(atom), 3 * L.bodies)
 
 

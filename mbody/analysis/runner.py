@@ -218,7 +218,8 @@ class Runner:
             dependencies=dependencies,
             status=status,
         )
-        return replace(found, notes=(*notes, *pulled(found)))
+        pulling = pulled(found)
+        return replace(found, notes=(*notes, *pulling)) if notes or pulling else found
 
     def explain(self, stuck: Stuck, start: Closed, plan: Plan) -> SolveError:
         """The sentence of a path that ended: a user's function, a law, a dead centre."""

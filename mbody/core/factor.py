@@ -42,6 +42,13 @@ def form(L, W, w, soft):
         st(S, 3 * k + 2, c, w)
         st(W.diagonal, 2 * k, a, w)
         st(W.diagonal, 2 * k + 1, c, w)
+    for n in range(L.more.shape[0]):
+        k, i, o = L.more[n, 0], L.more[n, 1], 12 * L.nodes + 6 * n
+        p0, p1, p2 = ld(B, o, w), ld(B, o + 1, w), ld(B, o + 2, w)
+        a = ld(S, 3 * k, w) + ld(V, i, w) * p0 * p0
+        a += ld(V, i + 1, w) * p1 * p1 + ld(V, i + 2, w) * p2 * p2
+        st(S, 3 * k, a, w)
+        st(W.diagonal, 2 * k, a, w)
     for n in range(L.fill.shape[0]):
         for m in range(4):
             st(S, L.fill[n] + m, 0.0, w)
@@ -152,6 +159,10 @@ def apply_gt(L, W, w, x, u):
         st(u, j, ld(u, j, w) + ld(B, o + 6, w) * x0 + ld(B, o + 9, w) * x1, w)
         st(u, j + 1, ld(u, j + 1, w) + ld(B, o + 7, w) * x0 + ld(B, o + 10, w) * x1, w)
         st(u, j + 2, ld(u, j + 2, w) + ld(B, o + 8, w) * x0 + ld(B, o + 11, w) * x1, w)
+    for n in range(L.more.shape[0]):
+        x0, i, o = ld(x, 2 * L.more[n, 0], w), L.more[n, 1], 12 * L.nodes + 6 * n
+        for m in range(3):
+            st(u, i + m, ld(u, i + m, w) + ld(B, o + m, w) * x0, w)
 
 
 @njit
@@ -168,3 +179,9 @@ def apply_g(L, W, w, u, x):
         x1 += ld(B, o + 9, w) * z0 + ld(B, o + 10, w) * z1 + ld(B, o + 11, w) * z2
         st(x, 2 * k, x0, w)
         st(x, 2 * k + 1, x1, w)
+    for n in range(L.more.shape[0]):
+        r, i, o = 2 * L.more[n, 0], L.more[n, 1], 12 * L.nodes + 6 * n
+        x0 = ld(x, r, w)
+        for m in range(3):
+            x0 += ld(B, o + m, w) * ld(u, i + m, w)
+        st(x, r, x0, w)

@@ -7,9 +7,8 @@ import numpy as np
 from mbody._jit import inline, njit
 from mbody._lanes import count, ld, st
 from mbody._user import call_user
+from mbody.core.laws import law_at
 from mbody.core.rows import side, user_state
-from mbody.laws.kernels import USER as USER_LAW
-from mbody.laws.kernels import built_in
 from mbody.loads.force import force
 from mbody.loads.gravity import gravity
 from mbody.loads.spring import stretch
@@ -50,19 +49,6 @@ def polynomial(L, W, w, m, o):
     st(W.signal, o, f, w)
     st(W.signal, o + 1, f1, w)
     st(W.signal, o + 2, f2, w)
-
-
-@inline
-def law_at(L, W, n, lane, x):
-    """(f, f′, f″) of law n at x in one lane; NaN where a user's function raised."""
-    code = L.law_kind[n]
-    if code == USER_LAW:
-        W.asked[0] = x
-        if call_user(L.law_handle[n], W.asked[:1], W.told[:3]) != 0:
-            return np.nan, np.nan, np.nan
-        return W.told[0], W.told[1], W.told[2]
-    size, k = L.law_count[n], L.law_table[n]
-    return built_in(code, W.par, L.law_par[n], size, lane, L.table, k, x)
 
 
 @njit

@@ -28,7 +28,7 @@ class Layout(NamedTuple):
     slots: int
     nodes: int
     # atoms, sorted by kind: physics, body of either side, first parameter and how many, arm of
-    # the marker on j, first signal row, node, user's function
+    # the marker on j, first signal row, node, own law, user's function
     atom_kind: Ints
     atom_i: Ints
     atom_j: Ints
@@ -37,9 +37,17 @@ class Layout(NamedTuple):
     atom_arm: Ints
     atom_signal: Ints
     atom_node: Ints
+    atom_law: Ints
     atom_handle: Ints
     # nodes: first column of either side; blocks below the diagonal of each; their rows
     node_column: Ints
+    # sides of nodes beyond the second, of one row: (node, first column) of each, (sides, 2); their
+    # blocks follow all others
+    more: Any
+    # sums: of atom e parts sum_start[e] to sum_start[e + 1]; of each part its physics, both bodies,
+    # and the places of their blocks, −1 for the ground, (parts, 5)
+    sum_start: Ints
+    part: Any
     node_start: Ints
     block_row: Ints
     # elimination: block that each pair of blocks of a column updates
@@ -97,7 +105,7 @@ class Work(NamedTuple):
     a: Any
     turn: Any  # (cos θ, sin θ) of each body
     signal: Any  # (f, f′, f″) of each law of time
-    block: Any  # 2×3 numbers of each side, both sides of each node
+    block: Any  # 2×3 numbers of each side, both sides of each node, then further sides
     phi: Any
     nu: Any
     gamma: Any
@@ -147,13 +155,21 @@ def workspace(
     return Work._make([*arrays, np.zeros(17 + parameters), np.zeros(18)])
 
 
-def _shape(layout: Layout) -> tuple[int, int, int, int]:
-    return layout.bodies, layout.slots, layout.nodes, len(layout.block_row)
+def _shape(layout: Layout) -> tuple[int, int, int, int, int]:
+    more = len(layout.more)
+    return layout.bodies, layout.slots, layout.nodes, len(layout.block_row), more
 
 
 @functools.lru_cache(maxsize=256)
 def _places(
-    bodies: int, slots: int, nodes: int, blocks: int, parameters: int, signals: int, lanes: int
+    bodies: int,
+    slots: int,
+    nodes: int,
+    blocks: int,
+    more: int,
+    parameters: int,
+    signals: int,
+    lanes: int,
 ) -> tuple[list[int], list[int]]:
     """Rows of every array of a workspace, and where each begins in the common block."""
     coordinates, columns = 3 * (bodies + 1), 3 * (slots + 1)
@@ -167,7 +183,7 @@ def _places(
         "time": 1,
         "turn": 2 * (bodies + 1),
         "signal": 3 * signals,
-        "block": 12 * nodes,
+        "block": 12 * nodes + 6 * more,
         "pivot": 3 * nodes,
         "schur": 3 * nodes + 4 * blocks,
         "lower": 4 * blocks,

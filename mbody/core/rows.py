@@ -7,7 +7,9 @@ import numpy as np
 from mbody._jit import inline, njit
 from mbody._lanes import count, ld, sincos, st
 from mbody._user import call_user
+from mbody.core.laws import law_of_direction
 from mbody.joints.angle import angle
+from mbody.joints.cam import face, face_ray, roller, roller_ray
 from mbody.joints.coordinate import coordinate
 from mbody.joints.distance import distance
 from mbody.joints.gear import gear
@@ -18,8 +20,12 @@ from mbody.joints.revolute import revolute
 __all__ = ["KINDS", "rows", "side", "turns"]
 
 #: Names of the kinds of physics; the number of a kind is its place.
-KINDS = ("revolute", "prismatic", "angle", "distance", "coordinate", "gear", "rack", "user")
-REVOLUTE, PRISMATIC, ANGLE, DISTANCE, COORDINATE, GEAR, RACK, USER = range(len(KINDS))
+KINDS = (
+    *("revolute", "prismatic", "angle", "distance", "coordinate", "gear", "rack"),
+    *("roller", "face", "sum", "user"),
+)
+REVOLUTE, PRISMATIC, ANGLE, DISTANCE, COORDINATE, GEAR, RACK = range(7)
+ROLLER, FACE, SUM, USER = range(7, len(KINDS))
 
 
 @njit
@@ -41,6 +47,10 @@ def rows(L, W, w, position, velocity):
             put(L, W, w, e, position, velocity, gear(*ends(L, W, w, e)))
         elif kind == RACK:
             put(L, W, w, e, position, velocity, rack(*ends(L, W, w, e)))
+        elif ROLLER <= kind <= FACE:
+            contact(L, W, w, e, position, velocity)
+        elif kind == SUM:
+            total(L, W, w, e, position, velocity)
         else:
             put(L, W, w, e, position, velocity, custom(L, W, w, e))
 
@@ -104,6 +114,82 @@ def put(L, W, w, e, position, velocity, physics):
     if velocity is not None:
         st(W.gamma, 2 * k, gamma[0], w)
         st(W.gamma, 2 * k + 1, gamma[1], w)
+
+
+@njit
+def contact(L, W, w, e, position, velocity):
+    """A cam and its follower: the law at the angle that the position gives, then the physics.
+
+    Like sums apart from `rows`, which would be slower for all others with them inside.
+    """
+    i, j, p, _ = ends(L, W, w, e)
+    if L.atom_kind[e] == ROLLER:
+        f = law_of_direction(L, W, w, L.atom_law[e], *roller_ray(i, j, p))
+        put(L, W, w, e, position, velocity, roller(i, j, p, f))
+    else:
+        f = law_of_direction(L, W, w, L.atom_law[e], *face_ray(i, j, p))
+        put(L, W, w, e, position, velocity, face(i, j, p, f))
+
+
+@njit
+def total(L, W, w, e, position, velocity):
+    """Φ = Σ c·(coordinate) − p₀ over the parts of atom e, in the first row of its node."""
+    k, o = L.atom_node[e], L.atom_par[e]
+    first, end = L.sum_start[e], L.sum_start[e + 1]
+    if position is not None:
+        st(W.phi, 2 * k, -ld(W.par, o, w), w)
+        for n in range(first, end):
+            clear_block(W, w, L.part[n, 3])
+            clear_block(W, w, L.part[n, 4])
+    if velocity is not None:
+        st(W.gamma, 2 * k, 0.0, w)
+    none = (0.0, 0.0, 0.0)
+    for n in range(first, end):
+        at = o + 1 + 7 * (n - first)
+        i, j, c = side(W, L.part[n, 1], w), side(W, L.part[n, 2], w), ld(W.par, at, w)
+        p = (
+            ld(W.par, at + 1, w),
+            ld(W.par, at + 2, w),
+            ld(W.par, at + 3, w),
+            ld(W.par, at + 4, w),
+            ld(W.par, at + 5, w),
+            ld(W.par, at + 6, w),
+        )
+        kind = L.part[n, 0]
+        if kind == ANGLE:
+            add_part(L, W, w, k, n, c, position, velocity, angle(i, j, p, none))
+        elif kind == DISTANCE:
+            add_part(L, W, w, k, n, c, position, velocity, distance(i, j, p, none))
+        else:
+            add_part(L, W, w, k, n, c, position, velocity, coordinate(i, j, p, none))
+
+
+@inline
+def clear_block(W, w, o):
+    """Zeros in the first row of a block that is not the ground's."""
+    if o >= 0:
+        for m in range(3):
+            st(W.block, o + m, 0.0, w)
+
+
+@inline
+def add_part(L, W, w, k, n, c, position, velocity, physics):
+    """Add c times the physics of part n to node k."""
+    phi, blocks, _, gamma = physics
+    if position is not None:
+        st(W.phi, 2 * k, ld(W.phi, 2 * k, w) + c * phi[0], w)
+        o = L.part[n, 3]
+        if o >= 0:
+            st(W.block, o, ld(W.block, o, w) + c * blocks[0], w)
+            st(W.block, o + 1, ld(W.block, o + 1, w) + c * blocks[1], w)
+            st(W.block, o + 2, ld(W.block, o + 2, w) + c * blocks[2], w)
+        o = L.part[n, 4]
+        if o >= 0:
+            st(W.block, o, ld(W.block, o, w) + c * blocks[6], w)
+            st(W.block, o + 1, ld(W.block, o + 1, w) + c * blocks[7], w)
+            st(W.block, o + 2, ld(W.block, o + 2, w) + c * blocks[8], w)
+    if velocity is not None:
+        st(W.gamma, 2 * k, ld(W.gamma, 2 * k, w) + c * gamma[0], w)
 
 
 @inline

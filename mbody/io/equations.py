@@ -19,6 +19,7 @@ from mbody.io.text import angles, number
 from mbody.joints import Distance, Fixed, Prismatic, Revolute
 
 if TYPE_CHECKING:
+    from mbody.couplings import Coupling
     from mbody.drivers import Driver
     from mbody.joints import Joint
     from mbody.solution import Solution
@@ -43,7 +44,7 @@ class Equations:
     rows, row_units : tuples of str
         ΣFx, ΣFy and ΣM of the links in the order of the description, and their units.
     unknowns, units, meanings : tuples of str
-        Names of the unknowns in the order of joints, then drivers; their units; what each is.
+        Names of the unknowns in the order of joints, couplings, drivers; their units; what each is.
     matrix : array (rows, unknowns)
         Square where constraints determine the motion and none is redundant.
     rhs : array (rows,)
@@ -142,7 +143,8 @@ def system_of_equations(solution: Solution, instant: int = 0) -> Equations:
     -------
     Equations
         Of a pin two components, of a guide a normal force N and a torque, of a weld a force and a
-        torque, of a rod its tension, of a driver its effort, of any other joint its multipliers.
+        torque, of a rod its tension, of a coupling or a driver its effort, of any other joint its
+        multipliers.
 
     Raises
     ------
@@ -193,7 +195,7 @@ class _Unknown(NamedTuple):
 
 
 class _Columns:
-    """The unknowns of one instant, joint by joint, then driver by driver.
+    """The unknowns of one instant: of the joints, the couplings, the drivers.
 
     Multipliers λ of an element exert −Φ_qᵀ λ. What they are to be called by are combinations
     u = C λ of them, such as the components of the force on one body: then columns are −Φ_qᵀ C⁻¹.
@@ -212,6 +214,7 @@ class _Columns:
     def equations(self) -> Equations:
         """All columns beside m a − loads."""
         found = [unknown for joint in self.mechanism.joints for unknown in self._joint(joint)]
+        found += [self._coupling(coupling) for coupling in self.mechanism.couplings]
         found += [self._driver(driver) for driver in self.mechanism.drivers]
         links, n3 = link_names(self.mechanism)[1:], self.system.coordinates
         matrix = np.array([unknown.column for unknown in found]).reshape(-1, n3).T
@@ -290,6 +293,13 @@ class _Columns:
             (f"λ{n}", "force" if kind == "l" else "torque", f"multiplier of row {n}")
             for n, kind in enumerate(kinds, 1)
         ], None
+
+    def _coupling(self, coupling: Coupling) -> _Unknown:
+        exerted, lam = self._multipliers(coupling.name)
+        letter, dimension = ("T", "torque") if coupling.rows == "a" else ("F", "force")
+        meaning = f"{dimension} of {coupling.name}, on a coordinate of the factor 1"
+        name = f"{letter},{coupling.name}"
+        return _Unknown(name, self.unit(dimension), meaning, -exerted[:, 0], -float(lam[0]))
 
     def _driver(self, driver: Driver) -> _Unknown:
         exerted, lam = self._multipliers(driver.name)

@@ -83,8 +83,8 @@ def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
         },
         "reactions": _reactions(solution),
         "efforts": {
-            driver.name: _list(solution.effort(driver.name))
-            for driver in (machine.drivers if solution.has_forces else ())
+            each.name: _list(solution.effort(each.name))
+            for each in ((*machine.couplings, *machine.drivers) if solution.has_forces else ())
         },
         "measures": measures,
         "checks": {

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.analysis.free_body import members
+from mbody.io.couplings import couplings
 from mbody.io.measured import measures
 from mbody.io.parts import (
     ABOUT,
@@ -84,6 +85,7 @@ class _Instant:
         parts = [self._links()]
         if self.forces:
             parts.append(self._joints())
+        parts.append(couplings(self.solution))
         parts += [self._drivers(turns) for turns in (True, False)]
         if self.forces and self.moves:
             parts.append(self._inertia())

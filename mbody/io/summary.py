@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mbody.io.couplings import couplings
 from mbody.io.measured import measures
 from mbody.io.parts import (
     ABOUT,
@@ -60,6 +61,7 @@ class _Summary:
         parts = [self._links()]
         if self.forces:
             parts.append(self._joints())
+        parts.append(couplings(self.solution))
         parts += [self._drivers(turns) for turns in (True, False)]
         parts.append(measures(self.solution))
         lines = heading(self.solution, self._when())

@@ -33,7 +33,7 @@ def columns(solution: Solution) -> dict[str, np.ndarray]:
     """All histories of one motion by column name, each with its unit.
 
     Time first, then nine columns a body (mass centre and angle), three a joint (force and torque
-    on its body j), one a driver and one a measure; kinematics has no forces.
+    on its body j), one a coupling, a driver and a measure; kinematics has no forces.
 
     Parameters
     ----------
@@ -78,9 +78,11 @@ def columns(solution: Solution) -> dict[str, np.ndarray]:
         table[f"{joint.name}.fx [{unit('force')}]"] = reaction.fx
         table[f"{joint.name}.fy [{unit('force')}]"] = reaction.fy
         table[f"{joint.name}.torque [{unit('torque')}]"] = reaction.torque
-    for driver in mechanism.drivers:
-        effort = unit("torque" if driver.rows == "a" else "force")
-        table[f"{driver.name}.effort [{effort}]"] = solution.effort(driver.name)
+    rows = {each.name: each.rows for each in mechanism.couplings}
+    rows |= {each.name: each.rows for each in mechanism.drivers}
+    for name, kind in rows.items():
+        effort = unit("torque" if kind == "a" else "force")
+        table[f"{name}.effort [{effort}]"] = solution.effort(name)
     return table | _measures(solution)
 
 

@@ -1,6 +1,7 @@
 """Joints, one type a file: the frozen dataclass that a user writes and its compiled physics."""
 
 from mbody.joints._base import Joint
+from mbody.joints.cam import CamFollower
 from mbody.joints.custom import CustomJoint
 from mbody.joints.distance import Distance
 from mbody.joints.fixed import Fixed
@@ -12,6 +13,7 @@ from mbody.joints.revolute import Revolute
 from mbody.joints.rolling import Rolling
 
 __all__ = [
+    "CamFollower",
     "CustomJoint",
     "Distance",
     "Fixed",

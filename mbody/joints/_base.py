@@ -43,7 +43,16 @@ class Joint(Element):
         """The joint's constraints with their numbers."""
         raise NotImplementedError
 
-    def told_at(self, at: Any, d: Any, angle: Any) -> tuple[Any, Any] | None:
+    def refuse(self, at: Numbers, unit: str) -> None:
+        """Refuse numbers, of one design or of a batch, that do not fit together.
+
+        Raises
+        ------
+        ModelError
+            With the number in the unit of length given.
+        """
+
+    def told_at(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> tuple[Any, Any] | None:
         """Where the reaction is told, from the place on j: None for that place itself.
 
         Parameters
@@ -52,8 +61,8 @@ class Joint(Element):
             Numbers by dotted name.
         d : pair of arrays (instants,)
             From the place on i to the place on j, world axes [length].
-        angle : array (instants,)
-            Direction of the marker on i from the world's x axis [rad].
+        angle_i, angle_j : arrays (instants,)
+            Directions of the markers from the world's x axis [rad].
 
         Returns
         -------
@@ -62,20 +71,9 @@ class Joint(Element):
         """
         return None
 
-    def pressing(self, at: Any, d: Any, angle: Any, force: tuple[Any, Any]) -> Any | None:
-        """How hard a contact presses on the body of j: None for a joint that holds both ways.
-
-        Parameters
-        ----------
-        at, d, angle
-            As of `told_at`.
-        force : pair of arrays (instants,)
-            The reaction on the body of j, world axes [force].
-
-        Returns
-        -------
-        array (instants,), or None
-            [force]; negative where it would have to pull, which a contact cannot.
+    def normal(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> tuple[Any, Any] | None:
+        """The unit normal of a contact from body i into body j, world axes; None where nothing
+        presses. Parameters as of `told_at`.
         """
         return None
 

@@ -47,7 +47,8 @@ class Gear(Joint):
 
     Notes
     -----
-    A transverse pressure angle is not counted: the radial part of the tooth force is left out.
+    A transverse pressure angle α is not counted: the radial part of the tooth force, F tan α, is
+    left out. It does no work; bearings carry it beside the rest.
 
     Examples
     --------
@@ -83,7 +84,7 @@ class Gear(Joint):
         """One row; see `without_slip`."""
         return [without_slip(self, at, *self.radii(at))]
 
-    def told_at(self, at: Any, d: Any, angle: Any) -> Any:
+    def told_at(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> Any:
         """The pitch point, from the centre on j."""
         return touching(self.radii(at)[1], d)
 

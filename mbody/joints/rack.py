@@ -54,9 +54,9 @@ class RackPinion(Joint):
         """One row; see `along_line`."""
         return [along_line(self, at)]
 
-    def told_at(self, at: Any, d: Any, angle: Any) -> Any:
+    def told_at(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> Any:
         """The pitch point, from the centre on j."""
-        return below(at[f"{self.name}.radius"], angle)
+        return below(at[f"{self.name}.radius"], angle_i)
 
 
 def along_line(element: Any, at: Numbers) -> Atom:

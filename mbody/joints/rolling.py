@@ -103,15 +103,15 @@ class Rolling(Joint):
         arms[0], arms[1] = arms[0] + radius * nx, arms[1] + radius * ny
         return [Atom("coordinate", *bodies, "l", [*arms, nx, ny]), along_line(self, at)]
 
-    def told_at(self, at: Any, d: Any, angle: Any) -> Any:
+    def told_at(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> Any:
         """The point of contact, from the centre on j."""
         if self.on_radius is not None:
             return touching(self.radii(at)[1], d)
-        return below(at[f"{self.name}.radius"], angle)
+        return below(at[f"{self.name}.radius"], angle_i)
 
-    def pressing(self, at: Any, d: Any, angle: Any, force: tuple[Any, Any]) -> Any:
-        """The part of the force across the line, or along the line of centres."""
+    def normal(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> Any:
+        """Across the line, or along the line of centres: inwards in a ring, else outwards."""
         if self.on_radius is None:
-            return np.cos(angle) * force[1] - np.sin(angle) * force[0]
-        outward = (d[0] * force[0] + d[1] * force[1]) / np.hypot(*d)
-        return -outward if self.internal else outward
+            return -np.sin(angle_i), np.cos(angle_i)
+        sign = -1.0 if self.internal else 1.0
+        return tuple(sign * part / np.hypot(*d) for part in d)

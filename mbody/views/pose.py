@@ -98,9 +98,7 @@ class Pose:
 
     def told_at(self, joint: Joint) -> Array:
         """Where the reaction of a joint is told: a point of contact, or the place on j."""
-        i, j = self.place(joint, "i"), self.place(joint, "j")
-        offset = joint.told_at(self.system.numbers, tuple(j - i), self.direction(joint, "i"))
-        return j if offset is None else j + np.array(offset, dtype=float)
+        return np.array([float(part[self.k]) for part in self.run.told_at(joint.name)])
 
     @functools.cached_property
     def nodes(self) -> dict[str, list[Array]]:

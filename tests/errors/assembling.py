@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 import mbody
-from mbody import Damper, Distance, Mechanism, Spring, Table, assemble
-from tests.errors.models import four_bar
+from mbody import Damper, Distance, Harmonic, Mechanism, Spring, Table, assemble
+from tests.errors.models import four_bar, tappet
 
 #: Other numbers that a four-bar does not take.
 VALUES = {
@@ -34,6 +34,19 @@ SIGNS = {
 }
 
 
+#: Three lobes, and what is wrong with them.
+LOBES = Harmonic(mean=10.0, amplitude=10.0, frequency=3.0)
+CAMS = {
+    "a cam whose profile does not close": ("40 mm + 5 mm/rad*x", {}),
+    "a cam with a corner": (Harmonic(40.0, 5.0, 1.5), {}),
+    "a cam through its own centre": (Harmonic(0.0, 5.0, 1.0), {}),
+    "a cam that is no function": (lambda x: 1.0 / 0.0, {}),
+    "a cam of a short table": (Table([0.0, 3.0], [40.0, 50.0]), {}),
+    "a cam that undercuts a flat follower": (LOBES, {"flat": True, "base_radius": 40.0}),
+    "a pitch curve that undercuts its roller": (Harmonic(70.0, 10.0, 3.0), {"roller": 50.0}),
+}
+
+
 def with_values(values):
     return lambda: assemble(four_bar()).with_values(values)
 
@@ -55,6 +68,13 @@ SCENARIOS = {
         name: lambda element=element, values=values: assemble(four_bar(element)).with_values(values)
         for name, (element, values) in SIGNS.items()
     },
+    **{
+        name: lambda law=law, how=how: assemble(tappet(law, **how))
+        for name, (law, how) in CAMS.items()
+    },
+    "a roller that grows": lambda: assemble(
+        tappet(LOBES, base_radius=50.0, roller=10.0)
+    ).with_values({"contact.roller": 500.0}),
     "arrays of other lengths": lambda: (
         assemble(four_bar())
         .with_values({"crank.mass": np.ones(3)})

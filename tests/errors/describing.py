@@ -3,8 +3,10 @@
 import math
 
 from mbody import (
+    AngleCoupling,
     AngleDriver,
     Body,
+    CamFollower,
     ConstantSpeed,
     CustomLoad,
     Damper,
@@ -14,6 +16,7 @@ from mbody import (
     Gear,
     Gravity,
     Guess,
+    LengthCoupling,
     Marker,
     Mechanism,
     Revolute,
@@ -21,6 +24,7 @@ from mbody import (
     SecondMoments,
     Slender,
     Spring,
+    Term,
     Torque,
     TorsionDamper,
     assemble,
@@ -45,6 +49,21 @@ PLACES = {
     "a place whose direction is a mass": Marker("a", "P", "30 kg"),
 }
 
+#: What a coupling does not take for its terms.
+TERMS = {
+    "a coupling of nothing": [],
+    "a coupling of a name": "crank",
+    "a coupling of names": ["crank"],
+    "a term of nothing": [Term(1.0)],
+    "a term of two coordinates": [Term(1.0, angle="a", distance=("a.P", "b.Q"))],
+    "a term of one place": [Term(1.0, distance=["a.P"])],
+    "a term of no place": [Term(1.0, coordinate=3)],
+    "a term within a body": [Term(1.0, angle="a", relative_to="a")],
+    "a term whose factor is nan": [Term(NAN, angle="a")],
+    "a term whose factor is a mass": [Term("3 kg", angle="a")],
+    "a term of a number": [Term(1.0, angle=3)],
+}
+
 #: What cannot be added to a mechanism with the body 'crank'.
 ADDED = {
     "a body that is not there": Revolute("O", "ground.O", "rod"),
@@ -55,6 +74,10 @@ ADDED = {
     "a torque on a body that is not there": Torque("T", "rod", value=1.0),
     "a torque by a body that is not there": Torque("T", "crank", by="rod", value=1.0),
     "a motor on a point": AngleDriver("motor", "crank.A", 1.0),
+    "a coupling of a body that is not there": AngleCoupling("C", [Term(1.0, angle="rod")]),
+    "a rope to a point that is not there": LengthCoupling(
+        "R", [Term(1.0, distance=("ground", "crank.C"))]
+    ),
     "a motor relative to nothing": AngleDriver("motor", "crank", 1.0, relative_to="rod"),
     "a spring at no point": Spring("S", "ground.O", "crank.C", stiffness=1.0),
     "a name twice": Body("crank"),
@@ -91,6 +114,8 @@ SCENARIOS = {
     "a rod without length": lambda: Distance("it", "a.P", "b.Q", 0),
     "a rod of negative length": lambda: Distance("it", "a.P", "b.Q", -2),
     "a rod whose length changes": lambda: Distance("it", "a.P", "b.Q", abs),
+    "a flat face with a roller": lambda: CamFollower("it", "a.P", "b.Q", 1, roller=0.1, flat=True),
+    "a flat face that is text": lambda: CamFollower("it", "a.P", "b.Q", 1, flat="yes"),
     "a ring as small as its wheel": lambda: Gear(
         "it", "a.P", "b.Q", radius_i=2, radius_j=2, internal=True
     ),
@@ -128,6 +153,8 @@ SCENARIOS = {
     "a marker of no direction": lambda: Body("b").at(0.0, 0.0, angle=NAN),
     # -- places and bodies
     **{name: lambda at=at: Revolute("it", at, "b.Q") for name, at in PLACES.items()},
+    **{name: lambda terms=terms: LengthCoupling("it", terms) for name, terms in TERMS.items()},
+    "a length among angles": lambda: AngleCoupling("it", [Term(1.0, distance=("a.P", "b.Q"))]),
     "no body": lambda: AngleDriver("it", 3, 1.0),
     "a pin of a body with itself": lambda: Revolute("A", "crank.A", "crank.B"),
     "a spring from a body to itself": lambda: Spring("s", "crank.A", "crank", stiffness=1.0),

@@ -5,10 +5,13 @@ import math
 from mbody import (
     AngleDriver,
     Body,
+    CamFollower,
     ConstantSpeed,
     CustomJoint,
     CustomLoad,
+    Marker,
     Mechanism,
+    Prismatic,
     Revolute,
     Spring,
     Torque,
@@ -49,6 +52,21 @@ STRETCHED, FOLDED = dead_centre(COUPLER + CRANK), dead_centre(COUPLER - CRANK)
 def crank_alone():
     machine = Mechanism("m", ground={"O": (0.0, 0.0)})
     machine.add(Body("crank", points={"A": (1.0, 0.0)}))
+    return machine
+
+
+def tappet(profile, **contact):
+    """A follower on its guide above a cam that a motor turns."""
+    up = math.pi / 2.0
+    machine = Mechanism("tappet", units="mm-N-s")
+    machine.add(
+        Body("shaft"),
+        Body("tappet", mass=1e-3),
+        Revolute("O", "ground", "shaft"),
+        Prismatic("guide", Marker("ground", (0.0, 0.0), up), Marker("tappet", (0.0, 0.0), up)),
+        CamFollower("contact", "shaft", "tappet", profile, **contact),
+        AngleDriver("motor", "shaft", ConstantSpeed(0.0, 10.0)),
+    )
     return machine
 
 

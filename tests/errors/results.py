@@ -8,8 +8,11 @@ from unittest import mock
 from mbody import (
     Body,
     Fixed,
+    LengthCoupling,
     Marker,
     Mechanism,
+    Revolute,
+    Term,
     assemble,
     free_body,
     kinematics,
@@ -36,6 +39,14 @@ def batch():
     return kinetostatics(system)
 
 
+def belt():
+    """A crank that a second wheel turns by a belt."""
+    machine = four_bar(Body("wheel"), Revolute("W", "ground", "wheel"))
+    terms = [Term(0.2, angle="crank"), Term(-0.1, angle="wheel")]
+    machine.add(LengthCoupling("belt", terms))
+    return kinetostatics(machine)
+
+
 def welded(count):
     machine = Mechanism("welded")
     machine.add(*(Body(f"b{n}") for n in range(count)))
@@ -55,6 +66,8 @@ SCENARIOS = {
     "a joint that is a driver": lambda: run().reaction("motor"),
     "the wrong side of a joint": lambda: run().reaction("A", on="rocker"),
     "no side of a joint": lambda: run().reaction("A", on=2),
+    "the reaction of a coupling": lambda: belt().reaction("belt"),
+    "a pin that presses": lambda: run().contact("A"),
     "a driver that is not there": lambda: run().effort("engine"),
     "a driver that is a list": lambda: run().effort(["motor"]),
     "the motion of a driver that is not there": lambda: run().driven("motors"),

@@ -14,11 +14,13 @@ from mbody import (
     Fixed,
     Gear,
     Gravity,
+    LengthCoupling,
     Mechanism,
     Prismatic,
     Revolute,
     Spring,
     Table,
+    Term,
     Torque,
     assemble,
     close_loops,
@@ -164,8 +166,19 @@ def gears_apart():
     return machine
 
 
+def rope(length):
+    """A rope between two places that are one."""
+    machine = Mechanism("hoist", ground={"hook": (0.0, 0.0)})
+    terms = [Term(1.0, distance=("ground.hook", "block"))]
+    machine.add(
+        Body("block"), Fixed("weld", "ground", "block"), LengthCoupling("rope", terms, length)
+    )
+    return machine
+
+
 SCENARIOS = {
     "gears that do not mesh": lambda: kinetostatics(gears_apart()),
+    "a rope without a direction": lambda: kinetostatics(rope(1.0)),
     "an analysis of nothing": lambda: kinematics(None),
     "an analysis of a class": lambda: kinematics(Mechanism),
     **{name: lambda t=t: kinematics(four_bar(), t) for name, t in TIMES.items()},

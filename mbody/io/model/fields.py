@@ -24,6 +24,7 @@ from pydantic import (
 )
 
 from mbody.bodies import Guess, SecondMoments, Slender
+from mbody.couplings import Term
 from mbody.elements import Marker, Polar, check_name
 from mbody.errors import ModelError, brief
 from mbody.formulas import Formula, FormulaError, read
@@ -43,6 +44,7 @@ __all__ = [
     "points",
     "shape",
     "spread",
+    "term",
 ]
 
 ANGLE = DIMENSIONS["angle"]
@@ -170,6 +172,22 @@ place = Annotated[
         {"<text>": str, "<table>": dict},
         'must be a place: "crank.A", or { body = "crank", point = …, angle = … }',
     ),
+]
+
+
+class TermIn(Strict):
+    """One coordinate of a coupling with its factor."""
+
+    factor: number(None)
+    angle: str | None = None
+    relative_to: str = "ground"
+    distance: tuple[place, place] | None = None
+    coordinate: tuple[place, place] | None = None
+
+
+term = Annotated[
+    TermIn,
+    AfterValidator(lambda t: Term(t.factor, t.angle, t.relative_to, t.distance, t.coordinate)),
 ]
 
 

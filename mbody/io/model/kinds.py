@@ -10,7 +10,7 @@ import functools
 import re
 from typing import Any
 
-from mbody import drivers, joints, laws, loads
+from mbody import couplings, drivers, joints, laws, loads
 from mbody.elements import Element
 
 __all__ = ["LAWS", "SECTIONS", "kind_of", "section_of"]
@@ -33,6 +33,7 @@ def _elements(module: Any, base: type[Element], ending: str = "") -> dict[str, t
 #: Kinds of elements by section of a file.
 SECTIONS: dict[str, dict[str, type[Element]]] = {
     "joints": _elements(joints, joints.Joint),
+    "couplings": _elements(couplings, couplings.Coupling, "Coupling"),
     "drivers": _elements(drivers, drivers.Driver, "Driver"),
     "loads": _elements(loads, loads.Load),
 }

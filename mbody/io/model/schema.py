@@ -43,6 +43,8 @@ def _field(field: dataclasses.Field[Any]) -> Any:
         return of.place
     if "body" in meta:
         return str
+    if "terms" in meta:
+        return list[of.term]
     return {"bool": StrictBool, "int": StrictInt, "str": str}[str(field.type)]
 
 
@@ -191,6 +193,7 @@ def model() -> Any:
         "parameters": "Named numbers that formulas may use.",
         "bodies": "The moving links by name.",
         "joints": "What holds the links together, by name.",
+        "couplings": "Sums of coordinates that keep their value, as belts, by name.",
         "drivers": "Motors: coordinates that follow a law of time, by name.",
         "loads": "Forces, torques, springs and dampers, by name.",
         "measures": "Quantities to be measured on every result, by name.",

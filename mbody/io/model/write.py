@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from mbody.bodies import Body, Guess, SecondMoments, Slender
+from mbody.couplings import Term
 from mbody.elements import Element, Marker, Polar, place_name
 from mbody.errors import ModelError
 from mbody.formulas import Formula, FormulaError, evaluate, parse
@@ -258,7 +259,20 @@ class Writer:
             return self.law(name, value, dimension_of(meta["law"]), dimension_of(meta["of"]))
         if "place" in meta:
             return self.place(name, value)
+        if "terms" in meta:
+            return [self.term(element, f"{element.name}.{n}", t) for n, t in enumerate(value)]
         return word(value)
+
+    def term(self, coupling: Any, name: str, term: Term) -> dict[str, Any]:
+        """One coordinate of a coupling."""
+        dimension = DIMENSIONS[coupling.factor_of(term)]
+        table: dict[str, Any] = {"factor": self.number(f"{name}.factor", term.factor, dimension)}
+        if term.ends:
+            kind = "distance" if term.distance else "coordinate"
+            sides = zip("ij", term.ends, strict=True)
+            return table | {kind: [self.place(f"{name}.{side}", end) for side, end in sides]}
+        table["angle"] = term.angle
+        return table if term.relative_to == "ground" else table | {"relative_to": term.relative_to}
 
     def place(self, name: str, marker: Marker) -> Any:
         """A place, as text where it is a named point."""
