@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from mbody._version import __version__
 
 if TYPE_CHECKING:
-    from mbody import gallery, laws, makers, testing
+    from mbody import engineering, gallery, laws, makers, testing
     from mbody.analysis import (
         close_loops,
         free_body,
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
         kinetostatics,
         members,
         mobility,
+        reach,
         solve_for,
         statics,
     )
@@ -64,10 +65,12 @@ if TYPE_CHECKING:
         Damper,
         Force,
         Gravity,
+        PistonPressure,
         Spring,
         Torque,
         TorsionDamper,
         TorsionSpring,
+        ValvedCylinder,
     )
     from mbody.mechanism import Mechanism
     from mbody.questions import Ask, Measure, Question, Unknown
@@ -78,7 +81,8 @@ if TYPE_CHECKING:
 
 # where each public name lives: loaded when it is asked for, so that `import mbody` costs nothing
 _HOME = {
-    "analysis": "close_loops free_body kinematics kinetostatics members mobility solve_for statics",
+    "analysis": "close_loops free_body kinematics kinetostatics members mobility reach solve_for "
+    "statics",
     "assembler": "assemble",
     "bodies": "Body Guess SecondMoments Slender deg rpm",
     "formulas": "convert",
@@ -92,14 +96,15 @@ _HOME = {
     "Rolling",
     "laws": "Cam Constant ConstantAcceleration ConstantSpeed Dwell Function Harmonic Polynomial "
     "Rise Table",
-    "loads": "CustomLoad Damper Force Gravity Spring Torque TorsionDamper TorsionSpring",
+    "loads": "CustomLoad Damper Force Gravity PistonPressure Spring Torque TorsionDamper "
+    "TorsionSpring ValvedCylinder",
     "mechanism": "Mechanism",
     "histories": "Reaction",
     "solution": "Solution",
     "system": "System",
     "views": "draw plot",
 }
-_MODULES = ("gallery", "laws", "makers", "testing")
+_MODULES = ("engineering", "gallery", "laws", "makers", "testing")
 _WHERE = {name: home for home, names in _HOME.items() for name in names.split()}
 
 __all__ = [*_WHERE, *_MODULES, "__version__"]

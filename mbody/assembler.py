@@ -298,6 +298,7 @@ class _Compiler:
             action_kind=integers([ACTION_KINDS.index(action.kind) for action in actions]),
             action_i=integers([index[action.i] for action in actions]),
             action_j=integers([index[action.j] for action in actions]),
+            action_by=integers([index[action.by] for action in actions]),
             action_par=integers(offset[b:-1]),
             action_count=integers(sizes[b:]),
             action_signal=integers(self.action_signal),

@@ -95,6 +95,8 @@ class Action:
         A law of the element's own state (stretch, rate).
     function : callable or None
         The user's own physics in plain Python, for kind ``"user"``.
+    by : str
+        Name of a third body, whose position the action follows without acting on it.
     """
 
     kind: str
@@ -104,3 +106,4 @@ class Action:
     signals: tuple[Signal, ...] = ()
     law: Signal | None = None
     function: Callable[..., Any] | None = None
+    by: str = "ground"

@@ -39,10 +39,12 @@ from mbody.loads import (
     Force,
     Gravity,
     Load,
+    PistonPressure,
     Spring,
     Torque,
     TorsionDamper,
     TorsionSpring,
+    ValvedCylinder,
 )
 from mbody.mechanism import Mechanism
 from tests.jets import Jet
@@ -498,6 +500,18 @@ class Reference:
                 tension = load.coefficient * rate if load.law is None else load.law(rate)
             self._push(f, q, load.i, *(tension * u))
             self._push(f, q, load.j, *(-tension * u))
+        elif isinstance(load, PistonPressure):
+            angle = math.remainder(self._angle(q, load.cycle) + load.phase, 2.0 * math.pi)
+            angle += 2.0 * math.pi if angle < 0.0 else 0.0
+            self._thrust(f, q, load, load.head_area * load.head(angle))
+            self._thrust(f, q, load, -load.rod_area * load.rod(angle))
+        elif isinstance(load, ValvedCylinder):
+            x, rate = self._stroke(q, v, load)
+            size = load.area * self._charge(load, load.near, load.far, x, rate)
+            if load.opposite_area is not None:
+                other = self._charge(load, load.far, load.near, x, rate)
+                size -= load.opposite_area * other
+            self._thrust(f, q, load, size * math.copysign(1.0, load.far - load.near))
         elif isinstance(load, Torque | TorsionSpring | TorsionDamper):
             x = self._angle(q, load.body) - self._angle(q, load.by)
             rate = self._angle(v, load.body) - self._angle(v, load.by)
@@ -513,6 +527,41 @@ class Reference:
             f[self.index[load.by], 2] -= torque
         else:
             raise NotImplementedError(f"the oracle has no {type(load).__name__}")
+
+    def _thrust(self, f: np.ndarray, q: np.ndarray, load: Any, size: float) -> None:
+        """A force along the line of stroke on the piston, its opposite where it meets the same line
+        on the cylinder.
+        """
+        angle = self._angle(q, load.i.body) + load.i.angle
+        fx, fy = size * math.cos(angle), size * math.sin(angle)
+        self._push(f, q, load.j, fx, fy)
+        (px, py), (x, y, _) = self.place(q, load.j), self.pose(q, load.i.body)
+        f[self.index[load.i.body]] -= fx, fy, (px - x) * fy - (py - y) * fx
+
+    def _stroke(self, q: np.ndarray, v: np.ndarray, load: Any) -> tuple[float, float]:
+        """Coordinate of the piston along the line of stroke, and its rate by complex step."""
+
+        def along(q: Any) -> Any:
+            (xi, yi), (xj, yj) = self.place(q, load.i), self.place(q, load.j)
+            angle = self._angle(q, load.i.body) + load.i.angle
+            return (xj - xi) * np.cos(angle) + (yj - yi) * np.sin(angle)
+
+        return float(along(q)), float(along(q + 1j * STEP * v).imag / STEP)
+
+    @staticmethod
+    def _charge(load: Any, near: float, far: float, x: float, rate: float) -> float:
+        """Pressure of a chamber that is least with the piston at `near`."""
+        stroke, c = abs(far - near), load.clearance
+        way = (x - near) / (far - near) * stroke
+        if way <= 0.0 or way >= stroke:
+            return float(load.delivery if way <= 0.0 else load.suction)
+        grows = rate * (far - near) > 0.0
+        p, full = (load.delivery, c) if grows else (load.suction, c + stroke)
+        if load.exponent is None:
+            p += load.bulk_modulus * math.log(full / (c + way))
+        else:
+            p = (p + load.ambient) * (full / (c + way)) ** load.exponent - load.ambient
+        return float(max(p, load.suction) if grows else min(p, load.delivery))
 
     def kinetostatics(
         self, q: Any, v: Any, a: Any, t: float, drive: Iterable[str] | None = None

@@ -27,6 +27,7 @@ from mbody import (
     Marker,
     ModelError,
     PinSlot,
+    PistonPressure,
     Prismatic,
     RackPinion,
     Revolute,
@@ -36,6 +37,7 @@ from mbody import (
     Torque,
     TorsionDamper,
     TorsionSpring,
+    ValvedCylinder,
 )
 from mbody.elements import Element
 from tests.errors import describing
@@ -85,6 +87,12 @@ EXAMPLES = {
     Damper: {**PLACES, "coefficient": 1.0},
     TorsionSpring: {"body": "a", "stiffness": 1.0},
     TorsionDamper: {"body": "a", "coefficient": 1.0},
+    PistonPressure: {**PLACES, "cycle": "a", "head_area": 1.0, "head": 1.0},
+    ValvedCylinder: {
+        **PLACES,
+        **{"area": 1.0, "near": 0.0, "far": 1.0, "clearance": 0.1, "delivery": 5.0},
+        **{"bulk_modulus": 100.0, "ambient": 1.0},
+    },
     CustomLoad: PLACES,
 }
 

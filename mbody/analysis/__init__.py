@@ -5,6 +5,7 @@ from mbody.analysis.free_body import free_body, members
 from mbody.analysis.kinematics import kinematics
 from mbody.analysis.kinetostatics import kinetostatics
 from mbody.analysis.mobility import mobility
+from mbody.analysis.reach import reach
 from mbody.analysis.solve_for import solve_for
 from mbody.analysis.statics import statics
 
@@ -15,6 +16,7 @@ __all__ = [
     "kinetostatics",
     "members",
     "mobility",
+    "reach",
     "solve_for",
     "statics",
 ]

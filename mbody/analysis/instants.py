@@ -181,8 +181,9 @@ def _check_reach(system: System, times: np.ndarray, drive: Mapping[str, Any]) ->
                 _law(system, driver, times, design)
     for load in system.mechanism.loads:
         for field in fields(load):
-            # the law of a spring or damper is none of time
-            if isinstance(getattr(load, field.name), LIMITED) and field.name != "law":
+            # the law of a spring is one of its stretch, that of a pressure one of an angle
+            of_time = field.metadata.get("of") == "time"
+            if of_time and isinstance(getattr(load, field.name), LIMITED):
                 for design in _designs(system, load, field.name):
                     _load(system, load, field.name, times, design)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from mbody.analysis.closure import (
     raise_user_error,
 )
 from mbody.analysis.contacts import pulled
+from mbody.analysis.dead_centres import DeadCentre
 from mbody.analysis.instants import BY_DRIVER, BY_INSTANT, BY_TIME, Plan, check_laws
 from mbody.analysis.rank import dense, too_large
 from mbody.analysis.uniqueness import open_reactions
@@ -115,10 +116,11 @@ class Runner:
         bad = [load.name for n, load in enumerate(loads) if np.isnan(parts[0, n + 1]).any()]
         name = bad[0] if bad else "?"
         unit = self.system.mechanism.units.time
-        law = getattr(self.system.mechanism[name], "law", None) if bad else None
         why = "its law does not reach so far; extend it, or let it hold its last value"
-        if isinstance(law, Expression):
-            why = f"'{law.text}' is not defined there; choose a formula that is, by max or min"
+        for field in fields(self.system.mechanism[name]) if bad else ():
+            law = getattr(self.system.mechanism[name], field.name)
+            if isinstance(law, Expression):
+                why = f"'{law.text}' is not defined there; choose a formula that is, by max or min"
         return SolveError(f"load '{name}' has no value at t = {plan.t[k]:.6g} {unit}: {why}", name)
 
     def lanes(self, start: Closed, plan: Plan) -> np.ndarray | None:
@@ -241,13 +243,13 @@ class Runner:
             fastest = system.mechanism.bodies[int(rates.argmax())].name
             sentence = (
                 f"dead centre at {where} of '{body}': driver '{driver.name}' cannot drive it any "
-                f"further; drive '{fastest}', or stop before"
+                "further"
             )
-        else:
-            sentence = (
-                f"the motion of '{system.mechanism.name}' cannot be followed beyond {where} of "
-                f"'{body}': does the law of '{driver.name}' jump there?"
-            )
+            return DeadCentre(sentence, f"drive '{fastest}', or stop before", driver, so_far)
+        sentence = (
+            f"the motion of '{system.mechanism.name}' cannot be followed beyond {where} of "
+            f"'{body}': does the law of '{driver.name}' jump there?"
+        )
         return SolveError(sentence, driver.name, so_far)
 
     def _singular(self, start: Closed) -> bool:

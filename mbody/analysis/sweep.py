@@ -10,6 +10,7 @@ import numpy as np
 from mbody.analysis.batch import batch
 from mbody.analysis.change_points import through_change_points
 from mbody.analysis.closure import Closed, as_system, check_determined, closed
+from mbody.analysis.dead_centres import DeadCentre, with_ends
 from mbody.analysis.instants import Plan, plan
 from mbody.analysis.runner import Runner, Stuck
 from mbody.errors import SolveError
@@ -41,7 +42,10 @@ def sweep(
         check_determined(system, start, analysis)
     except SolveError as error:
         return through_change_points(runner, start, asked, {0}, error)
-    return _single(runner, start, asked)
+    try:
+        return _single(runner, start, asked)
+    except DeadCentre as stop:
+        raise with_ends(stop, system, start) from None
 
 
 def _single(runner: Runner, start: Closed, asked: Plan) -> Solution:

@@ -11,14 +11,16 @@ from mbody.core.laws import law_at
 from mbody.core.rows import side, user_state
 from mbody.loads.force import force
 from mbody.loads.gravity import gravity
+from mbody.loads.pressure import piston, within_cycle
 from mbody.loads.spring import stretch
 from mbody.loads.torsion import twist
+from mbody.loads.valved_cylinder import charge, travel
 
 __all__ = ["KINDS", "forces", "signals"]
 
 #: Names of the kinds of physics; the number of a kind is its place.
-KINDS = ("gravity", "force", "torque", "stretch", "twist", "user")
-GRAVITY, FORCE, TORQUE, STRETCH, TWIST, USER = range(len(KINDS))
+KINDS = ("gravity", "force", "torque", "stretch", "twist", "pressure", "chamber", "user")
+GRAVITY, FORCE, TORQUE, STRETCH, TWIST, PRESSURE, CHAMBER, USER = range(len(KINDS))
 
 
 @njit
@@ -76,6 +78,8 @@ def forces(L, W, w, cause):
         elif kind == TWIST:
             x = twist(side(W, i, w), side(W, j, w), parameters(L, W, w, e))
             couple(W, w, i, j, -own_law(L, W, w, e, x))
+        elif kind in (PRESSURE, CHAMBER):
+            press(L, W, w, e, i, j)
         else:
             user_force(L, W, count(w), e)
             s = W.scratch
@@ -92,6 +96,53 @@ def pull(L, W, w, e, i, j):
     fx, fy = f * ux, f * uy
     add(W, w, i, fx, fy, pix * fy - piy * fx)
     add(W, w, j, -fx, -fy, pjy * fx - pjx * fy)
+
+
+@inline
+def press(L, W, w, e, i, j):
+    """The pressure of a chamber on a piston: +f u on j, −f u on i, on one line."""
+    p, first, second = parameters(L, W, w, e), side(W, i, w), side(W, j, w)
+    u, arm, d = piston(first, second, p)
+    if L.action_kind[e] == PRESSURE:
+        st(W.scratch, 0, ld(W.q, 3 * L.action_by[e] + 2, w) + p[5], w)
+        cycle_law(L, W, L.action_law[e], count(w))
+    else:
+        s, rate = travel(first, second, u, arm, d)
+        st(W.scratch, 0, s, w)
+        st(W.scratch, 2, rate, w)
+        chamber(L, W, L.action_par[e] + 6, count(w))
+    f = p[4] * ld(W.scratch, 1, w)
+    fx, fy = f * u[0], f * u[1]
+    add(W, w, i, -fx, -fy, d[1] * fx - d[0] * fy)
+    add(W, w, j, fx, fy, arm[0] * fy - arm[1] * fx)
+
+
+@inline
+def cycle_law(L, W, n, lanes):
+    """Law n of an angle within one turn: scratch row 0, into row 1."""
+    for lane in range(lanes):
+        f, _, _ = law_at(L, W, n, lane, within_cycle(W.scratch[0, lane]))
+        W.scratch[1, lane] = f
+
+
+@inline
+def chamber(L, W, o, lanes):
+    """Pressure at coordinate and rate in scratch rows 0 and 2, into row 1; par from o on."""
+    p = W.par
+    for lane in range(lanes):
+        sense = p[o + 1, lane]
+        W.scratch[1, lane] = charge(
+            sense * (W.scratch[0, lane] - p[o, lane]),
+            sense * W.scratch[2, lane],
+            p[o + 2, lane],
+            p[o + 3, lane],
+            p[o + 4, lane],
+            p[o + 5, lane],
+            p[o + 6, lane],
+            p[o + 7, lane],
+            p[o + 8, lane],
+            1.0,
+        )
 
 
 @inline

@@ -75,10 +75,12 @@ class Layout(NamedTuple):
     # signal row and node of every driver, in the order of the description
     driver_row: Ints
     driver_node: Ints
-    # actions, sorted by kind: physics, bodies, parameters, first signal row, own law, cause
+    # actions, sorted by kind: physics, bodies, body that it follows, parameters, first signal row,
+    # own law, cause
     action_kind: Ints
     action_i: Ints
     action_j: Ints
+    action_by: Ints
     action_par: Ints
     action_count: Ints
     action_signal: Ints

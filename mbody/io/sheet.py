@@ -253,6 +253,13 @@ class _Instant:
                 words.append(f"{number(self._law(load, 'value'))} {unit(field.metadata['law'])}")
             elif field.name == "law" and load.law is not None:
                 words.append("by a law")
+            elif "law" in field.metadata and field.metadata["of"] != "time" and field.name != "law":
+                constant = values.get(name)
+                label = f"{field.name} by a law"
+                if constant is not None:
+                    label = f"{field.name} {number(constant)} {unit(field.metadata['law'])}"
+                if constant != 0.0:
+                    words.append(label)
         by, on = load.bodies[0], load.bodies[-1]
         words.append(f"on {on}" if by in ("ground", on) else f"of {by} on {on}")
         return ", ".join(words[:-1]) + (" " if words[:-1] else "") + words[-1]

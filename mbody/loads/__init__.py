@@ -4,9 +4,11 @@ from mbody.loads._base import Load
 from mbody.loads.custom import CustomLoad
 from mbody.loads.force import Force
 from mbody.loads.gravity import Gravity
+from mbody.loads.pressure import PistonPressure
 from mbody.loads.spring import Damper, Spring
 from mbody.loads.torque import Torque
 from mbody.loads.torsion import TorsionDamper, TorsionSpring
+from mbody.loads.valved_cylinder import ValvedCylinder
 
 __all__ = [
     "CustomLoad",
@@ -14,8 +16,10 @@ __all__ = [
     "Force",
     "Gravity",
     "Load",
+    "PistonPressure",
     "Spring",
     "Torque",
     "TorsionDamper",
     "TorsionSpring",
+    "ValvedCylinder",
 ]

@@ -251,7 +251,8 @@ def mentioned(element: Any) -> list[str]:
 
 def _by_angle(element: Element) -> set[str]:
     """Names of the bodies that it knows otherwise than by a place: by the angle of their axes."""
-    return set(mentioned(element)) - {marker.body for marker in element.places().values()}
+    places = {marker.body for marker in element.places().values()}
+    return (set(mentioned(element)) - places) | set(getattr(element, "angles_of", ()))
 
 
 def rotation(angle: float) -> Array:

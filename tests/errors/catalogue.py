@@ -16,10 +16,12 @@ from tests.errors import (
     assembling,
     command,
     describing,
+    engineering,
     formulas,
     laws,
     model_files,
     own_code,
+    pistons,
     questions,
     results,
     solving,
@@ -29,8 +31,8 @@ from tests.errors import (
 
 PACKAGE = Path(__file__).parents[2] / "mbody"
 SUBJECTS = (
-    *(describing, laws, formulas, model_files, assembling),
-    *(solving, own_code, results, questions, unknowns, views, command),
+    *(describing, pistons, laws, formulas, model_files, assembling),
+    *(solving, own_code, results, engineering, questions, unknowns, views, command),
 )
 KINDS = (ModelError, SolveError, UsageError, ModelWarning)
 

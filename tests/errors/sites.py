@@ -11,6 +11,7 @@ CONSTRUCTORS = {"ModelError", "SolveError", "UsageError", "FormulaError", "NotAN
 #: Functions that make sentences, or parts of them, without making the error.
 MAKERS = {
     "analysis/closure.py": {"_too_few", "_say_branch"},
+    "analysis/dead_centres.py": {"_told"},
     "formulas/evaluate.py": {"told", "stands_only"},
     "formulas/formula.py": {"_meant"},
     "formulas/parse.py": {"why_stray"},

@@ -28,6 +28,7 @@ from mbody import (
     kinetostatics,
     makers,
     mobility,
+    reach,
     statics,
 )
 from tests.errors.models import FOLDED, STRETCHED, by_law, by_rocker, chain, four_bar
@@ -200,6 +201,10 @@ SCENARIOS = {
     "loops at two times": lambda: close_loops(four_bar(), t=[0.0, 1.0]),
     "mobility of a batch": lambda: mobility(batch(crank_mass=[1.0, 2.0])),
     "mobility at two times": lambda: mobility(four_bar(), t=[0.0, 1.0]),
+    "a reach of one of two drivers": lambda: reach(second(1.6, "rocker")),
+    "a reach of a driver that is not there": lambda: reach(four_bar(), "engine"),
+    "a reach at times": lambda: reach(four_bar(), t=[0.0, 1.0]),
+    "a reach of a batch": lambda: reach(batch(crank_mass=[1.0, 2.0])),
     # -- laws over the times
     "a table of a driver that ends": lambda: kinematics(by_law(TABLE), t=np.linspace(0.0, 3.0, 5)),
     "a table of a load that ends": lambda: statics(
@@ -244,6 +249,10 @@ SCENARIOS = {
     ),
     # -- dead centres and other stops
     "a dead centre on the way": lambda: kinematics(press(3.9, 0.5), t=np.linspace(0.0, 1.0, 20)),
+    "a turn that there is not": lambda: kinematics(
+        makers.four_bar(6, 18, 12, 8, start=math.pi / 2.0), turn=True
+    ),
+    "a turn beyond zero": lambda: kinematics(makers.four_bar(2, 3, 4, 5.5, start=1.0), turn=True),
     "a start at a dead centre": lambda: kinematics(by_rocker(FOLDED)),
     "a start at the end of a stroke": lambda: kinematics(press(4.0)),
     "velocities at the end of a stroke": lambda: close_loops(press(4.0)),

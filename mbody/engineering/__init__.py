@@ -1,0 +1,17 @@
+"""What a designer makes of a result: pure functions of a `Solution`, one subject a file."""
+
+from mbody.engineering.fluctuation import Fluctuation, energy_fluctuation, fluctuation
+from mbody.engineering.flywheel import flywheel
+from mbody.engineering.indicator import Indicator, indicator
+from mbody.engineering.shaking import ShakingForce, shaking_force
+
+__all__ = [
+    "Fluctuation",
+    "Indicator",
+    "ShakingForce",
+    "energy_fluctuation",
+    "fluctuation",
+    "flywheel",
+    "indicator",
+    "shaking_force",
+]

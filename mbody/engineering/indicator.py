@@ -1,0 +1,125 @@
+"""The indicator diagram of a cylinder, and what flows through its valves."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mbody.elements import listed
+from mbody.errors import ModelError, brief
+from mbody.loads import ValvedCylinder
+from mbody.solution import Solution
+
+__all__ = ["Indicator", "indicator"]
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Indicator:
+    """What goes on in a chamber: arrays (instants,).
+
+    Attributes
+    ----------
+    volume, rate : arrays (instants,)
+        Clearance included [length³], and its rate [length³/time].
+    pressure : array (instants,)
+        Gauge pressure [force/area].
+    delivery, suction : arrays (instants,)
+        Flow out through the valve of delivery and in through that of suction [length³/time]; zero
+        while they are shut.
+    power : array (instants,)
+        −p V̇, that the piston gives to what is in the chamber [power].
+    """
+
+    volume: Array
+    rate: Array
+    pressure: Array
+    delivery: Array
+    suction: Array
+    power: Array
+
+
+def indicator(run: Solution, cylinder: str, *, opposite: bool = False) -> Indicator:
+    """Pressure and volume in a `ValvedCylinder` and the flow through its valves: indicator diagram.
+
+    V = A h,  flow = −V̇ where p = p_delivery, V̇ where p = p_suction
+
+    Parameters
+    ----------
+    run : Solution
+        Of one design, from any analysis that finds velocities.
+    cylinder : str
+        Name of the load.
+    opposite : bool
+        Whether of the chamber on the other side of a double-acting piston.
+
+    Returns
+    -------
+    Indicator
+        Histories at the instants of the run.
+
+    Raises
+    ------
+    ModelError
+        For a load that is no such cylinder, a side that it has not, or a batch.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> machine = mbody.makers.slider_crank(1, 4, speed=10.0)
+    >>> machine.add(
+    ...     mbody.ValvedCylinder(
+    ...         "cylinder", "ground", "slider.B", area=0.5, near=5.0, far=3.0, clearance=0.1,
+    ...         delivery=2.0, bulk_modulus=100.0
+    ...     )
+    ... )
+    >>> found = indicator(mbody.kinetostatics(machine, turn=True), "cylinder")
+    >>> round(float(found.pressure.max()), 9), bool(found.delivery.max() > 0.0)
+    (2.0, True)
+    """
+    known = [load.name for load in run.mechanism.loads if isinstance(load, ValvedCylinder)]
+    if cylinder not in known:
+        raise ModelError(
+            f"there is no cylinder with valves {brief(cylinder)} (there are: {listed(known)})"
+        )
+    if run.system.batch is not None:
+        raise ModelError(
+            f"the diagram of '{cylinder}' is of one design, this is a batch of "
+            f"{run.system.batch} designs: analyse one of them, system.design(n)",
+            cylinder,
+        )
+    load = run.mechanism[cylinder]
+    assert isinstance(load, ValvedCylinder)
+    if opposite and load.opposite_area is None:
+        raise ModelError(
+            f"'{cylinder}' is single-acting, it has no opposite side: give it an opposite_area",
+            cylinder,
+        )
+    values = run.system.values
+    now: dict[str, Any] = {
+        field.name: float(values[f"{cylinder}.{field.name}"])
+        for field in dataclasses.fields(load)
+        if "dimension" in field.metadata and getattr(load, field.name) is not None
+    }
+    load = dataclasses.replace(load, **now)
+    first, second, body = run.point(load.i), run.point(load.j), run[load.i.body]
+    angle = body.angle + run.system.numbers.angle(load, "i")
+    ux, uy = np.cos(angle), np.sin(angle)
+    dx, dy = second.x - first.x, second.y - first.y
+    vx, vy = second.vx - first.vx, second.vy - first.vy
+    place = ux * dx + uy * dy
+    speed = ux * vx + uy * vy + body.omega * (ux * dy - uy * dx)
+    near, far = (load.far, load.near) if opposite else (load.near, load.far)
+    area = float((load.opposite_area if opposite else load.area) or 0.0)
+    way = 1.0 if far > near else -1.0
+    volume = area * (load.clearance + way * (place - near))
+    rate = area * way * speed
+    pairs = zip(place.tolist(), speed.tolist(), strict=True)
+    pressure = np.array([load.pressure(*pair, opposite=opposite) for pair in pairs])
+    out = np.where((pressure >= load.delivery) & (rate < 0.0), -rate, 0.0)
+    into = np.where((pressure <= load.suction) & (rate > 0.0), rate, 0.0)
+    return Indicator(volume, rate, pressure, out, into, -pressure * rate)

@@ -1,0 +1,151 @@
+"""The shaking force: what a mechanism does to its frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbody.checks import loaded
+from mbody.drivers import AngleDriver, CoordinateDriver, Driver
+from mbody.elements import Marker, as_marker
+from mbody.ends import moment
+from mbody.errors import ModelError
+from mbody.solution import Solution
+
+__all__ = ["ShakingForce", "shaking_force"]
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class ShakingForce:
+    """Resultant on the frame, world axes: arrays (instants,).
+
+    Attributes
+    ----------
+    fx, fy, moment : arrays (instants,)
+        Sum of what joints, drivers and loads do to the frame; the moment is about the place asked
+        for.
+    fx_inertia, fy_inertia, moment_inertia : arrays (instants,)
+        The same by d'Alembert, from the motion: inertia forces and loads of all bodies.
+    """
+
+    fx: Array
+    fy: Array
+    moment: Array
+    fx_inertia: Array
+    fy_inertia: Array
+    moment_inertia: Array
+
+    @property
+    def magnitude(self) -> Array:
+        """√(fx² + fy²)."""
+        return np.hypot(self.fx, self.fy)
+
+    @property
+    def direction(self) -> Array:
+        """Angle of the force from the world's x axis, 0 … 2π [rad]."""
+        return np.mod(np.arctan2(self.fy, self.fx), 2.0 * np.pi)
+
+
+def shaking_force(run: Solution, about: Marker | str = "ground") -> ShakingForce:
+    """Force and moment of a mechanism on its frame: shaking force, shaking moment.
+
+    F = Σ reactions on the ground = Σ (−m a_G) + Σ loads from outside;  M about a place likewise.
+
+    Parameters
+    ----------
+    run : Solution
+        Of one design, with forces.
+    about : Marker or str
+        Place on the ground about which the moment is taken, such as ``"ground.O2"``; by default the
+        origin.
+
+    Returns
+    -------
+    ShakingForce
+        By the reactions, and by the motion: two ways that share no number but the loads.
+
+    Raises
+    ------
+    ModelError
+        For a run without forces, a batch, or a place on a moving body.
+
+    Notes
+    -----
+    Loads between a body and the ground, as the pressure on a piston and its cylinder, cancel in the
+    frame. Weights and forces from outside are part of it where there are any: for the force of
+    inertia alone, analyse the mechanism without them.
+
+    Source: R. L. Norton, *Design of Machinery*, section 11.8: F_s = F21 + F41, M_s = T21 + R × F41.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> run = mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=9.0))
+    >>> found = shaking_force(run, "ground.O2")
+    >>> bool(abs(found.fx - found.fx_inertia)[0] < 1e-12 * found.magnitude[0])
+    True
+    """
+    if not run.has_forces:
+        raise ModelError(
+            f"{run.analysis} finds no forces, as those on the frame: use kinetostatics"
+        )
+    if run.system.batch is not None:
+        raise ModelError(
+            f"the shaking force is of one design, this is a batch of {run.system.batch} designs: "
+            "analyse one of them, system.design(n)"
+        )
+    marker = as_marker(about, "shaking force", "about")
+    if marker.body != "ground":
+        raise ModelError(
+            f"the shaking moment is taken about a place on the ground, not on '{marker.body}': "
+            'name one such as "ground.O2"'
+        )
+    place = run.point(marker)
+    forces = np.array([loaded(run, k).force[:, 0].reshape(-1, 3) for k in range(len(run))])
+    joints = _by_joints(run, place.x, place.y) + _moved(forces[:, -1], -place.x, -place.y)
+    motion = _moved(forces[:, -1], -place.x, -place.y)
+    for n, body in enumerate(run.mechanism.bodies):
+        there, inertia = run[body.name], np.column_stack(run.inertia(body.name))
+        motion = motion + _moved(forces[:, n] + inertia, there.x - place.x, there.y - place.y)
+    return ShakingForce(*joints.T, *motion.T)
+
+
+def _moved(force: Array, x: Array, y: Array) -> Array:
+    """(Fx, Fy, T) (instants, 3) at (x, y) from where the moment is told."""
+    moment = force[:, 2] + x * force[:, 1] - y * force[:, 0]
+    return np.column_stack([force[:, :2], moment])
+
+
+def _by_joints(run: Solution, x: Array, y: Array) -> Array:
+    """What joints and drivers do to the ground, (instants, 3), about (x, y)."""
+    total = np.zeros((len(run), 3))
+    for joint in run.mechanism.joints:
+        ends = joint.i.body, joint.j.body
+        if "ground" not in ends:
+            continue
+        force, place = run.reaction(joint.name, on="ground"), run.point(joint.j)
+        torque = force.torque + moment(run, joint, force.fx, force.fy)
+        at_place = np.column_stack([force.fx, force.fy, torque])
+        total += _moved(at_place, place.x - x, place.y - y)
+    for driver in run.mechanism.drivers:
+        if "ground" in driver.bodies:
+            total += _by_driver(run, driver, x, y)
+    return total
+
+
+def _by_driver(run: Solution, driver: Driver, x: Array, y: Array) -> Array:
+    """The same of one driver: its effort, on the side of the ground."""
+    effort = run.effort(driver.name) * (1.0 if driver.bodies[1] == "ground" else -1.0)
+    if isinstance(driver, AngleDriver):
+        return np.column_stack([0.0 * effort, 0.0 * effort, effort])
+    first, second = (run.point(marker) for marker in driver.places().values())
+    ux, uy = second.x - first.x, second.y - first.y
+    if isinstance(driver, CoordinateDriver):
+        angle = run[driver.i.body].angle + run.system.numbers.angle(driver, "i")
+        ux, uy = np.cos(angle), np.sin(angle)
+    size = np.hypot(ux, uy)
+    force = np.column_stack([effort * ux / size, effort * uy / size, 0.0 * effort])
+    return _moved(force, second.x - x, second.y - y)

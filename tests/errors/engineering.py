@@ -1,0 +1,80 @@
+"""Engineering: fluctuation and flywheel, shaking force, indicator diagram."""
+
+import functools
+
+import numpy as np
+
+from mbody import AngleDriver, ConstantSpeed, Torque, ValvedCylinder, assemble, kinetostatics
+from mbody.engineering import (
+    energy_fluctuation,
+    fluctuation,
+    flywheel,
+    indicator,
+    shaking_force,
+)
+from tests.errors.models import crank_alone, four_bar
+from tests.errors.results import batch, motion, run
+
+TURN = 2.0 * np.pi
+
+
+@functools.cache
+def turn(speed=1.0):
+    return kinetostatics(four_bar(speed=speed), turn=True, instants=13)
+
+
+def brake():
+    """A run whose load grows from turn to turn."""
+    machine = four_bar(Torque("brake", "rocker", value=lambda t: -1.0 - t))
+    return kinetostatics(machine, turn=True, instants=13)
+
+
+def two_motors():
+    machine = crank_alone()
+    machine.add(
+        AngleDriver("one", "crank", ConstantSpeed(0.0, 1.0)),
+        AngleDriver("two", "crank", ConstantSpeed(0.0, 1.0)),
+    )
+    return machine
+
+
+@functools.cache
+def compressor():
+    """A four-bar as a compressor: a piston on the rocker."""
+    air = ValvedCylinder(
+        *("air", "ground.O2", "rocker.B"),
+        **{"area": 0.1, "near": 5.0, "far": 1.0, "clearance": 0.1, "delivery": 2.0},
+        **{"exponent": 1.3, "ambient": 1.0},
+    )
+    return kinetostatics(four_bar(air))
+
+
+def designs():
+    system = assemble(compressor().mechanism).with_values({"air.area": [0.1, 0.2]})
+    return kinetostatics(system)
+
+
+class Anyone:
+    """A result of two motors that turn together, where only the names matter."""
+
+    mechanism = two_motors()
+
+
+SCENARIOS = {
+    "a fluctuation of one instant": lambda: fluctuation(run()),
+    "a fluctuation of angles to and fro": lambda: energy_fluctuation(
+        [0.0, 3.0, 2.0, TURN], [1.0, 2.0, 2.0, 1.0]
+    ),
+    "a fluctuation that does not repeat": lambda: fluctuation(brake()),
+    "a fluctuation of a driver that is not there": lambda: fluctuation(turn(), "engine"),
+    "a fluctuation of one of two motors": lambda: fluctuation(Anyone()),
+    "a flywheel for no fluctuation": lambda: flywheel(turn(), 0.0),
+    "a flywheel for per cent": lambda: flywheel(turn(), "2 %"),
+    "a flywheel at rest": lambda: flywheel(turn(0.0), 0.02),
+    "a shaking force of kinematics": lambda: shaking_force(motion()),
+    "a shaking force of a batch": lambda: shaking_force(batch()),
+    "a shaking moment about a link": lambda: shaking_force(run(), "crank.A"),
+    "a diagram of no cylinder": lambda: indicator(run(), "oil"),
+    "a diagram of a batch": lambda: indicator(designs(), "air"),
+    "a diagram of the other side": lambda: indicator(compressor(), "air", opposite=True),
+}
