@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from mbody import engineering, gallery, laws, makers, testing
     from mbody.analysis import (
         close_loops,
+        equilibrium,
+        equilibrium_curve,
         free_body,
         kinematics,
         kinetostatics,
@@ -66,6 +68,7 @@ if TYPE_CHECKING:
         Force,
         Gravity,
         PistonPressure,
+        RotatingField,
         Spring,
         Torque,
         TorsionDamper,
@@ -81,7 +84,8 @@ if TYPE_CHECKING:
 
 # where each public name lives: loaded when it is asked for, so that `import mbody` costs nothing
 _HOME = {
-    "analysis": "close_loops free_body kinematics kinetostatics members mobility reach solve_for "
+    "analysis": "close_loops equilibrium equilibrium_curve free_body kinematics kinetostatics "
+    "members mobility reach solve_for "
     "statics",
     "assembler": "assemble",
     "bodies": "Body Guess SecondMoments Slender deg rpm",
@@ -96,8 +100,8 @@ _HOME = {
     "Rolling",
     "laws": "Cam Constant ConstantAcceleration ConstantSpeed Dwell Function Harmonic Polynomial "
     "Rise Table",
-    "loads": "CustomLoad Damper Force Gravity PistonPressure Spring Torque TorsionDamper "
-    "TorsionSpring ValvedCylinder",
+    "loads": "CustomLoad Damper Force Gravity PistonPressure RotatingField Spring Torque "
+    "TorsionDamper TorsionSpring ValvedCylinder",
     "mechanism": "Mechanism",
     "histories": "Reaction",
     "solution": "Solution",

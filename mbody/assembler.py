@@ -101,7 +101,7 @@ class _Compiler:
             *mechanism.couplings,
             *mechanism.drivers,
         )
-        at = Numbers(self.numbers(), self.polar)
+        at = self.read(self.numbers())
         found = [
             (ATOM_KINDS.index(atom.kind), element, part, atom)
             for element in self.carriers
@@ -131,6 +131,10 @@ class _Compiler:
         self.signal_laws += [signal.law for signal in signals if signal is not None]
         return 3 * first
 
+    def read(self, numbers: dict[str, Any]) -> Numbers:
+        """Numbers by dotted name, as elements read them."""
+        return Numbers(numbers, self.polar, self.mechanism.bodies)
+
     def numbers(self) -> dict[str, Any]:
         """All changeable numbers by dotted name."""
         names = self.mechanism.scope.names
@@ -153,13 +157,13 @@ class _Compiler:
 
     def atoms(self, numbers: dict[str, Any]) -> list[Atom]:
         """All atoms in the order of the kernels, with their numbers."""
-        at = Numbers(numbers, self.polar)
+        at = self.read(numbers)
         made = {element.name: element.atoms(at) for element in self.carriers}
         return [made[element.name][part] for element, part in self.owners]
 
     def actions(self, numbers: dict[str, Any]) -> list[Action]:
         """All actions in the order of the kernels, with their numbers."""
-        at = Numbers(numbers, self.polar)
+        at = self.read(numbers)
         made = [load.actions(at) for load in self.mechanism.loads]
         return [made[cause][part] for cause, part in self.action_owners]
 
@@ -175,7 +179,7 @@ class _Compiler:
         """Parameters (rows, batch) and masses (3·bodies + 3, batch) from the user's numbers."""
         atoms, actions = self.atoms(numbers), self.actions(numbers)
         columns: list[Any] = []
-        at = Numbers(numbers, self.polar)
+        at = self.read(numbers)
         for joint in self.mechanism.joints:
             joint.refuse(at, self.mechanism.units.length)
         for (element, _), atom in zip(self.owners, atoms, strict=True):
@@ -198,7 +202,7 @@ class _Compiler:
         """Model length: the longest arm on a moving body, else another distance, as between the
         centres of gears or of a cam and its roller, else one.
         """
-        at = Numbers(numbers, self.polar)
+        at = self.read(numbers)
         moving, fixed = [0.0], [0.0]
         for element in self.carriers:
             for key, marker in element.places().items():

@@ -79,7 +79,7 @@ class Atom:
 
 @dataclass(frozen=True)
 class Action:
-    """One load between bodies `i` and `j` (or on every body, for gravity).
+    """One load between bodies `i` and `j` (or on every body, for gravity and fields).
 
     Attributes
     ----------

@@ -153,7 +153,7 @@ class Body(Element):
                     f"'{name}': {point!r} is no name of a point: give text without a dot", name
                 )
             check_name(point, "point")
-            if point in ("cg", "mass", "weight", "inertia"):
+            if point in ("cg", "mass", "weight", "inertia", "spread"):
                 raise ModelError(
                     f"'{name}': the name of a point may not be '{point}', which is a number of the "
                     "body: choose another",
@@ -199,13 +199,15 @@ class Body(Element):
         return Marker(self.name, place, number(angle, "angle", self.name, "marker angle"))
 
     def numbers(self) -> dict[str, Any]:
-        """Mass or weight, inertia, mass centre and named points by dotted name."""
+        """Mass or weight, inertia, mass centre, named points and spread by dotted name."""
         result = super().numbers()
         if self.mass is None and self.weight is None:
             result[f"{self.name}.mass"] = 0.0
         result |= point_numbers(self.cg, f"{self.name}.cg")
         for key, point in self.points.items():
             result |= point_numbers(point, f"{self.name}.{key}")
+        if isinstance(self.spread, (Slender, SecondMoments)):
+            result |= {f"{self.name}.spread.{k}": v for k, v in vars(self.spread).items()}
         return result
 
     @property

@@ -334,9 +334,16 @@ class Numbers:
     axes happens here, once, for one set of numbers and for a batch alike.
     """
 
-    def __init__(self, values: dict[str, Value], polar_points: frozenset[str]) -> None:
+    def __init__(
+        self,
+        values: dict[str, Value],
+        polar_points: frozenset[str],
+        bodies: tuple[Any, ...] = (),
+    ) -> None:
         self._values = values
         self._polar = polar_points
+        #: The moving bodies, for loads that act on all of them.
+        self.bodies = bodies
 
     def __getitem__(self, name: str) -> Value:
         return self._values[name]

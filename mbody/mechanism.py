@@ -14,7 +14,7 @@ from mbody.couplings import Coupling
 from mbody.drivers import Driver
 from mbody.elements import Element, Marker, check_name, listed
 from mbody.errors import ModelError, brief
-from mbody.formulas import Formula, FormulaError, Parameters, Scope
+from mbody.formulas import Formula, FormulaError, Parameters, Scope, read
 from mbody.formulas.door import number
 from mbody.formulas.pending import substituted
 from mbody.joints import Joint
@@ -169,6 +169,37 @@ class Mechanism:
         except ModelError:
             self._elements, self.formulas, self.fixed_parameters = before
             raise
+
+    def without(self, *drivers: str) -> Mechanism:
+        """The same mechanism without some of its drivers, which let go what they held; measures
+        that speak of them, and what is asked of drivers, go with them.
+
+        Raises
+        ------
+        ModelError
+            For a driver that is not there.
+        """
+        known = [driver.name for driver in self.drivers]
+        for name in drivers:
+            if name not in known:
+                raise ModelError(
+                    f"there is no driver {brief(name)} to let go (there are: {listed(known)})",
+                    str(name),
+                )
+        made = copy.copy(self)
+        made._sorted = None
+        for name in drivers:
+            del made._elements[name]
+        gone = set(drivers)
+        made.formulas = {k: v for k, v in self.formulas.items() if k.partition(".")[0] not in gone}
+        made.measures = {
+            key: measure
+            for key, measure in self.measures.items()
+            if gone.isdisjoint(name.partition(".")[0] for name in read(measure.of, None).names)
+        }
+        if self.ask is not None and (self.ask.over or not self.ask.at.keys() <= {"t"}):
+            made.ask = None  # it asks for the drivers that there were
+        return made
 
     def _add(self, element: Element) -> None:
         if not isinstance(element, (Body, Joint, Coupling, Driver, Load)):

@@ -73,7 +73,7 @@ class System:
     @functools.cached_property
     def numbers(self) -> Numbers:
         """The numbers as elements read them: points, arms, laws."""
-        return Numbers(self.values, polar_points(self.mechanism))
+        return Numbers(self.values, polar_points(self.mechanism), self.mechanism.bodies)
 
     @property
     def rows(self) -> int:

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.bodies import Body
+from mbody.bodies import Body, Slender
 from mbody.couplings import Coupling
 from mbody.drivers import AngleDriver, CoordinateDriver, DistanceDriver, Driver
 from mbody.elements import Element, Marker, Polar
@@ -40,6 +40,7 @@ from mbody.loads import (
     Gravity,
     Load,
     PistonPressure,
+    RotatingField,
     Spring,
     Torque,
     TorsionDamper,
@@ -463,6 +464,45 @@ class Reference:
         (px, py), (x, y, _) = self.place(q, marker), self.pose(q, marker.body)
         f[k] += fx, fy, (px - x) * fy - (py - y) * fx
 
+    def grains(self, body: Body) -> list[tuple[float, float, float]]:
+        """Mass elements (dm, x, y) from the mass centre in link axes, spread as the body says."""
+        m = self.mass_matrix()[3 * self.index[body.name], 3 * self.index[body.name]]
+        spread = body.spread
+        if spread in (None, "point"):
+            return [(m, 0.0, 0.0)]
+        if isinstance(spread, Slender):
+            half = math.sqrt(3.0 * body.inertia / m)
+            c, s = math.cos(spread.angle), math.sin(spread.angle)
+            pairs = zip(*np.polynomial.legendre.leggauss(5))
+            return [(0.5 * m * w, c * half * p, s * half * p) for p, w in pairs]
+        moments = np.array([[spread.xx, spread.xy], [spread.xy, spread.yy]])
+        found = []
+        sizes, axes = np.linalg.eigh(moments)
+        for size, (x, y) in zip(sizes, axes.T):
+            reach = math.sqrt(2.0 * max(size, 0.0) / m)
+            found += [(0.25 * m, sign * reach * x, sign * reach * y) for sign in (1.0, -1.0)]
+        return found
+
+    def _spin(self, load: RotatingField, q: np.ndarray, t: float, f: np.ndarray) -> None:
+        """ω² times its distance from the axis pushes every grain outwards."""
+        (x0, y0), angle = self.place(q, load.axis), load.axis.angle
+        normal = np.array([-math.sin(angle), math.cos(angle)])
+        grains = []
+        for body in self.mechanism.bodies:
+            x, y, theta = self.pose(q, body.name)
+            c, s = math.cos(theta), math.sin(theta)
+            for dm, px, py in self.grains(body):
+                rx, ry = c * px - s * py, s * px + c * py
+                off = normal @ (x + rx - x0, y + ry - y0)
+                grains.append((self.index[body.name], dm, rx, ry, off))
+        if load.momentum is None:
+            omega = load.speed(t)
+        else:
+            omega = load.momentum(t) / (load.inertia + sum(dm * r * r for _, dm, _, _, r in grains))
+        for k, dm, rx, ry, off in grains:
+            fx, fy = dm * omega**2 * off * normal
+            f[k] += fx, fy, rx * fy - ry * fx
+
     def _stretch(self, q: np.ndarray, v: np.ndarray, load: Any) -> tuple[np.ndarray, float, float]:
         """(unit vector from i to j, length, its rate) between two markers."""
         ends, rates = [], []
@@ -485,6 +525,8 @@ class Reference:
             mass = np.diag(self.mass_matrix())[::3]
             f[:-1, 0] += mass * load.x(t)
             f[:-1, 1] += mass * load.y(t)
+        elif isinstance(load, RotatingField):
+            self._spin(load, q, t, f)
         elif isinstance(load, Force):
             angle = load.angle
             if load.follows:

@@ -41,6 +41,7 @@ from mbody import (
     RackPinion,
     Revolute,
     Rolling,
+    RotatingField,
     Spring,
     Term,
     Torque,
@@ -135,6 +136,9 @@ CYLINDER = {"area": 0.5, "near": 2.0, "far": -1.0, "clearance": 0.4, "delivery":
 LOADS = [
     Gravity("load", y=-9.81),
     Gravity("load", x=SWING, y=-9.81),
+    RotatingField("load", ON_GROUND, speed=3.0),
+    RotatingField("load", ON_GROUND, speed=SWING),
+    RotatingField("load", ON_GROUND, momentum=3.0, inertia=0.7),
     Force("load", J, 3.0, angle=0.4),
     Force("load", J, SHAKY, angle=0.4),
     Force("load", J, 3.0, angle=0.4, follows=True),
@@ -182,7 +186,7 @@ def test_loads(element):
     report = check_load(element)
     assert report.worst < 1e-8
     assert report["pickle"].error == 0.0
-    external = isinstance(element, Gravity | Force)
+    external = isinstance(element, Gravity | Force | RotatingField)
     assert math.isnan(report["action = reaction"].error) == external
     still = not isinstance(element, Damper | TorsionDamper | ValvedCylinder)
     assert report["velocity"].note.startswith("its forces do not") == still
@@ -193,9 +197,9 @@ def test_loads(element):
 
 def test_every_kind_is_met():
     machine = Mechanism("all", ground={"O": (0.0, 0.0)})
-    bodies = [
-        Body(name, mass=1.0, points={"P": (1, 0), "Q": (0, 1)}) for name in ("bar", "arm", "crank")
-    ]
+    points = {"P": (1, 0), "Q": (0, 1)}
+    names = ("bar", "arm", "crank")
+    bodies = [Body(name, mass=1.0, points=points, spread="point") for name in names]
     machine.add(*bodies)
     parts = [*CONSTRAINTS, *LOADS, AngleCoupling("sum", [Term(1.0, angle="bar")])]
     machine.add(*(dataclasses.replace(e, name=f"{e.name} {n}") for n, e in enumerate(parts)))

@@ -80,10 +80,11 @@ def at(run, place):
 # -- the gallery itself -----------------------------------------------------------------------
 
 NAMES = (
-    *("cam_follower", "hoekens", "mud_pump", "mud_pump_sixbar", "mud_pump_sixbar_as_scanned"),
-    *("norton_fourbar", "norton_fourbar_printed", "parallel_cranks", "peaucellier"),
-    *("planetary_train", "quick_return", "rotating_mass", "scissor_lift", "slider_crank"),
-    *("static_fourbar", "stephenson_sixbar", "vehicle", "watt_sixbar"),
+    *("cam_follower", "flyball_governor", "hoekens", "mud_pump", "mud_pump_sixbar"),
+    *("mud_pump_sixbar_as_scanned", "norton_fourbar", "norton_fourbar_printed", "parallel_cranks"),
+    *("peaucellier", "planetary_train", "porter_governor", "quick_return", "rotating_mass"),
+    *("scissor_lift", "slider_crank", "static_fourbar", "stephenson_sixbar", "vehicle"),
+    "watt_sixbar",
 )
 
 
@@ -96,7 +97,7 @@ def test_names():
     ("name", "told"),
     [
         ("norton_fourba", "no model 'norton_fourba': did you mean 'norton_fourbar'"),
-        ("../secret", "there are: cam_follower, hoekens, "),
+        ("../secret", "there are: cam_follower, flyball_governor, "),
         ("", "no model ''"),
         (3, "no model '3'"),
     ],
@@ -397,6 +398,32 @@ def test_parallel_cranks():
     # … and that the coupler does not turn; (1, −2, 1) of any size stays open
     assert_allclose(pins[0].fy, pins[2].fy, atol=small)
     assert [pin.unique for pin in pins] == [(False, False, True)] * 3
+
+
+def test_flyball_governor():
+    """The lecture's numbers; at the closing speed in closed form the driver has nothing to do."""
+    found = run("flyball_governor")
+    link = 20.0 * 3.0 * (math.cos(math.radians(5.0)) - math.cos(math.radians(75.0))) / 2.0
+    link /= math.cos(math.radians(75.0))
+    assert_allclose(found.measure("F_AB"), link, rtol=SWEEP)
+    assert f"{link:.2f}" == "85.47"
+    radius = 0.625 + 2.438 * math.sin(math.radians(75.0))
+    assert_allclose(found.measure("radius"), radius, rtol=SWEEP)
+    moment = link * 1.5 * math.sin(math.radians(30.0))
+    assert_allclose(found.effort("theta"), 0.0, atol=moment * SWEEP)
+    # the note: the balls alone, and to the digits of the parameter
+    assert_allclose(found.breakdown("theta")["field"], -2.0 * moment, rtol=SWEEP)
+    slower = mbody.assemble(gallery.load("flyball_governor")).with_values(omega=100.0)
+    assert mbody.statics(slower).effort("theta")[0] > 50.0
+
+
+@pytest.mark.parametrize(("r", "rpm"), [(0.2, 126.5008315355888), (0.25, 146.89354367518698)])
+def test_porter_governor(r, rpm):
+    """ω² = (m + M) g/(m h), h² = l² − r²: the driver has nothing to do at either radius."""
+    found = asked(gallery.load("porter_governor", {"r": f"{r} m", "omega": f"{rpm!r} rpm"}))
+    assert (rpm * math.pi / 30.0) ** 2 == pytest.approx(4.0 * 9.81 / math.sqrt(0.09 - r * r))
+    assert_allclose(found.measure("radius"), r, rtol=SWEEP)
+    assert_allclose(found.effort("theta"), 0.0, atol=6.0 * 9.81 * SWEEP)
 
 
 def test_unequal_cranks_lock():

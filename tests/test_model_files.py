@@ -42,6 +42,7 @@ from mbody import (
     Prismatic,
     Revolute,
     Rise,
+    RotatingField,
     SecondMoments,
     Slender,
     Spring,
@@ -133,6 +134,8 @@ def laws(value, texts):
 angle_laws = laws(turns, ["60 deg + 25 rad/s*t", "phi*sin(3 rad/s*t)", "0.3*sin(2*t)", "a*t^2"])
 length_laws = laws(lengths, ["l + 3 mm/s*t", "half*(1 + sin(t/(1 s)))", "2 + sin(3*t)", "exp(t)"])
 force_laws = laws(mixed(numbers, st.just("F")), ["F*sin(5 rad/s*t)", "80*t^2 + 1", "9 N*cos(a*t)"])
+speed_laws = laws(numbers, ["300 rpm", "2 rad/s + 3 rad/s^2*t", "a*sin(t)"])
+momentum_laws = laws(numbers, ["3 kg*m^2/s", "F*l*t", "2*t"])
 torque_laws = laws(numbers, ["F*l*sin(5 rad/s*t)", "t", "2 N*m*cos(3*t)"])
 of_length = laws(numbers, ["3*x + 2*x^3", "20 N/mm*x", "F*atan(x/l)/(1 rad)"])
 of_rate = laws(numbers, ["3*x", "F*x/(1 m/s)", "tan(0.1*x)"])
@@ -209,6 +212,13 @@ def machines(draw):
         lambda: Force(rest.pop(), place(one), draw(force_laws), draw(turns), draw(st.booleans())),
         lambda: Torque(rest.pop(), **bodies(), value=draw(torque_laws)),
         lambda: Gravity(draw(st.sampled_from(["gravity", rest.pop()])), draw(small), draw(small)),
+        lambda: RotatingField(rest.pop(), place("ground"), draw(speed_laws)),
+        lambda: RotatingField(
+            rest.pop(),
+            place("ground"),
+            momentum=draw(momentum_laws),
+            inertia=draw(numbers.map(abs)),
+        ),
         lambda: Spring(rest.pop(), **pair(), **stiff("stiffness", of_length, {"preload": numbers})),
         lambda: Damper(rest.pop(), **pair(), **stiff("coefficient", of_rate, {})),
         lambda: TorsionSpring(

@@ -320,7 +320,8 @@ def test_every_field_takes_text_and_quantities(cls, field):
     size = 3.0 * float(ours.unit(name).ratio)
     text = f"{size!r} {si.of(name)}"
     said_to_pint = si.of(name).replace("·", "*").replace("²", "**2")
-    alone = {"stiffness", "coefficient", "mass", "weight"} if field.default is None else set()
+    either = {"stiffness", "coefficient", "mass", "weight", "speed"}
+    alone = either if field.default is None else set()
     left_out = {key: None for key in EXAMPLES[cls] if key in alone and key != field.name}
     for given_as in (text, Q(size, said_to_pint)):
         beside = {"on_radius": 2.0} if (cls, field.name) == (Rolling, "phase") else {}

@@ -1,6 +1,8 @@
 """Analyses, one a file; each takes a Mechanism or a System and gives a Solution."""
 
 from mbody.analysis.close_loops import close_loops
+from mbody.analysis.equilibrium import Equilibria, Equilibrium, equilibrium
+from mbody.analysis.equilibrium_curve import EquilibriumCurve, equilibrium_curve
 from mbody.analysis.free_body import free_body, members
 from mbody.analysis.kinematics import kinematics
 from mbody.analysis.kinetostatics import kinetostatics
@@ -10,7 +12,12 @@ from mbody.analysis.solve_for import solve_for
 from mbody.analysis.statics import statics
 
 __all__ = [
+    "Equilibria",
+    "Equilibrium",
+    "EquilibriumCurve",
     "close_loops",
+    "equilibrium",
+    "equilibrium_curve",
     "free_body",
     "kinematics",
     "kinetostatics",

@@ -51,10 +51,13 @@ class Stuck(Exception):
 
 
 class Runner:
-    """One analysis of one system over one plan of instants."""
+    """One analysis of one system over one plan of instants.
 
-    def __init__(self, system: System, analysis: str) -> None:
-        self.system, self.analysis = system, analysis
+    Where the reactions leave more of the loads than the part `unbalanced`, it is an error.
+    """
+
+    def __init__(self, system: System, analysis: str, unbalanced: float = UNBALANCED) -> None:
+        self.system, self.analysis, self.unbalanced = system, analysis, unbalanced
         self.loads = analysis != "kinematics"
         self.still = analysis == "statics"
         self.layout = system.runtime()
@@ -94,7 +97,7 @@ class Runner:
         start.work.q[:] = q
         if code != DONE:
             raise Stuck(code, int(state[0]), float(state[1]), output)
-        if with_loads and not state[4] < UNBALANCED:
+        if with_loads and not state[4] < self.unbalanced:
             raise_user_error(self.system)
             if np.isnan(state[4]):
                 raise self._valueless(output, plan, start.work)

@@ -1,4 +1,4 @@
-"""What mbody knows: `check`, `models`, `show`, `schema`."""
+"""What mbody knows: `check`, `equilibrium`, `models`, `show`, `schema`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 from mbody.cli.models import path_of, taken
 
-__all__ = ["check", "models", "schema", "show"]
+__all__ = ["check", "equilibrium", "models", "schema", "show"]
 
 
 def check(asked: Any) -> int:
@@ -16,6 +16,18 @@ def check(asked: Any) -> int:
 
     report = mobility(taken(asked))
     print(json.dumps(report.data(), ensure_ascii=False) if asked.json else report)
+    return 0
+
+
+def equilibrium(asked: Any) -> int:
+    """Rest positions of a model."""
+    from mbody.analysis import equilibrium as found
+
+    mechanism = taken(asked)
+    when = 0.0 if asked.t is None else mechanism.number(asked.t, "time", "--t", "value")
+    report = found(mechanism, free=asked.free, t=when)
+    told = json.dumps(report.data(asked.angle), ensure_ascii=False) if asked.json else report
+    print(told)
     return 0
 
 

@@ -72,6 +72,18 @@ def parser() -> argparse.ArgumentParser:
     )
     _model(check)
     _json(check)
+    rest = command(
+        "equilibrium",
+        "rest positions of what is free, and whether they are stable",
+        "about.equilibrium",
+    )
+    _model(rest)
+    rest.add_argument(
+        "--free", action="append", default=[], metavar="DRIVER", help="a driver that lets go"
+    )
+    rest.add_argument("--t", metavar="TIME", help="when laws are taken, by default 0")
+    _angle(rest)
+    _json(rest)
     _draw(command("draw", "a picture of the mechanism at one instant", "draw.draw"))
     _plot(command("plot", "diagrams of quantities over the cycle", "draw.plot"))
     _json(command("models", "the models of the gallery", "about.models"))

@@ -12,6 +12,7 @@ from mbody.core.rows import side, user_state
 from mbody.loads.force import force
 from mbody.loads.gravity import gravity
 from mbody.loads.pressure import piston, within_cycle
+from mbody.loads.rotating_field import centrifugal, spin
 from mbody.loads.spring import stretch
 from mbody.loads.torsion import twist
 from mbody.loads.valved_cylinder import charge, travel
@@ -19,8 +20,8 @@ from mbody.loads.valved_cylinder import charge, travel
 __all__ = ["KINDS", "forces", "signals"]
 
 #: Names of the kinds of physics; the number of a kind is its place.
-KINDS = ("gravity", "force", "torque", "stretch", "twist", "pressure", "chamber", "user")
-GRAVITY, FORCE, TORQUE, STRETCH, TWIST, PRESSURE, CHAMBER, USER = range(len(KINDS))
+KINDS = ("gravity", "field", "force", "torque", "stretch", "twist", "pressure", "chamber", "user")
+GRAVITY, FIELD, FORCE, TORQUE, STRETCH, TWIST, PRESSURE, CHAMBER, USER = range(len(KINDS))
 
 
 @njit
@@ -68,6 +69,8 @@ def forces(L, W, w, cause):
             for b in range(L.bodies):
                 fx, fy = gravity(ld(W.mass, 3 * b, w), gx, gy)
                 add(W, w, b, fx, fy, 0.0)
+        elif kind == FIELD:
+            field(L, W, w, parameters(L, W, w, e), L.action_par[e] + 6, ld(W.signal, f, w))
         elif kind == FORCE:
             fx, fy, t = force(side(W, j, w), parameters(L, W, w, e), ld(W.signal, f, w))
             add(W, w, j, fx, fy, t)
@@ -85,6 +88,25 @@ def forces(L, W, w, cause):
             s = W.scratch
             add(W, w, i, ld(s, 0, w), ld(s, 1, w), ld(s, 2, w))
             add(W, w, j, ld(s, 3, w), ld(s, 4, w), ld(s, 5, w))
+
+
+@inline
+def field(L, W, w, p, o, given):
+    """The centrifugal load of all bodies, whose second moments begin at parameter o."""
+    J = p[5]
+    for b in range(L.bodies):
+        J = J + centrifugal(side(W, b, w), ld(W.mass, 3 * b, w), p, moments(W, w, o + 3 * b))[3]
+    speed = spin(given, J, p[4])
+    square = speed * speed
+    for b in range(L.bodies):
+        fx, fy, t, _ = centrifugal(side(W, b, w), ld(W.mass, 3 * b, w), p, moments(W, w, o + 3 * b))
+        add(W, w, b, square * fx, square * fy, square * t)
+
+
+@inline
+def moments(W, w, o):
+    """Three parameters from o on."""
+    return ld(W.par, o, w), ld(W.par, o + 1, w), ld(W.par, o + 2, w)
 
 
 @inline

@@ -6,14 +6,24 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mbody.io.parts import force_floor
 from mbody.io.text import Column, number, table
 from mbody.measures import found_by, measured
-from mbody.units import DIMENSIONS
+from mbody.units import DIMENSIONS, Dimension
 
 if TYPE_CHECKING:
     from mbody.solution import Solution
 
 __all__ = ["measures"]
+
+FORCE, TORQUE = DIMENSIONS["force"], DIMENSIONS["torque"]
+
+
+def _floor(solution: Solution, dimension: Dimension) -> float:
+    """What of a measured force or torque is rounding; nothing is of other quantities."""
+    if not solution.has_forces or dimension not in (FORCE, TORQUE):
+        return 0.0
+    return force_floor(solution) * (solution.system.length if dimension == TORQUE else 1.0)
 
 
 def measures(solution: Solution) -> list[str]:
@@ -34,7 +44,8 @@ def measures(solution: Solution) -> list[str]:
         values, dimension, unit = measured(solution, measure)
         if dimension == DIMENSIONS["angle"] and not measure.unit:
             values, unit = np.degrees(values), "deg"
-        told = (number(values.min()), number(values.max()))
+        floor = 0.0 if measure.unit else _floor(solution, dimension)
+        told = tuple(number(v if abs(v) > floor else 0.0) for v in (values.min(), values.max()))
         for key, cell in zip(("least", "greatest", "unit"), (*told, unit), strict=True):
             cells[key].append(cell)
     columns = [

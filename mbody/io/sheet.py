@@ -24,7 +24,7 @@ from mbody.io.parts import (
 )
 from mbody.io.summary import summary
 from mbody.io.text import Column, angles, even, number, numbers, paragraph, polars, table
-from mbody.loads import Force, Gravity
+from mbody.loads import Force, Gravity, RotatingField
 
 if TYPE_CHECKING:
     from mbody.elements import Element
@@ -243,6 +243,10 @@ class _Instant:
         if isinstance(load, Gravity):
             parts = [number(self._law(load, key)) for key in "xy"]
             return f"({', '.join(parts)}) {unit('acceleration')} on every mass"
+        if isinstance(load, RotatingField):
+            symbol = unit("angular velocity" if load.given == "speed" else "angular momentum")
+            turning = f"{load.given} {number(self._law(load, load.given))} {symbol}"
+            return f"{turning} about the axis in {load.axis}, on every mass"
         words = []
         for field in dataclasses.fields(load):
             name = f"{load.name}.{field.name}"

@@ -5,6 +5,7 @@ from mbody.loads.custom import CustomLoad
 from mbody.loads.force import Force
 from mbody.loads.gravity import Gravity
 from mbody.loads.pressure import PistonPressure
+from mbody.loads.rotating_field import RotatingField
 from mbody.loads.spring import Damper, Spring
 from mbody.loads.torque import Torque
 from mbody.loads.torsion import TorsionDamper, TorsionSpring
@@ -17,6 +18,7 @@ __all__ = [
     "Gravity",
     "Load",
     "PistonPressure",
+    "RotatingField",
     "Spring",
     "Torque",
     "TorsionDamper",

@@ -16,7 +16,7 @@ import numpy as np
 
 from mbody.analysis.closure import raise_user_error
 from mbody.assembler import assemble
-from mbody.bodies import Body
+from mbody.bodies import Body, SecondMoments
 from mbody.core.audit import audit
 from mbody.core.causes import breakdown
 from mbody.core.close import laws_of_time, violation
@@ -71,7 +71,10 @@ def bench(element: Element, rng: np.random.Generator, length: float, *, pushed: 
     for name in names:
         mass, inertia, angle = rng.uniform(1.0, 3.0, size=3)
         cg, end = _pair(rng, length), _pair(rng, length)
-        bodies.append(Body(name, mass, inertia=inertia * length**2, cg=cg, points=asked[name]))
+        moment = inertia * length**2
+        spread = SecondMoments(0.3 * moment, 0.7 * moment, 0.2 * moment)
+        own = {"inertia": moment, "cg": cg, "points": asked[name], "spread": spread}
+        bodies.append(Body(name, mass, **own))
         pushes.append(Force(f"push on {name}", Marker(name, end), 1.0, angle, follows=True))
     return Bench(element, tuple(bodies), asked["ground"], tuple(pushes if pushed else ()), length)
 
@@ -207,7 +210,7 @@ class Bench:
         """Another place of the whole world; turned if the element does not know its axes."""
         turned = "ground" not in _by_angle(self.element)
         if isinstance(self.element, Load) and len(mentioned(self.element)) < 2:
-            turned = bool(getattr(self.element, "follows", False))
+            turned = bool(getattr(self.element, "follows", mentioned(self.element)))
         return {"ground": _frame(rng, self.length, turned)}
 
     def other_centres(self, rng: np.random.Generator) -> dict[str, Array]:
@@ -225,7 +228,8 @@ class Bench:
             frame = axes.get(body.name, STILL)
             centre = np.add(_pair_of(body.cg), (centres or {}).get(body.name, np.zeros(2)))
             cg, own = _in_axes(frame, (centre[0], centre[1])), points(frame, body.points)
-            bodies.append(dataclasses.replace(body, cg=cg, points=own))
+            spread = _spread(frame[0], body.spread)
+            bodies.append(dataclasses.replace(body, cg=cg, points=own, spread=spread))
         ground = points(axes.get("ground", STILL), self.ground)
         pushes = tuple(_replaced(push, axes) for push in self.pushes)
         return Bench(_replaced(self.element, axes), tuple(bodies), ground, pushes, self.length)
@@ -290,6 +294,13 @@ def _pair_of(point: Point) -> tuple[float, float]:
 def _in_axes(frame: Frame, point: Point) -> tuple[float, float]:
     x, y = rotation(frame[0]) @ _pair_of(point) + frame[1:]
     return float(x), float(y)
+
+
+def _spread(angle: float, old: Any) -> SecondMoments:
+    """Second moments of a body in axes from which it looks turned by the angle."""
+    turn = rotation(angle)
+    moments = turn @ np.array([[old.xx, old.xy], [old.xy, old.yy]]) @ turn.T
+    return SecondMoments(float(moments[0, 0]), float(moments[1, 1]), float(moments[0, 1]))
 
 
 def _replaced(element: Any, axes: Frames) -> Any:

@@ -77,6 +77,7 @@ DIMENSIONS = {
     "torsion stiffness": _make(2, 1, -2, -1),
     "torsion damping": _make(2, 1, -1, -1),
     "power": _make(2, 1, -3),
+    "angular momentum": _make(2, 1, -1),
     "frequency": _make(0, 0, -1),
     "pressure": _make(-1, 1, -2),
     "area": _make(2, 0, 0),

@@ -23,6 +23,7 @@ from tests.errors import (
     own_code,
     pistons,
     questions,
+    resting,
     results,
     solving,
     unknowns,
@@ -32,7 +33,7 @@ from tests.errors import (
 PACKAGE = Path(__file__).parents[2] / "mbody"
 SUBJECTS = (
     *(describing, pistons, laws, formulas, model_files, assembling),
-    *(solving, own_code, results, engineering, questions, unknowns, views, command),
+    *(solving, resting, own_code, results, engineering, questions, unknowns, views, command),
 )
 KINDS = (ModelError, SolveError, UsageError, ModelWarning)
 

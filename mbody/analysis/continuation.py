@@ -1,0 +1,239 @@
+"""Pseudo-arclength continuation of rest positions along one number of a system.
+
+A point is (q, p): a closed position and the number. With c = −Φ_q⁺ Φ_p (how the position follows
+the number at once), steps are q̇ = N y + c ṗ, and along the curve −K y + g ṗ = 0, g being the change
+of the drive with p. Arclength is without units: lengths by the model length, p by its span.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mbody.analysis.manifold import Array, Manifold, Place
+from mbody.errors import ModelError
+from mbody.system import System
+
+__all__ = ["Follower", "Point"]
+
+#: Part of the span that differences along the number take.
+STEP = 1e-4
+#: First and longest step along the curve, and the shortest.
+FIRST, LONGEST, SHORTEST = 0.02, 0.1, 1e-7
+#: Cosine of the greatest angle between the directions of neighbours.
+STRAIGHT = 0.98
+#: Corrections of one step.
+CORRECTIONS = 8
+#: A correction below this is rounding.
+SMALL = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """A rest position on the curve.
+
+    Attributes
+    ----------
+    value : float
+        The number, from 0 to 1 along its span.
+    direction : array (coordinates + 1,)
+        Unit tangent of the curve, the number last.
+    stiffness : array (free, free)
+        In the free motions of the place.
+    arc : float
+        Arclength from the first point.
+    against : float
+        How much the number drives the weakest free motion: zero where branches cross.
+    """
+
+    place: Place
+    value: float
+    direction: Array
+    stiffness: Array
+    arc: float
+    against: float
+
+    @property
+    def stiffnesses(self) -> Array:
+        """Eigenvalues of the stiffness in order, or its determinant where it is not symmetric: one
+        passes zero where the stability changes.
+        """
+        K = self.stiffness
+        if np.abs(K - K.T).max() > 1e-6 * np.abs(K).max():
+            return np.array([np.linalg.det(K)])
+        return np.linalg.eigvalsh(0.5 * (K + K.T))
+
+
+class Follower:
+    """Follows one curve of rest positions of `system` as `parameter` goes over `span`."""
+
+    def __init__(self, system: System, start: Manifold, parameter: str, span: Array) -> None:
+        self.system, self.first, self.parameter = system, start, parameter
+        self.low, self.width = float(span[0]), float(span[1] - span[0])
+        self.scale = start.scale
+        self._made: dict[float, Manifold] = {}
+
+    def number(self, value: float) -> float:
+        """The number at a place of its span; its ends exactly."""
+        return self.low + self.width * value
+
+    def manifold(self, value: float) -> Manifold:
+        """Closed positions for one value of the number."""
+        if value not in self._made:
+            if len(self._made) > 8:
+                self._made.clear()
+            changed = self.system.with_values({self.parameter: self.number(value)})
+            self._made[value] = self.first.other(changed)
+        return self._made[value]
+
+    def slopes(self, here: Place, value: float) -> tuple[Array, Array]:
+        """c = dq/dp on the constraints (coordinates,), and the change g of the drive (free,)."""
+
+        def both(at: float) -> tuple[Array, Array]:
+            manifold = self.manifold(at)
+            phi, G = manifold.rows(here.q)
+            return phi, manifold.force(here.q) - G.T @ here.multipliers
+
+        low, high = self._around(value)
+        (phi0, free0), (phi1, free1) = both(low), both(high)
+        G = self.manifold(value).rows(here.q)[1]
+        shift = (phi1 - phi0) / (high - low)
+        follows = np.zeros(len(here.q))
+        if np.abs(shift).max(initial=0.0) > 0.0:
+            follows = -np.linalg.lstsq(G, shift, rcond=1e-9)[0]
+        change = (free1 - free0) / (high - low)
+        if follows.any():
+            change = change + self.manifold(value).change(here, follows)
+        return follows, here.motions @ change
+
+    def _around(self, value: float) -> tuple[float, float]:
+        """Two values beside one, those that the system takes."""
+        low, high = value - STEP, value + STEP
+        for shifted in (low, high):
+            try:
+                self.manifold(shifted)
+            except ModelError:  # as of a length that must not be negative
+                return (low, value) if shifted == high else (value, high)
+        return low, high
+
+    def point(self, here: Place, value: float, before: Array | None, arc: float) -> Point:
+        """A rest position with the direction of the curve there, onward from the one before."""
+        K = self.manifold(value).stiffness(here)
+        follows, change = self.slopes(here, value)
+        size = max(float(np.abs(K).max()), float(np.abs(change).max()), 1e-300)
+        vt = np.linalg.svd(np.column_stack([-K, change]) / size)[2]
+        y, rate = vt[-1, :-1], vt[-1, -1]
+        direction = np.append(y @ here.motions + rate * follows, rate)
+        direction /= np.linalg.norm(direction)
+        if before is not None and direction @ before < 0.0:
+            direction = -direction
+        left = np.linalg.svd(K)[0][:, -1]
+        against = abs(float(left @ change))
+        return Point(here, value, direction, K, arc, against)
+
+    def ahead(self, here: Point, step: float) -> Point | None:
+        """The point of the curve at that distance along the direction of another."""
+        value = here.value + step * float(here.direction[-1])
+        q = here.place.q + step * self.scale * here.direction[:-1]
+        last = np.inf
+        for n in range(CORRECTIONS):
+            try:
+                manifold = self.manifold(value)
+            except ModelError:
+                return None
+            place = manifold.at(q)
+            if place is None or len(place.motions) != len(here.place.motions):
+                return None
+            K = manifold.stiffness(place)
+            follows, change = self.slopes(place, value)
+            way = (place.q - here.place.q) / self.scale
+            off = step - way @ here.direction[:-1]
+            off -= (value - here.value) * float(here.direction[-1])
+            across = place.motions @ here.direction[:-1]
+            along = follows @ here.direction[:-1] + here.direction[-1]
+            size = max(float(np.abs(K).max()), float(np.abs(change).max()), 1e-300)
+            A = np.block(
+                [[-K / size, change[:, None] / size], [across[None, :], np.array([[along]])]]
+            )
+            b = np.append(-place.drive / size, off)
+            try:
+                move = np.linalg.solve(A, b)
+            except np.linalg.LinAlgError:
+                return None
+            length = float(np.linalg.norm(move))
+            if not length < 1.0 or (n > 1 and length > last):
+                if n > 1 and length < 1e-9:
+                    return self.point(place, value, here.direction, here.arc + abs(step))
+                return None
+            q = place.q + self.scale * (move[:-1] @ place.motions + move[-1] * follows)
+            value += float(move[-1])
+            if length < SMALL:
+                place = self.manifold(value).at(q)
+                if place is None:
+                    return None
+                return self.point(place, value, here.direction, here.arc + abs(step))
+            last = length
+        return None
+
+    def at_end(self, here: Point, value: float) -> Point | None:
+        """The rest position where the number has that value, near a point of the curve."""
+        manifold = self.manifold(value)
+        rate = float(here.direction[-1])
+        part = (value - here.value) / rate if rate else 0.0
+        place = manifold.at(here.place.q + part * self.scale * here.direction[:-1])
+        for _ in range(CORRECTIONS):
+            if place is None:
+                return None
+            K = manifold.stiffness(place)
+            move = np.linalg.lstsq(K, place.drive, rcond=1e-12)[0]
+            length = float(np.linalg.norm(move))
+            if not length < 1.0:
+                return None
+            place = manifold.moved(place, move @ place.motions)
+            if length < SMALL and place is not None:
+                return self.point(place, value, here.direction, here.arc + abs(part))
+        return None
+
+    def between(self, here: Point, there: Point, which: int | None) -> Point:
+        """Where the curve turns round between two points, or a stiffness passes zero (Illinois).
+
+        `which` numbers the stiffness; None is for the turning.
+        """
+
+        def of(point: Point) -> float:
+            return float(point.direction[-1] if which is None else point.stiffnesses[which])
+
+        start, low, high = here.arc, here, there
+        first, last = of(low), of(high)
+        top = max(abs(first), abs(last))
+        while abs(last) > 1e-12 * top and abs(high.arc - low.arc) > 1e-9:
+            step = high.arc - last * (high.arc - low.arc) / (last - first) - start
+            found = self.ahead(here, step)
+            if found is None:  # where branches cross no direction is the only one
+                return self._mixed(low, high, of(low) / (of(low) - of(high)))
+            value = of(found)
+            if value * last <= 0.0:
+                low, first = high, last
+            else:
+                first *= 0.5
+            high, last = found, value
+        return high
+
+    def _mixed(self, low: Point, high: Point, part: float) -> Point:
+        """A point on the line between two."""
+
+        def mix(one: Any, other: Any) -> Any:
+            return (1.0 - part) * one + part * other
+
+        value, q = float(mix(low.value, high.value)), mix(low.place.q, high.place.q)
+        manifold = self.manifold(value)
+        place = manifold.at(q)
+        if place is None or len(place.motions) != len(low.place.motions):
+            return high
+        direction = mix(low.direction, high.direction)
+        direction /= np.linalg.norm(direction)
+        against = float(mix(low.against, high.against))
+        arc = float(mix(low.arc, high.arc))
+        return Point(place, value, direction, manifold.stiffness(place), arc, against)

@@ -1,0 +1,379 @@
+"""The analysis `equilibrium`: where a mechanism with free motions rests, and whether it stays."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mbody.analysis.closure import as_system, closed
+from mbody.analysis.free_motions import FreeMotion, free_motions
+from mbody.analysis.instants import by_time, plan
+from mbody.analysis.lifting import lifting
+from mbody.analysis.manifold import Array, Manifold, Place
+from mbody.analysis.rank import DENSE, too_large
+from mbody.analysis.rest_search import ZERO, Rest, Search
+from mbody.analysis.runner import Runner
+from mbody.assembler import assemble
+from mbody.errors import ModelError, SolveError
+from mbody.histories import BodyHistory, Reaction, Record
+from mbody.mechanism import Mechanism
+from mbody.solution import Solution
+from mbody.system import System
+from mbody.units import UnitSystem
+
+__all__ = ["Equilibria", "Equilibrium", "equilibrium", "released", "search", "stability_of"]
+
+#: A part of the stiffness below which it counts as symmetric, or an eigenvalue as real.
+UNEVEN = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Equilibrium:
+    """One rest position.
+
+    Attributes
+    ----------
+    solution : Solution
+        Statics there: the position, every joint force, the effort of drivers that hold.
+    stability : str
+        ``"stable"``, ``"unstable"`` or ``"neutral"`` (no force to first order).
+    stiffness : array (free, free)
+        K = −∂f/∂q along the free motions, joint forces held: [torque/rad] or [force/length] by what
+        the leaders do.
+    motions : tuple of FreeMotion
+        The free motions that it is told in.
+    frequencies : tuple of float
+        Natural frequencies [rad/time] of a stable position whose free motions all have inertia,
+        damping left out; empty for others.
+    residual : float
+        What drives it still, as a part of the greatest load, or of how fast the loads change.
+    notes : tuple of str
+        Sentences.
+    """
+
+    solution: Solution
+    stability: str
+    stiffness: Array
+    motions: tuple[FreeMotion, ...]
+    frequencies: tuple[float, ...]
+    residual: float
+    notes: tuple[str, ...] = ()
+
+    def __getitem__(self, body: str) -> BodyHistory:
+        return self.solution[body]
+
+    def reaction(self, joint: str, on: str | None = None) -> Reaction:
+        """Force and torque of a joint, as `Solution.reaction`."""
+        return self.solution.reaction(joint, on)
+
+    def data(self, angle: str = "deg") -> dict[str, Any]:
+        """The same as plain lists and texts, ready for JSON."""
+        return {
+            "stability": self.stability,
+            "stiffness": self.stiffness.tolist(),
+            "motions": [motion.data() for motion in self.motions],
+            "frequencies": list(self.frequencies),
+            "residual": self.residual,
+            "notes": list(self.notes),
+            "statics": self.solution.data(angle),
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Equilibria:
+    """The rest positions that were found, stable ones first; ``print`` shows them as a table."""
+
+    mechanism: str
+    units: UnitSystem
+    t: float
+    positions: tuple[Equilibrium, ...] = field(repr=False)
+    notes: tuple[str, ...] = ()
+
+    @property
+    def stable(self) -> tuple[Equilibrium, ...]:
+        """Those to which it comes back by itself."""
+        return tuple(one for one in self.positions if one.stability == "stable")
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+    def __iter__(self) -> Iterator[Equilibrium]:
+        return iter(self.positions)
+
+    def __getitem__(self, index: int) -> Equilibrium:
+        return self.positions[index]
+
+    def data(self, angle: str = "deg") -> dict[str, Any]:
+        """Everything as a plain dict of numbers, text, lists and dicts, ready for JSON."""
+        return {
+            "model": self.mechanism,
+            "analysis": "equilibrium",
+            "units": self.units.name,
+            "t": self.t,
+            "positions": [one.data(angle) for one in self.positions],
+            "notes": list(self.notes),
+        }
+
+    def __str__(self) -> str:
+        from mbody.io.equilibrium import sheet
+
+        return sheet(self)
+
+
+def equilibrium(
+    model: Mechanism | System,
+    *,
+    free: str | Sequence[str] = (),
+    starts: Mapping[str, Any] | Sequence[Mapping[str, Any]] = (),
+    t: float = 0.0,
+) -> Equilibria:
+    """Rest positions of a mechanism with free motions, joint forces there, and their stability.
+
+    Nᵀ f = 0 at a closed position, N spanning its free motions: springs, gravity, fields and other
+    loads balance. Stable where the tangent stiffness −Nᵀ ∂(f − Φ_qᵀ λ)/∂q N is positive definite.
+
+    Parameters
+    ----------
+    model : Mechanism or System
+        With free motions; drivers, if there are any, hold what their laws say at t.
+    free : str or sequence of str, optional
+        Drivers that let go.
+    starts : mapping or sequence of mappings, optional
+        Further guesses to begin from: by body an angle [rad] or (x, y, angle) of the link axes.
+    t : float
+        Time at which the laws of drivers and loads are taken.
+
+    Returns
+    -------
+    Equilibria
+        Stable positions first, then in the order in which they were met.
+
+    Raises
+    ------
+    ModelError
+        For drivers, starts or times that are none, or a batch of designs.
+    SolveError
+        When the loops do not close, nothing is free, or no rest position is found: with the least
+        force that is left, and where.
+
+    Notes
+    -----
+    A single free motion is walked along both ways, 16 model lengths or radians, so that unstable
+    positions are found as well as stable ones; positions on other branches of assembly are found
+    from `starts` on them. Of several free motions the search goes from a fixed spread of starts,
+    and may miss some.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> machine = mbody.Mechanism("pendulum")
+    >>> machine.add(mbody.Body("rod", mass=2.0, cg=(0.5, 0.0)))
+    >>> machine.add(mbody.Revolute("O", "ground", "rod"))
+    >>> machine.add(mbody.Gravity("gravity", y=-9.81))
+    >>> for rest in equilibrium(machine):
+    ...     print(rest.stability, round(float(np.degrees(rest["rod"].angle[0]))))
+    stable -90
+    unstable 90
+    """
+    system = released(as_system(model), free)
+    if system.batch is not None:
+        raise ModelError("equilibrium takes one design: choose one of the batch with design(n)")
+    asked = plan(system, t, None, None, None)
+    if len(asked.t) != 1:
+        raise ModelError(f"equilibrium takes one time, not {len(asked.t)}")
+    return search(system, guesses(starts), float(asked.t[0])).equilibria()
+
+
+def released(system: System, free: str | Sequence[str]) -> System:
+    """The system without some of its drivers, with the same numbers."""
+    names = (free,) if isinstance(free, str) else tuple(free)
+    if not names:
+        return system
+    made = assemble(system.mechanism.without(*names))
+    # parameters first: what is made of them follows, and is not fixed by hand
+    for own in (made.mechanism.parameters, made.values):
+        changed = {
+            name: system.values[name]
+            for name in own
+            if name in made.values and np.any(made.values[name] != system.values[name])
+        }
+        made = made.with_values(changed) if changed else made
+    return made
+
+
+def guesses(starts: Any) -> list[Mapping[str, Any] | None]:
+    """The guesses to begin from, the description's own first."""
+    given = [starts] if isinstance(starts, Mapping) else starts
+    if not isinstance(given, (list, tuple)) or not all(isinstance(g, Mapping) for g in given):
+        raise ModelError(
+            f'starts must be guesses such as [{{"crank": 0.3}}, {{"crank": 2.0}}], not {starts!r}'
+        )
+    return [None, *given]
+
+
+def search(system: System, starts: Sequence[Mapping[str, Any] | None], t: float) -> _Found:
+    """Look for rest positions from some guesses."""
+    found, notes = None, []
+    for guess in starts:
+        start = closed(system, t, {}, guess)
+        notes += [note for note in start.notes if note not in notes]
+        if too_large(system):
+            raise SolveError(
+                f"equilibrium of '{system.mechanism.name}': {system.rows} rows of "
+                f"{system.coordinates} coordinates are too many, it takes up to {DENSE} rows"
+            )
+        manifold = Manifold(system, start.work, t)
+        here = manifold.place(start.work.q[: system.coordinates, 0].copy())
+        if here is None:
+            # a load without a value: statics says which, and why
+            Runner(system, "statics").scalar(start, by_time(system, np.array([t])))
+        assert here is not None
+        if not len(here.motions):
+            names = [driver.name for driver in system.drivers]
+            remedy = f", or let a driver go, free={names[:1]}" if names else ""
+            raise SolveError(
+                f"nothing is free in '{system.mechanism.name}': it is held where it is; use "
+                f"statics{remedy}"
+            )
+        if found is None:
+            found = _Found(system, t, Search(manifold))
+        found.search.around(here)
+    assert found is not None
+    found.notes = notes
+    return found
+
+
+class _Found:
+    """Makes results of what a search found."""
+
+    def __init__(self, system: System, t: float, search: Search) -> None:
+        self.system, self.t, self.search = system, t, search
+        self.mechanism, self.manifold = system.mechanism, search.manifold
+        self.notes: list[str] = []
+
+    def equilibria(self) -> Equilibria:
+        """All rest positions."""
+        rests = self.search.found
+        if not rests:
+            raise self.nothing()
+        found = [self.one(rest) for rest in rests]
+        order = {"stable": 0, "neutral": 1, "unstable": 2}
+        found.sort(key=lambda one: order[one.stability])
+        return Equilibria(
+            self.mechanism.name, self.mechanism.units, self.t, tuple(found), tuple(self.notes)
+        )
+
+    def one(self, rest: Rest) -> Equilibrium:
+        """One rest position with its forces and its stiffness."""
+        place, system = rest.place, self.system
+        pose = np.append(place.q, np.zeros(3))
+        start = closed(system, self.t, {}, None, pose=pose)
+        asked = by_time(system, np.array([self.t]))
+        # balanced already, as a part of the greatest load: their sums may vanish
+        runner = Runner(system, "statics", unbalanced=np.inf)
+        record = Record([runner.scalar(start, asked)], 1, batch=False)
+        motions = free_motions(system, pose, place.motions)
+        word, frequencies, notes = stability_of(rest, self.manifold.mass(place.motions))
+        if rest.row:
+            notes.append("one of a row of rest positions: nothing drives it back along them")
+        if rest.singular:
+            notes.append(
+                "singular position: more is free here, to first order, than nearby; branches of "
+                "the motion meet"
+            )
+        if word == "stable":
+            notes += lifting(self.manifold, rest)
+        return Equilibrium(
+            solution=runner.solution(start, asked, record),
+            stability=word,
+            stiffness=self.in_leaders(place, motions, rest.stiffness),
+            motions=motions,
+            frequencies=frequencies,
+            residual=place.size / rest.top if rest.top else 0.0,
+            notes=tuple(notes),
+        )
+
+    def in_leaders(self, place: Place, motions: Sequence[FreeMotion], K: Array) -> Array:
+        """The stiffness for unit rates of the leaders."""
+        rates = np.zeros((len(motions), self.system.layout.bodies, 3))
+        for n, motion in enumerate(motions):
+            for body, rate in motion.rates.items():
+                rates[n, self.system.bodies[body]] = rate
+        basis = rates.reshape(len(motions), -1) / self.manifold.scale @ place.motions.T
+        return np.asarray(basis @ K @ basis.T)
+
+    def nothing(self) -> SolveError:
+        """The sentence where no rest position was found."""
+        name, units = self.mechanism.name, self.mechanism.units
+        gone, least = self.search.ran_away, self.search.least
+        if gone is not None:
+            far = (gone.q / self.manifold.scale).reshape(-1, 3)[:, :2]
+            body = self.mechanism.bodies[int(np.abs(far).max(axis=1).argmax())].name
+            return SolveError(
+                f"no rest position of '{name}': its loads drive '{body}' away without end; hold "
+                "it, by a spring or a stop, or drive it",
+                body,
+            )
+        assert least is not None
+        lead = free_motions(self.system, np.append(least.q, np.zeros(3)), least.motions)[0]
+        b = self.system.bodies[lead.leader]
+        rate = np.zeros((self.system.layout.bodies, 3))
+        for body, part in lead.rates.items():
+            rate[self.system.bodies[body]] = part
+        left = float(least.force @ (rate.reshape(-1) / self.manifold.scale))
+        turns = abs(rate[b, 2]) > 0.5  # else the leader slides at unit rate
+        # a least drive is flat: more digits of its place would be noise
+        pose = np.round(least.q[3 * b : 3 * b + 3] / self.manifold.scale[:3], 2) + 0.0
+        if turns:
+            where = f"{math.degrees(pose[2]):.0f} deg of '{lead.leader}'"
+        else:
+            x, y = self.system.length * pose[:2]
+            where = f"({x:.3g}, {y:.3g}) {units.length} of '{lead.leader}'"
+        unit = units.of("torque") if turns else units.of("force")
+        return SolveError(
+            f"no rest position of '{name}' was met: what drives it is least at {where}, where "
+            f"{abs(left):.3g} {unit} are left; begin elsewhere with starts, or change its loads",
+            lead.leader,
+        )
+
+
+def stability_of(rest: Rest, mass: Array) -> tuple[str, tuple[float, ...], list[str]]:
+    """Word, natural frequencies and sentences of a rest position.
+
+    Notes
+    -----
+    A symmetric stiffness is judged by its eigenvalues. One that is not, as of loads that follow a
+    body, is judged by those of M⁻¹K, which tell flutter too; where a free motion has no inertia,
+    by its own.
+    """
+    K = rest.stiffness
+    zero = ZERO * max(float(np.abs(K).max(initial=0.0)), rest.top)
+    massive = bool(np.linalg.eigvalsh(mass).min() > 1e-12 * np.abs(mass).max())
+    if np.abs(K - K.T).max() <= UNEVEN * float(np.abs(K).max()) + zero:
+        sizes = np.linalg.eigvalsh(0.5 * (K + K.T))
+        word = "neutral"
+        if sizes.min() < -zero:
+            word = "unstable"
+        elif sizes.min() > zero:
+            word = "stable"
+        if word != "stable" or not massive:
+            return word, (), []
+        squares = np.linalg.eigvals(np.linalg.solve(mass, 0.5 * (K + K.T))).real
+        return word, tuple(np.sqrt(np.sort(squares)).tolist()), []
+    told = "its stiffness is not symmetric: the loads have no potential"
+    roots = np.linalg.eigvals(np.linalg.solve(mass, K) if massive else K)
+    top = float(np.abs(roots).max())
+    if (np.abs(roots.imag) > UNEVEN * top).any() and massive:
+        return "unstable", (), [f"{told}, and it flutters"]
+    if not massive:
+        told += "; a free motion has no inertia, so that only divergence is looked for, no flutter"
+    if roots.real.min() < -UNEVEN * top:
+        return "unstable", (), [told]
+    if roots.real.min() <= UNEVEN * top:
+        return "neutral", (), [told]
+    frequencies = tuple(np.sqrt(np.sort(roots.real)).tolist()) if massive else ()
+    return "stable", frequencies, [told]

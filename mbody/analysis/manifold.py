@@ -1,0 +1,211 @@
+"""Positions that the constraints allow, at rest: free directions there, and the forces along them.
+
+Coordinates are those of the mass centres with lengths by the model length; forces are then torques.
+With N the null space of Φ_q, and Φ_qᵀ λ the best balance of the loads f, what drives the mechanism
+is r = Nᵀ f, and K = −Nᵀ ∂(f − Φ_qᵀ λ)/∂q N (λ held) is its tangent stiffness: r changes by −K y
+along q + N y on the manifold, and K is symmetric where the loads have a potential.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbody.analysis.closure import raise_user_error
+from mbody.analysis.rank import dense, rank_of
+from mbody.core.audit import audit
+from mbody.core.causes import breakdown
+from mbody.core.close import laws_of_time
+from mbody.core.layout import Work
+from mbody.core.output import PER_ATOM
+from mbody.system import System
+
+__all__ = ["Manifold", "Place"]
+
+Array = np.ndarray
+
+#: A violation of the constraints below this is rounding, in model lengths and radians.
+CLOSED = 1e-13
+#: Corrections by which a position is closed again.
+CORRECTIONS = 12
+#: Step of the differences for stiffness; with fourth order its error and rounding are near 1e-12.
+STEP = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """One closed position at rest.
+
+    Attributes
+    ----------
+    q : array (coordinates,)
+        Mass centres and angles, with their units.
+    force : array (coordinates,)
+        Of all loads, without units of length.
+    motions : array (free, coordinates)
+        Orthonormal free directions.
+    multipliers : array (rows,)
+        That balance the loads best.
+    drive : array (free,)
+        What drives the mechanism along its free directions: zero at rest.
+    """
+
+    q: Array
+    force: Array
+    motions: Array
+    multipliers: Array
+    drive: Array
+
+    @property
+    def push(self) -> Array:
+        """The drive as a force on all coordinates."""
+        return np.asarray(self.drive @ self.motions)
+
+    @property
+    def size(self) -> float:
+        """Size of the drive."""
+        return float(np.linalg.norm(self.drive))
+
+
+class Manifold:
+    """The closed positions of a system at time t, its drivers holding their values.
+
+    Parameters
+    ----------
+    work : Work
+        Closed, its signals set: a workspace of its own.
+    """
+
+    def __init__(self, system: System, work: Work, t: float) -> None:
+        self.system, self.work, self.layout = system, work, system.runtime()
+        self.size = system.coordinates
+        self.scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+        self.time = np.array([t])
+        drivers = len(system.drivers)
+        self.given = np.zeros((1, max(1, drivers), 3))
+        self.lam = np.zeros((1, 2 * len(system.owners)))
+        self.driven = np.zeros(0, dtype=np.int64)
+        self.motion = np.zeros((1, 3 * self.size))
+        self.output = np.empty((1, 5))
+
+    def other(self, system: System) -> Manifold:
+        """The same with other numbers of the same topology."""
+        work = system.work()
+        work.time[:] = self.time[0]
+        laws_of_time(system.runtime(), work)
+        raise_user_error(system)
+        return Manifold(system, work, float(self.time[0]))
+
+    def force(self, q: Array) -> Array:
+        """All loads on the coordinates (coordinates,), lengths by the model length."""
+        self.motion[0, : self.size] = q
+        # the kernel of the residuals sums the loads of an instant at rest, laws included
+        audit(
+            self.layout,
+            self.work,
+            self.motion,
+            self.time,
+            self.lam,
+            self.driven,
+            self.given,
+            True,
+            True,
+            self.output,
+        )
+        raise_user_error(self.system)
+        return np.asarray(self.work.force[: self.size, 0] * self.scale)
+
+    def rows(self, q: Array) -> tuple[Array, Array]:
+        """Φ (rows,) and Φ_q (rows, coordinates) without units."""
+        self.work.q[: self.size, 0] = q
+        return dense(self.system, self.work)
+
+    def scale_of(self, here: Place) -> float:
+        """What rounding of the drive is relative to: the greatest force of a single load, or how
+        fast the forces change. At rest all may vanish, as of a spring without tension.
+        """
+        changes = [self.force(here.q + STEP * self.scale * d) - here.force for d in here.motions]
+        steepest = max((float(np.abs(change).max()) for change in changes), default=0.0) / STEP
+        return max(self.largest(here.q), steepest)
+
+    def largest(self, q: Array) -> float:
+        """The greatest force of a single load on a coordinate."""
+        loads = self.system.mechanism.loads
+        if not loads:
+            return 0.0
+        parts = np.empty((1, len(loads) + 1, PER_ATOM * len(self.system.owners), 1))
+        top = 0.0
+        self.motion[0, : self.size] = q
+        for cause in range(len(loads)):
+            work = self.work
+            work.q[: self.size, 0] = q
+            breakdown(self.layout, work, 1e-9, self.motion, self.time, cause + 1, parts)
+            top = max(top, float(np.abs(work.force[: self.size, 0] * self.scale).max()))
+        return top
+
+    def at(self, q: Array) -> Place | None:
+        """The position nearest to q that the constraints allow; None where there is none."""
+        closed = self.closed(q)
+        return None if closed is None else self.place(closed)
+
+    def place(self, q: Array) -> Place | None:
+        """What holds at a closed position; None where a load has no value."""
+        force = self.force(q)
+        if not np.isfinite(force).all():
+            return None
+        _, G = self.rows(q)
+        motions = rank_of(G).motions
+        lam = np.linalg.lstsq(G.T, force, rcond=1e-12)[0] if len(G) else np.zeros(0)
+        return Place(q, force, motions, lam, motions @ force)
+
+    def closed(self, q: Array) -> Array | None:
+        """Close the constraints from q by least motion."""
+        q = q.copy()
+        last = np.inf
+        for _ in range(CORRECTIONS):
+            phi, G = self.rows(q)
+            worst = float(np.abs(phi).max(initial=0.0))
+            reach = 1.0 + float(np.abs(q / self.scale).max())
+            # at rounding the violation no longer falls
+            if worst <= CLOSED * reach or (worst <= 1e-10 * reach and worst > 0.5 * last):
+                return q
+            if not worst < 1e3 * reach:
+                return None
+            last = worst
+            q -= self.scale * np.linalg.lstsq(G, phi, rcond=1e-9)[0]
+        return None
+
+    def moved(self, here: Place, along: Array) -> Place | None:
+        """The position that a step along (coordinates,) leads to, closed again."""
+        return self.at(here.q + self.scale * along)
+
+    def stiffness(self, here: Place) -> Array:
+        """K (free, free) in the free directions of the place, as torques a radian."""
+        columns = [self.change(here, d) for d in here.motions]
+        if not columns:
+            return np.zeros((0, 0))
+        return np.asarray(-(here.motions @ np.array(columns).T))
+
+    def change(self, here: Place, along: Array) -> Array:
+        """∂(f − Φ_qᵀ λ)/∂q along a direction, λ held: (coordinates,)."""
+
+        def unbalanced(step: float) -> Array:
+            q = here.q + step * self.scale * along
+            force = self.force(q)
+            return np.asarray(force - self.rows(q)[1].T @ here.multipliers)
+
+        near = unbalanced(STEP) - unbalanced(-STEP)
+        far = unbalanced(2.0 * STEP) - unbalanced(-2.0 * STEP)
+        return np.asarray((8.0 * near - far) / (12.0 * STEP))
+
+    def apart(self, one: Array, other: Array) -> float:
+        """How far two positions are from each other, whole turns left out."""
+        way = ((one - other) / self.scale).reshape(-1, 3)
+        way[:, 2] = np.remainder(way[:, 2] + np.pi, 2.0 * np.pi) - np.pi
+        return float(np.abs(way).max())
+
+    def mass(self, motions: Array) -> Array:
+        """Mass matrix (free, free) in such directions, as inertias."""
+        mass = self.work.mass[: self.size, 0] * self.scale**2
+        return np.asarray((motions * mass) @ motions.T)

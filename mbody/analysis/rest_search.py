@@ -1,0 +1,294 @@
+"""Search for rest positions on a manifold: walks over the free motions, Newton with damping.
+
+One free motion is walked along both ways, and every change of sign of the drive is closed in on, so
+that positions are found whether stable or not. Of several free motions a fixed spread of starts is
+taken; from each Levenberg–Marquardt on |r|² finds the nearest rest position, and a descent along
+the drive a stable one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mbody.analysis.manifold import Array, Manifold, Place
+
+__all__ = ["AWAY", "BALANCED", "ZERO", "Rest", "Search"]
+
+#: Step of a walk, in model lengths and radians, and how many each way.
+STRIDE, STRIDES = 0.2, 80
+#: Distances of the starts along each of several free motions.
+DISTANCES = (0.8, 1.8, 3.0)
+#: Random directions for each of several free motions, starts in all by free motion, and ways at
+#: least: a start costs the square of the free motions and more.
+RANDOM, MOST, LEAST = 3, 120, 2
+#: Iterations of a search and of a descent, and the longest step of one.
+ITERATIONS, DESCENT, LONGEST = 100, 60, 0.4
+#: A step below this is rounding.
+SMALL = 1e-13
+#: A drive below this part of the greatest load is none.
+BALANCED = 1e-8
+#: Positions nearer to each other than this are the same: a double root is found to half the digits.
+SAME = 1e-5
+#: Forces and stiffnesses that agree to this part are alike.
+ALIKE = 1e-4
+#: A stiffness below this part of the greatest load is none.
+ZERO = 1e-8
+#: Model lengths beyond which bodies have run away.
+AWAY = 1e3
+
+
+@dataclass(frozen=True, eq=False)
+class Rest:
+    """A rest position.
+
+    Attributes
+    ----------
+    stiffness : array (free, free)
+        In the free directions of the place.
+    top : float
+        What its forces are measured by, as a torque; see `Manifold.scale_of`.
+    row : bool
+        Whether it is one of a row without end, along which no force arises.
+    singular : bool
+        Whether more is free here, to first order, than nearby: branches of the motion meet.
+    """
+
+    place: Place
+    stiffness: Array
+    top: float
+    row: bool
+    singular: bool = False
+
+
+@dataclass
+class Search:
+    """What was found from all starts.
+
+    Attributes
+    ----------
+    found : list of Rest
+        Rest positions, no two the same, in the order in which they were met.
+    least : Place or None
+        Where the drive was least, as a part of the greatest load.
+    ran_away : Place or None
+        Where a descent left all bounds.
+    """
+
+    manifold: Manifold
+    found: list[Rest] = field(default_factory=list)
+    least: Place | None = None
+    ran_away: Place | None = None
+    origin: Array = field(default_factory=lambda: np.zeros(0))
+    _ratio: float = np.inf
+
+    def nearest(self, here: Place) -> None:
+        """The rest position that is nearest to one place."""
+        self.origin = here.q
+        self._settle(here)
+
+    def around(self, here: Place) -> None:
+        """Search from one place along its free motions."""
+        self.origin = here.q
+        self._try(here)
+        if any(rest.row and not rest.stiffness.any() for rest in self.found):
+            return  # nothing drives it anywhere
+        if len(here.motions) == 1:
+            self._walk(here)
+            return
+        for start in self._spread(here):
+            self._try(start)
+
+    def _spread(self, here: Place) -> list[Place]:
+        """Starts along every free motion, both ways, and along random mixtures of them."""
+        free = len(here.motions)
+        random = np.random.default_rng(0)
+        mixed = random.normal(size=(RANDOM * free, free))
+        ways = [*np.eye(free), *-np.eye(free), *mixed, *-mixed]
+        found: list[Place] = []
+        few = max(MOST // free // len(DISTANCES), LEAST)
+        for way in ways[:few]:
+            place: Place | None = here
+            along = way @ here.motions / np.linalg.norm(way)
+            gone = 0.0
+            for distance in DISTANCES:
+                while place is not None and gone < distance:
+                    place, along = self._step(place, along, STRIDE)
+                    gone += STRIDE
+                if place is not None:
+                    found.append(place)
+        return found
+
+    def _step(self, here: Place, along: Array, length: float) -> tuple[Place | None, Array]:
+        """The next place of a walk and the direction there; a shorter step where it does not close,
+        None at an end.
+        """
+        for _ in range(4):
+            there = self.manifold.moved(here, length * along)
+            if there is not None and len(there.motions):
+                onward = along @ there.motions.T @ there.motions
+                size = float(np.linalg.norm(onward))
+                if size > 0.5:
+                    return there, onward / size
+            length *= 0.5
+        return None, along
+
+    def _walk(self, here: Place) -> None:
+        """All rest positions along a single free motion."""
+        for sign in (1.0, -1.0):
+            place, along = here, sign * here.motions[0]
+            drives = [float(place.push @ along)]
+            places = [(place, along)]
+            for _ in range(STRIDES):
+                there, onward = self._step(place, along, STRIDE)
+                if there is None or self._is_away(there):
+                    break
+                drives.append(float(there.push @ onward))
+                places.append((there, onward))
+                if drives[-2] * drives[-1] <= 0.0:
+                    self._close_in(*places[-2], drives[-2])
+                elif len(drives) > 2 and abs(drives[-2]) < min(abs(drives[-3]), abs(drives[-1])):
+                    self._settle(places[-2][0])
+                place, along = there, onward
+                if len(drives) > 4 and self.manifold.apart(place.q, here.q) < 0.6 * STRIDE:
+                    return  # once round
+
+    def _close_in(self, here: Place, along: Array, first: float) -> None:
+        """The rest position between a place and the next of a walk (Illinois)."""
+        low, high = 0.0, STRIDE
+        there = self.manifold.moved(here, high * along)
+        last = np.nan if there is None else float(there.push @ along)
+        for _ in range(30):
+            if there is None or not first * last <= 0.0 or first == last:
+                break
+            middle = high - last * (high - low) / (last - first)
+            there = self.manifold.moved(here, middle * along)
+            if there is None:
+                break
+            drive = float(there.push @ along)
+            if drive * last <= 0.0:
+                low, first = high, last
+            else:
+                first *= 0.5
+            high, last = middle, drive
+            if abs(high - low) < 1e-6 or drive == 0.0:
+                break
+        self._settle(here if there is None else there)
+
+    def _try(self, start: Place) -> None:
+        """The nearest rest position, and a stable one."""
+        self._settle(start)
+        relaxed = self._relax(start)
+        if relaxed is not None:
+            self._settle(relaxed)
+
+    def _settle(self, here: Place) -> None:
+        """Keep the rest position that is nearest, or what is left where there is none."""
+        self._keep(self._solved(here))
+
+    def _solved(self, here: Place) -> Place:
+        """Levenberg–Marquardt on the drive: the place where it ends."""
+        damping = 1e-3
+        for _ in range(ITERATIONS):
+            if here.size == 0.0 or not len(here.motions):
+                break
+            K = self.manifold.stiffness(here)
+            if not np.isfinite(K).all():
+                break
+            size = max(float(np.abs(K).max()), 1e-300)
+            A = np.vstack([K, np.sqrt(damping) * size * np.eye(len(K))])
+            step = np.linalg.lstsq(A, np.append(here.drive, 0.0 * here.drive), rcond=1e-14)[0]
+            step *= min(1.0, LONGEST / max(float(np.linalg.norm(step)), 1e-300))
+            there = self.manifold.moved(here, step @ here.motions)
+            length = float(np.linalg.norm(step))
+            if there is not None and there.size < here.size:
+                slow = there.size > 0.5 * here.size
+                here, damping = there, max(0.1 * damping, 1e-15)
+                if length < SMALL or (length < 1e-9 and slow):
+                    break
+            else:
+                damping = max(10.0 * damping, 1e-12)
+                if length < 1e-9 or damping > 1e9:
+                    break
+        return here
+
+    def _relax(self, here: Place) -> Place | None:
+        """Along the drive to where it ends: a stable rest position, as far as there is one."""
+        reach = LONGEST
+        for _ in range(DESCENT):
+            if self._is_away(here):
+                self.ran_away = here
+                return None
+            K = self.manifold.stiffness(here)
+            if not (len(here.motions) and np.isfinite(K).all()):
+                return None
+            values, vectors = np.linalg.eigh(0.5 * (K + K.T))
+            stiff = np.maximum(np.abs(values), 1e-3 * max(np.abs(values).max(), here.size))
+            if not stiff.all():
+                return here
+            step = vectors @ ((vectors.T @ here.drive) / stiff)
+            length = float(np.linalg.norm(step))
+            if length < 1e-6:
+                return here
+            step *= min(1.0, reach / length)
+            along = step @ here.motions
+            there = self.manifold.moved(here, along)
+            # not so far that the drive turns round: the loads would take work back
+            if there is None or there.push @ along < -0.5 * (here.push @ along):
+                reach = 0.5 * min(reach, length)
+                if reach < 1e-7:
+                    return here
+                continue
+            here, reach = there, min(2.0 * reach, max(LONGEST, 0.5 * self._far(there)))
+        return here
+
+    def _far(self, here: Place) -> float:
+        """Greatest way of a mass centre from where the search began, in model lengths."""
+        way = (here.q - self.origin) / self.manifold.scale
+        return float(np.abs(way.reshape(-1, 3)[:, :2]).max(initial=0.0))
+
+    def _is_away(self, here: Place) -> bool:
+        return self._far(here) > AWAY
+
+    def _keep(self, here: Place) -> None:
+        """Keep a rest position that is new; of others the one with the least drive."""
+        top = self.manifold.scale_of(here)
+        if here.size > BALANCED * top or self._is_away(here):
+            ratio = here.size / top
+            if ratio < self._ratio and not self._is_away(here):
+                self.least, self._ratio = here, ratio
+            return
+        for other in self.found:
+            alike = np.abs(other.place.force - here.force).max() <= ALIKE * top
+            if alike and self.manifold.apart(other.place.q, here.q) < SAME:
+                return
+        rest = self._rest(here, top)
+        if not (rest.row and any(self._same_row(rest, other) for other in self.found)):
+            self.found.append(rest)
+
+    def _rest(self, here: Place, top: float) -> Rest:
+        """What holds at a rest position."""
+        K = self.manifold.stiffness(here)
+        sizes, vt = np.linalg.svd(K)[1:]
+        none = sizes <= ZERO * max(top, float(np.abs(K).max(initial=0.0)))
+        row = False
+        for way in vt[none]:
+            there = self.manifold.moved(here, STRIDE * way @ here.motions)
+            if there is not None:
+                there = self._solved(there)
+                apart = self.manifold.apart(there.q, here.q)
+                row |= there.size <= BALANCED * top and apart > 0.1 * STRIDE
+        beside = [self.manifold.moved(here, 0.1 * STRIDE * way) for way in here.motions]
+        singular = any(p is not None and len(p.motions) < len(here.motions) for p in beside)
+        return Rest(here, K, top, row, singular)
+
+    def _same_row(self, one: Rest, other: Rest) -> bool:
+        """Whether two positions without restoring force look alike but for where they are."""
+        if not (other.row and len(one.stiffness) == len(other.stiffness)):
+            return False
+        sizes = [np.linalg.eigvals(rest.stiffness) for rest in (one, other)]
+        forces = [np.linalg.norm(rest.place.force.reshape(-1, 3)[:, :2]) for rest in (one, other)]
+        apart = float(np.abs(np.sort_complex(sizes[0]) - np.sort_complex(sizes[1])).max())
+        scale = max(one.top, float(np.abs(sizes[0]).max()))
+        return max(apart, float(abs(forces[0] - forces[1]))) <= ALIKE * scale

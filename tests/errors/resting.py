@@ -1,0 +1,124 @@
+"""Rotating fields, rest positions and their curves."""
+
+import math
+from dataclasses import dataclass
+
+from mbody import (
+    AngleDriver,
+    Body,
+    CustomLoad,
+    Distance,
+    Force,
+    Gravity,
+    Marker,
+    Mechanism,
+    Prismatic,
+    Revolute,
+    RotatingField,
+    SecondMoments,
+    Spring,
+    Torque,
+    assemble,
+    equilibrium,
+    equilibrium_curve,
+    kinetostatics,
+)
+from tests.errors.solving import free
+
+AXIS = Marker("ground", (0.0, 0.0), 0.5 * math.pi)
+
+
+def pendulum(*more, **own):
+    """A rod that hangs from a pin; it weighs 19.62 N, half a metre from the pin."""
+    machine = Mechanism("pendulum")
+    own = {"mass": 2.0, "cg": (0.5, 0.0), "guess": -1.5, **own}
+    machine.add(Body("rod", **own), Revolute("O", "ground", "rod"), Gravity("gravity", y=-9.81))
+    machine.add(*more)
+    return machine
+
+
+def turning(spread, **own):
+    return lambda: assemble(pendulum(RotatingField("field", AXIS, speed=3.0), spread=spread, **own))
+
+
+def slider(*more):
+    """A block on a rail along x."""
+    machine = Mechanism("slider")
+    machine.add(Body("block", mass=2.0), Prismatic("rail", "ground", "block"), *more)
+    return machine
+
+
+def swing(*more):
+    """A seat on two rods of equal length: it moves on a circle and never turns."""
+    machine = Mechanism("swing", ground={"A": (0.0, 0.0), "B": (1.0, 0.0)})
+    seat = Body("seat", mass=2.0, points={"A": (0.0, 0.0), "B": (1.0, 0.0)}, guess=(0.1, -1.0, 0.0))
+    rods = (Distance(f"rod{key}", f"ground.{key}", f"seat.{key}", length=1.0) for key in "AB")
+    machine.add(seat, *rods, *more)
+    return machine
+
+
+@dataclass(frozen=True)
+class Whirl(CustomLoad):
+    """A force of 1 N/m square to the way from the place on i: it drives round and round."""
+
+    def physics(self, i, j, p, t):
+        return 0.0, 0.0, 0.0, -j[1], j[0], 0.0
+
+
+def spindle():
+    """The spindle of a batch."""
+    field = RotatingField("field", AXIS, speed=3.0)
+    motor = AngleDriver("motor", "rod", 0.5)
+    system = assemble(pendulum(field, motor, spread="point"))
+    field.spindle(kinetostatics(system.with_values({"rod.mass": [1.0, 2.0]})))
+
+
+def batch(analysis, *more):
+    return lambda: analysis(assemble(pendulum()).with_values({"rod.mass": [1.0, 2.0]}), *more)
+
+
+def curve(*more, **options):
+    machine = pendulum(Torque("push", "rod", value=0.0))
+    return lambda: equilibrium_curve(machine, *more, **options)
+
+
+SPAN = ("push.value", (0.0, 5.0))
+
+SCENARIOS = {
+    "a field without a speed": lambda: RotatingField("field", AXIS),
+    "a field of a speed and a momentum": lambda: RotatingField(
+        "field", AXIS, speed=3.0, momentum=2.0
+    ),
+    "a field about an axis that moves": lambda: RotatingField("field", "rod.A", speed=3.0),
+    "a field on a body of unknown spread": turning(None),
+    "a point with inertia": turning("point", inertia=0.2),
+    "second moments that are another inertia": turning(SecondMoments(0.1, 0.2), inertia=0.2),
+    "the spindle of a batch": spindle,
+    "a driver that is not there lets go": lambda: equilibrium(pendulum(), free="motor"),
+    # -- rest positions
+    "rest positions of a batch": batch(equilibrium),
+    "rest positions at two times": lambda: equilibrium(pendulum(), t=[0.0, 1.0]),
+    "a start that is a number": lambda: equilibrium(pendulum(), starts=[0.5]),
+    "rest positions of very many bodies": lambda: equilibrium(free(800)),
+    "rest positions of what is driven": lambda: equilibrium(
+        pendulum(AngleDriver("motor", "rod", 0.5))
+    ),
+    "a torque that is too large": lambda: equilibrium(pendulum(Torque("push", "rod", value=12.0))),
+    "a force without an end": lambda: equilibrium(slider(Force("push", "block", 3.0))),
+    "a force round and round": lambda: equilibrium(
+        swing(Whirl("whirl", "ground.A", "seat"), Gravity("gravity", x=0.1))
+    ),
+    "a spring without a value at rest": lambda: equilibrium(
+        pendulum(Spring("spring", "ground", "rod", law="log(x/(1 m) - 9) N"))
+    ),
+    # -- curves
+    "a curve of a batch": batch(equilibrium_curve, "gravity.y", (-9.0, -10.0)),
+    "a curve along what is not there": curve("push.size", (0.0, 5.0)),
+    "a curve over no span": curve("push.value", (3.0, 3.0)),
+    "a curve over a number": curve("push.value", 3.0),
+    "a curve that begins outside": curve(*SPAN, at=7.0),
+    "a curve of one point": curve(*SPAN, points=1),
+    "a curve that starts at a number": curve(*SPAN, start=0.5),
+    "a curve that starts where nothing rests": curve("push.value", (12.0, 5.0), start={"rod": 0.1}),
+    "a curve that starts where there is nothing": curve("push.value", (12.0, 5.0)),
+}
