@@ -26,6 +26,7 @@ if TYPE_CHECKING:
         members,
         mobility,
         reach,
+        simulate,
         solve_for,
         statics,
     )
@@ -76,7 +77,7 @@ if TYPE_CHECKING:
         ValvedCylinder,
     )
     from mbody.mechanism import Mechanism
-    from mbody.questions import Ask, Measure, Question, Unknown
+    from mbody.questions import Ask, Measure, Question, Simulation, Unknown
     from mbody.solution import Solution
     from mbody.system import System
     from mbody.views import draw, plot
@@ -85,13 +86,13 @@ if TYPE_CHECKING:
 # where each public name lives: loaded when it is asked for, so that `import mbody` costs nothing
 _HOME = {
     "analysis": "close_loops equilibrium equilibrium_curve free_body kinematics kinetostatics "
-    "members mobility reach solve_for "
+    "members mobility reach simulate solve_for "
     "statics",
     "assembler": "assemble",
     "bodies": "Body Guess SecondMoments Slender deg rpm",
     "formulas": "convert",
     "io.model": "from_text in_units load save to_text",
-    "questions": "Ask Measure Question Unknown",
+    "questions": "Ask Measure Question Simulation Unknown",
     "couplings": "AngleCoupling LengthCoupling Term",
     "drivers": "AngleDriver CoordinateDriver DistanceDriver",
     "elements": "Marker Polar polar",

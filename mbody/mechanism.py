@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import contextlib
 import copy
 import reprlib
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Any, TypeVar
 
 from mbody.bodies import Body
+from mbody.compared import whole
 from mbody.couplings import Coupling
 from mbody.drivers import Driver
 from mbody.elements import Element, Marker, check_name, listed
@@ -19,9 +18,9 @@ from mbody.formulas.door import number
 from mbody.formulas.pending import substituted
 from mbody.joints import Joint
 from mbody.loads import Load
-from mbody.questions import Ask, Measure, Question
+from mbody.questions import Ask, Measure, Question, Simulation
 from mbody.resolution import resolved
-from mbody.units import DIMENSIONS, Dimension, UnitSystem, unit_system
+from mbody.units import UnitSystem, unit_system
 
 __all__ = ["Mechanism"]
 
@@ -53,6 +52,8 @@ class Mechanism:
         Questions by name, which `solve_for` answers: a `Question` each.
     ask : Ask, optional
         The instants that the command analyses where nobody says otherwise.
+    simulation : Simulation, optional
+        The motion that `simulate` follows where nobody says otherwise.
     source, note : str
         Where it comes from, and what to look at.
 
@@ -77,6 +78,7 @@ class Mechanism:
         measures: dict[str, Measure | str] | None = None,
         questions: dict[str, Question] | None = None,
         ask: Ask | None = None,
+        simulation: Simulation | None = None,
         source: str = "",
         note: str = "",
     ) -> None:
@@ -86,7 +88,7 @@ class Mechanism:
         self.name = name
         self.units = unit_system(units)
         self.parameters = Parameters({} if parameters is None else parameters, self.units)
-        self.source, self.note, self.ask = source, note, ask
+        self.source, self.note, self.ask, self.simulation = source, note, ask, simulation
         self.measures = {key: _measure(key, value) for key, value in (measures or {}).items()}
         self.questions = dict(questions or {})
         #: What numbers were made of that were given as text, by dotted name.
@@ -118,6 +120,12 @@ class Mechanism:
         kept = copy.copy(self)
         kept._sorted = {}
         return kept
+
+    def copied(self) -> Mechanism:
+        """A mechanism of the same elements that takes more of them."""
+        made = copy.copy(self)
+        made._sorted = None
+        return made
 
     def replaced(self, element: Element) -> Mechanism:
         """The mechanism with another element in the place of the one of that name, closed to
@@ -331,62 +339,7 @@ class Mechanism:
         """
         if not isinstance(other, Mechanism):
             return NotImplemented
-        return self._whole() == other._whole()
-
-    def _said(self, value: Any) -> Any:
-        """A number or formula; the unit of plain angles only where it is one."""
-        if not isinstance(value, Formula):
-            return value
-        angle = value.dimension == DIMENSIONS["angle"] and not value.has_units(self.scope)
-        return value if angle else replace(value, angle="")
-
-    def _worth(self, value: Any, dimension: Dimension | None) -> Any:
-        """The same, as a number where it follows no parameters."""
-        if not isinstance(value, Formula):
-            return value
-        own = replace(value, dimension=dimension)
-        with contextlib.suppress(FormulaError):
-            if not self.parameters.used_by(own):
-                return own.value(self.scope)
-        return self._said(own)
-
-    def _whole(self) -> tuple[Any, ...]:
-        """All that it says."""
-        following = {
-            name: self._said(formula)
-            for name, formula in self.formulas.items()
-            if self.parameters.used_by(formula)
-        }
-        turning = [d for d in self.drivers if d.rows == "a"]
-        angles = {name for d in turning for name in (d.name, getattr(d, "body", d.name))}
-        asked = [
-            {
-                name: [self._worth(v, DIMENSIONS["angle"] if name in angles else None) for v in row]
-                for name, row in at.items()
-            }
-            for at in (
-                self.ask.at if self.ask else {},
-                *(question.at for question in self.questions.values()),
-            )
-        ]
-        sought = {
-            name: [
-                (
-                    one.name,
-                    one.unit,
-                    *(self._worth(p, None) for p in (one.start, one.low, one.high)),
-                )
-                for one in question.unknowns
-            ]
-            for name, question in self.questions.items()
-        }
-        return (
-            *(self.name, self.units, self.g, self.ground, self.source, self.note),
-            *(self.bodies, self.joints, self.couplings, self.drivers, self.loads),
-            *({name: self._said(value) for name, value in self.parameters.items()}, following),
-            *(self.measures, self.ask and replace(self.ask, at={}), asked, sought),
-            {n: replace(q, unknowns="x", at={}) for n, q in self.questions.items()},
-        )
+        return whole(self) == whole(other)
 
 
 def _measure(name: Any, value: Any) -> Measure:

@@ -13,6 +13,7 @@ from mbody.checks import breakdown, checks
 from mbody.core.output import PER_ATOM
 from mbody.elements import Marker, as_marker, listed
 from mbody.ends import column, ends, moment, told_at
+from mbody.energy import Energy
 from mbody.errors import ModelError
 from mbody.histories import BodyHistory, Checks, PointHistory, Reaction, Record
 from mbody.joints import Joint
@@ -50,6 +51,8 @@ class Solution:
     dependencies: dict[str, list[bool]] | None = field(default=None, repr=False)
     notes: tuple[str, ...] = ()
     status: str = "completed"
+    stats: dict[str, int] | None = None
+    energy: Energy | None = field(default=None, repr=False)
 
     def take(self, instants: Any) -> Solution:
         """Only some of the instants, by their numbers, in that order."""
@@ -65,6 +68,7 @@ class Solution:
             t=self.t[index],
             record=Record([np.ascontiguousarray(rows[:, :, None])], len(index), batch=False),
             given=None if self.given is None else self.given[index],
+            energy=None if self.energy is None else self.energy.take(index),
         )
 
     @property
@@ -75,7 +79,7 @@ class Solution:
     @property
     def has_forces(self) -> bool:
         """Whether the analysis found reactions and efforts."""
-        return self.analysis in ("kinetostatics", "statics")
+        return self.analysis in ("kinetostatics", "statics", "simulate")
 
     def __len__(self) -> int:
         return len(self.t)

@@ -262,11 +262,22 @@ class System:
         if masses:
             # a massless body moves as its joints tell it: a small mass serves, corrected later
             inertia = work.mass[: 3 * L.bodies].reshape(L.bodies, 3, lanes)[L.slot_body]
-            small = 1e-7 * max(float(work.mass.max()), 1e-300)
-            least = np.array([small, small, small * self.length**2])[None, :, None]
+            least = self._least_inertia[None, :, None]
             columns = work.weight[: 3 * L.slots].reshape(L.slots, 3, lanes)
             columns[:] = 1.0 / np.maximum(inertia * work.share[:, None, :], least)
         return work
+
+    @property
+    def _least_inertia(self) -> np.ndarray:
+        """What stands in for less mass and inertia than that where a mass is divided by: (3,)."""
+        small = 1e-7 * max(float(self.mass.max()), 1e-300)
+        return np.array([small, small, small * self.length**2])
+
+    @property
+    def has_stand_ins(self) -> bool:
+        """Whether a body has so little mass or inertia that another stands in for it."""
+        own = self.mass[: self.coordinates].reshape(-1, 3, self.mass.shape[1])
+        return bool((own < self._least_inertia[None, :, None]).any())
 
     @functools.cached_property
     def _frames(self) -> dict[int, np.ndarray]:

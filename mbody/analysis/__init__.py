@@ -8,6 +8,7 @@ from mbody.analysis.kinematics import kinematics
 from mbody.analysis.kinetostatics import kinetostatics
 from mbody.analysis.mobility import mobility
 from mbody.analysis.reach import reach
+from mbody.analysis.simulate import simulate
 from mbody.analysis.solve_for import solve_for
 from mbody.analysis.statics import statics
 
@@ -24,6 +25,7 @@ __all__ = [
     "members",
     "mobility",
     "reach",
+    "simulate",
     "solve_for",
     "statics",
 ]

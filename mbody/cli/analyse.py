@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from mbody.questions import Ask
     from mbody.solution import Solution
 
-__all__ = ["analyse"]
+__all__ = ["analyse", "question", "write"]
 
 
 def analyse(asked: Any) -> int:
@@ -35,7 +35,7 @@ def analyse(asked: Any) -> int:
         print(run.equations())
     elif "-" not in (asked.csv, asked.npz):
         print(run)
-    _write(run, asked)
+    write(run, asked)
     return 0 if run.status == "completed" else 1
 
 
@@ -71,7 +71,7 @@ def _whole(text: str | None) -> int | None:
     return int(text)
 
 
-def _write(run: Solution, asked: Any) -> None:
+def write(run: Solution, asked: Any) -> None:
     """The files that were asked for; what was written is told."""
     if asked.csv == "-":
         from mbody.io.tables import print_csv

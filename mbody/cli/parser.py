@@ -21,6 +21,7 @@ examples:
   mbody kinetostatics mine.toml --at crank=60     at one position
   mbody kinetostatics mine.toml --over turn --csv turn.csv
   mbody statics mine.toml --set load=120 --json   as data, for scripts
+  mbody simulate mine.toml --to 10 --csv run.csv  free motion over time
   mbody solve mine.toml brake                     the unknowns of its table [solve.brake]
   mbody draw mine.toml --forces -o mine.svg       a picture with its forces
   mbody plot mine.toml motor.effort -o effort.png over the cycle
@@ -60,6 +61,15 @@ def parser() -> argparse.ArgumentParser:
         ("statics", "every joint force and effort at rest"),
     ):
         _analysis(command(name, told, "analyse.analyse"))
+    run = command("simulate", "free motion under loads, over time", "simulate.simulate")
+    _model(run)
+    run.add_argument("--to", metavar="TIME", help="the last time, such as 10 or '2 min'")
+    run.add_argument("--rtol", metavar="R", help="error of a step, as a part (1e-8)")
+    run.add_argument("--instants", metavar="N", help="how many instants are kept (201)")
+    run.add_argument("--every", metavar="DT", help="or how far they are apart")
+    _angle(run)
+    _json(run)
+    _tables(run)
     solve = command(
         "solve", "the questions of a model: unknowns that meet conditions", "solve.solve"
     )
@@ -183,5 +193,9 @@ def _analysis(command: argparse.ArgumentParser) -> None:
             help="print the system of equations with its numbers",
         )
     _json(command)
+    _tables(command)
+
+
+def _tables(command: argparse.ArgumentParser) -> None:
     command.add_argument("--csv", metavar="FILE", help="write all histories as a table")
     command.add_argument("--npz", metavar="FILE", help="write all histories as NumPy arrays")

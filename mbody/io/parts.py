@@ -99,6 +99,11 @@ def closing(solution: Solution, residuals: bool = True) -> list[str]:
             found |= {"equilibrium": checks.equilibrium, "virtual work": checks.virtual_work}
         parts = [f"{name} {size:.1e}" if size else f"{name} 0" for name, size in found.items()]
         lines += ["", "RESIDUALS   " + "   ".join(parts) + "   (relative)"]
+    if solution.energy is not None and solution.stats is not None:
+        energy, stats = solution.energy, solution.stats
+        error = float(np.abs(energy.balance).max(initial=0.0)) / (energy.size or 1.0)
+        counts = ", ".join(f"{count} {name}" for name, count in stats.items() if count)
+        lines += ["", f"ENERGY   balance {error:.1e} (relative)   {counts}"]
     if solution.status != "completed":
         lines += ["", *paragraph(solution.status, "STATUS   ")]
     if solution.notes:

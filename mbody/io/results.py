@@ -94,7 +94,18 @@ def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
         },
         "status": solution.status,
         "notes": list(solution.notes),
+        **_motion(solution),
     }
+
+
+def _motion(solution: Solution) -> dict[str, Any]:
+    """Counts of the steps and the account of energy, of a motion over time."""
+    told: dict[str, Any] = {}
+    if solution.stats is not None:
+        told["stats"] = dict(solution.stats)
+    if solution.energy is not None:
+        told["energy"] = solution.energy.data()
+    return told
 
 
 def _list(values: Any) -> list[float]:

@@ -7,6 +7,7 @@ from typing import Any
 
 from mbody.analysis.asked import asks_for, check_ask
 from mbody.analysis.relations import check_question
+from mbody.analysis.start import check_simulation
 from mbody.bodies import Body
 from mbody.elements import Element
 from mbody.errors import ModelError
@@ -16,7 +17,7 @@ from mbody.loads import Gravity
 from mbody.measures import check_measure
 from mbody.mechanism import Mechanism
 from mbody.named import meant
-from mbody.questions import Ask, Measure, Question, Unknown
+from mbody.questions import Ask, Measure, Question, Simulation, Unknown
 from mbody.units import DIMENSIONS
 
 __all__ = ["build"]
@@ -139,6 +140,14 @@ def _questions(given: Any, mechanism: Mechanism) -> list[Problem]:
             check_ask(mechanism, mechanism.ask)
         except ModelError as error:
             problems.append(Problem(("ask",), str(error).removeprefix("ask: ")))
+    if given.simulate is not None:
+        try:
+            entry = given.simulate
+            start = {body: _set(state) for body, state in entry.start.items()}
+            mechanism.simulation = Simulation(entry.until, start, entry.rtol, entry.instants)
+            check_simulation(mechanism, mechanism.simulation)
+        except ModelError as error:
+            problems.append(Problem(("simulate",), str(error).removeprefix("simulation: ")))
     for name, entry in given.solve.items():
         if len(problems) >= ENOUGH:
             break

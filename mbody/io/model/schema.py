@@ -179,6 +179,26 @@ class SolveIn(of.Strict):
     note: str = ""
 
 
+class StateIn(of.Strict):
+    """What is so of a body at the beginning of a motion."""
+
+    angle: of.number(DIMENSIONS["angle"]) = None
+    omega: of.number(DIMENSIONS["angular velocity"]) = None
+    x: of.number(DIMENSIONS["length"]) = None
+    vx: of.number(DIMENSIONS["velocity"]) = None
+    y: of.number(DIMENSIONS["length"]) = None
+    vy: of.number(DIMENSIONS["velocity"]) = None
+
+
+class SimulateIn(of.Strict):
+    """A motion: how it begins, and how long it goes on."""
+
+    until: of.number(DIMENSIONS["time"])
+    start: dict[str, StateIn] = Field(default_factory=dict)
+    rtol: float = 1e-8
+    instants: StrictInt = 201
+
+
 @functools.cache
 def model() -> Any:
     """The whole file."""
@@ -213,6 +233,7 @@ def model() -> Any:
         "ground": (Ground, Field(None, description="The fixed link.")),
         "gravity": (GravityIn, Field(None, description="Gravity on every body.")),
         "ask": (AskIn, Field(None, description="The instants to analyse.")),
+        "simulate": (SimulateIn, Field(None, description="The motion that is followed.")),
         "schema_": (str, Field(None, alias="$schema", description="Where this schema lies.")),
     }
     columns |= {

@@ -10,7 +10,7 @@ from mbody.analysis.asked import asks_for
 from mbody.formulas import Formula
 from mbody.mechanism import Mechanism
 from mbody.named import meant
-from mbody.questions import Question, Unknown
+from mbody.questions import STATE, Question, Simulation, Unknown
 from mbody.units import DIMENSIONS, NUMBER, Dimension
 
 __all__ = ["formulas_asked", "questions"]
@@ -31,6 +31,11 @@ def formulas_asked(mechanism: Mechanism) -> Iterator[Formula]:
         for name, row in at.items():
             dimension = DIMENSIONS[asks_for(mechanism, name)]
             yield from (value.of(dimension) for value in row if isinstance(value, Formula))
+    if mechanism.simulation is not None:
+        for given in mechanism.simulation.start.values():
+            for key, value in given.items():
+                if isinstance(value, Formula):
+                    yield value.of(DIMENSIONS[STATE[key]])
     for question in mechanism.questions.values():
         for one in question.unknowns:
             values = [v for key in BOUNDS if isinstance(v := getattr(one, key), Formula)]
@@ -57,6 +62,17 @@ def questions(writer: _Writer) -> dict[str, Any]:
         if ask.instants is not None:
             table["instants"] = ask.instants
         data["ask"] = table
+    asked = machine.simulation
+    if asked is not None:
+        data["simulate"] = {"until": writer.wanted(asked.until, DIMENSIONS["time"])}
+        if asked.start:
+            data["simulate"]["start"] = {
+                body: {k: writer.wanted(v, DIMENSIONS[STATE[k]]) for k, v in given.items()}
+                for body, given in asked.start.items()
+            }
+        for key in ("rtol", "instants"):
+            if getattr(asked, key) != getattr(Simulation(1.0), key):
+                data["simulate"][key] = getattr(asked, key)
     if machine.questions:
         data["solve"] = {name: _question(writer, q) for name, q in machine.questions.items()}
     return data

@@ -1,0 +1,183 @@
+"""One motion over time: the kernel's memory, its calls, what comes of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from mbody.analysis.closure import SOFT, raise_user_error
+from mbody.analysis.contacts import pulled
+from mbody.analysis.rank import dense, rank_of, too_large
+from mbody.core.flow import DONE, LOST, MORE, begin, flow
+from mbody.core.methods import order_8
+from mbody.core.output import PER_ATOM
+from mbody.energy import account
+from mbody.errors import SolveError
+from mbody.histories import Record
+from mbody.solution import Solution
+from mbody.system import System
+
+__all__ = ["Course"]
+
+Array = np.ndarray
+
+#: Steps of one call of the kernel; between calls there is progress, and Ctrl-C is heard.
+STEPS = 500
+#: Loads whose work is accounted one by one.
+ACCOUNTED = 64
+#: A free motion with less than this part of the greatest inertia has none.
+NO_INERTIA = 1e-12
+
+
+class Course:
+    """Integrates one system from a first state."""
+
+    def __init__(self, system: System, start: Solution, rtol: float, atol: float) -> None:
+        self.system, self.start = system, start
+        self.rtol, self.atol = rtol, atol
+        self.layout = system.runtime()
+        self.work = system.work(masses=True)
+        self.soft = start.soft if start.system is system else SOFT * bool(start.soft)
+        # a small mass stands where there is none: corrections by the residual take it back
+        self.regular = 2 if system.has_stand_ins or self.soft else 0
+        loads = len(system.mechanism.loads)
+        self.causes = (loads if loads <= ACCOUNTED else 1) or 1
+        self.causes += len(system.mechanism.drivers)
+
+    def run(
+        self,
+        first: float,
+        q: Array,
+        v: Array,
+        times: Array,
+        progress: Callable[[float], None] | None,
+    ) -> Solution:
+        """The motion at the times."""
+        n3 = self.system.coordinates
+        y, K, P = np.concatenate([q, v]), np.zeros((16, 2 * n3)), np.zeros((16, self.causes))
+        rows = 3 * n3 + PER_ATOM * len(self.system.owners)
+        output, gained = np.empty((len(times), rows, 1)), np.zeros((len(times) + 1, self.causes))
+        state, page = np.zeros(16), np.empty((rows, 1))
+        state[0] = first
+        passes = max(2, self.regular)
+        begun = begin(self.layout, self.work, self.soft, passes, y, K, P, page, state)
+        raise_user_error(self.system)
+        if not begun:
+            raise SolveError("loops do not close at the first instant")
+        self._check_determined()
+        self._check_slope(K, first)
+        if times[0] <= first:
+            output[0], state[6] = page, 1.0
+        scale = self._scale(v, K[0, n3:])
+        state[1] = self._first_step(y, K[0], scale, times[-1] - first)
+        method, until = order_8(), float(times[-1])
+        work, F, G = np.zeros((5, 2 * n3)), np.zeros((7, 2 * n3)), np.zeros((7, self.causes))
+        code, status = MORE, "completed"
+        try:
+            while code == MORE:
+                code = flow(
+                    *(self.layout, self.work, *method, self.soft, self.regular, passes),
+                    *(self.rtol, self.atol, scale, until, STEPS, y, K, P, work, F, G),
+                    *(times, output, gained, state),
+                )
+                raise_user_error(self.system)
+                if progress is not None:
+                    progress(float(state[0]))
+        except KeyboardInterrupt:
+            unit = self.system.mechanism.units.time
+            status = f"stopped at t = {state[0]:.6g} {unit} by the user"
+        met = int(state[6])
+        found = self._solution(times[:met], output[:met], gained[:met], state, status)
+        if code not in (DONE, MORE):
+            raise self._stopped(code, state, found)
+        return found
+
+    def _scale(self, v: Array, a: Array) -> Array:
+        """Sizes of coordinates and rates, to which absolute errors are relative."""
+        length = self.system.length
+        unit = np.tile([length, length, 1.0], len(v) // 3)
+        swift = max(
+            float(np.abs(v / unit).max(initial=0.0)),
+            float(np.sqrt(np.abs(a / unit).max(initial=0.0))),
+        )
+        return np.concatenate([unit, unit * (swift or 1.0)])
+
+    def _first_step(self, y: Array, slope: Array, scale: Array, whole: float) -> float:
+        """A rough first step (Hairer, Nørsett, Wanner, II.4)."""
+        size = self.atol * scale + self.rtol * np.abs(y)
+        d0, d1 = (float(np.sqrt(np.mean((part / size) ** 2))) for part in (y, slope))
+        step = 0.01 * d0 / d1 if d0 > 1e-5 and d1 > 1e-5 else 1e-6 * whole
+        return min(step, 0.1 * whole)
+
+    def _check_determined(self) -> None:
+        """Refuse a free motion of bodies without mass."""
+        system = self.system
+        if too_large(system) or not any(body.massless for body in system.mechanism.bodies):
+            return
+        motions = rank_of(dense(system, self.work)[1]).motions
+        if not len(motions):
+            return
+        length = system.length
+        mass = system.mass[: system.coordinates, 0] * np.tile(
+            [length**2, length**2, 1.0], system.layout.bodies
+        )
+        inertia, shapes = np.linalg.eigh((motions * mass) @ motions.T)
+        if inertia[0] < NO_INERTIA * max(float(mass.max()), 1e-300):
+            moved = np.abs((shapes[:, 0] @ motions).reshape(-1, 3)).max(axis=1)
+            name = system.mechanism.bodies[int(moved.argmax())].name
+            raise SolveError(
+                f"the motion of '{name}' is not determined: it is free and has no mass; give it "
+                "mass and inertia, or guide it by a joint",
+                name,
+            )
+
+    def _check_slope(self, K: Array, t: float) -> None:
+        if np.isfinite(K[0]).all():
+            return
+        unit = self.system.mechanism.units.time
+        raise SolveError(
+            f"the accelerations at t = {t:.6g} {unit} are no numbers: a load or a law has no value "
+            "there; choose laws that have one over the whole time"
+        )
+
+    def _stopped(self, code: int, state: Array, found: Solution) -> SolveError:
+        """The sentence of a motion that cannot be followed."""
+        unit = self.system.mechanism.units.time
+        when = f"t = {state[0]:.6g} {unit}"
+        if code == LOST:
+            return SolveError(
+                f"the motion cannot be followed beyond {when}: a load or a law has no value there; "
+                "choose laws that have one over the whole time",
+                solution=found,
+            )
+        return SolveError(
+            f"the steps vanish at {when}: the loads jump there, grow without bound, or are too "
+            "stiff; smooth them, or ask for less accuracy",
+            solution=found,
+        )
+
+    def _solution(
+        self, times: Array, output: Array, gained: Array, state: Array, status: str
+    ) -> Solution:
+        n = self.system.coordinates
+        stats = {
+            "steps": int(state[2]),
+            "rejected": int(state[3]),
+            "careful": int(state[4]),
+            "evaluations": int(state[5]),
+        }
+        found = Solution(
+            system=self.system,
+            analysis="simulate",
+            t=times,
+            record=Record([output], len(times), batch=False),
+            given=None,
+            soft=self.soft,
+            notes=self.start.notes if self.start.analysis == "close_loops" else (),
+            status=status,
+            stats=stats,
+            energy=account(self.system, output[:, : 2 * n, 0], gained),
+        )
+        return replace(found, notes=(*found.notes, *pulled(found)))

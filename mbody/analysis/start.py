@@ -1,0 +1,100 @@
+"""How a motion begins: bodies exactly where, and as fast as, a description says."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from mbody.analysis.close_loops import close_loops
+from mbody.assembler import assemble
+from mbody.drivers import AngleDriver, CoordinateDriver
+from mbody.elements import Marker
+from mbody.errors import ModelError
+from mbody.mechanism import Mechanism
+from mbody.questions import STATE, Simulation
+from mbody.solution import Solution
+
+__all__ = ["check_simulation", "started"]
+
+#: A coordinate, its rate, and the direction in which it is measured.
+PAIRS = (("angle", "omega", 0.0), ("x", "vx", 0.0), ("y", "vy", 0.5 * math.pi))
+
+
+def check_simulation(mechanism: Mechanism, simulation: Simulation) -> None:
+    """Refuse a motion that begins with what the mechanism has not.
+
+    Raises
+    ------
+    ModelError
+    """
+    names = [body.name for body in mechanism.bodies]
+    _number(mechanism, simulation.until, "time", "until")
+    for body, given in simulation.start.items():
+        if body not in names:
+            known = ", ".join(names)
+            raise ModelError(f"simulation: there is no body '{body}' to start (there are: {known})")
+        for key, value in given.items():
+            _number(mechanism, value, STATE[key], f"start.{body}.{key}")
+        guess: Any = mechanism[body].guess  # type: ignore[attr-defined]
+        for place, rate, _ in PAIRS:
+            if rate in given and place not in given and getattr(guess, place) is None:
+                raise ModelError(
+                    f"simulation: start.{body} has {rate} without {place}: say where it begins, "
+                    "or give a guess"
+                )
+
+
+def started(mechanism: Mechanism, simulation: Simulation) -> Solution:
+    """The first instant of a motion: bodies held where it says, moving as it says.
+
+    Raises
+    ------
+    ModelError
+        As `check_simulation`.
+    SolveError
+        Where the loops do not close so, or no velocities agree.
+    """
+    check_simulation(mechanism, simulation)
+    placed = _held(mechanism, simulation, rates=False)
+    if not any(rate in given for given in simulation.start.values() for _, rate, _ in PAIRS):
+        return placed
+    poses = {}
+    for body in mechanism.bodies:
+        origin = placed.point(Marker(body.name, (0.0, 0.0)))
+        angle = placed[body.name].angle[0]
+        poses[body.name] = (float(origin.x[0]), float(origin.y[0]), float(angle))
+    return _held(mechanism, simulation, rates=True, guess=poses)
+
+
+def _held(
+    mechanism: Mechanism, simulation: Simulation, *, rates: bool, guess: Any = None
+) -> Solution:
+    """The loops closed with drivers in place of what is said: of places, or of what has a rate."""
+    held = mechanism.copied()
+    drive: dict[str, tuple[float, float]] = {}
+    for body, given in simulation.start.items():
+        own: Any = mechanism[body].guess  # type: ignore[attr-defined]
+        for place, rate, direction in PAIRS:
+            if (rate if rates else place) not in given and not (rates is False and rate in given):
+                continue
+            value = given.get(place, getattr(own, place))
+            if guess is not None:
+                value = dict(zip(("x", "y", "angle"), guess[body], strict=True))[place]
+            name = f"{body} {place} at the start"
+            drive[name] = (
+                _number(mechanism, value, STATE[place], place),
+                _number(mechanism, given.get(rate, 0.0), STATE[rate], rate),
+            )
+            if place == "angle":
+                held.add(AngleDriver(name, body, drive[name][0]))
+            else:
+                along = Marker("ground", (0.0, 0.0), direction)
+                held.add(CoordinateDriver(name, along, body, drive[name][0]))
+            if not rates:
+                drive[name] = (drive[name][0], 0.0)
+    return close_loops(assemble(held), drive=drive or None, guess=guess)
+
+
+def _number(mechanism: Mechanism, value: Any, dimension: str, name: str) -> float:
+    """A number of a simulation in the units of the mechanism."""
+    return mechanism.number(value, dimension, "simulation", name)

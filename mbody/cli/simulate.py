@@ -1,0 +1,64 @@
+"""`mbody simulate MODEL`: free motion over time."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+from mbody.cli.analyse import write
+from mbody.cli.models import taken
+from mbody.cli.usage import UsageError
+
+__all__ = ["simulate"]
+
+#: Seconds after which a long run shows how far it is, and between two such lines.
+PATIENCE, BETWEEN = 1.0, 0.2
+
+
+def simulate(asked: Any) -> int:
+    """Follow the motion and show it; 1 where it was stopped before its end."""
+    from mbody.analysis import simulate as followed
+
+    mechanism = taken(asked)
+    options: dict[str, Any] = {"progress": _progress(asked)}
+    if asked.rtol is not None:
+        options["rtol"] = _number(asked.rtol, "--rtol")
+    if asked.every is not None:
+        options["every"] = mechanism.number(asked.every, "time", "simulate", "--every")
+    if asked.instants is not None:
+        if not (asked.instants.isascii() and asked.instants.isdigit()):
+            raise UsageError(f"--instants takes a whole number, not {asked.instants[:40]!r}")
+        options["instants"] = int(asked.instants)
+    run = followed(mechanism, asked.to, **options)
+    if asked.json:
+        print(json.dumps(run.data(asked.angle), ensure_ascii=False, allow_nan=False))
+    elif "-" not in (asked.csv, asked.npz):
+        print(run)
+    write(run, asked)
+    return 0 if run.status == "completed" else 1
+
+
+def _number(text: str, option: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise UsageError(f"{option} takes a number, not {text[:40]!r}") from None
+
+
+def _progress(asked: Any) -> Callable[[float], None] | None:
+    """What shows the time reached on a terminal, after a while."""
+    if asked.json or not sys.stderr.isatty():
+        return None
+    begun = shown = time.monotonic()
+
+    def tell(t: float) -> None:
+        nonlocal shown
+        now = time.monotonic()
+        if now - begun > PATIENCE and now - shown > BETWEEN:
+            shown = now
+            print(f"\rt = {t:.6g}   ", end="", file=sys.stderr, flush=True)
+
+    return tell

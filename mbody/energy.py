@@ -1,0 +1,111 @@
+"""The account of energy of a motion: what it has, what loads and drivers gave, what is left."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mbody.laws import Constant
+from mbody.loads import Damper, Gravity, RotatingField, Spring, TorsionDamper, TorsionSpring
+
+if TYPE_CHECKING:
+    from mbody.loads import Load
+    from mbody.mechanism import Mechanism
+    from mbody.system import System
+
+__all__ = ["Energy", "account"]
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Energy:
+    """Energies at every instant [force·length], arrays (instants,).
+
+    Attributes
+    ----------
+    kinetic : array
+        ½ vᵀ M v of all bodies.
+    potential : array
+        Of loads that have one (constant gravity, springs, a plane that turns at constant speed), as
+        the negative of the work that they have done: zero at the beginning.
+    work : array
+        Done by all other loads and by the drivers since the beginning.
+    dissipated : array
+        Taken by dampers since the beginning.
+    balance : array
+        kinetic + potential + dissipated − work, less what it was at the beginning: the error of the
+        motion, by a route that its steps did not take.
+    by : dict
+        Work of every load and driver since the beginning, by name; of very many loads "loads".
+    """
+
+    kinetic: Array
+    potential: Array
+    work: Array
+    dissipated: Array
+    balance: Array
+    by: dict[str, Array]
+
+    @property
+    def size(self) -> float:
+        """The greatest energy that took part, by which the balance is to be judged."""
+        parts = [self.kinetic, *self.by.values()]
+        return float(max((np.abs(part).max(initial=0.0) for part in parts), default=0.0))
+
+    def take(self, index: Any) -> Energy:
+        """Only some of the instants."""
+        plain = [f.name for f in fields(self) if f.name != "by"]
+        own = {name: getattr(self, name)[index] for name in plain}
+        return Energy(**own, by={name: part[index] for name, part in self.by.items()})
+
+    def data(self) -> dict[str, Any]:
+        """The same as lists, ready for JSON."""
+        plain = [f.name for f in fields(self) if f.name != "by"]
+        told: dict[str, Any] = {name: getattr(self, name).tolist() for name in plain}
+        return told | {"by": {name: part.tolist() for name, part in self.by.items()}}
+
+
+def account(system: System, motion: Array, gained: Array) -> Energy:
+    """The account of a motion.
+
+    Parameters
+    ----------
+    motion : array (instants, 2·coordinates)
+        q, then v.
+    gained : array (instants, causes)
+        Work of every load, or of all together, then of every driver.
+    """
+    machine, n = system.mechanism, system.coordinates
+    kinetic = 0.5 * (motion[:, n : 2 * n] ** 2) @ system.mass[:n, 0]
+    drivers = [driver.name for driver in machine.drivers]
+    loads = [load.name for load in machine.loads]
+    together = gained.shape[1] - len(drivers) != len(loads)
+    names = [*(["loads"] if together else loads), *drivers]
+    by = {name: gained[:, k] for k, name in enumerate(names)}
+    potential, work, lost = (np.zeros(len(motion)) for _ in range(3))
+    for name, part in by.items():
+        load = None if together or name in drivers else machine[name]
+        if isinstance(load, Damper | TorsionDamper):
+            lost -= part
+        elif load is not None and _has_potential(machine, load):  # type: ignore[arg-type]
+            potential -= part
+        else:
+            work += part
+    if together and not loads:
+        by.pop("loads")
+    whole = kinetic + potential + lost - work
+    balance = whole - whole[:1]
+    return Energy(kinetic, potential, work, lost, balance, by)
+
+
+def _has_potential(machine: Mechanism, load: Load) -> bool:
+    """Whether the work of a load depends on the position alone."""
+    match load:
+        case Gravity(x=x, y=y):
+            return isinstance(x, Constant) and isinstance(y, Constant)
+        case RotatingField(speed=speed, momentum=momentum):
+            return isinstance(speed or momentum, Constant)
+    return isinstance(load, Spring | TorsionSpring)
