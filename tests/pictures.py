@@ -18,13 +18,19 @@ BEGIN, END = "<!-- pictures: made by `make pictures` -->\n", "<!-- end of the pi
 
 #: What is shown beside the instant that the model asks for: an instant, paths, joint forces.
 SHOWN = {
+    "double_pendulum": {"after": 1.0},
+    "free_fourbar": {"after": 0.5},
+    "cam_follower": {"at": {"shaft": "130 deg"}},
+    "flyball_governor": {"at": {"arm_l": "60 deg"}},
     "hoekens": {"paths": ["coupler.P"]},
+    "mud_pump": {"at": {"crank": "60 deg"}},
     "norton_fourbar": {"forces": True},
-    "peaucellier": {"paths": ["QA.Q"]},
+    "peaucellier": {"at": {"crank": "60 deg"}, "paths": ["QA.Q"]},
+    "planetary_train": {"at": {"sun": "90 deg"}},
     "quick_return": {"at": {"crank": "20 deg"}},
     "scissor_lift": {"at": {"t": 5.0}},
     "static_fourbar": {"forces": True},
-    "stephenson_sixbar": {"at": {"crank": "30 deg"}, "paths": ["coupler.P"]},
+    "stephenson_sixbar": {"at": {"crank": "120 deg"}, "paths": ["coupler.P"]},
     "watt_sixbar": {"at": {"crank": "60 deg"}},
 }
 
@@ -32,8 +38,10 @@ SHOWN = {
 def picture(name):
     """The picture of a model of the gallery."""
     shown, machine = SHOWN.get(name, {}), gallery.load(name)
-    ask = Ask(at=shown["at"]) if "at" in shown else None
-    run = asked(machine, "kinetostatics", ask)
+    if machine.ask is None:
+        run = mbody.simulate(machine, times=[shown.get("after", 0.0)])
+    else:
+        run = asked(machine, "kinetostatics", Ask(at=shown["at"]) if "at" in shown else None)
     return draw(run, forces=shown.get("forces", False), paths=shown.get("paths", ()))
 
 

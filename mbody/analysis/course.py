@@ -9,12 +9,13 @@ import numpy as np
 
 from mbody.analysis.closure import SOFT, raise_user_error
 from mbody.analysis.contacts import pulled
+from mbody.analysis.instants import check_reach
 from mbody.analysis.rank import dense, rank_of, too_large
-from mbody.core.flow import DONE, LOST, MORE, begin, flow
+from mbody.core.flow import DONE, MORE, begin, flow
 from mbody.core.methods import order_8
 from mbody.core.output import PER_ATOM
 from mbody.energy import account
-from mbody.errors import SolveError
+from mbody.errors import ModelError, SolveError
 from mbody.histories import Record
 from mbody.solution import Solution
 from mbody.system import System
@@ -65,7 +66,10 @@ class Course:
         begun = begin(self.layout, self.work, self.soft, passes, y, K, P, page, state)
         raise_user_error(self.system)
         if not begun:
-            raise SolveError("loops do not close at the first instant")
+            raise SolveError(
+                f"the start does not fit '{self.system.mechanism.name}': its loops do not close "
+                "near it; give a motion of this mechanism, or its own guesses"
+            )
         self._check_determined()
         self._check_slope(K, first)
         if times[0] <= first:
@@ -90,8 +94,12 @@ class Course:
             status = f"stopped at t = {state[0]:.6g} {unit} by the user"
         met = int(state[6])
         found = self._solution(times[:met], output[:met], gained[:met], state, status)
-        if code not in (DONE, MORE):
-            raise self._stopped(code, state, found)
+        lost = np.flatnonzero(~np.isfinite(output[:met, :, 0]).all(axis=1))
+        if lost.size:  # an instant at which a load has no value, though the steps passed it
+            state[0] = times[lost[0]]
+            found = found.take(np.arange(lost[0]))
+        if lost.size or code not in (DONE, MORE):
+            raise self._stopped(state, found)
         return found
 
     def _scale(self, v: Array, a: Array) -> Array:
@@ -142,16 +150,17 @@ class Course:
             "there; choose laws that have one over the whole time"
         )
 
-    def _stopped(self, code: int, state: Array, found: Solution) -> SolveError:
+    def _stopped(self, state: Array, found: Solution) -> SolveError:
         """The sentence of a motion that cannot be followed."""
         unit = self.system.mechanism.units.time
         when = f"t = {state[0]:.6g} {unit}"
-        if code == LOST:
-            return SolveError(
-                f"the motion cannot be followed beyond {when}: a load or a law has no value there; "
-                "choose laws that have one over the whole time",
-                solution=found,
-            )
+        parts = (0.0, 1e-9, 1e-6, 1e-3)
+        beyond = np.array([state[0] + part * max(state[0], 1e-6) for part in parts])
+        try:
+            check_reach(self.system, beyond, {})
+        except ModelError as error:
+            why = f"the motion ends at {when}: {error}"
+            return SolveError(why, error.element, found)
         return SolveError(
             f"the steps vanish at {when}: the loads jump there, grow without bound, or are too "
             "stiff; smooth them, or ask for less accuracy",

@@ -17,7 +17,16 @@ from mbody.errors import ModelError, SolveError, brief
 from mbody.laws import Expression, Table, times_of
 from mbody.system import System
 
-__all__ = ["BY_DRIVER", "BY_INSTANT", "BY_TIME", "Plan", "by_time", "check_laws", "plan"]
+__all__ = [
+    "BY_DRIVER",
+    "BY_INSTANT",
+    "BY_TIME",
+    "Plan",
+    "by_time",
+    "check_laws",
+    "check_reach",
+    "plan",
+]
 
 #: Instants of a whole turn, both ends included, unless the caller says how many.
 TURN = 361
@@ -104,7 +113,7 @@ def plan(
         asked = _given(system, 0.0 if t is None else t, drive)
     else:
         asked = by_time(system, _numbers(0.0 if t is None else t, "t"))
-    _check_reach(system, asked.t, drive or {})
+    check_reach(system, asked.t, drive or {})
     return asked
 
 
@@ -173,7 +182,7 @@ def _designs(system: System, element: Element, field: str) -> Iterable[int | Non
     return range(int(system.batch or 1)) if varied else (None,)
 
 
-def _check_reach(system: System, times: np.ndarray, drive: Mapping[str, Any]) -> None:
+def check_reach(system: System, times: np.ndarray, drive: Mapping[str, Any]) -> None:
     """Refuse times at which a table or a formula of a driver or of a load has no value."""
     for driver in system.mechanism.drivers:
         if driver.name not in drive and isinstance(getattr(driver, "law", None), LIMITED):

@@ -12,18 +12,24 @@ from mbody.core.forces import forces, signals
 from mbody.core.instant import clear, weigh
 from mbody.core.rows import rows, turns
 
-__all__ = ["free_motion", "repeat"]
+__all__ = ["balance", "free_motion", "repeat"]
 
 
 @njit
 def kkt(L, W, w, soft, passes):
-    """a and λ at q, v, t, with W.weight the inverse masses. `passes` corrections by the residual
-    serve massless bodies (which stand in W.weight with a small mass) and redundant rows.
-    """
+    """a and λ at q, v, t, with W.weight the inverse masses; see `balance`."""
     signals(L, W, w, L.varying)
     turns(L, W, w)
     rows(L, W, w, True, True)
     factor(L, W, w, soft, VANISHED)
+    balance(L, W, w, passes)
+
+
+@njit
+def balance(L, W, w, passes):
+    """a and λ by the present rows and their factor. `passes` corrections by the residual serve
+    massless bodies (which stand in W.weight with a small mass) and redundant rows.
+    """
     forces(L, W, w, -1)
     clear(W.u, w)
     for s in range(L.slots):

@@ -117,9 +117,14 @@ def save(figure: Figure, path: Any) -> None:
 
 
 def _shortened(svg: str) -> str:
-    """The same drawing with outlines to a hundredth of a point, a quarter smaller.
+    """The same drawing, a third smaller: outlines to a hundredth of a point, no needless blanks.
 
     >>> _shortened('<path d="M 1.23456 0.5 z" transform="scale(0.012345)"/>')
-    '<path d="M 1.23 0.5 z" transform="scale(0.012345)"/>'
+    '<path d="M1.23 0.5z" transform="scale(0.012345)"/>'
     """
-    return re.sub(r'\bd="[^"]*"', lambda path: re.sub(r"(\.\d\d)\d+", r"\1", path[0]), svg)
+
+    def shorter(path: re.Match[str]) -> str:
+        outline = re.sub(r"(\.\d\d)\d+", r"\1", path[1])
+        return 'd="' + re.sub(r"\s*([A-Za-z])\s*", r"\1", outline) + '"'
+
+    return re.sub(r'\bd="([^"]*)"', shorter, svg)

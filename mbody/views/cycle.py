@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.analysis.asked import asks_for
 from mbody.questions import Ask
 
 if TYPE_CHECKING:
@@ -21,29 +23,35 @@ def times(mechanism: Mechanism, ask: Ask | None) -> np.ndarray | None:
     """Times (instants,) between the first and the last that are asked for; None where it is not a
     row of times.
     """
-    row = ask.at.get("t", ()) if ask else ()
+    return _smooth(mechanism, "t", ask.at["t"]) if ask and "t" in ask.at else None
+
+
+def _smooth(mechanism: Mechanism, name: str, row: Sequence[Any]) -> np.ndarray | None:
+    """The values of a row and as many between them as a smooth curve has."""
     if len(row) < 2:
         return None
-    values = [mechanism.number(value, "time", "ask", "t") for value in row]
-    return np.asarray(values if len(values) >= SMOOTH else np.linspace(*_ends(values), SMOOTH))
-
-
-def _ends(values: list[float]) -> tuple[float, float]:
-    return values[0], values[-1]
+    dimension = asks_for(mechanism, name)
+    values = np.array([mechanism.number(value, dimension, "ask", name) for value in row])
+    if len(values) >= SMOOTH:
+        return values
+    between = np.linspace(0.0, len(values) - 1.0, SMOOTH)
+    return np.asarray(np.interp(between, np.arange(len(values)), values))
 
 
 def cycle(mechanism: Mechanism, ask: Ask | None) -> Ask:
-    """What a plot runs over: the turn or the times that are asked for, a turn where it is one
-    instant.
+    """What a plot runs over: the turn, or between the times or places of a driver that are asked
+    for; a turn where it is one instant.
 
     >>> import mbody
     >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5)
     >>> cycle(machine, Ask(at={"t": 0.0})).over, len(cycle(machine, Ask(at={"t": [0, 1]})).at["t"])
     ('turn', 181)
     """
-    smooth = times(mechanism, ask)
-    if smooth is not None:
-        return Ask(at={"t": smooth.tolist()})
+    if ask and len(ask.at) == 1:
+        name, row = next(iter(ask.at.items()))
+        smooth = _smooth(mechanism, name, row)
+        if smooth is not None:
+            return Ask(at={name: smooth.tolist()})
     if ask is None or (not ask.over and max(map(len, ask.at.values()), default=1) == 1):
         return Ask(over="turn")
     return ask

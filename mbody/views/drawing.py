@@ -22,6 +22,7 @@ from mbody.views.labels import symbolic, together
 from mbody.views.links import link, link_label, points
 from mbody.views.marks import driver_symbol, force_arrow, forces_shown, load_symbol
 from mbody.views.pose import Pose, wheels
+from mbody.views.ropes import coupling_symbol
 from mbody.views.sketch import Sketch
 from mbody.views.style import FORCE, LOAD, SIZE, SOFT, Z
 from mbody.views.symbols import joint_symbol, outward
@@ -179,6 +180,9 @@ def _mechanism(
         link(sketch, body.name, order)
     for joint in mechanism.joints:
         joint_symbol(joint, sketch)
+    for coupling in mechanism.couplings:
+        coupling_symbol(coupling, sketch)
+    sketch.lay()
     for load in mechanism.loads:
         load_symbol(load, sketch)
     for driver in mechanism.drivers:

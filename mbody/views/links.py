@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.joints import Joint, PinSlot, Prismatic
+from mbody.joints import CamFollower, Fixed, Joint, PinSlot, Prismatic
 from mbody.views.guides import guide, travel
 from mbody.views.labels import Label, Places, symbolic
-from mbody.views.pose import wheels
-from mbody.views.shapes import arc, hull, rounded, unique
-from mbody.views.style import INK, LINK, PAPER, PLATE, Z
+from mbody.views.pose import heading, wheels
+from mbody.views.shapes import arc, hull, rounded, unique, within
+from mbody.views.style import INK, LINK, PAPER, PLATE, SOFT, Z
 
 if TYPE_CHECKING:
     from mbody.views.sketch import Sketch
@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 __all__ = ["link", "link_label", "points"]
 
 Array = np.ndarray
+
+#: Where along an edge the name of a link may stand, and what that costs.
+PARTS = ((0.5, 0.0), (0.4, 0.1), (0.6, 0.1), (0.28, 0.4), (0.72, 0.4), (0.18, 0.6), (0.82, 0.6))
 
 
 def link(sketch: Sketch, body: str, order: int) -> None:
@@ -53,11 +56,14 @@ def places(sketch: Sketch, body: str) -> list[Array]:
 
 
 def _has_symbol(sketch: Sketch, body: str) -> bool:
-    """Whether a body of one place is drawn by its joint: a slider, a pin in a slot, a wheel."""
+    """Whether a body of one place is drawn by its joint: a slider, a pin in a slot, a wheel, a
+    cam, what is welded to a link."""
 
     def drawn(joint: Joint) -> bool:
         if isinstance(joint, (Prismatic, PinSlot)):
             return guide(joint)[0] != body and body in (joint.i.body, joint.j.body)
+        if isinstance(joint, Fixed):
+            return body in (joint.i.body, joint.j.body)
         circles = wheels(joint, sketch.pose)
         return any(getattr(joint, side).body == body for side, _ in circles)
 
@@ -72,11 +78,24 @@ def mass_centre(sketch: Sketch, body: str) -> None:
     if not sketch.pose.mass(body) or any(np.hypot(*(centre - p)) < near for p in joints):
         return
     sketch.centres.append(centre)
+    _tie(sketch, body, centre)
     radius = 0.8 * sketch.size("pin")
     sketch.disc(centre, radius, PAPER, INK, 0.8, Z["pin"] - 0.5, name=f"cg:{body}", weight=0.5)
     for start in (0.0, math.pi):
         quarter = np.vstack([centre, arc(centre, radius, start, start + math.pi / 2.0)])
         sketch.shape(quarter, INK, INK, 0.3, Z["pin"] - 0.4, weight=0.0)
+
+
+def _tie(sketch: Sketch, body: str, centre: Array) -> None:
+    """A thin line from a link to its mass centre, where that lies off it."""
+    nodes = unique(sketch.pose.nodes[body], sketch.size("pin"))
+    if len(nodes) != 2:
+        return
+    a, way = nodes[0], nodes[1] - nodes[0]
+    foot = a + np.clip((centre - a) @ way / (way @ way), 0.0, 1.0) * way
+    if np.hypot(*(centre - foot)) > 2.0 * sketch.size("link"):
+        look: dict[str, Any] = {"dashes": (0, (2, 2)), "weight": 0.2}
+        sketch.line([foot, centre], 0.8, SOFT, Z["path"], name=f"tie:{body}", **look)
 
 
 def joint_places(sketch: Sketch) -> list[Array]:
@@ -92,7 +111,12 @@ def link_label(sketch: Sketch, body: str) -> None:
     if len(nodes) < 2:
         place = nodes[0] if nodes else sketch.pose.centre(body)
         gap = 0.9 * sketch.size("block")
-        sketch.label(body, place, -math.pi / 2.0, gap, turn=0.3, name=named)
+        wanted, turn = -math.pi / 2.0, 0.3
+        for joint in sketch.pose.mechanism.joints:
+            if isinstance(joint, CamFollower) and joint.j.body == body:
+                # on the cam it would be that of the cam
+                wanted, turn = heading(place - sketch.pose.place(joint, "i")), 1.5
+        sketch.label(body, place, wanted, gap, turn=turn, name=named)
         return
     label = Label(body, [], name=named)
     width, height = (sketch.unit * part for part in Places.measured(label))
@@ -103,7 +127,7 @@ def link_label(sketch: Sketch, body: str) -> None:
         u = (b - a) / np.hypot(*(b - a))
         n = np.array([u[1], -u[0]])
         reach = gap + 0.5 * (width * abs(n[0]) + height * abs(n[1]))
-        for part, cost in ((0.5, 0.0), (0.4, 0.1), (0.6, 0.1), (0.28, 0.4), (0.72, 0.4)):
+        for part, cost in PARTS:
             place = a + part * (b - a)
             x, y = place + reach * n
             cost += _mistaken(sketch, place + gap * n, gap, body)
@@ -121,6 +145,7 @@ def _mistaken(sketch: Sketch, place: Array, own: float, body: str) -> float:
         cost += 0.8 * (np.hypot(*(pin - place)) < 2.2 * own)
     for other, corners in sketch.edges.items():
         if other != body:
+            cost += 0.7 * within(place, corners)
             for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
                 way = b - a
                 part = np.clip((place - a) @ way / max(float(way @ way), 1e-300), 0.0, 1.0)

@@ -15,8 +15,20 @@ import numpy as np
 
 from mbody.drivers import AngleDriver, CoordinateDriver, Driver
 from mbody.io.parts import force_names
-from mbody.joints import Revolute
-from mbody.loads import Damper, Force, Gravity, Load, Spring, Torque, TorsionDamper, TorsionSpring
+from mbody.loads import (
+    Damper,
+    Force,
+    Gravity,
+    Load,
+    PistonPressure,
+    RotatingField,
+    Spring,
+    Torque,
+    TorsionDamper,
+    TorsionSpring,
+    ValvedCylinder,
+)
+from mbody.views.cylinders import barrel_symbol
 from mbody.views.frame import rounded_number
 from mbody.views.labels import symbolic
 from mbody.views.pose import heading
@@ -89,7 +101,7 @@ def _clear(sketch: Sketch, place: Array, u: Array) -> float:
             )
             half = sketch.size("block")
             return min(half / max(along, 1e-9), 0.6 * half / max(across, 1e-9)) + 1.5 * sketch.unit
-    return 1.5 * sketch.size("pin")
+    return 1.8 * sketch.size("pin")
 
 
 def _covered(sketch: Sketch, fixed: Array, free: Array) -> float:
@@ -151,7 +163,8 @@ def _(load: Spring, sketch: Sketch) -> None:
     i, j = (sketch.pose.place(load, side) for side in "ij")
     _anchored(sketch, load, i, j)
     coil = zigzag(i, j, 4.6 * sketch.unit * sketch.small, 9.0 * sketch.unit * sketch.small)
-    sketch.line(coil, 1.2, INK, Z["block"], name=f"spring:{load.name}")
+    # below sliders, which it presses on
+    sketch.line(coil, 1.2, INK, Z["block"] - 0.3, name=f"spring:{load.name}")
     _beside_middle(sketch, load.name, i, j)
 
 
@@ -202,7 +215,7 @@ def _(load: Torque, sketch: Sketch) -> None:
 
 
 def _turning(sketch: Sketch, load: Torque, told: str, value: float) -> None:
-    centre = pivot(sketch, load.by, load.body)
+    centre = sketch.pose.pivot(load.by, load.body)
     radius = free_radius(sketch, centre)
     wanted = outward_from(sketch, centre, load.body)
     sense = math.copysign(1.0, value)
@@ -218,7 +231,7 @@ def _turning(sketch: Sketch, load: Torque, told: str, value: float) -> None:
 @load_symbol.register(TorsionDamper)
 def _(load: TorsionSpring | TorsionDamper, sketch: Sketch) -> None:
     """A spiral about the body's pin; a damper's is an arc in a cup."""
-    centre = pivot(sketch, load.by, load.body)
+    centre = sketch.pose.pivot(load.by, load.body)
     start, radius = outward_from(sketch, centre, load.body), free_radius(sketch, centre)
     if isinstance(load, TorsionSpring):
         coil = spiral(centre, 1.3 * sketch.size("pin"), radius, start)
@@ -231,21 +244,39 @@ def _(load: TorsionSpring | TorsionDamper, sketch: Sketch) -> None:
     sketch.label(symbolic(load.name), centre, start + math.pi, gap, italic=True)
 
 
+@load_symbol.register(PistonPressure)
+@load_symbol.register(ValvedCylinder)
+def _(load: PistonPressure | ValvedCylinder, sketch: Sketch) -> None:
+    barrel_symbol(load, sketch)
+
+
+@load_symbol.register(RotatingField)
+def _(load: RotatingField, sketch: Sketch) -> None:
+    """The axis, and at its end an arrow around it with ω, seen a little from above."""
+    pose = sketch.pose
+    origin, u = pose.place(load, "axis"), direction(pose.direction(load, "axis"))
+    across = np.array([u[1], -u[0]])
+    corners = np.array(np.meshgrid(*zip(sketch.low, sketch.high, strict=True))).reshape(2, -1).T
+    along, half = (corners - origin) @ u, sketch.size("support")
+    ends = origin + (along.min() - half) * u, origin + (along.max() + 1.6 * half) * u
+    look: dict[str, Any] = {"dashes": (0, (12, 3, 2, 3)), "weight": 0.4}
+    sketch.line(ends, 0.9, LOAD, Z["path"], name=f"axis:{load.name}", **look)
+    speed = float(load.spindle(pose.run).speed[pose.k])
+    turn = np.linspace(2.3, 6.6, 40)
+    turn = turn if speed >= 0.0 else math.pi - turn
+    ring = np.outer(np.cos(turn), across) + 0.32 * np.outer(np.sin(turn), u)
+    centre = ends[1] - 0.9 * half * u
+    if speed:
+        sketch.bent(centre + 1.3 * half * ring, LOAD, name=f"field:{load.name}")
+    unit = pose.mechanism.units.of("angular velocity")
+    told = f"$\\omega$ = {rounded_number(speed)} {unit}"
+    gap = 1.3 * half + 6.0 * sketch.unit
+    sketch.label(told, centre, heading(across), gap, color=LOAD, name=f"told:{load.name}")
+
+
 #: Where an arc may begin, from the direction of its link [rad].
 _STARTS = [sign * n * math.pi / 12.0 for n in range(1, 12) for sign in (1.0, -1.0)]
 _CUP = np.linspace(-0.8, 0.8, 12)
-
-
-def pivot(sketch: Sketch, by: str, body: str) -> Array:
-    """What a body turns about: its pin on the other, on the ground, any pin, or its mass centre."""
-    pose = sketch.pose
-    pins = [joint for joint in pose.mechanism.joints if isinstance(joint, Revolute)]
-    pins = [joint for joint in pins if body in (joint.i.body, joint.j.body)]
-    for other in (by, "ground", ""):
-        for joint in pins:
-            if not other or other in (joint.i.body, joint.j.body):
-                return pose.place(joint, "j")
-    return pose.centre(body)
 
 
 def free_radius(sketch: Sketch, centre: Array) -> float:
@@ -289,7 +320,7 @@ def driver_symbol(driver: Driver, sketch: Sketch, told: str) -> None:
 @driver_symbol.register(AngleDriver)
 def _(driver: AngleDriver, sketch: Sketch, told: str) -> None:
     """A curved arrow that runs ahead of the driven link."""
-    centre = pivot(sketch, driver.relative_to, driver.body)
+    centre = sketch.pose.pivot(driver.relative_to, driver.body)
     start, radius = outward_from(sketch, centre, driver.body), free_radius(sketch, centre)
     sense = math.copysign(1.0, sketch.pose.rate(driver.name))
     ahead = [(start + a * sense, start + (a + b) * sense) for b in (1.6, 1.2) for a in (0.45, 0.6)]

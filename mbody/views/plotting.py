@@ -152,7 +152,7 @@ def _figure(
         first = first or axes
         _panel(axes, curves, x, high)
         axes.tick_params(labelbottom=n == len(panels) - 1)
-    axes.set_xlabel(label)
+    axes.set_xlabel(label, color=INK)
     axes.set_xlim(float(x.min()), float(x.max()))
     if turns:
         from matplotlib.ticker import MultipleLocator
@@ -193,6 +193,8 @@ def _panel(axes: Axes, curves: Sequence[Curve], x: Array, high: float) -> None:
         return
     dimensions = {curve.dimension for curve in curves}
     what = name_of(curves[0].dimension) if len(dimensions) == 1 else ""
+    if not what and len(dimensions) == 1:
+        what = _name(", ".join(curve.name for curve in curves), int(11 * high))
     axes.set_ylabel(f"{what}{unit}".strip(), color=INK)
     _names(axes, curves, high)
 

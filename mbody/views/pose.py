@@ -9,14 +9,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.joints import Gear, Joint, RackPinion, Rolling
+from mbody.joints import CamFollower, Gear, Joint, RackPinion, Revolute, Rolling
+from mbody.loads import PistonPressure, ValvedCylinder
+from mbody.views.cams import outline
+from mbody.views.cylinders import barrel
 
 if TYPE_CHECKING:
+    from mbody.couplings import Coupling
     from mbody.elements import Element
     from mbody.histories import PointHistory
     from mbody.solution import Solution
 
-__all__ = ["Pose", "wheels"]
+__all__ = ["Pose", "heading", "pulleys", "wheels"]
 
 Array = np.ndarray
 
@@ -60,8 +64,7 @@ class Pose:
 
     def track(self, element: Element, field: str) -> Array:
         """Places (instants, 2) of an element's marker over the whole run."""
-        marker = getattr(element, field)
-        body = self.run[marker.body]
+        body = self.run[element.places()[field].body]
         x, y = self.system.numbers.arm(element, field)
         c, s = np.cos(body.angle), np.sin(body.angle)
         return np.column_stack([body.x + c * x - s * y, body.y + s * x + c * y])
@@ -72,7 +75,7 @@ class Pose:
 
     def direction(self, element: Element, field: str) -> float:
         """The direction of a marker's x axis [rad]."""
-        marker = getattr(element, field)
+        marker = element.places()[field]
         return self.angle(marker.body) + float(self.system.numbers.angle(element, field))
 
     def point(self, name: str) -> Array:
@@ -100,6 +103,18 @@ class Pose:
         """Where the reaction of a joint is told: a point of contact, or the place on j."""
         return np.array([float(part[self.k]) for part in self.run.told_at(joint.name)])
 
+    def pivot(self, by: str, body: str) -> Array:
+        """What a body turns about: its pin on the other, on the ground, any pin, or its mass
+        centre.
+        """
+        pins = [joint for joint in self.mechanism.joints if isinstance(joint, Revolute)]
+        pins = [joint for joint in pins if body in (joint.i.body, joint.j.body)]
+        for other in (by, "ground", ""):
+            for joint in pins:
+                if not other or other in (joint.i.body, joint.j.body):
+                    return self.place(joint, "j")
+        return self.centre(body)
+
     @functools.cached_property
     def nodes(self) -> dict[str, list[Array]]:
         """What a body reaches to: the places of joints, drivers and loads on it, and its points."""
@@ -113,13 +128,22 @@ class Pose:
 
     @functools.cached_property
     def span(self) -> Array:
-        """The corners (2, 2) of all that there is, wheels included."""
+        """The corners (2, 2) of all that there is, wheels and cylinders included."""
         reached = [node for nodes in self.nodes.values() for node in nodes]
         reached += [self.centre(body.name) for body in self.mechanism.bodies]
-        for joint in self.mechanism.joints:
-            for field, radius in wheels(joint, self):
-                centre = self.place(joint, field)
-                reached += [centre - radius, centre + radius]
+        circles = [
+            (self.place(joint, field), radius)
+            for joint in self.mechanism.joints
+            for field, radius in wheels(joint, self)
+        ]
+        for coupling in self.mechanism.couplings:
+            circles += pulleys(coupling, self).values()
+        for centre, radius in circles:
+            reached += [centre - radius, centre + radius]
+        for load in self.mechanism.loads:
+            if isinstance(load, (PistonPressure, ValvedCylinder)):
+                own = barrel(load, self, 0.0)
+                reached += [own.head, own.mouth]
         if not reached:
             reached = [np.zeros(2)]
         return np.array([np.min(reached, axis=0), np.max(reached, axis=0)])
@@ -133,7 +157,12 @@ class Pose:
 
 
 def wheels(joint: Joint, pose: Pose) -> list[tuple[str, float]]:
-    """The pitch circles of a joint: the field of the centre's place, and the radius."""
+    """The circles of a joint, pitch circles, rollers, what a cam reaches to: the field of the
+    centre's place, and the radius.
+    """
+    if isinstance(joint, CamFollower):
+        way = outline(joint, pose) - pose.place(joint, "i")
+        return [("i", float(np.hypot(*way.T).max())), ("j", pose.number(joint, "roller"))]
     if isinstance(joint, Gear):
         return [(side, pose.number(joint, f"radius_{side}")) for side in "ij"]
     if isinstance(joint, RackPinion):
@@ -144,6 +173,18 @@ def wheels(joint: Joint, pose: Pose) -> list[tuple[str, float]]:
             found.append(("i", pose.number(joint, "on_radius")))
         return found
     return []
+
+
+def pulleys(coupling: Coupling, pose: Pose) -> dict[int, tuple[Array, float]]:
+    """Centres of what a coupling turns, with the radii that its factors are among lengths, by the
+    number of the term.
+    """
+    found = {}
+    for n, term in enumerate(coupling.parts):
+        if not term.ends:
+            radius = abs(pose.number(coupling, f"{n}.factor")) if coupling.lengths else 0.0
+            found[n] = (pose.pivot(*term.bodies), radius)
+    return found
 
 
 def heading(vector: Any) -> float:

@@ -8,7 +8,18 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["arc", "box", "direction", "hatching", "hull", "rounded", "spiral", "unique", "zigzag"]
+__all__ = [
+    "arc",
+    "box",
+    "direction",
+    "hatching",
+    "hull",
+    "rounded",
+    "spiral",
+    "unique",
+    "within",
+    "zigzag",
+]
 
 Array = np.ndarray
 
@@ -54,6 +65,18 @@ def hull(points: Sequence[Any], flat: float = 0.0) -> Array:
         return chain[:-1]
 
     return np.array(side(ordered) + side(ordered[::-1]))
+
+
+def within(point: Any, corners: Array) -> bool:
+    """Whether a point lies inside a convex outline, counter-clockwise.
+
+    >>> square = np.array([(0, 0), (2, 0), (2, 2), (0, 2)])
+    >>> within((1, 1), square), within((3, 1), square), within((1, 0), square[:2])
+    (True, False, False)
+    """
+    edges, ways = np.roll(corners, -1, axis=0) - corners, np.asarray(point) - corners
+    left = edges[:, 0] * ways[:, 1] - edges[:, 1] * ways[:, 0]
+    return len(corners) > 2 and bool(np.all(left > 0.0))
 
 
 def rounded(points: Sequence[Any], radius: float) -> Array:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mbody.views.labels import Label, Places, beside, extent
-from mbody.views.shapes import arc, box, direction, hatching
+from mbody.views.shapes import arc, box, direction, hatching, unique
 from mbody.views.style import GROUND, INK, LINK, PAPER, SIZE, Z
 
 if TYPE_CHECKING:
@@ -19,6 +20,15 @@ if TYPE_CHECKING:
 __all__ = ["Sketch"]
 
 Array = np.ndarray
+
+
+@dataclass
+class Rail:
+    """A line of the ground that sliders or wheels run on, from one end to the other."""
+
+    start: Array
+    end: Array
+    name: str
 
 
 class Sketch:
@@ -42,6 +52,7 @@ class Sketch:
         self.supports: list[Array] = []
         self.blocks: list[tuple[Array, float]] = []
         self.arcs: list[Array] = []
+        self.rails: list[Rail] = []
         self.edges: dict[str, Array] = {}
         self.centres: list[Array] = []
         self.low, self.high = np.full(2, np.inf), np.full(2, -np.inf)
@@ -79,7 +90,7 @@ class Sketch:
         if weight:
             self.places.stroke(points, 0.5 * width * self.unit, weight)
 
-    def strokes(self, lines: list[Array], z: float, weight: float = 0.4) -> None:
+    def strokes(self, lines: list[Array], z: float, weight: float = 0.6) -> None:
         """Thin lines of the ground, as one artist."""
         gap = np.full((1, 2), np.nan)
         whole = np.vstack([part for line in lines for part in (line, gap)])
@@ -152,13 +163,22 @@ class Sketch:
         self, centre: Any, radius: float, start: float, end: float, color: str, *, name: str = ""
     ) -> None:
         """An arrow on an arc from one angle to another [rad]."""
-        head = min(7.5 * self.unit, 0.5 * radius * abs(end - start))
-        sense = math.copysign(1.0, end - start)
-        line = arc(centre, radius, start, end - sense * 0.8 * head / radius)
-        self.line(line, 1.7, color, Z["arrow"], name=name, halo=True)
-        # the head lies along the chord of its own length, so that it does not stand out of the arc
-        tip = np.asarray(centre) + radius * direction(end)
-        back = np.asarray(centre) + radius * direction(end - sense * head / radius)
+        self.bent(arc(centre, radius, start, end), color, name=name)
+
+    def bent(self, line: Array, color: str, *, name: str = "") -> None:
+        """An arrow along a line of many points, its head at the last."""
+        steps = np.hypot(*np.diff(line, axis=0).T)
+        length = np.concatenate([[0.0], np.cumsum(steps)])
+        head = min(7.5 * self.unit, 0.5 * length[-1])
+
+        def at(way: float) -> Array:
+            return np.array([np.interp(way, length, part) for part in line.T])
+
+        end = length[-1] - 0.8 * head
+        shaft = np.vstack([line[length < end], at(end)])
+        self.line(shaft, 1.7, color, Z["arrow"], name=name, halo=True)
+        # the head lies along the chord of its own length, so that it does not stand out
+        tip, back = line[-1], at(length[-1] - head)
         u = (tip - back) / max(math.hypot(*(tip - back)), 1e-300)
         self._head(tip, u, head, color, name and f"{name}.head")
 
@@ -192,13 +212,42 @@ class Sketch:
         self.shape(corners, PAPER, GROUND, 1.1, Z["ground"], name=f"support:{name}")
         self.ground(foot - 0.95 * height * n, foot + 0.95 * height * n)
 
+    def rail(self, start: Array, end: Array, name: str, reach: float = 0.0) -> None:
+        """A line of the ground, drawn with all those that lie on one line with it and are not
+        farther from it than `reach`, as one.
+        """
+        u = (end - start) / max(float(np.hypot(*(end - start))), 1e-300)
+        for old in self.rails:
+            v = (old.end - old.start) / max(float(np.hypot(*(old.end - old.start))), 1e-300)
+            aside = abs(float(v[0] * (start - old.start)[1] - v[1] * (start - old.start)[0]))
+            if u @ v < 1.0 - 1e-9 or aside > 0.3 * self.unit:
+                continue
+            first, last = float((start - old.start) @ v), float((end - old.start) @ v)
+            length = float((old.end - old.start) @ v)
+            if first <= length + reach and last >= -reach:
+                old.start, old.end = (
+                    old.start + min(first, 0.0) * v,
+                    old.start + max(last, length) * v,
+                )
+                return
+        self.rails.append(Rail(start, end, name))
+
+    def lay(self) -> None:
+        """Draw the rails."""
+        for rail in self.rails:
+            self.ground(rail.start, rail.end, name=rail.name)
+
     def roomy(self, place: Array, others: list[Array]) -> float:
         """Down, up, left or right [rad]: down, unless links lie there and another side is free."""
-        ways = [other - place for other in others]
-        lines = [math.atan2(way[1], way[0]) for way in ways if np.hypot(*way) > self.unit]
+        ways = [other - place for other in unique(others, self.unit)]
+        ways = [way / np.hypot(*way) for way in ways if np.hypot(*way) > self.unit]
+        lines = [math.atan2(way[1], way[0]) for way in ways]
+        # a plate lies between its corners
+        inside = np.sum(ways, axis=0) if len(ways) > 1 else np.zeros(2)
 
         def crowd(angle: float) -> float:
-            return sum(max(0.0, math.cos(line - angle) - 0.6) for line in lines)
+            between = max(0.0, float(inside @ direction(angle)))
+            return sum(max(0.0, math.cos(line - angle) - 0.6) for line in lines) + 0.3 * between
 
         choices = {-math.pi / 2.0: 0.0, math.pi / 2.0: 0.2, math.pi: 0.3, 0.0: 0.3}
         return min(choices, key=lambda angle: round(crowd(angle) + choices[angle], 3))

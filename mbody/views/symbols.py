@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.joints import (
+    CamFollower,
     Distance,
     Fixed,
     Gear,
@@ -26,11 +27,12 @@ from mbody.joints import (
     Revolute,
     Rolling,
 )
+from mbody.views.cams import base_circle, face, outline
 from mbody.views.guides import guide, travel
 from mbody.views.labels import symbolic
 from mbody.views.pose import wheels
 from mbody.views.shapes import box, direction, rounded
-from mbody.views.style import INK, PAPER, SOFT, WHEEL, Z
+from mbody.views.style import INK, LINK, PAPER, PLATE, SOFT, WHEEL, Z
 
 if TYPE_CHECKING:
     from mbody.elements import Element
@@ -89,8 +91,13 @@ def _(joint: Prismatic, sketch: Sketch) -> None:
     pose = sketch.pose
     body, rail, slides = guide(joint)
     angle, place = pose.direction(joint, rail), pose.place(joint, slides)
-    sketch.block(place, angle, joint.name)
     start, end = travel(sketch, joint)
+    aside = _beyond_cam(sketch, joint, slides, angle)
+    if aside.any():
+        stem = rounded([place, place + aside], 1.2 * sketch.size("link"))
+        sketch.shape(stem, LINK, INK, 1.1, Z["block"] - 0.25, name=f"stem:{joint.name}")
+        place, start, end = place + aside, start + aside, end + aside
+    sketch.block(place, angle, joint.name)
     if body == "ground":
         u = direction(angle)
         n = np.array([-u[1], u[0]])
@@ -99,12 +106,28 @@ def _(joint: Prismatic, sketch: Sketch) -> None:
             side = n[1] if abs(n[1]) > 1e-9 else -n[0]
         away = -math.copysign(0.6 * sketch.size("block"), side) * n
         ends = (start + away, end + away)
-        sketch.ground(*(ends if side > 0.0 else ends[::-1]), name=f"rail:{joint.name}")
+        sketch.rail(*(ends if side > 0.0 else ends[::-1]), f"rail:{joint.name}")
     else:
         _slot(sketch, start, end, 0.5 * sketch.size("link"))
     wanted = angle + math.pi / 2.0
     gap = 0.75 * sketch.size("block")
     sketch.label(symbolic(joint.name), place, wanted, gap, turn=0.3, italic=True)
+
+
+def _beyond_cam(sketch: Sketch, joint: Prismatic, slides: str, angle: float) -> Array:
+    """How far a slider stands from its place, so that it clears the roller of a follower there: on
+    its line it may stand anywhere.
+    """
+    pose, u = sketch.pose, direction(angle)
+    place, body = pose.place(joint, slides), getattr(joint, slides).body
+    for cam in pose.mechanism.joints:
+        if isinstance(cam, CamFollower) and cam.j.body == body:
+            roller = pose.number(cam, "roller")
+            if np.hypot(*(pose.place(cam, "j") - place)) < roller + sketch.size("block"):
+                sense = math.copysign(1.0, float(u @ (place - pose.place(cam, "i"))))
+                clear = max(roller, 2.0 * sketch.size("pin")) + 1.5 * sketch.size("block")
+                return sense * clear * u
+    return np.zeros(2)
 
 
 def _slot(sketch: Sketch, start: Array, end: Array, half: float) -> None:
@@ -154,6 +177,31 @@ def _(joint: Distance, sketch: Sketch) -> None:
     sketch.label(symbolic(joint.name), 0.5 * (i + j), wanted, 4.0 * sketch.unit, italic=True)
 
 
+@joint_symbol.register(CamFollower)
+def _(joint: CamFollower, sketch: Sketch) -> None:
+    """The cam with its base circle; on it a roller, an edge or a flat face."""
+    pose, z = sketch.pose, Z["block"] - 0.2
+    centre, place, contact = pose.place(joint, "i"), pose.place(joint, "j"), pose.told_at(joint)
+    cam = outline(joint, pose)
+    sketch.shape(cam, PLATE, INK, 1.3, Z["wheel"], name=f"cam:{joint.name}", weight=0.6)
+    look: dict[str, Any] = {"dashes": (0, (4, 3)), "name": f"base:{joint.name}", "weight": 0.2}
+    sketch.disc(centre, base_circle(joint, pose), "none", SOFT, 0.7, Z["wheel"] + 0.1, **look)
+    roller = pose.number(joint, "roller")
+    if joint.flat:
+        ends = face(joint, pose, 1.5 * sketch.size("pin"))
+        sketch.line(ends, 3.0, INK, z, name=f"face:{joint.name}")
+    elif roller:
+        sketch.disc(place, roller, PAPER, INK, 1.3, z, name=f"roller:{joint.name}", weight=0.6)
+        sketch.disc(place, min(0.6 * sketch.size("pin"), 0.5 * roller), z=z + 0.1, weight=0.2)
+    else:
+        away = math.atan2(*(place - centre)[::-1])
+        wings = [place + 2.2 * sketch.size("pin") * direction(away + s) for s in (0.5, -0.5)]
+        sketch.shape([place, *wings], LINK, INK, 1.1, z, name=f"edge:{joint.name}")
+    across = math.atan2(*(contact - centre)[::-1]) - math.pi / 2.0
+    gap = max(roller, sketch.size("pin")) + 3.0 * sketch.unit
+    sketch.label(symbolic(joint.name), contact, across, gap, turn=0.3, italic=True)
+
+
 @joint_symbol.register(Gear)
 @joint_symbol.register(Rolling)
 @joint_symbol.register(RackPinion)
@@ -170,7 +218,7 @@ def _(joint: Gear | Rolling | RackPinion, sketch: Sketch) -> None:
         u, half = direction(along), 1.7 * greatest
         start, end = touch - half * u, touch + half * u
         if joint.i.body == "ground" and not toothed:
-            sketch.ground(start, end, name=f"road:{joint.name}")
+            sketch.rail(start, end, f"road:{joint.name}", math.inf)
         elif toothed:
             _rack(sketch, start, end, joint.name, joint.i.body == "ground")
         else:
@@ -197,11 +245,13 @@ def _wheel(
     look: dict[str, Any] = {"dashes": dashes, "name": f"wheel:{joint.name}.{side}"}
     sketch.disc(centre, radius, fill, INK, 0.9 if toothed else 1.5, z, weight=0.6, **look)
     if body == "ground":
-        depth = (1.0 if ring else -1.0) * sketch.size("hatch")
-        around = np.linspace(0.0, math.tau, 48, endpoint=False)
+        depth = sketch.size("hatch")
+        edge = radius + (2.2 * sketch.unit * sketch.small if ring and toothed else 0.0)
+        out, lean = edge + (depth if ring else -depth), depth / edge
+        count = max(12, round(math.tau * edge / (2.0 * depth)))
+        around = np.linspace(0.0, math.tau, count, endpoint=False)
         ticks = [
-            centre + np.array([radius * direction(a), (radius + depth) * direction(a + 0.05)])
-            for a in around
+            centre + np.array([edge * direction(a), out * direction(a + lean)]) for a in around
         ]
         sketch.strokes(ticks, z, 0.2)
         return

@@ -25,6 +25,7 @@ from tests.errors import (
     questions,
     resting,
     results,
+    simulating,
     solving,
     unknowns,
     views,
@@ -33,7 +34,18 @@ from tests.errors import (
 PACKAGE = Path(__file__).parents[2] / "mbody"
 SUBJECTS = (
     *(describing, pistons, laws, formulas, model_files, assembling),
-    *(solving, resting, own_code, results, engineering, questions, unknowns, views, command),
+    *(
+        solving,
+        resting,
+        simulating,
+        own_code,
+        results,
+        engineering,
+        questions,
+        unknowns,
+        views,
+        command,
+    ),
 )
 KINDS = (ModelError, SolveError, UsageError, ModelWarning)
 

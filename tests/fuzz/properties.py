@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from mbody import Mechanism, ModelError
+from mbody.compared import whole
 from mbody.errors import ModelWarning
 from mbody.formulas import FormulaError, Scope, Valued, parse, read, text_of
 from mbody.formulas.formula import Formula
@@ -102,7 +103,7 @@ def model(text: str, is_json: bool) -> bool:
     for as_json in (False, True):
         again = to_text(made, as_json=as_json)
         second = from_text(again, is_json=as_json)
-        pairs = zip(made._whole(), second._whole(), strict=True)
+        pairs = zip(whole(made), whole(second), strict=True)
         assert second == made, [f"{one!r} became {two!r}" for one, two in pairs if one != two]
     try:
         in_units(made, "in-lbf-s")

@@ -1,0 +1,131 @@
+"""The manifold Φ = 0, Φ_q v = ν in free motion: onto it, and how far it is from singular.
+
+All of it is in the metric of the masses, by the factor that the accelerations take too.
+"""
+
+from __future__ import annotations
+
+from mbody._jit import njit
+from mbody._lanes import ld, st
+from mbody.core.factor import VANISHED, apply_g, apply_gt, factor, solve
+from mbody.core.forces import signals
+from mbody.core.instant import clear, reach, weigh
+from mbody.core.motion import balance
+from mbody.core.rows import rows, turns
+
+__all__ = ["accelerate", "tangential", "weakest"]
+
+#: Corrections of the position below this are rounding, in model lengths and radians.
+CLOSED = 1e-13
+#: Newton steps of one projection.
+NEWTON = 12
+
+
+@njit
+def project_position(L, W, w, soft):
+    """q ← the nearest position with Φ = 0, in the metric of the masses. Returns how far the first
+    step goes, and whether they converge.
+    """
+    first, last = 0.0, 1e300
+    for n in range(NEWTON):
+        turns(L, W, w)
+        rows(L, W, w, True, None)
+        factor(L, W, w, soft, VANISHED)
+        for k in range(2 * L.nodes):
+            st(W.x, k, ld(W.phi, k, w), w)
+        solve(L, W, w)
+        clear(W.u, w)
+        apply_gt(L, W, w, W.x, W.u)
+        weigh(L, W, w, W.u)
+        size = reach(L, W, w)
+        if not size < 1e6:
+            return first, False
+        if n == 0:
+            first = size
+        for b in range(L.bodies):
+            o, s = 3 * b, 3 * L.body_slot[b]
+            for m in range(3):
+                st(W.q, o + m, ld(W.q, o + m, w) - ld(W.u, s + m, w), w)
+        # what a step of this size leaves is of second order: rounding
+        if size <= CLOSED or (n > 0 and size < 1e-7):
+            return first, True
+        if n > 1 and size > 0.5 * last:
+            return first, size <= 1e3 * CLOSED
+        last = size
+    return first, False
+
+
+@njit
+def project_velocity(L, W, w, passes):
+    """v ← the nearest velocity with Φ_q v = ν, by the present factor."""
+    for _ in range(1 + passes):
+        clear(W.u, w)
+        for s in range(L.slots):
+            for n in range(3):
+                st(W.u, 3 * s + n, ld(W.v, 3 * L.slot_body[s] + n, w), w)
+        apply_g(L, W, w, W.u, W.x)
+        for n in range(2 * L.nodes):
+            st(W.x, n, ld(W.x, n, w) - ld(W.nu, n, w), w)
+        solve(L, W, w)
+        clear(W.u, w)
+        apply_gt(L, W, w, W.x, W.u)
+        weigh(L, W, w, W.u)
+        for b in range(L.bodies):
+            o, s = 3 * b, 3 * L.body_slot[b]
+            for m in range(3):
+                st(W.v, o + m, ld(W.v, o + m, w) - ld(W.u, s + m, w), w)
+
+
+@njit
+def accelerate(L, W, w, soft, passes, on_manifold):
+    """a and λ at W.q, W.v, W.time into W.a and W.lam; `on_manifold` projects both first. Returns
+    how far the position was moved, and whether the projection converged.
+    """
+    signals(L, W, w, L.varying)
+    far, good = 0.0, True
+    if on_manifold:
+        far, good = project_position(L, W, w, soft)
+    turns(L, W, w)
+    rows(L, W, w, True, None)
+    factor(L, W, w, soft, VANISHED)
+    if on_manifold:
+        project_velocity(L, W, w, passes)
+    rows(L, W, w, None, True)
+    balance(L, W, w, passes)
+    return far, good
+
+
+@njit
+def weakest(L, W):
+    """The least part that elimination leaves of the determinant of a node: how far rows are from
+    depending on each other, whatever their axes, and whatever the masses of the bodies.
+    """
+    B, V = W.block, W.weight
+    least = 1.0
+    for k in range(L.nodes):
+        b = 0.0
+        for side in range(2):
+            i, o = L.node_column[2 * k + side], 12 * k + 6 * side
+            for m in range(3):
+                b += V[i + m, 0] * B[o + m, 0] * B[o + 3 + m, 0]
+        both = W.diagonal[2 * k, 0] * W.diagonal[2 * k + 1, 0]
+        left = W.pivot[3 * k, 0] * W.pivot[3 * k + 2, 0] * (both - b * b)
+        least = min(least, 1.0 / left if left > 0.0 else 0.0)
+    return least
+
+
+@njit
+def tangential(L, W, w, e):
+    """e ← the part of e (coordinates,) along the manifold, in the metric of the masses."""
+    clear(W.u, w)
+    for s in range(L.slots):
+        for n in range(3):
+            st(W.u, 3 * s + n, e[3 * L.slot_body[s] + n], w)
+    apply_g(L, W, w, W.u, W.x)
+    solve(L, W, w)
+    clear(W.u, w)
+    apply_gt(L, W, w, W.x, W.u)
+    weigh(L, W, w, W.u)
+    for b in range(L.bodies):
+        for n in range(3):
+            e[3 * b + n] -= ld(W.u, 3 * L.body_slot[b] + n, w)

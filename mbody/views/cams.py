@@ -1,0 +1,65 @@
+"""Outlines of cams: the curve that a roller, an edge or a flat face stays on."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from mbody.joints import CamFollower
+    from mbody.views.pose import Pose
+
+__all__ = ["base_circle", "face", "outline"]
+
+Array = np.ndarray
+
+#: Places of a turn at which an outline has a corner: every two degrees.
+CORNERS = 181
+
+
+def _radius(joint: CamFollower, pose: Pose) -> tuple[Array, Array, Array]:
+    """ψ over a turn, with the radius of the pitch curve, or the support function, and its slope."""
+    psi = np.linspace(0.0, math.tau, CORNERS)
+    R, slope, _ = np.broadcast_arrays(*joint.radius(pose.system.numbers, psi))
+    return psi, R, slope
+
+
+def outline(joint: CamFollower, pose: Pose) -> Array:
+    """Points (corners, 2) of the cam, where it stands at this instant.
+
+    The centre of a roller is R e(χ) from that of the cam, at χ = β ∓ ψ with β the direction of the
+    line of 0: the cam lies by the roller's radius within, along the normal. Under a flat face it is
+    the envelope of its lines, h e(χ) ∓ h′ e(χ + π/2).
+    """
+    psi, R, slope = _radius(joint, pose)
+    sense = -1.0 if joint.clockwise else 1.0
+    ray = pose.direction(joint, "i") - sense * psi
+    if joint.flat:
+        along, across = R, -sense * slope
+    else:
+        roller, lean = pose.number(joint, "roller"), np.arctan2(sense * slope, R)
+        along, across = R - roller * np.cos(lean), -roller * np.sin(lean)
+    c, s = np.cos(ray), np.sin(ray)
+    at_centre = np.column_stack([along * c - across * s, along * s + across * c])
+    return pose.place(joint, "i") + at_centre
+
+
+def base_circle(joint: CamFollower, pose: Pose) -> float:
+    """The radius of the base circle: as given, else the least that the profile has."""
+    if joint.base_radius is not None:
+        return pose.number(joint, "base_radius")
+    return float(_radius(joint, pose)[1].min()) - pose.number(joint, "roller")
+
+
+def face(joint: CamFollower, pose: Pose, more: float) -> Array:
+    """The ends (2, 2) of a flat face: as far as the contact comes, and the place in it."""
+    centre, angle = pose.place(joint, "i"), pose.direction(joint, "j")
+    u = np.array([math.cos(angle), math.sin(angle)])
+    n = np.array([-u[1], u[0]])
+    way = pose.place(joint, "j") - centre
+    reach = float(np.abs(_radius(joint, pose)[2]).max())
+    along = np.array([way @ u, (pose.told_at(joint) - centre) @ u, reach, -reach])
+    foot = centre + (way @ n) * n
+    return np.array([foot + (along.min() - more) * u, foot + (along.max() + more) * u])

@@ -1,0 +1,135 @@
+"""Free motion over time."""
+
+import math
+
+from mbody import (
+    Body,
+    CustomLoad,
+    Force,
+    Gravity,
+    Mechanism,
+    Prismatic,
+    Revolute,
+    Simulation,
+    assemble,
+    close_loops,
+    from_text,
+    simulate,
+)
+from tests.errors.command import said
+from tests.errors.models import four_bar
+from tests.errors.results import batch
+
+
+def swing(*more, **body):
+    machine = Mechanism("swing")
+    own = {"mass": 1.0, "inertia": 0.1, "cg": (0.5, 0.0), "guess": 0.2} | body
+    machine.add(Body("bob", **own), Revolute("O", "ground", "bob"), Gravity("gravity", y=-9.81))
+    machine.add(*more)
+    return machine
+
+
+def loose():
+    """A link without mass that nothing holds from turning."""
+    return swing(Body("flag"), Revolute("F", "bob", "flag"))
+
+
+class Driving(CustomLoad):
+    """Pushes the faster the faster it goes: for ever faster in a finite time."""
+
+    def physics(self, i, j, p, t):
+        """v³ along x on body j."""
+        return 0.0, 0.0, 0.0, 30.0 * j[5] ** 3, 0.0, 0.0
+
+
+class Failing(CustomLoad):
+    """Fails after a while."""
+
+    def physics(self, i, j, p, t):
+        """Nothing of use."""
+        if t > 0.5:
+            raise ZeroDivisionError("too late")
+        return (0.0,) * 6
+
+
+def begun(until=1.0, **start):
+    machine = swing()
+    machine.simulation = Simulation(until, start)
+    return lambda: simulate(machine)
+
+
+def file(text):
+    return lambda: from_text(
+        '[bodies]\nbob = { mass = 1 }\n[joints]\nO = { revolute = ["ground", "bob"] }\n' + text
+    )
+
+
+def go(machine=None, until=1.0, **options):
+    return lambda: simulate(machine or swing(), until, **options)
+
+
+def runaway():
+    machine = Mechanism("slide")
+    machine.add(Body("block", mass=1.0), Prismatic("guide", "ground", "block"))
+    machine.add(Driving("wind", "ground", "block"))
+    machine.simulation = Simulation(5.0, {"block": {"x": 0.0, "vx": 1.0}})
+    return machine
+
+
+def contradicting():
+    machine = four_bar(motor=False)
+    machine.simulation = Simulation(
+        1.0, {"crank": {"angle": 1.0, "omega": 1.0}, "rocker": {"omega": 9.0}}
+    )
+    return machine
+
+
+SCENARIOS = {
+    "no last time": lambda: simulate(swing()),
+    "a last time in metres": go(until="3 m"),
+    "a last time before the first": go(until=-1.0),
+    "an endless motion": go(until=math.inf),
+    "a tolerance of nothing": go(rtol=0.0),
+    "a batch of motions": lambda: simulate(
+        assemble(swing()).with_values({"bob.mass": [1.0, 2.0]}), 1.0
+    ),
+    "a start that is none": go(start=3),
+    "a start of a batch": lambda: simulate(four_bar(motor=False), 1.0, start=batch()),
+    "a start of other bodies": lambda: simulate(swing(), 1.0, start=close_loops(four_bar())),
+    "a start that does not fit": lambda: simulate(
+        four_bar(motor=False, lengths=(1.0, 0.5, 0.5, 3.5)), 1.0, start=close_loops(four_bar())
+    ),
+    "a start at which a load has no value": lambda: simulate(
+        swing(Force("push", "bob", "sqrt(-1 - t/(1 s))*1 N")), 1.0, start=close_loops(swing())
+    ),
+    "a load that grows without bound": go(
+        swing(Force("push", "bob", "1/(1 - t/(1 s))^2*1 N")), until=2.0
+    ),
+    "a motion that runs away": lambda: simulate(runaway()),
+    "a start and a guess": lambda: simulate(
+        swing(), 1.0, start=close_loops(swing()), guess={"bob": 0.1}
+    ),
+    "instants and every": go(instants=3, every=0.1),
+    "times beyond the end": go(times=[0.0, 2.0]),
+    "every nothing": go(every=0.0),
+    "every no number": go(every="now"),
+    "every endless": go(every=math.nan),
+    "one instant": go(instants=1),
+    "a motion of nothing with mass": go(loose()),
+    "a load without a value at first": go(swing(Force("push", "bob", "sqrt(-1 - t/(1 s))*1 N"))),
+    "a load without a value later": go(swing(Force("push", "bob", "sqrt(0.5 - t/(1 s))*1 N"))),
+    "a load that fails": go(swing(Failing("failing", "ground", "bob"))),
+    "a start that is no table": lambda: Simulation(1.0, 3),
+    "a start of a body that is no table": lambda: Simulation(1.0, {"bob": 3.0}),
+    "a start of what there is not": lambda: Simulation(1.0, {"bob": {"speed": 3.0}}),
+    "a start that is no number": lambda: Simulation(1.0, {"bob": {"angle": "3 +"}}),
+    "a start of no body": begun(rod={"angle": 0.1}),
+    "a start in other units": begun(bob={"angle": "3 kg"}),
+    "a rate without a place": begun(bob={"vx": 1.0}),
+    "rates that contradict each other": lambda: simulate(contradicting()),
+    "a model without a last time": said(["simulate", "norton_fourbar"]),
+    "a tolerance that is no number": said(["simulate", "free_fourbar", "--rtol", "fine"]),
+    "instants that are none": said(["simulate", "free_fourbar", "--instants", "many"]),
+    "a start of a file": file("[simulate]\nuntil = 1\nstart = { rod = { angle = 3 } }\n"),
+    "a last time of a file": file("[simulate]\nuntil = '3 m'\n"),
+}
