@@ -50,7 +50,7 @@ def loaded(solution: Solution, instant: int) -> Work:
     """A workspace at one instant of one design: its motion, its rows, and the sum of all loads on
     the coordinates in `force`.
     """
-    return _audit(solution, 0, slice(instant, instant + 1))[1]
+    return _audit(solution, 0, slice(instant, instant + 1 or None))[1]
 
 
 def each_load_of(solution: Solution, instant: int) -> np.ndarray:

@@ -179,8 +179,8 @@ class Mechanism:
             raise
 
     def without(self, *drivers: str) -> Mechanism:
-        """The same mechanism without some of its drivers, which let go what they held; measures
-        that speak of them, and what is asked of drivers, go with them.
+        """The same mechanism without some of its drivers, which let go what they held; measures,
+        questions and instants that speak of them go with them.
 
         Raises
         ------
@@ -195,15 +195,21 @@ class Mechanism:
                     str(name),
                 )
         made = copy.copy(self)
-        made._sorted = None
-        for name in drivers:
+        made._sorted, gone = None, set(drivers)
+        driven = gone.union(*(self[name].bodies for name in gone))  # type: ignore[attr-defined]
+        for name in gone:
             del made._elements[name]
-        gone = set(drivers)
         made.formulas = {k: v for k, v in self.formulas.items() if k.partition(".")[0] not in gone}
         made.measures = {
             key: measure
             for key, measure in self.measures.items()
             if gone.isdisjoint(name.partition(".")[0] for name in read(measure.of, None).names)
+        }
+        gone |= self.measures.keys() - made.measures.keys()
+        made.questions = {
+            key: question
+            for key, question in self.questions.items()
+            if gone.isdisjoint(question.names) and driven.isdisjoint(question.at)
         }
         if self.ask is not None and (self.ask.over or not self.ask.at.keys() <= {"t"}):
             made.ask = None  # it asks for the drivers that there were
@@ -217,7 +223,7 @@ class Mechanism:
             elif isinstance(element, type):
                 remedy = f": make one, {element.__name__}(...)"
             raise ModelError(
-                "a mechanism takes bodies, joints, drivers and loads, not "
+                "a mechanism takes bodies, joints, couplings, drivers and loads, not "
                 f"{reprlib.repr(element)}{remedy}"
             )
         name = element.name

@@ -7,16 +7,18 @@ import re
 from typing import Any
 
 from mbody.bodies import Body
+from mbody.couplings import Coupling
 from mbody.drivers import Driver
 from mbody.elements import Element, listed
 from mbody.errors import ModelError, brief
+from mbody.formulas import Formula, FormulaError
 from mbody.laws import Law
 from mbody.laws.base import dimension_by
 from mbody.loads import Load
 from mbody.mechanism import Mechanism
 from mbody.units import DIMENSIONS, Dimension, dimension_of
 
-__all__ = ["DRIVEN", "dimension_named", "meant", "moves_nothing"]
+__all__ = ["DRIVEN", "dimension_named", "meant", "moves_nothing", "plain"]
 
 #: What can be said of the motion of a driver, with its dimension for an angle and for a length.
 DRIVEN = {
@@ -26,6 +28,8 @@ DRIVEN = {
 }
 #: Numbers of a body that its points and its mass centre do not depend on.
 MASS = ("mass", "weight", "inertia")
+#: Second moments of its mass.
+SPREAD = ("spread.xx", "spread.yy", "spread.xy")
 
 
 def meant(mechanism: Mechanism, name: str) -> tuple[str, Dimension | None]:
@@ -89,6 +93,10 @@ def dimension_named(mechanism: Mechanism, name: str) -> Dimension | None:
             return _of_law(getattr(element, field.name), field, key.partition(".")[2])
     if isinstance(element, Body) and key in MASS:
         return DIMENSIONS[key]
+    if isinstance(element, Body) and key in SPREAD:
+        return DIMENSIONS["inertia"]
+    if isinstance(element, Coupling) and key.endswith(".factor"):
+        return dimension_of(element.factor_of(element.parts[int(key.partition(".")[0])]))
     return DIMENSIONS["angle" if key.endswith(".angle") else "length"]
 
 
@@ -127,3 +135,20 @@ def moves_nothing(mechanism: Mechanism, name: str) -> bool:
         names |= {n for n, f in scope.items() if hasattr(f, "names") and f.names & names}
     made = {n for n, formula in mechanism.formulas.items() if formula.names & names}
     return all(moves_nothing(mechanism, n) for n in made)
+
+
+def plain(mechanism: Mechanism, name: str, given: Any, dimension: Dimension | None) -> float:
+    """A start or a bound of an unknown, in the units of the mechanism.
+
+    Raises
+    ------
+    ModelError
+        For text that measures something else.
+    """
+    if not isinstance(given, Formula):
+        return float(given)
+    try:
+        whole = given if dimension is None else given.of(dimension)
+        return float(whole.value(mechanism.scope))
+    except FormulaError as error:
+        raise ModelError(f"unknown '{name}': {error}", name) from None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -223,6 +224,17 @@ class Question:
     def objective(self) -> str:
         """What is to be greatest or least, empty where nothing is."""
         return self.greatest or self.least
+
+    @property
+    def names(self) -> set[str]:
+        """Elements, measures and parameters that its unknowns and conditions speak of.
+
+        >>> sorted(Question("brake", "2*motor.effort = M").names - {"2"})
+        ['M', 'brake', 'motor']
+        """
+        texts = [one.name for one in self.unknowns]
+        texts += [*self.conditions, *self.side_conditions, self.objective]
+        return {word.partition(".")[0] for text in texts for word in re.findall(r"[\w.]+", text)}
 
 
 def _several(value: Any) -> Iterable[Any]:

@@ -168,8 +168,20 @@ class Solution:
     def told_at(self, joint: str) -> tuple[Array, Array]:
         """Where the reaction of a joint, or the force of a driver of a length, is told: its place
         on j, or the point of contact; world axes, arrays (instants,).
+
+        Raises
+        ------
+        ModelError
+            For what has no place on j, as a driver of an angle.
         """
-        return told_at(self, self.mechanism[joint])
+        element = self.mechanism[joint]
+        if not isinstance(getattr(element, "j", None), Marker):
+            raise ModelError(
+                f"'{joint}', of the type {type(element).__name__}, acts at no place on a body j: "
+                "ask for that of a joint, or of a driver of a length",
+                joint,
+            )
+        return told_at(self, element)
 
     def contact(self, joint: str) -> Array:
         """Force with which the bodies of a cam or a rolling contact press on each other, negative

@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose
 
 import mbody
 from mbody import (
+    AngleCoupling,
     AngleDriver,
     Body,
     ConstantAcceleration,
@@ -16,10 +17,12 @@ from mbody import (
     DistanceDriver,
     Gear,
     Gravity,
+    LengthCoupling,
     Mechanism,
     Prismatic,
     Revolute,
     Spring,
+    Term,
     Torque,
     engineering,
     kinematics,
@@ -193,6 +196,35 @@ def test_joints_that_tell_their_force_elsewhere():
         AngleDriver("motor", "ground", ConstantSpeed(-0.3, -4.0), relative_to="arm"),
     )
     assert_same(shaking_force(kinetostatics(machine, t=np.linspace(0.0, 1.0, 7))), 100.0)
+
+
+def test_couplings_push_the_frame_too():
+    """A hoist on a slope, whose rope runs over the frame, and a belt; weights are from outside."""
+    machine = Mechanism("hoist", ground={"hook": (0.5, 6.0), "A": (-2.0, 0.0), "B": (1.0, 0.0)})
+    slope = mbody.Marker("ground", (0.0, 0.0), 1.1)
+    machine.add(
+        Body("block", mass=3.0),
+        Prismatic("slope", slope, "block"),
+        Body("drum", mass=2.0, inertia=0.4, cg=(0.1, 0.0)),
+        Body("wheel", mass=1.0, inertia=0.2),
+        Revolute("A", "ground.A", "drum"),
+        Revolute("B", "ground.B", "wheel"),
+        LengthCoupling(
+            "rope", [Term(2.0, distance=("ground.hook", "block")), Term(0.3, angle="drum")], 9.0
+        ),
+        AngleCoupling("belt", [Term(1.5, angle="wheel"), Term(-1.0, angle="drum")]),
+        AngleDriver("motor", "wheel", ConstantAcceleration(0.2, 3.0, -4.0)),
+        Gravity("gravity", y=-9.81),
+    )
+    run = kinetostatics(machine, t=np.linspace(0.0, 0.5, 6))
+    found = shaking_force(run, "ground.B")
+    assert np.abs(run.effort("rope")).min() > 1.0 and np.abs(run.effort("belt")).min() > 0.1
+    assert_same(found, 100.0)
+    # Σ −m a and the weights, from the histories alone
+    acceleration = sum(m * run[name].ax for name, m in (("block", 3.0), ("drum", 2.0)))
+    assert_allclose(found.fx, -acceleration, rtol=0, atol=1e-10)
+    acceleration = sum(m * run[name].ay for name, m in (("block", 3.0), ("drum", 2.0)))
+    assert_allclose(found.fy, -acceleration - 6.0 * 9.81, rtol=0, atol=1e-10)
 
 
 def test_a_balanced_mechanism_does_not_shake():

@@ -14,21 +14,26 @@ from mbody import (
     Force,
     Gravity,
     Guess,
+    LengthCoupling,
     Marker,
     Mechanism,
     Prismatic,
+    Question,
     Revolute,
     RotatingField,
     SolveError,
     Spring,
+    Term,
     Torque,
     TorsionSpring,
     assemble,
     equilibrium,
     equilibrium_curve,
+    from_text,
     gallery,
     makers,
     statics,
+    to_text,
 )
 from mbody.cli import main
 from tests.reference import Reference
@@ -276,6 +281,28 @@ def test_many_free_motions():
     assert_allclose(hanging.frequencies, np.sqrt(squares), rtol=1e-8)
 
 
+def test_many_free_motions_are_said_to_be_many():
+    """Of four rods in a chain 2⁴ positions rest; what may be missed is told, and so is a limit."""
+
+    def chain(count):
+        machine = Mechanism("chain")
+        place = "ground"
+        for n in range(count):
+            machine.add(makers.bar(f"l{n}", 1.0, mass=1.0, ends=("A", "B"), guess=-1.2))
+            machine.add(Revolute(f"j{n}", place, f"l{n}.A"))
+            place = f"l{n}.B"
+        machine.add(Gravity("gravity", y=-g))
+        return machine
+
+    four = equilibrium(chain(4))
+    assert four[0].stability == "stable" and len(four) < 16
+    (note,) = four.notes
+    assert note.startswith("4 free motions:") and "may be missed" in note
+    assert equilibrium(chain(2)).notes == ()
+    with pytest.raises(SolveError, match=r"41 free motions are too many .*, it takes up to 40"):
+        equilibrium(chain(41))
+
+
 def test_forces_that_follow_have_no_potential():
     """Beck's column of two rods: under a following thrust it does not buckle, it flutters.
 
@@ -504,7 +531,9 @@ def test_the_command(capsys):
     assert main(["equilibrium", "porter_governor", *at_rest, "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     lean = max(abs(p["statics"]["bodies"]["arm_r"]["angle"][0]) for p in told["positions"][:1])
-    assert lean == pytest.approx(math.degrees(math.asin(2.0 / 3.0)), rel=1e-9)
+    # (1 + M/m) g = l ω² cos θ at 120 rpm
+    cosine = 4.0 * g / (0.3 * (4.0 * math.pi) ** 2)
+    assert lean == pytest.approx(math.degrees(math.acos(cosine)), rel=1e-9)
     assert (
         main(["equilibrium", "porter_governor", "--free", "theta", "--set", "omega=5 rad/s"]) == 0
     )
@@ -521,7 +550,54 @@ def test_without_leaves_the_description_alone():
     assert len(machine.drivers) == 1 and not freed.drivers
     assert "theta.law.value" in machine.formulas or "theta.law" in machine.formulas
     assert not any(name.startswith("theta.") for name in freed.formulas)
+    assert not freed.questions and gallery.load("porter_governor").questions
     system = assemble(machine)
     assert not system.mechanism.without("theta").drivers
     with pytest.raises(SolveError, match="needs 0 free degrees of freedom"):
         statics(freed)
+
+
+def test_questions_of_a_driver_go_with_it():
+    """What is left can be written and read; a question that does not speak of the driver stays."""
+    for name in gallery.names():
+        machine = gallery.load(name)
+        for driver in machine.drivers:
+            freed = machine.without(driver.name)
+            assert from_text(to_text(freed)) == freed, name
+    machine = four_bar(AngleDriver("motor", "crank", 0.5), AngleDriver("second", "rocker", 1.0))
+    for key, condition, at in (
+        ("motor", "motor.effort = 0", {}),
+        ("load", "load.effort = 0", {"motor": 0.3}),
+        ("body", "A.fx = 0", {"crank": 0.3}),
+        ("other", "A.fx = B.fx", {"second": 0.3}),
+    ):
+        machine.questions[key] = Question("gravity.y", condition, at=at)
+    assert list(machine.without("motor").questions) == ["other"]
+
+
+def test_a_coupling_is_told_and_sets_what_is_rounding():
+    """Two weights on one rope, balanced by a spring: T = m g, and guides that carry nothing."""
+
+    def upright(body, x=0.0):
+        return Marker(body, (x, 0.0), 0.5 * math.pi)
+
+    machine = Mechanism("balance", ground={"L": (-1.0, 2.0), "R": (1.0, 2.0)})
+    machine.add(
+        Body("a", mass=2.0, guess=(-1.0, 0.0, 0.0)),
+        Body("b", mass=3.0, guess=(1.0, 0.0, 0.0)),
+        Prismatic("left", upright("ground", -1.0), upright("a")),
+        Prismatic("right", upright("ground", 1.0), upright("b")),
+        LengthCoupling(
+            "rope",
+            [Term(1.0, distance=("ground.L", "a")), Term(1.0, distance=("ground.R", "b"))],
+            4.0,
+        ),
+        Gravity("gravity", y=-g),
+        Spring("spring", "ground.R", "b", stiffness=40.0, free_length=1.0),
+    )
+    found = equilibrium(machine)
+    low = found[0]
+    assert_allclose(low.solution.effort("rope"), -2.0 * g, rtol=1e-12)
+    assert_allclose(2.0 - low["b"].y - 1.0, g / 40.0, rtol=1e-12)
+    text = str(found)
+    assert "effort of rope   -19.62, " in text and "e-1" not in text.partition("FORCE")[2]

@@ -237,3 +237,38 @@ def test_a_wheel_on_a_wheel(internal, radius, side):
         # what presses outwards in the outer contact presses inwards in the inner one
         assert run.contact("rim")[0] == pytest.approx(-side * push, rel=1e-12)
         assert bool(run.notes) == (-side * push < 0.0)
+
+
+def test_instants_are_counted_from_the_end_too():
+    """The last one by -1, with a coupling's force of that instant; others that are not there."""
+    machine = Mechanism("jack", ground={"O": (0.0, 2.0)})
+    machine.add(
+        Body("drum", mass=1.0, inertia=0.5),
+        Body("block", mass=3.0, guess=(1.0, 0.0, 0.0)),
+        Revolute("D", "ground", "drum"),
+        Prismatic("guide", "ground", "block"),
+        mbody.LengthCoupling(
+            "rope",
+            [mbody.Term(1.0, distance=("ground.O", "block")), mbody.Term(0.2, angle="drum")],
+            3.0,
+        ),
+        AngleDriver("motor", "drum", mbody.ConstantSpeed(0.0, 2.0)),
+    )
+    run = mbody.kinetostatics(machine, t=[0.0, 0.5, 1.0])
+    assert free_body(run, "block", -1) == free_body(run, "block", 2) != free_body(run, "block", 0)
+    force, _, size, _ = unbalanced(run, "block", -1)
+    assert force < SMALL * size
+    assert members(run, -1) == members(run, 2)
+    for instant in (3, -4, 0.5, "1", True):
+        with pytest.raises(mbody.ModelError, match="give a whole number, 0 to 2"):
+            free_body(run, "block", instant)
+
+
+def test_where_a_driver_of_an_angle_acts_is_not_told():
+    run = mbody.kinetostatics(makers.four_bar(1, 3, 2, 3.5, speed=2.0))
+    with pytest.raises(
+        mbody.ModelError, match="'motor', of the type AngleDriver, acts at no place"
+    ):
+        run.told_at("motor")
+    with pytest.raises(mbody.ModelError, match="there is no driver 3 to let go"):
+        mbody.equilibrium(run.mechanism, free=3)

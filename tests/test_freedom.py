@@ -9,16 +9,19 @@ from numpy.testing import assert_allclose
 
 import mbody
 from mbody import (
+    AngleCoupling,
     AngleDriver,
     Body,
     Distance,
     Fixed,
+    LengthCoupling,
     Marker,
     Mechanism,
     ModelError,
     Prismatic,
     Revolute,
     SolveError,
+    Term,
     mobility,
 )
 from mbody.io.text import WIDTH
@@ -206,6 +209,35 @@ def test_loops_of_parts_that_are_not_joined():
     seen(report)
     assert report.loops == 2 and report.of_joints.freedom == 1 + 4
     assert "not joined to the ground: 'base', 'crank2', 'rocker2', 'coupler2'" in report.notes
+
+
+def coupled(*couplings):
+    """Two wheels on pins, a block that nothing but a rope may hold, and what couples them."""
+    machine = Mechanism("hoist", ground={"A": (0.0, 0.0), "B": (3.0, 0.0), "hook": (1.0, 4.0)})
+    machine.add(
+        *(Body(name, mass=1.0, inertia=1.0) for name in "ab"),
+        Body("block", mass=2.0, guess=(1.0, -2.0, 0.0)),
+        *(Revolute(name.upper(), f"ground.{name.upper()}", name) for name in "ab"),
+        *couplings,
+    )
+    return mobility(machine)
+
+
+def test_couplings_join_bodies_and_close_loops():
+    """A rope holds a block and closes nothing; a belt, and a second one, close a loop each."""
+    falls = Term(2.0, distance=("ground.hook", "block"))
+    rope = LengthCoupling("rope", [falls, Term(0.5, angle="a")], 12.0)
+    belts = [
+        AngleCoupling(f"belt{n}", [Term(1.0, angle="a"), Term(-1.0, angle="b")]) for n in (1, 2)
+    ]
+    assert coupled().notes == coupled(belts[0]).notes == ("not joined to the ground: 'block'",)
+    for couplings, loops, freedom in (((), 0, 5), (belts[:1], 1, 4), ([rope], 0, 4)):
+        report = coupled(*couplings)
+        assert (report.loops, report.of_joints.freedom) == (loops, freedom)
+    report = coupled(*belts, rope)
+    assert (report.loops, report.couplings, report.of_joints.freedom) == (2, 3, 3)
+    assert report.notes == () and set(report.redundant) == {"belt1", "belt2"}
+    assert "2 joints, 3 couplings, 0 drivers, 2 independent loops" in seen(report)
 
 
 def test_a_double_pendulum():

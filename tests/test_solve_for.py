@@ -2,28 +2,37 @@
 
 import json
 import math
+import tomllib
 
 import numpy as np
 import pytest
 
 import mbody
 from mbody import (
+    AngleCoupling,
     AngleDriver,
     Body,
     ConstantSpeed,
     CoordinateDriver,
     Force,
     Gravity,
+    LengthCoupling,
     Mechanism,
+    ModelError,
     Prismatic,
     Question,
     Revolute,
+    RotatingField,
+    SecondMoments,
+    SolveError,
     Spring,
+    Term,
     Torque,
     Unknown,
     cli,
     from_text,
     gallery,
+    in_units,
     makers,
     solve_for,
     to_text,
@@ -381,3 +390,66 @@ def test_a_case_without_an_answer(capsys, tmp_path):
     status, out = run(capsys, "solve", str(path), "place")
     assert status == 1
     assert "no solution:\nno value of" in out
+
+
+@pytest.mark.parametrize(
+    ("lines", "words"),
+    [
+        (
+            'unknowns = { bore = { start = "10 deg" } }',
+            "'10 deg' is an angle (rad), where a length",
+        ),
+        ('unknowns = { bore = { high = "nothing" } }', "there is no parameter 'nothing'"),
+        ('unknowns = { bore = { unit = "deg" } }', "'m' is a length (m), 'deg' is an angle (rad)"),
+        ('unknowns = "bore"\nat = { motor = "3 N" }', "'3 N' is a force (N), where an angle"),
+        ('unknowns = "bore"\nat = { t = "3 kg" }', "'3 kg' is a mass (kg), where a time (s)"),
+    ],
+)
+def test_numbers_of_something_else_are_told_where_the_file_is_read(lines, words):
+    """Before anything is asked, with the line; and as a sentence when they are taken to units."""
+    text = to_text(gallery.load("slider_crank"))
+    table = f'\n[solve.size]\n{lines}\nconditions = "motor.effort = 0"\n'
+    with pytest.raises(ModelError) as caught:
+        from_text(text + table)
+    assert "solve.size: " in str(caught.value) and words in str(caught.value)
+    machine = gallery.load("slider_crank")
+    question = tomllib.loads(table)["solve"]["size"]
+    machine.questions["size"] = Question(**question)
+    with pytest.raises(ModelError, match=r"solve\.size: "):
+        in_units(machine, "mm-N-s")
+
+
+def test_a_condition_that_always_holds_determines_nothing():
+    """A pin carries no torque at any speed: no list of speeds, a sentence."""
+    engine = gallery.load("slider_crank")
+    with pytest.raises(SolveError, match="hold for any 'speed': nothing determines it"):
+        solve_for(engine, "speed", "B.torque = 0 N m")
+
+
+@pytest.mark.parametrize("units", ["SI", "in-lbf-s"])
+def test_ratios_radii_and_second_moments_have_their_units(units):
+    """A chain of the ratio 2, a belt of the radius 0.2 m, and a field's moment −ω² I_xy."""
+    machine = Mechanism("shafts")
+    machine.add(
+        *(Body(name, mass=1.0, inertia=0.5) for name in ("a", "b", "c")),
+        *(Revolute(name.upper(), "ground", name) for name in ("a", "b", "c")),
+        AngleCoupling("chain", [Term(1.0, angle="a"), Term(-1.0, angle="b")]),
+        LengthCoupling("belt", [Term(0.1, angle="a"), Term(-0.3, angle="c")]),
+        AngleDriver("motor", "a", ConstantSpeed(0.0, 6.0)),
+    )
+    machine = in_units(machine, units)
+    ratio = solve_for(machine, "chain.1.factor", "b.omega = 3 rad/s")[0]
+    assert ratio.unknowns == pytest.approx({"chain.1.factor": -2.0})
+    assert ratio.units == {"chain.1.factor": ""}
+    radius = solve_for(machine, {"belt.1.factor": {"unit": "mm"}}, "c.omega = 3 rad/s")[0]
+    assert radius.unknowns == pytest.approx({"belt.1.factor": -200.0})
+    spun = Mechanism("spun")
+    spun.add(
+        Body("arm", mass=1.0, inertia=0.5, spread=SecondMoments(0.3, 0.2, 0.0)),
+        Revolute("O", "ground", "arm"),
+        AngleDriver("hold", "arm", 0.0),
+        RotatingField("field", "ground", speed=10.0),
+    )
+    spread = {"arm.spread.xy": {"unit": "kg m^2"}}
+    found = solve_for(in_units(spun, units), spread, "hold.effort = 5 N m", analysis="statics")[0]
+    assert abs(found.unknowns["arm.spread.xy"]) == pytest.approx(5.0 / 100.0)

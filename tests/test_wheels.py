@@ -96,6 +96,41 @@ def test_wheels_that_do_not_mesh_are_a_sentence():
         Gear("mesh", "a", "b", radius_i=2.0, radius_j=2.0, internal=True)
 
 
+def test_wheels_of_every_design_must_mesh():
+    designs = mbody.assemble(train()).with_values({"inner.radius_j": [1.0, 1.0, 0.8]})
+    sentence = r"'inner' does not fit: .* 2\.8 m apart, they are 3 m in design 2"
+    for analysis in (mbody.kinematics, mbody.kinetostatics, mbody.statics):
+        with pytest.raises(SolveError, match=sentence):
+            analysis(designs, t=[0.0, 0.1])
+
+
+def test_wheels_that_come_apart_on_the_way_are_a_sentence():
+    machine = Mechanism("pair", ground={"A": (0.0, 0.0)})
+    machine.add(
+        Body("a"),
+        Body("b"),
+        Body("slide"),
+        Revolute("A", "ground.A", "a"),
+        Prismatic("guide", "ground.A", "slide"),
+        Revolute("B", "slide", "b"),
+        Gear("mesh", "a", "b", radius_i=2.0, radius_j=1.0),
+        AngleDriver("motor", "a", ConstantSpeed(0.0, 1.0)),
+        CoordinateDriver("jack", "ground.A", "slide", ConstantSpeed(3.0, 0.1)),
+    )
+    with pytest.raises(SolveError, match=r"'mesh' .* 3 m apart, they are 3\.05 m at t = 0\.5 s"):
+        mbody.kinetostatics(machine, t=[0.0, 0.5, 1.0])
+
+
+@pytest.mark.parametrize("value", ["no", 1, None])
+def test_internal_is_true_or_false(value):
+    for make in (
+        lambda: Gear("it", "a", "b", radius_i=2.0, radius_j=1.0, internal=value),
+        lambda: Rolling("it", "a", "b", radius=1.0, on_radius=2.0, internal=value),
+    ):
+        with pytest.raises(ModelError, match="'it': internal must be True or False, not"):
+            make()
+
+
 def test_a_rack_is_pushed_by_the_torque_over_the_radius():
     machine = Mechanism("rack", ground={"O": (0.0, 0.5)})
     machine.add(
@@ -292,3 +327,15 @@ def test_the_oracle_agrees_on_all_of_them_in_one_loop():
             assert np.abs(found - wanted).max() < 1e-10 * top, name
         assert run.effort("motor")[k] == pytest.approx(forces["efforts"]["motor"], rel=1e-9)
     assert run.checks.virtual_work < 1e-11
+
+
+def test_a_guess_elsewhere_on_the_rim_is_told_by_how_far():
+    """The phase puts the wheel at 0 deg of the ring, a guess at its bottom: √2 · 0.8 m away."""
+    machine = Mechanism("ring")
+    machine.add(
+        Body("w", mass=1.0, guess=(0.0, -0.8, 0.0)),
+        Rolling("rim", "ground", "w", radius=0.2, on_radius=1.0, internal=True),
+        AngleDriver("motor", "w", 0.0),
+    )
+    with pytest.warns(mbody.ModelWarning, match=r"'w' came out 1\.131 m from where the guess"):
+        assert mbody.kinematics(machine)["w"].x == pytest.approx(0.8)

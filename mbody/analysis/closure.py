@@ -20,10 +20,20 @@ from mbody.core.close import close, laws_of_time
 from mbody.core.layout import Work
 from mbody.elements import wrapped
 from mbody.errors import ModelError, ModelWarning, SolveError
+from mbody.joints import Joint
 from mbody.mechanism import Mechanism
 from mbody.system import System
 
-__all__ = ["SOFT", "Closed", "as_system", "check_determined", "closed", "raise_user_error"]
+__all__ = [
+    "MISFIT",
+    "SOFT",
+    "Closed",
+    "as_system",
+    "check_determined",
+    "closed",
+    "misfit",
+    "raise_user_error",
+]
 
 #: Correction below which a position is closed, in model lengths and radians.
 TOLERANCE = 1e-13
@@ -155,16 +165,23 @@ def check_fit(system: System, q: np.ndarray, design: int) -> None:
     if not held:
         return
     system = system if system.batch is None else system.design(design)
-    unit = system.mechanism.units.length
     for joint in held:
         found = math.dist(place(system, q, joint, "i"), place(system, q, joint, "j"))
         wanted = float(joint.apart(system.numbers))
         if abs(found - wanted) > MISFIT * system.length:
-            raise SolveError(
-                f"'{joint.name}' does not fit: by its radii the centres must be {wanted:.6g} "
-                f"{unit} apart, they are {found:.6g} {unit}: move them, or change the radii",
-                joint.name,
-            )
+            raise misfit(system, joint, found, wanted)
+
+
+def misfit(
+    system: System, joint: Joint, found: float, wanted: float, where: str = ""
+) -> SolveError:
+    """The sentence of a joint whose places others do not hold as far apart as it needs them."""
+    unit = system.mechanism.units.length
+    return SolveError(
+        f"'{joint.name}' does not fit: by its radii the centres must be {wanted:.6g} {unit} apart, "
+        f"they are {found:.6g} {unit}{where}: move them, or change the radii",
+        joint.name,
+    )
 
 
 def _from(system: System, work: Work, start: np.ndarray) -> Closed | None:
@@ -262,10 +279,16 @@ def _say_branch(
     result.work.q[:] = found
     if result.straight and here == there:
         return
+    way = f"{np.degrees(far):.1f} deg"
+    if far < NEAR:  # it is a place that is elsewhere
+        apart, name = max(
+            (math.dist(found[3 * n : 3 * n + 2, 0], start[3 * n : 3 * n + 2, 0]), name)
+            for n, name in guessed
+        )
+        way = f"{apart:.4g} {system.mechanism.units.length}"
     note = (
-        f"the guess is on another branch than the position found: '{name}' came out "
-        f"{np.degrees(far):.1f} deg from where the guess puts it; guess nearer to the branch that "
-        "you want"
+        f"the guess is on another branch than the position found: '{name}' came out {way} from "
+        "where the guess puts it; guess nearer to the branch that you want"
     )
     result.notes.append(note)
     warnings.warn(note, ModelWarning, stacklevel=5)

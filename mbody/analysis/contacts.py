@@ -1,13 +1,15 @@
-"""Contacts that would have to pull: what the user is told of them."""
+"""Contacts over the instants: those that would have to pull, and wheels that come apart."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from mbody.analysis.closure import MISFIT, misfit
+from mbody.ends import ends
 from mbody.joints import Joint
 from mbody.solution import Solution
 
-__all__ = ["pulled"]
+__all__ = ["check_fits", "pulled"]
 
 #: Part of the greatest force of a contact below which its pull is rounding.
 ROUNDING = 1e-9
@@ -34,12 +36,37 @@ def pulled(solution: Solution) -> list[str]:
     return found
 
 
+def check_fits(solution: Solution) -> None:
+    """Refuse wheels that do not fit at some instant, of any design.
+
+    Raises
+    ------
+    SolveError
+        With the distance that is wrong, and when.
+    """
+    system = solution.system
+    for joint in system.mechanism.joints:
+        if not joint.held:
+            continue
+        at, d, *_ = ends(solution, joint)
+        found, wanted = np.broadcast_arrays(np.hypot(*d), joint.apart(at))
+        wrong = np.argwhere(np.abs(found - wanted) > MISFIT * system.length)
+        if len(wrong):
+            first = tuple(wrong[0].tolist())
+            where = _when(solution, first)
+            raise misfit(system, joint, found[first], wanted[first], f" {where}")
+
+
+def _when(solution: Solution, where: tuple[int, ...]) -> str:
+    """An instant, and of a batch the design."""
+    when = f"at t = {solution.t[where[-1]]:.6g} {solution.mechanism.units.time}"
+    return f"in design {where[0]} {when}" if len(where) == 2 else when
+
+
 def _told(solution: Solution, joint: Joint, press: np.ndarray, count: int) -> str:
     units = solution.mechanism.units
     where = np.unravel_index(int(press.argmin()), press.shape)
-    when = f"at t = {solution.t[where[-1]]:.6g} {units.time}"
-    if press.ndim == 2:
-        when = f"in design {where[0]} {when}"
+    when = _when(solution, tuple(int(n) for n in where))
     if press.size > 1:
         when = f"at {count} of {press.size} instants, most {when}"
     return (

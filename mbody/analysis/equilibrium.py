@@ -27,6 +27,11 @@ from mbody.units import UnitSystem
 
 __all__ = ["Equilibria", "Equilibrium", "equilibrium", "released", "search", "stability_of"]
 
+#: Free motions up to which rest positions are sought; 30 take some ten seconds, and of 60 a descent
+#: no longer ends.
+FREE = 40
+#: Free motions beyond which the spread of starts is thin.
+FEW = 2
 #: A part of the stiffness below which it counts as symmetric, or an eigenvalue as real.
 UNEVEN = 1e-6
 
@@ -164,8 +169,8 @@ def equilibrium(
     -----
     A single free motion is walked along both ways, 16 model lengths or radians, so that unstable
     positions are found as well as stable ones; positions on other branches of assembly are found
-    from `starts` on them. Of several free motions the search goes from a fixed spread of starts,
-    and may miss some.
+    from `starts` on them. Of several free motions, up to 40, the search goes from a fixed spread of
+    starts, and may miss some; its cost grows by the cube of their number, and 30 take ten seconds.
 
     Examples
     --------
@@ -190,7 +195,7 @@ def equilibrium(
 
 def released(system: System, free: str | Sequence[str]) -> System:
     """The system without some of its drivers, with the same numbers."""
-    names = (free,) if isinstance(free, str) else tuple(free)
+    names = tuple(free) if isinstance(free, (list, tuple, set)) else (free,)
     if not names:
         return system
     made = assemble(system.mechanism.without(*names))
@@ -239,6 +244,11 @@ def search(system: System, starts: Sequence[Mapping[str, Any] | None], t: float)
                 f"nothing is free in '{system.mechanism.name}': it is held where it is; use "
                 f"statics{remedy}"
             )
+        if len(here.motions) > FREE:
+            raise SolveError(
+                f"equilibrium of '{system.mechanism.name}': {len(here.motions)} free motions are "
+                f"too many for its search, it takes up to {FREE}: hold some of them by drivers"
+            )
         if found is None:
             found = _Found(system, t, Search(manifold))
         found.search.around(here)
@@ -263,6 +273,12 @@ class _Found:
         found = [self.one(rest) for rest in rests]
         order = {"stable": 0, "neutral": 1, "unstable": 2}
         found.sort(key=lambda one: order[one.stability])
+        free = max(len(one.motions) for one in found)
+        if free > FEW:
+            self.notes.append(
+                f"{free} free motions: sought from a fixed spread of starts, so that further rest "
+                "positions, unstable ones above all, may be missed; begin near them with starts"
+            )
         return Equilibria(
             self.mechanism.name, self.mechanism.units, self.t, tuple(found), tuple(self.notes)
         )

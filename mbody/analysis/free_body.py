@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,7 +16,7 @@ from mbody.elements import listed
 from mbody.errors import ModelError
 from mbody.solution import Solution
 
-__all__ = ["Member", "Wrench", "free_body", "members"]
+__all__ = ["Member", "Wrench", "coupled", "free_body", "members"]
 
 #: What is below this part of the greatest force of the mechanism is none.
 NONE = 1e-9
@@ -100,7 +101,7 @@ def free_body(solution: Solution, body: str, instant: int = 0) -> tuple[Wrench, 
     body : str
         A moving body.
     instant : int
-        Which of its instants.
+        Which of its instants; negative ones count from the end.
 
     Returns
     -------
@@ -111,7 +112,7 @@ def free_body(solution: Solution, body: str, instant: int = 0) -> tuple[Wrench, 
     Raises
     ------
     ModelError
-        For an analysis without forces, a batch, or a body that there is not.
+        For an analysis without forces, a batch, or a body or an instant that there is not.
 
     Examples
     --------
@@ -123,9 +124,8 @@ def free_body(solution: Solution, body: str, instant: int = 0) -> tuple[Wrench, 
     >>> abs(sum(force.fx for force in forces)) < 1e-12
     True
     """
-    _check(solution, body)
-    loads = each_load_of(solution, instant)
-    return tuple(_forces(solution, body, instant, loads))
+    k = _checked(solution, body, instant)
+    return tuple(_forces(solution, body, k, each_load_of(solution, k)))
 
 
 def members(solution: Solution, instant: int = 0) -> tuple[Member, ...]:
@@ -138,7 +138,7 @@ def members(solution: Solution, instant: int = 0) -> tuple[Member, ...]:
     solution : Solution
         Of kinetostatics or statics, of one design.
     instant : int
-        Which of its instants.
+        Which of its instants; negative ones count from the end.
 
     Returns
     -------
@@ -148,7 +148,7 @@ def members(solution: Solution, instant: int = 0) -> tuple[Member, ...]:
     Raises
     ------
     ModelError
-        For an analysis without forces, or a batch.
+        For an analysis without forces, a batch, or an instant that there is not.
 
     Notes
     -----
@@ -162,10 +162,10 @@ def members(solution: Solution, instant: int = 0) -> tuple[Member, ...]:
     >>> [member.kind for member in members(mbody.statics(machine))]
     ['two forces and a couple', 'two-force', 'two forces and a couple']
     """
-    _check(solution, None)
-    loads = each_load_of(solution, instant)
+    k = _checked(solution, None, instant)
+    loads = each_load_of(solution, k)
     found = {
-        body.name: list(_forces(solution, body.name, instant, loads))
+        body.name: list(_forces(solution, body.name, k, loads))
         for body in solution.mechanism.bodies
     }
     greatest = max((force.force for row in found.values() for force in row), default=0.0)
@@ -176,7 +176,8 @@ def members(solution: Solution, instant: int = 0) -> tuple[Member, ...]:
     )
 
 
-def _check(solution: Solution, body: str | None) -> None:
+def _checked(solution: Solution, body: str | None, instant: Any) -> int:
+    """The instant's place in the solution; refuses what has no free bodies."""
     if not solution.has_forces:
         raise ModelError(f"{solution.analysis} finds no forces: use kinetostatics or statics")
     if solution.record.batch:
@@ -187,6 +188,11 @@ def _check(solution: Solution, body: str | None) -> None:
     known = [one.name for one in solution.mechanism.bodies]
     if body is not None and body not in known:
         raise ModelError(f"there is no moving body {body!r} (there are: {listed(known)})", body)
+    count = len(solution)
+    whole = hasattr(instant, "__index__") and not isinstance(instant, bool)
+    if not whole or not -count <= instant < count:
+        raise ModelError(f"there is no instant {instant!r}: give a whole number, 0 to {count - 1}")
+    return operator.index(instant) % count
 
 
 def _forces(solution: Solution, body: str, instant: int, loads: np.ndarray) -> Any:
@@ -201,7 +207,7 @@ def _forces(solution: Solution, body: str, instant: int, loads: np.ndarray) -> A
             yield Wrench(joint.name, "joint", *(float(part[instant]) for part in parts))
     for coupling in machine.couplings:
         if body in coupling.bodies:
-            parts = _coupled(solution, coupling.name, body, instant)
+            parts = coupled(solution, coupling.name, body, instant)
             yield Wrench(coupling.name, "coupling", x, y, *parts)
     for driver in machine.drivers:
         if body in driver.bodies:
@@ -216,7 +222,7 @@ def _forces(solution: Solution, body: str, instant: int, loads: np.ndarray) -> A
     yield Wrench("inertia", "inertia", x, y, fx, fy, torque)
 
 
-def _coupled(solution: Solution, coupling: str, body: str, instant: int) -> Any:
+def coupled(solution: Solution, coupling: str, body: str, instant: int) -> Any:
     """What a coupling does to one of its bodies: force at the mass centre, and torque."""
     system = solution.system
     G = jacobian(system, loaded(solution, instant))[1]

@@ -55,15 +55,18 @@ class FreeMotion:
         return {"leader": self.leader, "words": self.words, "rates": rates}
 
 
-def components(mechanism: Mechanism) -> list[list[str]]:
-    """Bodies that joints hold together, the ground and its part first; of each part those nearest
-    to its first body first.
+def components(mechanism: Mechanism, couplings: int | None = None) -> list[list[str]]:
+    """Bodies that joints and couplings, or the first so many of these, hold together, the ground
+    and its part first; of each part those nearest to its first body first.
     """
     neighbours: dict[str, set[str]] = {"ground": set()}
     neighbours |= {body.name: set() for body in mechanism.bodies}
     for joint in mechanism.joints:
         neighbours[joint.i.body].add(joint.j.body)
         neighbours[joint.j.body].add(joint.i.body)
+    for coupling in mechanism.couplings[:couplings]:
+        for name in coupling.bodies:
+            neighbours[name] |= set(coupling.bodies) - {name}
     place = {name: n for n, name in enumerate(neighbours)}
     found: list[list[str]] = []
     seen: set[str] = set()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -83,8 +84,9 @@ class Mobility:
         Of the rates.
     t : float
         Time at which the drivers were taken.
-    bodies, joints, drivers, loops : int
-        Moving links; independent loops of the joints.
+    bodies, joints, couplings, drivers, loops : int
+        Moving links; independent loops, of joints, and of couplings between bodies that are joined
+        without them.
     of_joints, driven : Count
         Without the drivers, and with the drivers held.
     redundant : dict
@@ -102,6 +104,7 @@ class Mobility:
     t: float
     bodies: int
     joints: int
+    couplings: int
     drivers: int
     loops: int
     of_joints: Count
@@ -196,6 +199,13 @@ def mobility(
     return _Report(system, start, float(asked.t[0])).mobility()
 
 
+def _loops(mechanism: Mechanism) -> int:
+    """Independent loops: a coupling closes one where it joins nothing that was apart."""
+    parts = [len(components(mechanism, n)) for n in range(len(mechanism.couplings) + 1)]
+    closed = sum(one == other for one, other in pairwise(parts))
+    return len(mechanism.joints) - len(mechanism.bodies) - 1 + parts[0] + closed
+
+
 class _Report:
     """Puts the report of one closed position together."""
 
@@ -226,8 +236,9 @@ class _Report:
             t=self.t,
             bodies=len(mechanism.bodies),
             joints=len(mechanism.joints),
+            couplings=len(mechanism.couplings),
             drivers=len(mechanism.drivers),
-            loops=len(mechanism.joints) - len(mechanism.bodies) - 1 + len(parts),
+            loops=_loops(mechanism),
             of_joints=of_joints,
             driven=with_drivers,
             redundant=self._spared(joints) if joints else {},

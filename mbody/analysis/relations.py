@@ -7,11 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mbody.analysis.asked import check_ask
 from mbody.errors import ModelError, brief
+from mbody.formulas import convert
 from mbody.measures import check_measure, checked_sides, sides
 from mbody.mechanism import Mechanism
-from mbody.named import meant
-from mbody.questions import Measure, Question
+from mbody.named import meant, plain
+from mbody.questions import Ask, Measure, Question, Unknown
 from mbody.solution import Solution
 
 __all__ = ["Relation", "check_question", "relation", "relations"]
@@ -98,16 +100,31 @@ def relations(question: Question) -> tuple[list[Relation], list[Relation]]:
     return equations, sides
 
 
+def _check_unknown(mechanism: Mechanism, unknown: Unknown) -> None:
+    """Refuse what is none of its numbers, and bounds and a unit of something else."""
+    dimension = meant(mechanism, unknown.name)[1]
+    for given in (unknown.start, unknown.low, unknown.high):
+        if given is not None:
+            plain(mechanism, unknown.name, given, dimension)
+    if unknown.unit and dimension is not None:
+        try:
+            convert(1.0, mechanism.units.of(dimension), unknown.unit)
+        except ModelError as error:
+            raise ModelError(f"unknown '{unknown.name}': {error}", unknown.name) from None
+
+
 def check_question(mechanism: Mechanism, question: Question) -> None:
-    """Refuse a question that names what the mechanism has not, or has too few conditions.
+    """Refuse a question that names what the mechanism has not, gives numbers of something else, or
+    has too few conditions.
 
     Raises
     ------
     ModelError
     """
     equations, sides = relations(question)
+    check_ask(mechanism, Ask(at=question.at))
     for unknown in question.unknowns:
-        meant(mechanism, unknown.name)
+        _check_unknown(mechanism, unknown)
     for one in (*equations, *sides):
         one.unit(mechanism)
     if question.objective:

@@ -14,7 +14,7 @@ from mbody.analysis.closure import (
     drivers,
     raise_user_error,
 )
-from mbody.analysis.contacts import pulled
+from mbody.analysis.contacts import check_fits, pulled
 from mbody.analysis.dead_centres import DeadCentre
 from mbody.analysis.instants import BY_DRIVER, BY_INSTANT, BY_TIME, Plan, check_laws
 from mbody.analysis.rank import dense, too_large
@@ -208,7 +208,7 @@ class Runner:
     def solution(
         self, start: Closed, plan: Plan, record: Record, status: str = "completed"
     ) -> Solution:
-        """What was computed, as the user gets it."""
+        """What was computed, as the user gets it; wheels that do not fit are an error."""
         dependencies = open_reactions(self.system, start.rank) if start.soft else None
         notes = list(start.notes)
         if start.soft and self.loads and dependencies is None:
@@ -223,6 +223,7 @@ class Runner:
             dependencies=dependencies,
             status=status,
         )
+        check_fits(found)
         pulling = pulled(found)
         return replace(found, notes=(*notes, *pulling)) if notes or pulling else found
 

@@ -134,6 +134,10 @@ class Search:
                 break
         if not found:
             raise SolveError(self._nothing(start))
+        if len(found) > 1 and not all(
+            any(place.slope[k].any() for place in found) for k in rows
+        ):  # a condition that holds everywhere
+            raise self._singular(Singular(np.ones(len(start)), True))
         return sorted(found, key=lambda place: float(np.abs(place.base - start).sum()))
 
     def _unwound(self, place: Affine, rows: Sequence[int]) -> Affine:

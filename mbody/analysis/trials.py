@@ -16,11 +16,11 @@ from mbody.assembler import assemble
 from mbody.drivers import Driver
 from mbody.elements import Marker
 from mbody.errors import ModelError, ModelWarning, SolveError
-from mbody.formulas import Formula, FormulaError, convert
+from mbody.formulas import convert
 from mbody.laws import Polynomial
 from mbody.measures import measured
 from mbody.mechanism import Mechanism
-from mbody.named import DRIVEN, meant, moves_nothing
+from mbody.named import DRIVEN, meant, moves_nothing, plain
 from mbody.questions import Ask, Question, Unknown
 from mbody.solution import Solution
 from mbody.units import DIMENSIONS, Dimension
@@ -119,13 +119,14 @@ class Trials:
             driver.name: np.array([float(part[0]) for part in first.driven(driver.name)])
             for driver in mechanism.drivers
         }
-        self.poses = [(np.zeros(len(question.unknowns)), self._pose(first))]
+        self.poses = [self._pose(first)]
         moved = {self._driver(mechanism, one.name) for one in question.unknowns} - {""}
         if first.given is not None:
             moved |= self.states.keys()
         self.system = assemble(self._freed(mechanism, moved))
         self.wanted = [self._wanted(mechanism, first, one) for one in question.unknowns]
-        self.poses[0] = (self.start, self.poses[0][1])
+        #: Where the poses were found: (trials, unknowns), in steps.
+        self.places = self.start[None]
         self.steady = all(one.steady for one in self.wanted)
         #: The last sentence of a trial that failed.
         self.refusal = ""
@@ -171,7 +172,7 @@ class Trials:
         else:
             present = float(first.system.values[name])
         start, low, high = (
-            default if given is None else _plain(mechanism, one.name, given, dimension)
+            default if given is None else plain(mechanism, one.name, given, dimension)
             for given, default in ((one.start, present), (one.low, -np.inf), (one.high, np.inf))
         )
         if low > high:
@@ -220,10 +221,11 @@ class Trials:
 
     def run(self, u: Array) -> Solution:
         """The analysis with one set of values, in steps; errors as of the analysis."""
-        near = min(self.poses, key=lambda known: float(np.abs(known[0] - u).sum()))
-        run = self._analysed({k: v[0] for k, v in self._values(u[None]).items()}, near[1])
+        near = self.poses[int(np.abs(self.places - u).sum(axis=1).argmin())]
+        run = self._analysed({k: v[0] for k, v in self._values(u[None]).items()}, near)
         if not self.steady:
-            self.poses.append((u, self._pose(run)))
+            self.poses.append(self._pose(run))
+            self.places = np.vstack([self.places, u])
         return run
 
     def rows(self, relations: list[Relation], objective: str, us: Array) -> tuple[Array, Array]:
@@ -240,7 +242,7 @@ class Trials:
         """
         if self.steady and len(us) > 1:
             try:
-                run = self._analysed(self._values(us), self.poses[0][1])
+                run = self._analysed(self._values(us), self.poses[0])
                 return self._whole(run, relations, objective, len(us))
             except (ModelError, SolveError):
                 pass  # one by one, so that the others are told
@@ -290,14 +292,3 @@ class Trials:
             for n, c in enumerate(self._coefficients(state)):
                 values[f"{driver}.law.c{n}"] = c
         return values
-
-
-def _plain(mechanism: Mechanism, name: str, given: Any, dimension: Dimension | None) -> float:
-    """A start or a bound in the units of the mechanism."""
-    if not isinstance(given, Formula):
-        return float(given)
-    try:
-        whole = given if dimension is None else given.of(dimension)
-        return float(whole.value(mechanism.scope))
-    except FormulaError as error:
-        raise ModelError(f"unknown '{name}': {error}", name) from None

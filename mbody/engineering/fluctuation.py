@@ -110,6 +110,11 @@ def fluctuation(run: Solution, driver: str | None = None) -> Fluctuation:
     True
     """
     name = the_motor(run, driver)
+    if run.system.batch is not None:
+        raise ModelError(
+            f"a fluctuation is of one design, this is a batch of {run.system.batch} designs: "
+            "analyse one of them, system.design(n)"
+        )
     return energy_fluctuation(run.driven(name)[0], run.effort(name))
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mbody.analysis.free_body import coupled
 from mbody.checks import loaded
 from mbody.drivers import AngleDriver, CoordinateDriver, Driver
 from mbody.elements import Marker, as_marker
@@ -25,8 +26,8 @@ class ShakingForce:
     Attributes
     ----------
     fx, fy, moment : arrays (instants,)
-        Sum of what joints, drivers and loads do to the frame; the moment is about the place asked
-        for.
+        Sum of what joints, couplings, drivers and loads do to the frame; the moment is about the
+        place asked for.
     fx_inertia, fy_inertia, moment_inertia : arrays (instants,)
         The same by d'Alembert, from the motion: inertia forces and loads of all bodies.
     """
@@ -120,7 +121,7 @@ def _moved(force: Array, x: Array, y: Array) -> Array:
 
 
 def _by_joints(run: Solution, x: Array, y: Array) -> Array:
-    """What joints and drivers do to the ground, (instants, 3), about (x, y)."""
+    """What joints, couplings and drivers do to the ground, (instants, 3), about (x, y)."""
     total = np.zeros((len(run), 3))
     for joint in run.mechanism.joints:
         ends = joint.i.body, joint.j.body
@@ -130,6 +131,12 @@ def _by_joints(run: Solution, x: Array, y: Array) -> Array:
         torque = force.torque + moment(run, joint, force.fx, force.fy)
         at_place = np.column_stack([force.fx, force.fy, torque])
         total += _moved(at_place, place.x - x, place.y - y)
+    for coupling in run.mechanism.couplings:
+        # nothing from outside takes part: the ground gets what its moving bodies give
+        for body in coupling.bodies if "ground" in coupling.bodies else ():
+            if body != "ground":
+                rows = [coupled(run, coupling.name, body, k) for k in range(len(run))]
+                total -= _moved(np.array(rows), run[body].x - x, run[body].y - y)
     for driver in run.mechanism.drivers:
         if "ground" in driver.bodies:
             total += _by_driver(run, driver, x, y)

@@ -12,6 +12,8 @@ from mbody.io.text import Column, angles, even, number, numbers, paragraph, tabl
 if TYPE_CHECKING:
     from mbody.analysis.equilibrium import Equilibria, Equilibrium
     from mbody.analysis.equilibrium_curve import EquilibriumCurve
+    from mbody.couplings import Coupling
+    from mbody.drivers import Driver
 
 __all__ = ["curve_sheet", "sheet"]
 
@@ -95,7 +97,7 @@ def _links(found: Equilibria, shown: list[Equilibrium]) -> list[str]:
 
 
 def _forces(found: Equilibria, shown: list[Equilibrium]) -> list[str]:
-    """Joint forces and efforts of the drivers that hold."""
+    """Joint forces, and efforts of the drivers that hold and of couplings."""
     mechanism = shown[0].solution.mechanism
     names, unit = force_names(mechanism), found.units.of
     floor = max(force_floor(e.solution) for e in shown)
@@ -117,11 +119,12 @@ def _forces(found: Equilibria, shown: list[Equilibrium]) -> list[str]:
             Column("magnitude", numbers([np.hypot(*c[3:]) for c in cells], floor), unit("force")),
         ]
     )
-    for driver in mechanism.drivers:
-        efforts = [float(e.solution.effort(driver.name)[0]) for e in shown]
-        what = unit("torque") if driver.rows == "a" else unit("force")
+    elements: tuple[Driver | Coupling, ...] = (*mechanism.drivers, *mechanism.couplings)
+    for element in elements:
+        efforts = [float(e.solution.effort(element.name)[0]) for e in shown]
+        what = unit("torque") if element.rows == "a" else unit("force")
         row = ", ".join(number(effort) for effort in efforts)
-        lines += paragraph(f"{row} {what}", f"effort of {driver.name}   ")
+        lines += paragraph(f"{row} {what}", f"effort of {element.name}   ")
     return lines
 
 

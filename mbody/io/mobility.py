@@ -65,6 +65,7 @@ def _counts(report: Mobility) -> list[str]:
     parts = [
         _counted(report.bodies, "moving link"),
         _counted(report.joints, "joint"),
+        *([_counted(report.couplings, "coupling")] if report.couplings else []),
         _counted(report.drivers, "driver"),
         _counted(report.loops, "independent loop"),
     ]

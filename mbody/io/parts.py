@@ -10,6 +10,8 @@ import numpy as np
 from mbody.io.text import numbers, paragraph
 
 if TYPE_CHECKING:
+    from mbody.couplings import Coupling
+    from mbody.drivers import Driver
     from mbody.histories import Reaction
     from mbody.mechanism import Mechanism
 from mbody.solution import Solution
@@ -129,13 +131,15 @@ def swiftness(solution: Solution) -> float:
 
 
 def force_floor(solution: Solution) -> float:
-    """What is no more than rounding beside the greatest joint force or driver effort."""
+    """What is no more than rounding beside the greatest joint force or effort."""
     length, peak = solution.system.length, 0.0
     for joint in solution.mechanism.joints:
         peak = max(peak, float(solution.reaction(joint.name).magnitude.max()))
-    for driver in solution.mechanism.drivers:
-        size = float(np.abs(solution.effort(driver.name)).max())
-        peak = max(peak, size / length if driver.rows == "a" else size)
+    machine = solution.mechanism
+    elements: tuple[Driver | Coupling, ...] = (*machine.drivers, *machine.couplings)
+    for element in elements:
+        size = float(np.abs(solution.effort(element.name)).max())
+        peak = max(peak, size / length if element.rows == "a" else size)
     return peak * (REDUNDANT if solution.soft else ROUNDING)
 
 

@@ -5,8 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
+import numpy as np
+
 from mbody.atoms import Atom
 from mbody.elements import Element, Place, place_field, two_bodies
+from mbody.errors import ModelError
 
 if TYPE_CHECKING:
     from mbody.elements import Numbers
@@ -38,6 +41,15 @@ class Joint(Element):
     def _check(self) -> None:
         super()._check()
         two_bodies(self)
+
+    def _check_switches(self, *fields: str) -> None:
+        """Refuse what is neither true nor false."""
+        for field in fields:
+            value = getattr(self, field)
+            if not isinstance(value, (bool, np.bool_)):
+                raise ModelError(
+                    f"'{self.name}': {field} must be True or False, not {value!r}", self.name
+                )
 
     def atoms(self, at: Numbers) -> list[Atom]:
         """The joint's constraints with their numbers."""

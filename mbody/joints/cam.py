@@ -96,12 +96,7 @@ class CamFollower(Joint):
 
     def _check(self) -> None:
         super()._check()
-        for field in ("flat", "clockwise"):
-            value = getattr(self, field)
-            if not isinstance(value, (bool, np.bool_)):
-                raise ModelError(
-                    f"'{self.name}': {field} must be True or False, not {value!r}", self.name
-                )
+        self._check_switches("flat", "clockwise")
         if self.flat and self.roller:
             raise ModelError(
                 f"'{self.name}': a flat face has no roller: leave out roller = {self.roller:g}, or "

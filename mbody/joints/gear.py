@@ -65,6 +65,7 @@ class Gear(Joint):
 
     def _check(self) -> None:
         super()._check()
+        self._check_switches("internal")
         if self.internal and self.radius_i == self.radius_j:
             raise ModelError(
                 f"'{self.name}': a ring of {self.radius_i:g} and a wheel of {self.radius_j:g} "

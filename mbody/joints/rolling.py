@@ -66,6 +66,7 @@ class Rolling(Joint):
 
     def _check(self) -> None:
         super()._check()
+        self._check_switches("internal")
         line = self.on_radius is None
         if self.internal and (line or self.on_radius == self.radius):
             raise ModelError(

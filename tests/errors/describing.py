@@ -119,6 +119,7 @@ SCENARIOS = {
     "a ring as small as its wheel": lambda: Gear(
         "it", "a.P", "b.Q", radius_i=2, radius_j=2, internal=True
     ),
+    "a ring that is text": lambda: Gear("it", "a.P", "b.Q", radius_i=2, radius_j=1, internal="no"),
     "a wheel without a radius": lambda: Rolling("it", "a.P", "b.Q"),
     "a wheel inside a line": lambda: Rolling("it", "a.P", "b.Q", radius=1, internal=True),
     "a phase on a line": lambda: Rolling("it", "a.P", "b.Q", radius=1, phase=0.2),

@@ -67,6 +67,7 @@ SCENARIOS = {
     ),
     "a fluctuation that does not repeat": lambda: fluctuation(brake()),
     "a fluctuation of a driver that is not there": lambda: fluctuation(turn(), "engine"),
+    "a fluctuation of a batch": lambda: fluctuation(batch()),
     "a fluctuation of one of two motors": lambda: fluctuation(Anyone()),
     "a flywheel for no fluctuation": lambda: flywheel(turn(), 0.0),
     "a flywheel for per cent": lambda: flywheel(turn(), "2 %"),

@@ -100,6 +100,7 @@ SCENARIOS = {
     "rest positions at two times": lambda: equilibrium(pendulum(), t=[0.0, 1.0]),
     "a start that is a number": lambda: equilibrium(pendulum(), starts=[0.5]),
     "rest positions of very many bodies": lambda: equilibrium(free(800)),
+    "rest positions of very many free motions": lambda: equilibrium(free(42)),
     "rest positions of what is driven": lambda: equilibrium(
         pendulum(AngleDriver("motor", "rod", 0.5))
     ),

@@ -92,6 +92,8 @@ SCENARIOS = {
     "a free body of kinematics": lambda: free_body(motion(), "crank"),
     "free bodies of a batch": lambda: members(batch()),
     "a free body that is not there": lambda: free_body(run(), "rod"),
+    "free bodies at an instant that is not there": lambda: members(run(), 3),
+    "where a driver of an angle acts": lambda: run().told_at("motor"),
     "a frame without pandas": without_pandas,
     "a folder that is not there": lambda: run().to_csv("/nowhere/run.csv"),
     "a folder for a file": lambda: run().to_csv("/"),

@@ -70,6 +70,7 @@ SCENARIOS = {
     "a number that is not there": ask("push", "motor.effort = 0"),
     "a number that a load has not": ask("brake.size", "motor.effort = 0"),
     "a start in other units": ask(Unknown("brake", start="3 kg"), "motor.effort = 0"),
+    "a unit of something else": ask({"brake": {"unit": "N"}}, "motor.effort = 0"),
     "bounds the wrong way round": ask(Unknown("brake", low=2.0, high=1.0), "motor.effort = 0"),
     "an inequality as a condition": ask("brake", "motor.effort <= 0"),
     "an equation as a side condition": ask("brake", "motor.effort = 0", side_conditions="A.fx = 0"),

@@ -6,7 +6,7 @@ from fractions import Fraction
 from typing import Any
 
 from mbody.errors import ModelError
-from mbody.formulas import VARIABLES, Formula
+from mbody.formulas import VARIABLES, Formula, FormulaError
 from mbody.formulas.evaluate import TURNING, measured
 from mbody.formulas.tree import Call, walk
 from mbody.io.model.read import built
@@ -75,7 +75,10 @@ class _Converter(Writer):
     def wanted(self, value: Any, dimension: Dimension) -> Any:
         """A number of a question, as `number`."""
         if isinstance(value, Formula):
-            value = value.of(dimension).value(self.mechanism.scope)
+            try:
+                value = value.of(dimension).value(self.mechanism.scope)
+            except FormulaError:  # it is told where the question is read
+                return super().wanted(value, dimension)
         return self.written(value, dimension)
 
     def law_text(self, formula: Formula) -> Any:
