@@ -31,10 +31,14 @@ NEAR = 3e-3
 #: A projection is sure of its branch where it moves by less than this part of the distance to a
 #: singular position, of which the root of the weakest pivot is the measure.
 CONE = 0.05
+#: What it moves along the manifold may be so many times the error of a step.
+ASTRAY = 10.0
+#: Nearer than this, as the root of the weakest pivot, it is worth a try with another step.
+CLOSE = 5e-3
 #: A step does not end where the weakest pivot is this part of what it was.
 BEHIND = 1e-6
-#: Steps that are tried again so that no stage, or no end, lies at a singular position.
-STAGES_AGAIN, ENDS_AGAIN = 6.0, 8.0
+#: Steps of one passage that are tried again so that no stage, or no end, lies at the position.
+STAGES_AGAIN, ENDS_AGAIN = 3.0, 8.0
 
 
 @njit
@@ -61,14 +65,14 @@ def stage(L, W, y, K, P, s, soft, passes, careful):
     n3 = 3 * L.bodies
     for n in range(n3):
         W.q[n, 0], W.v[n, 0] = y[n], y[n3 + n]
-    far, good = accelerate(L, W, 0.0, soft, passes, careful)
+    far, fast, good = accelerate(L, W, 0.0, soft, passes, careful)
     if careful:
         for n in range(n3):
             y[n], y[n3 + n] = W.q[n, 0], W.v[n, 0]
     for n in range(n3):
         K[s, n], K[s, n3 + n] = W.v[n, 0], W.a[n, 0]
     powers(L, W, P[s])
-    return far, good
+    return far, fast, good
 
 
 @kernel
@@ -79,7 +83,7 @@ def begin(L, W, soft, passes, y, K, P, page, state):
     L, W = by_reference(L), by_reference(W)
     signals(L, W, 0.0, L.signal_law.shape[0])
     W.time[0, 0] = state[0]
-    _, good = stage(L, W, y, K, P, 0, soft, passes, True)
+    _, _, good = stage(L, W, y, K, P, 0, soft, passes, True)
     state[8] = state[10] = weakest(L, W)
     keep(L, W, 0.0, page)
     return good
@@ -143,12 +147,12 @@ def flow(
 
     state: [0] t, [1] next step, [2] steps done, [3] rejected, [4] careful ones, [5] evaluations,
     [6] instants met, [7] careful now, [8] weakest pivot, [9] projections that failed, [10]
-    greatest of the weakest pivots, [12] and [13] tries.
+    greatest of the weakest pivots, [11] greatest careful step, [12] and [13] tries.
     Returns DONE, MORE, SMALL (the step has vanished) or LOST (a slope was no number).
     """
     L, W = by_reference(L), by_reference(W)
     w, n6, causes = 0.0, 6 * L.bodies, P.shape[1]
-    n3 = 3 * L.bodies
+    n3, swift = 3 * L.bodies, scale[6 * L.bodies - 1]
     ys, end, last = work[0], work[1], work[2]
     for _ in range(steps):
         t, h = state[0], state[1]
@@ -168,13 +172,21 @@ def flow(
                     total += A[s, r] * K[r, n]
                 ys[n] = y[n] + h * total
             W.time[0, 0] = t + C[s] * h
-            far, good = stage(L, W, ys, K, P, s, soft, passes if careful else regular, careful)
+            far, fast, good = stage(
+                L, W, ys, K, P, s, soft, passes if careful else regular, careful
+            )
             state[5] += 1
             if not good:
                 break
             part = weakest(L, W)
             least = min(least, part)
-            inside = inside or (careful and far * far * state[10] > CONE * CONE * part)
+            if careful:
+                # what projections move along the manifold is of second order in what they move
+                # across it, by how far the singular position is
+                apart = math.sqrt(part / state[10])
+                astray = far * far / apart + h * (fast / apart) ** 2 / swift
+                close = apart < CLOSE and astray > ASTRAY * rtol
+                inside = inside or close or far > CONE * apart
         if not good:
             state[9] += 1
             state[3] += 1
@@ -185,7 +197,9 @@ def flow(
             state[1] = 0.91 * h
             continue
         if least < NEAR * state[10] and not careful:
-            state[7] = 1.0
+            # errors of stages fall with the fourth power of the step, and here their squares count
+            state[7], state[11] = 1.0, 0.25 * h
+            state[1] = state[11]
             continue
         for n in range(n6):
             total, a, b = 0.0, 0.0, 0.0
@@ -198,7 +212,7 @@ def flow(
             last[n] = y[n]
         W.time[0, 0] = t + h
         if careful:
-            _, good = stage(L, W, end, K, P, 12, soft, passes, True)
+            _, _, good = stage(L, W, end, K, P, 12, soft, passes, True)
             state[5] += 1
             for row in range(3, 5):
                 for half in range(2):
@@ -222,7 +236,7 @@ def flow(
             state[1] = h * max(0.2, growth)
             continue
         if not careful:
-            _, good = stage(L, W, end, K, P, 12, soft, regular, True)
+            _, _, good = stage(L, W, end, K, P, 12, soft, regular, True)
             state[5] += 1
             if not good:
                 state[9] += 1
@@ -238,7 +252,6 @@ def flow(
         for n in range(n6):
             y[n] = end[n]
         # ---- the step is made
-        state[12] = state[13] = 0.0
         state[8], state[10] = part, max(part, state[10])
         state[2] += 1
         state[4] += 1.0 if careful else 0.0
@@ -266,6 +279,10 @@ def flow(
             P[0, c] = P[12, c]
         state[0] = now
         state[1] = max(h * max(0.2, growth), state[1]) if clipped else h * max(0.2, growth)
+        if state[7] > 0.5:
+            state[1] = min(state[1], state[11])
+        else:
+            state[12] = state[13] = 0.0
         for n in range(n6):
             K[0, n] = K[12, n]
         state[6] = k

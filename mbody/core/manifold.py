@@ -57,42 +57,46 @@ def project_position(L, W, w, soft):
 
 @njit
 def project_velocity(L, W, w, passes):
-    """v ← the nearest velocity with Φ_q v = ν, by the present factor."""
-    for _ in range(1 + passes):
+    """v ← the nearest velocity with Φ_q v = ν, by the present factor. Returns how far it goes."""
+    first = 0.0
+    for n in range(1 + passes):
         clear(W.u, w)
         for s in range(L.slots):
-            for n in range(3):
-                st(W.u, 3 * s + n, ld(W.v, 3 * L.slot_body[s] + n, w), w)
+            for m in range(3):
+                st(W.u, 3 * s + m, ld(W.v, 3 * L.slot_body[s] + m, w), w)
         apply_g(L, W, w, W.u, W.x)
-        for n in range(2 * L.nodes):
-            st(W.x, n, ld(W.x, n, w) - ld(W.nu, n, w), w)
+        for m in range(2 * L.nodes):
+            st(W.x, m, ld(W.x, m, w) - ld(W.nu, m, w), w)
         solve(L, W, w)
         clear(W.u, w)
         apply_gt(L, W, w, W.x, W.u)
         weigh(L, W, w, W.u)
+        if n == 0:
+            first = reach(L, W, w)
         for b in range(L.bodies):
             o, s = 3 * b, 3 * L.body_slot[b]
             for m in range(3):
                 st(W.v, o + m, ld(W.v, o + m, w) - ld(W.u, s + m, w), w)
+    return first
 
 
 @njit
 def accelerate(L, W, w, soft, passes, on_manifold):
-    """a and λ at W.q, W.v, W.time into W.a and W.lam; `on_manifold` projects both first. Returns
-    how far the position was moved, and whether the projection converged.
+    """a and λ at W.q, W.v, W.time into W.a and W.lam; `on_manifold` projects position and velocity
+    first. Returns how far each was moved, and whether the projection converged.
     """
     signals(L, W, w, L.varying)
-    far, good = 0.0, True
+    far, fast, good = 0.0, 0.0, True
     if on_manifold:
         far, good = project_position(L, W, w, soft)
     turns(L, W, w)
     rows(L, W, w, True, None)
     factor(L, W, w, soft, VANISHED)
     if on_manifold:
-        project_velocity(L, W, w, passes)
+        fast = project_velocity(L, W, w, passes)
     rows(L, W, w, None, True)
     balance(L, W, w, passes)
-    return far, good
+    return far, fast, good
 
 
 @njit
