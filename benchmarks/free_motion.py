@@ -1,7 +1,7 @@
 """Free motion: error against time at several tolerances, and the cost of a slope by bodies.
 
-``python -m benchmarks.free_motion``; errors are against the references of the validation cases, times
-medians of several whole calls of `mbody.simulate`, start and Python included.
+``python -m benchmarks.free_motion``; errors are against the references of the validation cases,
+times medians of several whole calls of `mbody.simulate`, start and Python included.
 """
 
 from __future__ import annotations

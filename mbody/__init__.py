@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from mbody.drivers import AngleDriver, CoordinateDriver, DistanceDriver
     from mbody.elements import Marker, Polar, polar
     from mbody.errors import ModelError, ModelWarning, SolveError
+    from mbody.events import Event, Occurrence, Stop
     from mbody.formulas import convert
     from mbody.histories import Reaction
     from mbody.io.model import from_text, in_units, load, save, to_text
@@ -97,6 +98,7 @@ _HOME = {
     "drivers": "AngleDriver CoordinateDriver DistanceDriver",
     "elements": "Marker Polar polar",
     "errors": "ModelError ModelWarning SolveError",
+    "events": "Event Occurrence Stop",
     "joints": "CamFollower CustomJoint Distance Fixed Gear PinSlot Prismatic RackPinion Revolute "
     "Rolling",
     "laws": "Cam Constant ConstantAcceleration ConstantSpeed Dwell Function Harmonic Polynomial "

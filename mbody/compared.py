@@ -6,6 +6,7 @@ import contextlib
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from mbody.events import Stop
 from mbody.formulas import Formula, FormulaError
 from mbody.units import DIMENSIONS, Dimension
 
@@ -44,7 +45,17 @@ def _begun(machine: Mechanism) -> Any:
         body: {k: _worth(machine, v, angle if k == "angle" else None) for k, v in given.items()}
         for body, given in asked.start.items()
     }
-    return asked.rtol, asked.instants, _worth(machine, asked.until, None), start
+    number = DIMENSIONS["number"]
+    events = [
+        replace(one, restitution=0.0) if isinstance(one, Stop) else one for one in asked.events
+    ]
+    # a file has two tables, whose order among each other says nothing
+    watched = sorted(events, key=lambda one: isinstance(one, Stop))
+    given = [
+        _worth(machine, one.restitution, number) for one in asked.events if isinstance(one, Stop)
+    ]
+    until = _worth(machine, asked.until, None)
+    return asked.rtol, asked.instants, until, start, watched, given
 
 
 def whole(machine: Mechanism) -> tuple[Any, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
@@ -34,12 +35,13 @@ class Energy:
     work : array
         Done by all other loads and by the drivers since the beginning.
     dissipated : array
-        Taken by dampers since the beginning.
+        Taken by dampers, and by impacts on stops, since the beginning.
     balance : array
         kinetic + potential + dissipated − work, less what it was at the beginning: the error of the
         motion, by a route that its steps did not take.
     by : dict
-        Work of every load and driver since the beginning, by name; of very many loads "loads".
+        Work of every load and driver since the beginning, by name; of very many loads "loads"; of
+        every stop what its impacts gave, below zero where they took.
     """
 
     kinetic: Array
@@ -68,7 +70,7 @@ class Energy:
         return told | {"by": {name: part.tolist() for name, part in self.by.items()}}
 
 
-def account(system: System, motion: Array, gained: Array) -> Energy:
+def account(system: System, motion: Array, gained: Array, stops: Sequence[str] = ()) -> Energy:
     """The account of a motion.
 
     Parameters
@@ -76,19 +78,21 @@ def account(system: System, motion: Array, gained: Array) -> Energy:
     motion : array (instants, 2·coordinates)
         q, then v.
     gained : array (instants, causes)
-        Work of every load, or of all together, then of every driver.
+        Work of every load, or of all together, then of every driver, then of every stop.
+    stops : list of str
+        Their names.
     """
     machine, n = system.mechanism, system.coordinates
     kinetic = 0.5 * (motion[:, n : 2 * n] ** 2) @ system.mass[:n, 0]
     drivers = [driver.name for driver in machine.drivers]
     loads = [load.name for load in machine.loads]
-    together = gained.shape[1] - len(drivers) != len(loads)
-    names = [*(["loads"] if together else loads), *drivers]
+    together = gained.shape[1] - len(drivers) - len(stops) != len(loads)
+    names = [*(["loads"] if together else loads), *drivers, *stops]
     by = {name: gained[:, k] for k, name in enumerate(names)}
     potential, work, lost = (np.zeros(len(motion)) for _ in range(3))
     for name, part in by.items():
-        load = None if together or name in drivers else machine[name]
-        if isinstance(load, Damper | TorsionDamper):
+        load = None if together or name in (*drivers, *stops) else machine[name]
+        if isinstance(load, Damper | TorsionDamper) or name in stops:
             lost -= part
         elif load is not None and _has_potential(machine, load):  # type: ignore[arg-type]
             potential -= part

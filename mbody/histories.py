@@ -40,7 +40,8 @@ class Record:
             parts = [block[:, rows, :].transpose(2, 0, 1) for block in self.blocks]
             return np.ascontiguousarray(np.concatenate(parts)[: self.count])
         block = self._pieces(self.blocks[0])[:, rows, :].transpose(2, 0, 1)
-        return np.ascontiguousarray(block.reshape(-1, block.shape[2])[: self.count])
+        lanes, instants, width = block.shape  # no rows where there are no joints
+        return np.ascontiguousarray(block.reshape(lanes * instants, width)[: self.count])
 
     @staticmethod
     def _pieces(block: Array) -> Array:

@@ -211,6 +211,8 @@ class Mechanism:
             for key, question in self.questions.items()
             if gone.isdisjoint(question.names) and driven.isdisjoint(question.at)
         }
+        if self.simulation is not None:
+            made.simulation = self.simulation.without(gone)
         if self.ask is not None and (self.ask.over or not self.ask.at.keys() <= {"t"}):
             made.ask = None  # it asks for the drivers that there were
         return made

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from mbody.errors import ModelError
+from mbody.events import as_events
 from mbody.formulas import Formula, FormulaError, parse_unit, read
 from mbody.formulas.door import NotANumber, NotFinite, entered
 
@@ -285,6 +286,8 @@ class Simulation:
         Error of a step, as a part of each coordinate.
     instants : int
         How many are kept.
+    events : list of Event and Stop
+        What is watched for.
 
     >>> Simulation(2.0, {"bob": {"angle": 0.5}}).start
     {'bob': {'angle': 0.5}}
@@ -294,6 +297,7 @@ class Simulation:
     start: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     rtol: float = 1e-8
     instants: int = 201
+    events: Any = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.start, Mapping):
@@ -315,6 +319,16 @@ class Simulation:
                 )
             made[body] = {k: _entered(v, f"start.{body}.{k}") for k, v in given.items()}
         object.__setattr__(self, "start", made)
+        object.__setattr__(self, "events", as_events(self.events))
+
+    def without(self, gone: set[str]) -> Simulation:
+        """The same without events that speak of elements that are gone."""
+        kept = [
+            event
+            for event in self.events
+            if gone.isdisjoint(name.partition(".")[0] for name in read(event.of, None).names)
+        ]
+        return replace(self, events=kept)
 
 
 def _entered(value: Any, name: str) -> float | Formula:

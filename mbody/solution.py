@@ -15,6 +15,7 @@ from mbody.elements import Marker, as_marker, listed
 from mbody.ends import column, ends, moment, told_at
 from mbody.energy import Energy
 from mbody.errors import ModelError
+from mbody.events import Occurrence
 from mbody.histories import BodyHistory, Checks, PointHistory, Reaction, Record
 from mbody.joints import Joint
 from mbody.mechanism import Mechanism
@@ -53,6 +54,7 @@ class Solution:
     status: str = "completed"
     stats: dict[str, int] | None = None
     energy: Energy | None = field(default=None, repr=False)
+    events: tuple[Occurrence, ...] = field(default=(), repr=False)
 
     def take(self, instants: Any) -> Solution:
         """Only some of the instants, by their numbers, in that order."""

@@ -36,7 +36,7 @@ LAYERS = (
     {"joints", "loads", "drivers", "couplings"},
     {"core", "elimination", "histories"},
     {"square"},
-    {"questions", "resolution", "compared"},
+    {"questions", "events", "resolution", "compared"},
     {"mechanism"},
     {"named", "system"},
     {"assembler", "ends", "energy", "checks"},

@@ -14,8 +14,6 @@ from tests.errors.page import PAGE, page
 #: Texts in functions that make errors, which are none of a sentence.
 OTHERWISE = {
     "stopped after ": "the status of the solution that the error carries",
-    "stopped at t = ": "the status of a motion that was interrupted",
-    " by the user": "the same",
     r" \(at (?:line (\d+), column \d+|end of document)\)$": "a pattern",
 }
 LONGEST = 600

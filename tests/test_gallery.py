@@ -83,7 +83,8 @@ def at(run, place):
 # -- the gallery itself -----------------------------------------------------------------------
 
 NAMES = (
-    *("andrews_squeezer", "cam_follower", "double_pendulum", "flyball_governor", "free_fourbar"),
+    *("andrews_squeezer", "bouncing_ball", "cam_follower", "double_pendulum"),
+    *("flyball_governor", "free_fourbar"),
     *("hoekens", "mud_pump", "mud_pump_sixbar", "mud_pump_sixbar_as_scanned", "n_windows_2"),
     *("n_windows_40", "norton_fourbar", "norton_fourbar_printed", "parallel_cranks"),
     *("peaucellier", "planetary_train", "porter_governor", "quick_return", "rotating_mass"),
@@ -101,7 +102,7 @@ def test_names():
     ("name", "told"),
     [
         ("norton_fourba", "no model 'norton_fourba': did you mean 'norton_fourbar'"),
-        ("../secret", "there are: andrews_squeezer, cam_follower, "),
+        ("../secret", "there are: andrews_squeezer, bouncing_ball, "),
         ("", "no model ''"),
         (3, "no model '3'"),
     ],

@@ -16,6 +16,7 @@ from mbody.core.methods import order_8
 from mbody.core.output import PER_ATOM
 from mbody.energy import account
 from mbody.errors import ModelError, SolveError
+from mbody.events import Occurrence
 from mbody.histories import Record
 from mbody.solution import Solution
 from mbody.system import System
@@ -46,6 +47,9 @@ class Course:
         loads = len(system.mechanism.loads)
         self.causes = (loads if loads <= ACCOUNTED else 1) or 1
         self.causes += len(system.mechanism.drivers)
+        self.passes, self.method = max(2, self.regular), order_8()
+        self.occurred: list[Occurrence] = []
+        self.stops: list[str] = []
 
     def run(
         self,
@@ -56,51 +60,78 @@ class Course:
         progress: Callable[[float], None] | None,
     ) -> Solution:
         """The motion at the times."""
+        self._begin(first, q, v, float(times[-1]))
+        code, status = MORE, "completed"
+        try:
+            code, status = self._follow(times, progress)
+        except KeyboardInterrupt:
+            unit = self.system.mechanism.units.time
+            status = f"stopped at t = {self.state[0]:.6g} {unit} by the user"
+        found = self._solution(status)
+        lost = np.flatnonzero(~np.isfinite(found.record.blocks[0][:, :, 0]).all(axis=1))
+        if lost.size:  # an instant at which a load has no value, though the steps passed it
+            self.state[0] = found.t[lost[0]]
+            found = found.take(np.arange(lost[0]))
+        if lost.size or code not in (DONE, MORE):
+            raise self._stopped(found)
+        return found
+
+    def _begin(self, first: float, q: Array, v: Array, until: float) -> None:
+        """The memory of the kernel with the first state, its slope and the first step."""
         n3 = self.system.coordinates
-        y, K, P = np.concatenate([q, v]), np.zeros((16, 2 * n3)), np.zeros((16, self.causes))
-        rows = 3 * n3 + PER_ATOM * len(self.system.owners)
-        output, gained = np.empty((len(times), rows, 1)), np.zeros((len(times) + 1, self.causes))
-        state, page = np.zeros(16), np.empty((rows, 1))
-        state[0] = first
-        passes = max(2, self.regular)
-        begun = begin(self.layout, self.work, self.soft, passes, y, K, P, page, state)
-        raise_user_error(self.system)
-        if not begun:
+        self.first, self.until = first, until
+        self.rows = 3 * n3 + PER_ATOM * len(self.system.owners)
+        self.y, self.K = np.concatenate([q, v]), np.zeros((16, 2 * n3))
+        self.P, self.state = np.zeros((16, self.causes)), np.zeros(16)
+        self.room = np.zeros((5, 2 * n3)), np.zeros((7, 2 * n3)), np.zeros((7, self.causes))
+        self.page = np.empty((self.rows, 1))
+        self.state[0] = first
+        if not self._slope():
             raise SolveError(
                 f"the start does not fit '{self.system.mechanism.name}': its loops do not close "
                 "near it; give a motion of this mechanism, or its own guesses"
             )
         self._check_determined()
-        self._check_slope(K, first)
-        if times[0] <= first:
-            output[0], state[6] = page, 1.0
-        scale = self._scale(v, K[0, n3:])
-        state[1] = self._first_step(y, K[0], scale, times[-1] - first)
-        method, until = order_8(), float(times[-1])
-        work, F, G = np.zeros((5, 2 * n3)), np.zeros((7, 2 * n3)), np.zeros((7, self.causes))
-        code, status = MORE, "completed"
-        try:
-            while code == MORE:
-                code = flow(
-                    *(self.layout, self.work, *method, self.soft, self.regular, passes),
-                    *(self.rtol, self.atol, scale, until, STEPS, y, K, P, work, F, G),
-                    *(times, output, gained, state),
-                )
-                raise_user_error(self.system)
-                if progress is not None:
-                    progress(float(state[0]))
-        except KeyboardInterrupt:
-            unit = self.system.mechanism.units.time
-            status = f"stopped at t = {state[0]:.6g} {unit} by the user"
-        met = int(state[6])
-        found = self._solution(times[:met], output[:met], gained[:met], state, status)
-        lost = np.flatnonzero(~np.isfinite(output[:met, :, 0]).all(axis=1))
-        if lost.size:  # an instant at which a load has no value, though the steps passed it
-            state[0] = times[lost[0]]
-            found = found.take(np.arange(lost[0]))
-        if lost.size or code not in (DONE, MORE):
-            raise self._stopped(state, found)
-        return found
+        self._check_slope(self.K, first)
+        self.scale = self._scale(v, self.K[0, n3:])
+        self.state[1] = self._first_step(self.y, self.K[0], self.scale, until - first)
+
+    def _slope(self) -> bool:
+        """Project the state, take its slope and its page; whether the loops close."""
+        begun = begin(
+            *(self.layout, self.work, self.soft, self.passes),
+            *(self.y, self.K, self.P, self.page, self.state),
+        )
+        raise_user_error(self.system)
+        return bool(begun)
+
+    def _flow(self, until: float, steps: int, times: Array, output: Array, gained: Array) -> int:
+        """At most so many steps; see `mbody.core.flow`."""
+        code = flow(
+            *(self.layout, self.work, *self.method, self.soft, self.regular, self.passes),
+            *(self.rtol, self.atol, self.scale, until, steps, self.y, self.K, self.P),
+            *(*self.room, times, output, gained, self.state),
+        )
+        raise_user_error(self.system)
+        return int(code)
+
+    def _follow(self, times: Array, progress: Callable[[float], None] | None) -> tuple[int, str]:
+        """The whole motion, its instants kept: the last code of the kernel, and the status."""
+        self.times, self.output = times, np.empty((len(times), self.rows, 1))
+        self.gained = np.zeros((len(times) + 1, self.causes))
+        if times[0] <= self.first:
+            self.output[0], self.state[6] = self.page, 1.0
+        code = MORE
+        while code == MORE:
+            code = self._flow(self.until, STEPS, times, self.output, self.gained)
+            if progress is not None:
+                progress(float(self.state[0]))
+        return code, "completed"
+
+    def _kept(self) -> tuple[Array, Array, Array]:
+        """Times, pages and work of the instants that are met."""
+        met = int(self.state[6])
+        return self.times[:met], self.output[:met], self.gained[:met]
 
     def _scale(self, v: Array, a: Array) -> Array:
         """Sizes of coordinates and rates, to which absolute errors are relative."""
@@ -150,8 +181,9 @@ class Course:
             "there; choose laws that have one over the whole time"
         )
 
-    def _stopped(self, state: Array, found: Solution) -> SolveError:
+    def _stopped(self, found: Solution) -> SolveError:
         """The sentence of a motion that cannot be followed."""
+        state = self.state
         unit = self.system.mechanism.units.time
         when = f"t = {state[0]:.6g} {unit}"
         parts = (0.0, 1e-9, 1e-6, 1e-3)
@@ -167,10 +199,9 @@ class Course:
             solution=found,
         )
 
-    def _solution(
-        self, times: Array, output: Array, gained: Array, state: Array, status: str
-    ) -> Solution:
-        n = self.system.coordinates
+    def _solution(self, status: str) -> Solution:
+        n, state = self.system.coordinates, self.state
+        times, output, gained = self._kept()
         stats = {
             "steps": int(state[2]),
             "rejected": int(state[3]),
@@ -187,6 +218,7 @@ class Course:
             notes=self.start.notes if self.start.analysis == "close_loops" else (),
             status=status,
             stats=stats,
-            energy=account(self.system, output[:, : 2 * n, 0], gained),
+            energy=account(self.system, output[:, : 2 * n, 0], gained, self.stops),
+            events=tuple(self.occurred),
         )
         return replace(found, notes=(*found.notes, *pulled(found)))

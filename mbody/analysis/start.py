@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from mbody.analysis.close_loops import close_loops
@@ -10,14 +11,20 @@ from mbody.assembler import assemble
 from mbody.drivers import AngleDriver, CoordinateDriver
 from mbody.elements import Marker
 from mbody.errors import ModelError
+from mbody.events import Event, Stop, check_restitution
+from mbody.formulas import Formula, read
+from mbody.measures import check_measure
 from mbody.mechanism import Mechanism
-from mbody.questions import STATE, Simulation
+from mbody.questions import STATE, Measure, Simulation
 from mbody.solution import Solution
+from mbody.units import NUMBER
 
-__all__ = ["check_simulation", "started"]
+__all__ = ["check_simulation", "checked_events", "started", "watched"]
 
 #: A coordinate, its rate, and the direction in which it is measured.
 PAIRS = (("angle", "omega", 0.0), ("x", "vx", 0.0), ("y", "vy", 0.5 * math.pi))
+#: What a stop may be made of.
+COORDINATES = ("x", "y", "angle")
 
 
 def check_simulation(mechanism: Mechanism, simulation: Simulation) -> None:
@@ -42,6 +49,71 @@ def check_simulation(mechanism: Mechanism, simulation: Simulation) -> None:
                     f"simulation: start.{body} has {rate} without {place}: say where it begins, "
                     "or give a guess"
                 )
+    checked_events(mechanism, simulation.events)
+
+
+def checked_events(
+    mechanism: Mechanism,
+    events: Iterable[Event | Stop],
+    parameters: Mapping[str, float] | None = None,
+) -> dict[Event | Stop, float]:
+    """Events as the mechanism can have them, with the restitution of each stop; `parameters` as a
+    system has them.
+
+    Raises
+    ------
+    ModelError
+        For a name that is taken, a quantity that there is not, or a stop of what is no coordinate.
+    """
+    found: dict[Event | Stop, float] = {}
+    for event in events:
+        what = "stop" if isinstance(event, Stop) else "event"
+        if event.name in mechanism:
+            taken = type(mechanism[event.name]).__name__
+            raise ModelError(
+                f"{what} '{event.name}': the name is taken by a {taken}: choose another", event.name
+            )
+        try:
+            check_measure(mechanism, watched(mechanism, event))
+        except ModelError as error:
+            told = str(error).removeprefix("measure ")
+            raise ModelError(f"{what} '{event.name}': {told}", event.name) from None
+        found[event] = 0.0
+        if isinstance(event, Stop):
+            _check_coordinate(mechanism, event)
+            value = _number(mechanism, event.restitution, "number", f"{event.name}.restitution")
+            if isinstance(event.restitution, Formula) and parameters:
+                value = event.restitution.of(NUMBER).value(mechanism.parameters.scope(parameters))
+            check_restitution(value, event.name)
+            found[event] = value
+    return found
+
+
+def watched(mechanism: Mechanism, event: Event | Stop) -> Measure:
+    """What is to be zero: one of the mechanism's measures by its name, or a formula."""
+    return mechanism.measures.get(event.of) or Measure(event.of)
+
+
+def _check_coordinate(mechanism: Mechanism, stop: Stop) -> None:
+    """Refuse a stop of what an impact does not leave as it is."""
+    coordinates = []
+    for name in sorted(read(watched(mechanism, stop).of, None).names - mechanism.parameters.keys()):
+        owner, _, key = name.rpartition(".")
+        if not owner:
+            continue
+        if key not in COORDINATES:
+            raise ModelError(
+                f"stop '{stop.name}': '{name}' is no coordinate: take x, y and angle of bodies and "
+                "points",
+                stop.name,
+            )
+        coordinates.append(name)
+    if not coordinates:
+        raise ModelError(
+            f"stop '{stop.name}': '{stop.of}' has no coordinate: name x, y or angle of a body or a "
+            "point",
+            stop.name,
+        )
 
 
 def started(mechanism: Mechanism, simulation: Simulation) -> Solution:

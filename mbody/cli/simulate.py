@@ -19,7 +19,7 @@ PATIENCE, BETWEEN = 1.0, 0.2
 
 
 def simulate(asked: Any) -> int:
-    """Follow the motion and show it; 1 where it was stopped before its end."""
+    """Follow the motion and show it; 1 where the user stopped it before its end."""
     from mbody.analysis import simulate as followed
 
     mechanism = taken(asked)
@@ -38,7 +38,12 @@ def simulate(asked: Any) -> int:
     elif "-" not in (asked.csv, asked.npz):
         print(run)
     write(run, asked)
-    return 0 if run.status == "completed" else 1
+    return 1 if _interrupted(run) else 0
+
+
+def _interrupted(run: Any) -> bool:
+    """Whether the user stopped it; an event that ends a motion is what was asked for."""
+    return str(run.status).endswith("by the user")
 
 
 def _number(text: str, option: str) -> float:

@@ -22,7 +22,7 @@ def names() -> tuple[str, ...]:
     """The names of all models, in the order of the alphabet.
 
     >>> names()[:2]
-    ('andrews_squeezer', 'cam_follower')
+    ('andrews_squeezer', 'bouncing_ball')
     """
     files = (file.name for file in resources.files(__name__).iterdir())
     return tuple(sorted(name[:-5] for name in files if name.endswith(".toml")))

@@ -34,6 +34,8 @@ Array = np.ndarray
 #: Below a table of joint forces that shows torques.
 ABOUT = "torques about the joint's place on its body j"
 
+#: Times of an event that a sheet tells.
+SHOWN = 5
 #: What is smaller than this part of the greatest of its kind is rounding, shown as 0.
 ROUNDING = 1e-9
 #: The same where forces are those of least norm, found among many by a softened solve.
@@ -106,10 +108,23 @@ def closing(solution: Solution, residuals: bool = True) -> list[str]:
         error = float(np.abs(energy.balance).max(initial=0.0)) / (energy.size or 1.0)
         counts = ", ".join(f"{count} {name}" for name, count in stats.items() if count)
         lines += ["", f"ENERGY   balance {error:.1e} (relative)   {counts}"]
+    if solution.events:
+        lines += ["", *_events(solution)]
     if solution.status != "completed":
         lines += ["", *paragraph(solution.status, "STATUS   ")]
     if solution.notes:
         lines += ["", *(line for note in solution.notes for line in paragraph(note, "NOTE   "))]
+    return lines
+
+
+def _events(solution: Solution) -> list[str]:
+    """How often what was watched for occurred, and when, the first few times."""
+    unit, lines = solution.mechanism.units.time, []
+    for name in dict.fromkeys(one.name for one in solution.events):
+        times = [one.t for one in solution.events if one.name == name]
+        shown = ", ".join(f"{t:.6g}" for t in times[:SHOWN]) + (", …" if len(times) > SHOWN else "")
+        many = f", {len(times)} times" if len(times) > 1 else ""
+        lines += paragraph(f"{name} at t = {shown} {unit}{many}", "EVENT   ")
     return lines
 
 

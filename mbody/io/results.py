@@ -99,12 +99,14 @@ def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
 
 
 def _motion(solution: Solution) -> dict[str, Any]:
-    """Counts of the steps and the account of energy, of a motion over time."""
+    """Counts of the steps, the account of energy and what occurred, of a motion over time."""
     told: dict[str, Any] = {}
     if solution.stats is not None:
         told["stats"] = dict(solution.stats)
     if solution.energy is not None:
         told["energy"] = solution.energy.data()
+    if solution.events:
+        told["events"] = [{"name": one.name, "t": one.t} for one in solution.events]
     return told
 
 

@@ -11,6 +11,7 @@ from mbody.analysis.start import check_simulation
 from mbody.bodies import Body
 from mbody.elements import Element
 from mbody.errors import ModelError
+from mbody.events import Event, Stop
 from mbody.io.model.kinds import SECTIONS
 from mbody.io.model.report import ENOUGH, Path, Problem
 from mbody.loads import Gravity
@@ -144,7 +145,11 @@ def _questions(given: Any, mechanism: Mechanism) -> list[Problem]:
         try:
             entry = given.simulate
             start = {body: _set(state) for body, state in entry.start.items()}
-            mechanism.simulation = Simulation(entry.until, start, entry.rtol, entry.instants)
+            events = [Event(name=name, **_set(one)) for name, one in entry.events.items()]
+            stops = [Stop(name=name, **_set(one)) for name, one in entry.stops.items()]
+            mechanism.simulation = Simulation(
+                entry.until, start, entry.rtol, entry.instants, [*events, *stops]
+            )
             check_simulation(mechanism, mechanism.simulation)
         except ModelError as error:
             problems.append(Problem(("simulate",), str(error).removeprefix("simulation: ")))

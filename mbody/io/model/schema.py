@@ -190,6 +190,21 @@ class StateIn(of.Strict):
     vy: of.number(DIMENSIONS["velocity"]) = None
 
 
+class EventIn(of.Strict):
+    """A zero crossing that is recorded, or ends the motion."""
+
+    of: str
+    direction: StrictInt = 0
+    stop: StrictBool = False
+
+
+class StopIn(of.Strict):
+    """A stop that is struck where a coordinate falls to zero."""
+
+    of: str
+    restitution: of.number(DIMENSIONS["number"]) = 0.0
+
+
 class SimulateIn(of.Strict):
     """A motion: how it begins, and how long it goes on."""
 
@@ -197,6 +212,8 @@ class SimulateIn(of.Strict):
     start: dict[str, StateIn] = Field(default_factory=dict)
     rtol: float = 1e-8
     instants: StrictInt = 201
+    events: dict[of.name_in, EventIn] = Field(default_factory=dict)
+    stops: dict[of.name_in, StopIn] = Field(default_factory=dict)
 
 
 @functools.cache

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any, Protocol
 
 from mbody.analysis.asked import asks_for
+from mbody.events import Event, Stop
 from mbody.formulas import Formula
 from mbody.mechanism import Mechanism
 from mbody.named import meant
@@ -36,6 +37,9 @@ def formulas_asked(mechanism: Mechanism) -> Iterator[Formula]:
             for key, value in given.items():
                 if isinstance(value, Formula):
                     yield value.of(DIMENSIONS[STATE[key]])
+        for event in mechanism.simulation.events:
+            if isinstance(event, Stop) and isinstance(event.restitution, Formula):
+                yield event.restitution.of(NUMBER)
     for question in mechanism.questions.values():
         for one in question.unknowns:
             values = [v for key in BOUNDS if isinstance(v := getattr(one, key), Formula)]
@@ -73,9 +77,26 @@ def questions(writer: _Writer) -> dict[str, Any]:
         for key in ("rtol", "instants"):
             if getattr(asked, key) != getattr(Simulation(1.0), key):
                 data["simulate"][key] = getattr(asked, key)
+        data["simulate"] |= _events(writer, asked.events)
     if machine.questions:
         data["solve"] = {name: _question(writer, q) for name, q in machine.questions.items()}
     return data
+
+
+def _events(writer: _Writer, given: tuple[Event | Stop, ...]) -> dict[str, Any]:
+    """The tables of events and stops, those that there are."""
+    events, stops = {}, {}
+    for one in given:
+        if isinstance(one, Stop):
+            stops[one.name] = {
+                "of": one.of,
+                "restitution": writer.wanted(one.restitution, NUMBER),
+            }
+        else:
+            plain = Event(one.of)
+            keys = [k for k in ("direction", "stop") if getattr(one, k) != getattr(plain, k)]
+            events[one.name] = {"of": one.of, **{key: getattr(one, key) for key in keys}}
+    return {key: table for key, table in (("events", events), ("stops", stops)) if table}
 
 
 def _at(writer: _Writer, at: Any) -> dict[str, Any]:

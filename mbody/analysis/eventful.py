@@ -1,0 +1,381 @@
+"""One motion over time with events: what is watched for is located, stops are struck.
+
+Every step is sampled by its polynomial; where a sample has another sign than the one before, the
+step is run again from its beginning to trial times until the crossing is closed in.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbody.analysis.course import STEPS, Course
+from mbody.analysis.impacts import Slope, bend, jump, slope, values
+from mbody.analysis.start import watched
+from mbody.core.flow import DONE, MORE
+from mbody.errors import SolveError
+from mbody.events import Event, Occurrence, Stop
+from mbody.histories import Record
+from mbody.solution import Solution
+from mbody.system import System
+
+__all__ = ["Eventful", "closed_in"]
+
+Array = np.ndarray
+
+#: Samples of a step, and of the whole motion, at least.
+OF_A_STEP, OF_ALL = 4, 400
+#: A crossing is located to this part of its step.
+LOCATED = 1e-12
+#: What is nearer to a stop than this, in model lengths and radians, touches it.
+TOUCH = 1e-9
+#: Rebounds no higher than this, likewise, are not resolved: a position has sixteen digits.
+RESOLVED = 1e-14
+#: A rate of a stop's coordinate below this part of the greatest rates is none.
+STILL = 1e-13
+#: Impacts at one instant, of stops that push on each other, before they count as rest.
+AT_ONCE = 200
+
+
+@dataclass(frozen=True, eq=False)
+class Saved:
+    """All that a step begins with."""
+
+    y: Array
+    K: Array
+    P: Array
+    state: Array
+    page: Array
+    total: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Crossing:
+    """A zero that was located, and the motion there."""
+
+    t: float
+    event: Event | Stop
+    saved: Saved
+
+
+class Eventful(Course):
+    """Integrates one system and watches for events."""
+
+    def __init__(
+        self,
+        system: System,
+        start: Solution,
+        rtol: float,
+        atol: float,
+        events: dict[Event | Stop, float],
+    ) -> None:
+        """`events` with the restitution of each stop."""
+        super().__init__(system, start, rtol, atol)
+        self.events, self.restitution = list(events), events
+        self.measures = [watched(system.mechanism, event) for event in self.events]
+        self.stops = [event.name for event in self.events if isinstance(event, Stop)]
+        self.lost = np.zeros(len(self.stops))
+        self.total = np.zeros(self.causes)
+        self.touching: dict[Stop, float] = {}
+
+    # -- the motion ---------------------------------------------------------------------------
+
+    def _follow(self, times: Array, progress: Callable[[float], None] | None) -> tuple[int, str]:
+        self.wanted, self.instants = times, list[float]()
+        self.pages, self.works = list[Array](), list[Array]()
+        if times[0] <= self.first:
+            self._keep(self.first, self.page, self.total)
+        code, status = MORE, self._settled()
+        while code == MORE and not status:
+            code, status = self._step()
+            if progress is not None:
+                progress(float(self.state[0]))
+        return (MORE if status else code), status or "completed"
+
+    def _kept(self) -> tuple[Array, Array, Array]:
+        count = len(self.instants)
+        return (
+            np.array(self.instants),
+            np.array(self.pages).reshape(count, self.rows, 1),
+            np.array(self.works).reshape(count, self.causes + len(self.stops)),
+        )
+
+    def _keep(self, t: float, page: Array, work: Array) -> None:
+        """Keep an instant; once, the last state of it."""
+        if self.instants and self.instants[-1] == t:
+            for kept in (self.instants, self.pages, self.works):
+                kept.pop()
+        self.instants.append(t)
+        self.pages.append(page.copy())
+        self.works.append(np.concatenate([work, self.lost]))
+
+    def _save(self) -> Saved:
+        parts = (self.y, self.K[0], self.P[0], self.state, self.page, self.total)
+        return Saved(*(part.copy() for part in parts))
+
+    def _restore(self, saved: Saved) -> None:
+        """Go back, or ahead; the count of evaluations goes on."""
+        evaluations = self.state[5]
+        self.y[:], self.K[0], self.P[0], self.state[:] = saved.y, saved.K, saved.P, saved.state
+        self.page, self.total = saved.page.copy(), saved.total.copy()
+        self.state[5] = evaluations
+
+    def _run(self, until: float, steps: int, times: Array) -> tuple[int, Array, Array]:
+        """Steps of the kernel: its code, pages and work at the times."""
+        output = np.empty((len(times), self.rows, 1))
+        gained = np.zeros((len(times) + 1, self.causes))
+        gained[-1], self.state[6] = self.total, 0.0
+        code = self._flow(until, steps, times, output, gained)
+        self.total = gained[-1].copy()
+        return code, output, gained
+
+    def _step(self) -> tuple[int, str]:
+        """One step, or one that was refused: the code of the kernel, and the status at an end."""
+        state = self.state
+        t = float(state[0])
+        if t >= self.until:
+            return DONE, ""
+        saved, h = self._save(), float(state[1])
+        end = t + h
+        if end >= self.until - 1e-14 * abs(self.until):  # as the kernel clips it
+            h, end = self.until - t, self.until
+        first, last = np.searchsorted(self.wanted, [t, end], side="right")
+        wanted = self.wanted[first:last]
+        count = max(OF_A_STEP, math.ceil(OF_ALL * h / (self.until - self.first)))
+        even = t + np.arange(1, count) / count * h
+        marks = np.unique(np.concatenate([even, wanted, [end]]))
+        marks = marks[(marks > t) & (marks <= end)]
+        code, pages, gained = self._run(self.until, 1, marks)
+        if state[0] == t:
+            return code, ""
+        self.page = pages[-1].copy()
+        after = self._save()
+        times = np.append(t, marks)
+        found = values(self.system, self.measures, times, np.concatenate([saved.page[None], pages]))
+        came_back, touching = self._left(found[:, 1])
+        if came_back:
+            self._restore(saved)
+            state[1] = 0.25 * h
+            if h < LOCATED * (self.until - self.first):
+                return MORE, self._at_rest(came_back)
+            return MORE, ""
+        for stop, size in touching.items():
+            # what lies on a stop without load does not strike it by rounding
+            row, rounding = self.events.index(stop), 0.1 * RESOLVED * size
+            found[row] = np.where(np.abs(found[row]) <= rounding, rounding, found[row])
+        crossings = self._crossings(saved, times, found)
+        cut = next((one for one in crossings if _interrupts(one.event)), None)
+        for n in np.flatnonzero(np.isin(marks, wanted)):
+            if cut is None or marks[n] <= cut.t:
+                self._keep(float(marks[n]), pages[n], gained[n])
+        for one in crossings[: crossings.index(cut) if cut else None]:
+            self._record(one.event, one.t, one.saved.page)
+        self.touching = touching
+        if cut is None:
+            self._restore(after)
+            return code, ""
+        self._restore(cut.saved)
+        state[1] = min(state[1], h)
+        if isinstance(cut.event, Stop):
+            return MORE, self._settled()
+        self._record(cut.event, cut.t, self.page)
+        return MORE, self._ended(f"'{cut.event.of}' is zero")
+
+    def _record(
+        self, event: Event | Stop, t: float, page: Array, after: Array | None = None
+    ) -> None:
+        states = [None if one is None else self._instant(t, one) for one in (page, after)]
+        assert states[0] is not None
+        self.occurred.append(Occurrence(event.name, t, states[0], states[1]))
+
+    def _instant(self, t: float, page: Array) -> Solution:
+        """A page as a solution of one instant."""
+        record = Record([page[None].copy()], 1, batch=False)
+        return Solution(self.system, "simulate", np.array([t]), record, None, soft=self.soft)
+
+    def _ended(self, why: str) -> str:
+        """Keep the last instant; the status of a motion that ends there."""
+        t = float(self.state[0])
+        self._keep(t, self.page, self.total)
+        return f"stopped at t = {t:.6g} {self.system.mechanism.units.time}: {why}"
+
+    def _at_rest(self, stop: Stop) -> str:
+        return self._ended(f"what strikes '{stop.name}' comes to rest there")
+
+    # -- zeros --------------------------------------------------------------------------------
+
+    def _crossings(self, saved: Saved, times: Array, found: Array) -> list[Crossing]:
+        """Every zero crossing of a step, located, in the order of time."""
+        crossings = []
+        for event, history in zip(self.events, found, strict=True):
+            sense = -1 if isinstance(event, Stop) else event.direction
+            rounding = 0.0
+            if self.touching and isinstance(event, Event):
+                rounding = 1e-9 * float(np.abs(history).max())
+            for n in range(len(times) - 1):
+                a, b = float(history[n]), float(history[n + 1])
+                if n == 0 and abs(a) <= rounding:
+                    continue  # a restart at a stop begins at its zero
+                if (a > 0.0 >= b and sense <= 0) or (a < 0.0 <= b and sense >= 0):
+                    crossings.append(
+                        self._located(saved, event, (float(times[n]), a), (float(times[n + 1]), b))
+                    )
+        return sorted(crossings, key=lambda one: one.t)
+
+    def _located(
+        self,
+        saved: Saved,
+        event: Event | Stop,
+        left: tuple[float, float],
+        right: tuple[float, float],
+    ) -> Crossing:
+        """The crossing between two times at which the value is known."""
+        measure = self.measures[self.events.index(event)]
+
+        def value(t: float) -> float:
+            self._restore(saved)
+            code, pages, _ = self._run(t, STEPS, np.array([t]))
+            if code != DONE:
+                raise self._stopped(self._solution(""))
+            self.page = pages[-1].copy()
+            return float(values(self.system, [measure], np.array([t]), pages)[0, 0])
+
+        near = LOCATED * float(saved.state[1])
+        t = closed_in(value, left, right, near)
+        value(t)
+        return Crossing(t, event, self._save())
+
+    # -- stops --------------------------------------------------------------------------------
+
+    def _left(self, first: Array) -> tuple[Stop | None, dict[Stop, float]]:
+        """By the first sample of a step, (events,): a stop that was touched and lies behind again,
+        and those that still are touched.
+        """
+        still = {}
+        for stop, size in self.touching.items():
+            value = float(first[self.events.index(stop)])
+            if value < -0.1 * RESOLVED * size:
+                return stop, {}
+            if value <= 0.1 * RESOLVED * size:
+                still[stop] = size
+        return None, still
+
+    def _slope_of(self, stop: Stop) -> Slope:
+        measure = self.measures[self.events.index(stop)]
+        q = self.y[: self.system.coordinates]
+        return slope(self.system, measure, float(self.state[0]), q, self.until - self.first)
+
+    def _settled(self) -> str:
+        """Strike every stop that is touched and approached, and begin anew; a status where what
+        strikes comes to rest.
+        """
+        n, state = self.system.coordinates, self.state
+        stops = [event for event in self.events if isinstance(event, Stop)]
+        swift = float((self.scale[n:] / self.scale[:n]).max())
+        for _ in range(AT_ONCE):
+            v = self.y[n:]
+            touched = []
+            for stop in stops:
+                at = self._slope_of(stop)
+                if at.value < -TOUCH * at.size:
+                    raise self._beyond(stop, at)
+                if at.value <= TOUCH * at.size:
+                    touched.append((at.rate(v) / (at.size * swift or 1.0), stop, at))
+            if not touched:
+                break
+            rate, stop, at = min(touched, key=lambda one: one[0])
+            if rate >= -STILL:
+                break
+            self._strike(stop, at)
+        else:
+            return self._at_rest(stop)
+        self.touching = {}
+        for _, stop, at in touched:
+            measure = self.measures[self.events.index(stop)]
+            q, v, a = (self.page[k * n : (k + 1) * n, 0] for k in range(3))
+            back = -bend(self.system, measure, float(state[0]), q, v, a)
+            away = max(at.rate(v), 0.0)
+            if back > 1e-8 * at.size * swift**2:
+                if away * away <= 2.0 * RESOLVED * at.size * back:
+                    return self._at_rest(stop)
+                # the first step ends at the height of the rebound
+                state[1] = min(state[1], away / back)
+            self.touching[stop] = at.size
+        return ""
+
+    def _strike(self, stop: Stop, at: Slope) -> None:
+        """One impact: the velocities after it, their slope, the energy that it took."""
+        n, t = self.system.coordinates, float(self.state[0])
+        before, weakest = self.page.copy(), float(self.state[10])
+        self._slope()
+        v = self.y[n:].copy()
+        way = jump(self.system, self.work, at)
+        if way is None:
+            raise SolveError(
+                f"nothing that strikes the stop '{stop.name}' is free to rebound: '{stop.of}' "
+                "follows drivers alone; take them off, or watch it by an Event",
+                stop.name,
+                self._solution(""),
+            )
+        self.y[n:] = v - (1.0 + self.restitution[stop]) * at.rate(v) * way
+        mass = self.system.mass[:n, 0]
+        self.lost[self.stops.index(stop.name)] += 0.5 * float(mass @ (self.y[n:] ** 2 - v**2))
+        self._slope()
+        self._check_slope(self.K, t)
+        self.state[7], self.state[10] = 0.0, max(self.state[10], weakest)
+        self._record(stop, t, before, self.page)
+
+    def _beyond(self, stop: Stop, at: Slope) -> SolveError:
+        unit = self.system.mechanism.units.time
+        return SolveError(
+            f"at t = {self.state[0]:.6g} {unit} the motion is beyond the stop '{stop.name}': "
+            f"'{stop.of}' is {at.value:.6g}; begin where it is not negative",
+            stop.name,
+        )
+
+
+def _interrupts(event: Event | Stop) -> bool:
+    """Whether the motion does not go on as it was."""
+    return isinstance(event, Stop) or event.stop
+
+
+def closed_in(
+    value: Callable[[float], float],
+    left: tuple[float, float],
+    right: tuple[float, float],
+    near: float,
+) -> float:
+    """A zero between two places of opposite signs, (x, value) each, to `near`; never many more
+    steps than bisection.
+
+    Oliveira, Takahashi: An enhancement of the bisection method average performance preserving
+    minmax optimality (2021), the method ITP.
+
+    >>> round(closed_in(lambda x: x * x - 2.0, (1.0, -1.0), (2.0, 2.0), 1e-12), 11)
+    1.41421356237
+    """
+    (a, fa), (b, fb) = left, right
+    if fb == 0.0:
+        return b
+    near = max(near, 4.0 * math.ulp(max(abs(a), abs(b))))
+    slack = near * 2.0 ** (math.ceil(math.log2(max((b - a) / (2.0 * near), 1.0))) + 1)
+    blunt = 0.2 / (b - a)
+    while b - a > 2.0 * near:
+        middle, half = 0.5 * (a + b), 0.5 * (b - a)
+        straight = (b * fa - a * fb) / (fa - fb)
+        sense, off = math.copysign(1.0, middle - straight), blunt * (b - a) ** 2
+        x = straight + sense * off if off <= abs(middle - straight) else middle
+        if abs(x - middle) > slack - half:
+            x = middle - sense * (slack - half)
+        here = value(x)
+        if here == 0.0:
+            return x
+        if (here > 0.0) == (fa > 0.0):
+            a, fa = x, here
+        else:
+            b, fb = x, here
+        slack *= 0.5
+    return min(max((b * fa - a * fb) / (fa - fb), a), b)
