@@ -23,8 +23,10 @@ if TYPE_CHECKING:
         free_body,
         kinematics,
         kinetostatics,
+        linearize,
         members,
         mobility,
+        modes,
         reach,
         simulate,
         solve_for,
@@ -78,6 +80,7 @@ if TYPE_CHECKING:
         ValvedCylinder,
     )
     from mbody.mechanism import Mechanism
+    from mbody.momenta import momentum
     from mbody.questions import Ask, Measure, Question, Simulation, Unknown
     from mbody.solution import Solution
     from mbody.system import System
@@ -87,8 +90,7 @@ if TYPE_CHECKING:
 # where each public name lives: loaded when it is asked for, so that `import mbody` costs nothing
 _HOME = {
     "analysis": "close_loops equilibrium equilibrium_curve free_body kinematics kinetostatics "
-    "members mobility reach simulate solve_for "
-    "statics",
+    "linearize members mobility modes reach simulate solve_for statics",
     "assembler": "assemble",
     "bodies": "Body Guess SecondMoments Slender deg rpm",
     "formulas": "convert",
@@ -106,6 +108,7 @@ _HOME = {
     "loads": "CustomLoad Damper Force Gravity PistonPressure RotatingField Spring Torque "
     "TorsionDamper TorsionSpring ValvedCylinder",
     "mechanism": "Mechanism",
+    "momenta": "momentum",
     "histories": "Reaction",
     "solution": "Solution",
     "system": "System",

@@ -19,6 +19,7 @@ from mbody.events import Occurrence
 from mbody.histories import BodyHistory, Checks, PointHistory, Reaction, Record
 from mbody.joints import Joint
 from mbody.mechanism import Mechanism
+from mbody.momenta import Momentum, momentum
 from mbody.system import System
 
 if TYPE_CHECKING:
@@ -299,6 +300,10 @@ class Solution:
         mass = self.system.mass[3 * b : 3 * b + 3]
         m, _, inertia = mass[:, :, None] if self.system.batch is not None else mass[:, 0]
         return -m * history.ax, -m * history.ay, -inertia * history.alpha
+
+    def momentum(self, about: Any = (0.0, 0.0)) -> Momentum:
+        """Momentum, and angular momentum about a place; see `mbody.momentum`."""
+        return momentum(self, about)
 
     @functools.cached_property
     def checks(self) -> Checks:

@@ -39,7 +39,7 @@ LAYERS = (
     {"questions", "events", "resolution", "compared"},
     {"mechanism"},
     {"named", "system"},
-    {"assembler", "ends", "energy", "checks"},
+    {"assembler", "ends", "energy", "checks", "momenta"},
     {"solution"},
     {"measures"},
     {"analysis"},

@@ -6,7 +6,9 @@ from mbody.analysis.equilibrium_curve import EquilibriumCurve, equilibrium_curve
 from mbody.analysis.free_body import free_body, members
 from mbody.analysis.kinematics import kinematics
 from mbody.analysis.kinetostatics import kinetostatics
+from mbody.analysis.linearize import Linearization, linearize
 from mbody.analysis.mobility import mobility
+from mbody.analysis.modes import Modes, modes
 from mbody.analysis.reach import reach
 from mbody.analysis.simulate import simulate
 from mbody.analysis.solve_for import solve_for
@@ -16,14 +18,18 @@ __all__ = [
     "Equilibria",
     "Equilibrium",
     "EquilibriumCurve",
+    "Linearization",
+    "Modes",
     "close_loops",
     "equilibrium",
     "equilibrium_curve",
     "free_body",
     "kinematics",
     "kinetostatics",
+    "linearize",
     "members",
     "mobility",
+    "modes",
     "reach",
     "simulate",
     "solve_for",

@@ -97,10 +97,13 @@ class Manifold:
         raise_user_error(system)
         return Manifold(system, work, float(self.time[0]))
 
-    def force(self, q: Array) -> Array:
-        """All loads on the coordinates (coordinates,), lengths by the model length."""
+    def force(self, q: Array, v: Array | None = None) -> Array:
+        """All loads on the coordinates (coordinates,), lengths by the model length; at rest, or at
+        the rates v [length/time, rad/time].
+        """
         self.motion[0, : self.size] = q
-        # the kernel of the residuals sums the loads of an instant at rest, laws included
+        self.motion[0, self.size : 2 * self.size] = 0.0 if v is None else v
+        # the kernel of the residuals sums the loads of an instant, laws included; drivers rest
         audit(
             self.layout,
             self.work,

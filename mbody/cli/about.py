@@ -1,4 +1,4 @@
-"""What mbody knows: `check`, `equilibrium`, `models`, `show`, `schema`."""
+"""What mbody knows: `check`, `equilibrium`, `modes`, `models`, `show`, `schema`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 from mbody.cli.models import path_of, taken
 
-__all__ = ["check", "equilibrium", "models", "schema", "show"]
+__all__ = ["check", "equilibrium", "models", "modes", "schema", "show"]
 
 
 def check(asked: Any) -> int:
@@ -28,6 +28,17 @@ def equilibrium(asked: Any) -> int:
     report = found(mechanism, free=asked.free, t=when)
     told = json.dumps(report.data(asked.angle), ensure_ascii=False) if asked.json else report
     print(told)
+    return 0
+
+
+def modes(asked: Any) -> int:
+    """Frequencies, damping and shapes of small motions about the rest positions of a model."""
+    from mbody.analysis import modes as found
+
+    mechanism = taken(asked)
+    when = 0.0 if asked.t is None else mechanism.number(asked.t, "time", "--t", "value")
+    report = found(mechanism, free=asked.free, t=when)
+    print(json.dumps(report.data(), ensure_ascii=False) if asked.json else report)
     return 0
 
 

@@ -87,13 +87,14 @@ def parser() -> argparse.ArgumentParser:
         "rest positions of what is free, and whether they are stable",
         "about.equilibrium",
     )
-    _model(rest)
-    rest.add_argument(
-        "--free", action="append", default=[], metavar="DRIVER", help="a driver that lets go"
-    )
-    rest.add_argument("--t", metavar="TIME", help="when laws are taken, by default 0")
+    _resting(rest)
     _angle(rest)
     _json(rest)
+    modes = command(
+        "modes", "frequencies, damping and shapes of small motions about rest", "about.modes"
+    )
+    _resting(modes)
+    _json(modes)
     _draw(command("draw", "a picture of the mechanism at one instant", "draw.draw"))
     _plot(command("plot", "diagrams of quantities over the cycle", "draw.plot"))
     _json(command("models", "the models of the gallery", "about.models"))
@@ -120,6 +121,14 @@ def _model(command: argparse.ArgumentParser) -> None:
         metavar="SYSTEM",
         help="units of the results: SI, mm-N-s, in-lbf-s, ft-lbf-s, or such as cm-kN-s",
     )
+
+
+def _resting(command: argparse.ArgumentParser) -> None:
+    _model(command)
+    command.add_argument(
+        "--free", action="append", default=[], metavar="DRIVER", help="a driver that lets go"
+    )
+    command.add_argument("--t", metavar="TIME", help="when laws are taken, by default 0")
 
 
 def _json(command: argparse.ArgumentParser) -> None:

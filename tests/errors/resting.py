@@ -18,10 +18,15 @@ from mbody import (
     SecondMoments,
     Spring,
     Torque,
+    TorsionSpring,
     assemble,
+    close_loops,
     equilibrium,
     equilibrium_curve,
     kinetostatics,
+    linearize,
+    modes,
+    momentum,
 )
 from tests.errors.solving import free
 
@@ -82,6 +87,43 @@ def curve(*more, **options):
     return lambda: equilibrium_curve(machine, *more, **options)
 
 
+def flag():
+    """A pendulum with a link on it that has no mass, and that nothing holds from turning."""
+    return pendulum(Body("flag"), Revolute("F", "rod", "flag"))
+
+
+def feather():
+    """A link on a spring, without mass."""
+    machine = Mechanism("feather")
+    machine.add(Body("link"), Revolute("O", "ground", "link"))
+    machine.add(TorsionSpring("k", "ground", "link", 3.0))
+    return machine
+
+
+def flat():
+    """Parallel cranks let go where they lie flat on one line."""
+    machine = Mechanism("flat", ground={"A": (0.0, 0.0), "B": (2.0, 0.0)})
+    crank = {"mass": 1.0, "inertia": 0.1, "points": {"P": (1.0, 0.0)}, "guess": 0.0}
+    machine.add(Body("a", **crank), Body("b", **crank), Body("bar", **crank | BAR))
+    machine.add(Revolute("A", "ground.A", "a"), Revolute("B", "ground.B", "b"))
+    machine.add(Revolute("C", "a.P", "bar"), Revolute("D", "bar.P", "b.P"))
+    machine.add(Gravity("gravity", y=-9.81))
+    return close_loops(machine)
+
+
+BAR = {"points": {"P": (2.0, 0.0)}}
+
+
+def rest(machine=None):
+    return equilibrium(machine or pendulum())[0]
+
+
+def in_two():
+    """The motion of a batch."""
+    motor = AngleDriver("motor", "rod", 0.5)
+    return kinetostatics(assemble(pendulum(motor)).with_values({"rod.mass": [1.0, 2.0]}))
+
+
 SPAN = ("push.value", (0.0, 5.0))
 
 SCENARIOS = {
@@ -111,6 +153,35 @@ SCENARIOS = {
     ),
     "a spring without a value at rest": lambda: equilibrium(
         pendulum(Spring("spring", "ground", "rod", law="log(x/(1 m) - 9) N"))
+    ),
+    # -- small motions
+    "linear equations of a batch": lambda: linearize(
+        assemble(pendulum()).with_values({"rod.mass": [1.0, 2.0]}), at=rest()
+    ),
+    "linear equations at all rest positions": lambda: linearize(
+        pendulum(), at=equilibrium(pendulum())
+    ),
+    "linear equations at a batch": lambda: linearize(pendulum(), at=in_two()),
+    "linear equations at another machine": lambda: linearize(slider(), at=rest()),
+    "linear equations of very many bodies": lambda: linearize(free(800), at=close_loops(free(800))),
+    "linear equations of what is driven": lambda: linearize(
+        pendulum(AngleDriver("motor", "rod", -1.5)),
+        at=kinetostatics(pendulum(AngleDriver("motor", "rod", -1.5))),
+    ),
+    "linear equations at what does not close": lambda: linearize(
+        pendulum(AngleDriver("motor", "rod", 0.5)), at=rest()
+    ),
+    "linear equations where another machine rests": lambda: linearize(
+        pendulum(Torque("push", "rod", value=5.0)), at=rest()
+    ),
+    "linear equations where branches meet": lambda: linearize(flat().mechanism, at=flat()),
+    "a state matrix without inertia": lambda: linearize(feather(), at=rest(feather())).state_matrix,
+    "modes at a time of their own": lambda: modes(pendulum(), at=rest(), t=1.0),
+    "modes of a motion": lambda: modes(pendulum(), at=close_loops(pendulum())),
+    "modes of what nothing moves": lambda: modes(flag()),
+    "momentum about nowhere": lambda: momentum(close_loops(pendulum()), about="O2"),
+    "momentum about three numbers": lambda: momentum(
+        close_loops(pendulum()), about=(1.0, 2.0, 3.0)
     ),
     # -- curves
     "a curve of a batch": batch(equilibrium_curve, "gravity.y", (-9.0, -10.0)),
