@@ -25,9 +25,19 @@ from mbody.system import System
 if TYPE_CHECKING:
     from mbody.io.equations import Equations
 
-__all__ = ["Solution"]
+__all__ = ["Solution", "as_solution"]
 
 Array = np.ndarray
+
+
+def as_solution(given: Any) -> Solution:
+    """The same; refuses what is not the result of an analysis."""
+    if isinstance(given, Solution):
+        return given
+    raise ModelError(
+        "this reads the result of an analysis, as kinetostatics gives it, not an object of the "
+        f"type {type(given).__name__}: analyse first"
+    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from mbody.checks import each_load_of, loaded
 from mbody.core.output import PER_ATOM
 from mbody.elements import listed
 from mbody.errors import ModelError
-from mbody.solution import Solution
+from mbody.solution import Solution, as_solution
 
 __all__ = ["Member", "Wrench", "coupled", "free_body", "members"]
 
@@ -178,6 +178,7 @@ def members(solution: Solution, instant: int = 0) -> tuple[Member, ...]:
 
 def _checked(solution: Solution, body: str | None, instant: Any) -> int:
     """The instant's place in the solution; refuses what has no free bodies."""
+    solution = as_solution(solution)
     if not solution.has_forces:
         raise ModelError(f"{solution.analysis} finds no forces: use kinetostatics or statics")
     if solution.record.batch:

@@ -12,7 +12,7 @@ from mbody.drivers import AngleDriver
 from mbody.elements import listed
 from mbody.errors import ModelError, brief
 from mbody.laws import Table
-from mbody.solution import Solution
+from mbody.solution import Solution, as_solution
 
 __all__ = ["Fluctuation", "energy_fluctuation", "fluctuation", "the_motor"]
 
@@ -109,6 +109,7 @@ def fluctuation(run: Solution, driver: str | None = None) -> Fluctuation:
     >>> abs(found.mean) < 1e-12 * found.fluctuation
     True
     """
+    run = as_solution(run)
     name = the_motor(run, driver)
     if run.system.batch is not None:
         raise ModelError(

@@ -11,7 +11,7 @@ import numpy as np
 from mbody.elements import listed
 from mbody.errors import ModelError, brief
 from mbody.loads import ValvedCylinder
-from mbody.solution import Solution
+from mbody.solution import Solution, as_solution
 
 __all__ = ["Indicator", "indicator"]
 
@@ -81,6 +81,7 @@ def indicator(run: Solution, cylinder: str, *, opposite: bool = False) -> Indica
     >>> round(float(found.pressure.max()), 9), bool(found.delivery.max() > 0.0)
     (2.0, True)
     """
+    run = as_solution(run)
     known = [load.name for load in run.mechanism.loads if isinstance(load, ValvedCylinder)]
     if cylinder not in known:
         raise ModelError(

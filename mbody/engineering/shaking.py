@@ -12,7 +12,7 @@ from mbody.drivers import AngleDriver, CoordinateDriver, Driver
 from mbody.elements import Marker, as_marker
 from mbody.ends import moment
 from mbody.errors import ModelError
-from mbody.solution import Solution
+from mbody.solution import Solution, as_solution
 
 __all__ = ["ShakingForce", "shaking_force"]
 
@@ -89,6 +89,7 @@ def shaking_force(run: Solution, about: Marker | str = "ground") -> ShakingForce
     >>> bool(abs(found.fx - found.fx_inertia)[0] < 1e-12 * found.magnitude[0])
     True
     """
+    run = as_solution(run)
     if not run.has_forces:
         raise ModelError(
             f"{run.analysis} finds no forces, as those on the frame: use kinetostatics"

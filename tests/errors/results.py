@@ -90,6 +90,7 @@ SCENARIOS = {
     "data of a batch": lambda: batch().data(),
     "some instants of a batch": lambda: batch().take([0]),
     "a free body of kinematics": lambda: free_body(motion(), "crank"),
+    "free bodies of a mechanism": lambda: members(four_bar()),  # type: ignore[arg-type]
     "free bodies of a batch": lambda: members(batch()),
     "a free body that is not there": lambda: free_body(run(), "rod"),
     "free bodies at an instant that is not there": lambda: members(run(), 3),
