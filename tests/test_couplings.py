@@ -29,6 +29,7 @@ from mbody import (
     Term,
     Torque,
 )
+from tests.agreement import assert_agrees
 from tests.reference import Reference
 from tests.test_oracle import accelerations
 
@@ -203,24 +204,8 @@ def test_the_oracle_agrees_on_couplings_of_many_bodies(count):
     machine = scattered(count)
     oracle, t = Reference(machine), np.linspace(0.0, 1.2, 13)
     run = mbody.kinetostatics(machine, t=t)
-    order = [run[body.name] for body in machine.bodies]
     for k in (0, 5, 12):
-        near = np.array([getattr(body, key)[k] for body in order for key in ("x", "y", "angle")])
-        q = oracle.close(near + 1e-3 * np.cos(np.arange(len(near))), t[k])
-        assert np.abs(q - near).max() < 1e-9
-        v = np.linalg.solve(oracle.phi_q(q, t[k]), oracle.nu(q, t[k]))
-        a = np.linalg.solve(oracle.phi_q(q, t[k]), oracle.gamma(q, v, t[k]))
-        alpha = np.array([body.alpha[k] for body in order])
-        # condition of the loops is below 1e3: rounding leaves 1e-12 of the greatest
-        assert np.abs(a[2::3] - alpha).max() < 1e-10 * np.abs(a).max()
-        forces = oracle.kinetostatics(q, v, a, t[k])
-        top = max(np.abs(force).max() for force in forces["reactions"].values())
-        for name, wanted in forces["reactions"].items():
-            mine = run.reaction(name)
-            found = np.array([mine.fx[k], mine.fy[k], mine.torque[k]])
-            assert np.abs(found - wanted).max() < 1e-10 * top, name
-        for name, wanted in forces["efforts"].items():
-            assert abs(run.effort(name)[k] - wanted) < 1e-10 * top, name
+        assert_agrees(oracle, run, k)
     assert run.checks.virtual_work < 1e-11
     assert run.checks.equilibrium < 1e-11
     parts = run.breakdown("rope")

@@ -25,6 +25,7 @@ from mbody import (
     SolveError,
     Torque,
 )
+from tests.agreement import assert_agrees
 from tests.errors.solving import gears_apart
 from tests.reference import Reference
 
@@ -308,23 +309,8 @@ def test_the_oracle_agrees_on_all_of_them_in_one_loop():
     oracle = Reference(machine)
     t = np.linspace(0.0, 2.0, 21)
     run = mbody.kinetostatics(machine, t=t)
-    # the branch is the guess's: the oracle closes from where the engine is, then by itself
-    order = [run[body.name] for body in machine.bodies]
     for k in (0, 7, 20):
-        near = np.array([getattr(body, key)[k] for body in order for key in ("x", "y", "angle")])
-        q = oracle.close(near + 1e-3 * np.cos(np.arange(len(near))), t[k])
-        assert np.abs(q - near).max() < 1e-9
-        v = np.linalg.solve(oracle.phi_q(q, t[k]), oracle.nu(q, t[k]))
-        a = np.linalg.solve(oracle.phi_q(q, t[k]), oracle.gamma(q, v, t[k]))
-        alpha = np.array([body.alpha[k] for body in order])
-        # condition of the loops is below 1e3: rounding leaves 1e-12 of the greatest
-        assert np.abs(a[2::3] - alpha).max() < 1e-10 * np.abs(a).max()
-        forces = oracle.kinetostatics(q, v, a, t[k])
-        top = max(np.abs(force).max() for force in forces["reactions"].values())
-        for name, wanted in forces["reactions"].items():
-            mine = run.reaction(name)
-            found = np.array([mine.fx[k], mine.fy[k], mine.torque[k]])
-            assert np.abs(found - wanted).max() < 1e-10 * top, name
+        forces = assert_agrees(oracle, run, k)
         assert run.effort("motor")[k] == pytest.approx(forces["efforts"]["motor"], rel=1e-9)
     assert run.checks.virtual_work < 1e-11
 
