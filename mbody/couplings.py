@@ -87,7 +87,7 @@ class Coupling(Element):
     @property
     def parts(self) -> tuple[Term, ...]:
         """The terms."""
-        found: tuple[Term, ...] = self.terms  # type: ignore[attr-defined]
+        found: tuple[Term, ...] = self.terms  # type: ignore[attr-defined]  # every kind's own field
         return found
 
     def _enter(self) -> None:

@@ -13,7 +13,6 @@ from mbody.loads import Damper, Gravity, RotatingField, Spring, TorsionDamper, T
 
 if TYPE_CHECKING:
     from mbody.loads import Load
-    from mbody.mechanism import Mechanism
     from mbody.system import System
 
 __all__ = ["Energy", "account"]
@@ -85,16 +84,16 @@ def account(system: System, motion: Array, gained: Array, stops: Sequence[str] =
     machine, n = system.mechanism, system.coordinates
     kinetic = 0.5 * (motion[:, n : 2 * n] ** 2) @ system.mass[:n, 0]
     drivers = [driver.name for driver in machine.drivers]
-    loads = [load.name for load in machine.loads]
+    loads = {load.name: load for load in machine.loads}
     together = gained.shape[1] - len(drivers) - len(stops) != len(loads)
     names = [*(["loads"] if together else loads), *drivers, *stops]
     by = {name: gained[:, k] for k, name in enumerate(names)}
     potential, work, lost = (np.zeros(len(motion)) for _ in range(3))
     for name, part in by.items():
-        load = None if together or name in (*drivers, *stops) else machine[name]
+        load = None if together else loads.get(name)
         if isinstance(load, Damper | TorsionDamper) or name in stops:
             lost -= part
-        elif load is not None and _has_potential(machine, load):  # type: ignore[arg-type]
+        elif load is not None and _has_potential(load):
             potential -= part
         else:
             work += part
@@ -105,7 +104,7 @@ def account(system: System, motion: Array, gained: Array, stops: Sequence[str] =
     return Energy(kinetic, potential, work, lost, balance, by)
 
 
-def _has_potential(machine: Mechanism, load: Load) -> bool:
+def _has_potential(load: Load) -> bool:
     """Whether the work of a load depends on the position alone."""
     match load:
         case Gravity(x=x, y=y):

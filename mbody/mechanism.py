@@ -196,7 +196,7 @@ class Mechanism:
                 )
         made = copy.copy(self)
         made._sorted, gone = None, set(drivers)
-        driven = gone.union(*(self[name].bodies for name in gone))  # type: ignore[attr-defined]
+        driven = gone.union(*(driver.bodies for driver in self.drivers if driver.name in gone))
         for name in gone:
             del made._elements[name]
         made.formulas = {k: v for k, v in self.formulas.items() if k.partition(".")[0] not in gone}

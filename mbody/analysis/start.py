@@ -34,15 +34,15 @@ def check_simulation(mechanism: Mechanism, simulation: Simulation) -> None:
     ------
     ModelError
     """
-    names = [body.name for body in mechanism.bodies]
+    bodies = {body.name: body for body in mechanism.bodies}
     _number(mechanism, simulation.until, "time", "until")
     for body, given in simulation.start.items():
-        if body not in names:
-            known = ", ".join(names)
+        if body not in bodies:
+            known = ", ".join(bodies)
             raise ModelError(f"simulation: there is no body '{body}' to start (there are: {known})")
         for key, value in given.items():
             _number(mechanism, value, STATE[key], f"start.{body}.{key}")
-        guess: Any = mechanism[body].guess  # type: ignore[attr-defined]
+        guess = bodies[body].guess
         for place, rate, _ in PAIRS:
             if rate in given and place not in given and getattr(guess, place) is None:
                 raise ModelError(
@@ -142,10 +142,10 @@ def _held(
     mechanism: Mechanism, simulation: Simulation, *, rates: bool, guess: Any = None
 ) -> Solution:
     """The loops closed with drivers in place of what is said: of places, or of what has a rate."""
-    held = mechanism.copied()
+    held, bodies = mechanism.copied(), {body.name: body for body in mechanism.bodies}
     drive: dict[str, tuple[float, float]] = {}
     for body, given in simulation.start.items():
-        own: Any = mechanism[body].guess  # type: ignore[attr-defined]
+        own = bodies[body].guess
         for place, rate, direction in PAIRS:
             if (rate if rates else place) not in given and not (rates is False and rate in given):
                 continue

@@ -154,6 +154,7 @@ class Trials:
         made = copy.copy(mechanism.snapshot())
         for name in names:
             law = Polynomial(self._coefficients(self.states[name]))
+            # those that _driver names have a law
             made = made.replaced(replace(mechanism[name], law=law))  # type: ignore[call-arg]
         return made
 
