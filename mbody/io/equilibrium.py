@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbody.io.parts import ROUNDING, force_floor, force_names
+from mbody.io.parts import ROUNDING, force_floor, force_names, noted, title
 from mbody.io.text import Column, angles, even, number, numbers, paragraph, table
 
 if TYPE_CHECKING:
@@ -34,23 +34,18 @@ def sheet(found: Equilibria) -> str:
     >>> print(sheet(mbody.equilibrium(machine)).splitlines()[6].split()[:3])
     ['1', 'stable', '9.81']
     """
-    unit = found.units
-    symbols = ", ".join((unit.length, unit.force, unit.time, unit.mass))
     count = len(found)
     told = f"{count} rest position{'' if count == 1 else 's'}"
-    when = f"equilibrium at t = {number(found.t)} {unit.time}: {told}; units {unit.name}: {symbols}"
+    when = f"equilibrium at t = {number(found.t)} {found.units.time}: {told}"
     shown = list(found)[:SHOWN]
-    lines = [*paragraph(found.mechanism), *paragraph(when), ""]
+    lines = [*title(found.mechanism, when, found.units), ""]
     lines += [*_positions(found, shown), "", *_links(found, shown)]
     forces = _forces(found, shown)
     lines += ["", *forces] if forces else []
     if count > SHOWN:
         lines.append(f"and {count - SHOWN} more")
-    notes = [(f"{n}: ", note) for n, one in enumerate(shown, 1) for note in one.notes]
-    notes += [("", note) for note in found.notes]
-    if notes:
-        lines += ["", *(line for at, note in notes for line in paragraph(at + note, "NOTE   "))]
-    return "\n".join(even(lines))
+    notes = [f"{n}: {note}" for n, one in enumerate(shown, 1) for note in one.notes]
+    return "\n".join(even([*lines, *noted([*notes, *found.notes])]))
 
 
 def _positions(found: Equilibria, shown: list[Equilibrium]) -> list[str]:
@@ -158,13 +153,8 @@ def curve_sheet(curve: EquilibriumCurve) -> str:
         Column("onward", onward, text=True, whole=True),
     ]
     told = f"rest positions along {curve.parameter}: {len(curve)} points"
-    unit = machine.units
-    symbols = ", ".join((unit.length, unit.force, unit.time, unit.mass))
-    lines = [*paragraph(machine.name), *paragraph(f"{told}; units {unit.name}: {symbols}"), ""]
-    lines += table(columns)
-    if curve.notes:
-        lines += ["", *(line for note in curve.notes for line in paragraph(note, "NOTE   "))]
-    return "\n".join(even(lines))
+    lines = [*title(machine.name, told, machine.units), "", *table(columns)]
+    return "\n".join(even([*lines, *noted(curve.notes)]))
 
 
 def _moving(curve: EquilibriumCurve, name: str, rows: list[int]) -> list[Column]:

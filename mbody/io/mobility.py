@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from mbody.io.parts import noted, title
 from mbody.io.text import Column, even, number, paragraph, table
 
 if TYPE_CHECKING:
@@ -27,19 +28,15 @@ def sheet(report: Mobility) -> str:
     >>> print(sheet(mbody.mobility(mbody.makers.four_bar(1, 3, 2, 3.5))).splitlines()[10])
     degrees of freedom: coordinates - rank              1              0
     """
-    unit = report.units
-    symbols = ", ".join((unit.length, unit.force, unit.time, unit.mass))
-    when = f"mobility at t = {number(report.t)} {unit.time}; units {unit.name}: {symbols}"
-    lines = [*paragraph(report.mechanism), *paragraph(when), "", *_counts(report)]
+    when = f"mobility at t = {number(report.t)} {report.units.time}"
+    lines = [*title(report.mechanism, when, report.units), "", *_counts(report)]
     lines += _redundant(report)
     if report.drivers:
         lines += _motions("FREE MOTIONS, drivers held", report.driven_motions)
         lines += _motions("FREE MOTIONS without the drivers", report.motions)
     else:
         lines += _motions("FREE MOTIONS", report.motions)
-    if report.notes:
-        lines += ["", *(line for note in report.notes for line in paragraph(note, "NOTE   "))]
-    return "\n".join(even(lines))
+    return "\n".join(even([*lines, *noted(report.notes)]))
 
 
 def _counts(report: Mobility) -> list[str]:

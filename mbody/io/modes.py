@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbody.io.parts import ROUNDING
+from mbody.io.parts import ROUNDING, noted, title
 from mbody.io.text import Column, even, number, numbers, paragraph, table
 
 if TYPE_CHECKING:
@@ -31,21 +31,17 @@ def sheet(found: Modes) -> str:
     >>> print(sheet(mbody.modes(machine)).splitlines()[7].split()[:4])
     ['1', 'oscillates', '4.42945', '0.704968']
     """
-    unit = found.units
-    symbols = ", ".join((unit.length, unit.force, unit.time, unit.mass))
     count = len(found)
     told = f"{count} rest position{'' if count == 1 else 's'}"
-    when = f"modes at t = {number(found.t)} {unit.time}: {told}; units {unit.name}: {symbols}"
-    lines = [*paragraph(found.mechanism), *paragraph(when)]
+    when = f"modes at t = {number(found.t)} {found.units.time}: {told}"
+    lines = title(found.mechanism, when, found.units)
     for n, one in enumerate(list(found)[:SHOWN], 1):
         lines += ["", *paragraph(f"{one.stability}, at {_where(one)}", f"REST {n}   ")]
         lines += _table(found, one)
         lines += [line for note in one.notes for line in paragraph(note, "NOTE   ")]
     if count > SHOWN:
         lines.append(f"and {count - SHOWN} more")
-    if found.notes:
-        lines += ["", *(line for note in found.notes for line in paragraph(note, "NOTE   "))]
-    return "\n".join(even(lines))
+    return "\n".join(even([*lines, *noted(found.notes)]))
 
 
 def _where(one: ModesAt) -> str:

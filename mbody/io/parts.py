@@ -10,11 +10,14 @@ import numpy as np
 from mbody.io.text import numbers, paragraph
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from mbody.couplings import Coupling
     from mbody.drivers import Driver
     from mbody.histories import Reaction
     from mbody.mechanism import Mechanism
-from mbody.solution import Solution
+    from mbody.solution import Solution
+    from mbody.units import UnitSystem
 
 __all__ = [
     "ABOUT",
@@ -24,8 +27,10 @@ __all__ = [
     "force_names",
     "heading",
     "link_names",
+    "noted",
     "remark",
     "swiftness",
+    "title",
     "torque_cells",
 ]
 
@@ -85,12 +90,20 @@ def force_names(mechanism: Mechanism) -> dict[str, tuple[str, str]]:
 
 def heading(solution: Solution, when: str) -> list[str]:
     """Title; analysis, instants and units."""
-    units = solution.mechanism.units
+    machine = solution.mechanism
+    return title(machine.name, f"{solution.analysis} {when}", machine.units)
+
+
+def title(mechanism: str, words: str, units: UnitSystem) -> list[str]:
+    """Name of the mechanism; what is told of it, and the units of all that follows."""
     symbols = ", ".join((units.length, units.force, units.time, units.mass))
-    return [
-        *paragraph(solution.mechanism.name),
-        *paragraph(f"{solution.analysis} {when}; units {units.name}: {symbols}"),
-    ]
+    return [*paragraph(mechanism), *paragraph(f"{words}; units {units.name}: {symbols}")]
+
+
+def noted(notes: Iterable[str]) -> list[str]:
+    """A block of notes, each a paragraph; nothing where there are none."""
+    lines = [line for note in notes for line in paragraph(note, "NOTE   ")]
+    return ["", *lines] if lines else []
 
 
 def closing(solution: Solution, residuals: bool = True) -> list[str]:
@@ -112,9 +125,7 @@ def closing(solution: Solution, residuals: bool = True) -> list[str]:
         lines += ["", *_events(solution)]
     if solution.status != "completed":
         lines += ["", *paragraph(solution.status, "STATUS   ")]
-    if solution.notes:
-        lines += ["", *(line for note in solution.notes for line in paragraph(note, "NOTE   "))]
-    return lines
+    return [*lines, *noted(solution.notes)]
 
 
 def _events(solution: Solution) -> list[str]:
