@@ -6,7 +6,7 @@ instant.
 
 from __future__ import annotations
 
-from mbody._jit import kernel
+from mbody._jit import inline, kernel
 from mbody._lanes import st
 from mbody._reference import by_reference
 from mbody.core.factor import VANISHED, factor
@@ -29,11 +29,7 @@ def breakdown(L, W, soft, motion, t, causes, output):
     signals(L, W, w, L.signal_law.shape[0])
     n3 = 3 * L.bodies
     for k in range(t.shape[0]):
-        W.time[0, 0] = t[k]
-        signals(L, W, w, L.varying)
-        for n in range(n3):
-            W.q[n, 0], W.v[n, 0] = motion[k, n], motion[k, n3 + n]
-        turns(L, W, w)
+        at_instant(L, W, w, motion, t, k)
         rows(L, W, w, True, None)
         factor(L, W, w, soft, VANISHED)
         for cause in range(-1, causes):
@@ -56,14 +52,20 @@ def each_load(L, W, motion, t, output):
     L, W = by_reference(L), by_reference(W)
     w = 0.0
     signals(L, W, w, L.signal_law.shape[0])
-    n3 = 3 * L.bodies
     for k in range(t.shape[0]):
-        W.time[0, 0] = t[k]
-        signals(L, W, w, L.varying)
-        for n in range(n3):
-            W.q[n, 0], W.v[n, 0] = motion[k, n], motion[k, n3 + n]
-        turns(L, W, w)
+        at_instant(L, W, w, motion, t, k)
         for cause in range(output.shape[1]):
             forces(L, W, w, cause)
-            for n in range(n3):
+            for n in range(3 * L.bodies):
                 output[k, cause, n] = W.force[n, 0]
+
+
+@inline
+def at_instant(L, W, w, motion, t, k):
+    """Time, signals, positions and rates of instant k."""
+    W.time[0, 0] = t[k]
+    signals(L, W, w, L.varying)
+    n3 = 3 * L.bodies
+    for n in range(n3):
+        W.q[n, 0], W.v[n, 0] = motion[k, n], motion[k, n3 + n]
+    turns(L, W, w)
