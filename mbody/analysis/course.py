@@ -82,7 +82,7 @@ class Course:
         self.first, self.until = first, until
         self.rows = 3 * n3 + PER_ATOM * len(self.system.owners)
         self.y, self.K = np.concatenate([q, v]), np.zeros((16, 2 * n3))
-        self.P, self.state = np.zeros((16, self.causes)), np.zeros(16)
+        self.P, self.state = np.zeros((16, self.causes)), np.zeros(13)
         self.room = np.zeros((5, 2 * n3)), np.zeros((7, 2 * n3)), np.zeros((7, self.causes))
         self.page = np.empty((self.rows, 1))
         self.state[0] = first

@@ -43,11 +43,14 @@ STAGES_AGAIN, ENDS_AGAIN = 3.0, 8.0
 
 @njit
 def powers(L, W, P):
-    """Power of every load, or of all together where P has no room, then of every driver."""
+    """Power of every load, or of all together where P has no room, then of every driver; after
+    `accelerate`, which leaves the sum of all loads.
+    """
     count = P.shape[0] - L.driver_row.shape[0]
     alone = count > 1
     for cause in range(count):
-        forces(L, W, 0.0, cause if alone else -1)
+        if alone:
+            forces(L, W, 0.0, cause)
         total = 0.0
         for n in range(3 * L.bodies):
             total += W.force[n, 0] * W.v[n, 0]
@@ -146,8 +149,9 @@ def flow(
     1). gained (instants + 1, causes): work done until each instant, the last row until now.
 
     state: [0] t, [1] next step, [2] steps done, [3] rejected, [4] careful ones, [5] evaluations,
-    [6] instants met, [7] careful now, [8] weakest pivot, [9] projections that failed, [10]
-    greatest of the weakest pivots, [11] greatest careful step, [12] and [13] tries.
+    [6] instants met, [7] careful now, [8] weakest pivot, [9] and [12] tries so that
+    no stage, and no end, lies at a singular position, [10] greatest of the weakest pivots, [11]
+    greatest careful step.
     Returns DONE, MORE, SMALL (the step has vanished) or LOST (a slope was no number).
     """
     L, W = by_reference(L), by_reference(W)
@@ -188,12 +192,11 @@ def flow(
                 close = apart < CLOSE and astray > ASTRAY * rtol
                 inside = inside or close or far > CONE * apart
         if not good:
-            state[9] += 1
             state[3] += 1
             state[1] = 0.5 * h
             continue
-        if inside and state[13] < STAGES_AGAIN:
-            state[13] += 1.0
+        if inside and state[9] < STAGES_AGAIN:
+            state[9] += 1.0
             state[1] = 0.91 * h
             continue
         if least < NEAR * state[10] and not careful:
@@ -225,7 +228,6 @@ def flow(
         if not (e5 < 1e300) or not good:
             state[1] = (0.5 if careful else 0.25) * h
             state[3] += 1
-            state[9] += 0.0 if good else 1.0
             if h < 1e-12 * max(abs(t), abs(until)):
                 return LOST
             continue
@@ -239,7 +241,6 @@ def flow(
             _, _, good = stage(L, W, end, K, P, 12, soft, regular, True)
             state[5] += 1
             if not good:
-                state[9] += 1
                 state[3] += 1
                 state[1] = 0.5 * h
                 continue
@@ -282,7 +283,7 @@ def flow(
         if state[7] > 0.5:
             state[1] = min(state[1], state[11])
         else:
-            state[12] = state[13] = 0.0
+            state[12] = state[9] = 0.0
         for n in range(n6):
             K[0, n] = K[12, n]
         state[6] = k

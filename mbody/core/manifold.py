@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from mbody._jit import njit
 from mbody._lanes import ld, st
-from mbody.core.factor import VANISHED, apply_g, apply_gt, factor, solve
+from mbody.core.factor import VANISHED, apply_g, factor
 from mbody.core.forces import signals
-from mbody.core.instant import clear, reach, weigh
+from mbody.core.instant import clear, least_motion, newton, reach
 from mbody.core.motion import balance
 from mbody.core.rows import rows, turns
 
@@ -28,24 +28,11 @@ def project_position(L, W, w, soft):
     """
     first, last = 0.0, 1e300
     for n in range(NEWTON):
-        turns(L, W, w)
-        rows(L, W, w, True, None)
-        factor(L, W, w, soft, VANISHED)
-        for k in range(2 * L.nodes):
-            st(W.x, k, ld(W.phi, k, w), w)
-        solve(L, W, w)
-        clear(W.u, w)
-        apply_gt(L, W, w, W.x, W.u)
-        weigh(L, W, w, W.u)
-        size = reach(L, W, w)
+        size, _ = newton(L, W, w, soft, VANISHED)
         if not size < 1e6:
             return first, False
         if n == 0:
             first = size
-        for b in range(L.bodies):
-            o, s = 3 * b, 3 * L.body_slot[b]
-            for m in range(3):
-                st(W.q, o + m, ld(W.q, o + m, w) - ld(W.u, s + m, w), w)
         # what a step of this size leaves is of second order: rounding
         if size <= CLOSED or (n > 0 and size < 1e-7):
             return first, True
@@ -67,10 +54,7 @@ def project_velocity(L, W, w, passes):
         apply_g(L, W, w, W.u, W.x)
         for m in range(2 * L.nodes):
             st(W.x, m, ld(W.x, m, w) - ld(W.nu, m, w), w)
-        solve(L, W, w)
-        clear(W.u, w)
-        apply_gt(L, W, w, W.x, W.u)
-        weigh(L, W, w, W.u)
+        least_motion(L, W, w, W.x, False)
         if n == 0:
             first = reach(L, W, w)
         for b in range(L.bodies):
@@ -126,10 +110,7 @@ def tangential(L, W, w, e):
         for n in range(3):
             st(W.u, 3 * s + n, e[3 * L.slot_body[s] + n], w)
     apply_g(L, W, w, W.u, W.x)
-    solve(L, W, w)
-    clear(W.u, w)
-    apply_gt(L, W, w, W.x, W.u)
-    weigh(L, W, w, W.u)
+    least_motion(L, W, w, W.x, False)
     for b in range(L.bodies):
         for n in range(3):
             e[3 * b + n] -= ld(W.u, 3 * L.body_slot[b] + n, w)
