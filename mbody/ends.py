@@ -1,4 +1,4 @@
-"""Where both ends of an element are over the instants of a solution, and where its force is told.
+"""Where ends of elements and link axes are in a solution, and where forces are told.
 
 Histories are arrays (instants,), of a batch (designs, instants); numbers of a batch stand beside
 them as columns.
@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.elements import Marker
 from mbody.joints import Joint
 
 if TYPE_CHECKING:
     from mbody.elements import Element, Numbers
     from mbody.solution import Solution
 
-__all__ = ["column", "ends", "moment", "place", "told_at"]
+__all__ = ["column", "ends", "link_poses", "moment", "place", "told_at"]
 
 Array = np.ndarray
 
@@ -61,6 +62,16 @@ def told_at(solution: Solution, element: Element) -> tuple[Array, Array]:
     x, y = place(solution, element, "j")
     offset = _offset(solution, element) if isinstance(element, Joint) else None
     return (x, y) if offset is None else (x + offset[0], y + offset[1])
+
+
+def link_poses(solution: Solution) -> dict[str, tuple[float, float, float]]:
+    """(x, y, angle) of the link axes of every body at the last instant."""
+    found = {}
+    for body in solution.mechanism.bodies:
+        origin = solution.point(Marker(body.name, (0.0, 0.0)))
+        x, y, angle = (float(p[-1]) for p in (origin.x, origin.y, solution[body.name].angle))
+        found[body.name] = (x, y, angle)
+    return found
 
 
 def moment(solution: Solution, joint: Joint, fx: Array, fy: Array) -> Any:

@@ -16,6 +16,7 @@ from mbody.errors import ModelError, brief
 from mbody.formulas import FormulaError, Scope, Valued, evaluate, parse, parse_unit, told
 from mbody.joints import Joint
 from mbody.mechanism import Mechanism
+from mbody.named import DRIVEN
 from mbody.questions import Measure
 from mbody.solution import Solution
 from mbody.units import DIMENSIONS, NUMBER, Dimension, dimension_of
@@ -29,16 +30,9 @@ MOTION = {
     **dict.fromkeys(("ax", "ay"), "acceleration"),
 }
 TURNING = {"angle": "angle", "omega": "angular velocity", "alpha": "angular acceleration"}
-DRIVEN = ("value", "rate", "acceleration")
 FORCES = {"fx": "force", "fy": "force", "force": "force", "torque": "torque"}
-TORQUES = {
-    **{"effort": "torque", "power": "power"},
-    **{"value": "angle", "rate": "angular velocity", "acceleration": "angular acceleration"},
-}
-PUSHES = {
-    **{"effort": "force", "power": "power"},
-    **{"value": "length", "rate": "velocity", "acceleration": "acceleration"},
-}
+TORQUES = {"effort": "torque", "power": "power"} | {key: of[0] for key, of in DRIVEN.items()}
+PUSHES = {"effort": "force", "power": "power"} | {key: of[1] for key, of in DRIVEN.items()}
 
 
 def measured(solution: Solution, measure: Measure | str) -> tuple[np.ndarray, Dimension, str]:
@@ -233,6 +227,6 @@ def _history(run: Solution, owner: str, key: str) -> np.ndarray:
         reaction = run.reaction(element)
         return np.asarray(reaction.magnitude if key == "force" else getattr(reaction, key))
     if key in DRIVEN:
-        return run.driven(element)[DRIVEN.index(key)]
+        return run.driven(element)[list(DRIVEN).index(key)]
     effort = run.effort(element)
     return effort if key == "effort" else effort * run.driven(element)[1]

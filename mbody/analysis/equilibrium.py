@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.closure import as_system, closed
-from mbody.analysis.free_motions import FreeMotion, free_motions
+from mbody.analysis.free_motions import FreeMotion, free_motions, rates_of
 from mbody.analysis.instants import by_time, plan
 from mbody.analysis.lifting import lifting
 from mbody.analysis.manifold import Array, Manifold, Place
@@ -315,11 +315,8 @@ class _Found:
 
     def in_leaders(self, place: Place, motions: Sequence[FreeMotion], K: Array) -> Array:
         """The stiffness for unit rates of the leaders."""
-        rates = np.zeros((len(motions), self.system.layout.bodies, 3))
-        for n, motion in enumerate(motions):
-            for body, rate in motion.rates.items():
-                rates[n, self.system.bodies[body]] = rate
-        basis = rates.reshape(len(motions), -1) / self.manifold.scale @ place.motions.T
+        rates = rates_of(self.system, motions).reshape(len(motions), -1)
+        basis = rates / self.manifold.scale @ place.motions.T
         return np.asarray(basis @ K @ basis.T)
 
     def nothing(self) -> SolveError:
@@ -337,19 +334,16 @@ class _Found:
         assert least is not None
         lead = free_motions(self.system, np.append(least.q, np.zeros(3)), least.motions)[0]
         b = self.system.bodies[lead.leader]
-        rate = np.zeros((self.system.layout.bodies, 3))
-        for body, part in lead.rates.items():
-            rate[self.system.bodies[body]] = part
-        left = float(least.force @ (rate.reshape(-1) / self.manifold.scale))
-        turns = abs(rate[b, 2]) > 0.5  # else the leader slides at unit rate
+        way = rates_of(self.system, [lead]).reshape(-1) / self.manifold.scale
+        left = float(least.force @ way)
         # a least drive is flat: more digits of its place would be noise
         pose = np.round(least.q[3 * b : 3 * b + 3] / self.manifold.scale[:3], 2) + 0.0
-        if turns:
+        if lead.turns:
             where = f"{math.degrees(pose[2]):.0f} deg of '{lead.leader}'"
         else:
             x, y = self.system.length * pose[:2]
             where = f"({x:.3g}, {y:.3g}) {units.length} of '{lead.leader}'"
-        unit = units.of("torque") if turns else units.of("force")
+        unit = units.of("torque") if lead.turns else units.of("force")
         return SolveError(
             f"no rest position of '{name}' was met: what drives it is least at {where}, where "
             f"{abs(left):.3g} {unit} are left; begin elsewhere with starts, or change its loads",

@@ -16,7 +16,7 @@ from mbody.elements import listed
 from mbody.errors import ModelError
 from mbody.solution import Solution, as_solution
 
-__all__ = ["Member", "Wrench", "coupled", "free_body", "members"]
+__all__ = ["Member", "Wrench", "coupled", "driven", "free_body", "members"]
 
 #: What is below this part of the greatest force of the mechanism is none.
 NONE = 1e-9
@@ -208,7 +208,7 @@ def _forces(solution: Solution, body: str, instant: int, loads: np.ndarray) -> A
             yield Wrench(joint.name, "joint", *(float(part[instant]) for part in parts))
     for coupling in machine.couplings:
         if body in coupling.bodies:
-            parts = coupled(solution, coupling.name, body, instant)
+            parts = coupled(solution, coupling.name, instant)[solution.system.bodies[body]].tolist()
             yield Wrench(coupling.name, "coupling", x, y, *parts)
     for driver in machine.drivers:
         if body in driver.bodies:
@@ -223,22 +223,25 @@ def _forces(solution: Solution, body: str, instant: int, loads: np.ndarray) -> A
     yield Wrench("inertia", "inertia", x, y, fx, fy, torque)
 
 
-def coupled(solution: Solution, coupling: str, body: str, instant: int) -> Any:
-    """What a coupling does to one of its bodies: force at the mass centre, and torque."""
+def coupled(solution: Solution, coupling: str, instant: int) -> np.ndarray:
+    """What a coupling does to the bodies (bodies, 3): forces at the mass centres, and torques."""
     system = solution.system
     G = jacobian(system, loaded(solution, instant))[1]
     row = int(np.flatnonzero(system.row_table[0] == system.atoms_of[coupling][0])[0])
     # an effort is −λ, and what rows do to coordinates is −Φ_qᵀ λ
-    b = 3 * system.bodies[body]
-    return (G[row, b : b + 3] * solution.effort(coupling)[instant]).tolist()
+    return np.asarray(G[row].reshape(-1, 3) * solution.effort(coupling)[instant])
+
+
+def driven(solution: Solution, driver: str) -> np.ndarray:
+    """Force and torque of a driver on its body j, at its place there (instants, 3)."""
+    first = 3 * solution.system.coordinates + PER_ATOM * solution.system.atoms_of[driver][0]
+    return np.column_stack([solution.record.take(first + n) for n in (2, 3, 4)])
 
 
 def _driven(solution: Solution, driver: str, body: str, instant: int) -> Wrench:
     """What a driver does to one of its two bodies, at its place on j."""
     element: Any = solution.mechanism[driver]
-    e = solution.system.atoms_of[driver][0]
-    first = 3 * solution.system.coordinates + PER_ATOM * e
-    fx, fy, torque = (float(solution.record.take(first + n)[instant]) for n in (2, 3, 4))
+    fx, fy, torque = driven(solution, driver)[instant].tolist()
     sign = 1.0 if element.bodies[1] == body else -1.0
     if "j" in element.places():
         place = solution.told_at(driver)

@@ -17,7 +17,7 @@ from mbody.joints import Joint, Prismatic, Revolute
 from mbody.mechanism import Mechanism
 from mbody.system import System
 
-__all__ = ["FreeMotion", "components", "free_motions"]
+__all__ = ["FreeMotion", "components", "free_motions", "rates_of"]
 
 Array = np.ndarray
 
@@ -49,10 +49,24 @@ class FreeMotion:
     words: str
     rates: dict[str, tuple[float, float, float]]
 
+    @property
+    def turns(self) -> bool:
+        """Whether its leader turns; else it slides at unit rate."""
+        return abs(self.rates[self.leader][2]) > 0.5
+
     def data(self) -> dict[str, Any]:
         """The same as a plain dict, ready for JSON."""
         rates = {body: list(rate) for body, rate in self.rates.items()}
         return {"leader": self.leader, "words": self.words, "rates": rates}
+
+
+def rates_of(system: System, motions: Sequence[FreeMotion]) -> Array:
+    """(vx, vy, ω) of every body for unit rates of the leaders: (free, bodies, 3)."""
+    found = np.zeros((len(motions), system.layout.bodies, 3))
+    for n, motion in enumerate(motions):
+        for body, rate in motion.rates.items():
+            found[n, system.bodies[body]] = rate
+    return found
 
 
 def components(mechanism: Mechanism, couplings: int | None = None) -> list[list[str]]:

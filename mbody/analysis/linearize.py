@@ -10,7 +10,7 @@ import numpy as np
 
 from mbody.analysis.closure import as_system, closed
 from mbody.analysis.equilibrium import Equilibrium, released
-from mbody.analysis.free_motions import FreeMotion, free_motions
+from mbody.analysis.free_motions import FreeMotion, free_motions, rates_of
 from mbody.analysis.manifold import Array, Manifold, Place
 from mbody.analysis.near_motion import Moving, leading
 from mbody.analysis.rank import too_large
@@ -83,12 +83,7 @@ class Linearization:
     @property
     def rates(self) -> Array:
         """(vx, vy, ω) of every body for unit rates of the leaders: (free, bodies, 3)."""
-        bodies = self.solution.system.bodies
-        found = np.zeros((len(self.motions), self.solution.system.layout.bodies, 3))
-        for n, motion in enumerate(self.motions):
-            for body, rate in motion.rates.items():
-                found[n, bodies[body]] = rate
-        return found
+        return rates_of(self.solution.system, self.motions)
 
     @property
     def state_matrix(self) -> Array:
@@ -220,11 +215,7 @@ def linearize(
         )
     natural = float(np.sqrt(top / max(float(mass.max()), 1e-300))) or 1.0
     fast = max(float(np.abs(v / manifold.scale).max()), _driven(system, t, natural))
-    rates = np.zeros((len(motions), system.layout.bodies, 3))
-    for n, motion in enumerate(motions):
-        for body, rate in motion.rates.items():
-            rates[n, system.bodies[body]] = rate
-    ways = rates.reshape(len(motions), -1) / manifold.scale
+    ways = rates_of(system, motions).reshape(len(motions), -1) / manifold.scale
     basis = ways @ here.motions.T
     M = np.asarray(basis @ mass @ basis.T)
     rest = held or (balanced and fast <= STILL * natural)

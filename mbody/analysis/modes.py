@@ -281,7 +281,7 @@ def _modes_at(linear: Linearization) -> ModesAt:
         way = np.linalg.svd(np.vstack(parts))[2][-1]
         raise _undetermined(system, np.abs((inverse @ way @ rates).reshape(-1, 3)).max(axis=1))
     roots, shapes, infinite = solved
-    turns = [abs(motion.rates[motion.leader][2]) > 0.5 for motion in linear.motions]
+    turns = [motion.turns for motion in linear.motions]
     unit = np.where(turns, 1.0, system.length)
     found = []
     for root, shape in zip(roots, shapes, strict=True):

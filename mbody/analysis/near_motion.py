@@ -24,7 +24,7 @@ def leading(system: System, motions: Sequence[FreeMotion], ways: Array) -> Array
     parts = np.zeros_like(ways)
     for n, motion in enumerate(motions):
         first = 3 * system.bodies[motion.leader]
-        turns = abs(motion.rates[motion.leader][2]) > 0.5
+        turns = motion.turns
         own = slice(first + 2, first + 3) if turns else slice(first, first + 2)
         parts[n, own] = ways[n, own]
     return np.asarray(np.linalg.solve(parts @ ways.T, parts))

@@ -160,9 +160,7 @@ class Search:
                 return False
         return True
 
-    def _best(
-        self, corners: list[tuple[Affine, tuple[int, ...]]]
-    ) -> tuple[Affine, tuple[int, ...]]:
+    def _best(self, corners: list[Corner]) -> Corner:
         """The corner where the objective is greatest or least among those that are allowed.
 
         There the slope of the objective is a sum of those of the binding rows, each with the sign

@@ -10,6 +10,7 @@ from mbody.analysis.close_loops import close_loops
 from mbody.assembler import assemble
 from mbody.drivers import AngleDriver, CoordinateDriver
 from mbody.elements import Marker
+from mbody.ends import link_poses
 from mbody.errors import ModelError
 from mbody.events import Event, Stop, check_restitution
 from mbody.formulas import Formula, read
@@ -130,12 +131,7 @@ def started(mechanism: Mechanism, simulation: Simulation) -> Solution:
     placed = _held(mechanism, simulation, rates=False)
     if not any(rate in given for given in simulation.start.values() for _, rate, _ in PAIRS):
         return placed
-    poses = {}
-    for body in mechanism.bodies:
-        origin = placed.point(Marker(body.name, (0.0, 0.0)))
-        angle = placed[body.name].angle[0]
-        poses[body.name] = (float(origin.x[0]), float(origin.y[0]), float(angle))
-    return _held(mechanism, simulation, rates=True, guess=poses)
+    return _held(mechanism, simulation, rates=True, guess=link_poses(placed))
 
 
 def _held(

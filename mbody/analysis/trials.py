@@ -14,7 +14,7 @@ from mbody.analysis.asked import ANALYSES, asked
 from mbody.analysis.relations import Relation
 from mbody.assembler import assemble
 from mbody.drivers import Driver
-from mbody.elements import Marker
+from mbody.ends import link_poses
 from mbody.errors import ModelError, ModelWarning, SolveError
 from mbody.formulas import convert
 from mbody.laws import Polynomial
@@ -119,7 +119,7 @@ class Trials:
             driver.name: np.array([float(part[0]) for part in first.driven(driver.name)])
             for driver in mechanism.drivers
         }
-        self.poses = [self._pose(first)]
+        self.poses = [link_poses(first)]
         moved = {self._driver(mechanism, one.name) for one in question.unknowns} - {""}
         if first.given is not None:
             moved |= self.states.keys()
@@ -208,16 +208,6 @@ class Trials:
         sizes = zip((length, mass, time), powers, strict=True)
         return float(np.prod([size ** float(power) for size, power in sizes]))
 
-    @staticmethod
-    def _pose(run: Solution) -> dict[str, tuple[float, float, float]]:
-        """Where the link axes of every body are."""
-        found = {}
-        for body in run.mechanism.bodies:
-            origin = run.point(Marker(body.name, (0.0, 0.0)))
-            x, y, angle = (float(p[-1]) for p in (origin.x, origin.y, run[body.name].angle))
-            found[body.name] = (x, y, angle)
-        return found
-
     # -- trials -------------------------------------------------------------------------------
 
     def run(self, u: Array) -> Solution:
@@ -225,7 +215,7 @@ class Trials:
         near = self.poses[int(np.abs(self.places - u).sum(axis=1).argmin())]
         run = self._analysed({k: v[0] for k, v in self._values(u[None]).items()}, near)
         if not self.steady:
-            self.poses.append(self._pose(run))
+            self.poses.append(link_poses(run))
             self.places = np.vstack([self.places, u])
         return run
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.analysis.free_body import coupled
+from mbody.analysis.free_body import coupled, driven
 from mbody.checks import loaded
-from mbody.drivers import AngleDriver, CoordinateDriver, Driver
+from mbody.drivers import Driver
 from mbody.elements import Marker, as_marker
 from mbody.ends import moment
 from mbody.errors import ModelError
@@ -134,10 +134,13 @@ def _by_joints(run: Solution, x: Array, y: Array) -> Array:
         total += _moved(at_place, place.x - x, place.y - y)
     for coupling in run.mechanism.couplings:
         # nothing from outside takes part: the ground gets what its moving bodies give
-        for body in coupling.bodies if "ground" in coupling.bodies else ():
+        if "ground" not in coupling.bodies:
+            continue
+        rows = np.array([coupled(run, coupling.name, k) for k in range(len(run))])
+        for body in coupling.bodies:
             if body != "ground":
-                rows = [coupled(run, coupling.name, body, k) for k in range(len(run))]
-                total -= _moved(np.array(rows), run[body].x - x, run[body].y - y)
+                part = rows[:, run.system.bodies[body]]
+                total -= _moved(part, run[body].x - x, run[body].y - y)
     for driver in run.mechanism.drivers:
         if "ground" in driver.bodies:
             total += _by_driver(run, driver, x, y)
@@ -145,15 +148,9 @@ def _by_joints(run: Solution, x: Array, y: Array) -> Array:
 
 
 def _by_driver(run: Solution, driver: Driver, x: Array, y: Array) -> Array:
-    """The same of one driver: its effort, on the side of the ground."""
-    effort = run.effort(driver.name) * (1.0 if driver.bodies[1] == "ground" else -1.0)
-    if isinstance(driver, AngleDriver):
-        return np.column_stack([0.0 * effort, 0.0 * effort, effort])
-    first, second = (run.point(marker) for marker in driver.places().values())
-    ux, uy = second.x - first.x, second.y - first.y
-    if isinstance(driver, CoordinateDriver):
-        angle = run[driver.i.body].angle + run.system.numbers.angle(driver, "i")
-        ux, uy = np.cos(angle), np.sin(angle)
-    size = np.hypot(ux, uy)
-    force = np.column_stack([effort * ux / size, effort * uy / size, 0.0 * effort])
-    return _moved(force, second.x - x, second.y - y)
+    """The same of one driver."""
+    force = driven(run, driver.name) * (1.0 if driver.bodies[1] == "ground" else -1.0)
+    if "j" not in driver.places():
+        return force
+    px, py = run.told_at(driver.name)
+    return _moved(force, px - x, py - y)

@@ -53,7 +53,7 @@ def _positions(found: Equilibria, shown: list[Equilibrium]) -> list[str]:
     least = [_least(e.stiffness) for e in shown]
     one = all(len(e.motions) == 1 for e in shown)
     leaders = {e.motions[0].leader for e in shown}
-    turns = all(abs(e.motions[0].rates[e.motions[0].leader][2]) > 0.5 for e in shown)
+    turns = all(e.motions[0].turns for e in shown)
     unit = found.units.of("torsion stiffness" if turns else "stiffness") if one else ""
     title = "stiffness" if one else "least stiffness"
     if one and len(leaders) == 1:

@@ -52,7 +52,7 @@ def _where(one: ModesAt) -> str:
     motions = sorted(told.values(), key=one.linear.motions.index)
     for motion in motions[:LEADERS]:
         body, name = solution[motion.leader], motion.leader
-        if abs(motion.rates[name][2]) > 0.5:
+        if motion.turns:
             degrees = round(float(np.degrees(body.angle[-1])) % 360.0, 3) % 360.0
             words.append(f"{name} {degrees:.3f}°")
         else:
