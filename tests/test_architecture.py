@@ -66,7 +66,7 @@ CEILING = {"makers": LEVEL["mechanism"]}
 # result looks is told in io: the arrows upwards, taken only when they are asked for.
 WHEN_ASKED = {("solution", "io"), ("analysis", "io"), ("solution", "measures")}
 
-HEAVY = {"matplotlib", "pandas", "scipy", "pint", "pymunk", "pinocchio"}
+HEAVY = {"matplotlib", "mujoco", "pandas", "scipy", "pint", "pymunk", "pinocchio"}
 LONGEST = 400
 
 

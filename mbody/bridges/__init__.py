@@ -1,0 +1,1 @@
+"""The same mechanism in other engines, and what they say of our results."""
