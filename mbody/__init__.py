@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from mbody.formulas import convert
     from mbody.histories import Reaction
     from mbody.io.model import from_text, in_units, load, save, to_text
+    from mbody.io.saved import load_run, save_run
     from mbody.joints import (
         CamFollower,
         CustomJoint,
@@ -81,7 +82,8 @@ if TYPE_CHECKING:
     )
     from mbody.mechanism import Mechanism
     from mbody.momenta import momentum
-    from mbody.questions import Ask, Measure, Question, Simulation, Unknown
+    from mbody.questions import Ask, Measure, Question, Unknown
+    from mbody.simulation import Simulation
     from mbody.solution import Solution
     from mbody.system import System
     from mbody.views import draw, plot
@@ -95,7 +97,9 @@ _HOME = {
     "bodies": "Body Guess SecondMoments Slender deg rpm",
     "formulas": "convert",
     "io.model": "from_text in_units load save to_text",
-    "questions": "Ask Measure Question Simulation Unknown",
+    "io.saved": "load_run save_run",
+    "questions": "Ask Measure Question Unknown",
+    "simulation": "Simulation",
     "couplings": "AngleCoupling LengthCoupling Term",
     "drivers": "AngleDriver CoordinateDriver DistanceDriver",
     "elements": "Marker Polar polar",

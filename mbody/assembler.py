@@ -9,7 +9,7 @@ the user's numbers (`Numbers`), for one set and for a batch alike.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -30,7 +30,7 @@ from mbody.laws import LAW_KINDS, Constant, Law
 from mbody.mechanism import Mechanism
 from mbody.system import System, polar_points
 
-__all__ = ["assemble"]
+__all__ = ["assemble", "with_numbers_of"]
 
 # the loops of the core read a fixed number of parameters and let go of those beyond an atom's own
 SPARE = 8
@@ -86,6 +86,20 @@ def assemble(mechanism: Mechanism) -> System:
         functions=compiler.functions(),
         _compile=compiler.compile,
     )
+
+
+def with_numbers_of(system: System, values: Mapping[str, Any]) -> System:
+    """The system with other numbers, of those that it has; parameters first, so that what is made
+    of them follows, and is not fixed by hand.
+    """
+    for own in (system.mechanism.parameters, system.values):
+        changed = {
+            name: values[name]
+            for name in own
+            if name in system.values and np.any(system.values[name] != values[name])
+        }
+        system = system.with_values(changed) if changed else system
+    return system
 
 
 class _Compiler:

@@ -18,8 +18,9 @@ from mbody.formulas.door import number
 from mbody.formulas.pending import substituted
 from mbody.joints import Joint
 from mbody.loads import Load
-from mbody.questions import Ask, Measure, Question, Simulation
+from mbody.questions import Ask, Measure, Question
 from mbody.resolution import resolved
+from mbody.simulation import Simulation
 from mbody.units import UnitSystem, unit_system
 
 __all__ = ["Mechanism"]

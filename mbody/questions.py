@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 from mbody.errors import ModelError
-from mbody.events import as_events
 from mbody.formulas import Formula, FormulaError, parse_unit, read
 from mbody.formulas.door import NotANumber, NotFinite, entered
 
-__all__ = ["STATE", "Ask", "Measure", "Question", "Simulation", "Unknown"]
+__all__ = ["Ask", "Measure", "Question", "Unknown"]
 
 
 @dataclass(frozen=True)
@@ -260,80 +259,3 @@ def _options(name: str, options: Any) -> Mapping[str, Any]:
             f"unknown '{name}' has no '{strange[0]}' (it has: {', '.join(known)})", name
         )
     return options
-
-
-#: What may be said of a body at the beginning of a motion, with its dimension; x and y are the
-#: origin of the link's axes.
-STATE = {
-    **{"angle": "angle", "omega": "angular velocity"},
-    **{"x": "length", "vx": "velocity", "y": "length", "vy": "velocity"},
-}
-
-
-@dataclass(frozen=True)
-class Simulation:
-    """A motion that is asked for: how it begins, and how long it goes on.
-
-    Parameters
-    ----------
-    until : float or str
-        The last time.
-    start : mapping
-        By body what is exactly so at the beginning, as ``{"crank": {"angle": "60 deg"}}``: of x, y
-        (the origin of the link's axes), angle, and their rates vx, vy, omega. What is not said is
-        as near to the guesses as the loops let it be, and at rest.
-    rtol : float
-        Error of a step, as a part of each coordinate.
-    instants : int
-        How many are kept.
-    events : list of Event and Stop
-        What is watched for.
-
-    >>> Simulation(2.0, {"bob": {"angle": 0.5}}).start
-    {'bob': {'angle': 0.5}}
-    """
-
-    until: Any
-    start: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    rtol: float = 1e-8
-    instants: int = 201
-    events: Any = ()
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.start, Mapping):
-            raise ModelError(
-                f'simulation: start must be a table such as {{"crank": {{"angle": 0.5}}}}, not '
-                f"{self.start!r}"
-            )
-        object.__setattr__(self, "until", _entered(self.until, "until"))
-        made: dict[str, dict[str, Any]] = {}
-        for body, given in self.start.items():
-            if not isinstance(given, Mapping) or not given:
-                raise ModelError(
-                    f"simulation: start.{body} must be a table of {', '.join(STATE)}, not {given!r}"
-                )
-            strange = [key for key in given if key not in STATE]
-            if strange:
-                raise ModelError(
-                    f"simulation: start.{body} has no '{strange[0]}' (it has: {', '.join(STATE)})"
-                )
-            made[body] = {k: _entered(v, f"start.{body}.{k}") for k, v in given.items()}
-        object.__setattr__(self, "start", made)
-        object.__setattr__(self, "events", as_events(self.events))
-
-    def without(self, gone: set[str]) -> Simulation:
-        """The same without events that speak of elements that are gone."""
-        kept = [
-            event
-            for event in self.events
-            if gone.isdisjoint(name.partition(".")[0] for name in read(event.of, None).names)
-        ]
-        return replace(self, events=kept)
-
-
-def _entered(value: Any, name: str) -> float | Formula:
-    """A number of a simulation."""
-    try:
-        return entered(value, None)
-    except FormulaError as error:
-        raise ModelError(f"simulation: {name}: {error}") from None

@@ -20,6 +20,7 @@ from mbody.histories import BodyHistory, Checks, PointHistory, Reaction, Record
 from mbody.joints import Joint
 from mbody.mechanism import Mechanism
 from mbody.momenta import Momentum, momentum
+from mbody.restart import Restart
 from mbody.system import System
 
 if TYPE_CHECKING:
@@ -66,6 +67,7 @@ class Solution:
     stats: dict[str, int] | None = None
     energy: Energy | None = field(default=None, repr=False)
     events: tuple[Occurrence, ...] = field(default=(), repr=False)
+    restart: Restart | None = field(default=None, repr=False)
 
     def take(self, instants: Any) -> Solution:
         """Only some of the instants, by their numbers, in that order."""
@@ -82,6 +84,7 @@ class Solution:
             record=Record([np.ascontiguousarray(rows[:, :, None])], len(index), batch=False),
             given=None if self.given is None else self.given[index],
             energy=None if self.energy is None else self.energy.take(index),
+            restart=None,
         )
 
     @property

@@ -11,13 +11,31 @@ from mbody.analysis.closure import SOFT, raise_user_error
 from mbody.analysis.contacts import pulled
 from mbody.analysis.instants import check_reach
 from mbody.analysis.rank import dense, rank_of, too_large
-from mbody.core.flow import DONE, MORE, begin, flow
-from mbody.core.methods import order_8
+from mbody.analysis.steppers import Memory, stepper
 from mbody.core.output import PER_ATOM
+from mbody.core.progress import (
+    CAREFUL,
+    DONE,
+    LAST,
+    LAST_ONE,
+    LOST,
+    MET,
+    MORE,
+    NEXT,
+    PROGRESS,
+    REJECTED,
+    SLOPES,
+    STEEP,
+    STEPS,
+    TANGENTS,
+    TIME,
+)
+from mbody.core.slopes import begin
 from mbody.energy import account
 from mbody.errors import ModelError, SolveError
 from mbody.events import Occurrence
 from mbody.histories import Record
+from mbody.restart import Restart, Way
 from mbody.solution import Solution
 from mbody.system import System
 
@@ -26,7 +44,7 @@ __all__ = ["Course"]
 Array = np.ndarray
 
 #: Steps of one call of the kernel; between calls there is progress, and Ctrl-C is heard.
-STEPS = 500
+AT_ONCE = 500
 #: Loads whose work is accounted one by one.
 ACCOUNTED = 64
 #: A free motion with less than this part of the greatest inertia has none.
@@ -36,18 +54,28 @@ NO_INERTIA = 1e-12
 class Course:
     """Integrates one system from a first state."""
 
-    def __init__(self, system: System, start: Solution, rtol: float, atol: float) -> None:
-        self.system, self.start = system, start
-        self.rtol, self.atol = rtol, atol
+    def __init__(self, system: System, start: Solution, way: Way) -> None:
+        self.system, self.start, self.way = system, start, way
         self.layout = system.runtime()
         self.work = system.work(masses=True)
         self.soft = start.soft if start.system is system else SOFT * bool(start.soft)
         # a small mass stands where there is none: corrections by the residual take it back
-        self.regular = 2 if system.has_stand_ins or self.soft else 0
+        regular = 2 if system.has_stand_ins or self.soft else 0
         loads = len(system.mechanism.loads)
         self.causes = (loads if loads <= ACCOUNTED else 1) or 1
         self.causes += len(system.mechanism.drivers)
-        self.passes, self.method = max(2, self.regular), order_8()
+        self.passes = max(2, regular)
+        self.steps = stepper(way.method, self.layout, self.work, way.step)
+        n, m = 2 * system.coordinates, self.steps
+        self.y, self.state = np.zeros(n), np.zeros(PROGRESS)
+        self.K, self.P = np.zeros((m.slopes, n)), np.zeros((m.slopes, self.causes))
+        room = np.zeros((m.polynomial, n)), np.zeros((m.polynomial, self.causes))
+        self.memory = Memory(
+            *(self.layout, self.work, self.soft, regular, self.passes, way.rtol, way.atol),
+            *(self.y, self.K, self.P, *room, self.state),
+        )
+        self.begun = np.zeros(self.causes)
+        self.anchor: Restart | None = None
         self.occurred: list[Occurrence] = []
         self.stops: list[str] = []
 
@@ -58,22 +86,26 @@ class Course:
         v: Array,
         times: Array,
         progress: Callable[[float], None] | None,
+        restart: Restart | None = None,
     ) -> Solution:
-        """The motion at the times."""
+        """The motion at the times, after `restart` as if it had gone on."""
         self._begin(first, q, v, float(times[-1]))
         code, status = MORE, "completed"
+        if restart is not None:
+            self._resume(restart)
         try:
             code, status = self._follow(times, progress)
         except KeyboardInterrupt:
             unit = self.system.mechanism.units.time
-            status = f"stopped at t = {self.state[0]:.6g} {unit} by the user"
+            status = f"stopped at t = {self.state[TIME]:.6g} {unit} by the user"
+            self._keep_now()
         found = self._solution(status)
         lost = np.flatnonzero(~np.isfinite(found.record.blocks[0][:, :, 0]).all(axis=1))
         if lost.size:  # an instant at which a load has no value, though the steps passed it
-            self.state[0] = found.t[lost[0]]
+            self.state[TIME] = found.t[lost[0]]
             found = found.take(np.arange(lost[0]))
         if lost.size or code not in (DONE, MORE):
-            raise self._stopped(found)
+            raise self._stopped(found, code)
         return found
 
     def _begin(self, first: float, q: Array, v: Array, until: float) -> None:
@@ -81,11 +113,9 @@ class Course:
         n3 = self.system.coordinates
         self.first, self.until = first, until
         self.rows = 3 * n3 + PER_ATOM * len(self.system.owners)
-        self.y, self.K = np.concatenate([q, v]), np.zeros((16, 2 * n3))
-        self.P, self.state = np.zeros((16, self.causes)), np.zeros(13)
-        self.room = np.zeros((5, 2 * n3)), np.zeros((7, 2 * n3)), np.zeros((7, self.causes))
+        self.y[:n3], self.y[n3:] = q, v
         self.page = np.empty((self.rows, 1))
-        self.state[0] = first
+        self.state[TIME] = first
         if not self._slope():
             raise SolveError(
                 f"the start does not fit '{self.system.mechanism.name}': its loops do not close "
@@ -93,8 +123,8 @@ class Course:
             )
         self._check_determined()
         self._check_slope(self.K, first)
-        self.scale = self._scale(v, self.K[0, n3:])
-        self.state[1] = self._first_step(self.y, self.K[0], self.scale, until - first)
+        self.memory.scale = self.scale = self._scale(v, self.K[0, n3:])
+        self.state[NEXT] = self.way.step or self._first_step(until - first)
 
     def _slope(self) -> bool:
         """Project the state, take its slope and its page; whether the loops close."""
@@ -107,30 +137,71 @@ class Course:
 
     def _flow(self, until: float, steps: int, times: Array, output: Array, gained: Array) -> int:
         """At most so many steps; see `mbody.core.flow`."""
-        code = flow(
-            *(self.layout, self.work, *self.method, self.soft, self.regular, self.passes),
-            *(self.rtol, self.atol, self.scale, until, steps, self.y, self.K, self.P),
-            *(*self.room, times, output, gained, self.state),
-        )
+        code = LAST
+        while code == LAST:
+            code = self.steps.steps(self.memory, until, steps, times, output, gained)
+            if code == LAST:
+                if until == self.until:
+                    self.anchor = self._anchored(gained[-1])
+                self.state[LAST_ONE] = 1.0
         raise_user_error(self.system)
-        return int(code)
+        return code
 
     def _follow(self, times: Array, progress: Callable[[float], None] | None) -> tuple[int, str]:
         """The whole motion, its instants kept: the last code of the kernel, and the status."""
         self.times, self.output = times, np.empty((len(times), self.rows, 1))
         self.gained = np.zeros((len(times) + 1, self.causes))
+        self.gained[-1] = self.begun
         if times[0] <= self.first:
-            self.output[0], self.state[6] = self.page, 1.0
+            self.output[0], self.state[MET] = self.page, 1.0
         code = MORE
         while code == MORE:
-            code = self._flow(self.until, STEPS, times, self.output, self.gained)
+            code = self._flow(self.until, AT_ONCE, times, self.output, self.gained)
             if progress is not None:
-                progress(float(self.state[0]))
+                progress(float(self.state[TIME]))
         return code, "completed"
+
+    # -- restarts -----------------------------------------------------------------------------
+
+    def _anchored(self, gained: Array) -> Restart:
+        """All that the next step depends on; `gained` since the beginning."""
+        return Restart(
+            *(self.way, self.scale.copy(), self.y.copy(), self.K[0].copy(), self.P[0].copy()),
+            *(gained.copy(), self.state.copy(), tuple(part.copy() for part in self.steps.own)),
+        )
+
+    def _resume(self, restart: Restart) -> None:
+        """Take up what was left."""
+        self.memory.scale = self.scale = restart.scale.copy()
+        self.y[:], self.K[0], self.P[0] = restart.y, restart.slope, restart.powers
+        self.begun[:], self.state[:] = restart.gained, restart.state
+        self.state[MET] = 0.0
+        for own, part in zip(self.steps.own, restart.own, strict=True):
+            own[:] = part
+
+    def _restart(self, gained: Array) -> Restart | None:
+        """Where to take up, as seen from the last instant that was kept."""
+        if self.anchor is None or not len(gained):
+            return None
+        return replace(self.anchor, gained=self.anchor.gained - gained[-1, : self.causes])
+
+    def _keep_now(self) -> None:
+        """Keep the instant that a motion has come to, to go on from there."""
+        if not self.state[STEPS]:
+            return
+        self.anchor = self._anchored(self.gained[-1])
+        met, done = int(self.state[MET]), self.gained[-1].copy()
+        self._slope()
+        if met and self.times[met - 1] == self.state[TIME]:
+            met -= 1
+        self.times = np.append(self.times[:met], self.state[TIME])
+        self.output = np.concatenate([self.output[:met], self.page[None]])
+        self.gained = np.concatenate([self.gained[:met], done[None]])
+        self.state[MET] = met + 1
 
     def _kept(self) -> tuple[Array, Array, Array]:
         """Times, pages and work of the instants that are met."""
-        met = int(self.state[6])
+        met = int(self.state[MET])
         return self.times[:met], self.output[:met], self.gained[:met]
 
     def _scale(self, v: Array, a: Array) -> Array:
@@ -143,10 +214,10 @@ class Course:
         )
         return np.concatenate([unit, unit * (swift or 1.0)])
 
-    def _first_step(self, y: Array, slope: Array, scale: Array, whole: float) -> float:
+    def _first_step(self, whole: float) -> float:
         """A rough first step (Hairer, Nørsett, Wanner, II.4)."""
-        size = self.atol * scale + self.rtol * np.abs(y)
-        d0, d1 = (float(np.sqrt(np.mean((part / size) ** 2))) for part in (y, slope))
+        size = self.way.atol * self.scale + self.way.rtol * np.abs(self.y)
+        d0, d1 = (float(np.sqrt(np.mean((part / size) ** 2))) for part in (self.y, self.K[0]))
         step = 0.01 * d0 / d1 if d0 > 1e-5 and d1 > 1e-5 else 1e-6 * whole
         return min(step, 0.1 * whole)
 
@@ -181,13 +252,21 @@ class Course:
             "there; choose laws that have one over the whole time"
         )
 
-    def _stopped(self, found: Solution) -> SolveError:
+    def _stopped(self, found: Solution, code: int = LOST) -> SolveError:
         """The sentence of a motion that cannot be followed."""
         state = self.state
         unit = self.system.mechanism.units.time
-        when = f"t = {state[0]:.6g} {unit}"
-        parts = (0.0, 1e-9, 1e-6, 1e-3)
-        beyond = np.array([state[0] + part * max(state[0], 1e-6) for part in parts])
+        t = float(state[TIME])
+        when = f"t = {t:.6g} {unit}"
+        if code == STEEP:
+            left = (self.until - t) / state[NEXT]
+            return SolveError(
+                f"the loads are too stiff for explicit steps: at {when} the step has shrunk to "
+                f"{state[NEXT]:.2g} {unit}, the end would take {left:.1g} more; ask for the "
+                "method 'radau5'",
+                solution=found,
+            )
+        beyond = np.array([t + part * max(t, 1e-6) for part in (0.0, 1e-9, 1e-6, 1e-3)])
         try:
             check_reach(self.system, beyond, {})
         except ModelError as error:
@@ -203,11 +282,13 @@ class Course:
         n, state = self.system.coordinates, self.state
         times, output, gained = self._kept()
         stats = {
-            "steps": int(state[2]),
-            "rejected": int(state[3]),
-            "careful": int(state[4]),
-            "evaluations": int(state[5]),
+            "steps": int(state[STEPS]),
+            "rejected": int(state[REJECTED]),
+            "careful": int(state[CAREFUL]),
+            "evaluations": int(state[SLOPES]),
         }
+        if state[TANGENTS]:
+            stats["tangents"] = int(state[TANGENTS])
         found = Solution(
             system=self.system,
             analysis="simulate",
@@ -220,5 +301,6 @@ class Course:
             stats=stats,
             energy=account(self.system, output[:, : 2 * n, 0], gained, self.stops),
             events=tuple(self.occurred),
+            restart=self._restart(gained),
         )
         return replace(found, notes=(*found.notes, *pulled(found)))

@@ -17,7 +17,7 @@ from mbody.analysis.manifold import Array, Manifold, Place
 from mbody.analysis.rank import DENSE, too_large
 from mbody.analysis.rest_search import ZERO, Rest, Search
 from mbody.analysis.runner import Runner
-from mbody.assembler import assemble
+from mbody.assembler import assemble, with_numbers_of
 from mbody.errors import ModelError, SolveError
 from mbody.histories import BodyHistory, Reaction, Record
 from mbody.mechanism import Mechanism
@@ -198,16 +198,7 @@ def released(system: System, free: str | Sequence[str]) -> System:
     names = tuple(free) if isinstance(free, (list, tuple, set)) else (free,)
     if not names:
         return system
-    made = assemble(system.mechanism.without(*names))
-    # parameters first: what is made of them follows, and is not fixed by hand
-    for own in (made.mechanism.parameters, made.values):
-        changed = {
-            name: system.values[name]
-            for name in own
-            if name in made.values and np.any(made.values[name] != system.values[name])
-        }
-        made = made.with_values(changed) if changed else made
-    return made
+    return with_numbers_of(assemble(system.mechanism.without(*names)), system.values)
 
 
 def guesses(starts: Any) -> list[Mapping[str, Any] | None]:

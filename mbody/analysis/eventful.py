@@ -12,13 +12,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.analysis.course import STEPS, Course
+from mbody.analysis.course import AT_ONCE, Course
 from mbody.analysis.impacts import Slope, bend, jump, slope, values
 from mbody.analysis.start import watched
-from mbody.core.flow import DONE, MORE
+from mbody.core.progress import DONE, FREEST, MET, MORE, NEAR, NEXT, SLOPES, TIME
 from mbody.errors import SolveError
 from mbody.events import Event, Occurrence, Stop
 from mbody.histories import Record
+from mbody.restart import Way
 from mbody.solution import Solution
 from mbody.system import System
 
@@ -37,7 +38,7 @@ RESOLVED = 1e-14
 #: A rate of a stop's coordinate below this part of the greatest rates is none.
 STILL = 1e-13
 #: Impacts at one instant, of stops that push on each other, before they count as rest.
-AT_ONCE = 200
+STRIKES = 200
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,12 +69,11 @@ class Eventful(Course):
         self,
         system: System,
         start: Solution,
-        rtol: float,
-        atol: float,
+        way: Way,
         events: dict[Event | Stop, float],
     ) -> None:
         """`events` with the restitution of each stop."""
-        super().__init__(system, start, rtol, atol)
+        super().__init__(system, start, way)
         self.events, self.restitution = list(events), events
         self.measures = [watched(system.mechanism, event) for event in self.events]
         self.stops = [event.name for event in self.events if isinstance(event, Stop)]
@@ -88,11 +88,12 @@ class Eventful(Course):
         self.pages, self.works = list[Array](), list[Array]()
         if times[0] <= self.first:
             self._keep(self.first, self.page, self.total)
+        self.total = self.begun.copy()
         code, status = MORE, self._settled()
         while code == MORE and not status:
             code, status = self._step()
             if progress is not None:
-                progress(float(self.state[0]))
+                progress(float(self.state[TIME]))
         return (MORE if status else code), status or "completed"
 
     def _kept(self) -> tuple[Array, Array, Array]:
@@ -102,6 +103,11 @@ class Eventful(Course):
             np.array(self.pages).reshape(count, self.rows, 1),
             np.array(self.works).reshape(count, self.causes + len(self.stops)),
         )
+
+    def _keep_now(self) -> None:
+        if self.instants:
+            self.anchor = None if self.stops else self._anchored(self.total)
+            self._keep(float(self.state[TIME]), self.page, self.total)
 
     def _keep(self, t: float, page: Array, work: Array) -> None:
         """Keep an instant; once, the last state of it."""
@@ -118,16 +124,16 @@ class Eventful(Course):
 
     def _restore(self, saved: Saved) -> None:
         """Go back, or ahead; the count of evaluations goes on."""
-        evaluations = self.state[5]
+        evaluations = self.state[SLOPES]
         self.y[:], self.K[0], self.P[0], self.state[:] = saved.y, saved.K, saved.P, saved.state
         self.page, self.total = saved.page.copy(), saved.total.copy()
-        self.state[5] = evaluations
+        self.state[SLOPES] = evaluations
 
     def _run(self, until: float, steps: int, times: Array) -> tuple[int, Array, Array]:
         """Steps of the kernel: its code, pages and work at the times."""
         output = np.empty((len(times), self.rows, 1))
         gained = np.zeros((len(times) + 1, self.causes))
-        gained[-1], self.state[6] = self.total, 0.0
+        gained[-1], self.state[MET] = self.total, 0.0
         code = self._flow(until, steps, times, output, gained)
         self.total = gained[-1].copy()
         return code, output, gained
@@ -135,12 +141,12 @@ class Eventful(Course):
     def _step(self) -> tuple[int, str]:
         """One step, or one that was refused: the code of the kernel, and the status at an end."""
         state = self.state
-        t = float(state[0])
+        t = float(state[TIME])
         if t >= self.until:
             return DONE, ""
-        saved, h = self._save(), float(state[1])
+        saved, h = self._save(), float(state[NEXT])
         end = t + h
-        if end >= self.until - 1e-14 * abs(self.until):  # as the kernel clips it
+        if end >= self.until - self.steps.slack(self.until):  # as the kernel clips it
             h, end = self.until - t, self.until
         first, last = np.searchsorted(self.wanted, [t, end], side="right")
         wanted = self.wanted[first:last]
@@ -149,7 +155,7 @@ class Eventful(Course):
         marks = np.unique(np.concatenate([even, wanted, [end]]))
         marks = marks[(marks > t) & (marks <= end)]
         code, pages, gained = self._run(self.until, 1, marks)
-        if state[0] == t:
+        if state[TIME] == t:
             return code, ""
         self.page = pages[-1].copy()
         after = self._save()
@@ -158,7 +164,7 @@ class Eventful(Course):
         came_back, touching = self._left(found[:, 1])
         if came_back:
             self._restore(saved)
-            state[1] = 0.25 * h
+            state[NEXT] = 0.25 * h
             if h < LOCATED * (self.until - self.first):
                 return MORE, self._at_rest(came_back)
             return MORE, ""
@@ -172,13 +178,15 @@ class Eventful(Course):
             if cut is None or marks[n] <= cut.t:
                 self._keep(float(marks[n]), pages[n], gained[n])
         for one in crossings[: crossings.index(cut) if cut else None]:
+            if one.t <= self.first:  # told of by the motion that this one goes on with
+                continue
             self._record(one.event, one.t, one.saved.page)
         self.touching = touching
         if cut is None:
             self._restore(after)
             return code, ""
         self._restore(cut.saved)
-        state[1] = min(state[1], h)
+        state[NEXT] = min(state[NEXT], h)
         if isinstance(cut.event, Stop):
             return MORE, self._settled()
         self._record(cut.event, cut.t, self.page)
@@ -198,7 +206,7 @@ class Eventful(Course):
 
     def _ended(self, why: str) -> str:
         """Keep the last instant; the status of a motion that ends there."""
-        t = float(self.state[0])
+        t, self.anchor = float(self.state[TIME]), None
         self._keep(t, self.page, self.total)
         return f"stopped at t = {t:.6g} {self.system.mechanism.units.time}: {why}"
 
@@ -235,17 +243,19 @@ class Eventful(Course):
         """The crossing between two times at which the value is known."""
         measure = self.measures[self.events.index(event)]
 
-        def value(t: float) -> float:
+        def value(t: float, within: bool) -> float:
             self._restore(saved)
-            code, pages, _ = self._run(t, STEPS, np.array([t]))
-            if code != DONE:
-                raise self._stopped(self._solution(""))
+            # steps of one length have another error where they are cut
+            until, steps = (self.until, 1) if within else (t, AT_ONCE)
+            code, pages, _ = self._run(until, steps, np.array([t]))
+            if code != DONE and not within:
+                raise self._stopped(self._solution(""), code)
             self.page = pages[-1].copy()
             return float(values(self.system, [measure], np.array([t]), pages)[0, 0])
 
-        near = LOCATED * float(saved.state[1])
-        t = closed_in(value, left, right, near)
-        value(t)
+        near = LOCATED * float(saved.state[NEXT])
+        t = closed_in(lambda t: value(t, self.steps.even), left, right, near)
+        value(t, within=False)
         return Crossing(t, event, self._save())
 
     # -- stops --------------------------------------------------------------------------------
@@ -266,7 +276,7 @@ class Eventful(Course):
     def _slope_of(self, stop: Stop) -> Slope:
         measure = self.measures[self.events.index(stop)]
         q = self.y[: self.system.coordinates]
-        return slope(self.system, measure, float(self.state[0]), q, self.until - self.first)
+        return slope(self.system, measure, float(self.state[TIME]), q, self.until - self.first)
 
     def _settled(self) -> str:
         """Strike every stop that is touched and approached, and begin anew; a status where what
@@ -275,7 +285,7 @@ class Eventful(Course):
         n, state = self.system.coordinates, self.state
         stops = [event for event in self.events if isinstance(event, Stop)]
         swift = float((self.scale[n:] / self.scale[:n]).max())
-        for _ in range(AT_ONCE):
+        for _ in range(STRIKES):
             v = self.y[n:]
             touched = []
             for stop in stops:
@@ -296,20 +306,20 @@ class Eventful(Course):
         for _, stop, at in touched:
             measure = self.measures[self.events.index(stop)]
             q, v, a = (self.page[k * n : (k + 1) * n, 0] for k in range(3))
-            back = -bend(self.system, measure, float(state[0]), q, v, a)
+            back = -bend(self.system, measure, float(state[TIME]), q, v, a)
             away = max(at.rate(v), 0.0)
             if back > 1e-8 * at.size * swift**2:
                 if away * away <= 2.0 * RESOLVED * at.size * back:
                     return self._at_rest(stop)
                 # the first step ends at the height of the rebound
-                state[1] = min(state[1], away / back)
+                state[NEXT] = min(state[NEXT], away / back)
             self.touching[stop] = at.size
         return ""
 
     def _strike(self, stop: Stop, at: Slope) -> None:
         """One impact: the velocities after it, their slope, the energy that it took."""
-        n, t = self.system.coordinates, float(self.state[0])
-        before, weakest = self.page.copy(), float(self.state[10])
+        n, t = self.system.coordinates, float(self.state[TIME])
+        before, weakest = self.page.copy(), float(self.state[FREEST])
         self._slope()
         v = self.y[n:].copy()
         way = jump(self.system, self.work, at)
@@ -325,13 +335,13 @@ class Eventful(Course):
         self.lost[self.stops.index(stop.name)] += 0.5 * float(mass @ (self.y[n:] ** 2 - v**2))
         self._slope()
         self._check_slope(self.K, t)
-        self.state[7], self.state[10] = 0.0, max(self.state[10], weakest)
+        self.state[NEAR], self.state[FREEST] = 0.0, max(self.state[FREEST], weakest)
         self._record(stop, t, before, self.page)
 
     def _beyond(self, stop: Stop, at: Slope) -> SolveError:
         unit = self.system.mechanism.units.time
         return SolveError(
-            f"at t = {self.state[0]:.6g} {unit} the motion is beyond the stop '{stop.name}': "
+            f"at t = {self.state[TIME]:.6g} {unit} the motion is beyond the stop '{stop.name}': "
             f"'{stop.of}' is {at.value:.6g}; begin where it is not negative",
             stop.name,
         )

@@ -6,21 +6,27 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+import numpy as np
+
 from mbody.analysis.close_loops import close_loops
 from mbody.assembler import assemble
 from mbody.drivers import AngleDriver, CoordinateDriver
-from mbody.elements import Marker
+from mbody.elements import Marker, listed
 from mbody.ends import link_poses
 from mbody.errors import ModelError
 from mbody.events import Event, Stop, check_restitution
 from mbody.formulas import Formula, read
 from mbody.measures import check_measure
 from mbody.mechanism import Mechanism
-from mbody.questions import STATE, Measure, Simulation
+from mbody.questions import Measure
+from mbody.simulation import STATE, Simulation
 from mbody.solution import Solution
+from mbody.system import System
 from mbody.units import NUMBER
 
-__all__ = ["check_simulation", "checked_events", "started", "watched"]
+__all__ = [
+    *("check_release", "check_simulation", "checked_events", "started", "state_of", "watched"),
+]
 
 #: A coordinate, its rate, and the direction in which it is measured.
 PAIRS = (("angle", "omega", 0.0), ("x", "vx", 0.0), ("y", "vy", 0.5 * math.pi))
@@ -51,6 +57,9 @@ def check_simulation(mechanism: Mechanism, simulation: Simulation) -> None:
                     "or give a guess"
                 )
     checked_events(mechanism, simulation.events)
+    if simulation.step is not None:
+        _number(mechanism, simulation.step, "time", "step")
+    check_release(mechanism, simulation.release)
 
 
 def checked_events(
@@ -166,3 +175,37 @@ def _held(
 def _number(mechanism: Mechanism, value: Any, dimension: str, name: str) -> float:
     """A number of a simulation in the units of the mechanism."""
     return mechanism.number(value, dimension, "simulation", name)
+
+
+def check_release(mechanism: Mechanism, given: Mapping[str, Any]) -> dict[str, float]:
+    """When drivers let go, by name.
+
+    Raises
+    ------
+    ModelError
+        For what is no driver, or no time.
+    """
+    drivers = [driver.name for driver in mechanism.drivers]
+    for name in given:
+        if name not in drivers:
+            known = listed(drivers) or "none"
+            raise ModelError(f"there is no driver {name!r} to let go (there are: {known})")
+    return {name: _number(mechanism, t, "time", f"release.{name}") for name, t in given.items()}
+
+
+def state_of(system: System, start: Any) -> tuple[float, np.ndarray, np.ndarray]:
+    """Time, positions and rates of the last instant of a solution."""
+    if not isinstance(start, Solution):
+        raise ModelError(f"start must be a Solution, not {start!r}")
+    if start.record.batch:
+        raise ModelError("start is a batch of designs: give one, of system.design(n)")
+    names = [body.name for body in system.mechanism.bodies]
+    missing = [name for name in names if name not in start.system.bodies]
+    if missing:
+        raise ModelError(f"start has no body {listed(missing)}: give a motion of the same bodies")
+    q, v = np.empty(3 * len(names)), np.empty(3 * len(names))
+    for n, name in enumerate(names):
+        body = start[name]
+        q[3 * n : 3 * n + 3] = body.x[-1], body.y[-1], body.angle[-1]
+        v[3 * n : 3 * n + 3] = body.vx[-1], body.vy[-1], body.omega[-1]
+    return float(start.t[-1]), q, v

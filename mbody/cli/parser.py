@@ -65,7 +65,15 @@ def parser() -> argparse.ArgumentParser:
     _model(run)
     run.add_argument("--to", metavar="TIME", help="the last time, such as 10 or '2 min'")
     run.add_argument("--rtol", metavar="R", help="error of a step, as a part (1e-8)")
+    run.add_argument(
+        "--method",
+        metavar="NAME",
+        help="dop853 (default), dopri5, radau5 (stiff), generalized-alpha, rattle, rattle4",
+    )
+    run.add_argument("--step", metavar="H", help="length of the steps of methods that have one")
     run.add_argument("--instants", metavar="N", help="how many instants are kept (201)")
+    run.add_argument("--from", dest="begun", metavar="FILE", help="go on from a saved result")
+    run.add_argument("--save", metavar="FILE", help="keep the whole result, to go on from")
     run.add_argument("--every", metavar="DT", help="or how far they are apart")
     _angle(run)
     _json(run)

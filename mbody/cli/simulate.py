@@ -26,18 +26,31 @@ def simulate(asked: Any) -> int:
     options: dict[str, Any] = {"progress": _progress(asked)}
     if asked.rtol is not None:
         options["rtol"] = _number(asked.rtol, "--rtol")
+    if asked.method is not None:
+        options["method"] = asked.method
+    if asked.step is not None:
+        options["step"] = mechanism.number(asked.step, "time", "simulate", "--step")
     if asked.every is not None:
         options["every"] = mechanism.number(asked.every, "time", "simulate", "--every")
     if asked.instants is not None:
         if not (asked.instants.isascii() and asked.instants.isdigit()):
             raise UsageError(f"--instants takes a whole number, not {asked.instants[:40]!r}")
         options["instants"] = int(asked.instants)
+    if asked.begun is not None:
+        from mbody.io.saved import load_run
+
+        options["start"] = load_run(asked.begun)
     run = followed(mechanism, asked.to, **options)
     if asked.json:
         print(json.dumps(run.data(asked.angle), ensure_ascii=False, allow_nan=False))
     elif "-" not in (asked.csv, asked.npz):
         print(run)
     write(run, asked)
+    if asked.save is not None:
+        from mbody.io.saved import save_run
+
+        save_run(run, asked.save)
+        print(f"wrote {asked.save}: {len(run)} instants", file=sys.stderr)
     return 1 if _interrupted(run) else 0
 
 

@@ -1,4 +1,4 @@
-"""Runge–Kutta methods as tables."""
+"""Explicit Runge–Kutta methods as tables."""
 
 from __future__ import annotations
 
@@ -7,20 +7,26 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["Method", "order_8"]
+__all__ = ["Explicit", "order_5", "order_8"]
 
 
-class Method(NamedTuple):
+class Explicit(NamedTuple):
     """An explicit method with an error estimate and a polynomial between its steps.
 
     Attributes
     ----------
-    A (16, 16), B (12,), C (16,) : arrays
-        Coefficients, weights and nodes; rows 13 to 15 are for the polynomial alone.
-    E : array (2, 12)
-        Weights of the errors of orders 3 and 5.
-    D : array (4, 16)
-        Weights of the polynomial.
+    A (rows, rows), B (stages,), C (rows,) : arrays
+        Coefficients, weights and nodes; row `stages` is the end of the step, what follows is for
+        the polynomial alone.
+    E : array (2, stages) or (2, stages + 1)
+        Weights of an error of low order, which damps the second, and of the second; they may take
+        the slope at the end.
+    D : array (polynomials, rows)
+        Weights of the rows of the polynomial beyond the third.
+    order : float
+        The power of the step with which the error of one step falls.
+    stable : float
+        h |λ| at which steps are held by stability.
     """
 
     A: np.ndarray
@@ -28,6 +34,8 @@ class Method(NamedTuple):
     C: np.ndarray
     E: np.ndarray
     D: np.ndarray
+    order: float
+    stable: float
 
 
 #: Rows of A by their entries that are not zero.
@@ -223,7 +231,7 @@ _D = (
 
 
 @functools.cache
-def order_8() -> Method:
+def order_8() -> Explicit:
     """The method of order 8 with errors of orders 5 and 3 of Dormand and Prince, its polynomial of
     order 7.
 
@@ -237,7 +245,37 @@ def order_8() -> Method:
     A = np.zeros((16, 16))
     for row, entries in _A.items():
         A[row, list(entries)] = list(entries.values())
-    return Method(A, A[12, :12].copy(), np.array(_C), _filled((_E3, _E5), 12), _filled(_D, 16))
+    E, D = _filled((_E3, _E5), 12), _filled(_D, 16)
+    return Explicit(A, A[12, :12].copy(), np.array(_C), E, D, 8.0, 6.1)
+
+
+@functools.cache
+def order_5() -> Explicit:
+    """The method of order 5 with an error of order 4 of Dormand and Prince, its polynomial of
+    order 4.
+
+    J. R. Dormand, P. J. Prince, A family of embedded Runge–Kutta formulae (1980); the polynomial of
+    Hairer, Nørsett, Wanner, II.6, the code DOPRI5.
+
+    >>> method = order_5()
+    >>> bool(np.allclose(method.A.sum(axis=1), method.C, atol=1e-15))
+    True
+    """
+    A = np.zeros((7, 7))
+    A[1, :1] = 1 / 5
+    A[2, :2] = 3 / 40, 9 / 40
+    A[3, :3] = 44 / 45, -56 / 15, 32 / 9
+    A[4, :4] = 19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729
+    A[5, :5] = 9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656
+    A[6, :6] = 35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84
+    E = np.zeros((2, 7))
+    E[1] = 71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40
+    D = np.zeros((1, 7))
+    D[0, 0] = -12715105075 / 11282082432
+    D[0, 2:4] = 87487479700 / 32700410799, -10690763975 / 1880347072
+    D[0, 4:6] = 701980252875 / 199316789632, -1453857185 / 822651844
+    D[0, 6] = 69997945 / 29380423
+    return Explicit(A, A[6, :6].copy(), A.sum(axis=1), E, D, 5.0, 3.25)
 
 
 def _filled(rows: tuple[dict[int, float], ...], width: int) -> np.ndarray:

@@ -1,22 +1,34 @@
 """Free motion over time."""
 
+import json
 import math
+import os
+import tempfile
+from pathlib import Path
+
+import numpy as np
 
 from mbody import (
     Body,
     CoordinateDriver,
     CustomLoad,
+    Damper,
     Event,
     Force,
     Gravity,
+    Guess,
+    Marker,
     Mechanism,
     Prismatic,
     Revolute,
     Simulation,
+    Spring,
     Stop,
     assemble,
     close_loops,
     from_text,
+    load_run,
+    save_run,
     simulate,
 )
 from tests.errors.command import said
@@ -109,7 +121,65 @@ def led():
     return machine
 
 
+def bushed():
+    """A rod on a spring with a damper so stiff that explicit steps would be a millionth of it."""
+    machine = Mechanism("bushed")
+    machine.add(Body("rod", mass=1.0, inertia=0.1, cg=(0.5, 0.0), guess=Guess(0.0, 0.0, 0.0)))
+    far = Marker("ground", (0.0, 1.0))
+    machine.add(Spring("bushing", far, "rod", 1e10, free_length=1.0), Damper("d", far, "rod", 1e6))
+    machine.add(Gravity("gravity", y=-9.81))
+    return machine
+
+
+def saved(**told):
+    """A file of a saved result, some of it told otherwise."""
+
+    def read():
+        with tempfile.TemporaryDirectory() as folder:
+            here = os.getcwd()
+            os.chdir(folder)  # the sentence tells the path
+            try:
+                save_run(simulate(swing(), 0.1, instants=2), "run.npz")
+                with np.load("run.npz") as file:
+                    arrays = dict(file)
+                text = json.loads(arrays["told"].tobytes()) | told
+                arrays["told"] = np.frombuffer(json.dumps(text).encode(), dtype=np.uint8)
+                np.savez("run.npz", **arrays)
+                load_run("run.npz")
+            finally:
+                os.chdir(here)
+
+    return read
+
+
+def garbled():
+    with tempfile.TemporaryDirectory() as folder:
+        here = os.getcwd()
+        os.chdir(folder)
+        try:
+            Path("run.npz").write_text("nothing of use")
+            load_run("run.npz")
+        finally:
+            os.chdir(here)
+
+
 SCENARIOS = {
+    "a method that there is not": go(method="euler"),
+    "a method of a simulation that there is not": lambda: Simulation(1.0, method="euler"),
+    "a step for a method that adapts its own": go(method="radau5", step=0.1),
+    "a method without its step": go(method="rattle"),
+    "a step of nothing": go(method="rattle", step=0.0),
+    "a step that is no number": lambda: Simulation(1.0, method="rattle", step="0.1 +"),
+    "loads too stiff for explicit steps": go(bushed(), until=10.0),
+    "a release that is no table": go(release="motor"),
+    "a release of a simulation that is no table": lambda: Simulation(1.0, release="motor"),
+    "a release of what is no driver": go(release={"bob": 0.5}),
+    "a release of a driver that there is not": go(four_bar(), release={"engine": 0.5}),
+    "a release in metres": go(four_bar(), release={"motor": "3 m"}),
+    "a batch that is saved": lambda: save_run(batch(), "run.npz"),
+    "a saved result that there is not": lambda: load_run("nowhere.npz"),
+    "a saved result that is none": garbled,
+    "a saved result of another time": saved(format=0),
     "an event of no text": lambda: Event(3),
     "an event that cannot be read": lambda: Event("bob.omega +", name="turn"),
     "an event of no direction": lambda: Event("bob.omega", direction=2),

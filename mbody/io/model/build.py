@@ -18,7 +18,8 @@ from mbody.loads import Gravity
 from mbody.measures import check_measure
 from mbody.mechanism import Mechanism
 from mbody.named import meant
-from mbody.questions import Ask, Measure, Question, Simulation, Unknown
+from mbody.questions import Ask, Measure, Question, Unknown
+from mbody.simulation import Simulation
 from mbody.units import DIMENSIONS
 
 __all__ = ["build"]
@@ -148,7 +149,8 @@ def _questions(given: Any, mechanism: Mechanism) -> list[Problem]:
             events = [Event(name=name, **_set(one)) for name, one in entry.events.items()]
             stops = [Stop(name=name, **_set(one)) for name, one in entry.stops.items()]
             mechanism.simulation = Simulation(
-                entry.until, start, entry.rtol, entry.instants, [*events, *stops]
+                *(entry.until, start, entry.rtol, entry.instants, [*events, *stops]),
+                *(entry.method, entry.step, entry.release),
             )
             check_simulation(mechanism, mechanism.simulation)
         except ModelError as error:

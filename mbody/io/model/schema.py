@@ -14,6 +14,7 @@ from mbody.elements import Element
 from mbody.io.model import fields as of
 from mbody.io.model.kinds import SECTIONS
 from mbody.io.model.law_fields import law
+from mbody.simulation import METHODS
 from mbody.units import DIMENSIONS, UNIT_SYSTEMS, dimension_of
 
 __all__ = ["json_schema", "model"]
@@ -212,6 +213,9 @@ class SimulateIn(of.Strict):
     start: dict[str, StateIn] = Field(default_factory=dict)
     rtol: float = 1e-8
     instants: StrictInt = 201
+    method: Literal[METHODS] = METHODS[0]
+    step: of.number(DIMENSIONS["time"]) | None = None
+    release: dict[of.name_in, of.number(DIMENSIONS["time"])] = Field(default_factory=dict)
     events: dict[of.name_in, EventIn] = Field(default_factory=dict)
     stops: dict[of.name_in, StopIn] = Field(default_factory=dict)
 

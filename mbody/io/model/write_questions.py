@@ -11,7 +11,8 @@ from mbody.events import Event, Stop
 from mbody.formulas import Formula
 from mbody.mechanism import Mechanism
 from mbody.named import meant
-from mbody.questions import STATE, Question, Simulation, Unknown
+from mbody.questions import Question, Unknown
+from mbody.simulation import STATE, Simulation
 from mbody.units import DIMENSIONS, NUMBER, Dimension
 
 __all__ = ["formulas_asked", "questions"]
@@ -37,6 +38,10 @@ def formulas_asked(mechanism: Mechanism) -> Iterator[Formula]:
             for key, value in given.items():
                 if isinstance(value, Formula):
                     yield value.of(DIMENSIONS[STATE[key]])
+        motion = mechanism.simulation
+        for time in (motion.until, motion.step, *motion.release.values()):
+            if isinstance(time, Formula):
+                yield time.of(DIMENSIONS["time"])
         for event in mechanism.simulation.events:
             if isinstance(event, Stop) and isinstance(event.restitution, Formula):
                 yield event.restitution.of(NUMBER)
@@ -74,9 +79,15 @@ def questions(writer: _Writer) -> dict[str, Any]:
                 body: {k: writer.wanted(v, DIMENSIONS[STATE[k]]) for k, v in given.items()}
                 for body, given in asked.start.items()
             }
-        for key in ("rtol", "instants"):
+        for key in ("rtol", "instants", "method"):
             if getattr(asked, key) != getattr(Simulation(1.0), key):
                 data["simulate"][key] = getattr(asked, key)
+        time = DIMENSIONS["time"]
+        if asked.step is not None:
+            data["simulate"]["step"] = writer.wanted(asked.step, time)
+        if asked.release:
+            times = {name: writer.wanted(t, time) for name, t in asked.release.items()}
+            data["simulate"]["release"] = times
         data["simulate"] |= _events(writer, asked.events)
     if machine.questions:
         data["solve"] = {name: _question(writer, q) for name, q in machine.questions.items()}

@@ -1,0 +1,135 @@
+"""A motion in phases: between them drivers let go."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from mbody.analysis.asked_motion import AskedMotion
+from mbody.analysis.course import ACCOUNTED, Course
+from mbody.analysis.equilibrium import released
+from mbody.analysis.eventful import Eventful
+from mbody.analysis.start import state_of
+from mbody.core.output import PER_ATOM
+from mbody.energy import account
+from mbody.events import Stop
+from mbody.histories import Record
+from mbody.restart import Restart, Way
+from mbody.solution import Solution
+from mbody.system import System
+
+__all__ = ["followed"]
+
+Array = np.ndarray
+
+
+def followed(
+    system: System,
+    start: Solution,
+    asked: AskedMotion,
+    progress: Callable[[float], None] | None,
+) -> Solution:
+    """The motion from the last instant of `start`, as one result of the whole system."""
+    gone = [name for name, t in asked.release.items() if t <= asked.first]
+    later = {name: t for name, t in asked.release.items() if asked.first < t < asked.times[-1]}
+    restart = _restart(system, start, asked.way, gone, bool(_stops(asked)))
+    found: list[Solution] = []
+    for until in [*sorted(set(later.values())), float(asked.times[-1])]:
+        free = released(system, gone) if gone else system
+        _, q, v = state_of(free, start)
+        first = float(start.t[-1])
+        times = asked.times[(asked.times >= first) & (asked.times <= until)]
+        wanted = np.append(times, until) if not times.size or times[-1] < until else times
+        course = (
+            Eventful(free, start, asked.way, asked.events)
+            if asked.events
+            else Course(free, start, asked.way)
+        )
+        run = course.run(first, q, v, wanted, progress, restart)
+        if run.restart is not None:
+            run = replace(run, restart=replace(run.restart, released=tuple(gone)))
+        found.append(run)
+        if run.status != "completed":
+            break
+        start, restart = run, None
+        gone += [name for name, t in later.items() if t == until]
+    return found[0] if len(found) == 1 and not gone else _joined(system, asked, found)
+
+
+def _stops(asked: AskedMotion) -> list[str]:
+    return [event.name for event in asked.events if isinstance(event, Stop)]
+
+
+def _restart(
+    system: System, start: Solution, way: Way, gone: Sequence[str], stops: bool
+) -> Restart | None:
+    """Where to take up a motion of the same system, followed in the same way."""
+    found = start.restart
+    if found is None or found.way != way or found.released != tuple(gone) or stops:
+        return None
+    ours, theirs = system.values, start.system.values
+    same = start.system is system or (
+        start.mechanism == system.mechanism
+        and all(np.array_equal(ours[name], theirs[name]) for name in ours)
+    )
+    return found if same else None
+
+
+def _joined(system: System, asked: AskedMotion, found: Sequence[Solution]) -> Solution:
+    """One result of all phases; a driver that has let go has no effort."""
+    last, stops = found[-1], _stops(asked)
+    whole = _causes(system, stops)
+    t, pages, works = [], [], []
+    before = np.zeros(len(whole))
+    for run in found:
+        keep = np.isin(run.t, asked.times) | (run.status != "completed") * (run.t == run.t[-1])
+        if run is not last:
+            keep &= run.t < run.t[-1]
+        names = _causes(run.system, stops)
+        places = [whole.index(name) for name in names]
+        work = np.tile(before, (len(run), 1))
+        for place, name in zip(places, names, strict=True):
+            work[:, place] += run.energy.by.get(name, 0.0) if run.energy else 0.0
+        before = work[-1].copy()
+        t.append(run.t[keep])
+        pages.append(_widened(system, run)[keep])
+        works.append(work[keep])
+    output, gained = np.concatenate(pages), np.concatenate(works)
+    notes = tuple(dict.fromkeys(note for run in found for note in run.notes))
+    stats = {
+        key: sum((run.stats or {}).get(key, 0) for run in found)
+        for run in found
+        for key in run.stats or {}
+    }
+    return replace(
+        last,
+        system=system,
+        t=np.concatenate(t),
+        record=Record([output], len(output), batch=False),
+        energy=account(system, output[:, : 2 * system.coordinates, 0], gained, stops),
+        notes=notes,
+        stats=stats,
+        events=tuple(one for run in found for one in run.events),
+    )
+
+
+def _causes(system: System, stops: Sequence[str]) -> list[str]:
+    """Names of the columns of work; of no loads, and of very many, one of all."""
+    loads = [load.name for load in system.mechanism.loads]
+    loads = loads if 0 < len(loads) <= ACCOUNTED else ["loads"]
+    return [*loads, *(driver.name for driver in system.mechanism.drivers), *stops]
+
+
+def _widened(system: System, run: Solution) -> Array:
+    """Pages of a phase as those of the whole system."""
+    block = run.record.blocks[0]
+    n3 = 3 * system.coordinates
+    wide = np.zeros((len(run), n3 + PER_ATOM * len(system.owners), 1))
+    wide[:, :n3] = block[:, :n3]
+    here = {(element.name, part): e for e, (element, part) in enumerate(system.owners)}
+    for e, (element, part) in enumerate(run.system.owners):
+        row, old = n3 + PER_ATOM * here[element.name, part], n3 + PER_ATOM * e
+        wide[:, row : row + PER_ATOM] = block[:, old : old + PER_ATOM]
+    return wide

@@ -1,0 +1,113 @@
+"""Motion over time by steps of one length: generalised-α, or RATTLE and its compositions."""
+
+from __future__ import annotations
+
+import math
+
+from mbody._jit import kernel, njit
+from mbody._reference import by_reference
+from mbody.core.dense_output import deliver, hermite
+from mbody.core.generalized_alpha import alpha_step
+from mbody.core.manifold import weakest
+from mbody.core.progress import (
+    DONE,
+    FREEST,
+    FRESH,
+    LAST,
+    LAST_ONE,
+    LOST,
+    MORE,
+    NEXT,
+    PIVOT,
+    SLOPES,
+    STEPS,
+    TIME,
+)
+from mbody.core.rattle import rattle_ready, rattle_step
+from mbody.core.slopes import slope
+
+__all__ = ["pace"]
+
+
+@njit
+def ready(L, W, t, y, soft):
+    """Rows, factor and multipliers of a state whose slope was the last to be taken, or not."""
+    for n in range(3 * L.bodies):
+        W.q[n, 0] = y[n]
+    rattle_ready(L, W, t, soft)
+
+
+@kernel
+def pace(
+    L, W, parts, rho, soft, passes, scale, until, steps, length, y, K, P, work, hat, blocks,
+    lam, Jq, Jv, S, pivots, F, G, times, output, gained, state,
+):  # fmt: skip
+    """At most so many steps of that length towards `until`, the last one shorter; every instant of
+    `times` that is met is kept.
+
+    parts (steps of RATTLE,): of which a step is composed, none for generalised-α, whose spectral
+    radius is rho. hat (coordinates,), lam (2·nodes,): the acceleration of the algorithm and the
+    multipliers, carried on. Other arguments and codes as of `mbody.core.flow.flow` and
+    `mbody.core.radau.radau`.
+    """
+    L, W = by_reference(L), by_reference(W)
+    n6, n3 = 6 * L.bodies, 3 * L.bodies
+    ys, last = work[0], work[1]
+    symmetric = parts.shape[0] > 0
+    for _ in range(steps):
+        t = state[TIME]
+        if t >= until:
+            return DONE
+        clipped = t + length >= until - 1e-9 * length
+        if clipped and state[LAST_ONE] < 0.5:
+            return LAST
+        h = until - t if clipped else length
+        now = until if clipped else t + length
+        for n in range(n6):
+            last[n] = y[n]
+        good = True
+        if symmetric:
+            begun = t
+            for n in range(n3):
+                K[3, n3 + n] = K[0, n3 + n]
+            ready(L, W, t, y, soft)
+            for n in range(lam.shape[0]):
+                W.lam[n, 0] = lam[n]
+            for m in range(parts.shape[0]):
+                good = good and rattle_step(
+                    L, W, soft, passes, begun, parts[m] * h, y, K, blocks, state
+                )
+                begun += parts[m] * h
+            for n in range(n3):
+                K[0, n3 + n] = K[3, n3 + n]
+        else:
+            good = alpha_step(
+                *(L, W, soft, passes, rho, t, h, y, K, P, ys, work[2, :n3], hat, scale),
+                *(Jq, Jv, S, pivots, state),
+            )
+        if good:
+            # RATTLE ends on the manifold to rounding; no projection there but of rounding
+            _, _, good = slope(L, W, now, y, K[1], P[1], soft, passes, True)
+            state[SLOPES] += 1
+        if not good or not math.isfinite(y[0]):
+            for n in range(n6):
+                y[n] = last[n]
+            state[FRESH] = 0.0
+            return LOST
+        for n in range(lam.shape[0]):
+            lam[n] = W.lam[n, 0]
+        state[PIVOT] = weakest(L, W)
+        state[FREEST] = max(state[PIVOT], state[FREEST])
+        state[STEPS] += 1
+        state[LAST_ONE] = 0.0
+        hermite(L, W, soft, passes, t, h, y, last, K, P, F, G, ys, state)
+        for n in range(n6):
+            K[0, n] = K[1, n]
+        for c in range(P.shape[1]):
+            P[0, c] = P[1, c]
+        deliver(
+            *(L, W, soft, passes, t, h, now, y, last, F, G, ys),
+            *(K[1], P[1], times, output, gained, state),
+        )
+        state[TIME], state[NEXT] = now, length
+    return MORE

@@ -1,0 +1,31 @@
+"""Where a motion is: the numbers that the steps of all methods carry on, by their places."""
+
+from __future__ import annotations
+
+__all__ = [
+    *("TIME", "NEXT", "STEPS", "REJECTED", "CAREFUL", "SLOPES", "MET", "NEAR", "PIVOT"),
+    *("STAGE_TRIES", "FREEST", "LONGEST", "END_TRIES", "STIFF", "CALM", "TANGENTS", "NEWTONS"),
+    *("ERROR", "FRESH", "LAST_ONE", "PROGRESS"),
+    *("DONE", "LAST", "LOST", "MORE", "SMALL", "STEEP"),
+]
+
+#: Time; length of the next step.
+TIME, NEXT = 0, 1
+#: Counts: steps done, refused, careful ones; slopes evaluated; instants met.
+STEPS, REJECTED, CAREFUL, SLOPES, MET = 2, 3, 4, 5, 6
+#: Near a singular position: whether it is now; the weakest pivot, and the greatest that it was;
+#: tries so that no stage, and no end, lies at the position; the greatest careful step.
+NEAR, PIVOT, STAGE_TRIES, FREEST, LONGEST, END_TRIES = 7, 8, 9, 10, 11, 12
+#: Steps held short by stiffness, without and since a step that was not.
+STIFF, CALM = 13, 14
+#: Implicit methods: tangents formed, rounds of corrections, error of the last step, whether the
+#: tangents serve again.
+TANGENTS, NEWTONS, ERROR, FRESH = 15, 16, 17, 18
+#: Whether the last step, which ends where the motion is to end, may be made.
+LAST_ONE = 19
+#: How many there are.
+PROGRESS = 20
+
+#: What steps end with: all done; there is more to do; the step has vanished; a slope was no
+#: number; explicit steps are held short by stiffness; the next step is the last one, if it may be.
+DONE, MORE, SMALL, LOST, STEEP, LAST = range(6)
