@@ -9,7 +9,7 @@ import numpy as np
 
 from mbody.analysis.closure import as_system, closed, raise_user_error
 from mbody.analysis.instants import plan
-from mbody.analysis.rank import dense, too_large
+from mbody.analysis.rank import dense, rank_of, too_large
 from mbody.core.close import project
 from mbody.core.layout import Work
 from mbody.core.output import PER_ATOM
@@ -20,6 +20,9 @@ from mbody.solution import Solution
 from mbody.system import System
 
 __all__ = ["close_loops"]
+
+#: A rate is met to this part of the greatest; bodies that a note names.
+MET, NAMED = 1e-9, 3
 
 
 def close_loops(
@@ -45,8 +48,8 @@ def close_loops(
     guess : mapping, optional
         By body, instead of its own guess: angle [rad], or (x, y, angle) of the link axes.
     rates : mapping, optional
-        Rough angular velocity of bodies [rad/time]; the nearest velocities that the constraints
-        allow are taken.
+        Angular velocity of bodies [rad/time]; where joints and drivers do not allow all of them,
+        the nearest that they allow, and a note says so. What they leave open moves least.
 
     Returns
     -------
@@ -78,18 +81,20 @@ def close_loops(
     work = start.work
     if rates is not None and not isinstance(rates, Mapping):
         raise ModelError(f'rates must be a dict such as {{"crank": 2.0}}, not {rates!r}')
+    turning: dict[str, float] = {}
     for name, rate in (rates or {}).items():
         if name not in system.bodies or name == "ground":
             raise ModelError(f"there is no moving body {name!r} to give a rate", str(name))
-        work.v[3 * system.bodies[name] + 2] = system.mechanism.number(
-            rate, "angular velocity", name, "rate"
-        )
+        turning[name] = system.mechanism.number(rate, "angular velocity", name, "rate")
+        if too_large(system):
+            work.v[3 * system.bodies[name] + 2] = turning[name]
     if drive:
         for n, row in enumerate(system.layout.driver_row):
             work.signal[row + 1] = asked.given[0, n, 1]
     project(system.runtime(), work, start.soft)
     raise_user_error(system)
     _check_velocities(system, work)
+    notes = [*start.notes, *_turned(system, work, turning)]
     n3 = system.coordinates
     block = np.zeros((1, 3 * n3 + PER_ATOM * len(system.owners), 1))
     block[0, :n3], block[0, n3 : 2 * n3] = work.q[:n3], work.v[:n3]
@@ -100,8 +105,36 @@ def close_loops(
         record=Record([block], 1, batch=False),
         given=asked.given if drive else None,
         soft=start.soft,
-        notes=tuple(start.notes),
+        notes=tuple(notes),
     )
+
+
+def _turned(system: System, work: Work, rates: Mapping[str, float]) -> list[str]:
+    """Add the free motion that turns bodies as they should; sentences where it cannot."""
+    if not rates:
+        return []
+    columns = [3 * system.bodies[name] + 2 for name in rates]
+    asked = np.array(list(rates.values()))
+    if not too_large(system):
+        scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+        motions = rank_of(dense(system, work)[1]).motions
+        left = asked - work.v[columns, 0]
+        way = np.linalg.lstsq(motions[:, columns].T, left, rcond=1e-9)[0]
+        work.v[: system.coordinates, 0] += scale * (way @ motions)
+    found = work.v[columns, 0]
+    unit = system.mechanism.units.of("angular velocity")
+    parts = [
+        f"'{name}' turns at {now:.6g} {unit}, not at {rate:.6g}"
+        for name, rate, now in zip(rates, asked, found, strict=True)
+        if abs(now - rate) > MET * float(np.abs(asked).max())
+    ]
+    if not parts:
+        return []
+    more = f", and {len(parts) - NAMED} more" if len(parts) > NAMED else ""
+    return [
+        f"rates: {', '.join(parts[:NAMED])}{more}: joints and drivers do not allow all that were "
+        "asked; the nearest were taken"
+    ]
 
 
 def _check_velocities(system: System, work: Work) -> None:

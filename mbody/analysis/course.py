@@ -10,8 +10,8 @@ import numpy as np
 from mbody.analysis.closure import SOFT, raise_user_error
 from mbody.analysis.contacts import pulled
 from mbody.analysis.instants import check_reach
-from mbody.analysis.rank import dense, rank_of, too_large
 from mbody.analysis.steppers import Memory, stepper
+from mbody.analysis.undefined import adjusted, branching, stuck, undetermined, valueless
 from mbody.core.output import PER_ATOM
 from mbody.core.progress import (
     CAREFUL,
@@ -47,8 +47,6 @@ Array = np.ndarray
 AT_ONCE = 500
 #: Loads whose work is accounted one by one.
 ACCOUNTED = 64
-#: A free motion with less than this part of the greatest inertia has none.
-NO_INERTIA = 1e-12
 
 
 class Course:
@@ -121,7 +119,12 @@ class Course:
                 f"the start does not fit '{self.system.mechanism.name}': its loops do not close "
                 "near it; give a motion of this mechanism, or its own guesses"
             )
-        self._check_determined()
+        problem = undetermined(self.system, first, self.y[:n3], self.y[n3:])
+        if problem is not None:
+            raise problem
+        self.notes = adjusted(self.system, np.concatenate([q, v]), self.y)
+        if self.soft:
+            self.notes += branching(self.system, first, self.y[:n3], self.y[n3:])
         self._check_slope(self.K, first)
         self.memory.scale = self.scale = self._scale(v, self.K[0, n3:])
         self.state[NEXT] = self.way.step or self._first_step(until - first)
@@ -221,36 +224,11 @@ class Course:
         step = 0.01 * d0 / d1 if d0 > 1e-5 and d1 > 1e-5 else 1e-6 * whole
         return min(step, 0.1 * whole)
 
-    def _check_determined(self) -> None:
-        """Refuse a free motion of bodies without mass."""
-        system = self.system
-        if too_large(system) or not any(body.massless for body in system.mechanism.bodies):
-            return
-        motions = rank_of(dense(system, self.work)[1]).motions
-        if not len(motions):
-            return
-        length = system.length
-        mass = system.mass[: system.coordinates, 0] * np.tile(
-            [length**2, length**2, 1.0], system.layout.bodies
-        )
-        inertia, shapes = np.linalg.eigh((motions * mass) @ motions.T)
-        if inertia[0] < NO_INERTIA * max(float(mass.max()), 1e-300):
-            moved = np.abs((shapes[:, 0] @ motions).reshape(-1, 3)).max(axis=1)
-            name = system.mechanism.bodies[int(moved.argmax())].name
-            raise SolveError(
-                f"the motion of '{name}' is not determined: it is free and has no mass; give it "
-                "mass and inertia, or guide it by a joint",
-                name,
-            )
-
     def _check_slope(self, K: Array, t: float) -> None:
         if np.isfinite(K[0]).all():
             return
-        unit = self.system.mechanism.units.time
-        raise SolveError(
-            f"the accelerations at t = {t:.6g} {unit} are no numbers: a load or a law has no value "
-            "there; choose laws that have one over the whole time"
-        )
+        n = self.system.coordinates
+        raise valueless(self.system, self.work, t, self.y[:n], self.y[n:])
 
     def _stopped(self, found: Solution, code: int = LOST) -> SolveError:
         """The sentence of a motion that cannot be followed."""
@@ -272,6 +250,10 @@ class Course:
         except ModelError as error:
             why = f"the motion ends at {when}: {error}"
             return SolveError(why, error.element, found)
+        reason = stuck(self.system, t, self.y[: self.system.coordinates])
+        if reason is not None:
+            reason.solution = found
+            return reason
         return SolveError(
             f"the steps vanish at {when}: the loads jump there, grow without bound, or are too "
             "stiff; smooth them, or ask for less accuracy",
@@ -303,4 +285,4 @@ class Course:
             events=tuple(self.occurred),
             restart=self._restart(gained),
         )
-        return replace(found, notes=(*found.notes, *pulled(found)))
+        return replace(found, notes=(*found.notes, *self.notes, *pulled(found)))

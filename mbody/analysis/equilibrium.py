@@ -170,7 +170,8 @@ def equilibrium(
     A single free motion is walked along both ways, 16 model lengths or radians, so that unstable
     positions are found as well as stable ones; positions on other branches of assembly are found
     from `starts` on them. Of several free motions, up to 40, the search goes from a fixed spread of
-    starts, and may miss some; its cost grows by the cube of their number, and 30 take ten seconds.
+    starts, and from each position that it finds on by turning over one leader after the other; it
+    may miss some. Its cost grows by the cube of their number, and 30 take ten seconds.
 
     Examples
     --------
@@ -267,8 +268,9 @@ class _Found:
         free = max(len(one.motions) for one in found)
         if free > FEW:
             self.notes.append(
-                f"{free} free motions: sought from a fixed spread of starts, so that further rest "
-                "positions, unstable ones above all, may be missed; begin near them with starts"
+                f"{free} free motions: sought from a fixed spread of starts, and by turning over "
+                "one leader after the other; further rest positions may be missed; begin near "
+                "them with starts"
             )
         return Equilibria(
             self.mechanism.name, self.mechanism.units, self.t, tuple(found), tuple(self.notes)

@@ -17,7 +17,7 @@ from mbody.joints import Joint, Prismatic, Revolute
 from mbody.mechanism import Mechanism
 from mbody.system import System
 
-__all__ = ["FreeMotion", "components", "free_motions", "rates_of"]
+__all__ = ["FreeMotion", "components", "free_motions", "leading", "rates_of"]
 
 Array = np.ndarray
 
@@ -67,6 +67,17 @@ def rates_of(system: System, motions: Sequence[FreeMotion]) -> Array:
         for body, rate in motion.rates.items():
             found[n, system.bodies[body]] = rate
     return found
+
+
+def leading(system: System, motions: Sequence[FreeMotion], ways: Array) -> Array:
+    """What the leaders do as parts of the dimensionless coordinates: (free, coordinates)."""
+    parts = np.zeros_like(ways)
+    for n, motion in enumerate(motions):
+        first = 3 * system.bodies[motion.leader]
+        turns = motion.turns
+        own = slice(first + 2, first + 3) if turns else slice(first, first + 2)
+        parts[n, own] = ways[n, own]
+    return np.asarray(np.linalg.solve(parts @ ways.T, parts))
 
 
 def components(mechanism: Mechanism, couplings: int | None = None) -> list[list[str]]:

@@ -10,9 +10,9 @@ import numpy as np
 
 from mbody.analysis.closure import as_system, closed
 from mbody.analysis.equilibrium import Equilibrium, released
-from mbody.analysis.free_motions import FreeMotion, free_motions, rates_of
+from mbody.analysis.free_motions import FreeMotion, free_motions, leading, rates_of
 from mbody.analysis.manifold import Array, Manifold, Place
-from mbody.analysis.near_motion import Moving, leading
+from mbody.analysis.near_motion import Moving
 from mbody.analysis.rank import too_large
 from mbody.analysis.rest_search import ZERO
 from mbody.errors import ModelError, SolveError
@@ -205,7 +205,7 @@ def linearize(
             f"nothing is free in '{name}', there are no small motions: let a driver go, with free"
         )
     motions = free_motions(system, np.append(here.q, np.zeros(3)), here.motions)
-    top, mass = manifold.scale_of(here), _mass(manifold, here)
+    top, mass = manifold.scale_of(here), manifold.mass(here.motions)
     balanced = here.size <= (HELD if held else BALANCED) * top
     branches = _branches(manifold, here)
     if held and not (balanced or branches):
@@ -277,15 +277,6 @@ def _branches(manifold: Manifold, here: Place) -> list[str]:
         "singular position: more is free here, to first order, than nearby; branches of the "
         "motion meet, and linear equations hold on none of them"
     ]
-
-
-def _mass(manifold: Manifold, here: Place) -> Array:
-    """M along the orthonormal free motions; what is rounding beside the heaviest body is none."""
-    mass = manifold.mass(here.motions)
-    heaviest = float((manifold.work.mass[: manifold.size, 0] * manifold.scale**2).max())
-    sizes, ways = np.linalg.eigh(mass)
-    small = sizes <= MASSLESS * heaviest
-    return mass if not small.any() else (ways * np.where(small, 0.0, sizes)) @ ways.T
 
 
 def _at_rest(

@@ -8,15 +8,16 @@ along q + N y on the manifold, and K is symmetric where the loads have a potenti
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.analysis.closure import raise_user_error
+from mbody.analysis.closure import raise_user_error, smallest_ratio
 from mbody.analysis.rank import dense, rank_of
 from mbody.core.audit import audit
 from mbody.core.causes import breakdown
-from mbody.core.close import laws_of_time
+from mbody.core.close import close, laws_of_time, project
 from mbody.core.layout import Work
 from mbody.core.output import PER_ATOM
 from mbody.system import System
@@ -31,6 +32,12 @@ CLOSED = 1e-13
 CORRECTIONS = 12
 #: Step of the differences for stiffness; with fourth order its error and rounding are near 1e-12.
 STEP = 1e-3
+#: Coordinates below which dense matrices are as fast as kernels called one by one.
+FEW = 45
+#: A least pivot, as a part of its diagonal, above which rows are far from depending on each other.
+REGULAR = 1e-4
+#: Inertia below this part of the heaviest body's is rounding, as of a crank at its dead centre.
+MASSLESS = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,8 +52,8 @@ class Place:
         Of all loads, without units of length.
     motions : array (free, coordinates)
         Orthonormal free directions.
-    multipliers : array (rows,)
-        That balance the loads best.
+    rows : array (rows, coordinates)
+        Φ_q without units.
     drive : array (free,)
         What drives the mechanism along its free directions: zero at rest.
     """
@@ -54,8 +61,15 @@ class Place:
     q: Array
     force: Array
     motions: Array
-    multipliers: Array
+    rows: Array
     drive: Array
+
+    @functools.cached_property
+    def multipliers(self) -> Array:
+        """λ that balance the loads best: (rows,)."""
+        if not len(self.rows):
+            return np.zeros(0)
+        return np.asarray(np.linalg.lstsq(self.rows.T, self.force, rcond=1e-12)[0])
 
     @property
     def push(self) -> Array:
@@ -154,13 +168,17 @@ class Manifold:
 
     def place(self, q: Array) -> Place | None:
         """What holds at a closed position; None where a load has no value."""
+        return self._placed(q, None)
+
+    def _placed(self, q: Array, motions: Array | None) -> Place | None:
+        """The same, by free directions where they are known already."""
         force = self.force(q)
         if not np.isfinite(force).all():
             return None
-        _, G = self.rows(q)
-        motions = rank_of(G).motions
-        lam = np.linalg.lstsq(G.T, force, rcond=1e-12)[0] if len(G) else np.zeros(0)
-        return Place(q, force, motions, lam, motions @ force)
+        G = self.rows(q)[1]
+        if motions is None:
+            motions = rank_of(G).motions
+        return Place(q, force, motions, G, motions @ force)
 
     def closed(self, q: Array) -> Array | None:
         """Close the constraints from q by least motion."""
@@ -180,8 +198,43 @@ class Manifold:
         return None
 
     def moved(self, here: Place, along: Array) -> Place | None:
-        """The position that a step along (coordinates,) leads to, closed again."""
-        return self.at(here.q + self.scale * along)
+        """The position that a step along (coordinates,) leads to, closed again.
+
+        Of many bodies kernels close it and carry the free directions along, where all rows are far
+        from depending on each other: singular values are for singular positions.
+        """
+        q = here.q + self.scale * along
+        if self.size < FEW or len(here.motions) != self.size - self.system.rows:
+            return self.at(q)
+        work = self.work
+        work.q[: self.size, 0] = q
+        reach = 1.0 + float(np.abs(q / self.scale).max())
+        good, straight, *_ = close(self.layout, work, 0.0, CLOSED * reach)
+        raise_user_error(self.system)
+        if not (good and straight and smallest_ratio(self.system, work) > REGULAR):
+            return self.at(q)
+        q = work.q[: self.size, 0].copy()
+        motions = self._carried(here.motions)
+        return self.at(q) if motions is None else self._placed(q, motions)
+
+    def _carried(self, motions: Array) -> Array | None:
+        """Free directions at the position in the workspace, from those of one nearby; None where
+        they do not go on as so many.
+        """
+        still = self._projected(np.zeros(self.size))
+        for _ in range(2):  # the second time takes what the condition of the rows left of the first
+            found = np.array([self._projected(way) - still for way in motions])
+            ways, parts = np.linalg.qr(found.T)
+            if np.abs(np.diag(parts)).min(initial=1.0) < 0.1:
+                return None
+            motions = ways.T
+        return np.asarray(motions)
+
+    def _projected(self, way: Array) -> Array:
+        """The nearest rates that the constraints allow, without units."""
+        self.work.v[: self.size, 0] = self.scale * way
+        project(self.layout, self.work, 0.0)
+        return np.asarray(self.work.v[: self.size, 0] / self.scale)
 
     def stiffness(self, here: Place) -> Array:
         """K (free, free) in the free directions of the place, as torques a radian."""
@@ -209,6 +262,11 @@ class Manifold:
         return float(np.abs(way).max())
 
     def mass(self, motions: Array) -> Array:
-        """Mass matrix (free, free) in such directions, as inertias."""
-        mass = self.work.mass[: self.size, 0] * self.scale**2
-        return np.asarray((motions * mass) @ motions.T)
+        """Mass matrix (free, free) in such directions, as inertias; what is rounding beside the
+        heaviest body is none.
+        """
+        own = self.work.mass[: self.size, 0] * self.scale**2
+        mass = (motions * own) @ motions.T
+        sizes, ways = np.linalg.eigh(mass)
+        small = sizes <= MASSLESS * float(own.max())
+        return np.asarray((ways * np.where(small, 0.0, sizes)) @ ways.T if small.any() else mass)

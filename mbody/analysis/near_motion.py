@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
-from mbody.analysis.free_motions import FreeMotion
 from mbody.analysis.manifold import STEP, Array, Manifold, Place
 from mbody.analysis.rank import dense
 from mbody.analysis.simulate import simulate
@@ -14,20 +13,8 @@ from mbody.core.close import laws_of_time
 from mbody.errors import SolveError
 from mbody.histories import Record
 from mbody.solution import Solution
-from mbody.system import System
 
-__all__ = ["Moving", "leading"]
-
-
-def leading(system: System, motions: Sequence[FreeMotion], ways: Array) -> Array:
-    """What the leaders do as parts of the dimensionless coordinates: (free, coordinates)."""
-    parts = np.zeros_like(ways)
-    for n, motion in enumerate(motions):
-        first = 3 * system.bodies[motion.leader]
-        turns = motion.turns
-        own = slice(first + 2, first + 3) if turns else slice(first, first + 2)
-        parts[n, own] = ways[n, own]
-    return np.asarray(np.linalg.solve(parts @ ways.T, parts))
+__all__ = ["Moving"]
 
 
 def _difference(function: Callable[[Array], Array], steps: Array) -> Array:

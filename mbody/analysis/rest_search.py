@@ -3,7 +3,8 @@
 One free motion is walked along both ways, and every change of sign of the drive is closed in on, so
 that positions are found whether stable or not. Of several free motions a fixed spread of starts is
 taken; from each Levenberg–Marquardt on |r|² finds the nearest rest position, and a descent along
-the drive a stable one.
+the drive a stable one. From every position that is found each leader is then walked round by
+itself, the others held, as a link of a chain that is turned over where it hangs.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from mbody.analysis.free_motions import free_motions, leading, rates_of
 from mbody.analysis.manifold import Array, Manifold, Place
 
 __all__ = ["AWAY", "BALANCED", "ZERO", "Rest", "Search"]
@@ -23,6 +25,12 @@ DISTANCES = (0.8, 1.8, 3.0)
 #: Random directions for each of several free motions, starts in all by free motion, and ways at
 #: least: a start costs the square of the free motions and more.
 RANDOM, MOST, LEAST = 3, 120, 2
+#: Walks of single leaders, by free motion: those of four links of a chain, from all 16 positions.
+WALKS = 256
+#: Step of such a walk; it ends where the others can be held to less than this part.
+LEAP, LEADS = 0.4, 1e-3
+#: A drive is least where it is lower than on both sides by this part.
+DIP = 1e-6
 #: Iterations of a search and of a descent, and the longest step of one.
 ITERATIONS, DESCENT, LONGEST = 100, 60, 0.4
 #: A step below this is rounding.
@@ -37,6 +45,11 @@ ALIKE = 1e-4
 ZERO = 1e-8
 #: Model lengths beyond which bodies have run away.
 AWAY = 1e3
+
+
+def unit(way: Array) -> Array:
+    """A direction with the rate one of its fastest coordinate."""
+    return np.asarray(way / np.abs(way).max())
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +112,7 @@ class Search:
             return
         for start in self._spread(here):
             self._try(start)
+        self._each_leader(len(here.motions))
 
     def _spread(self, here: Place) -> list[Place]:
         """Starts along every free motion, both ways, and along random mixtures of them."""
@@ -110,7 +124,7 @@ class Search:
         few = max(MOST // free // len(DISTANCES), LEAST)
         for way in ways[:few]:
             place: Place | None = here
-            along = way @ here.motions / np.linalg.norm(way)
+            along = unit(way @ here.motions)
             gone = 0.0
             for distance in DISTANCES:
                 while place is not None and gone < distance:
@@ -122,22 +136,22 @@ class Search:
 
     def _step(self, here: Place, along: Array, length: float) -> tuple[Place | None, Array]:
         """The next place of a walk and the direction there; a shorter step where it does not close,
-        None at an end.
+        None at an end. Directions are those of the fastest coordinate, whose rate is one: so is a
+        step of many bodies as long as one of few.
         """
         for _ in range(4):
             there = self.manifold.moved(here, length * along)
             if there is not None and len(there.motions):
                 onward = along @ there.motions.T @ there.motions
-                size = float(np.linalg.norm(onward))
-                if size > 0.5:
-                    return there, onward / size
+                if np.linalg.norm(onward) > 0.5 * np.linalg.norm(along):
+                    return there, unit(onward)
             length *= 0.5
         return None, along
 
     def _walk(self, here: Place) -> None:
         """All rest positions along a single free motion."""
         for sign in (1.0, -1.0):
-            place, along = here, sign * here.motions[0]
+            place, along = here, sign * unit(here.motions[0])
             drives = [float(place.push @ along)]
             places = [(place, along)]
             for _ in range(STRIDES):
@@ -148,10 +162,55 @@ class Search:
                 places.append((there, onward))
                 if drives[-2] * drives[-1] <= 0.0:
                     self._close_in(*places[-2], drives[-2])
-                elif len(drives) > 2 and abs(drives[-2]) < min(abs(drives[-3]), abs(drives[-1])):
+                elif len(drives) > 2 and self._dips(*drives[-3:]):
                     self._settle(places[-2][0])
                 place, along = there, onward
                 if len(drives) > 4 and self.manifold.apart(place.q, here.q) < 0.6 * STRIDE:
+                    return  # once round
+
+    def _dips(self, before: float, here: float, after: float) -> bool:
+        """Whether a drive is least here, so that it may touch zero nearby."""
+        return abs(here) < (1.0 - DIP) * min(abs(before), abs(after))
+
+    def _each_leader(self, free: int) -> None:
+        """Walk every leader by itself from every rest position, those included that it leads to."""
+        walks = WALKS // free
+        for rest in self.found:  # grows on the way
+            if rest.singular or len(rest.place.motions) != free:
+                continue
+            system, pose = self.manifold.system, np.append(rest.place.q, np.zeros(3))
+            motions = free_motions(system, pose, rest.place.motions)
+            ways = rates_of(system, motions).reshape(free, -1) / self.manifold.scale
+            parts = leading(system, motions, ways)
+            for n, way in enumerate(ways):
+                if not walks:
+                    return
+                walks -= 1
+                self._lead(rest.place, way, np.delete(parts, n, axis=0))
+
+    def _lead(self, start: Place, way: Array, held: Array) -> None:
+        """Rest positions from where the drive along a way changes its sign; the other leaders do
+        not move, held (free − 1, coordinates) being what they do.
+        """
+        none = BALANCED * self.manifold.largest(start.q)
+        for sign in (1.0, -1.0):
+            here, along, last = start, sign * unit(way), 0.0
+            for n in range(STRIDES):
+                there = self.manifold.moved(here, LEAP * along)
+                if there is None or there.motions.shape != start.motions.shape:
+                    break
+                sizes, vt = np.linalg.svd(held @ there.motions.T)[1:]
+                if not sizes[-1] > LEADS * sizes[0] or self._is_away(there):
+                    break
+                onward = vt[-1] @ there.motions
+                along = unit(onward) * np.sign(onward @ along)
+                drive = float(there.push @ along)
+                if abs(drive) > none:
+                    if last * drive < 0.0:
+                        self._settle(there if abs(drive) < abs(last) else here)
+                    last = drive
+                here = there
+                if n > 2 and self.manifold.apart(here.q, start.q) < 0.6 * LEAP:
                     return  # once round
 
     def _close_in(self, here: Place, along: Array, first: float) -> None:

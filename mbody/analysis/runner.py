@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,8 +18,8 @@ from mbody.analysis.contacts import check_fits, pulled
 from mbody.analysis.dead_centres import DeadCentre
 from mbody.analysis.instants import BY_DRIVER, BY_INSTANT, BY_TIME, Plan, check_laws
 from mbody.analysis.rank import dense, too_large
+from mbody.analysis.undefined import valueless
 from mbody.analysis.uniqueness import open_reactions
-from mbody.core.causes import breakdown
 from mbody.core.close import violation
 from mbody.core.follow import DONE, STUCK, follow
 from mbody.core.march import march
@@ -27,7 +27,6 @@ from mbody.core.output import PER_ATOM
 from mbody.core.square import Square
 from mbody.errors import SolveError
 from mbody.histories import Record
-from mbody.laws import Expression
 from mbody.solution import Solution
 from mbody.square import plan_square
 from mbody.system import System
@@ -100,31 +99,15 @@ class Runner:
         if with_loads and not state[4] < self.unbalanced:
             raise_user_error(self.system)
             if np.isnan(state[4]):
-                raise self._valueless(output, plan, start.work)
+                n = self.system.coordinates
+                k = int(np.flatnonzero(np.isnan(output[:, 3 * n :, 0]).any(axis=1))[0])
+                q, v = output[k, :n, 0], output[k, n : 2 * n, 0]
+                raise valueless(self.system, start.work, float(plan.t[k]), q, v)
             raise SolveError(
                 f"reactions leave {state[4]:.2g} of the loads of '{self.system.mechanism.name}' "
                 "unbalanced: its position is singular, or it can still move"
             )
         return output
-
-    def _valueless(self, output: np.ndarray, plan: Plan, work: Any) -> SolveError:
-        """The sentence of a load that has no value at an instant."""
-        first = 3 * self.system.coordinates
-        k = int(np.flatnonzero(np.isnan(output[:, first:, 0]).any(axis=1))[0])
-        loads = self.system.mechanism.loads
-        parts = np.empty((1, len(loads) + 1, self.rows - first, 1))
-        motion = np.ascontiguousarray(output[k : k + 1, :first, 0])
-        time = plan.t[k : k + 1]
-        breakdown(self.layout, work, 0.0, motion, time, len(loads), parts)
-        bad = [load.name for n, load in enumerate(loads) if np.isnan(parts[0, n + 1]).any()]
-        name = bad[0] if bad else "?"
-        unit = self.system.mechanism.units.time
-        why = "its law does not reach so far; extend it, or let it hold its last value"
-        for field in fields(self.system.mechanism[name]) if bad else ():
-            law = getattr(self.system.mechanism[name], field.name)
-            if isinstance(law, Expression):
-                why = f"'{law.text}' is not defined there; choose a formula that is, by max or min"
-        return SolveError(f"load '{name}' has no value at t = {plan.t[k]:.6g} {unit}: {why}", name)
 
     def lanes(self, start: Closed, plan: Plan) -> np.ndarray | None:
         """All instants on lanes: (steps, rows, lanes); None where that does not pay.

@@ -24,6 +24,7 @@ from mbody import (
     Simulation,
     Spring,
     Stop,
+    Torque,
     assemble,
     close_loops,
     from_text,
@@ -32,7 +33,7 @@ from mbody import (
     simulate,
 )
 from tests.errors.command import said
-from tests.errors.models import four_bar
+from tests.errors.models import by_rocker, four_bar
 from tests.errors.results import batch
 
 
@@ -47,6 +48,12 @@ def swing(*more, **body):
 def loose():
     """A link without mass that nothing holds from turning."""
     return swing(Body("flag"), Revolute("F", "bob", "flag"))
+
+
+def turned():
+    """A flag whose mass is a point, and a torque on it."""
+    flag = Body("flag", mass=1.0), Revolute("F", "bob", "flag")
+    return swing(*flag, Torque("wind", "flag", value=1.0))
 
 
 class Driving(CustomLoad):
@@ -234,6 +241,8 @@ SCENARIOS = {
     "every endless": go(every=math.nan),
     "one instant": go(instants=1),
     "a motion of nothing with mass": go(loose()),
+    "a motion of what has no inertia": go(turned()),
+    "a motion into a dead centre": lambda: simulate(by_rocker(1.8, 2.0), 5.0),
     "a load without a value at first": go(swing(Force("push", "bob", "sqrt(-1 - t/(1 s))*1 N"))),
     "a load without a value later": go(swing(Force("push", "bob", "sqrt(0.5 - t/(1 s))*1 N"))),
     "a load that fails": go(swing(Failing("failing", "ground", "bob"))),
