@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     )
     from mbody.assembler import assemble
     from mbody.bodies import Body, Guess, SecondMoments, Slender, deg, rpm
+    from mbody.bridges.crosscheck import Crosscheck, crosscheck
+    from mbody.bridges.mjcf import to_mjcf
     from mbody.couplings import AngleCoupling, LengthCoupling, Term
     from mbody.drivers import AngleDriver, CoordinateDriver, DistanceDriver
     from mbody.elements import Marker, Polar, polar
@@ -94,6 +96,8 @@ _HOME = {
     "analysis": "close_loops equilibrium equilibrium_curve free_body kinematics kinetostatics "
     "linearize members mobility modes reach simulate solve_for statics",
     "assembler": "assemble",
+    "bridges.crosscheck": "Crosscheck crosscheck",
+    "bridges.mjcf": "to_mjcf",
     "bodies": "Body Guess SecondMoments Slender deg rpm",
     "formulas": "convert",
     "io.model": "from_text in_units load save to_text",

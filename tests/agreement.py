@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
+from mbody.bridges.oracle import Reference
 from mbody.solution import Solution
-from tests.reference import Reference
 
 
 def assert_agrees(oracle: Reference, run: Solution, k: int) -> dict[str, dict[str, Any]]:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from mbody.bodies import Body, Guess
+from mbody.bridges.oracle import Reference
 from mbody.drivers import AngleDriver
 from mbody.elements import Marker, polar
 from mbody.joints import Distance, Fixed, Prismatic, Revolute
@@ -25,7 +26,6 @@ from mbody.loads import (
     TorsionSpring,
 )
 from mbody.mechanism import Mechanism
-from tests.reference import Reference
 
 LEAST_TURN = 0.4  # rad
 

@@ -33,8 +33,8 @@ from mbody import (
 )
 from mbody._lanes import LANES
 from mbody.analysis.runner import Runner
+from mbody.bridges.oracle import Reference
 from mbody.laws import ConstantAcceleration, Polynomial
-from tests.reference import Reference
 
 DESIGNS = 2 * LANES + 9
 # uneven, with an instant given twice

@@ -27,8 +27,8 @@ from mbody import (
     Torque,
     deg,
 )
+from mbody.bridges.oracle import Reference
 from tests.agreement import assert_agrees
-from tests.reference import Reference
 
 # closed loops leave 1e-13 of their size, forces the same times a condition below 10
 CLOSE = 1e-12

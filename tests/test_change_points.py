@@ -22,7 +22,7 @@ from mbody import (
     makers,
     statics,
 )
-from tests.reference import Reference
+from mbody.bridges.oracle import Reference
 
 SPEED = 2.0
 CRANK, BASE = 1.0, 3.0

@@ -29,8 +29,8 @@ from mbody import (
     Term,
     Torque,
 )
+from mbody.bridges.oracle import Reference
 from tests.agreement import assert_agrees
-from tests.reference import Reference
 from tests.test_oracle import accelerations
 
 # closed loops leave 1e-13 of their size, forces the same times a condition below 10

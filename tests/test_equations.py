@@ -25,10 +25,10 @@ from mbody import (
     Revolute,
     Torque,
 )
+from mbody.bridges.oracle import Reference
 from mbody.io.equations import equations, system_of_equations
 from mbody.io.text import WIDTH
 from tests.linkages import random_linkage
-from tests.reference import Reference
 from tests.test_errors import says
 from validation.grubler_paradox import build as three_cranks
 from validation.norton_fourbar import build

@@ -36,8 +36,8 @@ from mbody import (
     statics,
     to_text,
 )
+from mbody.bridges.oracle import Reference
 from mbody.cli import main
-from tests.reference import Reference
 
 UPRIGHT = Marker("ground", (0.0, 0.0), 0.5 * math.pi)
 g = 9.81

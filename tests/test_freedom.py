@@ -24,10 +24,10 @@ from mbody import (
     Term,
     mobility,
 )
+from mbody.bridges.oracle import Reference
 from mbody.io.text import WIDTH
 from mbody.makers import bar
 from tests.linkages import random_linkage
-from tests.reference import Reference
 from tests.test_errors import says
 from tests.test_sizes import chain
 from validation.grubler_paradox import build as three_cranks

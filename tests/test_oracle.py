@@ -46,11 +46,11 @@ from mbody._lanes import LANES
 from mbody.analysis.closure import closed
 from mbody.analysis.instants import plan
 from mbody.analysis.runner import Runner
+from mbody.bridges.oracle import Reference
 from mbody.core.motion import free_motion
 from mbody.elements import Marker
 from mbody.histories import Record
 from tests.linkages import random_linkage, times_within
-from tests.reference import Reference
 
 POSITION, MOTION, FORCE = 1e-13, 1e-11, 1e-10
 

@@ -84,7 +84,7 @@ def pressed(seed, loops, more):
     ids=str,
 )
 def test_kinetostatics_and_statics(linkage):
-    from tests.reference import Reference
+    from mbody.bridges.oracle import Reference
 
     machine, t = pressed(*linkage)
     oracle, some = Reference(machine), slice(None, None, 40)

@@ -8,6 +8,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from mbody.bodies import Body, deg, rpm
+from mbody.bridges.oracle import Reference
+from mbody.bridges.oracle.jets import Jet
 from mbody.drivers import AngleDriver, CoordinateDriver, DistanceDriver
 from mbody.elements import Marker, polar
 from mbody.joints import CustomJoint, Distance, Fixed, Prismatic, Revolute
@@ -23,9 +25,7 @@ from mbody.loads import (
     TorsionSpring,
 )
 from mbody.mechanism import Mechanism
-from tests.jets import Jet
 from tests.linkages import random_linkage, times_within
-from tests.reference import Reference
 from validation.norton_fourbar import build, newton_euler
 
 LINKAGES = (

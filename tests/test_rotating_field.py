@@ -27,8 +27,8 @@ from mbody import (
     statics,
     to_text,
 )
+from mbody.bridges.oracle import Reference
 from tests.linkages import random_linkage, times_within
-from tests.reference import Reference
 from tests.test_oracle import FORCE, assert_forces, forces_of, motion_of
 
 UPRIGHT = Marker("ground", (0.0, 0.0), 0.5 * math.pi)

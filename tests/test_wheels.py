@@ -25,9 +25,9 @@ from mbody import (
     SolveError,
     Torque,
 )
+from mbody.bridges.oracle import Reference
 from tests.agreement import assert_agrees
 from tests.errors.solving import gears_apart
-from tests.reference import Reference
 
 # closed loops leave 1e-13 of their size, forces the same times a condition below 10
 CLOSE = 1e-12

@@ -19,11 +19,12 @@ NEEDED = {
     "pint": "units",
 }
 EXTRA = {
-    "pymunk": "second opinion: simulation",
-    "pin": "second opinion: inverse dynamics",
+    "pin": "second opinion by Pinocchio",
+    "pymunk": "second opinion by pymunk",
+    "mujoco": "second opinion by MuJoCo",
     "pandas": "run.to_dataframe()",
     "matplotlib": "draw and plot",
-    "scipy": "oracles of the tests",
+    "scipy": "second opinion: trajectories",
 }
 
 

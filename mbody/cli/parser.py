@@ -23,6 +23,7 @@ examples:
   mbody statics mine.toml --set load=120 --json   as data, for scripts
   mbody simulate mine.toml --to 10 --csv run.csv  free motion over time
   mbody solve mine.toml brake                     the unknowns of its table [solve.brake]
+  mbody crosscheck mine.toml --against pinocchio  a second opinion, by another engine
   mbody draw mine.toml --forces -o mine.svg       a picture with its forces
   mbody plot mine.toml motor.effort -o effort.png over the cycle
   mbody show norton_fourbar > mine.toml           a file to begin with
@@ -103,8 +104,21 @@ def parser() -> argparse.ArgumentParser:
     )
     _resting(modes)
     _json(modes)
+    cross = command(
+        "crosscheck",
+        "what other engines say of the results: a second opinion",
+        "crosscheck.crosscheck",
+    )
+    _model(cross)
+    cross.add_argument(
+        "--against",
+        metavar="ENGINES",
+        help="which, such as pinocchio,pymunk; by default all that are installed",
+    )
+    _json(cross)
     _draw(command("draw", "a picture of the mechanism at one instant", "draw.draw"))
     _plot(command("plot", "diagrams of quantities over the cycle", "draw.plot"))
+    _export(command("export", "the model as a file of another program", "export.export"))
     _json(command("models", "the models of the gallery", "about.models"))
     show = command("show", "print the file of a model", "about.show")
     show.add_argument("model", metavar="MODEL", help=MODEL)
@@ -184,6 +198,14 @@ def _draw(command: argparse.ArgumentParser) -> None:
         help="draw the path of a point, such as coupler.P",
     )
     _output(command)
+
+
+def _export(command: argparse.ArgumentParser) -> None:
+    _model(command)
+    command.add_argument(
+        "--to", choices=("mjcf",), required=True, help="mjcf: model files of MuJoCo, in SI units"
+    )
+    command.add_argument("-o", "--output", metavar="FILE", help="by default it is printed")
 
 
 def _plot(command: argparse.ArgumentParser) -> None:

@@ -14,12 +14,15 @@ from mbody.errors import ModelError, ModelWarning, SolveError
 from mbody.formulas import FormulaError
 from tests.errors import (
     assembling,
+    bridges_pymunk,
     command,
     describing,
     engineering,
     formulas,
     laws,
+    mjcf,
     model_files,
+    opinions,
     own_code,
     pistons,
     questions,
@@ -41,9 +44,12 @@ SUBJECTS = (
         own_code,
         results,
         engineering,
+        opinions,
         questions,
         unknowns,
         views,
+        bridges_pymunk,
+        mjcf,
         command,
     ),
 )

@@ -52,22 +52,28 @@ class Jet:
 
     # NumPy's functions call these methods on objects
     def sqrt(self) -> Jet:
+        """√f."""
         return self**0.5
 
     def cos(self) -> Jet:
+        """cos f."""
         c, s = math.cos(self.f), math.sin(self.f)
         return self.through(c, -s, -c)
 
     def sin(self) -> Jet:
+        """sin f."""
         c, s = math.cos(self.f), math.sin(self.f)
         return self.through(s, c, -s)
 
     def arctan(self) -> Jet:
+        """arctan f."""
         slope = 1.0 / (1.0 + self.f**2)
         return self.through(math.atan(self.f), slope, -2.0 * self.f * slope**2)
 
     def exp(self) -> Jet:
+        """e to the f."""
         return self.through(*[math.exp(self.f)] * 3)
 
     def log(self) -> Jet:
+        """The natural logarithm."""
         return self.through(math.log(self.f), 1.0 / self.f, -1.0 / self.f**2)

@@ -1,0 +1,186 @@
+"""The verb `crosscheck`: the same mechanism in other engines, and what they say of our result."""
+
+from __future__ import annotations
+
+import difflib
+import importlib
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+from mbody.analysis.asked import asked
+from mbody.analysis.closure import as_system
+from mbody.analysis.simulate import simulate
+from mbody.bridges.opinions import Engine, Opinion
+from mbody.elements import listed
+from mbody.errors import ModelError, brief
+from mbody.solution import Solution, as_solution
+
+if TYPE_CHECKING:
+    from mbody.mechanism import Mechanism
+    from mbody.system import System
+
+__all__ = ["ALWAYS", "ENGINES", "Crosscheck", "crosscheck", "installed"]
+
+#: Where the function `opinion` of every engine lives; a new engine is a file and a line here.
+ENGINES = {
+    "balance": "mbody.bridges.balance",
+    "oracle": "mbody.bridges.oracle.opinion",
+    "pinocchio": "mbody.bridges.pinocchio",
+    "pymunk": "mbody.bridges.pymunk",
+    "mujoco": "mbody.bridges.mujoco",
+}
+#: Those that need nothing but mbody, and are asked whoever else is.
+ALWAYS = ("balance", "oracle")
+
+
+@dataclass(frozen=True, eq=False)
+class Crosscheck:
+    """What other engines say of a result.
+
+    Attributes
+    ----------
+    run : Solution
+        The result.
+    opinions : mapping
+        An `Opinion` by the name of each engine.
+    """
+
+    run: Solution
+    opinions: Mapping[str, Opinion]
+
+    @property
+    def agrees(self) -> bool:
+        """Whether no engine differs in any quantity."""
+        return all(opinion.agrees for opinion in self.opinions.values())
+
+    def data(self) -> dict[str, Any]:
+        """The same as plain lists and texts, ready for JSON: ``{"model", "analysis", "engines":
+        {ENGINE: {"engine", "rows", "not_expressible", "notes"}}, "agrees"}``; what is no finite
+        number is null.
+        """
+        engines = {name: _finite(opinion.data()) for name, opinion in self.opinions.items()}
+        model, analysis = self.run.mechanism.name, self.run.analysis
+        told = {"model": model, "analysis": analysis, "engines": engines}
+        return told | {"agrees": self.agrees}
+
+    def __str__(self) -> str:
+        from mbody.io.crosscheck import sheet
+
+        return sheet(self)
+
+
+def crosscheck(
+    model: Mechanism | System,
+    against: str | Sequence[str] | None = None,
+    *,
+    ours: Solution | None = None,
+) -> Crosscheck:
+    """Every answer checked by engines that share no code with mbody: a second opinion.
+
+    Parameters
+    ----------
+    model : Mechanism or System
+        Of one design: what the other engines build.
+    against : str or list of str, optional
+        Which of ``"pinocchio"``, ``"pymunk"``, ``"mujoco"``; by default every one that is
+        installed. The balance of forces and power, and the dense oracle, are always asked.
+    ours : Solution, optional
+        The result to be judged, of kinetostatics, statics or simulate; by default what the
+        mechanism itself asks: its free motion where it has a `simulation`, else kinetostatics.
+
+    Returns
+    -------
+    Crosscheck
+        ``print`` shows, for every engine and quantity, ours, theirs, the difference, the one that
+        is expected of that engine, and why; and what the engine cannot express.
+
+    Raises
+    ------
+    ModelError
+        For an engine that there is not, a batch, or a result of another mechanism.
+    SolveError
+        For an engine that is not installed; as of the analysis.
+
+    Notes
+    -----
+    A difference is a part of the greatest of its kind (all forces, all torques …) over the run.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=10.0)
+    >>> crosscheck(machine, "pinocchio").agrees
+    True
+    """
+    names = _chosen(against)
+    system = as_system(model)
+    if system.batch is not None:
+        raise ModelError("crosscheck takes one design: choose one of the batch with design(n)")
+    if ours is not None:
+        run = _checked(system, as_solution(ours))
+    elif system.mechanism.simulation is not None:
+        run = simulate(system)
+    else:
+        run = asked(system.mechanism, "kinetostatics")
+    found = {name: _engine(name)(system, run) for name in names}
+    return Crosscheck(run, found)
+
+
+def installed() -> tuple[str, ...]:
+    """The engines that can be asked here, those of `ALWAYS` first."""
+    others = [name for name in ENGINES if name not in ALWAYS]
+    return (*ALWAYS, *(name for name in others if find_spec(ENGINES[name]) and find_spec(name)))
+
+
+def _engine(name: str) -> Engine:
+    engine: Engine = importlib.import_module(ENGINES[name]).opinion
+    return engine
+
+
+def _chosen(against: Any) -> tuple[str, ...]:
+    """The engines to be asked."""
+    if against is None:
+        return installed()
+    wanted = [against] if isinstance(against, str) else list(against)
+    for name in wanted:
+        if name not in ENGINES:
+            close = difflib.get_close_matches(str(name)[:60], ENGINES, 1)
+            told = f"did you mean '{close[0]}'?" if close else f"there are: {listed(ENGINES)}"
+            raise ModelError(f"there is no engine {brief(name)}: {told}")
+    return tuple(dict.fromkeys((*ALWAYS, *wanted)))
+
+
+def _checked(system: System, run: Solution) -> Solution:
+    """A result that can be judged: of forces, one design, and of elements of the same names."""
+    if not run.has_forces:
+        raise ModelError(
+            f"{run.analysis} finds no forces to be checked: give a result of kinetostatics, "
+            "statics or simulate"
+        )
+    if run.record.batch:
+        raise ModelError(
+            f"crosscheck judges one design, this is a batch of {run.record.count}: analyse one of "
+            "them, system.design(n)"
+        )
+    for kind in ("bodies", "joints", "couplings", "drivers", "loads"):
+        own, other = (
+            [element.name for element in getattr(one.mechanism, kind)] for one in (system, run)
+        )
+        if own != other:
+            raise ModelError(
+                f"the result is of another mechanism, its {kind} are {listed(other)}, not "
+                f"{listed(own)}: analyse the same one"
+            )
+    return run
+
+
+def _finite(value: Any) -> Any:
+    """The same data, None for what is no finite number."""
+    if isinstance(value, dict):
+        return {key: _finite(part) for key, part in value.items()}
+    if isinstance(value, list):
+        return [_finite(part) for part in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,33 @@
+"""pymunk as a second opinion: what it cannot be asked."""
+
+import sys
+from unittest import mock
+
+import numpy as np
+
+import mbody
+from mbody.bridges.pymunk import opinion
+from tests.errors.models import four_bar
+
+
+def asked(run):
+    return lambda: opinion(run().system, run())
+
+
+def missing():
+    run = mbody.kinetostatics(four_bar())
+    with mock.patch.dict(sys.modules, {"pymunk": None}):
+        opinion(run.system, run)
+
+
+def many():
+    return mbody.kinetostatics(
+        mbody.assemble(four_bar()).with_values({"crank.mass": np.array([1.0, 2.0])})
+    )
+
+
+SCENARIOS = {
+    "pymunk is asked of a batch": asked(many),
+    "pymunk is asked of a motion without forces": asked(lambda: mbody.kinematics(four_bar())),
+    "pymunk is not installed": missing,
+}

@@ -1,0 +1,31 @@
+"""MJCF and MuJoCo: files that are written, opinions that are asked."""
+
+import sys
+from unittest import mock
+
+from mbody import assemble, kinematics, kinetostatics, to_mjcf
+from mbody.bridges.mujoco import opinion
+from tests.errors.command import said
+from tests.errors.models import four_bar
+
+
+def without_mujoco():
+    with mock.patch.dict(sys.modules, {"mujoco": None}):
+        opinion(assemble(four_bar()), kinetostatics(four_bar()))
+
+
+def batch():
+    return assemble(four_bar()).with_values({"crank.mass": [1.0, 2.0]})
+
+
+SCENARIOS = {
+    "a file of a batch": lambda: to_mjcf(batch()),
+    "MuJoCo without its package": without_mujoco,
+    "MuJoCo on a batch": lambda: opinion(batch(), kinetostatics(batch())),
+    "MuJoCo on kinematics": lambda: opinion(assemble(four_bar()), kinematics(four_bar())),
+    "a file for a program that is not known": said(["export", "hoekens", "--to", "urdf"]),
+    "a file for no program": said(["export", "hoekens"]),
+    "a file in a folder that is not there": said(
+        ["export", "hoekens", "--to", "mjcf", "-o", "/no/where.xml"]
+    ),
+}

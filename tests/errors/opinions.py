@@ -1,0 +1,38 @@
+"""Second opinions: engines that there are not, results that cannot be judged."""
+
+import sys
+from unittest import mock
+
+from mbody import Body, Revolute, assemble, crosscheck, kinetostatics
+from tests.errors.command import said
+from tests.errors.models import four_bar
+from tests.errors.results import batch, motion
+
+
+def without_pinocchio():
+    with mock.patch.dict(sys.modules, pinocchio=None):
+        crosscheck(four_bar(), "pinocchio")
+
+
+def two_designs():
+    return assemble(four_bar()).with_values({"crank.mass": [1.0, 2.0]})
+
+
+def other():
+    """A result of a four-bar with a wheel beside it."""
+    machine = four_bar(Body("wheel", mass=1.0, inertia=1.0))
+    machine.add(Revolute("W", "ground", "wheel"))
+    return machine
+
+
+SCENARIOS = {
+    "an engine with a slip of the pen": lambda: crosscheck(four_bar(), "pinochio"),
+    "an engine that nobody knows": lambda: crosscheck(four_bar(), ["XYZ"]),
+    "an engine that is not installed": without_pinocchio,
+    "a second opinion on a batch": lambda: crosscheck(two_designs()),
+    "a result of a batch": lambda: crosscheck(four_bar(), ours=batch()),
+    "a result without forces": lambda: crosscheck(four_bar(), ours=motion()),
+    "a result of another mechanism": lambda: crosscheck(other(), ours=kinetostatics(four_bar())),
+    "no result at all": lambda: crosscheck(four_bar(), ours=3),
+    "--against without a name": said(["crosscheck", "norton_fourbar", "--against", ","]),
+}
