@@ -96,7 +96,7 @@ def with_numbers_of(system: System, values: Mapping[str, Any]) -> System:
         changed = {
             name: values[name]
             for name in own
-            if name in system.values and np.any(system.values[name] != values[name])
+            if name in values and np.any(system.values.get(name) != values[name])
         }
         system = system.with_values(changed) if changed else system
     return system

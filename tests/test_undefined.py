@@ -33,7 +33,7 @@ def instant(machine, start=None):
     """System, time, positions and rates of a start."""
     if start is None:
         own = machine.simulation
-        start = started(machine, own) if own else mbody.close_loops(machine)
+        start = started(assemble(machine), own) if own else mbody.close_loops(machine)
     names = [body.name for body in machine.bodies]
     q = [part[-1] for n in names for part in (start[n].x, start[n].y, start[n].angle)]
     v = [part[-1] for n in names for part in (start[n].vx, start[n].vy, start[n].omega)]

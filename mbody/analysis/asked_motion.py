@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.start import check_release, checked_events
+from mbody.analysis.start import check_release, checked_events, parameters_of
 from mbody.errors import ModelError
 from mbody.events import Event, Stop, as_events
 from mbody.restart import Way
@@ -93,12 +93,11 @@ def asked_motion(
         method = own.method if method is None else method
         events = own.events if events is None else events
         release = own.release if release is None else release
-    parameters = {name: float(system.values[name]) for name in machine.parameters}
     return AskedMotion(
         first,
         _times(first, last, *kept),
         _way(system, METHODS[0] if method is None else method, errors, step, last - first),
-        checked_events(machine, as_events(() if events is None else events), parameters),
+        checked_events(machine, as_events(() if events is None else events), parameters_of(system)),
         _release(system, {} if release is None else release),
     )
 

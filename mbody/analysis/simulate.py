@@ -120,7 +120,7 @@ def simulate(
     own = system.mechanism.simulation
     last, errors = last_time(system, until), tolerances(system, rtol, atol)
     if start is None and own is not None and guess is None and rates is None:
-        start = started(system.mechanism, own)
+        start = started(system, own)
     elif start is None:
         start = close_loops(system, guess=guess, rates=rates)
     elif guess is not None or rates is not None:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+import weakref
 from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 
 from mbody.analysis.close_loops import close_loops
-from mbody.assembler import assemble
+from mbody.assembler import assemble, with_numbers_of
 from mbody.drivers import AngleDriver, CoordinateDriver
 from mbody.elements import Marker, listed
 from mbody.ends import link_poses
@@ -22,7 +23,7 @@ from mbody.questions import Measure
 from mbody.simulation import STATE, Simulation
 from mbody.solution import Solution
 from mbody.system import System
-from mbody.units import NUMBER
+from mbody.units import DIMENSIONS
 
 __all__ = [
     *("check_release", "check_simulation", "checked_events", "started", "state_of", "watched"),
@@ -91,9 +92,8 @@ def checked_events(
         found[event] = 0.0
         if isinstance(event, Stop):
             _check_coordinate(mechanism, event)
-            value = _number(mechanism, event.restitution, "number", f"{event.name}.restitution")
-            if isinstance(event.restitution, Formula) and parameters:
-                value = event.restitution.of(NUMBER).value(mechanism.parameters.scope(parameters))
+            name = f"{event.name}.restitution"
+            value = _number(mechanism, event.restitution, "number", name, parameters)
             check_restitution(value, event.name)
             found[event] = value
     return found
@@ -126,7 +126,11 @@ def _check_coordinate(mechanism: Mechanism, stop: Stop) -> None:
         )
 
 
-def started(mechanism: Mechanism, simulation: Simulation) -> Solution:
+#: The first instant of motions that were asked for, as long as their systems live.
+_BEGUN: weakref.WeakKeyDictionary[System, tuple[Simulation, Solution]] = weakref.WeakKeyDictionary()
+
+
+def started(system: System, simulation: Simulation) -> Solution:
     """The first instant of a motion: bodies held where it says, moving as it says.
 
     Raises
@@ -136,17 +140,19 @@ def started(mechanism: Mechanism, simulation: Simulation) -> Solution:
     SolveError
         Where the loops do not close so, or no velocities agree.
     """
-    check_simulation(mechanism, simulation)
-    placed = _held(mechanism, simulation, rates=False)
-    if not any(rate in given for given in simulation.start.values() for _, rate, _ in PAIRS):
-        return placed
-    return _held(mechanism, simulation, rates=True, guess=link_poses(placed))
+    check_simulation(system.mechanism, simulation)
+    known, found = _BEGUN.get(system, (None, None))
+    if found is None or known is not simulation:
+        found = _held(system, simulation, rates=False)
+        if any(rate in given for given in simulation.start.values() for _, rate, _ in PAIRS):
+            found = _held(system, simulation, rates=True, guess=link_poses(found))
+        _BEGUN[system] = simulation, found
+    return found
 
 
-def _held(
-    mechanism: Mechanism, simulation: Simulation, *, rates: bool, guess: Any = None
-) -> Solution:
+def _held(system: System, simulation: Simulation, *, rates: bool, guess: Any = None) -> Solution:
     """The loops closed with drivers in place of what is said: of places, or of what has a rate."""
+    mechanism, values = system.mechanism, parameters_of(system)
     held, bodies = mechanism.copied(), {body.name: body for body in mechanism.bodies}
     drive: dict[str, tuple[float, float]] = {}
     for body, given in simulation.start.items():
@@ -159,8 +165,8 @@ def _held(
                 value = dict(zip(("x", "y", "angle"), guess[body], strict=True))[place]
             name = f"{body} {place} at the start"
             drive[name] = (
-                _number(mechanism, value, STATE[place], place),
-                _number(mechanism, given.get(rate, 0.0), STATE[rate], rate),
+                _number(mechanism, value, STATE[place], place, values),
+                _number(mechanism, given.get(rate, 0.0), STATE[rate], rate, values),
             )
             if place == "angle":
                 held.add(AngleDriver(name, body, drive[name][0]))
@@ -169,12 +175,27 @@ def _held(
                 held.add(CoordinateDriver(name, along, body, drive[name][0]))
             if not rates:
                 drive[name] = (drive[name][0], 0.0)
-    return close_loops(assemble(held), drive=drive or None, guess=guess)
+    whole = with_numbers_of(assemble(held), system.values)
+    return close_loops(whole, drive=drive or None, guess=guess)
 
 
-def _number(mechanism: Mechanism, value: Any, dimension: str, name: str) -> float:
-    """A number of a simulation in the units of the mechanism."""
-    return mechanism.number(value, dimension, "simulation", name)
+def _number(
+    mechanism: Mechanism,
+    value: Any,
+    dimension: str,
+    name: str,
+    parameters: Mapping[str, float] | None = None,
+) -> float:
+    """A number of a simulation in the units of the mechanism; parameters as a system has them."""
+    found = mechanism.number(value, dimension, "simulation", name)
+    if isinstance(value, Formula) and parameters:
+        found = value.of(DIMENSIONS[dimension]).value(mechanism.parameters.scope(parameters))
+    return found
+
+
+def parameters_of(system: System) -> dict[str, float]:
+    """The parameters as the system has them."""
+    return {name: float(system.values[name]) for name in system.mechanism.parameters}
 
 
 def check_release(mechanism: Mechanism, given: Mapping[str, Any]) -> dict[str, float]:
@@ -199,13 +220,11 @@ def state_of(system: System, start: Any) -> tuple[float, np.ndarray, np.ndarray]
         raise ModelError(f"start must be a Solution, not {start!r}")
     if start.record.batch:
         raise ModelError("start is a batch of designs: give one, of system.design(n)")
-    names = [body.name for body in system.mechanism.bodies]
-    missing = [name for name in names if name not in start.system.bodies]
+    theirs = start.system.bodies
+    missing = [name for name in system.bodies if name not in theirs]
     if missing:
         raise ModelError(f"start has no body {listed(missing)}: give a motion of the same bodies")
-    q, v = np.empty(3 * len(names)), np.empty(3 * len(names))
-    for n, name in enumerate(names):
-        body = start[name]
-        q[3 * n : 3 * n + 3] = body.x[-1], body.y[-1], body.angle[-1]
-        v[3 * n : 3 * n + 3] = body.vx[-1], body.vy[-1], body.omega[-1]
+    last = start.record.table(slice(0, 2 * start.system.coordinates))[-1]
+    places = [theirs[body.name] for body in system.mechanism.bodies]
+    q, v = last.reshape(2, -1, 3)[:, places].reshape(2, -1)
     return float(start.t[-1]), q, v

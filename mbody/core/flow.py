@@ -66,6 +66,18 @@ STIFF_STEPS, CALM_STEPS = 15.0, 6.0
 
 
 @njit
+def weighted(weights, count, K, total):
+    """total ← Σ weights[r] K[r] over the first rows."""
+    for n in range(total.shape[0]):
+        total[n] = weights[0] * K[0, n]
+    for r in range(1, count):
+        weight = weights[r]
+        if weight != 0.0:
+            for n in range(total.shape[0]):
+                total[n] += weight * K[r, n]
+
+
+@njit
 def between(L, W, method, soft, passes, t, h, y, last, K, P, F, G, state):
     """F (rows, 2·coordinates) and G (rows, causes) of the polynomials of state and work over a
     step, by the further slopes that the method takes for them.
@@ -73,11 +85,9 @@ def between(L, W, method, soft, passes, t, h, y, last, K, P, F, G, state):
     A, B, C, D = method.A, method.B, method.C, method.D
     end = B.shape[0]
     for s in range(end + 1, A.shape[0]):
+        weighted(A[s], s, K, F[1])
         for n in range(y.shape[0]):
-            total = 0.0
-            for r in range(s):
-                total += A[s, r] * K[r, n]
-            F[0, n] = last[n] + h * total
+            F[0, n] = last[n] + h * F[1, n]
         slope(L, W, t + C[s] * h, F[0], K[s], P[s], soft, passes, False)
         state[SLOPES] += 1
     for n in range(y.shape[0]):
@@ -157,11 +167,9 @@ def flow(
         more = passes if careful else regular
         good, astray, least = True, False, state[PIVOT]
         for s in range(1, end_slope):
+            weighted(A[s], s, K, work[3])
             for n in range(n6):
-                total = 0.0
-                for r in range(s):
-                    total += A[s, r] * K[r, n]
-                ys[n] = y[n] + h * total
+                ys[n] = y[n] + h * work[3, n]
             far, fast, good = slope(L, W, t + C[s] * h, ys, K[s], P[s], soft, more, careful)
             state[SLOPES] += 1
             if not good:
@@ -188,22 +196,16 @@ def flow(
             state[NEAR], state[LONGEST] = 1.0, 0.25 * h
             state[NEXT] = state[LONGEST]
             continue
+        weighted(B, end_slope, K, work[3])
         for n in range(n6):
-            total = 0.0
-            for r in range(end_slope):
-                total += B[r] * K[r, n]
-            end[n] = y[n] + h * total
+            end[n] = y[n] + h * work[3, n]
             last[n] = y[n]
         now = until if clipped else t + h
         if careful or early:
             _, _, good = slope(L, W, t + h, end, K[end_slope], P[end_slope], soft, more, True)
             state[SLOPES] += 1
-        for n in range(n6):
-            a, b = 0.0, 0.0
-            for r in range(E.shape[1]):
-                a += E[0, r] * K[r, n]
-                b += E[1, r] * K[r, n]
-            work[3, n], work[4, n] = a, b
+        weighted(E[0], E.shape[1], K, work[3])
+        weighted(E[1], E.shape[1], K, work[4])
         if careful:
             for row in range(3, 5):
                 for half in range(2):

@@ -97,7 +97,7 @@ def to_mjcf(
         )
     machine = system.mechanism
     if start is None and machine.simulation is not None and not isinstance(model, System):
-        start = started(machine, machine.simulation)
+        start = started(system, machine.simulation)
     elif start is None:
         start = close_loops(system)
     return _Writer(system, start, held).made()
