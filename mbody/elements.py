@@ -8,6 +8,7 @@ are checked when it is made and can be changed by dotted name (``"crank.mass"``,
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -292,11 +293,7 @@ class Element:
 
     def places(self) -> dict[str, Marker]:
         """The element's markers by field name."""
-        return {
-            field.name: getattr(self, field.name)
-            for field in dataclasses.fields(self)
-            if "place" in field.metadata
-        }
+        return {name: getattr(self, name) for name in _places_of(type(self))}
 
     def numbers(self) -> dict[str, Any]:
         """All changeable numbers of the element by dotted name; formulas while it is pending."""
@@ -325,6 +322,12 @@ def two_bodies(element: Element) -> None:
             f"'{element.name}' would join '{i.body}' to itself: give places on two bodies",
             element.name,
         )
+
+
+@functools.cache
+def _places_of(cls: type[Element]) -> tuple[str, ...]:
+    """Names of the fields that hold markers."""
+    return tuple(one.name for one in dataclasses.fields(cls) if "place" in one.metadata)
 
 
 class Numbers:

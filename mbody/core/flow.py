@@ -61,6 +61,9 @@ CLOSE = 5e-3
 BEHIND = 1e-6
 #: Steps of one passage that are tried again so that no stage, or no end, lies at the position.
 STAGES_AGAIN, ENDS_AGAIN = 3.0, 8.0
+#: A step is so much shorter than its error asks for: of 0.7, 0.8 and 0.9 what costs the fewest
+#: slopes at one error, as fewer steps are refused.
+SAFETY = 0.8
 #: So many steps in a row that stability holds, less so many that it does not, are stiff.
 STIFF_STEPS, CALM_STEPS = 15.0, 6.0
 
@@ -222,7 +225,7 @@ def flow(
                 return LOST
             continue
         error = 0.0 if e5 == 0.0 else h * e5 / math.sqrt((e5 + 0.01 * e3) * n6)
-        growth = 6.0 if error < 1e-9 else min(6.0, 0.9 * error ** (-1.0 / method.order))
+        growth = 6.0 if error < 1e-9 else min(6.0, SAFETY * error ** (-1.0 / method.order))
         if error > 1.0:
             state[REJECTED] += 1
             state[NEXT] = h * max(0.2, growth)

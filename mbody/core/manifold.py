@@ -34,7 +34,7 @@ def project_position(L, W, w, soft):
         if n == 0:
             first = size
         # what a step of this size leaves is of second order: rounding
-        if size <= CLOSED or (n > 0 and size < 1e-7):
+        if size <= CLOSED or size < (1e-7 if n > 0 else 1e-9):
             return first, True
         if n > 1 and size > 0.5 * last:
             return first, size <= 1e3 * CLOSED

@@ -6,6 +6,7 @@ sees a unit: masses are in the unit that makes force = mass · length / time² h
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -67,6 +68,7 @@ class UnitSystem:
             ("rad", wanted.angle),
         )
 
+    @functools.lru_cache(maxsize=1024)  # noqa: B019 (there are few unit systems)
     def unit(self, dimension: str | Dimension) -> Unit:
         """The unit of a dimension with its exact ratio to SI."""
         wanted = dimension_of(dimension)
