@@ -3,7 +3,7 @@ JOBS   ?= 2
 BIN    := .venv/bin
 PIP    := $(BIN)/python -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
 
-.PHONY: demo test lint errors pictures clean
+.PHONY: demo test lint errors pictures bench bench-full clean
 
 demo: .venv/installed
 	$(BIN)/mbody demo
@@ -26,6 +26,13 @@ errors: .venv/installed-dev
 pictures: .venv/installed-dev
 	$(BIN)/python -m tests.pictures
 
+# Time to reach an error, beside the peers: a short form, and all of it with its page.
+bench: .venv/installed-bench
+	$(BIN)/python -m benchmarks --short
+
+bench-full: .venv/installed-bench
+	$(BIN)/python -m benchmarks --save --page
+
 clean:
 	rm -rf .venv dist .pytest_cache .ruff_cache .mypy_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
@@ -39,4 +46,8 @@ $(BIN)/pip:
 
 .venv/installed-dev: pyproject.toml constraints.txt | $(BIN)/pip
 	$(PIP) --editable ".[dev]"
+	touch $@ .venv/installed
+
+.venv/installed-bench: pyproject.toml constraints.txt | $(BIN)/pip
+	$(PIP) --editable ".[bench]"
 	touch $@ .venv/installed

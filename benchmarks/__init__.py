@@ -1,0 +1,1 @@
+"""Benchmarks: mbody and its peers in turn in one process, at equal accuracy."""

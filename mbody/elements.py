@@ -10,10 +10,10 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
 from numbers import Real
-from typing import Any, ClassVar, TypeAlias
+from typing import Any, ClassVar, TypeAlias, cast
 
 import numpy as np
 
@@ -293,7 +293,7 @@ class Element:
 
     def places(self) -> dict[str, Marker]:
         """The element's markers by field name."""
-        return {name: getattr(self, name) for name in _places_of(type(self))}
+        return {name: getattr(self, name) for name in _places_of(self.__class__)}
 
     def numbers(self) -> dict[str, Any]:
         """All changeable numbers of the element by dotted name; formulas while it is pending."""
@@ -325,9 +325,9 @@ def two_bodies(element: Element) -> None:
 
 
 @functools.cache
-def _places_of(cls: type[Element]) -> tuple[str, ...]:
+def _places_of(cls: Hashable) -> tuple[str, ...]:
     """Names of the fields that hold markers."""
-    return tuple(one.name for one in dataclasses.fields(cls) if "place" in one.metadata)
+    return tuple(one.name for one in dataclasses.fields(cast(Any, cls)) if "place" in one.metadata)
 
 
 class Numbers:

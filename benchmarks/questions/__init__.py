@@ -1,0 +1,9 @@
+"""One question a file: `TITLE`, and `measure(asked)`, which gives rows."""
+
+from __future__ import annotations
+
+#: In the order of the page.
+QUESTIONS = (
+    *("fourbar", "andrews", "windows", "chains", "long_chain"),
+    *("bodies", "evaluations", "positions", "cold_start", "memory"),
+)

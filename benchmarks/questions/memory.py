@@ -1,0 +1,114 @@
+"""Memory by the number of bodies: greatest resident set of a fresh process, less an idle one."""
+
+from __future__ import annotations
+
+import json
+import re
+import statistics
+import subprocess
+import sys
+from pathlib import Path
+
+from benchmarks.frame import OURS, Asked, Row, available
+from benchmarks.questions.cold_start import ROOT
+
+__all__ = ["TITLE", "measure"]
+
+TITLE = (
+    "Memory of a model and a motion of 0.02 s: the greatest of a fresh process, less that of the "
+    "smallest model"
+)
+SIZES = {OURS: (1000, 10_000), "MuJoCo": (100, 1000), "Pinocchio": (50, 200)}
+MODULES = {"MuJoCo": "mujoco", "Pinocchio": "pinocchio"}
+IDLE = 3
+
+
+def measure(asked: Asked) -> list[Row]:
+    """mbody for every shape; the peers for chains."""
+    rows = []
+    for shape in ("chain", "ladder", "tree", "hub"):
+        sizes = (1000,) if asked.short or shape == "hub" else SIZES[OURS]
+        rows += [row for row in growth(OURS, shape, sizes, asked)]
+    for name, module in MODULES.items():
+        if available(module):
+            rows += growth(name, "chain", SIZES[name][: 1 if asked.short else 2], asked)
+    return [with_ratio(row, rows) for row in rows]
+
+
+def growth(engine: str, shape: str, sizes: tuple[int, ...], asked: Asked) -> list[Row]:
+    """A row a size, with the bytes that it takes a body."""
+    runs = 1 if asked.short else 3
+    idle = statistics.median(fresh(engine, shape, IDLE)[0] for _ in range(runs))
+    rows = []
+    for count in sizes:
+        found = [fresh(engine, shape, count) for _ in range(runs)]
+        size = (statistics.median(peak for peak, _ in found) - idle) / (count - IDLE)
+        seconds = statistics.median(spent for _, spent in found)
+        asked.progress(f"  {engine}, {shape} of {count}: {size:.0f} bytes a body")
+        told = f"{shape} of {count}, bytes a body"
+        rows.append(Row("memory", told, engine, None, seconds, runs, None, bytes=size))
+    return rows
+
+
+def with_ratio(row: Row, rows: list[Row]) -> Row:
+    """Bytes a body against those of mbody in its chain of 1000."""
+    ours = [r.bytes for r in rows if r.engine == OURS and r.workload.startswith("chain of 1000,")]
+    values = {**row.__dict__, "ratio_to_mbody": row.bytes / ours[0]}
+    return Row(**values)
+
+
+def fresh(engine: str, shape: str, count: int) -> tuple[float, float]:
+    """Greatest resident set [bytes] and seconds of building and moving a model, alone."""
+    code = "import sys; from benchmarks.questions.memory import alone; alone(*sys.argv[1:])"
+    run = subprocess.run(
+        [sys.executable, "-c", code, engine, shape, str(count)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return tuple(json.loads(run.stdout))
+
+
+def alone(engine: str, shape: str, count: str) -> None:
+    """What the fresh process does; it prints both numbers."""
+    import time
+
+    from benchmarks import models
+
+    begin = time.perf_counter()
+    if engine == OURS:
+        import mbody
+
+        system = mbody.assemble(models.SHAPES[shape](int(count)))
+        mbody.simulate(system, 0.02, rtol=1e-8, instants=2)
+    else:
+        from benchmarks.peers.bare import chain
+
+        machine = chain(int(count))
+        if engine == "MuJoCo":
+            import mujoco as engine_of_c
+
+            from benchmarks.peers.mujoco import model_of, start_of
+
+            tree = machine.tree()
+            model = model_of(machine, tree, 1e-4)
+            engine_of_c.mj_step(model, start_of(machine, tree, model), nstep=20)
+        else:
+            from benchmarks.peers.pinocchio import Pinocchio
+
+            made = Pinocchio(machine)
+            made.slope(0.0, made.start)
+    print(json.dumps([greatest(), time.perf_counter() - begin]))
+
+
+def greatest() -> float:
+    """Greatest resident set so far [bytes]."""
+    status = Path("/proc/self/status")
+    if status.exists():  # what Linux tells as ru_maxrss begins with the parent's
+        found = re.search(r"^VmHWM:\s+(\d+) kB$", status.read_text("utf-8"), re.MULTILINE)
+        return 1024.0 * int(found[1])
+    import resource
+
+    unit = 1 if sys.platform == "darwin" else 1024
+    return float(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit)
