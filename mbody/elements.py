@@ -8,12 +8,11 @@ are checked when it is made and can be changed by dotted name (``"crank.mass"``,
 from __future__ import annotations
 
 import dataclasses
-import functools
 import math
-from collections.abc import Hashable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from numbers import Real
-from typing import Any, ClassVar, TypeAlias, cast
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
@@ -293,7 +292,11 @@ class Element:
 
     def places(self) -> dict[str, Marker]:
         """The element's markers by field name."""
-        return {name: getattr(self, name) for name in _places_of(self.__class__)}
+        cls: Any = type(self)
+        if cls not in _PLACES:
+            own = dataclasses.fields(self)
+            _PLACES[cls] = tuple(field.name for field in own if "place" in field.metadata)
+        return {name: getattr(self, name) for name in _PLACES[cls]}
 
     def numbers(self) -> dict[str, Any]:
         """All changeable numbers of the element by dotted name; formulas while it is pending."""
@@ -324,10 +327,8 @@ def two_bodies(element: Element) -> None:
         )
 
 
-@functools.cache
-def _places_of(cls: Hashable) -> tuple[str, ...]:
-    """Names of the fields that hold markers."""
-    return tuple(one.name for one in dataclasses.fields(cast(Any, cls)) if "place" in one.metadata)
+#: Names of the fields that hold markers, by class.
+_PLACES: dict[Any, tuple[str, ...]] = {}
 
 
 class Numbers:
