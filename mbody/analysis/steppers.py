@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -11,8 +11,22 @@ from mbody.core.flow import flow
 from mbody.core.implicit_methods import radau_5, suzuki_4
 from mbody.core.methods import Explicit, order_5, order_8
 from mbody.core.pace import pace
-from mbody.core.progress import DONE, MORE
+from mbody.core.progress import (
+    FREEST,
+    FRESH,
+    LOST,
+    MORE,
+    NEAR,
+    NEXT,
+    PASSAGE,
+    PIVOT,
+    SMALL,
+    STEPS,
+    TIME,
+    WEAK,
+)
 from mbody.core.radau import radau
+from mbody.errors import ModelError
 
 __all__ = ["Memory", "Stepper", "stepper"]
 
@@ -22,8 +36,8 @@ Array = np.ndarray
 PATIENT = 300_000
 #: Spectral radius of generalised-α at infinite frequency.
 RADIUS = 0.9
-#: Coordinates of which an implicit method takes dense matrices.
-DENSE = 1500
+#: Bodies of which an implicit method takes dense matrices, at most.
+DENSE = 300
 
 
 @dataclass(eq=False)
@@ -102,12 +116,66 @@ class ExplicitSteps:
         )
 
 
-class RadauSteps:
+class _WithPassages:
+    """Steps of a kernel, and explicit ones near singular positions, where no other method has a
+    say.
+    """
+
+    def __init__(self, coordinates: int) -> None:
+        self.explicit = ExplicitSteps(order_8(), coordinates)
+        self.inner: Memory | None = None
+
+    def kernel(
+        self, m: Memory, until: float, count: int, times: Array, output: Array, gained: Array
+    ) -> Any:
+        """Steps until a singular position, at most."""
+        raise NotImplementedError
+
+    def forget(self, m: Memory) -> None:
+        """After explicit steps: what was carried on is of before them."""
+        raise NotImplementedError
+
+    def steps(
+        self, memory: Memory, until: float, count: int, times: Array, output: Array, gained: Array
+    ) -> int:
+        """See `Stepper`."""
+        state, code = memory.state, MORE
+        while count > 0 and code == MORE:
+            done = state[STEPS]
+            if state[PIVOT] >= WEAK * state[FREEST] and not state[NEAR]:
+                code = int(self.kernel(memory, until, count, times, output, gained))
+                if code not in (PASSAGE, SMALL, LOST):
+                    return code
+            code = self._explicit(memory, until, times, output, gained)
+            count -= 1 + int(state[STEPS] - done)
+        return code
+
+    def _explicit(
+        self, memory: Memory, until: float, times: Array, output: Array, gained: Array
+    ) -> int:
+        """One explicit step, or one that was refused."""
+        if self.inner is None:
+            rows, polynomial = self.explicit.slopes, self.explicit.polynomial
+            width, causes = len(memory.y), memory.P.shape[1]
+            slopes, powers = np.zeros((rows, width)), np.zeros((rows, causes))
+            F, G = np.zeros((polynomial, width)), np.zeros((polynomial, causes))
+            self.inner = replace(memory, K=slopes, P=powers, F=F, G=G)
+        m, t = self.inner, memory.state[TIME]
+        m.K[0], m.P[0] = memory.K[0], memory.P[0]
+        code = self.explicit.steps(m, until, 1, times, output, gained)
+        if m.state[TIME] > t:
+            memory.K[0], memory.P[0] = m.K[0], m.P[0]
+            self.forget(memory)
+        return code
+
+
+class RadauSteps(_WithPassages):
     """Implicit steps of adapted length."""
 
     even, slopes, polynomial = False, 4, 3
 
     def __init__(self, coordinates: int) -> None:
+        super().__init__(coordinates)
         n = coordinates
         self.past = np.zeros((4, 2 * n))
         self.room, self.Z, self.X = (np.zeros((rows, 2 * n)) for rows in (4, 3, 3))
@@ -121,35 +189,30 @@ class RadauSteps:
         """Rounding."""
         return 1e-14 * abs(until)
 
-    def steps(
-        self, memory: Memory, until: float, count: int, times: Array, output: Array, gained: Array
-    ) -> int:
-        """See `Stepper`."""
-        m = memory
-        return int(
-            radau(
-                *(m.layout, m.work, radau_5(), m.soft, m.regular, m.passes, m.rtol, m.atol),
-                *(m.scale, until, count, m.y, m.K, m.P, self.room, self.Z, self.X, self.complex),
-                *(
-                    self.past,
-                    self.Jq,
-                    self.Jv,
-                    self.real,
-                    self.pivots[0],
-                    self.turned,
-                    self.pivots[1],
-                ),
-                *(m.F, m.G, times, output, gained, m.state),
-            )
+    def kernel(
+        self, m: Memory, until: float, count: int, times: Array, output: Array, gained: Array
+    ) -> Any:
+        """See `mbody.core.radau`."""
+        real, turned = self.pivots
+        return radau(
+            *(m.layout, m.work, radau_5(), m.soft, m.regular, m.passes, m.rtol, m.atol),
+            *(m.scale, until, count, m.y, m.K, m.P, self.room, self.Z, self.X, self.complex),
+            *(self.past, self.Jq, self.Jv, self.real, real, self.turned, turned),
+            *(m.F, m.G, times, output, gained, m.state),
         )
 
+    def forget(self, m: Memory) -> None:
+        """No polynomial to begin from, no tangents."""
+        self.past[3, 0] = m.state[FRESH] = 0.0
 
-class EvenSteps:
+
+class EvenSteps(_WithPassages):
     """Steps of one length: RATTLE in parts, or generalised-α without."""
 
     even, slopes, polynomial = True, 4, 5
 
     def __init__(self, coordinates: int, nodes: int, blocks: int, step: float, parts: Any) -> None:
+        super().__init__(coordinates)
         self.length, self.parts = step, np.asarray(parts, dtype=float)
         n = coordinates if not len(self.parts) else 1
         self.room = np.zeros((3, 2 * coordinates))
@@ -164,38 +227,35 @@ class EvenSteps:
         """A last step that were as short would be lost in rounding."""
         return 1e-9 * self.length
 
-    def steps(
-        self, memory: Memory, until: float, count: int, times: Array, output: Array, gained: Array
-    ) -> int:
-        """See `Stepper`."""
-        m, n = memory, len(memory.y) // 2
+    def kernel(
+        self, m: Memory, until: float, count: int, times: Array, output: Array, gained: Array
+    ) -> Any:
+        """See `mbody.core.pace`."""
         if np.isnan(self.hat).any():
-            self.hat[:] = m.K[0, n:]
-        code = int(
-            pace(
-                *(m.layout, m.work, self.parts, RADIUS, m.soft, m.passes, m.scale, until, count),
-                *(self.length, m.y, m.K, m.P, self.room, self.hat, self.blocks),
-                *(
-                    self.lam,
-                    self.Jq,
-                    self.Jv,
-                    self.S,
-                    self.pivots,
-                    m.F,
-                    m.G,
-                    times,
-                    output,
-                    gained,
-                    m.state,
-                ),
-            )
+            self.hat[:] = m.K[0, len(self.hat) :]
+        tangents = self.Jq, self.Jv
+        return pace(
+            *(m.layout, m.work, self.parts, RADIUS, m.soft, m.passes, m.scale, until, count),
+            *(self.length, m.y, m.K, m.P, self.room, self.hat, self.blocks, self.lam),
+            *(*tangents, self.S, self.pivots, m.F, m.G, times, output, gained, m.state),
         )
-        return DONE if code == MORE and m.state[0] >= until else code
+
+    def forget(self, m: Memory) -> None:
+        """The acceleration of the algorithm begins anew, and so does the length."""
+        self.hat[:] = m.K[0, len(self.hat) :]
+        m.state[FRESH] = 0.0
+        if m.state[PIVOT] >= WEAK * m.state[FREEST] and not m.state[NEAR]:
+            m.state[NEXT] = self.length
 
 
 def stepper(method: str, layout: Any, work: Any, step: float) -> Stepper:
     """The method of that name (`mbody.simulation.METHODS`); `step` is the length of even steps."""
     coordinates = 3 * layout.bodies
+    if method in ("radau5", "generalized-alpha") and layout.bodies > DENSE:
+        raise ModelError(
+            f"the method '{method}' takes dense matrices, of at most {DENSE} bodies, not of "
+            f"{layout.bodies}: take dop853, or rattle4 for long runs"
+        )
     if method in ("dop853", "dopri5"):
         return ExplicitSteps(order_8() if method == "dop853" else order_5(), coordinates)
     if method == "radau5":

@@ -43,13 +43,12 @@ from mbody.core.progress import (
     STEPS,
     STIFF,
     TIME,
+    WEAK,
 )
 from mbody.core.slopes import slope
 
 __all__ = ["flow"]
 
-#: A step is careful where the weakest pivot falls below this part of what it was.
-WEAK = 3e-3
 #: A projection is sure of its branch where it moves by less than this part of the distance to a
 #: singular position, of which the root of the weakest pivot is the measure.
 CONE = 0.05

@@ -15,13 +15,14 @@ from mbody.core.progress import (
     FRESH,
     LAST,
     LAST_ONE,
-    LOST,
     MORE,
     NEXT,
+    PASSAGE,
     PIVOT,
     SLOPES,
     STEPS,
     TIME,
+    WEAK,
 )
 from mbody.core.rattle import rattle_ready, rattle_step
 from mbody.core.slopes import slope
@@ -61,6 +62,8 @@ def pace(
         clipped = t + length >= until - 1e-9 * length
         if clipped and state[LAST_ONE] < 0.5:
             return LAST
+        if state[PIVOT] < WEAK * state[FREEST]:
+            return PASSAGE
         h = until - t if clipped else length
         now = until if clipped else t + length
         for n in range(n6):
@@ -89,15 +92,15 @@ def pace(
             # RATTLE ends on the manifold to rounding; no projection there but of rounding
             _, _, good = slope(L, W, now, y, K[1], P[1], soft, passes, True)
             state[SLOPES] += 1
-        if not good or not math.isfinite(y[0]):
+        part = weakest(L, W)
+        if not good or not math.isfinite(y[0]) or part < WEAK * state[FREEST]:
             for n in range(n6):
                 y[n] = last[n]
             state[FRESH] = 0.0
-            return LOST
+            return PASSAGE
         for n in range(lam.shape[0]):
             lam[n] = W.lam[n, 0]
-        state[PIVOT] = weakest(L, W)
-        state[FREEST] = max(state[PIVOT], state[FREEST])
+        state[PIVOT], state[FREEST] = part, max(part, state[FREEST])
         state[STEPS] += 1
         state[LAST_ONE] = 0.0
         hermite(L, W, soft, passes, t, h, y, last, K, P, F, G, ys, state)

@@ -6,7 +6,7 @@ __all__ = [
     *("TIME", "NEXT", "STEPS", "REJECTED", "CAREFUL", "SLOPES", "MET", "NEAR", "PIVOT"),
     *("STAGE_TRIES", "FREEST", "LONGEST", "END_TRIES", "STIFF", "CALM", "TANGENTS", "NEWTONS"),
     *("ERROR", "FRESH", "LAST_ONE", "PROGRESS"),
-    *("DONE", "LAST", "LOST", "MORE", "SMALL", "STEEP"),
+    *("DONE", "LAST", "LOST", "MORE", "PASSAGE", "SMALL", "STEEP", "WEAK"),
 ]
 
 #: Time; length of the next step.
@@ -27,5 +27,9 @@ LAST_ONE = 19
 PROGRESS = 20
 
 #: What steps end with: all done; there is more to do; the step has vanished; a slope was no
-#: number; explicit steps are held short by stiffness; the next step is the last one, if it may be.
-DONE, MORE, SMALL, LOST, STEEP, LAST = range(6)
+#: number; explicit steps are held short by stiffness; the next step is the last one, if it may be;
+#: the next step leads to a singular position, which is for explicit steps.
+DONE, MORE, SMALL, LOST, STEEP, LAST, PASSAGE = range(7)
+
+#: A step is careful where the weakest pivot falls below this part of what it was.
+WEAK = 3e-3

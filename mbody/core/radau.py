@@ -2,8 +2,8 @@
 
 The three stages of a step are found together by Newton's method with tangents of the step's
 beginning, in the eigenvectors of the method's matrix, where one real and one complex system are
-left; as ∂q̇/∂v is the identity, each is of the size of the coordinates, not of the states. Steps are
-ended, and stages near singular positions handled, as in `mbody.core.flow`.
+left; as ∂q̇/∂v is the identity, each is of the size of the coordinates, not of the states. Singular
+positions are left to explicit steps.
 
 Hairer, Wanner: Solving Ordinary Differential Equations II, IV.8, the code RADAU5.
 """
@@ -15,9 +15,8 @@ import math
 from mbody._jit import kernel, njit
 from mbody._reference import by_reference
 from mbody.core.dense_output import along, deliver
-from mbody.core.manifold import tangential, weakest
+from mbody.core.manifold import weakest
 from mbody.core.progress import (
-    CAREFUL,
     DONE,
     ERROR,
     FREEST,
@@ -26,15 +25,16 @@ from mbody.core.progress import (
     LAST_ONE,
     LOST,
     MORE,
-    NEAR,
     NEWTONS,
     NEXT,
+    PASSAGE,
     PIVOT,
     REJECTED,
     SLOPES,
     SMALL,
     STEPS,
     TIME,
+    WEAK,
 )
 from mbody.core.slopes import slope
 from mbody.core.tangents import eliminate, iteration_matrix, substitute, tangents
@@ -43,8 +43,6 @@ __all__ = ["radau"]
 
 #: Corrections of the stages, at most.
 NEWTON = 7
-#: As in `mbody.core.flow`.
-WEAK = 3e-3
 
 
 @njit
@@ -76,7 +74,7 @@ def size_of(e, y, end, scale, rtol, atol):
 
 @njit
 def stages(
-    L, W, method, soft, passes, careful, rtol, atol, scale, t, h, y, K, P, Z, X, xc, Jv, real,
+    L, W, method, soft, passes, rtol, atol, scale, t, h, y, K, P, Z, X, xc, Jv, real,
     real_pivots, turned, turned_pivots, ys, state,
 ):  # fmt: skip
     """Z (3, 2·coordinates): what the state gains until each stage, from the values there; rows 1
@@ -95,7 +93,7 @@ def stages(
             for n in range(n6):
                 ys[n] = y[n] + Z[i, n]
             _, _, good = slope(
-                L, W, t + method.C[i] * h, ys, K[1 + i], P[1 + i], soft, passes, careful
+                L, W, t + method.C[i] * h, ys, K[1 + i], P[1 + i], soft, passes, False
             )
             state[SLOPES] += 1
             if not good:
@@ -172,7 +170,7 @@ def radau(
     step and its length, the others (coordinates, coordinates) with their exchanges of rows.
     """
     L, W = by_reference(L), by_reference(W)
-    w, n6, n3 = 0.0, 6 * L.bodies, 3 * L.bodies
+    n6, n3 = 6 * L.bodies, 3 * L.bodies
     ys, end, last, error = work[0], work[1], work[2], work[3]
     made = -1.0
     for n in range(n6):
@@ -184,16 +182,16 @@ def radau(
         clipped = t + h >= until - 1e-14 * abs(until)
         if clipped and state[LAST_ONE] < 0.5:
             return LAST
+        if state[PIVOT] < WEAK * state[FREEST]:
+            return PASSAGE
         if clipped:
             h = until - t
         if h < 1e-13 * max(abs(t), abs(until)) and not clipped:
             return SMALL
-        careful = state[NEAR] > 0.5
-        more = passes if careful else regular
         here = state[FRESH] < 0.5
         if here:
             tangents(
-                *(L, W, t, y, K, P, ys, scale, soft, more),
+                *(L, W, t, y, K, P, ys, scale, soft, regular),
                 *(Jq, Jv, state),
             )
             state[FRESH], made = 1.0, -1.0
@@ -211,7 +209,7 @@ def radau(
             for n in range(n6):
                 Z[i, n] = along(past[:3], n, x) - past[0, n]
         good, rate = stages(
-            *(L, W, method, soft, more, careful, rtol, atol, scale),
+            *(L, W, method, soft, regular, rtol, atol, scale),
             *(t, h, y, K, P, Z, X, xc, Jv, real, real_pivots, turned, turned_pivots, ys, state),
         )
         if not good:
@@ -230,15 +228,12 @@ def radau(
                 ends = (method.E[0] * Z[0, n] + method.E[1] * Z[1, n] + method.E[2] * Z[2, n]) / h
                 error[n] = ends + K[1 if again else 0, n]
             correct(real, real_pivots, mu, Jv, error[:n3], error[n3:], ys[:n3])
-            if careful:
-                for half in range(2):
-                    tangential(L, W, w, error[half * n3 : (half + 1) * n3])
             off = size_of(error, y, end, scale, rtol, atol)
             if not off > 1.0 or again or not (state[STEPS] == 0 or state[ERROR] > 1.0):
                 break
             for n in range(n6):
                 ys[n] = y[n] + error[n]
-            slope(L, W, t, ys, K[1], P[1], soft, more, careful)
+            slope(L, W, t, ys, K[1], P[1], soft, regular, False)
             state[SLOPES] += 1
         growth = 8.0 if off < 1e-10 else min(8.0, 0.9 * off**-0.25)
         state[ERROR] = off
@@ -257,18 +252,15 @@ def radau(
             state[NEXT] = 0.5 * h
             continue
         part = weakest(L, W)
-        if part < WEAK * state[FREEST] and not careful:
-            state[NEAR] = 1.0
-            state[NEXT] = 0.25 * h
-            continue
+        if part < WEAK * state[FREEST]:
+            state[FRESH] = 0.0
+            return PASSAGE
         # ---- the step is made
         for n in range(n6):
             y[n] = end[n]
         state[PIVOT], state[FREEST] = part, max(part, state[FREEST])
         state[STEPS] += 1
         state[LAST_ONE] = 0.0
-        state[CAREFUL] += 1.0 if careful else 0.0
-        state[NEAR] = 1.0 if careful and part < WEAK * state[FREEST] else 0.0
         now = until if clipped else t + h
         for n in range(n6):
             K[0, n] = K[1, n]
@@ -277,7 +269,7 @@ def radau(
         for i in range(2):
             for n in range(n6):
                 ys[n] = last[n] + Z[i, n]
-            slope(L, W, t + method.C[i] * h, ys, K[1 + i], P[1 + i], soft, more, False)
+            slope(L, W, t + method.C[i] * h, ys, K[1 + i], P[1 + i], soft, regular, False)
             state[SLOPES] += 1
         for n in range(n6):
             Z[2, n] = y[n] - last[n]
@@ -297,5 +289,5 @@ def radau(
         if 1.0 <= wanted / h < 1.2:
             wanted = h
         state[NEXT] = max(wanted, state[NEXT]) if clipped else wanted
-        state[FRESH] = 1.0 if rate < 1e-3 and not careful else 0.0
+        state[FRESH] = 1.0 if rate < 1e-3 else 0.0
     return MORE

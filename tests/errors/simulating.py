@@ -138,6 +138,14 @@ def bushed():
     return machine
 
 
+def beads():
+    """Many bodies, each on its own pin."""
+    machine = Mechanism("beads")
+    for n in range(301):
+        machine.add(Body(f"b{n}", mass=1.0, inertia=1.0), Revolute(f"j{n}", "ground", f"b{n}"))
+    return machine
+
+
 def saved(**told):
     """A file of a saved result, some of it told otherwise."""
 
@@ -183,6 +191,7 @@ SCENARIOS = {
     "a release of what is no driver": go(release={"bob": 0.5}),
     "a release of a driver that there is not": go(four_bar(), release={"engine": 0.5}),
     "a release in metres": go(four_bar(), release={"motor": "3 m"}),
+    "too many bodies for an implicit method": go(beads(), method="radau5"),
     "a batch that is saved": lambda: save_run(batch(), "run.npz"),
     "a saved result that there is not": lambda: load_run("nowhere.npz"),
     "a saved result that is none": garbled,
