@@ -16,6 +16,8 @@ __all__ = ["simulate"]
 
 #: Seconds after which a long run shows how far it is, and between two such lines.
 PATIENCE, BETWEEN = 1.0, 0.2
+#: Signs of the bar.
+WIDTH = 32
 
 
 def simulate(asked: Any) -> int:
@@ -23,7 +25,7 @@ def simulate(asked: Any) -> int:
     from mbody.analysis import simulate as followed
 
     mechanism = taken(asked)
-    options: dict[str, Any] = {"progress": _progress(asked)}
+    options: dict[str, Any] = {"progress": _progress(asked, _last(mechanism, asked.to))}
     if asked.rtol is not None:
         options["rtol"] = _number(asked.rtol, "--rtol")
     if asked.method is not None:
@@ -54,6 +56,12 @@ def simulate(asked: Any) -> int:
     return 1 if _interrupted(run) else 0
 
 
+def _last(mechanism: Any, to: Any) -> float:
+    """When the motion is to end; where nothing says so, the analysis refuses it."""
+    asked = to if to is not None or mechanism.simulation is None else mechanism.simulation.until
+    return 0.0 if asked is None else mechanism.number(asked, "time", "simulate", "until")
+
+
 def _interrupted(run: Any) -> bool:
     """Whether the user stopped it; an event that ends a motion is what was asked for."""
     return str(run.status).endswith("by the user")
@@ -66,17 +74,34 @@ def _number(text: str, option: str) -> float:
         raise UsageError(f"{option} takes a number, not {text[:40]!r}") from None
 
 
-def _progress(asked: Any) -> Callable[[float], None] | None:
-    """What shows the time reached on a terminal, after a while."""
+def _progress(asked: Any, until: float) -> Callable[[float], None] | None:
+    """What shows on a terminal, after a while, how far a motion is."""
     if asked.json or not sys.stderr.isatty():
         return None
     begun = shown = time.monotonic()
+    first: float | None = None
 
     def tell(t: float) -> None:
-        nonlocal shown
+        nonlocal shown, first
         now = time.monotonic()
-        if now - begun > PATIENCE and now - shown > BETWEEN:
+        first = t if first is None else first
+        if t >= until and shown > begun:
+            print(f"\r{'':{WIDTH + 40}}\r", end="", file=sys.stderr, flush=True)
+        elif now - begun > PATIENCE and now - shown > BETWEEN:
             shown = now
-            print(f"\rt = {t:.6g}   ", end="", file=sys.stderr, flush=True)
+            done = (t - first) / (until - first) if until > first else 1.0
+            print(
+                f"\r{bar(done)}  t = {t:.6g} of {until:.6g}  ", end="", file=sys.stderr, flush=True
+            )
 
     return tell
+
+
+def bar(done: float) -> str:
+    """A part as a bar.
+
+    >>> bar(0.5)
+    '████████████████················  50 %'
+    """
+    full = round(WIDTH * min(max(done, 0.0), 1.0))
+    return f"{'█' * full}{'·' * (WIDTH - full)} {100.0 * done:3.0f} %"
