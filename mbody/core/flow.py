@@ -63,6 +63,8 @@ STAGES_AGAIN, ENDS_AGAIN = 3.0, 8.0
 #: A step is so much shorter than its error asks for: of 0.7, 0.8 and 0.9 what costs the fewest
 #: slopes at one error, as fewer steps are refused.
 SAFETY = 0.8
+#: In careful steps this much: the more of them, the nearer to the position some of them come.
+NEARBY = 0.9
 #: So many steps in a row that stability holds, less so many that it does not, are stiff.
 STIFF_STEPS, CALM_STEPS = 15.0, 6.0
 
@@ -224,7 +226,8 @@ def flow(
                 return LOST
             continue
         error = 0.0 if e5 == 0.0 else h * e5 / math.sqrt((e5 + 0.01 * e3) * n6)
-        growth = 6.0 if error < 1e-9 else min(6.0, SAFETY * error ** (-1.0 / method.order))
+        safety = NEARBY if careful else SAFETY
+        growth = 6.0 if error < 1e-9 else min(6.0, safety * error ** (-1.0 / method.order))
         if error > 1.0:
             state[REJECTED] += 1
             state[NEXT] = h * max(0.2, growth)
