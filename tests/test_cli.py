@@ -77,6 +77,29 @@ def test_a_second_process_compiles_nothing():
     assert second.stderr.split() == ["0", "0"], second.stderr
 
 
+#: Prints the kernels of the core that `mbody warmup` has left uncompiled.
+LEFT_COLD = """
+import importlib, pkgutil
+import mbody.core
+from mbody.cli.warmup import warmup
+warmup()
+for module in pkgutil.iter_modules(mbody.core.__path__):
+    for name, one in vars(importlib.import_module(f"mbody.core.{module.name}")).items():
+        options = getattr(one, "targetoptions", {})
+        here = getattr(one, "__module__", "") == f"mbody.core.{module.name}"
+        if here and "_nrt" in options and not one.signatures:
+            print("cold:", name)
+"""
+
+
+def test_warmup_leaves_no_kernel_cold():
+    """But one evaluation alone, and many, which are there to test and to measure."""
+    told = python("-c", LEFT_COLD).stdout
+    assert "ready" in told
+    cold = [line for line in told.splitlines() if line.startswith("cold")]
+    assert cold == ["cold: free_motion", "cold: repeat"]
+
+
 def test_warmup_tells_what_it_does(capsys):
     assert cli.main(["warmup"]) == 0
     lines = capsys.readouterr().out.splitlines()

@@ -26,13 +26,22 @@ def warmup(asked: Any = None) -> int:
 
 
 def _steps() -> Iterator[tuple[str, Callable[[], object]]]:
-    from mbody.analysis import close_loops, kinematics, kinetostatics, statics
+    from mbody.analysis import (
+        close_loops,
+        equilibrium,
+        free_body,
+        kinematics,
+        kinetostatics,
+        linearize,
+        simulate,
+        statics,
+    )
     from mbody.assembler import assemble
     from mbody.gallery import load
     from mbody.laws import Function
     from mbody.loads import Torque
 
-    model = load("norton_fourbar")
+    model, swing = load("norton_fourbar"), load("simple_pendulum")
     times = [0.0, 0.01, 0.02]
 
     def batch() -> object:
@@ -53,3 +62,9 @@ def _steps() -> Iterator[tuple[str, Callable[[], object]]]:
     yield "breakdown by cause", lambda: kinetostatics(model).breakdown("motor")
     yield "batches of designs", batch
     yield "functions of the user", hooks
+    yield "free motion", lambda: simulate(swing)
+    yield "stiff motion", lambda: simulate(swing, method="radau5")
+    yield "even steps", lambda: simulate(swing, method="rattle", step=0.01)
+    yield "rest", lambda: equilibrium(swing)
+    yield "small motions", lambda: linearize(swing, at=simulate(swing, 0.1))
+    yield "free bodies", lambda: free_body(simulate(swing, 0.1), swing.bodies[0].name)
