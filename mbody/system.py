@@ -270,8 +270,9 @@ class System:
     @property
     def _least_inertia(self) -> np.ndarray:
         """What stands in for less mass and inertia than that where a mass is divided by: (3,)."""
-        small = 1e-7 * max(float(self.mass.max()), 1e-300)
-        return np.array([small, small, small * self.length**2])
+        unit = np.array([1.0, 1.0, self.length**2])
+        own = self.mass.reshape(-1, 3, self.mass.shape[1]) / unit[:, None]
+        return np.asarray(1e-7 * float(own.max(initial=1e-300)) * unit)
 
     @property
     def has_stand_ins(self) -> bool:

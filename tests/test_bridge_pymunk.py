@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import mbody
+import mbody.bridges.pymunk as bridge
 from mbody import (
     AngleDriver,
     Body,
@@ -67,9 +68,11 @@ def free_slider_crank():
 # -- driven motions ---------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["norton_fourbar", "slider_crank", "scissor_lift"])
-def test_forces_of_driven_mechanisms_agree(name):
-    run = mbody.kinetostatics(gallery.load(name), np.linspace(0.0, 0.05, 6))
+@pytest.mark.parametrize(
+    ("name", "instants"), [("norton_fourbar", 6), ("slider_crank", 6), ("scissor_lift", 2)]
+)
+def test_forces_of_driven_mechanisms_agree(name, instants):
+    run = mbody.kinetostatics(gallery.load(name), np.linspace(0.0, 0.05, instants))
     found = checked(run)
     asked = {f"{d.name}.effort" for d in run.mechanism.drivers}
     asked |= {f"{j.name}.{key}" for j in run.mechanism.joints for key in ("fx", "fy")}
@@ -288,8 +291,11 @@ def vehicle(front, rear, speed=600.0):
 
 
 @pytest.mark.parametrize("axles", LIMITS)
-def test_a_braking_vehicle_agrees_with_the_closed_form_and_with_ours(axles):
-    force = LIMITS[axles]
+def test_a_braking_vehicle_agrees_with_the_closed_form_and_with_ours(axles, monkeypatch):
+    force, seen = LIMITS[axles], []
+    monkeypatch.setattr(
+        bridge, "trajectory", lambda *asked: seen.append(trajectory(*asked)) or seen[0]
+    )
     front = force * {"front": 1.0, "rear": 0.0, "all": (REAR + MU * HEIGHT) / BASE}[axles]
     machine, start = vehicle(front, force - front)
     run = mbody.simulate(machine, 0.1, start=start, instants=5)
@@ -304,7 +310,7 @@ def test_a_braking_vehicle_agrees_with_the_closed_form_and_with_ours(axles):
     }
     for name, value in loads.items():
         assert abs(theirs[name][0] - value) <= theirs[name][1] * WEIGHT
-    moved = trajectory(run.system, run)
+    (moved,) = seen
     t = run.t[moved.instants]
     way = float(start["chassis"].vx[0]) * t - 0.5 * force / WEIGHT * G * t**2
     assert np.abs(moved.values[:, 0] - way).max() <= theirs["chassis.x"][1] * HEIGHT + 1e-12

@@ -288,6 +288,65 @@ def test_every_method_passes_singular_positions(method):
     assert run.stats["careful"] > 0
 
 
+@pytest.mark.parametrize("method", EVEN)
+def test_a_driven_mechanism_stands_still_by_every_even_method(method):
+    """At rest its accelerations are rounding, which no corrections make smaller: forces are those
+    of statics, to the digits of the positions.
+    """
+    machine = mbody.makers.four_bar(1.0, 3.0, 2.0, 3.5, masses=(1.0, 3.0, 2.0)).without("motor")
+    machine.add(Gravity("gravity", y=-G), AngleDriver("hold", "crank", 1.0))
+    run = simulate(machine, 0.1, method=method, step=1e-3, instants=3)
+    still = mbody.statics(machine)
+    assert run.status == "completed"
+    assert run.effort("hold") == pytest.approx(still.effort("hold")[0], rel=1e-9)
+    assert np.ptp(run["rocker"].angle) < 1e-12
+
+
+@pytest.mark.parametrize("method", ["dop853", "dopri5"])
+def test_explicit_steps_do_not_crawl_where_loads_jump(method):
+    """Let go, the machine stops where its valves hold it: 1e7 steps would be left, and are not
+    begun. The motion until there is kept.
+    """
+    machine = gallery.load("mud_pump")
+    with pytest.raises(SolveError, match=r"loads jump to and fro at t = 0\.06") as raised:
+        simulate(machine, 0.2, method=method, release={"motor": 0.05})
+    reached = raised.value.solution
+    assert reached.stats["steps"] < 50_000
+    # both phases: with the driver and without
+    assert reached.t[0] == 0.0 and reached.t[-1] == pytest.approx(0.061, abs=2e-3)
+    assert reached.effort("motor")[0] != 0.0 == reached.effort("motor")[-1]
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1e-3, 1e4, 1e6, 1e9])
+@pytest.mark.parametrize("method", ["dop853", "rattle"])
+def test_a_motion_is_the_same_in_every_unit_of_length(method, unit):
+    """Two rods, one with a massless link on it, where a metre is so many units: what stands in for
+    mass and inertia is small beside masses, and inertias by the square of a length.
+    """
+
+    def swinging(k):
+        machine = Mechanism("rods", ground={"C": (0.3 * k, -1.5 * k)})
+        rod = {"inertia": 0.1 * k * k, "cg": (0.5 * k, 0.0), "points": {"E": (k, 0.0)}}
+        machine.add(
+            Body("a", mass=1.0, guess=-0.3, **rod),
+            Body("b", mass=0.01, **rod | {"inertia": 0.0, "cg": (0.2 * k, 0.0)}, guess=-1.0),
+            Body("link", points={"E": (k, 0.0)}, guess=1.9),
+            Revolute("O", "ground", "a"),
+            Revolute("E", "a.E", "b"),
+            Revolute("C", "ground.C", "link"),
+            Revolute("F", "b.E", "link.E"),
+            Gravity("gravity", y=-G * k),
+        )
+        return simulate(machine, 0.5, method=method, instants=3, **way_of(method))
+
+    right, found = swinging(1.0), swinging(unit)
+    for name in right:
+        # rounding of one, grown along the motion
+        assert found[name].angle == pytest.approx(right[name].angle, abs=1e-9)
+    share = found.energy.balance / found.energy.size - right.energy.balance / right.energy.size
+    assert np.abs(share).max() < 1e-9
+
+
 # -- going on ---------------------------------------------------------------------------------
 
 

@@ -24,7 +24,14 @@ from mbody import (
     makers,
 )
 from mbody.analysis.start import started
-from mbody.analysis.undefined import adjusted, branching, stuck, undetermined, valueless
+from mbody.analysis.undefined import (
+    adjusted,
+    branching,
+    stuck,
+    undetermined,
+    valueless,
+    weightless,
+)
 
 G = 9.81
 
@@ -138,6 +145,26 @@ def test_a_start_at_rest_where_branches_meet():
     still.add(*machine.bodies, *machine.joints)
     still.simulation = Simulation(1.0, {f"c{n}": {"angle": 0.0} for n in range(3)})
     assert branching(*instant(still)) == ()
+
+
+def test_a_mechanism_without_mass_is_told():
+    """By kinetostatics it goes; loads cannot move it, however its drivers hold it."""
+    light = gallery.load("peaucellier")
+    assert "no body of 'Peaucellier" in str(weightless(assemble(light)))
+    with pytest.raises(mbody.SolveError, match="give masses, or follow its drivers"):
+        mbody.simulate(light, 0.1)
+    assert weightless(assemble(gallery.load("slider_crank"))) is None  # one mass is enough
+
+
+def test_rates_that_are_rounding_are_not_told():
+    """A vehicle that stands, let go: its wheels turn by 1e-88 rad/s, then by less."""
+    run = mbody.simulate(gallery.load("vehicle"), 0.5, release={"motion": 0.1})
+    assert run.notes == ()
+    system, _, q, v = instant(makers.four_bar(1.0, 3.0, 2.0, 3.5, masses=(1.0, 3.0, 2.0)))
+    before, after = np.concatenate([q, 0.0 * v + 1e-14]), np.concatenate([q, 0.0 * v])
+    assert adjusted(system, before, after, 1.0) == ()
+    (note,) = adjusted(system, before, after, 1e4)  # long enough for it to be more than rounding
+    assert note.endswith("not 1e-14")
 
 
 def test_a_start_that_is_changed_is_told():

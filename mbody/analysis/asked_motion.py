@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.start import check_release, checked_events, parameters_of
-from mbody.errors import ModelError
+from mbody.errors import ModelError, brief
 from mbody.events import Event, Stop, as_events
+from mbody.mechanism import Mechanism
 from mbody.restart import Way
 from mbody.simulation import ADAPTIVE, EVEN, METHODS, check_method
 from mbody.system import System
@@ -95,7 +96,7 @@ def asked_motion(
         release = own.release if release is None else release
     return AskedMotion(
         first,
-        _times(first, last, *kept),
+        _times(machine, first, last, *kept),
         _way(system, METHODS[0] if method is None else method, errors, step, last - first),
         checked_events(machine, as_events(() if events is None else events), parameters_of(system)),
         _release(system, {} if release is None else release),
@@ -131,27 +132,23 @@ def _release(system: System, given: Any) -> dict[str, float]:
     return dict(sorted(times.items(), key=lambda one: one[1]))
 
 
-def _finite(value: Any, name: str) -> float:
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise ModelError(f"{name} must be a number, not {value!r}") from None
-    if not math.isfinite(number):
-        raise ModelError(f"{name} is {number}, it must be finite")
-    return number
-
-
-def _times(first: float, last: float, instants: Any, every: Any, times: Any) -> np.ndarray:
+def _times(
+    machine: Mechanism, first: float, last: float, instants: Any, every: Any, times: Any
+) -> np.ndarray:
     """The instants that are kept, ascending, from the first to the last."""
     if sum(given is not None for given in (instants, every, times)) > 1:
         raise ModelError("give one of instants, every and times")
+    unit = machine.units.time
     if times is not None:
-        kept = np.unique(np.asarray(times, dtype=float).reshape(-1))
+        try:
+            kept = np.unique(np.asarray(times, dtype=float).reshape(-1))
+        except (TypeError, ValueError):
+            raise ModelError(f"times must be numbers, in {unit}, not {brief(times)}") from None
         if not kept.size or not np.isfinite(kept).all() or kept[0] < first or kept[-1] > last:
-            raise ModelError(f"times must lie between {first:g} and {last:g}")
+            raise ModelError(f"times must lie between {first:g} and {last:g} {unit}")
         return kept
     if every is not None:
-        step = _finite(every, "every")
+        step = machine.number(every, "time", "simulate", "every")
         if not step > 0.0 or (last - first) / step > MOST_INSTANTS:
             raise ModelError(f"every is {step:g}: give a positive time, for at most 1e7 instants")
         count = math.floor((last - first) / step * (1.0 + 1e-12))

@@ -11,7 +11,7 @@ from mbody.analysis.closure import SOFT, raise_user_error
 from mbody.analysis.contacts import pulled
 from mbody.analysis.instants import check_reach
 from mbody.analysis.steppers import Memory, stepper
-from mbody.analysis.undefined import adjusted, branching, stuck, undetermined, valueless
+from mbody.analysis.undefined import adjusted, branching, stuck, undetermined, valueless, weightless
 from mbody.core.output import PER_ATOM
 from mbody.core.progress import (
     CAREFUL,
@@ -36,6 +36,7 @@ from mbody.errors import ModelError, SolveError
 from mbody.events import Occurrence
 from mbody.histories import Record
 from mbody.restart import Restart, Way
+from mbody.simulation import EVEN
 from mbody.solution import Solution
 from mbody.system import System
 
@@ -47,6 +48,9 @@ Array = np.ndarray
 AT_ONCE = 500
 #: Loads whose work is accounted one by one.
 ACCOUNTED = 64
+#: Of so many steps the mean is judged: what falls below this part of the greatest and of the time
+#: in which the motion changes, with so many steps still to go, crawls.
+JUDGED, SHRUNK, SLOW, PATIENT = 10_000, 0.1, 1e-4, 300_000
 
 
 class Course:
@@ -74,6 +78,7 @@ class Course:
         )
         self.begun = np.zeros(self.causes)
         self.anchor: Restart | None = None
+        self.judged, self.longest = (0.0, 0.0), 0.0
         self.occurred: list[Occurrence] = []
         self.stops: list[str] = []
 
@@ -120,14 +125,16 @@ class Course:
                 "near it; give a motion of this mechanism, or its own guesses"
             )
         problem = undetermined(self.system, first, self.y[:n3], self.y[n3:])
+        problem = problem or weightless(self.system)
         if problem is not None:
             raise problem
-        self.notes = adjusted(self.system, np.concatenate([q, v]), self.y)
+        self.notes = adjusted(self.system, np.concatenate([q, v]), self.y, until - first)
         if self.soft:
             self.notes += branching(self.system, first, self.y[:n3], self.y[n3:])
         self._check_slope(self.K, first)
         self.memory.scale = self.scale = self._scale(v, self.K[0, n3:])
         self.state[NEXT] = self.way.step or self._first_step(until - first)
+        self.judged, self.longest = (0.0, first), 0.0
 
     def _slope(self) -> bool:
         """Project the state, take its slope and its page; whether the loops close."""
@@ -160,9 +167,30 @@ class Course:
         code = MORE
         while code == MORE:
             code = self._flow(self.until, AT_ONCE, times, self.output, self.gained)
+            self._judge()
             if progress is not None:
                 progress(float(self.state[TIME]))
         return code, "completed"
+
+    def _judge(self) -> None:
+        """Refuse to crawl: at loads that jump to and fro steps are cut for ever."""
+        (count, since), (done, t) = self.judged, (self.state[STEPS], self.state[TIME])
+        if done - count < JUDGED:
+            return
+        mean = float(t - since) / float(done - count)
+        self.judged, self.longest = (float(done), float(t)), max(self.longest, mean)
+        left = (self.until - t) / max(mean, 1e-300)
+        n = self.system.coordinates
+        rate = float(np.abs(self.y[n:] / self.scale[:n]).max())
+        rate = max(rate, float(np.sqrt(np.abs(self.K[0, n:] / self.scale[:n]).max())))
+        if mean < SHRUNK * self.longest and mean * rate < SLOW and left > PATIENT:
+            unit = self.system.mechanism.units.time
+            raise SolveError(
+                f"the loads jump to and fro at t = {t:.6g} {unit}: the last {JUDGED} steps were "
+                f"{mean:.1g} {unit} each, the end would take {left:.1g} more; smooth what jumps, "
+                "as dry friction and valves do where rates change their sign",
+                solution=self._solution(""),
+            )
 
     # -- restarts -----------------------------------------------------------------------------
 
@@ -178,7 +206,7 @@ class Course:
         self.memory.scale = self.scale = restart.scale.copy()
         self.y[:], self.K[0], self.P[0] = restart.y, restart.slope, restart.powers
         self.begun[:], self.state[:] = restart.gained, restart.state
-        self.state[MET] = 0.0
+        self.state[MET], self.judged = 0.0, (float(self.state[STEPS]), float(self.state[TIME]))
         for own, part in zip(self.steps.own, restart.own, strict=True):
             own[:] = part
 
@@ -254,6 +282,13 @@ class Course:
         if reason is not None:
             reason.solution = found
             return reason
+        if self.way.method in EVEN:
+            return SolveError(
+                f"the equations of a step of '{self.way.method}' have no solution at {when}: "
+                f"{self.way.step:g} {unit} is too long there, or the loads jump or grow without "
+                "bound; take shorter steps, or the method 'dop853'",
+                solution=found,
+            )
         return SolveError(
             f"the steps vanish at {when}: the loads jump there, grow without bound, or are too "
             "stiff; smooth them, or ask for less accuracy",

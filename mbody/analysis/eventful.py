@@ -92,6 +92,7 @@ class Eventful(Course):
         code, status = MORE, self._settled()
         while code == MORE and not status:
             code, status = self._step()
+            self._judge()
             if progress is not None:
                 progress(float(self.state[TIME]))
         return (MORE if status else code), status or "completed"

@@ -14,6 +14,7 @@ from mbody.analysis.eventful import Eventful
 from mbody.analysis.start import state_of
 from mbody.core.output import PER_ATOM
 from mbody.energy import account
+from mbody.errors import SolveError
 from mbody.events import Stop
 from mbody.histories import Record
 from mbody.restart import Restart, Way
@@ -47,7 +48,13 @@ def followed(
             if asked.events
             else Course(free, start, asked.way)
         )
-        run = course.run(first, q, v, wanted, progress, restart)
+        try:
+            run = course.run(first, q, v, wanted, progress, restart)
+        except SolveError as error:
+            reached = [one for one in (*found, error.solution) if one is not None and len(one)]
+            if reached and gone:
+                error.solution = _joined(system, asked, reached)
+            raise
         if run.restart is not None:
             run = replace(run, restart=replace(run.restart, released=tuple(gone)))
         found.append(run)

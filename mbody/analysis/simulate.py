@@ -31,7 +31,7 @@ def simulate(
     atol: float | None = None,
     step: float | str | None = None,
     instants: int | None = None,
-    every: float | None = None,
+    every: float | str | None = None,
     times: Any = None,
     events: Sequence[Event | Stop] | None = None,
     release: Mapping[str, float | str] | None = None,

@@ -224,6 +224,12 @@ def state_of(system: System, start: Any) -> tuple[float, np.ndarray, np.ndarray]
     missing = [name for name in system.bodies if name not in theirs]
     if missing:
         raise ModelError(f"start has no body {listed(missing)}: give a motion of the same bodies")
+    own, other = system.mechanism.units, start.mechanism.units
+    if own != other:
+        raise ModelError(
+            f"start is in {other.name}, '{system.mechanism.name}' in {own.name}: ask for both in "
+            "the same units"
+        )
     last = start.record.table(slice(0, 2 * start.system.coordinates))[-1]
     places = [theirs[body.name] for body in system.mechanism.bodies]
     q, v = last.reshape(2, -1, 3)[:, places].reshape(2, -1)

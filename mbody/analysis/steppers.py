@@ -32,6 +32,9 @@ __all__ = ["Memory", "Stepper", "stepper"]
 
 Array = np.ndarray
 
+#: The weakest pivot, as a part of what it was, from which on a step that fails may be one into a
+#: singular position.
+NEARLY = 0.01
 #: Steps of one explicit run that stiffness may cost.
 PATIENT = 300_000
 #: Spectral radius of generalised-α at infinite frequency.
@@ -144,7 +147,8 @@ class _WithPassages:
             done = state[STEPS]
             if state[PIVOT] >= WEAK * state[FREEST] and not state[NEAR]:
                 code = int(self.kernel(memory, until, count, times, output, gained))
-                if code not in (PASSAGE, SMALL, LOST):
+                nearly = state[PIVOT] < NEARLY * state[FREEST]
+                if code != PASSAGE and not (nearly and code in (SMALL, LOST)):
                     return code
             code = self._explicit(memory, until, times, output, gained)
             count -= 1 + int(state[STEPS] - done)

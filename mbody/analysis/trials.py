@@ -202,7 +202,8 @@ class Trials:
         if dimension is None:
             return 1.0
         length, g = first.system.length, first.mechanism.g
-        mass = float(first.system.mass.max()) or 1.0
+        masses = first.system.mass
+        mass = float(masses.reshape(-1, 3, masses.shape[1])[:, :2].max()) or 1.0
         time = np.sqrt(length / g)
         powers = (dimension.length, dimension.mass, dimension.time)
         sizes = zip((length, mass, time), powers, strict=True)

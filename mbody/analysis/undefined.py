@@ -21,7 +21,7 @@ from mbody.errors import SolveError
 from mbody.laws import Expression
 from mbody.system import System
 
-__all__ = ["adjusted", "branching", "stuck", "undetermined", "valueless"]
+__all__ = ["adjusted", "branching", "stuck", "undetermined", "valueless", "weightless"]
 
 #: A force along a motion without inertia below this part of the greatest is rounding.
 NO_PUSH = 1e-9
@@ -41,6 +41,8 @@ BESIDE = 0.02
 #: Changes of a start below this, in model lengths, radians and parts of the fastest rate, are not
 #: told: a start written down with six digits.
 TOLD = 1e-5
+#: Rates that move less than this over the whole motion, likewise, are rounding.
+ROUNDED = 1e-12
 
 
 def valueless(system: System, work: Work, t: float, q: Array, v: Array) -> SolveError:
@@ -92,6 +94,16 @@ def undetermined(system: System, t: float, q: Array, v: Array) -> SolveError | N
                 body.name,
             )
     return None
+
+
+def weightless(system: System) -> SolveError | None:
+    """The sentence of a mechanism without any mass; None where there is one."""
+    if system.mass[: system.coordinates, 0].any() or not system.mechanism.bodies:
+        return None
+    return SolveError(
+        f"no body of '{system.mechanism.name}' has mass, so that no loads set it in motion: give "
+        "masses, or follow its drivers by kinetostatics"
+    )
 
 
 def _pushed(system: System, t: float, q: Array, v: Array, way: Array) -> bool:
@@ -166,14 +178,15 @@ def branching(system: System, t: float, q: Array, v: Array) -> tuple[str, ...]:
     )
 
 
-def adjusted(system: System, given: Array, found: Array) -> tuple[str, ...]:
+def adjusted(system: System, given: Array, found: Array, whole: float = np.inf) -> tuple[str, ...]:
     """A sentence where positions and rates that were given (2·coordinates,) had to be changed so
-    that the constraints hold; else none.
+    that the constraints hold; else none. `whole`: how long the motion goes on.
     """
     names = [body.name for body in system.mechanism.bodies]
     n, units = system.coordinates, system.mechanism.units
     moved, changed = ((found - given) / np.tile(_scale(system), 2)).reshape(2, -1, 3)
-    swift = float(np.abs(given[n:] / _scale(system)).max())
+    slow = ROUNDED / (TOLD * (whole or np.inf))
+    swift = max(float(np.abs(given[n:] / _scale(system)).max()), slow)
     parts = []
     if (far := np.hypot(moved[:, 0], moved[:, 1])).max() > TOLD:
         way = system.length * far.max()

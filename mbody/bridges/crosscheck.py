@@ -85,8 +85,9 @@ def crosscheck(
     model : Mechanism or System
         Of one design: what the other engines build.
     against : str or list of str, optional
-        Which of ``"pinocchio"``, ``"pymunk"``, ``"mujoco"``; by default every one that is
-        installed. The balance of forces and power, and the dense oracle, are always asked.
+        Which of ``"pinocchio"``, ``"pymunk"``, ``"mujoco"``, in text with commas between them; by
+        default every one that is installed. The balance of forces and power, and the dense oracle,
+        are always asked.
     ours : Solution, optional
         The result to be judged, of kinetostatics, statics or simulate; by default what the
         mechanism itself asks: its free motion where it has a `simulation`, else kinetostatics.
@@ -144,7 +145,11 @@ def _chosen(against: Any) -> tuple[str, ...]:
     """The engines to be asked."""
     if against is None:
         return installed()
-    wanted = [against] if isinstance(against, str) else list(against)
+    if isinstance(against, str):
+        against = [name.strip() for name in against.split(",")]
+    if not isinstance(against, Sequence):
+        raise ModelError(f"against takes names of engines ({listed(ENGINES)}), not {against!r}")
+    wanted = list(against)
     for name in wanted:
         if name not in ENGINES:
             close = difflib.get_close_matches(str(name)[:60], ENGINES, 1)

@@ -19,8 +19,9 @@ __all__ = ["alpha_step"]
 
 #: Rounds of corrections, at most; more than so many want new tangents for the next step.
 ROUNDS, MANY = 25, 6
-#: Corrections below this part of the acceleration are rounding.
-CLOSED = 1e-14
+#: Corrections below this part of the acceleration are rounding; those that no longer shrink, below
+#: the next one, or where they move less than the last, in model lengths and radians.
+CLOSED, STALLED, STILL = 1e-14, 1e-10, 2e-16
 
 
 @njit
@@ -62,8 +63,10 @@ def alpha_step(L, W, soft, passes, rho, t, h, y, K, P, ys, x, hat, scale, Jq, Jv
         k += 1
         if not off < 1e300:
             return False
-        near = math.sqrt(off / whole)
-        good = near <= CLOSED or (near <= 1e-10 and near >= 0.3 * last)
+        near = math.sqrt(off / whole) if whole > 0.0 else 0.0
+        # at rest the accelerations of a driven mechanism are nothing but rounding
+        lost = near <= STALLED or h * h * math.sqrt(off) <= STILL
+        good = near <= CLOSED or (near >= 0.3 * last and lost)
         last = near
     if k > MANY:
         state[FRESH] = 0.0

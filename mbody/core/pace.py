@@ -15,6 +15,7 @@ from mbody.core.progress import (
     FRESH,
     LAST,
     LAST_ONE,
+    LOST,
     MORE,
     NEXT,
     PASSAGE,
@@ -93,11 +94,12 @@ def pace(
             _, _, good = slope(L, W, now, y, K[1], P[1], soft, passes, True)
             state[SLOPES] += 1
         part = weakest(L, W)
-        if not good or not math.isfinite(y[0]) or part < WEAK * state[FREEST]:
+        lost = not good or not math.isfinite(y[0])
+        if lost or part < WEAK * state[FREEST]:
             for n in range(n6):
                 y[n] = last[n]
             state[FRESH] = 0.0
-            return PASSAGE
+            return LOST if lost else PASSAGE
         for n in range(lam.shape[0]):
             lam[n] = W.lam[n, 0]
         state[PIVOT], state[FREEST] = part, max(part, state[FREEST])

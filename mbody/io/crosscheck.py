@@ -12,8 +12,8 @@ if TYPE_CHECKING:
 
 __all__ = ["sheet"]
 
-#: Quantities of an engine that are shown: those that differ first.
-SHOWN = 16
+#: Quantities of an engine that are shown, where some differ and where all agree: the worst first.
+SHOWN, ENOUGH = 16, 8
 
 
 def sheet(report: Any) -> str:
@@ -37,14 +37,13 @@ def _opinion(name: str, opinion: Any) -> list[str]:
     """One engine: its quantities, what it cannot express, how it was asked."""
     rows = sorted(opinion.rows, key=_part, reverse=True)
     differ = [row for row in rows if row.verdict != "agrees"]
-    word = "agrees" if opinion.agrees else f"DIFFERS in {len(differ)}"
-    if not rows:
-        word = "nothing to compare"
-    lines = _table(opinion.engine, rows[:SHOWN])
-    more = len(rows) - SHOWN
-    told = f"{word}, {len(rows)} quantities"
-    told += f" (of them {more} not shown, nearer than these)" if more > 0 else ""
-    lines += paragraph(told, f"{name}: ")
+    shown = SHOWN if differ else ENOUGH
+    lines = _table(opinion.engine, rows[:shown])
+    more = len(rows) - shown
+    told = f"DIFFERS in {len(differ)} of" if differ else "agrees in"
+    told += f" {len(rows)} quantities"
+    told += f" ({more} not shown, nearer than these)" if more > 0 else ""
+    lines += paragraph(told if rows else "nothing to compare", f"{name}: ")
     for reason in dict.fromkeys(row.reason for row in rows):
         lines += paragraph(reason, "expected: ")
     for one in opinion.not_expressible:

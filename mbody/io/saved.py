@@ -24,6 +24,8 @@ __all__ = ["load_run", "save_run"]
 
 #: Of what a file tells; another one is refused.
 FORMAT = 1
+#: What reading a file raises that holds something else.
+UNREADABLE = (ValueError, KeyError, TypeError)
 ENERGIES = tuple(part.name for part in fields(Energy) if part.name != "by")
 ARRAYS = tuple(part.name for part in fields(Restart) if part.name not in ("way", "own", "released"))
 
@@ -112,13 +114,18 @@ def load_run(path: Any) -> Solution:
     except OSError as error:
         reason = error.strerror or str(error)
         raise ModelError(f"cannot read '{path}' ({reason}): give a file of save_run") from None
-    except (ValueError, KeyError, TypeError, AttributeError, zipfile.BadZipFile, EOFError):
+    except (*UNREADABLE, AttributeError, zipfile.BadZipFile, EOFError):
         raise ModelError(f"'{path}' is no saved result: give a file of save_run") from None
     if known != FORMAT:
         raise ModelError(f"'{path}' is of format {known}, this version reads {FORMAT}: save anew")
     mechanism = from_text(told["model"], is_json=True)
     system = with_numbers_of(assemble(mechanism), told["values"])
-    return _solution(system, told, arrays)
+    try:
+        return _solution(system, told, arrays)
+    except UNREADABLE:
+        raise ModelError(
+            f"'{path}' is a saved result of which a part is missing: save it anew"
+        ) from None
 
 
 def _solution(system: System, told: dict[str, Any], arrays: dict[str, np.ndarray]) -> Solution:

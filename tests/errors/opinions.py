@@ -28,6 +28,7 @@ def other():
 SCENARIOS = {
     "an engine with a slip of the pen": lambda: crosscheck(four_bar(), "pinochio"),
     "an engine that nobody knows": lambda: crosscheck(four_bar(), ["XYZ"]),
+    "engines that are no names": lambda: crosscheck(four_bar(), 5),
     "an engine that is not installed": without_pinocchio,
     "a second opinion on a batch": lambda: crosscheck(two_designs()),
     "a result of a batch": lambda: crosscheck(four_bar(), ours=batch()),

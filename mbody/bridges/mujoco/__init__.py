@@ -19,8 +19,9 @@ from mbody.system import System
 
 __all__ = ["opinion"]
 
-#: Instants that are looked at, spread over the run.
-MOST = 200
+#: Instants that are looked at, spread over the run; fewer where their equations are large, for
+#: these take the cube of their size.
+MOST, FEWEST, LARGE = 200, 9, 30
 
 
 def opinion(system: System, run: Solution) -> Opinion:
@@ -86,9 +87,10 @@ def _opinion(system: System, run: Solution) -> Opinion:
             f"{', '.join(map(repr, taken))}: not in MuJoCo, acts as the wrench that mbody tells"
         )
     notes += [note for note in made.notes if "angles" in note]
-    if len(run) > MOST:
-        run_seen = run.take(np.unique(np.linspace(0, len(run) - 1, MOST).astype(int)))
-        notes.append(f"forces are compared at {MOST} of {len(run)} instants")
+    most = max(FEWEST, int(MOST * min(1.0, (LARGE / len(made.columns)) ** 3)))
+    if len(run) > most:
+        run_seen = run.take(np.unique(np.linspace(0, len(run) - 1, most).astype(int)))
+        notes.append(f"forces are compared at {most} of {len(run)} instants")
     else:
         run_seen = run
     rows: list[Row]

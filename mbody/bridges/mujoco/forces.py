@@ -155,7 +155,7 @@ def _solved(across: Array, tau: Array) -> tuple[Array, float, Array]:
     if not kept.any():
         return x, 1.0, free
     part = across[:, kept] / scale[kept]
-    u, s, vt = np.linalg.svd(part, full_matrices=True)
+    u, s, vt = np.linalg.svd(part, full_matrices=part.shape[1] > part.shape[0])
     rank = int((s > 1e-9 * s[0]).sum())
     x[kept] = (vt[:rank].T @ ((u[:, :rank].T @ tau) / s[:rank])) / scale[kept]
     free[kept] = np.abs(vt[rank:]).max(axis=0, initial=0.0) > UNIQUE

@@ -165,14 +165,14 @@ def at_instants(system: System, run: Solution, instants: list[int]) -> Found:
     )
 
 
-def settled(told: Any, enough: float = SETTLED) -> tuple[int, float]:
+def settled(told: Any, enough: float = SETTLED, most: int = MANY) -> tuple[int, float]:
     """How many iterations are enough, and what twice as many still change: a part of the whole."""
     count, last = FEW, told(FEW)
     while True:
         found = told(2 * count)
         top = max(float(np.abs(found).max(initial=0.0)), 1e-300)
         change = float(np.abs(found - last).max(initial=0.0)) / top
-        if change <= enough or 2 * count >= MANY:
+        if change <= enough or 2 * count >= most:
             return count if change <= enough else 2 * count, change
         count, last = 2 * count, found
 

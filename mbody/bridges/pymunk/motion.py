@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.bridges.pymunk.instants import LUMP, Sizes, kinematic, settled, sizes_of
+from mbody.bridges.pymunk.instants import LUMP, MANY, Sizes, kinematic, settled, sizes_of
 from mbody.bridges.pymunk.limits import limit, order
 from mbody.bridges.pymunk.space import Space
 from mbody.bridges.pymunk.steps import Stepper, of_system
@@ -154,7 +154,8 @@ class _Trial:
         self.lumps = tuple(LUMP * sizes.lump / 2**n for n in range(3)) if moving else (sizes.lump,)
         h = STEP / sizes.rate
         # the smallest stand-in needs the most iterations
-        self.iterations, self.loose = settled(lambda count: self._burst(count, h), SETTLED)
+        most = min(MANY, int(WORK / (BURST * max(len(free.parts), 1))))
+        self.iterations, self.loose = settled(lambda count: self._burst(count, h), SETTLED, most)
         self.spaces = [Space(system, lump, self.iterations) for lump in self.lumps]
         self.longest = h
 
