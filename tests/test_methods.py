@@ -454,6 +454,10 @@ def test_a_released_motion_goes_on_and_is_asked_in_files(tmp_path):
     half = simulate(read, 0.5)
     rest = simulate(read, 1.0, start=half, times=[1.0])
     assert np.array_equal(rows(rest)[-1], rows(whole)[-1])
+    # what has let go stays so, without a word
+    read.simulation = None
+    rest = simulate(read, 1.0, start=half, times=[1.0], method="dopri5")
+    assert np.array_equal(rows(rest)[-1], rows(whole)[-1])
 
 
 def test_releases_that_are_none_are_refused():

@@ -25,6 +25,9 @@ __all__ = ["followed"]
 
 Array = np.ndarray
 
+#: What a motion depends on; what else a description asks may differ.
+PARTS = ("units", "ground", "bodies", "joints", "couplings", "drivers", "loads")
+
 
 def followed(
     system: System,
@@ -32,12 +35,19 @@ def followed(
     asked: AskedMotion,
     progress: Callable[[float], None] | None,
 ) -> Solution:
-    """The motion from the last instant of `start`, as one result of the whole system."""
-    gone = [name for name, t in asked.release.items() if t <= asked.first]
-    later = {name: t for name, t in asked.release.items() if asked.first < t < asked.times[-1]}
+    """The motion from the last instant of `start`, as one result of the whole system; what had let
+    go there stays so.
+    """
+    own = {driver.name for driver in system.drivers}
+    before = start.restart.released if start.restart is not None else ()
+    gone = [name for name in before if name in own]
+    gone += [name for name, t in asked.release.items() if t <= asked.first and name not in gone]
+    last = float(asked.times[-1])
+    later = {name: t for name, t in asked.release.items() if asked.first < t < last}
+    later = {name: t for name, t in later.items() if name not in gone}
     restart = _restart(system, start, asked.way, gone, bool(_stops(asked)))
     found: list[Solution] = []
-    for until in [*sorted(set(later.values())), float(asked.times[-1])]:
+    for until in [*sorted(set(later.values())), last]:
         free = released(system, gone) if gone else system
         _, q, v = state_of(free, start)
         first = float(start.t[-1])
@@ -78,7 +88,7 @@ def _restart(
         return None
     ours, theirs = system.values, start.system.values
     same = start.system is system or (
-        start.mechanism == system.mechanism
+        all(getattr(start.mechanism, part) == getattr(system.mechanism, part) for part in PARTS)
         and all(np.array_equal(ours[name], theirs[name]) for name in ours)
     )
     return found if same else None
