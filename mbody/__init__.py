@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from mbody._version import __version__
 
 if TYPE_CHECKING:
-    from mbody import engineering, gallery, laws, makers, testing
+    from mbody import engineering, gallery, laws, makers, sweeps, testing
     from mbody.analysis import (
         close_loops,
         equilibrium,
@@ -87,6 +87,7 @@ if TYPE_CHECKING:
     from mbody.questions import Ask, Measure, Question, Unknown
     from mbody.simulation import Simulation
     from mbody.solution import Solution
+    from mbody.sweeps.run import sweep
     from mbody.system import System
     from mbody.views import draw, plot
 
@@ -119,10 +120,11 @@ _HOME = {
     "momenta": "momentum",
     "histories": "Reaction",
     "solution": "Solution",
+    "sweeps.run": "sweep",
     "system": "System",
     "views": "draw plot",
 }
-_MODULES = ("engineering", "gallery", "laws", "makers", "testing")
+_MODULES = ("engineering", "gallery", "laws", "makers", "sweeps", "testing")
 _WHERE = {name: home for home, names in _HOME.items() for name in names.split()}
 
 __all__ = [*_WHERE, *_MODULES, "__version__"]

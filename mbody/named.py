@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import re
+from collections.abc import Mapping
 from typing import Any
+
+import numpy as np
 
 from mbody.bodies import Body
 from mbody.couplings import Coupling
@@ -18,7 +21,7 @@ from mbody.loads import Load
 from mbody.mechanism import Mechanism
 from mbody.units import DIMENSIONS, Dimension, dimension_of
 
-__all__ = ["DRIVEN", "dimension_named", "meant", "moves_nothing", "plain"]
+__all__ = ["DRIVEN", "dimension_named", "meant", "moves_nothing", "plain", "varied"]
 
 #: What can be said of the motion of a driver, with its dimension for an angle and for a length.
 DRIVEN = {
@@ -152,3 +155,17 @@ def plain(mechanism: Mechanism, name: str, given: Any, dimension: Dimension | No
         return float(whole.value(mechanism.scope))
     except FormulaError as error:
         raise ModelError(f"unknown '{name}': {error}", name) from None
+
+
+def varied(values: Mapping[str, Any], element: Element, field: str = "law") -> bool:
+    """Whether the designs of a batch differ in a law of a driver or a load, by the batch's numbers.
+
+    >>> from mbody import assemble, makers
+    >>> machine = makers.four_bar(1, 3, 2, 3.5, speed=10.0)
+    >>> two = assemble(machine).with_values({"motor.law.speed": [1.0, 2.0]})
+    >>> varied(two.values, machine["motor"])
+    True
+    """
+    name = f"{element.name}.{field}"
+    own = (v for k, v in values.items() if k == name or k.startswith(f"{name}."))
+    return any(np.ndim(value) for value in own)

@@ -20,6 +20,7 @@ from mbody.histories import BodyHistory, Checks, PointHistory, Reaction, Record
 from mbody.joints import Joint
 from mbody.mechanism import Mechanism
 from mbody.momenta import Momentum, momentum
+from mbody.named import varied
 from mbody.restart import Restart
 from mbody.system import System
 
@@ -278,8 +279,10 @@ class Solution:
         states = self.drive_states
         if states is None:
             element = self.mechanism.drivers[names.index(driver)]
-            laws = [self.system.law_of(element, design=n) for n in range(self.record.count)]
-            value, rate, change = np.array([law.derivatives(self.t) for law in laws]).swapaxes(0, 1)
+            designs = range(self.record.count if varied(self.system.values, element) else 1)
+            laws = [self.system.law_of(element, design=n) for n in designs]
+            parts = np.array([law.derivatives(self.t) for law in laws]).swapaxes(0, 1)
+            value, rate, change = np.broadcast_to(parts, (3, self.record.count, len(self.t)))
         else:
             value, rate, change = states[:, names.index(driver)].T
         return value, rate, change

@@ -1,11 +1,14 @@
 """The symbolic phase of the square case: pivots of Φ_q for mechanisms that drivers determine.
 
 There Φ_q is square, and one LU of it serves position, velocity, acceleration and (transposed)
-reactions. Pivots are chosen once, from the numbers of one position, by Markowitz's rule with a
-threshold; the kernel watches the growth of the multipliers and gives a lane up where it is large.
+reactions. Pivots are chosen once, from the numbers of one position or of several, by Markowitz's
+rule with a threshold; the kernel watches the growth of the multipliers and gives a lane up where it
+is large.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -20,26 +23,29 @@ LARGEST = 240
 THRESHOLD = 0.1
 
 
-def plan_square(L: Layout, here: Work, elsewhere: Work) -> Square | None:
+def plan_square(
+    L: Layout, here: Work, elsewhere: Work, along: Sequence[np.ndarray] = ()
+) -> Square | None:
     """Pivots and index lists for Φ_q in the blocks of `here`; None where it is not square, too
     large, or singular.
 
     `elsewhere` is at another position and of other numbers: what is the same there is taken as
-    constant, what is zero in both as never there.
+    constant, what is zero in both as never there. `along`: the blocks at further positions, where
+    the pivots are to be good too.
     """
     size = 3 * L.slots
     rows = np.flatnonzero(here.pad[: 2 * L.nodes, 0] == 0.0)
     if len(rows) != size or size > LARGEST:
         return None
     entries = _entries(L, here, elsewhere, rows)
-    matrix = np.zeros((size, size))
+    matrices = np.zeros((1 + len(along), size, size))
     steady = np.zeros((size, size), dtype=bool)
     present = np.zeros((size, size), dtype=bool)
-    for (r, c), (_, value, constant) in entries.items():
-        matrix[r, c] = value
+    for (r, c), (place, value, constant) in entries.items():
+        matrices[:, r, c] = [value, *(blocks[place] for blocks in along)]
         steady[r, c] = constant
         present[r, c] = True
-    found = _pivots(matrix, steady, present)
+    found = _pivots(matrices, steady, present)
     if found is None:
         return None
     return _lists(entries, rows, *found)
@@ -73,31 +79,34 @@ def _entries(
 
 
 def _pivots(
-    matrix: np.ndarray, steady: np.ndarray, present: np.ndarray
+    matrices: np.ndarray, steady: np.ndarray, present: np.ndarray
 ) -> tuple[list[tuple[int, int]], np.ndarray, np.ndarray] | None:
     """Pivots in order, the filled pattern, and which numbers stay constant."""
-    a, constant, pattern = matrix.copy(), steady.copy(), present.copy()
-    size = len(a)
+    a, constant, pattern = matrices.copy(), steady.copy(), present.copy()
+    size = len(pattern)
     open_rows, open_columns = np.ones(size, dtype=bool), np.ones(size, dtype=bool)
     pivots: list[tuple[int, int]] = []
     for _ in range(size):
         active = pattern & open_rows[:, None] & open_columns[None, :]
         values = np.abs(a) * active
-        greatest = values.max(axis=0)
-        allowed = (values >= THRESHOLD * greatest) & (values > 1e-12 * max(1.0, greatest.max()))
+        greatest = values.max(axis=1, keepdims=True)
+        # what a pivot is worth at the worst of the positions
+        part = (values / np.maximum(greatest, 1e-300)).min(axis=0)
+        there = values > 1e-12 * np.maximum(1.0, greatest.max(axis=2, keepdims=True))
+        allowed = (part >= min(THRESHOLD, part.max())) & there.all(axis=0)
         if not allowed.any():
             return None
         cost = (active.sum(axis=1)[:, None] - 1) * (active.sum(axis=0)[None, :] - 1)
         # of equal cost: constants first, they need no division; then the largest
-        key = cost - 0.5 * constant - 0.25 * values / np.maximum(greatest, 1e-300)
+        key = cost - 0.5 * constant - 0.25 * part
         r, c = np.unravel_index(np.where(allowed, key, np.inf).argmin(), key.shape)
         pivots.append((int(r), int(c)))
         open_rows[r] = open_columns[c] = False
         below = np.flatnonzero(active[:, c] & open_rows)
         right = np.flatnonzero(active[r] & open_columns)
         for i in below:
-            f = a[i, c] / a[r, c]
-            a[i, right] -= f * a[r, right]
+            f = a[:, i, c] / a[:, r, c]
+            a[:, i, right] -= f[:, None] * a[:, r, right]
             constant[i, right] = False
             pattern[i, right] = True
     return pivots, pattern, constant & steady

@@ -44,11 +44,14 @@ LAYERS = (
     {"measures"},
     {"analysis"},
     {"io"},
-    {"gallery", "makers", "testing", "views", "bridges", "engineering"},
+    {"gallery", "makers", "testing", "views", "bridges", "engineering", "sweeps"},
     {"cli", "__main__", "__init__"},
 )
 LEVEL = {unit: level for level, units in enumerate(LAYERS) for unit in units}
-FOLDERS = {"laws", "joints", "loads", "core", "analysis", "views", "bridges", "io", "engineering"}
+FOLDERS = {
+    *("laws", "joints", "loads", "core", "analysis", "views", "bridges", "io", "engineering"),
+    "sweeps",
+}
 
 # Some units may reach less than their layer allows: these imports and their own folder only.
 PLAIN = {"__future__", "collections.abc", "functools", "math", "numpy", "typing"}
@@ -66,7 +69,10 @@ CEILING = {"makers": LEVEL["mechanism"]}
 # result looks is told in io: the arrows upwards, taken only when they are asked for.
 WHEN_ASKED = {("solution", "io"), ("analysis", "io"), ("solution", "measures")}
 
-HEAVY = {"matplotlib", "mujoco", "pandas", "scipy", "pint", "pymunk", "pinocchio"}
+HEAVY = {
+    *("matplotlib", "mujoco", "pandas", "scipy", "pint", "pymunk", "pinocchio"),
+    *("distributed", "pyarrow"),
+}
 LONGEST = 400
 
 

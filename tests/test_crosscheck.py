@@ -448,3 +448,24 @@ def test_the_command_ends_with_one_where_they_differ(monkeypatch, capsys):
     monkeypatch.setattr(balance, "opinion", lambda system, run: bad)
     assert main(["crosscheck", "norton_fourbar", "--against", "pinocchio"]) == 1
     assert "THEY DIFFER" in capsys.readouterr().out
+
+
+def test_an_engine_that_cannot_be_loaded_is_told(monkeypatch):
+    """Of those that are installed: the others judge all the same."""
+    monkeypatch.setattr(
+        "mbody.bridges.crosscheck.installed", lambda: ("balance", "oracle", "pinocchio")
+    )
+    monkeypatch.setitem(sys.modules, "pinocchio", None)
+    found = mbody.crosscheck(mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=10.0))
+    assert found.agrees and found.opinions["oracle"].rows
+    assert "cannot be loaded" in found.opinions["pinocchio"].notes[0]
+    assert not found.opinions["pinocchio"].rows
+
+
+def test_a_system_is_judged_with_the_numbers_that_it_has():
+    """Not with those of the description: the torque follows the mass."""
+    machine = mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=10.0)
+    system = mbody.assemble(machine).with_values({"coupler.mass": 5.0})
+    found = mbody.crosscheck(system, "pinocchio")
+    assert found.agrees
+    assert found.run.effort("motor") == pytest.approx(mbody.kinetostatics(system).effort("motor"))

@@ -22,7 +22,7 @@ from mbody.solution import Solution
 from mbody.system import System
 from mbody.units import DIMENSIONS
 
-__all__ = ["ANALYSES", "asked", "asks_for", "check_ask"]
+__all__ = ["ANALYSES", "asked", "asked_of", "asks_for", "check_ask", "way_of"]
 
 ANALYSES = {"kinematics": kinematics, "kinetostatics": kinetostatics, "statics": statics}
 
@@ -58,25 +58,37 @@ def asked(mechanism: Mechanism, analysis: str, ask: Ask | None = None) -> Soluti
     >>> round(float(np.degrees(run["crank"].angle[0])), 6)
     90.0
     """
+    return asked_of(assemble(mechanism), analysis, ask or mechanism.ask or Ask())
+
+
+def asked_of(system: System, analysis: str, ask: Ask) -> Solution:
+    """The same of a system, with the numbers that it has."""
     verb = ANALYSES[analysis]
-    ask = ask or mechanism.ask or Ask()
-    system = assemble(mechanism)
-    if ask.over:
-        turn: Any = True if ask.over == "turn" else ask.over
-        return verb(system, turn=turn, instants=ask.instants)
-    if not ask.at:
-        return verb(system)
-    wanted = _instants(system, ask)
-    if "t" in wanted:
-        start: dict[str, Any] = {"t": np.concatenate([[0.0], wanted["t"]])}
-    else:
-        start = {"drive": {d.name: _before(system, d, wanted) for d in system.drivers}}
+    how, before = way_of(system, ask)
+    if not before:
+        return verb(system, **how)
     try:
-        run = verb(system, **start)
+        run = verb(system, **how)
     except SolveError:
         # where the beginning cannot be reached the instants may stand by themselves
-        return verb(system, **({"t": wanted["t"]} if "t" in wanted else {"drive": wanted}))
-    return run.take(np.arange(1, len(run)))
+        if "t" in how:
+            return verb(system, t=how["t"][before:])
+        return verb(system, drive={name: v[before:] for name, v in how["drive"].items()})
+    return run.take(np.arange(before, len(run)))
+
+
+def way_of(system: System, ask: Ask) -> tuple[dict[str, Any], int]:
+    """The arguments of an analysis, and how many instants before those that are asked for it is to
+    begin.
+    """
+    if ask.over:
+        return {"turn": True if ask.over == "turn" else ask.over, "instants": ask.instants}, 0
+    if not ask.at:
+        return {}, 0
+    wanted = _instants(system, ask)
+    if "t" in wanted:
+        return {"t": np.concatenate([[0.0], wanted["t"]])}, 1
+    return {"drive": {d.name: _before(system, d, wanted) for d in system.drivers}}, 1
 
 
 def asks_for(mechanism: Mechanism, name: str) -> str:

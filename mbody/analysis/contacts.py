@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from mbody.analysis.closure import MISFIT, misfit
@@ -9,7 +11,7 @@ from mbody.ends import ends
 from mbody.joints import Joint
 from mbody.solution import Solution
 
-__all__ = ["check_fits", "pulled"]
+__all__ = ["check_fits", "pulled", "unfit"]
 
 #: Part of the greatest force of a contact below which its pull is rounding.
 ROUNDING = 1e-9
@@ -44,17 +46,31 @@ def check_fits(solution: Solution) -> None:
     SolveError
         With the distance that is wrong, and when.
     """
-    system = solution.system
-    for joint in system.mechanism.joints:
-        if not joint.held:
-            continue
-        at, d, *_ = ends(solution, joint)
-        found, wanted = np.broadcast_arrays(np.hypot(*d), joint.apart(at))
-        wrong = np.argwhere(np.abs(found - wanted) > MISFIT * system.length)
+    for joint, found, wanted, far in _distances(solution):
+        wrong = np.argwhere(far)
         if len(wrong):
             first = tuple(wrong[0].tolist())
             where = _when(solution, first)
-            raise misfit(system, joint, found[first], wanted[first], f" {where}")
+            raise misfit(solution.system, joint, found[first], wanted[first], f" {where}")
+
+
+def unfit(solution: Solution) -> np.ndarray:
+    """Which designs of a batch have wheels that do not fit at some instant: (designs,)."""
+    wrong = np.zeros(solution.record.count, dtype=bool)
+    for _, _, _, far in _distances(solution):
+        wrong |= far.any(axis=-1)
+    return wrong
+
+
+def _distances(solution: Solution) -> Iterator[tuple[Joint, np.ndarray, np.ndarray, np.ndarray]]:
+    """Of every joint whose place others hold: its distance, what it should be, and whether it is
+    far from that.
+    """
+    for joint in solution.mechanism.joints:
+        if joint.held:
+            at, d, *_ = ends(solution, joint)
+            found, wanted = np.broadcast_arrays(np.hypot(*d), joint.apart(at))
+            yield joint, found, wanted, np.abs(found - wanted) > MISFIT * solution.system.length
 
 
 def _when(solution: Solution, where: tuple[int, ...]) -> str:

@@ -15,6 +15,7 @@ from mbody.drivers import AngleDriver, Driver
 from mbody.elements import Element, listed
 from mbody.errors import ModelError, SolveError, brief
 from mbody.laws import Expression, Table, times_of
+from mbody.named import varied
 from mbody.system import System
 
 __all__ = [
@@ -176,10 +177,8 @@ def _failed(driver: Driver, error: Exception) -> SolveError:
 
 def _designs(system: System, element: Element, field: str) -> Iterable[int | None]:
     """The designs that a law differs between; one None where it is the same for all."""
-    name = f"{element.name}.{field}"
-    own = [v for k, v in system.values.items() if k == name or k.startswith(f"{name}.")]
-    varied = system.batch is not None and any(np.ndim(value) for value in own)
-    return range(int(system.batch or 1)) if varied else (None,)
+    own = system.batch is not None and varied(system.values, element, field)
+    return range(int(system.batch or 1)) if own else (None,)
 
 
 def check_reach(system: System, times: np.ndarray, drive: Mapping[str, Any]) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from mbody.analysis.sweep import sweep
+from mbody.analysis.driven import driven
 from mbody.mechanism import Mechanism
 from mbody.solution import Solution
 from mbody.system import System
@@ -69,4 +69,4 @@ def kinematics(
     >>> len(run)
     361
     """
-    return sweep(model, "kinematics", t, drive, turn, instants, guess)
+    return driven(model, "kinematics", t, drive, turn, instants, guess)

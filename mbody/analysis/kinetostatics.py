@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from mbody.analysis.sweep import sweep
+from mbody.analysis.driven import driven
 from mbody.mechanism import Mechanism
 from mbody.solution import Solution
 from mbody.system import System
@@ -71,4 +71,4 @@ def kinetostatics(
     >>> run.checks.virtual_work < 1e-12
     True
     """
-    return sweep(model, "kinetostatics", t, drive, turn, instants, guess)
+    return driven(model, "kinetostatics", t, drive, turn, instants, guess)

@@ -22,6 +22,7 @@ from mbody.analysis.undefined import valueless
 from mbody.analysis.uniqueness import open_reactions
 from mbody.core.close import violation
 from mbody.core.follow import DONE, STUCK, follow
+from mbody.core.layout import Work
 from mbody.core.march import march
 from mbody.core.output import PER_ATOM
 from mbody.core.square import Square
@@ -35,6 +36,8 @@ __all__ = ["Runner", "Stuck"]
 
 #: Instants from which lanes pay for their seeds.
 MANY = 6 * LANES
+#: Positions of a motion at which its pivots are looked at, and numbers of Φ_q there, at most.
+SAMPLES, NUMBERS = 721, 4_000_000
 #: Lanes must meet within this, in model lengths and radians.
 SEAM = 1e-8
 #: Unbalanced part of the loads above which there is no equilibrium.
@@ -176,17 +179,38 @@ class Runner:
         """Pivots of the square Φ_q, planned once for a topology, near the first lane's position."""
         plans = self.system.plans
         if "square" not in plans:
-            samples = []
-            for shift in (0.0, 0.1):
-                sample = self.system.work()
-                sample.q[:] = work.q[:, :1] + shift * np.sin(np.arange(len(work.q)))[:, None]
-                sample.q[self.system.coordinates :] = 0.0
-                sample.par[:] += shift * np.cos(np.arange(len(sample.par)))[:, None]
-                violation(self.layout, sample)
-                samples.append(sample)
-            plans["square"] = plan_square(self.layout, *samples)
+            plans["square"] = plan_square(self.layout, *self._near(work))
         found: Square | None = plans["square"]
         return found
+
+    def square_along(self, start: Closed, plan: Plan) -> Square | None:
+        """Pivots that are good all along a motion, where there are such."""
+        n, blocks = self.system.coordinates, []
+        count = max(2, min(len(plan.s), SAMPLES, NUMBERS // n**2))
+        some = np.unique(np.linspace(0, len(plan.s) - 1, count).astype(np.int64))
+        try:
+            found = self.scalar(start, plan.take(some), loads=False)[:, :n, 0]
+        except Stuck:
+            return self.square(start.work)
+        for q in found:
+            sample = self.system.work()
+            sample.q[:] = start.work.q
+            sample.q[:n, 0] = q
+            violation(self.layout, sample)
+            blocks.append(sample.block[:, 0].copy())
+        return plan_square(self.layout, *self._near(start.work), blocks)
+
+    def _near(self, work: Any) -> tuple[Work, Work]:
+        """Workspaces near the first lane's position, and a little off, of other numbers."""
+        samples = []
+        for shift in (0.0, 0.1):
+            sample = self.system.work()
+            sample.q[:] = work.q[:, :1] + shift * np.sin(np.arange(len(work.q)))[:, None]
+            sample.q[self.system.coordinates :] = 0.0
+            sample.par[:] += shift * np.cos(np.arange(len(sample.par)))[:, None]
+            violation(self.layout, sample)
+            samples.append(sample)
+        return samples[0], samples[1]
 
     def solution(
         self, start: Closed, plan: Plan, record: Record, status: str = "completed"

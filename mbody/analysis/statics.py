@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from mbody.analysis.sweep import sweep
+from mbody.analysis.driven import driven
 from mbody.mechanism import Mechanism
 from mbody.solution import Solution
 from mbody.system import System
@@ -70,4 +70,4 @@ def statics(
     >>> bool(run.effort("motor")[0] != 0.0)
     True
     """
-    return sweep(model, "statics", t, drive, turn, instants, guess)
+    return driven(model, "statics", t, drive, turn, instants, guess)

@@ -10,12 +10,13 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
-from mbody.analysis.asked import asked
+from mbody.analysis.asked import asked_of
 from mbody.analysis.closure import as_system
 from mbody.analysis.simulate import simulate
 from mbody.bridges.opinions import Engine, Opinion
 from mbody.elements import listed
 from mbody.errors import ModelError, brief
+from mbody.questions import Ask
 from mbody.solution import Solution, as_solution
 
 if TYPE_CHECKING:
@@ -125,8 +126,11 @@ def crosscheck(
     elif system.mechanism.simulation is not None:
         run = simulate(system)
     else:
-        run = asked(system.mechanism, "kinetostatics")
-    found = {name: _engine(name)(system, run) for name in names}
+        run = asked_of(system, "kinetostatics", system.mechanism.ask or Ask())
+    found = {}
+    for name in names:
+        why = _broken(name) if against is None else ""
+        found[name] = Opinion(name, (), (), (why,)) if why else _engine(name)(system, run)
     return Crosscheck(run, found)
 
 
@@ -134,6 +138,16 @@ def installed() -> tuple[str, ...]:
     """The engines that can be asked here, those of `ALWAYS` first."""
     others = [name for name in ENGINES if name not in ALWAYS]
     return (*ALWAYS, *(name for name in others if find_spec(ENGINES[name]) and find_spec(name)))
+
+
+def _broken(name: str) -> str:
+    """A sentence of an engine that is installed and cannot be loaded; else none."""
+    if name not in ALWAYS:
+        try:
+            importlib.import_module(name)
+        except ImportError as error:
+            return f"not asked: it is installed, but cannot be loaded ({error})"
+    return ""
 
 
 def _engine(name: str) -> Engine:

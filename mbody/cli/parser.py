@@ -22,6 +22,7 @@ examples:
   mbody kinetostatics mine.toml --over turn --csv turn.csv
   mbody statics mine.toml --set load=120 --json   as data, for scripts
   mbody simulate mine.toml --to 10 --csv run.csv  free motion over time
+  mbody sweep mine.toml --vary load=1:9:50 --measure 'peak(A.force)'
   mbody solve mine.toml brake                     the unknowns of its table [solve.brake]
   mbody crosscheck mine.toml --against pinocchio  a second opinion, by another engine
   mbody draw mine.toml --forces -o mine.svg       a picture with its forces
@@ -79,6 +80,7 @@ def parser() -> argparse.ArgumentParser:
     _angle(run)
     _json(run)
     _tables(run)
+    _sweep(command("sweep", "one analysis of many designs", "sweep.sweep"))
     solve = command(
         "solve", "the questions of a model: unknowns that meet conditions", "solve.solve"
     )
@@ -233,6 +235,36 @@ def _analysis(command: argparse.ArgumentParser) -> None:
         )
     _json(command)
     _tables(command)
+
+
+def _sweep(command: argparse.ArgumentParser) -> None:
+    _model(command)
+    command.add_argument(
+        "--vary",
+        action="append",
+        default=[],
+        metavar="NAME=LOW:HIGH:COUNT",
+        help="a number that differs between designs, or NAME=1,2,3; several make a grid",
+    )
+    command.add_argument(
+        "--measure",
+        action="append",
+        default=[],
+        metavar="FORMULA",
+        help="what is measured of each, such as 'peak(A.force)'; by default the model's measures",
+    )
+    command.add_argument(
+        "--analysis",
+        metavar="NAME",
+        default="kinetostatics",
+        help="kinetostatics (default), kinematics, statics",
+    )
+    _instants(command)
+    command.add_argument(
+        "--to", metavar="FOLDER", help="keep the answers there, to be gone on with"
+    )
+    command.add_argument("--csv", metavar="FILE", help="write a line for each design")
+    _json(command)
 
 
 def _tables(command: argparse.ArgumentParser) -> None:

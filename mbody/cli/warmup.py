@@ -40,6 +40,7 @@ def _steps() -> Iterator[tuple[str, Callable[[], object]]]:
     from mbody.gallery import load
     from mbody.laws import Function
     from mbody.loads import Torque
+    from mbody.sweeps import sweep
 
     model, swing = load("norton_fourbar"), load("simple_pendulum")
     times = [0.0, 0.01, 0.02]
@@ -47,6 +48,9 @@ def _steps() -> Iterator[tuple[str, Callable[[], object]]]:
     def batch() -> object:
         system = assemble(model).with_values({"crank.inertia": [0.4, 0.5, 0.6]})
         return kinetostatics(system, t=times).checks
+
+    def designs() -> object:
+        return sweep(model, {"crank.inertia": [0.4, 0.5]}, measure="motor.effort")
 
     def hooks() -> object:
         machine = load("norton_fourbar")
@@ -61,6 +65,7 @@ def _steps() -> Iterator[tuple[str, Callable[[], object]]]:
     yield "residuals", lambda: kinetostatics(model).checks
     yield "breakdown by cause", lambda: kinetostatics(model).breakdown("motor")
     yield "batches of designs", batch
+    yield "sweeps", designs
     yield "functions of the user", hooks
     yield "free motion", lambda: simulate(swing)
     yield "stiff motion", lambda: simulate(swing, method="radau5")

@@ -19,7 +19,7 @@ from mbody.core.path import behind, predict, step_size, strayed
 from mbody.core.rows import rows, turns
 from mbody.core.square import factor_square, solve_square, solve_transposed
 
-__all__ = ["march"]
+__all__ = ["march", "march_designs"]
 
 ITERATIONS = 6
 #: Accepted correction, in parts of the greatest coordinate.
@@ -119,59 +119,133 @@ def march(L, P, W, F, x, mode, s, t, given, far, with_loads, still, output, bad)
     coordinate; bad (1, lanes): set to one where a lane must not be trusted.
     """
     L, P, W = by_reference(L), by_reference(P), by_reference(W)
+    begin(L, W)
+    back, quintic = 1.0 + 0.0 * wide(), 0.0 * wide()
+    failed = 0.0 * wide()
+    for k in range(s.shape[0]):
+        back, quintic, failed = advance(
+            L, P, W, F, x, mode, s, t, given, far, with_loads, still, k, back, quintic, failed
+        )
+        keep(L, W, wide(), output[k])
+    st(bad, 0, failed, wide())
+
+
+@kernel
+def march_designs(
+    L,
+    P,
+    W,
+    F,
+    x,
+    mode,
+    s,
+    t,
+    given,
+    far,
+    with_loads,
+    still,
+    par,
+    mass,
+    q,
+    wanted,
+    page,
+    output,
+    bad,
+):
+    """Follow all designs, `LANES` of them at a time, and keep only some rows of each instant.
+
+    par, mass, q (rows, designs): numbers and first positions; wanted (kept,): rows that are kept,
+    numbered as in `keep`; page (rows, lanes): room for one instant; output (kept, designs,
+    instants); bad (designs,): set to one where a design must not be trusted. The last lanes repeat
+    the last design. Else as `march`.
+    """
+    L, P, W = by_reference(L), by_reference(P), by_reference(W)
+    designs, lanes = par.shape[1], page.shape[1]
+    for low in range(0, designs, lanes):
+        for lane in range(lanes):
+            design = min(low + lane, designs - 1)
+            for n in range(par.shape[0]):
+                W.par[n, lane] = par[n, design]
+            for n in range(mass.shape[0]):
+                W.mass[n, lane] = mass[n, design]
+            for n in range(q.shape[0]):
+                W.q[n, lane] = q[n, design]
+        many = min(lanes, designs - low)
+        begin(L, W)
+        back, quintic = 1.0 + 0.0 * wide(), 0.0 * wide()
+        failed = 0.0 * wide()
+        for k in range(s.shape[0]):
+            back, quintic, failed = advance(
+                L, P, W, F, x, mode, s, t, given, far, with_loads, still, k, back, quintic, failed
+            )
+            keep(L, W, wide(), page)
+            for n in range(wanted.shape[0]):
+                for lane in range(many):
+                    output[n, low + lane, k] = page[wanted[n], lane]
+        st(page, 0, failed, wide())
+        for lane in range(many):
+            bad[low + lane] = page[0, lane]
+
+
+@inline
+def begin(L, W):
+    """Set the signals of all laws, also of those that do not depend on time."""
+    signals(L, W, wide(), L.signal_law.shape[0])
+
+
+@njit
+def advance(L, P, W, F, x, mode, s, t, given, far, with_loads, still, k, back, quintic, failed):
+    """Go to instant k, motion and reactions in W; returns the step behind, whether a quintic may
+    predict the next, and `failed`, one in lanes that must not be trusted.
+    """
     w = wide()
-    signals(L, W, w, L.signal_law.shape[0])
-    failed = 0.0 * w
     one = 0.0 * w + 1.0
     zero = 0.0 * w
-    back, quintic = one, zero
-    for k in range(s.shape[0]):
-        here = ld(s, k, w)
-        h = zero
-        st(W.time, 0, ld(t, k, w), w)
-        if k > 0:
-            h = here - ld(s, k - 1, w)
-            predict(L, W, w, h, back, quintic)
-        signals(L, W, w, L.varying)
-        if mode == 1:
-            o = L.driver_row[0]
-            st(W.signal, o, here, w)
-            st(W.signal, o + 1, 1.0, w)
-            st(W.signal, o + 2, 0.0, w)
-        first, last, growth = zero, zero, zero
-        for iteration in range(ITERATIONS):
-            last, growth = newton(L, P, W, w, F, x)
-            if iteration == 0:
-                first = last
-            if highest(last) <= TOLERANCE * far:
-                break
-        failed = larger(failed, select_le(last, zero + TOLERANCE * far, zero, one))
-        failed = larger(failed, select_le(growth, zero + GROWTH, zero, one))
+    here = ld(s, k, w)
+    h = zero
+    st(W.time, 0, ld(t, k, w), w)
+    if k > 0:
+        h = here - ld(s, k - 1, w)
+        predict(L, W, w, h, back, quintic)
+    signals(L, W, w, L.varying)
+    if mode == 1:
+        o = L.driver_row[0]
+        st(W.signal, o, here, w)
+        st(W.signal, o + 1, 1.0, w)
+        st(W.signal, o + 2, 0.0, w)
+    first, last, growth = zero, zero, zero
+    for iteration in range(ITERATIONS):
+        last, growth = newton(L, P, W, w, F, x)
+        if iteration == 0:
+            first = last
+        if highest(last) <= TOLERANCE * far:
+            break
+    failed = larger(failed, select_le(last, zero + TOLERANCE * far, zero, one))
+    failed = larger(failed, select_le(growth, zero + GROWTH, zero, one))
+    velocities(L, P, W, w, F, x)
+    accelerations(L, P, W, w, F, x)
+    if k > 0:
+        off, size = strayed(L, W, w, h)
+        moved = step_size(L, W, w)
+        failed = larger(failed, select_le(first, CORRECTION * moved + 1e-9, zero, one))
+        failed = larger(failed, select_le(off, TURNED * size + 1e-9, zero, one))
+    behind(W, w)
+    # a step of length zero leaves the history useless: predict by Taylor after it
+    length = larger(h, -h)
+    back = select_le(length, zero, one, h)
+    quintic = select_le(length, zero, zero, one)
+    if mode == 1 and not still:
+        rates(L, W, w, 0, ld(given, 2 * k, w), ld(given, 2 * k + 1, w))
         velocities(L, P, W, w, F, x)
         accelerations(L, P, W, w, F, x)
-        if k > 0:
-            off, size = strayed(L, W, w, h)
-            moved = step_size(L, W, w)
-            failed = larger(failed, select_le(first, CORRECTION * moved + 1e-9, zero, one))
-            failed = larger(failed, select_le(off, TURNED * size + 1e-9, zero, one))
-        behind(W, w)
-        # a step of length zero leaves the history useless: predict by Taylor after it
-        length = larger(h, -h)
-        back = select_le(length, zero, one, h)
-        quintic = select_le(length, zero, zero, one)
-        if mode == 1 and not still:
-            rates(L, W, w, 0, ld(given, 2 * k, w), ld(given, 2 * k + 1, w))
-            velocities(L, P, W, w, F, x)
-            accelerations(L, P, W, w, F, x)
-        if still:
-            for n in range(3 * L.bodies):
-                st(W.v, n, 0.0, w)
-                st(W.a, n, 0.0, w)
-        if with_loads:
-            forces(L, W, w, -1)
-            beyond = multipliers(L, P, W, w, F, x)
-        else:
-            beyond = moving(L, W, w)
-        failed = larger(failed, select_le(beyond, zero, zero, one))
-        keep(L, W, w, output[k])
-    st(bad, 0, select_le(failed, zero, zero, one), w)
+    if still:
+        for n in range(3 * L.bodies):
+            st(W.v, n, 0.0, w)
+            st(W.a, n, 0.0, w)
+    if with_loads:
+        forces(L, W, w, -1)
+        beyond = multipliers(L, P, W, w, F, x)
+    else:
+        beyond = moving(L, W, w)
+    failed = larger(failed, select_le(beyond, zero, zero, one))
+    return back, quintic, failed

@@ -30,6 +30,7 @@ from tests.errors import (
     results,
     simulating,
     solving,
+    sweeps,
     unknowns,
     views,
 )
@@ -48,6 +49,7 @@ SUBJECTS = (
         questions,
         unknowns,
         views,
+        sweeps,
         bridges_pymunk,
         mjcf,
         command,

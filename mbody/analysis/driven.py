@@ -19,10 +19,10 @@ from mbody.mechanism import Mechanism
 from mbody.solution import Solution
 from mbody.system import System
 
-__all__ = ["sweep"]
+__all__ = ["driven"]
 
 
-def sweep(
+def driven(
     model: Mechanism | System,
     analysis: str,
     t: Any,

@@ -1,0 +1,95 @@
+"""`mbody sweep MODEL`: many designs."""
+
+from __future__ import annotations
+
+import csv
+import json
+import sys
+from typing import TYPE_CHECKING, Any
+
+from mbody.cli.analyse import question
+from mbody.cli.models import named_values, taken
+from mbody.cli.usage import UsageError
+from mbody.errors import ModelError
+
+if TYPE_CHECKING:
+    from mbody.sweeps import Sweep
+
+__all__ = ["sweep"]
+
+
+def sweep(asked: Any) -> int:
+    """Run a sweep and show what was asked for."""
+    from mbody.sweeps import sweep as solved
+
+    if not asked.vary:
+        raise UsageError("say what differs between designs: --vary NAME=LOW:HIGH:COUNT")
+    mechanism = taken(asked)
+    parameters = {n: _values(n, text) for n, text in named_values(asked.vary, "--vary").items()}
+    ask = question(asked, mechanism.ask)
+    options: dict[str, Any] = (
+        {} if ask is None else {"at": ask.at, "over": ask.over, "instants": ask.instants}
+    )
+    found = solved(
+        mechanism, parameters, asked.analysis, asked.measure or None, to=asked.to, **options
+    )
+    if asked.json:
+        print(json.dumps(_data(found), ensure_ascii=False, allow_nan=False))
+    else:
+        print(found)
+    if asked.csv:
+        _write(found, asked.csv)
+    return 0 if found.status == "completed" else 1
+
+
+def _values(name: str, text: str) -> Any:
+    """What a parameter takes: from one value to another in so many, or one after the other."""
+    from mbody.formulas import FormulaError, read
+    from mbody.sweeps import Steps
+
+    try:
+        low, sign, rest = text.partition(":")
+        if not sign:
+            return [read(part, None, "deg") for part in text.split(",")]
+        high, _, count = rest.partition(":")
+        if not (count.strip().isascii() and count.strip().isdigit()) or len(count) > 9:
+            raise UsageError(
+                f"--vary takes LOW:HIGH:COUNT, or values with commas, not {text[:60]!r}"
+            )
+        return Steps(read(low, None, "deg"), read(high, None, "deg"), int(count))
+    except FormulaError as error:
+        raise ModelError(f"--vary {name}: {error}", name) from None
+
+
+def _data(found: Sweep) -> dict[str, Any]:
+    """The result as plain lists; None where a design has no number."""
+    told: dict[str, Any] = {}
+    for name, column in found.columns().items():
+        rows = column if isinstance(column, list) else column.tolist()
+        told[name] = [_plain(value) for value in rows]
+    return {"status": found.status, "units": found.units, "columns": told}
+
+
+def _plain(value: Any) -> Any:
+    if hasattr(value, "tolist"):
+        return [_plain(part) for part in value.tolist()]
+    return None if isinstance(value, float) and value != value else value
+
+
+def _write(found: Sweep, path: str) -> None:
+    """A line for each design; of histories a column for each instant."""
+    from mbody.io.files import writing
+
+    table: dict[str, Any] = {}
+    for name, column in found.columns().items():
+        if len(column) and hasattr(column[0], "__len__") and not isinstance(column[0], str):
+            table |= {
+                f"{name}[{n}]": list(part) for n, part in enumerate(zip(*column, strict=True))
+            }
+        else:
+            table[name] = column if isinstance(column, list) else column.tolist()
+    with writing(path) as file:
+        rows = csv.writer(file)
+        rows.writerow(table)
+        rows.writerows(zip(*table.values(), strict=True))
+    print(f"wrote {path}: {len(found)} designs", file=sys.stderr)

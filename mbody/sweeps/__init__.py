@@ -1,0 +1,21 @@
+"""Sweeps: one analysis of many designs. Which designs, what is measured, where the answers are."""
+
+from mbody.sweeps.result import Sweep
+from mbody.sweeps.run import sweep
+from mbody.sweeps.samples import Samples, Steps, grid, latin_hypercube, monte_carlo, sobol, together
+from mbody.sweeps.tolerances import Normal, Triangular, Uniform
+
+__all__ = [
+    "Normal",
+    "Samples",
+    "Steps",
+    "Sweep",
+    "Triangular",
+    "Uniform",
+    "grid",
+    "latin_hypercube",
+    "monte_carlo",
+    "sobol",
+    "sweep",
+    "together",
+]

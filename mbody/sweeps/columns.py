@@ -1,0 +1,136 @@
+"""What is measured of every design: quantities, and how their instants become one number."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mbody.errors import ModelError, brief
+from mbody.measures import check_measure
+from mbody.mechanism import Mechanism
+from mbody.questions import Measure
+
+__all__ = ["REDUCTIONS", "Column", "columns_of", "reduced"]
+
+#: How the instants of a design become one number.
+REDUCTIONS = {
+    "max": lambda a: a.max(axis=-1),
+    "min": lambda a: a.min(axis=-1),
+    "peak": lambda a: np.abs(a).max(axis=-1),
+    "rms": lambda a: np.sqrt(np.square(a).mean(axis=-1)),
+    "mean": lambda a: a.mean(axis=-1),
+    "first": lambda a: a[..., 0],
+    "last": lambda a: a[..., -1],
+}
+
+
+@dataclass(frozen=True)
+class Column:
+    """One quantity of every design.
+
+    Attributes
+    ----------
+    name : str
+    measure : Measure
+        Whose history is taken.
+    by : str
+        How its instants become one number, of `REDUCTIONS` or "at"; empty where all are kept.
+    instant : int
+        Of "at".
+    """
+
+    name: str
+    measure: Measure
+    by: str = ""
+    instant: int = 0
+
+
+def reduced(column: Column, history: np.ndarray) -> np.ndarray:
+    """What is kept of a history (…, instants)."""
+    if column.by == "at":
+        return history[..., column.instant]
+    return np.asarray(REDUCTIONS[column.by](history)) if column.by else history
+
+
+def columns_of(mechanism: Mechanism, given: Any) -> tuple[Column, ...]:
+    """The quantities that are asked for; without any those that the mechanism itself measures.
+
+    Raises
+    ------
+    ModelError
+        For what is no quantity of the mechanism.
+
+    >>> import mbody
+    >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5)
+    >>> [(c.name, c.by) for c in columns_of(machine, ["peak(A.force)", "rms(motor.effort)"])]
+    [('peak(A.force)', 'peak'), ('rms(motor.effort)', 'rms')]
+    """
+    if given is None:
+        given = list(mechanism.measures)
+        if not given:
+            raise ModelError(
+                'sweep: say what is measured of every design, such as measure="peak(A.force)": '
+                f"'{mechanism.name}' has no measures of its own"
+            )
+    if isinstance(given, str | Measure):
+        given = [given]
+    if isinstance(given, Mapping):
+        found = [_column(mechanism, of, str(name)) for name, of in given.items()]
+    elif isinstance(given, Iterable):
+        found = [_column(mechanism, of, "") for of in given]
+    else:
+        raise ModelError(f"sweep: measure must be text, a list or a dict, not {brief(given)}")
+    names = [column.name for column in found]
+    if not names or len(set(names)) < len(names):
+        raise ModelError(f"sweep: measures [{', '.join(names)}]: give each once, at least one")
+    return tuple(found)
+
+
+def _column(mechanism: Mechanism, of: Any, name: str) -> Column:
+    told, unit = "", ""
+    if isinstance(of, tuple) and len(of) == 2 and of[1] in REDUCTIONS:
+        of, told = of
+    if isinstance(of, Measure):
+        of, unit = of.of, of.unit
+    if not isinstance(of, str):
+        raise ModelError(
+            "sweep: a measure is text, a Measure, or a pair of one and of "
+            f"{', '.join(REDUCTIONS)}, not {brief(of)}"
+        )
+    by, inner, instant = (told, of.strip(), 0) if told else _outermost(of)
+    own = mechanism.measures.get(inner)
+    measure = Measure(inner, unit) if own is None else own
+    check_measure(mechanism, measure)
+    return Column(name or (f"{told}({inner})" if told else of.strip()), measure, by, instant)
+
+
+def _outermost(text: str) -> tuple[str, str, int]:
+    """The reduction round a formula, the formula, and the instant of "at"."""
+    match = re.fullmatch(r"\s*(\w+)\s*\((.*)\)\s*", text, re.DOTALL)
+    if match is None or match[1] not in (*REDUCTIONS, "at"):
+        return "", text.strip(), 0
+    parts, depth, part = [], 0, ""
+    for letter in match[2]:
+        depth += {"(": 1, ")": -1}.get(letter, 0)
+        if depth < 0:  # the last bracket closes another one
+            return "", text.strip(), 0
+        if letter == "," and depth == 0:
+            parts.append(part)
+            part = ""
+        else:
+            part += letter
+    parts = [one.strip() for one in (*parts, part)]
+    if match[1] == "at":
+        if len(parts) != 2 or not re.fullmatch(r"-?\d{1,9}", parts[1]):
+            raise ModelError(
+                f"sweep: {brief(text)}: at takes a quantity and the number of an instant, as in "
+                "at(A.force, 0)"
+            )
+        return "at", parts[0], int(parts[1])
+    if len(parts) != 1:  # the greater of two quantities, at every instant
+        return "", text.strip(), 0
+    return match[1], parts[0], 0

@@ -1,0 +1,313 @@
+"""What a sweep asks of every design, made ready once, and the answers of a piece of its designs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mbody._lanes import LANES
+from mbody.analysis.asked import ANALYSES, asked_of, way_of
+from mbody.analysis.closure import check_determined, closed
+from mbody.analysis.contacts import unfit
+from mbody.analysis.designs import Course, closed_poses, course_of, on_lanes
+from mbody.analysis.instants import Plan, check_reach, plan
+from mbody.analysis.runner import Runner
+from mbody.analysis.simulate import simulate
+from mbody.elements import listed
+from mbody.errors import ModelError, SolveError
+from mbody.histories import Record
+from mbody.measures import measured
+from mbody.named import varied
+from mbody.questions import Ask
+from mbody.solution import Solution
+from mbody.sweeps.columns import Column, reduced
+from mbody.system import System
+
+__all__ = ["Job", "Part", "answered", "prepared"]
+
+#: Designs that are followed together, and numbers that are kept of them at once, at most.
+BLOCK, NUMBERS = 16 * LANES, 4_000_000
+#: What may be said of the instants of a driven analysis.
+INSTANTS = ("t", "drive", "turn", "instants", "guess", "at", "over")
+MOTION = (
+    *("until", "guess", "rates", "method", "rtol", "atol", "step", "instants", "every", "times"),
+    *("events", "release"),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """What is asked of every design; it can be sent to another machine.
+
+    Attributes
+    ----------
+    system : System
+        The description with its own numbers.
+    names : tuple of str
+        The numbers that differ between designs.
+    columns : tuple of Column
+        What is measured.
+    units : tuple of str
+        Of each column.
+    analysis : str
+    how : dict
+        Arguments of the analysis.
+    ask : Ask or None
+        The instants in the words of a description; else `how` says them.
+    plan : Plan or None
+        The instants; None of a free motion.
+    before : int
+        Instants that go before those that are asked for.
+    course : Course or None
+        What the designs share; None where they go one by one.
+    wanted : array
+        Rows of the kernels that the columns are made of.
+    """
+
+    system: System
+    names: tuple[str, ...]
+    columns: tuple[Column, ...]
+    units: tuple[str, ...]
+    analysis: str
+    how: dict[str, Any]
+    ask: Ask | None
+    plan: Plan | None
+    before: int
+    course: Course | None
+    wanted: np.ndarray
+
+    @property
+    def instants(self) -> np.ndarray:
+        """Times of the instants that are asked for."""
+        return np.zeros(0) if self.plan is None else self.plan.t[self.before :]
+
+    @property
+    def block(self) -> int:
+        """Designs that are followed together."""
+        if self.plan is None:
+            return LANES
+        each = max(1, len(self.plan.t) * len(self.wanted))
+        return max(LANES, min(BLOCK, NUMBERS // each // LANES * LANES))
+
+    def empty(self, designs: int) -> list[np.ndarray]:
+        """Columns without a value."""
+        count = len(self.instants)
+        shapes = [(designs,) if c.by or count == 1 else (designs, count) for c in self.columns]
+        return [np.full(shape, np.nan) for shape in shapes]
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Answers of a piece of the designs.
+
+    Attributes
+    ----------
+    columns : list of arrays (designs,) or (designs, instants)
+    failures : dict
+        Sentence of each design that has none, by its number in the piece.
+    """
+
+    columns: list[np.ndarray]
+    failures: dict[int, str]
+
+
+class _Noted(Record):
+    """A record of one design that notes which rows it is asked for."""
+
+    def __init__(self, rows: set[int]) -> None:
+        super().__init__([], 1, batch=True)
+        self.rows = rows
+
+    def take(self, row: int) -> np.ndarray:
+        self.rows.add(row)
+        return np.zeros((1, 1))
+
+
+class _Kept(Record):
+    """A record of only some rows: (rows, designs, instants)."""
+
+    def __init__(self, wanted: np.ndarray, rows: np.ndarray) -> None:
+        super().__init__([], rows.shape[1], batch=True)
+        self.index, self.rows = {int(row): n for n, row in enumerate(wanted)}, rows
+
+    def take(self, row: int) -> np.ndarray:
+        return np.asarray(self.rows[self.index[row]])
+
+
+def prepared(
+    system: System,
+    names: tuple[str, ...],
+    columns: tuple[Column, ...],
+    analysis: str,
+    options: Mapping[str, Any],
+) -> Job:
+    """The job of a sweep.
+
+    Raises
+    ------
+    ModelError
+        For an analysis or an option that there is not, and as the analysis.
+    SolveError
+        Where drivers are missing.
+    """
+    if analysis not in (*ANALYSES, "simulate"):
+        known = listed([*ANALYSES, "simulate"])
+        raise ModelError(f"sweep: there is no analysis {analysis!r} (there are: {known})")
+    known_options = MOTION if analysis == "simulate" else INSTANTS
+    for name in options:
+        if name not in known_options:
+            raise ModelError(
+                f"sweep: {analysis} takes no {name!r} (it takes: {', '.join(known_options)})"
+            )
+    if system.batch is not None:
+        raise ModelError("sweep takes one design: its parameters make the others")
+    how = {name: value for name, value in options.items() if value is not None}
+    units, wanted = _noted(system, names[0], columns, analysis)
+    if analysis == "simulate":
+        for column in columns:
+            if not column.by:
+                raise ModelError(
+                    f"sweep: '{column.name}' of a free motion is a history: say how it becomes one "
+                    f"number, such as last({column.measure.of})"
+                )
+        return Job(system, names, columns, units, analysis, how, None, None, 0, None, wanted)
+    ask, guess = _ask(system, how), how.pop("guess", None)
+    before = 0
+    if ask is not None:
+        how, before = way_of(system, ask)
+    asked = plan(system, *(how.get(k) for k in ("t", "drive", "turn", "instants")))
+    for column in columns:
+        most = len(asked.t) - before
+        if column.by == "at" and not -most <= column.instant < most:
+            raise ModelError(
+                f"sweep: '{column.name}': there is no such instant, they are 0 to {most - 1}"
+            )
+    course = _course(system, names, analysis, asked, guess, "t" in how and "drive" not in how)
+    if guess is not None:
+        how["guess"], ask = guess, None
+    return Job(system, names, columns, units, analysis, how, ask, asked, before, course, wanted)
+
+
+def _ask(system: System, how: dict[str, Any]) -> Ask | None:
+    """The instants in the words of a description, where nothing else says them."""
+    if any(name in how for name in ("t", "drive", "turn")):
+        return None
+    if "at" in how or "over" in how:
+        told = {name: how.pop(name) for name in ("at", "over", "instants") if name in how}
+        return Ask(**told)
+    return system.mechanism.ask or Ask()
+
+
+def _course(
+    system: System,
+    names: tuple[str, ...],
+    analysis: str,
+    asked: Plan,
+    guess: Any,
+    at_times: bool,
+) -> Course | None:
+    """What the designs share; None where they must go one by one."""
+    two = system.with_values({name: [system.values[name]] * 2 for name in names})
+    if not at_times and any(varied(two.values, driver) for driver in system.drivers):
+        return None  # each has its own times
+    runner = Runner(system, analysis)
+    try:
+        start = closed(system, float(asked.t[0]), asked.first(system), guess)
+        check_determined(system, start, analysis)
+    except SolveError:
+        if system.rows < system.coordinates:
+            raise
+        return None
+    return course_of(runner, start, asked)
+
+
+def _noted(
+    system: System, name: str, columns: tuple[Column, ...], analysis: str
+) -> tuple[tuple[str, ...], np.ndarray]:
+    """Unit of every column, and the rows that they are made of."""
+    rows: set[int] = set()
+    one = system.with_values({name: [system.values[name]]})
+    count = len(system.drivers)
+    run = Solution(one, analysis, np.zeros(1), _Noted(rows), np.zeros((1, count, 3)))
+    with np.errstate(all="ignore"):
+        units = tuple(measured(run, column.measure)[2] for column in columns)
+        unfit(run)
+    return units, np.array(sorted(rows), dtype=np.int64)
+
+
+def answered(job: Job, values: np.ndarray) -> Part:
+    """The answers of a piece of the designs, values (designs, names)."""
+    columns = job.empty(len(values))
+    failures: dict[int, str] = {}
+    for low in range(0, len(values), job.block):
+        part = _block(job, values[low : low + job.block])
+        for whole, piece in zip(columns, part.columns, strict=True):
+            whole[low : low + job.block] = piece
+        failures |= {low + design: told for design, told in part.failures.items()}
+    return Part(columns, failures)
+
+
+def _block(job: Job, values: np.ndarray) -> Part:
+    """The answers of designs that are followed together."""
+    columns = job.empty(len(values))
+    failures: dict[int, str] = {}
+    alone = np.ones(len(values), dtype=bool)
+    if job.course is not None:
+        try:
+            found, alone = _together(job, job.course, values)
+        except ModelError:  # a number that one of them cannot have
+            pass
+        else:
+            for column, history in zip(columns, found, strict=True):
+                column[~alone] = history.reshape(column.shape)[~alone]
+    for design in np.flatnonzero(alone).tolist():
+        try:
+            for column, value in zip(columns, _alone(job, values[design]), strict=True):
+                column[design] = value
+        except (ModelError, SolveError) as error:
+            failures[design] = str(error)
+    for column, of in zip(columns, job.columns, strict=True):
+        finite = np.isfinite(column).reshape(len(values), -1).all(axis=1)
+        for design in np.flatnonzero(~finite).tolist():
+            failures.setdefault(design, f"'{of.name}' has no finite value")
+    return Part(columns, failures)
+
+
+def _together(job: Job, course: Course, values: np.ndarray) -> tuple[list[np.ndarray], np.ndarray]:
+    """Columns of the designs on lanes, and which designs must go alone."""
+    own = np.ascontiguousarray(values.T)
+    system = job.system.with_values(dict(zip(job.names, own, strict=True)))
+    times = course.plan.t
+    check_reach(system, times, job.how.get("drive") or {})
+    poses, good = closed_poses(system, course)
+    rows, sound = on_lanes(system, course, poses, job.wanted)
+    by_time = course.plan.take(np.arange(job.before, len(times)))
+    given = None if len(course.plan.given) != len(times) else by_time.given
+    run = Solution(
+        system,
+        job.analysis,
+        times[job.before :],
+        _Kept(job.wanted, rows[:, :, job.before :]),
+        given,
+    )
+    with np.errstate(all="ignore"):
+        found = [reduced(c, measured(run, c.measure)[0]) for c in job.columns]
+        return found, ~(good & sound) | unfit(run)
+
+
+def _alone(job: Job, values: np.ndarray) -> list[Any]:
+    """Columns of one design."""
+    system = job.system.with_values(dict(zip(job.names, values.tolist(), strict=True)))
+    if job.analysis == "simulate":
+        run = simulate(system, **job.how)
+    elif job.ask is not None:
+        run = asked_of(system, job.analysis, job.ask)
+    else:
+        run = ANALYSES[job.analysis](system, **job.how)
+        run = run.take(np.arange(job.before, len(run))) if job.before else run
+    with np.errstate(all="ignore"):
+        found = [reduced(c, measured(run, c.measure)[0]) for c in job.columns]
+    return [part if part.size > 1 else part.reshape(-1)[0] for part in found]

@@ -1,0 +1,183 @@
+"""What a sweep found: columns by name, with named axes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+
+from mbody.elements import listed
+from mbody.errors import ModelError
+from mbody.sweeps.samples import Drawn
+from mbody.system import System
+
+__all__ = ["Kept", "Sweep"]
+
+#: Failed designs that a sheet names.
+NAMED = 3
+
+
+class Kept(Protocol):
+    """Where the columns are: in memory or in a folder."""
+
+    def column(self, index: int) -> np.ndarray:
+        """One column: (designs,) or (designs, instants)."""
+
+    @property
+    def failures(self) -> dict[int, str]:
+        """Sentence of every design that failed."""
+
+    @property
+    def done(self) -> np.ndarray:
+        """Which designs were analysed: (designs,)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """Measured quantities of many designs, in the units of the mechanism or of the measure.
+
+    Attributes
+    ----------
+    system : System
+        The description with its own numbers.
+    samples : Drawn
+        The numbers of the designs.
+    names : tuple of str
+        The measured quantities.
+    units : dict
+        Unit of each.
+    t : array (instants,)
+        Times of the instants; empty of free motions.
+    status : str
+        "completed", or how far it came.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=10.0)
+    >>> found = mbody.sweep(
+    ...     machine,
+    ...     {"crank.A.x": [0.9, 1.0], "coupler.mass": [2.0, 3.0, 4.0]},
+    ...     measure="peak(motor.effort)",
+    ...     turn=True,
+    ... )
+    >>> found["peak(motor.effort)"].shape, list(found.axes)
+    ((2, 3), ['crank.A.x', 'coupler.mass'])
+    """
+
+    system: System
+    samples: Drawn
+    names: tuple[str, ...]
+    units: dict[str, str]
+    t: np.ndarray
+    status: str
+    kept: Kept = field(repr=False)
+
+    def __len__(self) -> int:
+        return len(self.samples.values)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    @property
+    def axes(self) -> dict[str, np.ndarray]:
+        """Name and values of every axis: the parameters of a grid, else the number of the
+        design.
+        """
+        return self.samples.axes or {"design": np.arange(len(self))}
+
+    def axes_of(self, name: str) -> tuple[str, ...]:
+        """Names of the axes of ``sweep[name]``; of a history the last one is ``"instant"``."""
+        history = self._column(name).ndim == 2
+        return (*self.axes, "instant") if history else tuple(self.axes)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """A quantity along the axes that `axes_of` names; NaN where a design failed or was not
+        reached.
+        """
+        column = self._column(name)
+        shape = tuple(len(values) for values in self.axes.values())
+        return column.reshape(*shape, *column.shape[1:])
+
+    def _column(self, name: str) -> np.ndarray:
+        if name not in self.names:
+            raise ModelError(
+                f"the sweep measured no {name!r} (it measured: {listed(self.names)})", str(name)
+            )
+        return self.kept.column(self.names.index(name))
+
+    def parameter(self, name: str) -> np.ndarray:
+        """Values of a parameter: (designs,)."""
+        for names in (self.samples.told, self.samples.names):
+            if name in names:
+                return np.asarray(self.samples.values[:, names.index(name)])
+        raise ModelError(
+            f"{name!r} is no parameter of the sweep (there are: {listed(self.samples.told)})",
+            str(name),
+        )
+
+    @property
+    def failures(self) -> dict[int, str]:
+        """Why a design has no answer, by its number."""
+        return self.kept.failures
+
+    @property
+    def done(self) -> np.ndarray:
+        """Which designs were analysed, well or not: (designs,)."""
+        return self.kept.done
+
+    def design(self, number: int) -> System:
+        """One design as a system, to be analysed by itself."""
+        count = len(self)
+        if not hasattr(number, "__index__") or not -count <= number < count:
+            raise ModelError(f"there is no design {number!r}: give 0 to {count - 1}")
+        values = self.samples.values[number].tolist()
+        return self.system.with_values(dict(zip(self.samples.names, values, strict=True)))
+
+    def columns(self) -> dict[str, Any]:
+        """Parameters, quantities of one number, and ``"error"``, by name: each (designs,)."""
+        told: dict[str, Any] = {name: self.parameter(name) for name in self.samples.told}
+        for name in self.names:
+            column = self._column(name)
+            told[name] = column if column.ndim == 1 else list(column)
+        sentences = self.failures
+        return told | {"error": [sentences.get(n, "") for n in range(len(self))]}
+
+    def to_dataframe(self) -> Any:
+        """A row for each design as a pandas DataFrame; pandas is asked for only here."""
+        try:
+            import pandas  # type: ignore[import-untyped, unused-ignore]
+        except ImportError:
+            raise ModelError(
+                "a table of a sweep needs pandas, which is not installed: pip install pandas"
+            ) from None
+        return pandas.DataFrame(self.columns())
+
+    def __str__(self) -> str:
+        machine, failed = self.system.mechanism, self.failures
+        lines = [
+            f"{machine.name}: sweep of {len(self)} designs over {', '.join(self.samples.told)}",
+            "",
+        ]
+        width = max(8, *(len(name) for name in self.names))
+        lines += [
+            f"{'MEASURE':<{width}} {'least':>12} {'mean':>12} {'greatest':>12} {'deviation':>12}"
+            "   unit"
+        ]
+        for name in self.names:
+            column = self._column(name)
+            column = column[np.isfinite(column)]
+            told = [np.nan] * 4
+            if column.size:
+                told = [column.min(), column.mean(), column.max(), column.std()]
+            numbers = " ".join(f"{value:>12.6g}" for value in told)
+            lines += [f"{name:<{width}} {numbers}   {self.units[name]}"]
+        if failed:
+            lines += ["", f"{len(failed)} of {len(self)} designs failed:"]
+            some = sorted(failed.items())[:NAMED]
+            lines += [f"  design {design}: {sentence}" for design, sentence in some]
+        if self.status != "completed":
+            lines += ["", self.status]
+        return "\n".join(lines)

@@ -1,0 +1,145 @@
+"""The verb `sweep`: the same analysis of many designs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from mbody.analysis.closure import as_system
+from mbody.errors import ModelError
+from mbody.mechanism import Mechanism
+from mbody.sweeps.cluster import connected, on_cluster
+from mbody.sweeps.columns import columns_of
+from mbody.sweeps.job import BLOCK, Job, prepared
+from mbody.sweeps.memory import Memory
+from mbody.sweeps.result import Sweep
+from mbody.sweeps.samples import Samples, drawn
+from mbody.sweeps.store import Store
+from mbody.sweeps.threads import cores, on_threads
+from mbody.system import System
+
+__all__ = ["sweep"]
+
+#: Designs of a piece that go one by one, and those of a file or of a message to a cluster.
+SINGLE, LARGE = 16, 16 * BLOCK
+
+
+def sweep(
+    model: Mechanism | System,
+    parameters: Samples | Mapping[str, Any],
+    analysis: str = "kinetostatics",
+    measure: Any = None,
+    *,
+    threads: int | None = None,
+    to: Any = None,
+    scheduler: str | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    **options: Any,
+) -> Sweep:
+    """Measured quantities of many designs: parameter study, tolerance study, Monte Carlo.
+
+    Parameters
+    ----------
+    model : Mechanism or System
+        With its own numbers, from which the designs differ.
+    parameters : mapping or Samples
+        Values by name, of which every one goes with every other (a grid); or what
+        `mbody.sweeps.together`, `latin_hypercube`, `sobol` or `monte_carlo` make. Names are those
+        of `System.with_values`: dotted names (``"crank.A.x"``), parameters of the description, a
+        load of one number by its own name. Values are floats or text with units.
+    analysis : str
+        "kinetostatics", "kinematics", "statics", or "simulate".
+    measure : str, Measure, list or dict of them
+        Formulas of histories as of `Solution.measure`, or measures of the mechanism by name; in
+        ``max(…)``, ``min(…)``, ``peak(…)`` (of the absolute value), ``rms(…)``, ``mean(…)``,
+        ``first(…)``, ``last(…)`` or ``at(…, instant)`` the instants of a design become one number;
+        ``(Measure("A.force", "kN"), "peak")`` has a unit of its own.
+        By default the measures of the mechanism.
+    threads : int, optional
+        By default as many as this process has cores.
+    to : path, optional
+        A folder in which the answers are kept instead of in memory, as Parquet files. A sweep that
+        was stopped, or killed, goes on there when it is called again.
+    scheduler : str, optional
+        Address of a Dask scheduler, such as ``"tcp://10.0.0.5:8786"``, whose workers do the work.
+    progress : callable, optional
+        Called with the designs that are done, and all, now and then.
+    **options
+        The instants: ``t``, ``drive``, ``turn``, ``instants``, ``guess`` as of the analysis, or
+        ``at``, ``over`` as of `Ask`, by default what the mechanism itself asks; of simulate its own
+        arguments.
+
+    Returns
+    -------
+    Sweep
+        Columns by name with named axes, a sentence for each design that failed, a status.
+
+    Raises
+    ------
+    ModelError
+        For names, values, measures or instants that do not fit the mechanism; for a folder that
+        holds another sweep.
+    SolveError
+        Where the mechanism lacks drivers, or no scheduler answers.
+
+    Notes
+    -----
+    Designs of driven mechanisms go side by side through the compiled lanes, from the branch of the
+    description; those that cannot, and all with redundant joints, user code or several driven
+    values, go one by one. The numbers do not depend on threads, folder or scheduler, bit for bit on
+    machines of one kind. Ctrl-C leaves what was done, with a status that says so.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> machine = mbody.makers.slider_crank(1.0, 3.0, masses=(1, 2, 3), speed=10.0)
+    >>> from mbody.sweeps import Normal, monte_carlo
+    >>> found = mbody.sweep(
+    ...     machine,
+    ...     monte_carlo({"crank.A.x": Normal(tolerance=0.02)}, 1000, seed=1),
+    ...     measure={"pin": "peak(A.force)"},
+    ...     turn="motor",
+    ... )
+    >>> found["pin"].shape, found.failures, found.status
+    ((1000,), {}, 'completed')
+    """
+    system = as_system(model)
+    samples = drawn(system, parameters)
+    columns = columns_of(system.mechanism, measure)
+    job = prepared(system, samples.names, columns, analysis, options)
+    count, size = len(samples.values), _piece(job, to is not None or scheduler is not None)
+    kept = Memory(job, count) if to is None else Store(to, job, samples, size)
+    pieces = kept.missing(list(range(0, count, size)))
+    if scheduler is None:
+        source = on_threads(job, samples.values, pieces, size, _threads(system, threads))
+    else:
+        source = on_cluster(job, samples.values, pieces, size, connected(scheduler))
+    done, status = count - sum(min(size, count - low) for low in pieces), "completed"
+    try:
+        for low, part in source:
+            kept.keep(low, part)
+            done += len(part.columns[0])
+            if progress is not None:
+                progress(done, count)
+    except KeyboardInterrupt:
+        status = f"interrupted after {done} of {count} designs"
+    finally:
+        source.close()
+    units = {column.name: unit for column, unit in zip(columns, job.units, strict=True)}
+    return Sweep(system, samples, tuple(units), units, job.instants, status, kept)
+
+
+def _threads(system: System, threads: int | None) -> int:
+    """How many threads; a user's own code keeps to one."""
+    if threads is None:
+        return 1 if system.has_user_code else cores()
+    if isinstance(threads, bool) or not isinstance(threads, int) or threads < 1:
+        raise ModelError(f"threads must be a whole number from 1 on, not {threads!r}")
+    return 1 if system.has_user_code else threads
+
+
+def _piece(job: Job, far: bool) -> int:
+    """Designs of a piece, a multiple of the lanes."""
+    if job.course is None:
+        return 4 * SINGLE if far else SINGLE
+    return max(job.block, LARGE * job.block // BLOCK) if far else job.block

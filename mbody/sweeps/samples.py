@@ -1,0 +1,288 @@
+"""Which designs a sweep goes through: grids, lists, Latin hypercube, Sobol and Monte Carlo."""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mbody.errors import ModelError, brief
+from mbody.formulas import Formula, FormulaError
+from mbody.formulas.door import entered
+from mbody.named import dimension_named
+from mbody.sweeps.tolerances import Scatter
+from mbody.system import System
+
+__all__ = [
+    *(
+        "Drawn",
+        "Samples",
+        "Steps",
+        "drawn",
+        "grid",
+        "latin_hypercube",
+        "monte_carlo",
+        "sobol",
+        "together",
+    ),
+]
+
+#: Designs of one sweep, at most.
+MOST = 100_000_000
+#: Distance of a drawn part from 0 and 1, where a normal number is infinite.
+EDGE = 2.0**-54
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Which values the parameters of a sweep take.
+
+    Attributes
+    ----------
+    kind : str
+        "grid", "together", "latin hypercube", "sobol" or "monte carlo".
+    parameters : mapping
+        By name: values, or of drawn ones a `Scatter` or (low, high).
+    count, seed : int
+        How many designs are drawn, and with which seed.
+    """
+
+    kind: str
+    parameters: Mapping[str, Any]
+    count: int = 0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.parameters, Mapping) or not self.parameters:
+            raise ModelError(
+                'sweep: parameters must be a dict of names such as {"crank.A.x": [1.0, 1.1]}, '
+                f"not {brief(self.parameters)}"
+            )
+        if self.kind in ("grid", "together"):
+            return
+        for name in ("count", "seed"):
+            value = getattr(self, name)
+            if isinstance(value, bool) or not hasattr(value, "__index__") or value < 0:
+                raise ModelError(f"{self.kind}: {name} must be a whole number, not {value!r}")
+            object.__setattr__(self, name, operator.index(value))
+        if not 1 <= self.count <= MOST:
+            raise ModelError(f"{self.kind}: count is {self.count}: give 1 to {MOST:.0e} designs")
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Values of a grid at equal distances, both ends included; they may have units.
+
+    >>> Steps("1 in", "2 in", 11).count
+    11
+    """
+
+    low: Any
+    high: Any
+    count: int
+
+
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """The numbers of the designs.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Dotted names and parameters, as a `System` has them.
+    values : array (designs, names)
+        In the units of the mechanism.
+    axes : dict
+        Of a grid the values of each axis by the name that was given, else empty.
+    told : tuple of str
+        The names as they were given.
+    """
+
+    names: tuple[str, ...]
+    values: np.ndarray
+    axes: dict[str, np.ndarray]
+    told: tuple[str, ...]
+
+
+def grid(parameters: Mapping[str, Any]) -> Samples:
+    """Every value of each parameter with every value of the others.
+
+    >>> grid({"crank.A.x": [1.0, 1.1], "crank.mass": [1, 2, 3]}).kind
+    'grid'
+    """
+    return Samples("grid", parameters)
+
+
+def together(parameters: Mapping[str, Any]) -> Samples:
+    """A list of designs: the first values of all parameters, the second ones, and so on.
+
+    >>> together({"crank.A.x": [1.0, 1.1], "crank.mass": [1, 2]}).kind
+    'together'
+    """
+    return Samples("together", parameters)
+
+
+def latin_hypercube(parameters: Mapping[str, Any], count: int, seed: int = 0) -> Samples:
+    """As many designs, one in each of `count` slices of every parameter (McKay 1979).
+
+    Parameters
+    ----------
+    parameters : mapping
+        By name (low, high), or a `Normal`, `Uniform` or `Triangular`.
+    count, seed : int
+
+    >>> latin_hypercube({"crank.A.x": (0.9, 1.1)}, 100).count
+    100
+    """
+    return Samples("latin hypercube", parameters, count, seed)
+
+
+def sobol(parameters: Mapping[str, Any], count: int, seed: int = 0) -> Samples:
+    """Points of a scrambled Sobol sequence, which fill the space evenly; best a power of two.
+
+    Parameters as of `latin_hypercube`.
+
+    >>> sobol({"crank.A.x": (0.9, 1.1)}, 128, seed=3).seed
+    3
+    """
+    return Samples("sobol", parameters, count, seed)
+
+
+def monte_carlo(parameters: Mapping[str, Any], count: int, seed: int = 0) -> Samples:
+    """Independent random designs; parameters as of `latin_hypercube`.
+
+    >>> from mbody.sweeps import Normal
+    >>> monte_carlo({"crank.A.x": Normal(tolerance=0.01)}, 1000).kind
+    'monte carlo'
+    """
+    return Samples("monte carlo", parameters, count, seed)
+
+
+def drawn(system: System, given: Samples | Mapping[str, Any]) -> Drawn:
+    """The numbers of all designs.
+
+    Raises
+    ------
+    ModelError
+        For a number that the mechanism does not have or that cannot be changed, text of another
+        dimension, or lists that do not fit together.
+    """
+    samples = given if isinstance(given, Samples) else Samples("grid", given)
+    told = tuple(samples.parameters)
+    names = tuple(_changeable(system, name) for name in told)
+    if len(set(names)) < len(names):
+        raise ModelError(f"sweep: {', '.join(told)}: name each number once")
+    if samples.kind in ("grid", "together"):
+        columns = {
+            name: _row(system, number, values)
+            for (name, values), number in zip(samples.parameters.items(), names, strict=True)
+        }
+        if samples.kind == "grid":
+            return Drawn(names, _product(columns), columns, told)
+        return Drawn(names, _columns(columns), {}, told)
+    parts = _parts(samples, len(names))
+    values = [
+        _spread(system, number, how, part)
+        for (how, part, number) in zip(samples.parameters.values(), parts.T, names, strict=True)
+    ]
+    return Drawn(names, np.stack(values, axis=1), {}, told)
+
+
+def _changeable(system: System, name: str) -> str:
+    """The dotted name of a number; a load of one number is called by its own name."""
+    for whole in (name, f"{name}.value"):
+        if whole in system.values:
+            name = whole
+            break
+    system.with_values({name: system.values.get(name, 0.0)})  # refuses what cannot be changed
+    return name
+
+
+def _number(system: System, name: str, value: Any) -> float:
+    """One number in the units of the mechanism."""
+    machine = system.mechanism
+    try:
+        made = entered(value, None)
+        if not isinstance(made, Formula):
+            return float(made)
+        dimension = dimension_named(machine, name)
+        return float((made if dimension is None else made.of(dimension)).value(machine.scope))
+    except FormulaError as error:
+        raise ModelError(f"sweep: '{name}': {error}", name) from None
+
+
+def _row(system: System, name: str, values: Any) -> np.ndarray:
+    """Values of one parameter."""
+    if isinstance(values, Steps):
+        low, high = (_number(system, name, one) for one in (values.low, values.high))
+        values = np.linspace(low, high, max(0, values.count))
+    if isinstance(values, str | bytes | Mapping | Scatter) or not hasattr(values, "__iter__"):
+        values = [values]
+    if isinstance(values, np.ndarray) and values.dtype.kind in "iuf" and values.ndim == 1:
+        row = values.astype(np.float64)
+    else:
+        row = np.array([_number(system, name, value) for value in values], dtype=np.float64)
+    if not row.size or not np.isfinite(row).all():
+        raise ModelError(f"sweep: '{name}' needs finite values, at least one", name)
+    return row
+
+
+def _product(columns: Mapping[str, np.ndarray]) -> np.ndarray:
+    count = math.prod(len(row) for row in columns.values())
+    if count > MOST:
+        raise ModelError(
+            f"sweep: the grid has {count:.3g} designs, at most {MOST:.0e} are gone through: take "
+            "fewer values, or draw designs with sobol"
+        )
+    mesh = np.meshgrid(*columns.values(), indexing="ij")
+    return np.stack([part.reshape(-1) for part in mesh], axis=1)
+
+
+def _columns(columns: Mapping[str, np.ndarray]) -> np.ndarray:
+    counts = {name: len(row) for name, row in columns.items()}
+    if len(set(counts.values())) > 1:
+        told = " and ".join(f"{count} of '{name}'" for name, count in counts.items())
+        raise ModelError(f"sweep: there are {told}: give as many values of each")
+    return np.stack(list(columns.values()), axis=1)
+
+
+def _parts(samples: Samples, width: int) -> np.ndarray:
+    """Numbers between 0 and 1: (designs, width)."""
+    rng = np.random.default_rng(samples.seed)
+    if samples.kind == "monte carlo":
+        parts = rng.random((samples.count, width))
+    else:
+        from scipy.stats import qmc
+
+        if samples.kind == "sobol":
+            power = max(0, (samples.count - 1).bit_length())
+            parts = qmc.Sobol(width, seed=rng).random_base2(power)[: samples.count]
+        else:
+            parts = qmc.LatinHypercube(width, seed=rng).random(samples.count)
+    return np.clip(parts, EDGE, 1.0 - EDGE)
+
+
+def _spread(system: System, name: str, how: Any, part: np.ndarray) -> np.ndarray:
+    """Values of one drawn parameter."""
+    if isinstance(how, Scatter):
+        width = _number(system, name, how.spread())
+        middle = system.values[name] if how.mean is None else _number(system, name, how.mean)
+        if not width >= 0.0:
+            raise ModelError(f"sweep: the width of '{name}' is {width:g}: give 0 or more", name)
+        return np.asarray(middle + how.at(part, width))
+    if not isinstance(how, list | tuple) or len(how) != 2:
+        raise ModelError(
+            f"sweep: '{name}' is drawn between (low, high), or as Normal, Uniform or Triangular "
+            f"say, not as {brief(how)}",
+            name,
+        )
+    low, high = (_number(system, name, one) for one in how)
+    if not low <= high:
+        raise ModelError(
+            f"sweep: '{name}' goes from {low:g} to {high:g}: give low, then high", name
+        )
+    return low + (high - low) * part

@@ -1,0 +1,113 @@
+"""How a number scatters: normal, uniform or triangular, about a middle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mbody.errors import ModelError
+
+__all__ = ["Normal", "Scatter", "Triangular", "Uniform"]
+
+#: Standard deviations that a tolerance of a normal number stands for: 99.73 % lie within.
+SIGMAS = 3.0
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """How a number scatters about its middle; the base of the distributions.
+
+    Attributes
+    ----------
+    tolerance : float or str
+        ±, in the units of the mechanism or with a unit.
+    mean : float or str, optional
+        The middle; by default the number that the mechanism has.
+    """
+
+    tolerance: Any = None
+    mean: Any = None
+
+    def __post_init__(self) -> None:
+        if self.tolerance is None:
+            raise ModelError(f"{type(self).__name__} has no width: give tolerance")
+
+    def spread(self) -> Any:
+        """The number that says how wide it is, as it was given."""
+        return self.tolerance
+
+    def at(self, part: np.ndarray, width: float) -> np.ndarray:
+        """Deviations from the middle below which these parts of all numbers lie.
+
+        Parameters
+        ----------
+        part : array
+            Between 0 and 1, both excluded.
+        width : float
+            `spread` in the units of the mechanism.
+        """
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class Normal(Scatter):
+    """Normal distribution: p(x) = exp(−(x − mean)²/2σ²)/(σ √2π).
+
+    Parameters
+    ----------
+    tolerance : float or str, optional
+        ±; three standard deviations, within which 99.73 % lie.
+    mean : float or str, optional
+        By default the number that the mechanism has.
+    deviation : float or str, optional
+        The standard deviation σ, instead of a tolerance.
+
+    >>> Normal(deviation="0.02 mm").spread()
+    '0.02 mm'
+    """
+
+    deviation: Any = None
+
+    def __post_init__(self) -> None:
+        if (self.tolerance is None) == (self.deviation is None):
+            raise ModelError("Normal takes one width: give either tolerance or deviation")
+
+    def spread(self) -> Any:
+        """The tolerance, or the standard deviation."""
+        return self.deviation if self.tolerance is None else self.tolerance
+
+    def at(self, part: np.ndarray, width: float) -> np.ndarray:
+        """σ Φ⁻¹(part)."""
+        from scipy.special import ndtri
+
+        sigma = width if self.tolerance is None else width / SIGMAS
+        return np.asarray(sigma * ndtri(part))
+
+
+@dataclass(frozen=True)
+class Uniform(Scatter):
+    """All numbers within mean ± tolerance alike.
+
+    >>> Uniform(2.0).at(np.array([0.25]), 2.0)
+    array([-1.])
+    """
+
+    def at(self, part: np.ndarray, width: float) -> np.ndarray:
+        """Width · (2 part − 1)."""
+        return width * (2.0 * part - 1.0)
+
+
+@dataclass(frozen=True)
+class Triangular(Scatter):
+    """Most often the mean, never beyond ± tolerance: the density falls on straight lines.
+
+    >>> Triangular(2.0).at(np.array([0.125, 0.5]), 2.0)
+    array([-1.,  0.])
+    """
+
+    def at(self, part: np.ndarray, width: float) -> np.ndarray:
+        """±width · (1 − √(2 part′)), part′ from the nearer end."""
+        near = np.minimum(part, 1.0 - part)
+        return np.asarray(width * np.sign(part - 0.5) * (1.0 - np.sqrt(2.0 * near)))

@@ -1,0 +1,130 @@
+"""Sweeps: which designs, what is measured, where the answers go."""
+
+import sys
+from types import SimpleNamespace
+from unittest import mock
+
+import mbody
+from mbody.sweeps import Normal, Uniform, latin_hypercube, monte_carlo, sobol, together
+from tests.errors.command import said
+from tests.errors.models import four_bar
+
+CRANK = {"crank.A.x": [0.9, 1.1]}
+
+
+def sweep(parameters=CRANK, analysis="kinetostatics", measure="A.force", **options):
+    return mbody.sweep(four_bar(), parameters, analysis, measure, **options)
+
+
+def drawn(how):
+    return sweep(monte_carlo({"crank.A.x": how}, 3))
+
+
+def grid(values):
+    return sweep({"crank.A.x": values})
+
+
+def undriven():
+    machine = four_bar()
+    return mbody.sweep(machine.without("motor"), CRANK, measure="A.force")
+
+
+def without_a_measure():
+    return mbody.sweep(four_bar(), CRANK)
+
+
+def of_a_batch():
+    system = mbody.assemble(four_bar()).with_values({"crank.A.x": [0.9, 1.1]})
+    return mbody.sweep(system, {"crank.mass": [1.0]}, measure="A.force")
+
+
+def without(module, **options):
+    with mock.patch.dict(sys.modules, {module: None}):
+        return sweep(**options)
+
+
+def without_pandas():
+    found = sweep()
+    with mock.patch.dict(sys.modules, {"pandas": None}):
+        found.to_dataframe()
+
+
+def cluster_that_is_silent():
+    class Client:
+        def __init__(self, *arguments, **options):
+            raise OSError("timed out")
+
+    with mock.patch.dict(sys.modules, {"distributed": SimpleNamespace(Client=Client)}):
+        return sweep(scheduler="tcp://10.0.0.5:8786")
+
+
+def with_arrow(folder, **options):
+    """A folder that is looked at before anything is written to it."""
+    arrow = SimpleNamespace(parquet=SimpleNamespace())
+    found = {"pyarrow": arrow, "pyarrow.parquet": arrow.parquet}
+    with mock.patch.dict(sys.modules, found):
+        return sweep(to=folder, **options)
+
+
+def in_a_file():
+    with mock.patch("pathlib.Path.mkdir", side_effect=FileExistsError("File exists")):
+        return with_arrow("results")
+
+
+def of_another_sweep():
+    manifest = mock.patch("pathlib.Path.read_text", return_value="{}")
+    there = mock.patch("pathlib.Path.exists", return_value=True)
+    with manifest, there, mock.patch("pathlib.Path.mkdir"):
+        return with_arrow("results")
+
+
+SCENARIOS = {
+    "a sweep of no name": said(["sweep", "hoekens"]),
+    "a sweep from here to there": said(["sweep", "hoekens", "--vary", "a=1:2"]),
+    "a sweep of a name that is no formula": said(["sweep", "hoekens", "--vary", "a=1 +:2:3"]),
+    "a sweep of nothing": lambda: sweep({}),
+    "a sweep of a number that there is not": lambda: sweep({"crank.length": [1.0]}),
+    "a sweep of one number twice": lambda: mbody.sweep(
+        four_bar(mbody.Torque("brake", "rocker", value=1.0)),
+        {"brake": [1.0], "brake.value": [2.0]},
+        measure="A.force",
+    ),
+    "a sweep of no values": lambda: grid([]),
+    "a sweep of text that is no length": lambda: grid(["3 kg"]),
+    "a sweep of lists that do not fit": lambda: sweep(
+        together({"crank.A.x": [0.9, 1.1], "crank.mass": [1.0, 2.0, 3.0]})
+    ),
+    "a grid that is too large": lambda: sweep(
+        {name: range(1, 1000) for name in ("crank.mass", "coupler.mass", "rocker.mass")}
+    ),
+    "draws that are no number": lambda: latin_hypercube({"crank.A.x": (0.9, 1.1)}, 2.5),
+    "draws of no design": lambda: sobol({"crank.A.x": (0.9, 1.1)}, 0),
+    "a draw of one value": lambda: drawn(1.0),
+    "a draw from high to low": lambda: drawn((1.1, 0.9)),
+    "a scatter of less than nothing": lambda: drawn(Uniform(-0.1)),
+    "a scatter without a width": lambda: Uniform(),
+    "a scatter of two widths": lambda: Normal(tolerance=0.1, deviation=0.1),
+    "a sweep that measures nothing": without_a_measure,
+    "a sweep of a measure that is a number": lambda: sweep(measure=3),
+    "a sweep of measures that are numbers": lambda: sweep(measure=[3]),
+    "a sweep of a measure twice": lambda: sweep(measure=["A.force", "A.force"]),
+    "a sweep at no instant": lambda: sweep(measure="at(A.force, 0.1)"),
+    "a sweep at an instant that there is not": lambda: sweep(measure="at(A.force, 3)"),
+    "a sweep by an unknown analysis": lambda: sweep(analysis="dynamics"),
+    "a sweep by an option that there is not": lambda: sweep(until=3.0),
+    "a sweep of a batch": of_a_batch,
+    "a sweep of histories of free motions": lambda: sweep(analysis="simulate", until=1.0),
+    "a sweep of no threads": lambda: sweep(threads=0),
+    "a sweep without drivers": undriven,
+    "a quantity that a sweep did not measure": lambda: sweep()["B.force"],
+    "a parameter that a sweep did not have": lambda: sweep().parameter("crank.mass"),
+    "a design that a sweep did not have": lambda: sweep().design(7),
+    "a table of a sweep without pandas": without_pandas,
+    "a sweep to a folder without pyarrow": lambda: without("pyarrow", to="results"),
+    "a sweep to a folder that is a file": in_a_file,
+    "a sweep to the folder of another": of_another_sweep,
+    "a sweep on a cluster without distributed": lambda: without(
+        "distributed", scheduler="tcp://10.0.0.5:8786"
+    ),
+    "a sweep on a cluster that is not there": cluster_that_is_silent,
+}

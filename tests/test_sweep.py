@@ -1,0 +1,492 @@
+"""Sweeps: many designs through one analysis, wherever they run and wherever they are kept."""
+
+import csv
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import threading
+import tracemalloc
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from scipy import stats
+
+import mbody
+from mbody import (
+    AngleDriver,
+    Body,
+    Gravity,
+    Measure,
+    Mechanism,
+    Revolute,
+    Simulation,
+    SolveError,
+    Torque,
+    cli,
+    makers,
+)
+from mbody._lanes import LANES
+from mbody.sweeps import (
+    Normal,
+    Triangular,
+    Uniform,
+    grid,
+    latin_hypercube,
+    monte_carlo,
+    sobol,
+    together,
+)
+from mbody.sweeps.samples import drawn
+
+# lanes accept a last correction of 1e-12; times the condition of the loops, below 10
+LANE = 1e-11
+CRANK, ROD, SPEED = 1.0, 3.0, 10.0
+
+
+def slider_crank(crank=CRANK, rod=ROD):
+    return makers.slider_crank(crank, rod, masses=(1.0, 2.0, 3.0), speed=SPEED)
+
+
+def four_bar():
+    return makers.four_bar(1.0, 3.0, 2.0, 3.5, masses=(1.0, 3.0, 2.0), speed=SPEED)
+
+
+def pendulum(length=1.0, start=0.3):
+    """A thin rod that is let go, with a parameter, and a load of one number."""
+    machine = Mechanism("pendulum", parameters={"l": length})
+    machine.add(
+        Body("rod", mass=2.0, inertia=0.1, cg=("l/2", 0.0), points={"O": (0.0, 0.0)}, guess=0.1),
+        Revolute("O", "ground", "rod.O"),
+        Gravity("gravity", y=-9.81),
+        Torque("brake", "rod", value=-0.2),
+    )
+    machine.simulation = Simulation(until=0.5, start={"rod": {"angle": start, "omega": 1.0}})
+    return machine
+
+
+# -- the numbers ------------------------------------------------------------------------------
+
+
+def test_a_grid_has_the_numbers_of_its_designs_one_by_one():
+    cranks, masses = [0.8, 1.0, 1.1], [2.0, 5.0]
+    found = mbody.sweep(
+        slider_crank(),
+        {"crank.A.x": cranks, "rod.mass": masses},
+        measure=["A.force", "peak(motor.effort)"],
+        turn=True,
+        instants=73,
+    )
+    assert found.axes_of("A.force") == ("crank.A.x", "rod.mass", "instant")
+    assert found["A.force"].shape == (3, 2, 73)
+    assert list(found.axes) == ["crank.A.x", "rod.mass"]
+    system = mbody.assemble(slider_crank())
+    for i, crank in enumerate(cranks):
+        for j, mass in enumerate(masses):
+            one = system.with_values({"crank.A.x": crank, "rod.mass": mass})
+            run = mbody.kinetostatics(one, turn=True, instants=73)
+            peak = np.abs(run.effort("motor")).max()
+            force = run.measure("A.force")
+            assert_allclose(found["A.force"][i, j], force, rtol=0, atol=LANE * force.max())
+            assert_allclose(found["peak(motor.effort)"][i, j], peak, rtol=LANE)
+
+
+def test_the_stroke_of_a_slider_crank_is_that_of_the_formula():
+    """x = r cos θ + √(l² − r² sin² θ)."""
+    samples = monte_carlo({"crank.A.x": Uniform(0.2), "rod.B.x": Uniform(0.3)}, 100, seed=4)
+    theta = np.linspace(0.0, 2.0 * math.pi, 91)
+    found = mbody.sweep(
+        slider_crank(), samples, "kinematics", ["rod.B.x", "max(rod.B.x)"], drive={"motor": theta}
+    )
+    r, l = (found.parameter(name)[:, None] for name in ("crank.A.x", "rod.B.x"))
+    exact = r * np.cos(theta) + np.sqrt(l * l - (r * np.sin(theta)) ** 2)
+    assert_allclose(found["rod.B.x"], exact, rtol=0, atol=LANE * 4.5)
+    assert_array_equal(found["max(rod.B.x)"], found["rod.B.x"].max(axis=1))
+
+
+def test_reductions_are_those_of_numpy():
+    reductions = {
+        "max": lambda a: a.max(axis=1),
+        "min": lambda a: a.min(axis=1),
+        "peak": lambda a: abs(a).max(axis=1),
+        "rms": lambda a: np.sqrt((a * a).mean(axis=1)),
+        "mean": lambda a: a.mean(axis=1),
+        "first": lambda a: a[:, 0],
+        "last": lambda a: a[:, -1],
+    }
+    asked = {name: f"{name}(motor.effort)" for name in reductions}
+    asked |= {"all": "motor.effort", "third": "at(motor.effort, 2)", "greater": "max(A.fx, B.fx)"}
+    asked["power"] = (Measure("motor.power", "kW"), "peak")
+    found = mbody.sweep(
+        slider_crank(), {"rod.mass": [1.0, 2.0]}, measure=asked | {"watt": "motor.power"},
+        turn=True, instants=37,
+    )  # fmt: skip
+    for name, of in reductions.items():
+        assert_allclose(found[name], of(found["all"]), rtol=1e-15)
+    assert_array_equal(found["third"], found["all"][:, 2])
+    assert found["greater"].shape == (2, 37)
+    assert found.units["power"] == "kW"
+    assert_allclose(1e3 * found["power"], abs(found["watt"]).max(axis=1), rtol=1e-15)
+
+
+@pytest.mark.parametrize("analysis", ["kinematics", "statics", "kinetostatics"])
+def test_the_models_own_ask_and_measures_are_taken(analysis):
+    machine = mbody.gallery.load("norton_fourbar")
+    found = mbody.sweep(machine, {"rocker.B.x": [10.0, 10.5]}, analysis, "coupler.angle")
+    run = mbody.analysis.asked.asked(machine, analysis)
+    assert_allclose(found["coupler.angle"][0], run["coupler"].angle[0], rtol=LANE)
+    if analysis != "kinematics":
+        own = mbody.sweep(machine, {"rocker.B.x": [10.0]}, analysis)
+        assert own.names == tuple(machine.measures)
+        for name in own.names:
+            assert_allclose(own[name], run.measure(name), rtol=LANE)
+
+
+def test_instants_asked_for_in_the_words_of_a_description():
+    """Followed from t = 0, and without the instants before."""
+    machine = four_bar()
+    found = mbody.sweep(
+        machine, {"crank.mass": [1.0, 2.0]}, measure="motor.effort", at={"crank": ["60 deg", 2.0]}
+    )
+    ask = mbody.Ask(at={"crank": ["60 deg", 2.0]})
+    run = mbody.analysis.asked.asked(machine, "kinetostatics", ask)
+    assert_allclose(found.t, run.t, rtol=1e-15)
+    assert_allclose(found["motor.effort"][0], run.effort("motor"), rtol=LANE)
+
+
+def test_a_free_motion_has_the_numbers_of_the_description_with_these_numbers():
+    """Another length is another description, whose motion begins elsewhere; its steps may differ by
+    rounding, and so the motion by what is left of its error, of 1e-8 a step."""
+    found = mbody.sweep(
+        pendulum(), {"l": [0.8, "1.2 m"], "brake": [-0.2, 0.3]}, "simulate", "last(rod.angle)"
+    )
+    assert found["last(rod.angle)"].shape == (2, 2)
+    for n, length in enumerate((0.8, 1.2)):
+        run = mbody.simulate(pendulum(length))
+        assert_allclose(found["last(rod.angle)"][n, 0], run["rod"].angle[-1], rtol=1e-8)
+    assert found["last(rod.angle)"][0, 0] != found["last(rod.angle)"][0, 1]
+
+
+def test_designs_that_differ_in_a_law_have_times_of_their_own():
+    found = mbody.sweep(
+        four_bar(), {"motor.law.speed": [5.0, 10.0]}, measure="peak(motor.effort)", turn=True
+    )
+    peaks = found["peak(motor.effort)"]
+    assert_allclose(peaks[1] / peaks[0], 4.0, rtol=LANE)  # no load but inertia: ∝ ω²
+
+
+def test_redundant_joints_go_one_by_one():
+    machine = mbody.gallery.load("parallel_cranks")
+    name = f"{machine.joints[0].name}.force"
+    body = machine.bodies[0].name
+    found = mbody.sweep(machine, {f"{body}.mass": [1.0, 2.0]}, measure=f"peak({name})")
+    one = mbody.assemble(machine).with_values({f"{body}.mass": 2.0})
+    run = mbody.kinetostatics(one, **mbody.analysis.asked.way_of(one, machine.ask)[0])
+    assert found[f"peak({name})"][1] == run.measure(name)[-len(found.t) :].max()
+
+
+# -- the designs ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("scatter", "of"),
+    [
+        (Normal(deviation=0.5), stats.norm(2.0, 0.5)),
+        (Normal(tolerance=1.5), stats.norm(2.0, 0.5)),
+        (Uniform(0.5), stats.uniform(1.5, 1.0)),
+        (Triangular(0.5), stats.triang(0.5, 1.5, 1.0)),
+    ],
+)
+def test_scatter_is_that_of_scipy(scatter, of):
+    """The parts that a Sobol sequence draws, through SciPy's own inverse distributions."""
+    system = mbody.assemble(four_bar())
+    part = drawn(system, sobol({"rocker.B.x": (0.0, 1.0)}, 256, seed=2)).values[:, 0]
+    found = drawn(system, sobol({"rocker.B.x": scatter}, 256, seed=2)).values[:, 0]
+    # a part has an ulp of 1e-16, which the steepest of these, at 1/256², makes 1e-13
+    assert_allclose(found, of.ppf(part), rtol=0, atol=1e-12)
+
+
+def test_a_latin_hypercube_has_one_design_in_every_slice():
+    system = mbody.assemble(four_bar())
+    names = {"rocker.B.x": (1.0, 3.0), "crank.mass": (2.0, 4.0)}
+    values = drawn(system, latin_hypercube(names, 50, seed=1)).values
+    for column, low in zip(values.T, (1.0, 2.0), strict=True):
+        assert_array_equal(np.sort(np.floor((column - low) / 2.0 * 50)), np.arange(50))
+
+
+def test_seeds_say_the_designs():
+    system = mbody.assemble(four_bar())
+    for draw in (monte_carlo, sobol, latin_hypercube):
+        same = [drawn(system, draw({"crank.mass": (1, 2)}, 20, seed=s)).values for s in (3, 3, 4)]
+        assert_array_equal(same[0], same[1])
+        assert (same[0] != same[2]).any()
+
+
+def test_lists_go_together_and_text_has_units():
+    found = mbody.sweep(
+        slider_crank(),
+        together({"crank.A.x": ["90 cm", 1.0], "motor.law.value": ["30 deg", 0.0]}),
+        "kinematics",
+        "rod.B.x",
+    )
+    assert list(found.axes) == ["design"]
+    assert_allclose(found.parameter("crank.A.x"), [0.9, 1.0], rtol=1e-15)
+    assert_allclose(found.parameter("motor.law.value"), [math.pi / 6.0, 0.0], rtol=1e-15)
+    assert_allclose(found["rod.B.x"][1], CRANK + ROD, rtol=LANE)
+
+
+# -- what fails -------------------------------------------------------------------------------
+
+
+def test_a_failed_design_is_a_row_with_its_sentence():
+    lengths = np.linspace(0.9, 1.1, 2 * LANES + 3)
+    good = mbody.sweep(four_bar(), {"crank.A.x": lengths}, measure="peak(A.force)", turn=True)
+    lengths[5], lengths[20] = 30.0, 2.2  # does not close; comes to a dead centre
+    bad = mbody.sweep(four_bar(), {"crank.A.x": lengths}, measure="peak(A.force)", turn=True)
+    assert sorted(bad.failures) == [5, 20]
+    for design, told in bad.failures.items():
+        with pytest.raises(SolveError) as error:
+            mbody.kinetostatics(bad.design(design), turn=True)
+        assert told == str(error.value)
+    others = np.delete(np.arange(len(lengths)), [5, 20])
+    peaks = [one["peak(A.force)"] for one in (good, bad)]
+    assert np.isnan(peaks[1][[5, 20]]).all()
+    assert_allclose(peaks[1][others], peaks[0][others], rtol=LANE)
+    assert f"2 of {len(bad)} designs failed" in str(bad)
+
+
+def test_a_number_that_a_body_cannot_have_fails_one_design():
+    found = mbody.sweep(four_bar(), {"crank.mass": [1.0, -1.0, 2.0]}, measure="O2.force")
+    assert list(found.failures) == [1]
+    assert "must not be negative" in found.failures[1]
+    assert np.isfinite(found["O2.force"][[0, 2]]).all()
+
+
+def test_a_measure_without_a_value_is_told():
+    found = mbody.sweep(
+        slider_crank(), {"crank.A.x": [0.9, 1.1]}, "kinematics", "sqrt(rod.B.x - 3.37 m)"
+    )
+    assert list(found.failures) == [0]
+    assert "no finite value" in found.failures[0]
+
+
+def test_ctrl_c_leaves_what_was_done():
+    def stop(done, of):
+        if done >= 512:
+            raise KeyboardInterrupt
+
+    samples = monte_carlo({"crank.A.x": Uniform(0.1)}, 2000, seed=5)
+    options = {"measure": "peak(A.force)", "turn": True, "instants": 37}
+    part = mbody.sweep(four_bar(), samples, progress=stop, **options)
+    whole = mbody.sweep(four_bar(), samples, **options)
+    assert part.status == "interrupted after 512 of 2000 designs"
+    assert part.done.sum() == 512
+    assert not part.failures
+    assert_array_equal(part["peak(A.force)"][part.done], whole["peak(A.force)"][part.done])
+    assert np.isnan(part["peak(A.force)"][~part.done]).all()
+
+
+# -- where it runs, and where it is kept ------------------------------------------------------
+
+QUESTION = {"measure": ["peak(A.force)", "motor.effort"], "turn": True, "instants": 19}
+
+
+def scattered(count=700):
+    # one in some hundred cannot turn, and goes alone
+    names = {"crank.A.x": Normal(deviation=0.2), "coupler.mass": Uniform(1.0)}
+    return monte_carlo(names, count, seed=9)
+
+
+def same(one, other):
+    assert one.failures == other.failures
+    for name in one.names:
+        assert_array_equal(one[name], other[name])
+
+
+def test_threads_change_no_bit():
+    found = [mbody.sweep(four_bar(), scattered(), threads=n, **QUESTION) for n in (1, 2, 5)]
+    assert found[0].failures
+    same(found[0], found[1])
+    same(found[0], found[2])
+
+
+def test_a_cut_batch_has_the_same_bits():
+    """Lanes go in step: what one design gets may depend on its neighbours, not on the cut."""
+    whole = mbody.sweep(four_bar(), scattered(), threads=1, **QUESTION)
+    values = {n: whole.parameter(n)[3 * LANES :] for n in ("crank.A.x", "coupler.mass")}
+    part = mbody.sweep(four_bar(), together(values), threads=1, **QUESTION)
+    for name in whole.names:
+        assert_array_equal(whole[name][3 * LANES :], part[name])
+
+
+def test_a_folder_keeps_the_same_numbers(tmp_path):
+    pytest.importorskip("pyarrow")
+    inside = mbody.sweep(four_bar(), scattered(), **QUESTION)
+    stored = mbody.sweep(four_bar(), scattered(), to=tmp_path / "sweep", **QUESTION)
+    same(inside, stored)
+    assert stored.done.all()
+    frame = stored.to_dataframe()
+    assert list(frame.columns) == ["crank.A.x", "coupler.mass", *stored.names, "error"]
+    assert_array_equal(frame["peak(A.force)"], inside["peak(A.force)"])
+
+
+KILLED = """
+import os, signal, sys
+sys.path.insert(0, {root!r})
+import mbody
+from tests.test_sweep import QUESTION, four_bar, scattered
+
+def kill(done, of):
+    if done >= 4096:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+mbody.sweep(four_bar(), scattered(10_000), to={folder!r}, progress=kill, **QUESTION)
+"""
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no signal that cannot be caught")
+def test_a_killed_sweep_goes_on_without_loss(tmp_path):
+    pytest.importorskip("pyarrow")
+    folder, root = tmp_path / "sweep", str(Path(__file__).parents[1])
+    script = KILLED.format(root=root, folder=str(folder))
+    ended = subprocess.run([sys.executable, "-c", script], cwd=root, env=os.environ, check=False)
+    assert ended.returncode == -signal.SIGKILL
+    assert list(folder.glob("*.parquet"))
+    (folder / "designs-000004096.part").write_bytes(b"half a file")
+    calls = []
+    found = mbody.sweep(
+        four_bar(),
+        scattered(10_000),
+        to=folder,
+        progress=lambda done, of: calls.append(done),
+        **QUESTION,
+    )
+    assert len(calls) < 3  # of three files one was there
+    same(mbody.sweep(four_bar(), scattered(10_000), **QUESTION), found)
+
+
+def test_a_folder_is_of_one_sweep(tmp_path):
+    pytest.importorskip("pyarrow")
+    options = {"measure": "A.force", "to": tmp_path}
+    mbody.sweep(four_bar(), {"crank.mass": [1.0, 2.0]}, **options)
+    again = mbody.sweep(four_bar(), {"crank.mass": [1.0, 2.0]}, **options)
+    assert again.done.all()
+    others = [
+        (four_bar(), {"crank.mass": [1.0, 3.0]}, "kinetostatics", "A.force", "samples"),
+        (four_bar(), {"rocker.mass": [1.0, 2.0]}, "kinetostatics", "A.force", "parameters"),
+        (four_bar(), {"crank.mass": [1.0, 2.0]}, "statics", "A.force", "analysis"),
+        (four_bar(), {"crank.mass": [1.0, 2.0]}, "kinetostatics", "B.force", "measures"),
+        (makers.four_bar(1, 3, 2, 3), {"crank.mass": [1, 2]}, "kinetostatics", "A.force", "model"),
+    ]
+    for machine, parameters, analysis, measure, told in others:
+        with pytest.raises(mbody.ModelError, match=f"another sweep, of other .*{told}"):
+            mbody.sweep(machine, parameters, analysis, measure, to=tmp_path)
+
+
+def test_a_dask_cluster_has_the_same_bits():
+    distributed = pytest.importorskip("distributed")
+    here = mbody.sweep(four_bar(), scattered(), **QUESTION)
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=2, processes=True, dashboard_address=None
+    ) as cluster:
+        calls = []
+        there = mbody.sweep(
+            four_bar(),
+            scattered(),
+            scheduler=cluster.scheduler_address,
+            progress=lambda done, of: calls.append(done),
+            **QUESTION,
+        )
+    same(here, there)
+    assert calls[-1] == 700
+
+
+def test_memory_does_not_grow_with_the_designs():
+    """Histories are let go block by block: four times the designs cost their numbers alone."""
+    peaks = []
+    for count in (2000, 8000):
+        samples = monte_carlo({"crank.A.x": Uniform(0.1)}, count, seed=5)
+        tracemalloc.start()
+        mbody.sweep(four_bar(), samples, measure="peak(A.force)", turn=True, threads=1)
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    # a number each of the sample, its copies while it is drawn, and the answer: 8 of 8 bytes
+    assert peaks[1] - peaks[0] < 6000 * 8 * 8
+
+
+def test_own_code_keeps_to_one_thread():
+    """Python of the user is called by the thread that asked."""
+    seen = set()
+
+    def torque(t):
+        seen.add(threading.current_thread())
+        return 2.0 * t
+
+    machine = Mechanism("crank")
+    machine.add(
+        Body("crank", mass=1.0, inertia=1.0, points={"O": (0.0, 0.0)}),
+        Revolute("O", "ground", "crank.O"),
+        AngleDriver("motor", "crank", 0.0),
+        Torque("T", "crank", value=torque),
+    )
+    found = mbody.sweep(machine, {"crank.mass": [1.0, 2.0]}, measure="motor.effort", t=[0.0, 3.0])
+    assert seen == {threading.current_thread()}
+    assert_allclose(found["motor.effort"][:, 1], -6.0, rtol=1e-14)
+
+
+def test_a_grid_is_the_default():
+    system = mbody.assemble(four_bar())
+    values = {"crank.mass": [1.0, 2.0], "rocker.mass": [3.0, 4.0, 5.0]}
+    one, other = drawn(system, values), drawn(system, grid(values))
+    assert_array_equal(one.values, other.values)
+    assert_array_equal(one.values[:, 0], np.repeat([1.0, 2.0], 3))
+
+
+@pytest.mark.parametrize("name", ["stephenson_sixbar", "planetary_train", "cam_follower"])
+def test_whole_turns_stay_on_the_lanes(name, monkeypatch):
+    """Pivots good at the first position alone vanish on the way, and every design went alone."""
+    monkeypatch.setattr("mbody.sweeps.job._alone", lambda job, values: pytest.fail("went alone"))
+    machine = mbody.gallery.load(name)
+    body, joint = machine.bodies[0].name, machine.joints[0].name
+    mass = mbody.assemble(machine).values[f"{body}.mass"]
+    scatter = monte_carlo({f"{body}.mass": Uniform(0.1 * mass)}, 2 * LANES, seed=1)
+    found = mbody.sweep(machine, scatter, measure=f"{joint}.force")
+    for design in (0, LANES + 1):
+        run = mbody.kinetostatics(found.design(design), turn=True, instants=len(found.t))
+        force = run.measure(f"{joint}.force")
+        assert_allclose(found[f"{joint}.force"][design], force, rtol=0, atol=LANE * force.max())
+
+
+def test_the_command_tells_the_same(tmp_path, capsys):
+    words = ["sweep", "norton_fourbar", "--over", "turn", "--instants", "19", "--measure"]
+    words += ["peak(A.force)", "--measure", "A.fx", "--vary", "rocker.B.x=9.5 in:10.5 in:3"]
+    table = tmp_path / "table.csv"
+    assert (
+        cli.main([*words, "--vary", "coupler.weight=2,3 lbf", "--json", "--csv", str(table)]) == 0
+    )
+    told = json.loads(capsys.readouterr().out)
+    machine = mbody.gallery.load("norton_fourbar")
+    parameters = {"rocker.B.x": [9.5, 10.0, 10.5], "coupler.weight": [2.0, 3.0]}
+    asked = ["peak(A.force)", "A.fx"]
+    found = mbody.sweep(machine, parameters, measure=asked, turn=True, instants=19)
+    assert told["status"] == "completed"
+    assert told["columns"]["peak(A.force)"] == found["peak(A.force)"].reshape(-1).tolist()
+    assert told["columns"]["A.fx"] == found["A.fx"].reshape(6, 19).tolist()
+    with table.open(encoding="utf-8") as file:
+        head, *rows = csv.reader(file)
+    assert [float(row[head.index("A.fx[18]")]) for row in rows] == [
+        row[18] for row in told["columns"]["A.fx"]
+    ]
+
+
+def test_the_command_tells_what_failed(capsys):
+    words = ["sweep", "norton_fourbar", "--vary", "rocker.B.x=10,60"]
+    assert cli.main([*words, "--measure", "A.force", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)["columns"]
+    assert told["A.force"][1] is None and "do not close" in told["error"][1]
+    assert cli.main([*words, "--measure", "A.force"]) == 0
+    assert "1 of 2 designs failed" in capsys.readouterr().out
