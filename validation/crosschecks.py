@@ -24,14 +24,14 @@ instants or the free motion that the model itself asks for. Written by
   force by its recursive Newton–Euler algorithm; *accelerations*: those that its forward dynamics
   finds from loads and efforts; *over time*: the free motion by scipy's DOP853 from them. What it
   has no joint for is applied as the force that we found, and must leave the rest in balance.
-* **pymunk**: its own bodies, pins, grooves and motors, stepped at several lengths and brought to steps
-  of no length: forces at the instants, and of what is free the motion and its energy.
-* **mujoco**: the same tree with soft constraints, made as stiff as its steps bear: forces by its inverse
-  dynamics, motions by its own steps.
+* **pymunk**: its own bodies, pins, grooves and motors, stepped at several lengths and brought to
+  steps of no length: forces at the instants, and of what is free the motion and its energy.
+* **mujoco**: the same tree with soft constraints, made as stiff as its steps bear: forces by its
+  inverse dynamics, motions by its own steps.
 
 How far apart both may be is measured: rounding times the condition of the loops at the instant; of
-motions over time the errors of both times the growth of errors along the motion; of pymunk and MuJoCo
-what halving their steps changes. The command tells it beside every number.
+motions over time the errors of both times the growth of errors along the motion; of pymunk and
+MuJoCo what halving their steps changes. The command tells it beside every number.
 
 | model | engine | verdict | quantities | not expressible |
 |---|---|---|---|---|
