@@ -27,7 +27,10 @@ def draw(question: str, rows: Sequence[Row], path: Path) -> Path | None:
     if not panels:
         return None
     with matplotlib.rc_context({"svg.hashsalt": question, "font.size": 8}):
-        figure: Any = Figure(figsize=(4.2 * len(panels), 3.6), layout="constrained")
+        # one panel leaves its legend room at the side, several below
+        alone = len(panels) == 1
+        size = (7.6, 3.6) if alone else (4.2 * len(panels), 3.6)
+        figure: Any = Figure(figsize=size, layout="constrained")
         engines = list(dict.fromkeys(name for panel in panels.values() for name in panel))
         for axes, (name, panel) in zip(
             figure.subplots(1, len(panels), squeeze=False)[0], panels.items()
@@ -50,7 +53,8 @@ def draw(question: str, rows: Sequence[Row], path: Path) -> Path | None:
         handles = dict(
             pair[::-1] for axes in figure.axes for pair in zip(*axes.get_legend_handles_labels())
         )
-        figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3)
+        where, columns = ("outside right center", 1) if alone else ("outside lower center", 5)
+        figure.legend(handles.values(), handles.keys(), loc=where, ncols=columns, fontsize=8)
         path.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(path, metadata={"Date": None})
     return path
