@@ -14,13 +14,14 @@ if TYPE_CHECKING:
     from mbody.questions import Ask
     from mbody.solution import Solution
 
-__all__ = ["analyse", "question", "write"]
+__all__ = ["analyse", "check_forms", "question", "write"]
 
 
 def analyse(asked: Any) -> int:
     """Run an analysis and show what was asked for."""
     from mbody.analysis.asked import asked as solved
 
+    check_forms(asked)
     mechanism = taken(asked)
     run = solved(mechanism, asked.command, question(asked, mechanism.ask))
     wants_equations = getattr(asked, "equations", False)
@@ -33,7 +34,7 @@ def analyse(asked: Any) -> int:
         print(json.dumps(told, ensure_ascii=False, allow_nan=False))
     elif wants_equations:
         print(run.equations())
-    elif "-" not in (asked.csv, asked.npz):
+    elif asked.csv != "-":
         print(run)
     write(run, asked)
     return 0 if run.status == "completed" else 1
@@ -69,6 +70,14 @@ def _whole(text: str | None) -> int | None:
     if not (text.isascii() and text.isdigit()) or len(text) > 12:
         raise UsageError(f"--instants takes a whole number, not {text[:40]!r}")
     return int(text)
+
+
+def check_forms(asked: Any) -> None:
+    """Refuse forms that would be printed into each other, before anything is followed."""
+    if asked.json and asked.csv == "-":
+        raise UsageError("--json and --csv - print to the same place: give --csv a file")
+    if asked.npz == "-":
+        raise UsageError("--npz takes a file: its arrays cannot be printed")
 
 
 def write(run: Solution, asked: Any) -> None:

@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from mbody.cli.analyse import write
+from mbody.cli.analyse import check_forms, write
 from mbody.cli.models import taken
 from mbody.cli.usage import UsageError
 
@@ -24,6 +24,7 @@ def simulate(asked: Any) -> int:
     """Follow the motion and show it; 1 where the user stopped it before its end."""
     from mbody.analysis import simulate as followed
 
+    check_forms(asked)
     mechanism = taken(asked)
     options: dict[str, Any] = {"progress": _progress(asked, _last(mechanism, asked.to))}
     if asked.rtol is not None:
@@ -45,7 +46,7 @@ def simulate(asked: Any) -> int:
     run = followed(mechanism, asked.to, **options)
     if asked.json:
         print(json.dumps(run.data(asked.angle), ensure_ascii=False, allow_nan=False))
-    elif "-" not in (asked.csv, asked.npz):
+    elif asked.csv != "-":
         print(run)
     write(run, asked)
     if asked.save is not None:

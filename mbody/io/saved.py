@@ -37,7 +37,7 @@ def save_run(run: Solution, path: Any) -> None:
     Parameters
     ----------
     run : Solution
-        Of one design, of any analysis.
+        Of one design, of kinematics, kinetostatics, statics, close_loops or simulate.
     path : str or path
         Usually ends in ``.npz``; read by NumPy without pickles.
 

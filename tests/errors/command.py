@@ -4,6 +4,7 @@ from mbody import cli
 
 #: Words of the command that it refuses.
 WORDS = {
+    "arrays that are printed": ["simulate", "free_fourbar", "--npz", "-"],
     "no model": ["kinematics"],
     "an option that is not there": ["kinematics", "hoekens", "--fast"],
     "a model that is not there": ["kinematics", "hoekns"],
@@ -34,4 +35,7 @@ def said(words):
     return lambda: cli._run(words)
 
 
-SCENARIOS = {**{name: said(words) for name, words in WORDS.items()}}
+SCENARIOS = {
+    **{name: said(words) for name, words in WORDS.items()},
+    "two forms at one place": said(["kinematics", "norton_fourbar", "--json", "--csv", "-"]),
+}
