@@ -15,9 +15,12 @@ if TYPE_CHECKING:
     from mbody.loads import Load
     from mbody.system import System
 
-__all__ = ["Energy", "account"]
+__all__ = ["Energy", "account", "causes"]
 
 Array = np.ndarray
+
+#: Loads whose work is accounted one by one.
+ACCOUNTED = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +72,13 @@ class Energy:
         return told | {"by": {name: part.tolist() for name, part in self.by.items()}}
 
 
+def causes(system: System, stops: Sequence[str] = ()) -> list[str]:
+    """What work is told of: every load, or "loads" of none and of very many; drivers; stops."""
+    loads = [load.name for load in system.mechanism.loads]
+    drivers = [driver.name for driver in system.mechanism.drivers]
+    return [*(loads if 0 < len(loads) <= ACCOUNTED else ["loads"]), *drivers, *stops]
+
+
 def account(system: System, motion: Array, gained: Array, stops: Sequence[str] = ()) -> Energy:
     """The account of a motion.
 
@@ -83,10 +93,9 @@ def account(system: System, motion: Array, gained: Array, stops: Sequence[str] =
     """
     machine, n = system.mechanism, system.coordinates
     kinetic = 0.5 * (motion[:, n : 2 * n] ** 2) @ system.mass[:n, 0]
-    drivers = [driver.name for driver in machine.drivers]
     loads = {load.name: load for load in machine.loads}
-    together = gained.shape[1] - len(drivers) - len(stops) != len(loads)
-    names = [*(["loads"] if together else loads), *drivers, *stops]
+    names = causes(system, stops)
+    together = not 0 < len(loads) <= ACCOUNTED
     by = {name: gained[:, k] for k, name in enumerate(names)}
     potential, work, lost = (np.zeros(len(motion)) for _ in range(3))
     for name, part in by.items():

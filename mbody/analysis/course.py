@@ -18,7 +18,6 @@ from mbody.core.progress import (
     DONE,
     LAST,
     LAST_ONE,
-    LOST,
     MET,
     MORE,
     NEXT,
@@ -31,7 +30,7 @@ from mbody.core.progress import (
     TIME,
 )
 from mbody.core.slopes import begin
-from mbody.energy import account
+from mbody.energy import account, causes
 from mbody.errors import ModelError, SolveError
 from mbody.events import Occurrence
 from mbody.histories import Record
@@ -46,8 +45,6 @@ Array = np.ndarray
 
 #: Steps of one call of the kernel; between calls there is progress, and Ctrl-C is heard.
 AT_ONCE = 500
-#: Loads whose work is accounted one by one.
-ACCOUNTED = 64
 #: Of so many steps the mean is judged: what falls below this part of the greatest and of the time
 #: in which the motion changes, with so many steps still to go, crawls.
 JUDGED, SHRUNK, SLOW, PATIENT = 10_000, 0.1, 1e-4, 300_000
@@ -63,9 +60,7 @@ class Course:
         self.soft = start.soft if start.system is system else SOFT * bool(start.soft)
         # a small mass stands where there is none: corrections by the residual take it back
         regular = 2 if system.has_stand_ins or self.soft else 0
-        loads = len(system.mechanism.loads)
-        self.causes = (loads if loads <= ACCOUNTED else 1) or 1
-        self.causes += len(system.mechanism.drivers)
+        self.causes = len(causes(system))
         self.passes = max(2, regular)
         self.steps = stepper(way.method, self.layout, self.work, way.step)
         n, m = 2 * system.coordinates, self.steps
@@ -258,7 +253,7 @@ class Course:
         n = self.system.coordinates
         raise valueless(self.system, self.work, t, self.y[:n], self.y[n:])
 
-    def _stopped(self, found: Solution, code: int = LOST) -> SolveError:
+    def _stopped(self, found: Solution, code: int) -> SolveError:
         """The sentence of a motion that cannot be followed."""
         state = self.state
         unit = self.system.mechanism.units.time

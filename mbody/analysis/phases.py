@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from mbody.analysis.asked_motion import AskedMotion
-from mbody.analysis.course import ACCOUNTED, Course
+from mbody.analysis.course import Course
 from mbody.analysis.equilibrium import released
 from mbody.analysis.eventful import Eventful
 from mbody.analysis.start import state_of
 from mbody.core.output import PER_ATOM
-from mbody.energy import account
+from mbody.energy import account, causes
 from mbody.errors import SolveError
 from mbody.events import Stop
 from mbody.histories import Record
@@ -97,14 +97,14 @@ def _restart(
 def _joined(system: System, asked: AskedMotion, found: Sequence[Solution]) -> Solution:
     """One result of all phases; a driver that has let go has no effort."""
     last, stops = found[-1], _stops(asked)
-    whole = _causes(system, stops)
+    whole = causes(system, stops)
     t, pages, works = [], [], []
     before = np.zeros(len(whole))
     for run in found:
         keep = np.isin(run.t, asked.times) | (run.status != "completed") * (run.t == run.t[-1])
         if run is not last:
             keep &= run.t < run.t[-1]
-        names = _causes(run.system, stops)
+        names = causes(run.system, stops)
         places = [whole.index(name) for name in names]
         work = np.tile(before, (len(run), 1))
         for place, name in zip(places, names, strict=True):
@@ -130,13 +130,6 @@ def _joined(system: System, asked: AskedMotion, found: Sequence[Solution]) -> So
         stats=stats,
         events=tuple(one for run in found for one in run.events),
     )
-
-
-def _causes(system: System, stops: Sequence[str]) -> list[str]:
-    """Names of the columns of work; of no loads, and of very many, one of all."""
-    loads = [load.name for load in system.mechanism.loads]
-    loads = loads if 0 < len(loads) <= ACCOUNTED else ["loads"]
-    return [*loads, *(driver.name for driver in system.mechanism.drivers), *stops]
 
 
 def _widened(system: System, run: Solution) -> Array:

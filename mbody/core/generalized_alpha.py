@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from mbody._jit import njit
-from mbody.core.progress import FRESH, NEWTONS, SLOPES
+from mbody.core.progress import FRESH, SLOPES
 from mbody.core.slopes import slope
 from mbody.core.tangents import eliminate, iteration_matrix, substitute, tangents
 
@@ -50,7 +50,6 @@ def alpha_step(L, W, soft, passes, rho, t, h, y, K, P, ys, x, hat, scale, Jq, Jv
             ys[n3 + n] = y[n3 + n] + h * ((1.0 - gamma) * hat[n] + gamma * new[n])
         slope(L, W, t + h, ys, K[1], P[1], soft, passes, False)
         state[SLOPES] += 1
-        state[NEWTONS] += 1
         for n in range(n3):
             x[n] = part * K[1, n3 + n] + alpha_f * K[0, n3 + n]
             x[n] -= (1.0 - alpha_m) * new[n] + alpha_m * hat[n]

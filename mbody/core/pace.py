@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from mbody._jit import kernel, njit
+from mbody._jit import kernel
 from mbody._reference import by_reference
 from mbody.core.dense_output import deliver, hermite
 from mbody.core.generalized_alpha import alpha_step
@@ -29,14 +29,6 @@ from mbody.core.rattle import rattle_ready, rattle_step
 from mbody.core.slopes import slope
 
 __all__ = ["pace"]
-
-
-@njit
-def ready(L, W, t, y, soft):
-    """Rows, factor and multipliers of a state whose slope was the last to be taken, or not."""
-    for n in range(3 * L.bodies):
-        W.q[n, 0] = y[n]
-    rattle_ready(L, W, t, soft)
 
 
 @kernel
@@ -73,8 +65,8 @@ def pace(
         if symmetric:
             begun = t
             for n in range(n3):
-                K[3, n3 + n] = K[0, n3 + n]
-            ready(L, W, t, y, soft)
+                W.q[n, 0], K[3, n3 + n] = y[n], K[0, n3 + n]
+            rattle_ready(L, W, t, soft)
             for n in range(lam.shape[0]):
                 W.lam[n, 0] = lam[n]
             for m in range(parts.shape[0]):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 __all__ = [
     *("TIME", "NEXT", "STEPS", "REJECTED", "CAREFUL", "SLOPES", "MET", "NEAR", "PIVOT"),
-    *("STAGE_TRIES", "FREEST", "LONGEST", "END_TRIES", "STIFF", "CALM", "TANGENTS", "NEWTONS"),
+    *("STAGE_TRIES", "FREEST", "LONGEST", "END_TRIES", "STIFF", "CALM", "TANGENTS"),
     *("ERROR", "FRESH", "LAST_ONE", "PROGRESS"),
     *("DONE", "LAST", "LOST", "MORE", "PASSAGE", "SMALL", "STEEP", "WEAK"),
 ]
@@ -18,13 +18,12 @@ STEPS, REJECTED, CAREFUL, SLOPES, MET = 2, 3, 4, 5, 6
 NEAR, PIVOT, STAGE_TRIES, FREEST, LONGEST, END_TRIES = 7, 8, 9, 10, 11, 12
 #: Steps held short by stiffness, without and since a step that was not.
 STIFF, CALM = 13, 14
-#: Implicit methods: tangents formed, rounds of corrections, error of the last step, whether the
-#: tangents serve again.
-TANGENTS, NEWTONS, ERROR, FRESH = 15, 16, 17, 18
+#: Implicit methods: tangents formed, error of the last step, whether the tangents serve again.
+TANGENTS, ERROR, FRESH = 15, 16, 17
 #: Whether the last step, which ends where the motion is to end, may be made.
-LAST_ONE = 19
+LAST_ONE = 18
 #: How many there are.
-PROGRESS = 20
+PROGRESS = 19
 
 #: What steps end with: all done; there is more to do; the step has vanished; a slope was no
 #: number; explicit steps are held short by stiffness; the next step is the last one, if it may be;

@@ -25,7 +25,6 @@ from mbody.core.progress import (
     LAST_ONE,
     LOST,
     MORE,
-    NEWTONS,
     NEXT,
     PASSAGE,
     PIVOT,
@@ -98,7 +97,6 @@ def stages(
             state[SLOPES] += 1
             if not good:
                 return False, rate
-        state[NEWTONS] += 1
         for n in range(n6):
             a, b, c = K[1, n], K[2, n], K[3, n]
             Z[0, n] = inverse[0, 0] * a + inverse[0, 1] * b + inverse[0, 2] * c - mu * X[0, n]
@@ -173,8 +171,6 @@ def radau(
     n6, n3 = 6 * L.bodies, 3 * L.bodies
     ys, end, last, error = work[0], work[1], work[2], work[3]
     made = -1.0
-    for n in range(n6):
-        last[n] = y[n]
     for _ in range(steps):
         t, h = state[TIME], state[NEXT]
         if t >= until:

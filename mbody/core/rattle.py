@@ -17,7 +17,7 @@ from mbody.core.factor import VANISHED, apply_g, apply_gt, factor, solve
 from mbody.core.forces import forces, signals
 from mbody.core.instant import clear, weigh
 from mbody.core.motion import balance
-from mbody.core.progress import NEWTONS, SLOPES
+from mbody.core.progress import SLOPES
 from mbody.core.rows import rows, turns
 
 __all__ = ["rattle_step"]
@@ -43,7 +43,6 @@ def rattle_step(L, W, soft, passes, t, h, y, K, blocks, state):
     last, good = 1e300, False
     for _ in range(ROUNDS):
         off = correct(L, W, t, h, y, u, blocks, passes)
-        state[NEWTONS] += 1
         if not off < 1e6:
             return False
         if off <= CLOSED or (off <= 1e-13 and off >= 0.5 * last):

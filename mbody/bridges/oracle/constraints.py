@@ -193,7 +193,8 @@ class Constraints(Geometry):
 
     def _physics(self, e: CustomJoint, q: Any, v: Any, t: Any) -> tuple[Any, ...]:
         sides = (self.side(q, v, e.i.body), self.side(q, v, e.j.body))
-        return e.physics(*sides, np.array(e.parameters(Numbers(self))), t)  # type: ignore
+        numbers: Any = Numbers(self)
+        return tuple(e.physics(*sides, np.array(e.parameters(numbers)), t))
 
     def _custom_phi(self, e: CustomJoint, q: Any, t: Any) -> list[Any]:
         if q.ndim == 1:

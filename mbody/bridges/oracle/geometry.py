@@ -75,7 +75,9 @@ class Geometry:
 
     def body(self, name: str) -> Body:
         """A body by name; the ground is one."""
-        return self.mechanism.ground if name == "ground" else self.mechanism[name]  # type: ignore
+        found: Any = self.mechanism.ground if name == "ground" else self.mechanism[name]
+        body: Body = found
+        return body
 
     def arm(self, marker: Marker) -> tuple[float, float]:
         """From the mass centre to the marker, link axes [length]."""

@@ -39,8 +39,8 @@ class Motion(Constraints):
     ) -> np.ndarray:
         """Right-hand sides with the driven value (order 0), rate (1) or acceleration (2) given."""
         for name, value in (given or {}).items():
-            law = self.mechanism[name].law  # type: ignore[attr-defined]
-            rows[self.rows[name]] += value - law.derivatives(t)[order]
+            driver: Any = self.mechanism[name]
+            rows[self.rows[name]] += value - driver.law.derivatives(t)[order]
         return rows
 
     def close(
