@@ -12,7 +12,7 @@ from mbody.core.causes import each_load
 from mbody.core.layout import Work
 from mbody.core.output import PER_ATOM
 from mbody.elements import listed
-from mbody.ends import moment
+from mbody.ends import torque_told
 from mbody.errors import ModelError
 from mbody.histories import Checks, Reaction
 from mbody.joints import Joint
@@ -141,5 +141,5 @@ def _alone(solution: Solution, joint: Joint, whole: Reaction, rows: np.ndarray) 
     atoms = solution.system.atoms_of[joint.name]
     parts = [np.sum([rows[:, PER_ATOM * e + n] for e in atoms], axis=0) for n in (2, 3, 4)]
     fx, fy, torque = (sign * part for part in parts)
-    torque = torque - moment(solution, joint, fx, fy)
+    torque = torque_told(solution, joint, fx, fy, torque)
     return Reaction(joint.name, whole.on, whole.by, fx, fy, torque, whole.unique)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from mbody.elements import Element, Numbers
     from mbody.solution import Solution
 
-__all__ = ["column", "ends", "link_poses", "moment", "place", "told_at"]
+__all__ = ["column", "ends", "link_poses", "place", "told_at", "torque_told"]
 
 Array = np.ndarray
 
@@ -74,10 +74,10 @@ def link_poses(solution: Solution) -> dict[str, tuple[float, float, float]]:
     return found
 
 
-def moment(solution: Solution, joint: Joint, fx: Array, fy: Array) -> Any:
-    """Moment about a joint's place on j of a force at the point where its reaction is told."""
+def torque_told(solution: Solution, joint: Joint, fx: Array, fy: Array, torque: Array) -> Array:
+    """Torque of a reaction about the point where it is told, of that about the place on j."""
     offset = _offset(solution, joint)
-    return 0.0 if offset is None else offset[0] * fy - offset[1] * fx
+    return torque if offset is None else torque - (offset[0] * fy - offset[1] * fx)
 
 
 def _offset(solution: Solution, joint: Joint) -> Any:

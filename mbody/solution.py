@@ -12,7 +12,7 @@ import numpy as np
 from mbody.checks import breakdown, checks
 from mbody.core.output import PER_ATOM
 from mbody.elements import Marker, as_marker, listed
-from mbody.ends import column, ends, moment, told_at
+from mbody.ends import column, ends, told_at, torque_told
 from mbody.energy import Energy
 from mbody.errors import ModelError
 from mbody.events import Occurrence
@@ -176,7 +176,7 @@ class Solution:
             fx, fy, torque = (
                 part + self._atom(e, n) for part, n in zip((fx, fy, torque), (2, 3, 4), strict=True)
             )
-        torque = torque - moment(self, element, fx, fy)
+        torque = torque_told(self, element, fx, fy, torque)
         unique = self._unique(joint)
         if on == i:
             return Reaction(joint, i, j, -fx, -fy, -torque, unique)

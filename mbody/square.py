@@ -1,9 +1,9 @@
 """The symbolic phase of the square case: pivots of Φ_q for mechanisms that drivers determine.
 
 There Φ_q is square, and one LU of it serves position, velocity, acceleration and (transposed)
-reactions. Pivots are chosen once, from the numbers of one position or of several, by Markowitz's
-rule with a threshold; the kernel watches the growth of the multipliers and gives a lane up where it
-is large.
+reactions. Pivots are chosen once, from the numbers of several positions, by Markowitz's rule with a
+threshold; where they are worst a second choice may be better. The kernel watches the growth of the
+multipliers, takes the other choice where it is large, and gives a lane up where neither is good.
 """
 
 from __future__ import annotations
@@ -12,10 +12,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from mbody._lanes import aligned
 from mbody.core.layout import Layout, Work, integers
+from mbody.core.rows import FACE, ROLLER
 from mbody.core.square import Square
 
-__all__ = ["LARGEST", "plan_square"]
+__all__ = ["LARGEST", "Plans", "plan_squares", "room"]
 
 #: Columns up to which a plan is made; the search is quadratic in Python.
 LARGEST = 240
@@ -23,9 +25,18 @@ LARGEST = 240
 THRESHOLD = 0.1
 
 
-def plan_square(
+#: Growth (sum of squares of L) below which one choice of pivots is enough.
+EVEN = 30.0
+#: Part of the positions, those where the first choice is worst, for which the second is made.
+WORST = 0.25
+
+#: Two choices of pivots; twice the same where one is enough.
+Plans = tuple[Square, Square]
+
+
+def plan_squares(
     L: Layout, here: Work, elsewhere: Work, along: Sequence[np.ndarray] = ()
-) -> Square | None:
+) -> Plans | None:
     """Pivots and index lists for Φ_q in the blocks of `here`; None where it is not square, too
     large, or singular.
 
@@ -48,7 +59,22 @@ def plan_square(
     found = _pivots(matrices, steady, present)
     if found is None:
         return None
-    return _lists(entries, rows, *found)
+    growth = found[-1]
+    one = _lists(entries, rows, *found[:-1])
+    if growth.max() <= EVEN:
+        return one, one
+    hard = growth >= np.quantile(growth, 1.0 - WORST)
+    found = _pivots(matrices[hard], steady, present)
+    if found is None or found[-1].max() >= growth.max():
+        return one, one
+    return one, _lists(entries, rows, *found[:-1])
+
+
+def room(plans: Plans, lanes: int) -> tuple[np.ndarray, np.ndarray]:
+    """Memory for the numbers of the LU, and for two right-hand sides, as the kernels take it."""
+    numbers = max(len(square.target) + len(square.fill) for square in plans)
+    memory = aligned(numbers + 2 * len(plans[0].pivot), lanes)
+    return memory[:numbers], memory[numbers:]
 
 
 def _entries(
@@ -56,6 +82,8 @@ def _entries(
 ) -> dict[tuple[int, int], tuple[int, float, bool]]:
     """By (row, column): place in the blocks, value, whether it is constant."""
     found = {}
+    # what stands still in a dwell of a cam does not elsewhere
+    pieces = set(L.atom_node[(L.atom_kind == ROLLER) | (L.atom_kind == FACE)].tolist())
     number = {int(row): n for n, row in enumerate(rows)}
     for k in range(L.nodes):
         for row in range(2):
@@ -72,17 +100,18 @@ def _entries(
                 for c in range(3):
                     place = first + 3 * row + c
                     value, other = float(here.block[place, 0]), float(elsewhere.block[place, 0])
-                    if value != 0.0 or other != 0.0:
-                        entry = (place, value, value == other)
+                    if value != 0.0 or other != 0.0 or k in pieces:
+                        entry = (place, value, value == other and k not in pieces)
                         found[number[2 * k + row], column + c] = entry
     return found
 
 
 def _pivots(
     matrices: np.ndarray, steady: np.ndarray, present: np.ndarray
-) -> tuple[list[tuple[int, int]], np.ndarray, np.ndarray] | None:
-    """Pivots in order, the filled pattern, and which numbers stay constant."""
+) -> tuple[list[tuple[int, int]], np.ndarray, np.ndarray, np.ndarray] | None:
+    """Pivots in order, the filled pattern, which numbers stay constant, and the growth of each."""
     a, constant, pattern = matrices.copy(), steady.copy(), present.copy()
+    growth = np.zeros(len(matrices))
     size = len(pattern)
     open_rows, open_columns = np.ones(size, dtype=bool), np.ones(size, dtype=bool)
     pivots: list[tuple[int, int]] = []
@@ -106,10 +135,11 @@ def _pivots(
         right = np.flatnonzero(active[r] & open_columns)
         for i in below:
             f = a[:, i, c] / a[:, r, c]
+            growth += f * f
             a[:, i, right] -= f[:, None] * a[:, r, right]
             constant[i, right] = False
             pattern[i, right] = True
-    return pivots, pattern, constant & steady
+    return pivots, pattern, constant & steady, growth
 
 
 def _lists(
@@ -121,38 +151,62 @@ def _lists(
 ) -> Square:
     """Index lists of the numeric phase."""
     position = {(int(r), int(c)): n for n, (r, c) in enumerate(np.argwhere(pattern))}
-    row_place = {r: k for k, (r, _) in enumerate(pivots)}
-    column_place = {c: k for k, (_, c) in enumerate(pivots)}
-    low_start, low, low_row, up_start, up, up_column = [0], [], [], [0], [], []
-    change_start, change, change_by = [0], [], []
+    low, change, left, up, above, entry = (_Lists() for _ in range(6))
     for k, (r, c) in enumerate(pivots):
         right = [c2 for _, c2 in pivots[k + 1 :] if pattern[r, c2]]
         for r2, _ in pivots[k + 1 :]:
             if pattern[r2, c]:
-                low.append(position[r2, c])
-                low_row.append(row_place[r2])
-                change += [position[r2, c2] for c2 in right]
-                change_by += [position[r, c2] for c2 in right]
-                change_start.append(len(change))
-        low_start.append(len(low))
-        up += [position[r, c2] for c2 in right]
-        up_column += [column_place[c2] for c2 in right]
-        up_start.append(len(up))
+                low.add(position[r2, c], rows[r2])
+                for c2 in right:
+                    change.add(position[r2, c2], position[r, c2])
+                change.end()
+        low.end()
+        for c2 in right:
+            up.add(position[r, c2], c2)
+        up.end()
+        for place, (r2, c2) in enumerate(pivots[:k]):
+            if pattern[r, c2]:
+                left.add(position[r, c2], place)
+            if pattern[r2, c]:
+                above.add(position[r2, c], place)
+        left.end()
+        above.end()
+        for (r2, c2), (block, _, _) in entries.items():
+            if c2 == c:
+                entry.add(block, rows[r2])
+        entry.end()
     return Square(
         source=integers([place for place, _, _ in entries.values()]),
         target=integers([position[key] for key in entries]),
         fill=integers([n for key, n in position.items() if key not in entries]),
         pivot=integers([position[key] for key in pivots]),
         unit=integers([int(constant[key] and abs(entries[key][1]) == 1.0) for key in pivots]),
-        low_start=integers(low_start),
-        low=integers(low),
-        low_row=integers(low_row),
-        change_start=integers(change_start),
-        change=integers(change),
-        change_by=integers(change_by),
-        up_start=integers(up_start),
-        up=integers(up),
-        up_column=integers(up_column),
+        **low.named("low_start", "low", "low_row"),
+        **change.named("change_start", "change", "change_by"),
+        **left.named("left_start", "left", "left_place"),
+        **up.named("up_start", "up", "up_column"),
+        **above.named("above_start", "above", "above_place"),
         row=integers([rows[r] for r, _ in pivots]),
         column=integers([c for _, c in pivots]),
+        **entry.named("entry_start", "entry", "entry_row"),
     )
+
+
+class _Lists:
+    """Pairs of numbers, list after list, and where each list begins."""
+
+    def __init__(self) -> None:
+        self.start, self.one, self.other = [0], list[int](), list[int]()
+
+    def add(self, one: int, other: int) -> None:
+        """One pair more in the present list."""
+        self.one.append(one)
+        self.other.append(other)
+
+    def end(self) -> None:
+        """The present list is whole."""
+        self.start.append(len(self.one))
+
+    def named(self, start: str, one: str, other: str) -> dict[str, np.ndarray]:
+        """The three tables by name."""
+        return {start: integers(self.start), one: integers(self.one), other: integers(self.other)}

@@ -188,14 +188,14 @@ def _from(system: System, work: Work, start: np.ndarray) -> Closed | None:
     """Close from one pose, with the proximal term where rows turn out to be dependent."""
     for soft in (0.0, SOFT):
         work.q[:] = start
-        good, straight, *_ = close(system.runtime(), work, soft, rounding(system, work))
+        good, straight, ratio = close(system.runtime(), work, soft, rounding(system, work))
         raise_user_error(system)
+        result = Closed(work, soft, ratio, straight=straight)
+        if good and soft == 0.0 and ratio >= SUSPICIOUS:
+            return result
         # dependent rows let Newton rest where a gap is smallest
         if not good or not violations(system, work).max(initial=0.0) < OPEN:
             continue
-        result = Closed(work, soft, smallest_ratio(system, work), straight=straight)
-        if soft == 0.0 and result.ratio >= SUSPICIOUS:
-            return result
         if too_large(system):
             if soft:
                 return result
@@ -239,16 +239,6 @@ def drivers(system: System) -> list[tuple[Any, int]]:
     """Drivers with the rows of their signals."""
     rows = system.layout.driver_row
     return list(zip(system.drivers, rows.tolist(), strict=True))
-
-
-def smallest_ratio(system: System, work: Work) -> float:
-    """Least pivot of the factor in the workspace as a part of its diagonal; zero where dropped."""
-    nodes = system.layout.nodes
-    inverse = work.pivot[: 3 * nodes, 0].reshape(nodes, 3)[:, ::2].reshape(-1)
-    diagonal = work.diagonal[: 2 * nodes, 0]
-    with np.errstate(divide="ignore"):
-        ratio = np.where(inverse > 0.0, 1.0 / (inverse * diagonal), 0.0)
-    return float(ratio.min(initial=1.0))
 
 
 def _say_branch(

@@ -166,7 +166,7 @@ class _Curve:
             return self.value, self.start.work.q[:n].T.copy()
         at = float(state[1])
         stopped = at if count == 1 else self.value + at * change / ON_THE_WAY
-        return stopped, np.vstack([q, work.q0[:n, 0]])
+        return stopped, np.vstack([q, work.past[:n, 0]])
 
     def _leapt(self, places: np.ndarray, change: float) -> float | None:
         """The dead centre before a gap so narrow that the path went across to another branch: det

@@ -18,7 +18,8 @@ from mbody.analysis.instants import BY_DRIVER, BY_INSTANT, Plan
 from mbody.analysis.runner import Runner
 from mbody.core.close import close_designs
 from mbody.core.march import march_designs
-from mbody.core.square import Square
+from mbody.core.output import PER_ATOM
+from mbody.square import Plans, room
 from mbody.system import System
 
 __all__ = ["Course", "closed_poses", "course_of", "on_lanes"]
@@ -37,8 +38,7 @@ class Course:
         Closed position of the description at the first instant, from which all designs are closed.
     small, reach : float
         Rounding of a closed position, and the greatest coordinate, in model lengths and radians.
-    square : Square
-        The pivots.
+    pivots : Plans
     """
 
     analysis: str
@@ -46,15 +46,15 @@ class Course:
     pose: np.ndarray
     small: float
     reach: float
-    square: Square
+    pivots: Plans
 
 
 def course_of(runner: Runner, start: Closed, plan: Plan) -> Course | None:
     """The course of a system of one design; None where its designs must go one by one."""
     if start.soft or runner.system.has_user_code or plan.mode == BY_INSTANT:
         return None
-    square = runner.square_along(start, plan)
-    if square is None:
+    pivots = runner.pivots_along(start, plan)
+    if pivots is None:
         return None
     return Course(
         runner.analysis,
@@ -62,7 +62,7 @@ def course_of(runner: Runner, start: Closed, plan: Plan) -> Course | None:
         start.work.q[:, 0].copy(),
         rounding(runner.system, start.work),
         runner.reach(start, plan),
-        square,
+        pivots,
     )
 
 
@@ -92,7 +92,7 @@ def on_lanes(
     wanted : array (rows,)
         Which rows, as `mbody.core.output` numbers them.
     """
-    plan, runner, square = course.plan, Runner(system, course.analysis), course.square
+    plan, runner = course.plan, Runner(system, course.analysis)
     s, t = (np.repeat(part[:, None], LANES, axis=1) for part in (plan.s, plan.t))
     given = np.zeros((2, LANES))
     if plan.mode == BY_DRIVER:
@@ -100,10 +100,9 @@ def on_lanes(
     output, bad = np.empty((len(wanted), len(poses), len(plan.s))), np.empty(len(poses))
     march_designs(
         system.layout,
-        square,
+        *course.pivots,
         system.work(LANES),
-        aligned(int(max(square.target.max(), square.fill.max(initial=0))) + 1, LANES),
-        aligned(len(square.pivot), LANES),
+        *room(course.pivots, LANES),
         plan.mode,
         s,
         t,
@@ -115,7 +114,7 @@ def on_lanes(
         system.mass,
         np.ascontiguousarray(poses.T),
         wanted,
-        aligned(runner.rows, LANES),
+        aligned(len(wanted) + PER_ATOM, LANES),
         output,
         bad,
     )

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.analysis.closure import raise_user_error, smallest_ratio
+from mbody.analysis.closure import raise_user_error
 from mbody.analysis.rank import dense, rank_of
 from mbody.core.audit import audit
 from mbody.core.causes import breakdown
@@ -209,9 +209,9 @@ class Manifold:
         work = self.work
         work.q[: self.size, 0] = q
         reach = 1.0 + float(np.abs(q / self.scale).max())
-        good, straight, *_ = close(self.layout, work, 0.0, CLOSED * reach)
+        good, straight, ratio = close(self.layout, work, 0.0, CLOSED * reach)
         raise_user_error(self.system)
-        if not (good and straight and smallest_ratio(self.system, work) > REGULAR):
+        if not (good and straight and ratio > REGULAR):
             return self.at(q)
         q = work.q[: self.size, 0].copy()
         motions = self._carried(here.motions)

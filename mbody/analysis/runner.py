@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody._lanes import LANES, aligned
+from mbody._lanes import LANES
 from mbody.analysis.closure import (
     Closed,
     drivers,
@@ -25,11 +25,10 @@ from mbody.core.follow import DONE, STUCK, follow
 from mbody.core.layout import Work
 from mbody.core.march import march
 from mbody.core.output import PER_ATOM
-from mbody.core.square import Square
 from mbody.errors import SolveError
 from mbody.histories import Record
 from mbody.solution import Solution
-from mbody.square import plan_square
+from mbody.square import Plans, plan_squares, room
 from mbody.system import System
 
 __all__ = ["Runner", "Stuck"]
@@ -72,7 +71,14 @@ class Runner:
         size = np.abs(q[:, :2]).max() / self.system.length
         return float(1.0 + max(size, np.abs(q[:, 2]).max(), turned))
 
-    def scalar(self, start: Closed, plan: Plan, *, loads: bool | None = None) -> np.ndarray:
+    def scalar(
+        self,
+        start: Closed,
+        plan: Plan,
+        *,
+        loads: bool | None = None,
+        reach: float | None = None,
+    ) -> np.ndarray:
         """All instants of the plan on the scalar path: (instants, rows, 1).
 
         Raises `Stuck` where the path ends; leaves the position in `start` as it was.
@@ -80,7 +86,7 @@ class Runner:
         q = start.work.q.copy()
         output = np.empty((len(plan.s), self.rows, 1))
         state = np.zeros(6)
-        state[5] = self.reach(start, plan)
+        state[5] = self.reach(start, plan) if reach is None else reach
         with_loads = self.loads if loads is None else loads
         code = follow(
             self.layout,
@@ -119,21 +125,22 @@ class Runner:
         """
         count = len(plan.s)
         simple = not (start.soft or self.system.has_user_code or plan.mode == BY_INSTANT)
-        if count < MANY or not simple or self.square(start.work) is None:
+        if count < MANY or not simple or self.system.plans.get("pivots", ()) is None:
             return None
-        index = _pieces(count)
+        index, reach = _pieces(count), self.reach(start, plan)
         try:
-            seeds = self.scalar(start, plan.take(index[0]), loads=False)[:, :, 0]
+            seeds = self.scalar(start, plan.take(index[0]), loads=False, reach=reach)[:, :, 0]
         except Stuck:
             return None
         n = self.system.coordinates
         work = self.system.work(LANES)
         work.q[:n] = seeds[:, :n].T
+        if self.pivots(work) is None:
+            return None
         given = np.zeros((2, LANES))
         if plan.mode == BY_DRIVER:
             rates = plan.given[index, 0, 1:]
             given = np.ascontiguousarray(rates.transpose(0, 2, 1)).reshape(-1, LANES)
-        reach = self.reach(start, plan)
         output, bad = self.march(work, plan, plan.s[index], plan.t[index], given, reach)
         for lane in np.flatnonzero(bad):
             piece = Closed(self.system.work(), start.soft)
@@ -154,15 +161,14 @@ class Runner:
         """Run the lane kernel from the positions in `work`: (steps, rows, lanes), bad (lanes,)."""
         output = np.empty((len(s), self.rows, LANES))
         bad = np.zeros((1, LANES))
-        square = self.square(work)
-        if square is None:  # of a batch: every design goes the scalar path
+        pivots = self.pivots(work)
+        if pivots is None:  # every lane goes the scalar path
             return output, np.ones(LANES)
         march(
             self.layout,
-            square,
+            *pivots,
             work,
-            aligned(int(max(square.target.max(), square.fill.max(initial=0))) + 1, LANES),
-            aligned(len(square.pivot), LANES),
+            *room(pivots, LANES),
             plan.mode,
             np.ascontiguousarray(s),
             np.ascontiguousarray(t),
@@ -175,30 +181,35 @@ class Runner:
         )
         return output, bad[0]
 
-    def square(self, work: Any) -> Square | None:
-        """Pivots of the square Φ_q, planned once for a topology, near the first lane's position."""
+    def pivots(self, work: Any) -> Plans | None:
+        """Pivots of the square Φ_q, chosen once for a topology by the positions of the lanes."""
         plans = self.system.plans
-        if "square" not in plans:
-            plans["square"] = plan_square(self.layout, *self._near(work))
-        found: Square | None = plans["square"]
+        if "pivots" not in plans:
+            places = work.q[: self.system.coordinates].T
+            plans["pivots"] = plan_squares(self.layout, *self._near(work), self._blocks(places))
+        found: Plans | None = plans["pivots"]
         return found
 
-    def square_along(self, start: Closed, plan: Plan) -> Square | None:
+    def pivots_along(self, start: Closed, plan: Plan) -> Plans | None:
         """Pivots that are good all along a motion, where there are such."""
-        n, blocks = self.system.coordinates, []
+        n = self.system.coordinates
         count = max(2, min(len(plan.s), SAMPLES, NUMBERS // n**2))
         some = np.unique(np.linspace(0, len(plan.s) - 1, count).astype(np.int64))
         try:
             found = self.scalar(start, plan.take(some), loads=False)[:, :n, 0]
         except Stuck:
-            return self.square(start.work)
-        for q in found:
+            found = start.work.q[:n].T
+        return plan_squares(self.layout, *self._near(start.work), self._blocks(found))
+
+    def _blocks(self, places: np.ndarray) -> list[np.ndarray]:
+        """The blocks of Φ_q at positions (positions, coordinates)."""
+        blocks = []
+        for q in places:
             sample = self.system.work()
-            sample.q[:] = start.work.q
-            sample.q[:n, 0] = q
+            sample.q[: len(q), 0] = q
             violation(self.layout, sample)
             blocks.append(sample.block[:, 0].copy())
-        return plan_square(self.layout, *self._near(start.work), blocks)
+        return blocks
 
     def _near(self, work: Any) -> tuple[Work, Work]:
         """Workspaces near the first lane's position, and a little off, of other numbers."""
@@ -249,7 +260,8 @@ class Runner:
         where = self.place(driver, stuck.place, plan)
         body = driver.bodies[1]
         if stuck.code == STUCK and self._singular(start):
-            rates = np.abs(start.work.q0_s[2 : system.coordinates : 3, 0])
+            size = len(start.work.q)
+            rates = np.abs(start.work.past[size + 2 : size + system.coordinates : 3, 0])
             rates[system.bodies[body]] = 0.0
             fastest = system.mechanism.bodies[int(rates.argmax())].name
             sentence = (
@@ -269,7 +281,7 @@ class Runner:
             return True
         work = start.work
         q = work.q.copy()
-        work.q[:] = work.q0
+        work.q[:] = work.past[: len(q)]
         sizes = np.linalg.svd(dense(self.system, work)[1], compute_uv=False)
         work.q[:] = q
         return bool(sizes[-1] < 1e-3 * sizes[0])

@@ -82,19 +82,19 @@ def laws_of_time(L, W):
 
 @kernel
 def close(L, W, soft, tolerance):
-    """Close the loops from W.q, the signals being set: (closed, by the straight path, size of the
-    last correction, least pivot).
+    """Close the loops from W.q, the signals being set: (closed, by the straight path, least pivot
+    as a part of its diagonal).
     """
     L, W = by_reference(L), by_reference(W)
     w = 0.0
-    good, size, least = newton_path(L, W, w, soft, tolerance)
+    good, _, _ = newton_path(L, W, w, soft, tolerance)
     if good:
-        return True, True, size, least
+        return True, True, weakest(L, W)
     for n in range(W.q.shape[0]):
-        W.q[n, 0] = W.q1[n, 0]
+        W.q[n, 0] = W.guess[n, 0]
     descend(L, W, w, tolerance)
-    good, size, least = newton_path(L, W, w, soft, tolerance)
-    return good, False, size, least
+    good, _, _ = newton_path(L, W, w, soft, tolerance)
+    return good, False, weakest(L, W)
 
 
 @kernel
@@ -126,9 +126,9 @@ def close_designs(L, W, tolerance, par, first, start, output, state):
 
 @njit
 def newton_path(L, W, w, soft, tolerance):
-    """Damped Newton; the start is kept in W.q1. Returns (closed, last correction, least pivot)."""
+    """Damped Newton; W.guess keeps the start. Returns (closed, last correction, least pivot)."""
     for n in range(W.q.shape[0]):
-        W.q1[n, 0] = W.q[n, 0]
+        W.guess[n, 0] = W.q[n, 0]
     part, last, least = 1.0, 0.0, 0.0
     smallest = 1e300
     for iteration in range(STEPS):
@@ -148,13 +148,13 @@ def newton_path(L, W, w, soft, tolerance):
         # no step turns a body by more than half a radian: the straight path is kept
         part = min(part, 0.5 / step) if step > 0.5 else part
         for n in range(W.q.shape[0]):
-            W.q0[n, 0] = W.q[n, 0]
+            W.base[n, 0] = W.q[n, 0]
         for n in range(W.u.shape[0]):
             W.r[n, 0] = W.u[n, 0]
         while True:
             for n in range(W.u.shape[0]):
                 W.u[n, 0] = W.r[n, 0]
-            moved(L, W, W.q0, part)
+            moved(L, W, W.base, part)
             turns(L, W, w)
             rows(L, W, w, True, None)
             ahead = correction(L, W, w)
@@ -180,8 +180,8 @@ def descend(L, W, w, tolerance):
         step = reach(L, W, w)
         part = min(1.0, 0.5 / step) if step > 0.0 else 1.0
         for n in range(W.q.shape[0]):
-            W.q0[n, 0] = W.q[n, 0]
-        moved(L, W, W.q0, part)
+            W.base[n, 0] = W.q[n, 0]
+        moved(L, W, W.base, part)
         turns(L, W, w)
         rows(L, W, w, True, None)
         now = gap(L, W)
@@ -192,7 +192,7 @@ def descend(L, W, w, tolerance):
                 return
         else:
             for n in range(W.q.shape[0]):
-                W.q[n, 0] = W.q0[n, 0]
+                W.q[n, 0] = W.base[n, 0]
             turns(L, W, w)
             rows(L, W, w, True, None)
             damping *= 5.0

@@ -16,7 +16,7 @@ from mbody.core.factor import VANISHED
 from mbody.core.forces import forces, signals
 from mbody.core.instant import accelerations, multipliers, newton, rates, velocities
 from mbody.core.output import keep
-from mbody.core.path import behind, predict, step_size, strayed
+from mbody.core.path import behind, predict, step
 
 __all__ = ["DONE", "LOST", "STUCK", "follow", "weakest"]
 
@@ -25,10 +25,12 @@ DONE, STUCK, LOST = 0, 1, 2
 #: Accepted correction, in parts of the greatest coordinate: rounding. The last correction is not in
 #: Φ_q any more, so it is what velocities and forces are off by, times their condition.
 TOLERANCE = 1e-14
-#: A first correction larger than this part of the step asks for a smaller step.
-CORRECTION = 0.1
-#: A derivative that lies off by this part of itself asks for a smaller step.
-TURNED = 0.2
+#: A first correction larger than this part of the step asks for a smaller step, in squares.
+CORRECTION = 0.1**2
+#: A derivative that lies off by this part of itself asks for a smaller step, in squares.
+TURNED = 0.2**2
+#: What is as small as this is neither, in squares.
+SLIGHT = 1e-9**2
 #: Halvings of one interval before it is called stuck.
 HALVINGS = 40
 #: Halvings after which a step that turns round may be a kink of a law.
@@ -91,25 +93,25 @@ def follow(L, W, soft, mode, s, t, given, ahead, with_loads, still, output, stat
     """Fill output (instants, rows, 1) as `keep` says; the first instant starts from W.q.
 
     state: [0] instants done, [1] path parameter reached, [2] least pivot met, [3] steps,
-    [4] greatest unbalanced part. Returns DONE, STUCK (dead centre), or LOST (Newton failed at the
-    first instant).
+    [4] greatest unbalanced part, [5] greatest coordinate. Returns DONE, STUCK (dead centre; the
+    place where it ended is the first in W.past), or LOST (Newton failed at the first instant).
     """
     L, W = by_reference(L), by_reference(W)
     w = 0.0
     signals(L, W, w, L.signal_law.shape[0])
     state[2] = 1e300
-    back, quintic = 1.0, 0.0
+    back, quintic, last = 1.0, 0.0, 0
     here = s[0]
     for k in range(s.shape[0]):
         left = s[k] - here
         h = left
         if mode == 2 and k > 0:
-            direction(L, W, w, ahead, k - 1)
+            direction(L, W, w, ahead, k - 1, last)
         tries = 0
         while True:
             if k > 0:
                 if h != 0.0:
-                    predict(L, W, w, h, back, quintic)
+                    predict(L, W, w, h, back, quintic, last)
                 row = k - 1 if mode == 2 else k
                 drive(L, W, w, mode, here + h, given, row, t[k], ahead)
             else:
@@ -122,13 +124,13 @@ def follow(L, W, soft, mode, s, t, given, ahead, with_loads, still, output, stat
                 if not good:
                     state[2] = min(state[2], least)
                     return LOST
-                behind(W, w)
+                last = behind(L, W, w, last)
                 break
             kink = False
             if good and h != 0.0:
-                off, size = strayed(L, W, w, h)
-                good = first <= CORRECTION * step_size(L, W, w) + 1e-9 and (
-                    off <= TURNED * size + 1e-9
+                moved, off, size = step(L, W, w, h, last)
+                good = first * first <= CORRECTION * moved + SLIGHT and (
+                    off <= TURNED * size + SLIGHT
                 )
                 # so short a step at a regular position stays on its branch: the law turns sharply
                 kink = tries > KINK and first <= 1e-6 and weakest(L, W) > 1e-8
@@ -138,13 +140,14 @@ def follow(L, W, soft, mode, s, t, given, ahead, with_loads, still, output, stat
                 h = 0.5 * h
                 if tries > HALVINGS:
                     state[1] = here
+                    first_of(W, last)
                     return STUCK
                 continue
             state[2] = min(state[2], least)
             state[3] += 1.0
             if h != 0.0:
                 here += h
-                behind(W, w)
+                last = behind(L, W, w, last)
                 back, quintic = h, 0.0 if kink else 1.0
             left = s[k] - here
             if abs(left) <= 1e-14 * (abs(s[k]) + abs(here)) or h == 0.0:
@@ -166,14 +169,23 @@ def follow(L, W, soft, mode, s, t, given, ahead, with_loads, still, output, stat
 
 
 @njit
-def direction(L, W, w, ahead, k):
+def direction(L, W, w, ahead, k, last):
     """Mode 2: derivatives at the last place along the chord that begins there."""
+    size = W.q.shape[0]
     for d in range(L.driver_row.shape[0]):
         rates(L, W, w, d, ahead[k, d], 0.0)
     velocities(L, W, w, True)
     accelerations(L, W, w, True)
     for n in range(3 * L.bodies):
-        W.q0_s[n, 0], W.q0_ss[n, 0] = W.v[n, 0], W.a[n, 0]
+        W.past[last + size + n, 0] = W.v[n, 0]
+        W.past[last + 2 * size + n, 0] = W.a[n, 0]
+
+
+@njit
+def first_of(W, last):
+    """Bring the last place to the front."""
+    for n in range(3 * W.q.shape[0]):
+        W.past[n, 0] = W.past[last + n, 0]
 
 
 @njit

@@ -13,7 +13,15 @@ from mbody._lanes import highest, ld, st
 from mbody.core.factor import apply_g, apply_gt, factor, solve
 from mbody.core.rows import rows, turns
 
-__all__ = ["accelerations", "multipliers", "newton", "rates", "reach", "velocities"]
+__all__ = [
+    "accelerations",
+    "multipliers",
+    "newton",
+    "rates",
+    "reach",
+    "reach_square",
+    "velocities",
+]
 
 #: A residual below this part of its terms is rounding.
 ROUNDING = 1e-14
@@ -114,6 +122,12 @@ def newton(L, W, w, soft, guard):
 @inline
 def reach(L, W, w):
     """Size of the motion on columns, lengths by the model length: root of the sum of squares."""
+    return np.sqrt(reach_square(L, W, w))
+
+
+@inline
+def reach_square(L, W, w):
+    """The square of `reach`."""
     per_length = 1.0 / ld(W.size, 0, w)
     far, turned = 0.0 * per_length, 0.0 * per_length
     for b in range(L.bodies):
@@ -121,7 +135,7 @@ def reach(L, W, w):
         x, y, t = ld(W.u, s, w), ld(W.u, s + 1, w), ld(W.u, s + 2, w)
         far = far + x * x + y * y
         turned = turned + t * t
-    return np.sqrt(far * per_length * per_length + turned)
+    return far * per_length * per_length + turned
 
 
 @njit

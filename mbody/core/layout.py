@@ -121,13 +121,11 @@ class Work(NamedTuple):
     r: Any  # on columns
     force: Any  # on coordinates
     scratch: Any
-    # the path behind: position and its two derivatives at the last two places
-    q0: Any
-    q0_s: Any
-    q0_ss: Any
-    q1: Any
-    q1_s: Any
-    q1_ss: Any
+    # the path behind: position and its two derivatives at the last three places, in turn
+    past: Any
+    # positions from which the loops are closed
+    guess: Any
+    base: Any
     # what a user's function is asked and tells: one-dimensional
     asked: Any
     told: Any
@@ -192,6 +190,7 @@ def _places(
         "u": columns,
         "r": columns,
         "scratch": 32,
+        "past": 9 * coordinates,
     }
     rows |= dict.fromkeys(("phi", "nu", "gamma", "diagonal", "x", "lam"), 2 * nodes)
     sizes = [max(1, rows.get(name, coordinates)) for name in Work._fields[:-2]]

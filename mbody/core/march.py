@@ -8,52 +8,75 @@ the square Φ_q an instant serves position, velocity, acceleration and reactions
 from __future__ import annotations
 
 from mbody._jit import inline, kernel, njit
-from mbody._lanes import highest, larger, ld, select_le, st, wide
+from mbody._lanes import highest, larger, ld, lowest, select_le, st, wide
 from mbody._reference import by_reference
 from mbody.core.factor import apply_g
-from mbody.core.follow import CORRECTION, TURNED
+from mbody.core.follow import CORRECTION, SLIGHT, TURNED
 from mbody.core.forces import forces, signals
-from mbody.core.instant import acting, rates, reach, unbalanced
-from mbody.core.output import keep
-from mbody.core.path import behind, predict, step_size, strayed
+from mbody.core.instant import acting, rates, reach_square
+from mbody.core.output import keep, keep_some
+from mbody.core.path import behind, predict, predict_far, step
 from mbody.core.rows import rows, turns
-from mbody.core.square import factor_square, solve_square, solve_transposed
+from mbody.core.square import factor_square, solve_both, solve_square, solve_transposed
 
 __all__ = ["march", "march_designs"]
 
 ITERATIONS = 6
 #: Accepted correction, in parts of the greatest coordinate.
-TOLERANCE = 1e-12
+TOLERANCE = 1e-13
 #: Square of what Φ_q v − ν, or f − M a − Φ_qᵀ λ, may be of its terms.
 RESIDUAL = 1e-11**2
 #: Sum of squares of the multipliers above which the fixed pivots are no longer good: at 1e6
 #: accelerations lost five digits (1e-11 of the peak), at 1e4 they keep 1e-14.
 GROWTH = 1e4
+#: The same above which the other choice of pivots is tried.
+LARGE = 100.0
+#: Places by which one is predicted: two; two until a second Newton step is needed; three, which
+#: spares that step and costs figures (forces to 3e-13 of their peak instead of 1e-15).
+NEAR, MAYBE, FAR = 0, 1, 2
+
+
+@njit
+def factored(P, Q, W, w, F, second):
+    """Factor Φ_q by P, or by Q if `second`; by the other of them where that one loses figures.
+    Returns the growth, and whether it is Q.
+    """
+    growth = factor_square(Q if second else P, W, w, F)
+    if highest(growth) <= LARGE:
+        return growth, second
+    other = factor_square(P if second else Q, W, w, F)
+    if highest(other) < highest(growth):
+        return other, not second
+    return factor_square(Q if second else P, W, w, F), second
 
 
 @njit
 def newton(L, P, W, w, F, x):
-    """One Newton step on Φ; returns its size (in model lengths and radians) and the growth."""
-    turns(L, W, w)
-    rows(L, W, w, True, None)
-    growth = factor_square(P, W, w, F)
-    least_motion(L, P, W, w, F, x, W.phi, W.u)
-    size = reach(L, W, w)
+    """One Newton step on Φ by the present factor, and v, in W.v; returns the square of the step's
+    size (in model lengths and radians).
+    """
+    if L.slots == L.bodies:
+        solve_both(P, W, w, F, x, W.phi, W.u, W.nu, W.v)
+    else:
+        solve_both(P, W, w, F, x, W.phi, W.u, W.nu, W.r)
+        to_bodies(L, W, w, W.r, W.v)
+    size = reach_square(L, W, w)
     for b in range(L.bodies):
-        for n in range(3):
-            o = 3 * b + n
-            st(W.q, o, ld(W.q, o, w) - ld(W.u, 3 * L.body_slot[b] + n, w), w)
-    return size, growth
+        o, s = 3 * b, 3 * L.body_slot[b]
+        st(W.q, o, ld(W.q, o, w) - ld(W.u, s, w), w)
+        st(W.q, o + 1, ld(W.q, o + 1, w) - ld(W.u, s + 1, w), w)
+        st(W.q, o + 2, ld(W.q, o + 2, w) - ld(W.u, s + 2, w), w)
+    return size
 
 
 @inline
-def least_motion(L, P, W, w, F, x, c, u):
-    """u on columns with Φ_q u = c."""
-    for k in range(P.row.shape[0]):
-        st(x, k, ld(c, P.row[k], w), w)
-    solve_square(P, W, w, F, x)
-    for k in range(P.row.shape[0]):
-        st(u, P.column[k], ld(x, k, w), w)
+def least_motion(L, P, W, w, F, x, c, target):
+    """target ← Φ_q⁻¹ c, on coordinates."""
+    if L.slots == L.bodies:
+        solve_square(P, W, w, F, x, c, target)
+    else:
+        solve_square(P, W, w, F, x, c, W.u)
+        to_bodies(L, W, w, W.u, target)
 
 
 @inline
@@ -67,18 +90,10 @@ def to_bodies(L, W, w, u, target):
 
 
 @njit
-def velocities(L, P, W, w, F, x):
-    """v from Φ_q v = ν."""
-    least_motion(L, P, W, w, F, x, W.nu, W.u)
-    to_bodies(L, W, w, W.u, W.v)
-
-
-@njit
 def accelerations(L, P, W, w, F, x):
     """a from Φ_q a = γ."""
     rows(L, W, w, None, True)
-    least_motion(L, P, W, w, F, x, W.gamma, W.u)
-    to_bodies(L, W, w, W.u, W.a)
+    least_motion(L, P, W, w, F, x, W.gamma, W.a)
 
 
 @njit
@@ -99,32 +114,40 @@ def moving(L, W, w):
 @njit
 def multipliers(L, P, W, w, F, x):
     """λ from Φ_qᵀ λ = f − M a; returns the residual's square beyond what is allowed, by the blocks,
-    NaN where a load has no value."""
-    for k in range(P.row.shape[0]):
+    NaN where a load has no value.
+    """
+    for k in range(P.column.shape[0]):
         c = P.column[k]
-        st(x, k, acting(L, W, w, c // 3, c % 3), w)
-    solve_transposed(P, W, w, F, x)
-    for k in range(P.row.shape[0]):
-        st(W.lam, P.row[k], ld(x, k, w), w)
-    rest, terms = unbalanced(L, W, w)
+        st(W.r, c, acting(L, W, w, c // 3, c % 3), w)
+    solve_transposed(P, W, w, F, x, W.r, W.lam)
+    rest = 0.0 * ld(W.size, 0, w)
+    terms = rest
+    for k in range(P.column.shape[0]):
+        f, g = ld(W.r, P.column[k], w), 0.0 * rest
+        for n in range(P.entry_start[k], P.entry_start[k + 1]):
+            g = g + ld(W.block, P.entry[n], w) * ld(W.lam, P.entry_row[n], w)
+        terms = terms + f * f + g * g
+        rest = rest + (f - g) * (f - g)
     return rest - RESIDUAL * terms
 
 
 @kernel
-def march(L, P, W, F, x, mode, s, t, given, far, with_loads, still, output, bad):
+def march(L, P, Q, W, F, x, mode, s, t, given, far, with_loads, still, output, bad):
     """Fill output (steps, rows, lanes) as `keep` says.
 
-    F, x: numbers of the LU and of one right-hand side; s, t (steps, lanes): path parameter and
-    time; given (2·steps, lanes): rate and acceleration of the one driver in mode 1; far: greatest
-    coordinate; bad (1, lanes): set to one where a lane must not be trusted.
+    P, Q: two choices of pivots; F, x: numbers of the LU, and room for two right-hand sides; s, t
+    (steps, lanes): path parameter and time; given (2·steps, lanes): rate and acceleration of the
+    one driver in mode 1; far: greatest coordinate; bad (1, lanes): set to one where a lane must not
+    be trusted.
     """
-    L, P, W = by_reference(L), by_reference(P), by_reference(W)
+    L, W = by_reference(L), by_reference(W)
+    P, Q = by_reference(P), by_reference(Q)
     begin(L, W)
-    back, quintic = 1.0 + 0.0 * wide(), 0.0 * wide()
-    failed = 0.0 * wide()
+    failed, last, by_places, second = 0.0 * wide(), 0, NEAR, False
     for k in range(s.shape[0]):
-        back, quintic, failed = advance(
-            L, P, W, F, x, mode, s, t, given, far, with_loads, still, k, back, quintic, failed
+        failed, last, by_places, second = advance(
+            *(L, P, Q, W, F, x, mode, s, t, given, far, with_loads, still),
+            *(k, failed, last, by_places, second),
         )
         keep(L, W, wide(), output[k])
     st(bad, 0, failed, wide())
@@ -134,6 +157,7 @@ def march(L, P, W, F, x, mode, s, t, given, far, with_loads, still, output, bad)
 def march_designs(
     L,
     P,
+    Q,
     W,
     F,
     x,
@@ -155,11 +179,12 @@ def march_designs(
     """Follow all designs, `LANES` of them at a time, and keep only some rows of each instant.
 
     par, mass, q (rows, designs): numbers and first positions; wanted (kept,): rows that are kept,
-    numbered as in `keep`; page (rows, lanes): room for one instant; output (kept, designs,
-    instants); bad (designs,): set to one where a design must not be trusted. The last lanes repeat
-    the last design. Else as `march`.
+    as `keep_some` takes them; page (kept + an atom's, lanes): room for one instant; output (kept,
+    designs, instants); bad (designs,): set to one where a design must not be trusted. The last
+    lanes repeat the last design. Else as `march`.
     """
-    L, P, W = by_reference(L), by_reference(P), by_reference(W)
+    L, W = by_reference(L), by_reference(W)
+    P, Q = by_reference(P), by_reference(Q)
     designs, lanes = par.shape[1], page.shape[1]
     for low in range(0, designs, lanes):
         for lane in range(lanes):
@@ -172,16 +197,16 @@ def march_designs(
                 W.q[n, lane] = q[n, design]
         many = min(lanes, designs - low)
         begin(L, W)
-        back, quintic = 1.0 + 0.0 * wide(), 0.0 * wide()
-        failed = 0.0 * wide()
+        failed, last, by_places, second = 0.0 * wide(), 0, MAYBE, False
         for k in range(s.shape[0]):
-            back, quintic, failed = advance(
-                L, P, W, F, x, mode, s, t, given, far, with_loads, still, k, back, quintic, failed
+            failed, last, by_places, second = advance(
+                *(L, P, Q, W, F, x, mode, s, t, given, far, with_loads, still),
+                *(k, failed, last, by_places, second),
             )
-            keep(L, W, wide(), page)
+            keep_some(L, W, wide(), wanted, page)
             for n in range(wanted.shape[0]):
                 for lane in range(many):
-                    output[n, low + lane, k] = page[wanted[n], lane]
+                    output[n, low + lane, k] = page[n, lane]
         st(page, 0, failed, wide())
         for lane in range(many):
             bad[low + lane] = page[0, lane]
@@ -189,14 +214,18 @@ def march_designs(
 
 @inline
 def begin(L, W):
-    """Set the signals of all laws, also of those that do not depend on time."""
+    """Set the signals of all laws, also of those that do not depend on time, and no forces."""
     signals(L, W, wide(), L.signal_law.shape[0])
+    forces(L, W, wide(), -1)
 
 
 @njit
-def advance(L, P, W, F, x, mode, s, t, given, far, with_loads, still, k, back, quintic, failed):
-    """Go to instant k, motion and reactions in W; returns the step behind, whether a quintic may
-    predict the next, and `failed`, one in lanes that must not be trusted.
+def advance(
+    L, P, Q, W, F, x, mode, s, t, given, far, with_loads, still, k, failed, last, by_places, second
+):
+    """Go to instant k, motion and reactions in W; returns `failed`, one in lanes that must not be
+    trusted, where the last place is, by how many places the next one is predicted, and whether
+    the pivots are those of Q.
     """
     w = wide()
     one = 0.0 * w + 1.0
@@ -206,46 +235,72 @@ def advance(L, P, W, F, x, mode, s, t, given, far, with_loads, still, k, back, q
     st(W.time, 0, ld(t, k, w), w)
     if k > 0:
         h = here - ld(s, k - 1, w)
-        predict(L, W, w, h, back, quintic)
+        foretell(L, W, w, s, k, h, last, by_places)
     signals(L, W, w, L.varying)
     if mode == 1:
         o = L.driver_row[0]
         st(W.signal, o, here, w)
         st(W.signal, o + 1, 1.0, w)
         st(W.signal, o + 2, 0.0, w)
-    first, last, growth = zero, zero, zero
+    first, rest, growth = zero, zero, zero
+    small = TOLERANCE * TOLERANCE * far * far
     for iteration in range(ITERATIONS):
-        last, growth = newton(L, P, W, w, F, x)
+        turns(L, W, w)
+        rows(L, W, w, True, None)
+        growth, second = factored(P, Q, W, w, F, second)
+        S = Q if second else P
+        rest = newton(L, S, W, w, F, x)
         if iteration == 0:
-            first = last
-        if highest(last) <= TOLERANCE * far:
+            first = rest
+        if highest(rest) <= small:
             break
-    failed = larger(failed, select_le(last, zero + TOLERANCE * far, zero, one))
+        if iteration == 0 and k > 2 and by_places == MAYBE:
+            by_places = FAR
+    failed = larger(failed, select_le(rest, zero + small, zero, one))
     failed = larger(failed, select_le(growth, zero + GROWTH, zero, one))
-    velocities(L, P, W, w, F, x)
-    accelerations(L, P, W, w, F, x)
+    accelerations(L, S, W, w, F, x)
     if k > 0:
-        off, size = strayed(L, W, w, h)
-        moved = step_size(L, W, w)
-        failed = larger(failed, select_le(first, CORRECTION * moved + 1e-9, zero, one))
-        failed = larger(failed, select_le(off, TURNED * size + 1e-9, zero, one))
-    behind(W, w)
-    # a step of length zero leaves the history useless: predict by Taylor after it
-    length = larger(h, -h)
-    back = select_le(length, zero, one, h)
-    quintic = select_le(length, zero, zero, one)
+        moved, off, terms = step(L, W, w, h, last)
+        failed = larger(failed, select_le(first, CORRECTION * moved + SLIGHT, zero, one))
+        failed = larger(failed, select_le(off, TURNED * terms + SLIGHT, zero, one))
+    last = behind(L, W, w, last)
     if mode == 1 and not still:
         rates(L, W, w, 0, ld(given, 2 * k, w), ld(given, 2 * k + 1, w))
-        velocities(L, P, W, w, F, x)
-        accelerations(L, P, W, w, F, x)
+        least_motion(L, S, W, w, F, x, W.nu, W.v)
+        accelerations(L, S, W, w, F, x)
     if still:
         for n in range(3 * L.bodies):
             st(W.v, n, 0.0, w)
             st(W.a, n, 0.0, w)
     if with_loads:
-        forces(L, W, w, -1)
-        beyond = multipliers(L, P, W, w, F, x)
+        if L.action_kind.shape[0] > 0:
+            forces(L, W, w, -1)
+        beyond = multipliers(L, S, W, w, F, x)
     else:
         beyond = moving(L, W, w)
     failed = larger(failed, select_le(beyond, zero, zero, one))
-    return back, quintic, failed
+    return failed, last, by_places, second
+
+
+@njit
+def foretell(L, W, w, s, k, h, last, by_places):
+    """Predict instant k, h beyond the last. A step of length zero leaves what is behind it useless:
+    after it by Taylor's polynomial.
+    """
+    zero = 0.0 * w
+    back, longer = zero + 1.0, zero + 1.0
+    length, before = zero, zero
+    if k > 1:
+        back = ld(s, k - 1, w) - ld(s, k - 2, w)
+        length = larger(back, -back)
+    if k > 2:
+        longer = ld(s, k - 1, w) - ld(s, k - 3, w)
+        before = larger(longer - back, back - longer)
+    if by_places == FAR and lowest(length) > 0.0 and lowest(before) > 0.0:
+        predict_far(L, W, w, h, back, longer, last)
+        return
+    one = zero + 1.0
+    predict(
+        *(L, W, w, h, select_le(length, zero, one, back)),
+        *(select_le(length, zero, zero, one), last),
+    )

@@ -17,7 +17,7 @@ from mbody.joints.prismatic import prismatic
 from mbody.joints.rack import rack
 from mbody.joints.revolute import revolute
 
-__all__ = ["KINDS", "rows", "side", "turns"]
+__all__ = ["FACE", "KINDS", "ROLLER", "rows", "side", "turns"]
 
 #: Names of the kinds of physics; the number of a kind is its place.
 KINDS = (

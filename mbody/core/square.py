@@ -1,4 +1,8 @@
-"""LU of the square Φ_q with fixed pivots: the fast way of the lanes (see `mbody.square`)."""
+"""LU of the square Φ_q with fixed pivots: the fast way of the lanes (see `mbody.square`).
+
+Sums run over rows of L and columns of U, so that each number is written once: lanes would wait for
+numbers that are written and read again.
+"""
 
 from __future__ import annotations
 
@@ -7,13 +11,16 @@ from typing import Any, NamedTuple
 from mbody._jit import njit
 from mbody._lanes import ld, st
 
-__all__ = ["Square", "factor_square", "solve_square", "solve_transposed"]
+__all__ = ["Square", "factor_square", "solve_both", "solve_square", "solve_transposed"]
 
 Ints = Any  # int64 arrays, one-dimensional
 
 
 class Square(NamedTuple):
-    """Index lists of one pattern of pivots; numbers are rows of the array F (pattern, lanes)."""
+    """Index lists of one pattern of pivots; numbers are rows of the array F (pattern, lanes).
+
+    A place is the number of a pivot; a row is one on nodes, a column one on slots.
+    """
 
     # numbers of the blocks that go into F, where, and what only elimination fills
     source: Ints
@@ -22,7 +29,7 @@ class Square(NamedTuple):
     # pivots in order, and which are ±1 for good
     pivot: Ints
     unit: Ints
-    # below each pivot: numbers, and place of their row
+    # below each pivot: numbers and their rows
     low_start: Ints
     low: Ints
     low_row: Ints
@@ -30,13 +37,25 @@ class Square(NamedTuple):
     change_start: Ints
     change: Ints
     change_by: Ints
-    # right of each pivot: numbers, and place of their column
+    # left of each pivot: numbers and places of their columns
+    left_start: Ints
+    left: Ints
+    left_place: Ints
+    # right of each pivot: numbers and their columns
     up_start: Ints
     up: Ints
     up_column: Ints
-    # row on nodes and column on slots of each pivot
+    # above each pivot: numbers and places of their rows
+    above_start: Ints
+    above: Ints
+    above_place: Ints
+    # row and column of each pivot
     row: Ints
     column: Ints
+    # numbers of the blocks in the column of each pivot, and their rows
+    entry_start: Ints
+    entry: Ints
+    entry_row: Ints
 
 
 @njit
@@ -63,35 +82,57 @@ def factor_square(P, W, w, F):
 
 
 @njit
-def solve_square(P, W, w, F, x):
-    """x ← Φ_q⁻¹ x: rows in the order of the pivots become columns in the order of the pivots."""
+def solve_square(P, W, w, F, x, c, u):
+    """u ← Φ_q⁻¹ c, from nodes to columns; x (places, lanes) is room."""
     size = P.pivot.shape[0]
     for k in range(size):
-        y = ld(x, k, w)
-        for a in range(P.low_start[k], P.low_start[k + 1]):
-            r = P.low_row[a]
-            st(x, r, ld(x, r, w) - ld(F, P.low[a], w) * y, w)
+        y = ld(c, P.row[k], w)
+        for a in range(P.left_start[k], P.left_start[k + 1]):
+            y = y - ld(F, P.left[a], w) * ld(x, P.left_place[a], w)
+        st(x, k, y, w)
     for m in range(size):
         k = size - 1 - m
         y = ld(x, k, w)
         for a in range(P.up_start[k], P.up_start[k + 1]):
-            y = y - ld(F, P.up[a], w) * ld(x, P.up_column[a], w)
-        st(x, k, y * ld(F, P.pivot[k], w), w)
+            y = y - ld(F, P.up[a], w) * ld(u, P.up_column[a], w)
+        st(u, P.column[k], y * ld(F, P.pivot[k], w), w)
 
 
 @njit
-def solve_transposed(P, W, w, F, x):
-    """x ← Φ_q⁻ᵀ x: columns in the order of the pivots become rows in the order of the pivots."""
+def solve_both(P, W, w, F, x, c, u, d, v):
+    """u ← Φ_q⁻¹ c and v ← Φ_q⁻¹ d at once; x (2·places, lanes) is room."""
     size = P.pivot.shape[0]
     for k in range(size):
-        y = ld(x, k, w) * ld(F, P.pivot[k], w)
+        y, z = ld(c, P.row[k], w), ld(d, P.row[k], w)
+        for a in range(P.left_start[k], P.left_start[k + 1]):
+            f, n = ld(F, P.left[a], w), P.left_place[a]
+            y = y - f * ld(x, n, w)
+            z = z - f * ld(x, size + n, w)
         st(x, k, y, w)
+        st(x, size + k, z, w)
+    for m in range(size):
+        k = size - 1 - m
+        y, z, p = ld(x, k, w), ld(x, size + k, w), ld(F, P.pivot[k], w)
         for a in range(P.up_start[k], P.up_start[k + 1]):
-            c = P.up_column[a]
-            st(x, c, ld(x, c, w) - ld(F, P.up[a], w) * y, w)
+            f, n = ld(F, P.up[a], w), P.up_column[a]
+            y = y - f * ld(u, n, w)
+            z = z - f * ld(v, n, w)
+        st(u, P.column[k], y * p, w)
+        st(v, P.column[k], z * p, w)
+
+
+@njit
+def solve_transposed(P, W, w, F, x, c, u):
+    """u ← Φ_q⁻ᵀ c, from columns to nodes; x (places, lanes) is room."""
+    size = P.pivot.shape[0]
+    for k in range(size):
+        y = ld(c, P.column[k], w)
+        for a in range(P.above_start[k], P.above_start[k + 1]):
+            y = y - ld(F, P.above[a], w) * ld(x, P.above_place[a], w)
+        st(x, k, y * ld(F, P.pivot[k], w), w)
     for m in range(size):
         k = size - 1 - m
         y = ld(x, k, w)
         for a in range(P.low_start[k], P.low_start[k + 1]):
-            y = y - ld(F, P.low[a], w) * ld(x, P.low_row[a], w)
-        st(x, k, y, w)
+            y = y - ld(F, P.low[a], w) * ld(u, P.low_row[a], w)
+        st(u, P.row[k], y, w)

@@ -10,7 +10,7 @@ from mbody.analysis.free_body import coupled, driven
 from mbody.checks import loaded
 from mbody.drivers import Driver
 from mbody.elements import Marker, as_marker
-from mbody.ends import moment
+from mbody.ends import torque_told
 from mbody.errors import ModelError
 from mbody.solution import Solution, as_solution
 
@@ -129,7 +129,7 @@ def _by_joints(run: Solution, x: Array, y: Array) -> Array:
         if "ground" not in ends:
             continue
         force, place = run.reaction(joint.name, on="ground"), run.point(joint.j)
-        torque = force.torque + moment(run, joint, force.fx, force.fy)
+        torque = torque_told(run, joint, -force.fx, -force.fy, force.torque)
         at_place = np.column_stack([force.fx, force.fy, torque])
         total += _moved(at_place, place.x - x, place.y - y)
     for coupling in run.mechanism.couplings:
