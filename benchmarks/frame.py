@@ -15,7 +15,7 @@ import math
 import statistics
 import sys
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -26,8 +26,9 @@ __all__ = ["LEVELS", "OURS", "Asked", "Engine", "Row", "in_turn", "race", "reach
 OURS = "mbody"
 #: Errors that a work–precision question asks for.
 LEVELS = (1e-3, 1e-6, 1e-9)
-#: Seconds of the processor that this process had, where that is told finely. All engines run on one
+#: Seconds of the processor that this process had, where that is told finely. Engines run on one
 #: thread; by the wall, short calls would seem faster than long ones wherever others run as well.
+#: Questions whose engines take several threads give `in_turn` the clock on the wall.
 FINE = time.get_clock_info("process_time").resolution < 1e-6
 CLOCK = time.process_time if FINE else time.perf_counter
 Clock = Callable[[], float]
@@ -260,15 +261,19 @@ def in_turn(
     errors: dict[str, float],
     asked: Asked,
     *,
-    parts: float = 1.0,
+    parts: float | Mapping[str, float] = 1.0,
     clock: Clock = CLOCK,
 ) -> list[Row]:
-    """Rows of calls that have nothing to choose; times are by `parts`, the first is mbody's."""
+    """Rows of calls that have nothing to choose; times are by `parts`, of all alike or by name;
+    the first is mbody's.
+    """
+    by = parts if isinstance(parts, Mapping) else dict.fromkeys(tasks, parts)
     times: dict[str, list[float]] = {name: [] for name in tasks}
     about = {name: timed(task, clock)[0] for name, task in tasks.items()}
     for _ in range(asked.runs):
         for name, task in tasks.items():
-            times[name].append(warm(functools.partial(_same, task), about[name], clock) / parts)
+            spent = warm(functools.partial(_same, task), about[name], clock)
+            times[name].append(spent / by.get(name, 1.0))
     for name, values in times.items():
         asked.progress(f"    {name}: {statistics.median(values):.3g} s")
     ours = times[next(iter(tasks))]

@@ -1,4 +1,4 @@
-"""Mechanisms of any size: chains, ladders, trees and hubs of equal rods."""
+"""Mechanisms of any size: chains, ladders, trees and hubs of equal rods; and an eight-bar."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable
 
 import mbody
-from mbody import Body, Gravity, Marker, Mechanism, Revolute
+from mbody import AngleDriver, Body, ConstantSpeed, Gravity, Marker, Mechanism, Revolute, Torque
 
-__all__ = ["LENGTH", "MASS", "SHAPES", "chain", "hub", "ladder", "tree"]
+__all__ = ["LENGTH", "MASS", "SHAPES", "chain", "eight_bar", "hub", "ladder", "tree"]
 
 LENGTH, MASS, G = 0.1, 0.1, 9.81  # m, kg, m/s²
 
@@ -88,3 +88,39 @@ SHAPES: dict[str, Callable[[int], Mechanism]] = {
     "tree": tree,
     "hub": hub,
 }
+
+
+def eight_bar() -> Mechanism:
+    """Three four-bars in series, of which a crank drives the first: eight links, ten pins.
+
+    Links are uniform bars from A to B [m, kg, rough angle in deg]; the crank turns fully, and no
+    coupler is nearer than 46° to the line of its rocker.
+    """
+    ground = {"O2": (0.0, 0.0), "O4": (0.12, 0.0), "O6": (0.26, -0.03), "O8": (0.42, 0.0)}
+    machine = Mechanism("eight-bar", ground=ground)
+    for name, length, mass, angle, points in (
+        ("crank", 0.04, 0.2, 0.0, {}),
+        ("coupler", 0.11, 0.3, 40.0, {}),
+        ("rocker", 0.08, 0.4, 75.0, {"C": (0.06, -0.03)}),
+        ("link", 0.13, 0.3, 0.0, {}),
+        ("middle", 0.09, 0.4, 80.0, {"E": (0.07, -0.03)}),
+        ("second", 0.14, 0.3, 20.0, {}),
+        ("output", 0.10, 0.4, 85.0, {}),
+    ):
+        guess = math.radians(angle)
+        machine.add(mbody.makers.bar(name, length, mass=mass, points=points, guess=guess))
+    machine.add(
+        Revolute("O2", "ground.O2", "crank.A"),
+        Revolute("A", "crank.B", "coupler.A"),
+        Revolute("B", "coupler.B", "rocker.B"),
+        Revolute("O4", "ground.O4", "rocker.A"),
+        Revolute("C", "rocker.C", "link.A"),
+        Revolute("D", "link.B", "middle.B"),
+        Revolute("O6", "ground.O6", "middle.A"),
+        Revolute("E", "middle.E", "second.A"),
+        Revolute("F", "second.B", "output.B"),
+        Revolute("O8", "ground.O8", "output.A"),
+        AngleDriver("motor", "crank", ConstantSpeed(0.0, 20.0)),
+        Torque("load", "output", value=-2.0),
+    )
+    return machine

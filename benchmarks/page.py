@@ -21,6 +21,12 @@ BEGIN, END = "<!-- tables: made by `python -m benchmarks --page` -->", "<!-- end
 LEVEL = re.compile(r"^(.+), error (\d+e-\d+)$")
 EXACT = re.compile(r"^(.+), as exact as (.+) gets$")
 SIZE = re.compile(r"^(\w+) of (\d+), one evaluation$")
+#: Workloads of many of one kind, whose numbers multiply to how many.
+EACH = (
+    (re.compile(r"^(\d+) .+ × (\d+) positions"), "position"),
+    (re.compile(r"^(\d+) free "), "motion"),
+    (re.compile(r"^\w+ of (\d+), one evaluation in the core"), "body"),
+)
 
 
 def write(page: Path = PAGE, folder: Path = results.FOLDER) -> None:
@@ -85,10 +91,26 @@ def table(rows: Sequence[Row]) -> str:
     if all(SIZE.match(row.workload) for row in rows):
         return by_sizes(rows)
     lines = [
-        [row.workload, row.engine, amount(row), told(row.error), ratio(row.ratio_to_mbody)]
+        [
+            *(row.workload, row.engine, amount(row), each(row)),
+            *(told(row.error), ratio(row.ratio_to_mbody)),
+        ]
         for row in rows
     ]
-    return markdown(["workload", "engine", "median", "error", "by mbody"], lines)
+    head = ["workload", "engine", "median", "each", "error", "by mbody"]
+    if any(line[3] for line in lines):
+        return markdown(head, lines)
+    del head[3]
+    return markdown(head, [line[:3] + line[4:] for line in lines])
+
+
+def each(row: Row) -> str:
+    """Of workloads that are many of one kind, the time of one."""
+    for pattern, name in EACH:
+        match = pattern.match(row.workload)
+        if match and row.median_s is not None and row.bytes is None:
+            return f"{seconds(row.median_s / math.prod(map(int, match.groups())))} a {name}"
+    return ""
 
 
 def by_errors(rows: Sequence[Row]) -> str:
@@ -148,7 +170,8 @@ def by_sizes(rows: Sequence[Row]) -> str:
 def amount(row: Row) -> str:
     """Bytes where the question is of memory, else the median."""
     if row.bytes is not None:
-        return f"{row.bytes / 1024:.3g} KiB"
+        size, unit = (2**10, "KiB") if "bytes a body" in row.workload else (2**20, "MiB")
+        return f"{row.bytes / size:.3g} {unit}"
     return seconds(row.median_s)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -32,9 +33,8 @@ def draw(question: str, rows: Sequence[Row], path: Path) -> Path | None:
         size = (7.6, 3.6) if alone else (4.2 * len(panels), 3.6)
         figure: Any = Figure(figsize=size, layout="constrained")
         engines = list(dict.fromkeys(name for panel in panels.values() for name in panel))
-        for axes, (name, panel) in zip(
-            figure.subplots(1, len(panels), squeeze=False)[0], panels.items()
-        ):
+        every = figure.subplots(1, len(panels), squeeze=False, sharey=True)[0]
+        for axes, (name, panel) in zip(every, panels.items()):
             sized = bool(SIZE.match(f"{rows[0].workload}"))
             for engine, found in panel.items():
                 n = engines.index(engine)
@@ -48,12 +48,16 @@ def draw(question: str, rows: Sequence[Row], path: Path) -> Path | None:
                 )
             axes.set_title(name)
             axes.set_xlabel("bodies" if sized else "error")
-            axes.set_ylabel("an evaluation [s]" if sized else "time [s]")
+            if axes is every[0]:
+                axes.set_ylabel("an evaluation [s]" if sized else "time [s]")
             axes.grid(alpha=0.3)
         handles = dict(
             pair[::-1] for axes in figure.axes for pair in zip(*axes.get_legend_handles_labels())
         )
-        where, columns = ("outside right center", 1) if alone else ("outside lower center", 5)
+        # rows of the legend are alike, and no wider than the panels
+        lines = math.ceil(len(handles) / (2 * len(panels)))
+        columns = 1 if alone else math.ceil(len(handles) / lines)
+        where = "outside right center" if alone else "outside lower center"
         figure.legend(handles.values(), handles.keys(), loc=where, ncols=columns, fontsize=8)
         path.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(path, metadata={"Date": None})

@@ -91,6 +91,32 @@ def error(workload: str) -> Callable[[Sequence[Row]], float | None]:
     return find
 
 
+def least(workload: str, engine: str) -> Callable[[Sequence[Row]], float | None]:
+    """Ratio to mbody of the fastest of the engines whose names begin so."""
+
+    def find(rows: Sequence[Row]) -> float | None:
+        found = [
+            row.ratio_to_mbody
+            for row in rows
+            if row.workload.startswith(workload)
+            and row.engine.startswith(engine)
+            and row.ratio_to_mbody is not None
+        ]
+        return min(found, default=None)
+
+    return find
+
+
+def room(workload: str, size: float) -> Callable[[Sequence[Row]], float | None]:
+    """Bytes of mbody in units of `size`."""
+
+    def find(rows: Sequence[Row]) -> float | None:
+        row = pick(rows, workload, OURS)
+        return None if row is None or row.bytes is None else row.bytes / size
+
+    return find
+
+
 def growth(shape: str) -> Callable[[Sequence[Row]], float | None]:
     """Exponent of mbody, where it was measured up to 10 000 bodies."""
 
@@ -135,6 +161,8 @@ def per_link(rows: Sequence[Row]) -> float | None:
 def goals() -> list[Goal]:
     """All of them, in the order of the questions."""
     four, andrews, windows = "free_fourbar to 10 s", "andrews_squeezer to 0.03 s", "n_windows_40"
+    turned, drawn = "10000 four-bars × 360 positions", "100000 slider-cranks × 360 positions"
+    kept = "100000 slider-cranks, memory"
     linear = [
         Goal(f"exponent of {shape}s, 10 to 10 000 bodies", 1.05, False, "", growth(shape))
         for shape in ("chain", "ladder", "tree")
@@ -173,6 +201,18 @@ def goals() -> list[Goal]:
         Goal(
             "a position, all reactions", 0.1, False, " µs", median("norton_fourbar, one of", 1e-6)
         ),
+        Goal("10⁴ four-bars × 360, two threads", 0.3, False, " s", median(turned, 1.0)),
+        Goal("the same, the goal beyond", 0.12, False, " s", median(turned, 1.0)),
+        Goal(
+            *("the same: all reactions by hand in NumPy, one thread, by mbody", 1, True, "×"),
+            times(turned, "NumPy by hand, all pins and the torque"),
+        ),
+        Goal(
+            *("the same: the fastest NumPy by hand by mbody", 1, True, "×"),
+            least(turned, "NumPy by hand"),
+        ),
+        Goal("10⁵ slider-cranks × 360, 9 tolerances", 10, False, " s", median(drawn, 1.0)),
+        Goal("their memory beyond the import", 300, False, " MB", room(kept, 1e6)),
         Goal("import mbody", 0.4, False, " s", median("import", 1.0)),
         Goal("mbody --help", 0.3, False, " s", median("command --help", 1.0)),
         Goal("first answer beyond Python with numba", 1.0, False, " s", numba_beside),

@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 
 import mbody
-from benchmarks import models, page, results, targets
-from benchmarks.frame import OURS, Asked, Engine, Row, Trial, race, reached
-from benchmarks.peers import by_hand
+from benchmarks import models, page, results, studies, targets
+from benchmarks.frame import OURS, Asked, Engine, Row, Trial, in_turn, race, reached
+from benchmarks.peers import by_hand, closed_form, kinetostatic
 from benchmarks.planar import absolute, planar
-from benchmarks.questions import QUESTIONS, andrews, bodies
+from benchmarks.questions import QUESTIONS, andrews, bodies, sweeps
 
 ROOT = Path(__file__).parents[1]
 COMMAND = (sys.executable, "-m", "benchmarks")
@@ -146,6 +146,122 @@ def test_accelerations_of_a_peer(peer, shape):
     assert np.abs(found - reference).max() <= allowed[shape] * np.abs(reference).max()
 
 
+# -- many designs -----------------------------------------------------------------------------
+
+#: Of forces by two routes: lanes accept a last correction of 1e-12, times the condition of the
+#: loops, which is below 10.
+TURN = 1e-11
+DESIGNS = 3
+
+
+def turns(study):
+    """A sweep of a few designs, and each of them by itself."""
+    system = mbody.assemble(study.build())
+    found = study.sweep(system, DESIGNS, 1)
+    runs = [
+        mbody.kinetostatics(found.design(n), turn="motor", instants=studies.POSITIONS)
+        for n in range(DESIGNS)
+    ]
+    return found, runs
+
+
+def crank_of(run):
+    return closed_form.Crank(*(getattr(run["crank"], n) for n in ("angle", "omega", "alpha")))
+
+
+@pytest.mark.parametrize(
+    "form", ["four_bars", "all_of_four_bars", "book_four_bars", "nine_equations"]
+)
+def test_four_bars_by_hand(form):
+    found, runs = turns(studies.FOUR_BAR)
+    numbers = {n: values[:, None] for n, values in studies.norton_numbers(found).items()}
+    parts = getattr(closed_form, form)(numbers, crank_of(runs[0]))
+    for n, run in enumerate(runs):
+        force = run.reaction("A")
+        size = force.magnitude.max()
+        for ours, theirs in zip((force.fx, force.fy), parts):
+            assert np.abs(ours - theirs[n]).max() <= TURN * size
+        for joint, (x, y) in zip(("O2", "B", "O4"), zip(parts[2:8:2], parts[3:8:2])):
+            ours = run.reaction(joint).magnitude
+            assert np.abs(ours - np.hypot(x[n], y[n])).max() <= TURN * size
+        for torque in parts[8:]:
+            ours = run.effort("motor")
+            assert np.abs(ours - torque[n]).max() <= TURN * np.abs(ours).max()
+
+
+def test_slider_cranks_by_hand():
+    found, runs = turns(studies.SLIDER_CRANK)
+    numbers = {n: values[:, None] for n, values in studies.SLIDER_CRANK.numbers(found).items()}
+    force = np.hypot(*closed_form.slider_cranks(numbers, crank_of(runs[0])))
+    for n, run in enumerate(runs):
+        ours = run.reaction("A").magnitude
+        assert np.abs(ours - force[n]).max() <= TURN * ours.max()
+
+
+def test_designs_of_a_chunk_and_of_a_thread_are_the_same():
+    found, runs = turns(studies.SLIDER_CRANK)
+    numbers = {
+        n: np.resize(v, 2 * closed_form.CHUNK + 1)
+        for n, v in studies.SLIDER_CRANK.numbers(found).items()
+    }
+    how = closed_form.slider_cranks, numbers, crank_of(runs[0])
+    one, two = closed_form.peaks(*how), closed_form.on_threads(2, *how)
+    assert np.array_equal(one, two)
+    assert np.array_equal(one, np.resize(one[:DESIGNS], len(one)))
+    assert one[:DESIGNS] == pytest.approx(found["peak(A.force)"], rel=TURN)
+
+
+def test_the_eight_bar_turns_fully_and_far_from_its_dead_centres():
+    machine = models.eight_bar()
+    assert (len(machine.bodies), len(machine.joints)) == (7, 10)
+    run = mbody.kinetostatics(machine, turn="motor")
+    for coupler, rocker in (("coupler", "rocker"), ("link", "middle"), ("second", "output")):
+        across = np.abs(np.sin(run[rocker].angle - run[coupler].angle))
+        assert across.min() > math.sin(math.radians(46.0))
+
+
+@pytest.mark.parametrize("study", [*studies.SIX_BARS, studies.EIGHT_BAR], ids=lambda s: s.name)
+def test_forces_where_loops_are_cut(study):
+    pytest.importorskip("pinocchio")
+    _, runs = turns(study)
+    found = sweeps.cuts([run.system for run in runs], "B")()
+    assert found == pytest.approx([r.reaction("B").magnitude.max() for r in runs], rel=TURN)
+
+
+@pytest.mark.parametrize("peer", ["pinocchio", "mujoco"])
+def test_four_bars_of_a_peer(peer):
+    pytest.importorskip(peer)
+    found, runs = turns(studies.FOUR_BAR)
+    loop = sweeps.each(getattr(kinetostatic, f"{peer}_loop"), found, DESIGNS)
+    assert loop() == pytest.approx([r.reaction("A").magnitude.max() for r in runs], rel=TURN)
+
+
+def test_rows_of_sweeps(monkeypatch):
+    few = {"driven": (64, 64), "tolerances": (640, 640), "free": (4, 4)}
+    monkeypatch.setattr(sweeps, "DESIGNS", few)
+    rows = sweeps.measure(Asked(short=True, runs=1))
+    for row in rows:
+        assert row.median_s > 0.0 and row.ratio_to_mbody > 0.0 and set(row.short()) >= KEYS
+        if row.bytes is None:
+            assert row.error <= (sweeps.LEVEL if "free" in row.workload else TURN)
+    kept = [row for row in rows if row.bytes is not None]
+    assert [row.workload.split()[0] for row in kept] == ["640", "64"]
+    driven = [row for row in rows if row.engine == OURS and "positions" in row.workload]
+    assert len(driven) == 5
+    assert all(page.each(row).endswith(" a position") for row in driven)
+
+
+def test_times_are_divided_by_the_share_that_was_done():
+    clock = iter(np.cumsum([0.0, *[1.0] * 100]))  # a call lasts a second
+    rows = in_turn(
+        *("q", "w", {OURS: int, "peer, of 2 designs": int}, {}, Asked(runs=1)),
+        parts={"peer, of 2 designs": 0.01},
+        clock=lambda: float(next(clock)),
+    )
+    assert [row.median_s for row in rows] == [1.0, pytest.approx(100.0)]
+    assert rows[1].ratio_to_mbody == pytest.approx(100.0)
+
+
 # -- results and the page ---------------------------------------------------------------------
 
 
@@ -166,6 +282,24 @@ def test_a_goal_is_met_or_missed():
     lines = {line[0]: line[3] for line in targets.targets(rows)}
     assert lines["four-bar to 1e-6"] == "met"  # 2 ms of 3
     assert lines["four-bar to 1e-6: Pinocchio + DOP853 by mbody"] == "missed"  # once of 15 times
+
+
+def test_goals_of_sweeps():
+    turned = "10000 four-bars × 360 positions"
+    hand = "NumPy by hand, all pins and the torque"
+    rows = [
+        made("sweeps", turned, OURS, 0.2),
+        Row("sweeps", turned, hand, 1e-14, 0.3, 3, 1.5),
+        Row("sweeps", turned, f"{hand}, two threads", 1e-14, 0.1, 3, 0.5),
+        made("sweeps", "100000 slider-cranks, memory", OURS, 2.0, bytes=2.5e8),
+    ]
+    lines = {line[0]: line[2:] for line in targets.targets(rows)}
+    assert lines["10⁴ four-bars × 360, two threads"] == ["0.2 s", "met"]
+    assert lines["the same, the goal beyond"] == ["0.2 s", "missed"]
+    one = "the same: all reactions by hand in NumPy, one thread, by mbody"
+    assert lines[one] == ["1.5×", "met"]
+    assert lines["the same: the fastest NumPy by hand by mbody"] == ["0.5×", "missed"]
+    assert lines["their memory beyond the import"] == ["250 MB", "met"]
 
 
 def test_questions_of_one_commit_share_a_file(tmp_path):

@@ -5,5 +5,5 @@ from __future__ import annotations
 #: In the order of the page.
 QUESTIONS = (
     *("fourbar", "andrews", "windows", "chains", "long_chain"),
-    *("bodies", "evaluations", "positions", "cold_start", "memory"),
+    *("bodies", "evaluations", "positions", "sweeps", "cold_start", "memory"),
 )

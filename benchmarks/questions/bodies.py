@@ -78,8 +78,18 @@ def one(shape: str, count: int, model: mbody.Mechanism, asked: Asked) -> list[Ro
 
 def accelerations(machine: Planar) -> np.ndarray:
     """Angular accelerations by one sparse LU of [M Φ_qᵀ; Φ_q 0] with scipy: a route of its own."""
-    from scipy.sparse import coo_matrix
     from scipy.sparse.linalg import splu
+
+    matrix, right = equations(machine)
+    factor = splu(matrix)
+    found = factor.solve(right)
+    found += factor.solve(right - matrix @ found)
+    return found[2 : 3 * machine.bodies : 3]
+
+
+def equations(machine: Planar) -> tuple[Any, np.ndarray]:
+    """[M Φ_qᵀ; Φ_q 0] as a sparse matrix, and the right-hand side, at the start."""
+    from scipy.sparse import coo_matrix
 
     n, rows = machine.bodies, 2 * len(machine.pins)
     at, to, values = [], [], []
@@ -100,11 +110,7 @@ def accelerations(machine: Planar) -> np.ndarray:
                     at.extend((r, column)), to.extend((column, r))
                     values.extend((sign * value, sign * value))
             right[3 * n + 2 * k : 3 * n + 2 * k + 2] += sign * w * w * np.array([px, py])
-    matrix = coo_matrix((values, (at, to)), shape=(right.size, right.size)).tocsc()
-    factor = splu(matrix)
-    found = factor.solve(right)
-    found += factor.solve(right - matrix @ found)
-    return found[2 : 3 * n : 3]
+    return coo_matrix((values, (at, to)), shape=(right.size, right.size)).tocsc(), right
 
 
 def our_task(system: mbody.System) -> tuple[Callable[[], float], np.ndarray]:

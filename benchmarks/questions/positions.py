@@ -9,7 +9,7 @@ import numpy as np
 
 import mbody
 from benchmarks.frame import OURS, Asked, Row, available, in_turn
-from benchmarks.peers.kinetostatic import mujoco_loop, pinocchio_loop
+from benchmarks.peers.kinetostatic import given, links, mujoco_loop, pinocchio_loop
 from validation.norton_fourbar import newton_euler
 
 __all__ = ["TITLE", "measure"]
@@ -39,10 +39,12 @@ def measure(asked: Asked) -> list[Row]:
         return None, newton_euler.forces(motion)[8]
 
     tasks: dict[str, Callable[[], Any]] = {OURS: ours, "NumPy, batched 9×9 by hand": by_hand}
+    machine = links()
+    moved = given(run, machine.tree())
     if available("pinocchio"):
-        tasks["Pinocchio rnea, cut at B"] = pinocchio_loop(system, run)
+        tasks["Pinocchio rnea, cut at B"] = pinocchio_loop(machine, moved)
     if available("mujoco"):
-        tasks["MuJoCo mj_inverse, cut at B"] = mujoco_loop(system, run)
+        tasks["MuJoCo mj_inverse, cut at B"] = mujoco_loop(machine, moved)
     size = np.abs(reference).max()
     errors = {
         name: float(np.abs(task()[1] - reference).max() / size) for name, task in tasks.items()
