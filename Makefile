@@ -3,7 +3,7 @@ JOBS   ?= 2
 BIN    := .venv/bin
 PIP    := $(BIN)/python -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
 
-.PHONY: demo test lint errors pictures bench bench-full clean
+.PHONY: demo test lint errors counts pictures bench bench-full clean
 
 demo: .venv/installed
 	$(BIN)/mbody demo
@@ -21,6 +21,10 @@ lint: .venv/installed-dev
 # The page of all error sentences, docs/errors.md, as they happen.
 errors: .venv/installed-dev
 	$(BIN)/python -m tests.errors
+
+# The table of accepted work: steps, evaluations, factorisations, sizes of elimination.
+counts: .venv/installed-dev
+	$(BIN)/python -m tests.work_counts
 
 # The pictures of the gallery, docs/pictures, and the table of them in the README.
 pictures: .venv/installed-dev

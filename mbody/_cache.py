@@ -217,18 +217,27 @@ def _cache_type() -> Any:
 
     class Implementation(caching.CompileResultCacheImpl):
         _locator_classes: Any = (Locator,)
+        rebuilt: Any = None
+
+        def rebuild(self, target_context: Any, payload: Any) -> Any:
+            if self.rebuilt is not None:
+                return self.rebuilt(target_context, payload)
+            return super().rebuild(target_context, payload)
 
     class PackageCache(caching.FunctionCache):
         _impl_class = Implementation
 
-        def __init__(self, function: Any) -> None:
+        def __init__(self, function: Any, form: str, rebuilt: Any) -> None:
             super().__init__(function)
+            self._impl.rebuilt = rebuilt
             # Numba numbers the data files of a function 1, 2, ...  Two processes that compile it
             # for different types at once would both write number 1, and one would find the
             # other's code there.
             file = self._cache_file
             pattern = file._data_name_pattern
-            file._data_name_pattern = pattern.replace("{number:d}", "{number:d}-" + token)
+            pattern = form + pattern.replace("{number:d}", "{number:d}-" + token)
+            file._data_name_pattern, file._index_name = pattern, form + file._index_name
+            file._index_path = os.path.join(file._cache_path, file._index_name)
             if not isinstance(self._impl.locator, Locator):  # NUMBA_CACHE_LOCATOR_CLASSES is set
                 self.disable()
 
@@ -250,13 +259,16 @@ def _cache_type() -> Any:
     return PackageCache
 
 
-def attach_cache(dispatcher: Any, function: Callable[..., Any]) -> None:
-    """Give a compiled function its place on disk, if there is any."""
+def attach_cache(dispatcher: Any, function: Callable[..., Any], form: str = "") -> None:
+    """Give a compiled function its place on disk, if there is any; `form` tells forms apart.
+
+    A dispatcher with a method `rebuilt` takes what was kept of it up in its own way.
+    """
     try:
         # The stamp covers the package alone, so functions from elsewhere are not kept.
         if _PACKAGE in Path(function.__code__.co_filename).resolve().parents:
             kind = _cache_type()
             if kind is not None:
-                dispatcher._cache = kind(function)
+                dispatcher._cache = kind(function, form, getattr(dispatcher, "rebuilt", None))
     except Exception:
         return  # an interface of numba has changed: compile in each process

@@ -20,8 +20,6 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar, overload
 
-import numba
-
 from mbody._cache import PLAIN, attach_cache, cache_folder
 
 __all__ = [
@@ -41,22 +39,35 @@ F = TypeVar("F", bound=Callable[..., Any])
 FASTMATH = frozenset({"contract", "nsz"})
 
 
+Entry: Any
+Inner: Any
+try:
+    from mbody._inner import Entry, Inner
+except Exception:  # an interface of numba has changed: every function gets machine code of its own
+    from numba.core.registry import CPUDispatcher
+
+    Entry = Inner = CPUDispatcher
+
+
 # ---------------------------------------------------------------------------------------------
 # The decorators
 
 
-def _compile(function: Callable[..., Any], options: dict[str, Any]) -> Any:
+def _compile(function: Callable[..., Any], kind: Any, options: dict[str, Any]) -> Any:
     if PLAIN:
         return function
     options = dict(options)
     cached = options.pop("cache", True)
     settings: dict[str, Any] = {
+        "nopython": True,
         "nogil": True,
         "error_model": "numpy",
         "fastmath": set(FASTMATH),
+        "boundscheck": None,
+        "_nrt": False,
         **options,
     }
-    dispatcher = numba.njit(**settings)(function)
+    dispatcher = kind(function, targetoptions=settings)
     if cached:
         attach_cache(dispatcher, function)
     return dispatcher
@@ -77,29 +88,29 @@ if TYPE_CHECKING:
 else:
 
     def njit(function=None, /, **options):
-        """Compile a function: ``@njit`` or ``@njit(forceinline=True, ...)``.
+        """Compile a function of kernels: ``@njit`` or ``@njit(forceinline=True, ...)``.
 
         The options are those of ``numba.njit``; here ``cache`` and ``nogil`` are on, a division
-        by zero gives an infinity instead of an exception, and ``fastmath`` is ``FASTMATH``.
+        by zero gives an infinity instead of an exception, and ``fastmath`` is ``FASTMATH``. It
+        has no machine code of its own (`mbody._inner`), and makes no arrays.
         """
         if function is None:
-            return lambda function: _compile(function, options)
-        return _compile(function, options)
+            return lambda function: _compile(function, Inner, options)
+        return _compile(function, Inner, options)
 
     def inline(function, /):
         """Compile a small function so that its code is always copied into the caller."""
-        return _compile(function, {"forceinline": True})
+        return _compile(function, Inner, {"forceinline": True})
 
     def kernel(function, /):
-        """Compile an entry point that makes no arrays and returns none.
+        """Compile an entry point, which Python calls.
 
-        Numba counts the references to arrays: each ``fields.rows`` of a named tuple is an atomic
-        addition, which costs a scalar kernel 40 % and makes threads wait for each other.  A kernel
-        works in memory that it was given, so here, and in the functions compiled for it, nothing
-        is counted.  For the same reason a function that *returns* an array must not be called
-        both from a kernel and from a function compiled with ``njit``.
+        It makes no arrays and returns none, and neither does what it calls: they work in memory
+        that they were given. Numba would count the references to arrays, each ``fields.rows`` of
+        a named tuple an atomic addition, which costs a scalar kernel 40 % and makes threads wait
+        for each other. So nothing is counted in any function of the package.
         """
-        return _compile(function, {"_nrt": False})
+        return _compile(function, Entry, {})
 
 
 # ---------------------------------------------------------------------------------------------

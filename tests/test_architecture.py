@@ -21,6 +21,7 @@ LAYERS = (
         "_version",
         "errors",
         "_cache",
+        "_inner",
         "_jit",
         "_user",
         "_lanes_type",

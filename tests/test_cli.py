@@ -81,13 +81,13 @@ def test_a_second_process_compiles_nothing():
 LEFT_COLD = """
 import importlib, pkgutil
 import mbody.core
+from mbody._jit import Entry
 from mbody.cli.warmup import warmup
 warmup()
 for module in pkgutil.iter_modules(mbody.core.__path__):
     for name, one in vars(importlib.import_module(f"mbody.core.{module.name}")).items():
-        options = getattr(one, "targetoptions", {})
         here = getattr(one, "__module__", "") == f"mbody.core.{module.name}"
-        if here and "_nrt" in options and not one.signatures:
+        if here and type(one) is Entry and not one.signatures:
             print("cold:", name)
 """
 

@@ -257,7 +257,7 @@ def test_no_value_is_a_sentence():
         with pytest.raises(ModelError, match=rf"'{re.escape(text)}' has no value at"):
             example(np.array([2.0, x]))
         par = np.array(example.parameters(example.numbers()), dtype=float).reshape(-1, 1)
-        out = law(example.code, par, 0, len(par), 0, example.table(), 0, -1, np.float64(x))
+        out = law(example.code, par, 0, len(par), 0, example.table(), 0, np.float64(x))
         assert np.isnan(out).all()
     corner = program("sqrt(t)")
     assert corner(0.0) == 0.0 and corner.derivatives(0.0) == (0.0, math.inf, -math.inf)
@@ -409,7 +409,7 @@ def test_the_kernel_reads_its_own_rows_lane_and_table_and_writes_none():
     par[2 : 2 + len(values), 1] = values
     before = par.copy()
     tab = np.concatenate([[np.nan] * 3, own, [np.nan]])
-    assert law(example.code, par, 2, len(values), 1, tab, 3, -1, 0.37) == example.derivatives(0.37)
+    assert law(example.code, par, 2, len(values), 1, tab, 3, 0.37) == example.derivatives(0.37)
     np.testing.assert_array_equal(par, before)
 
 

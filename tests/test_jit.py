@@ -19,7 +19,7 @@ import mbody._cache as cache
 import mbody._jit as jit
 import mbody._user as user
 
-MODULES = ("_cache", "_jit", "_user", "_lanes_type", "_lanes", "_reference")
+MODULES = ("_cache", "_inner", "_jit", "_user", "_lanes_type", "_lanes", "_reference")
 
 SOURCES = {
     "__init__": '"""A small package."""\n',
@@ -154,6 +154,58 @@ def test_a_second_process_compiles_nothing(warm):
     assert result["stderr"] == ""
     assert Path(result["folder"]).parent == warm.root / "cache"
     np.testing.assert_allclose(result["sine"], np.sin(0.5), rtol=1e-15)
+
+
+USE = """\
+    from mbody._jit import compilations, kernel
+    from mbody._helper import scaled
+
+    @kernel
+    def other(x):
+        return scaled(x) + 1.0
+
+    found = other(1.0)
+    addresses = [
+        cres.library.get_pointer_to_function(cres.fndesc.llvm_func_name)
+        for cres in scaled.overloads.values()
+    ]
+    print(found, compilations(), addresses, scaled(1.0), compilations())
+    """
+
+
+@pytest.mark.skipif(jit.PLAIN, reason="NUMBA_DISABLE_JIT is set")
+def test_a_function_of_kernels_is_kept_without_machine_code(warm):
+    """The kernel, not of the package, is not counted; from Python the function is one more."""
+    assert warm.process(USE).stdout.split() == ["3.0", "1", "[0]", "2.0", "2"]
+    assert warm.process(USE).stdout.split() == ["3.0", "0", "[0]", "2.0", "0"]
+
+
+@pytest.mark.skipif(jit.PLAIN, reason="NUMBA_DISABLE_JIT is set")
+def test_a_changed_interface_of_numba_costs_only_time(warm):
+    code = """\
+        import sys
+        sys.modules["mbody._inner"] = None
+        """
+    done = warm.process(_dedent(code) + _dedent(RUN), MBODY_CACHE_DIR=str(warm.root / "plainly"))
+    result = json.loads(done.stdout)
+    assert result["compiled"] > 0
+    np.testing.assert_allclose(result["sine"], np.sin(0.5), rtol=1e-15)
+
+
+@pytest.mark.skipif(jit.PLAIN, reason="NUMBA_DISABLE_JIT is set")
+def test_the_collector_goes_on_after_a_compilation():
+    import gc
+
+    @jit.kernel
+    def local(x):
+        return x + 1
+
+    assert gc.isenabled() and local(1) == 2 and gc.isenabled()
+    gc.disable()
+    try:
+        assert local(1.5) == 2.5 and not gc.isenabled()
+    finally:
+        gc.enable()
 
 
 def test_an_edit_in_another_file_is_seen(warm):

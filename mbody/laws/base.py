@@ -253,5 +253,5 @@ class Law:
         out = np.empty((xs.size, 3))
         par = np.array(self.parameters(self.numbers()), dtype=float).reshape(-1, 1)
         tab = self.table()
-        evaluate(self.code, par, 0, par.shape[0], 0, tab, 0, -1, xs, out)
+        evaluate(self.code, par, 0, par.shape[0], 0, tab, 0, xs, out)
         return out

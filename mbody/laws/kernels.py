@@ -13,8 +13,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from mbody._jit import njit
-from mbody._user import call_user
+from mbody._jit import kernel, njit
 from mbody.laws.machine import expression
 
 __all__ = ["LAW_KINDS", "SHAPES", "OUTSIDE", "TOLERANCE", "evaluate", "law", "thomas"]
@@ -210,17 +209,6 @@ def pieces(par: FloatArray, o: int, n: int, lane: int, tab: FloatArray, k: int, 
 
 
 @njit
-def user(handle: int, x: float) -> Three:
-    """A registered Python function; NaN where it raised (then ask `_user.failure`)."""
-    at = np.empty(1)
-    y = np.empty(3)
-    at[0] = x
-    if call_user(handle, at, y) != 0:
-        return math.nan, math.nan, math.nan
-    return y[0], y[1], y[2]
-
-
-@njit
 def built_in(
     code: int,
     par: FloatArray,
@@ -246,7 +234,7 @@ def built_in(
     return expression(par, o, lane, tab, k, x)
 
 
-@njit
+@kernel
 def law(
     code: int,
     par: FloatArray,
@@ -255,16 +243,13 @@ def law(
     lane: int,
     tab: FloatArray,
     k: int,
-    handle: int,
     x: float,
 ) -> Three:
-    """f, f′, f″ at one x of any law; handle: of the user's registered function, or −1."""
-    if code == USER:
-        return user(handle, x)
+    """`built_in`, for calls from Python."""
     return built_in(code, par, o, n, lane, tab, k, x)
 
 
-@njit
+@kernel
 def evaluate(
     code: int,
     par: FloatArray,
@@ -273,19 +258,18 @@ def evaluate(
     lane: int,
     tab: FloatArray,
     k: int,
-    handle: int,
     xs: FloatArray,
     out: FloatArray,
 ) -> None:
     """Fill out (len(xs), 3) with f, f′, f″ at every x."""
     for i in range(xs.size):
-        f, f1, f2 = law(code, par, o, n, lane, tab, k, handle, xs[i])
+        f, f1, f2 = built_in(code, par, o, n, lane, tab, k, xs[i])
         out[i, 0] = f
         out[i, 1] = f1
         out[i, 2] = f2
 
 
-@njit
+@kernel
 def thomas(lower: FloatArray, diagonal: FloatArray, upper: FloatArray, right: FloatArray) -> None:
     """Solve a tridiagonal system in place: right (n, r) becomes the solution; diagonal changes."""
     n = diagonal.size
