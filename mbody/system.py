@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from mbody._user import register, release
-from mbody.core.layout import Layout, Work, blank, integers, workspace
+from mbody.core.layout import Layout, Work, blank, integers, inverse_masses, workspace
 from mbody.drivers import Driver
 from mbody.elements import Element, Numbers, Polar, listed, place_name
 from mbody.errors import ModelError
@@ -260,25 +260,8 @@ class System:
             work.par[:] = self.par[:, np.broadcast_to(designs, lanes)]
             work.mass[:] = self.mass[:, np.broadcast_to(designs, lanes)]
         if masses:
-            # a massless body moves as its joints tell it: a small mass serves, corrected later
-            inertia = work.mass[: 3 * L.bodies].reshape(L.bodies, 3, lanes)[L.slot_body]
-            least = self._least_inertia[None, :, None]
-            columns = work.weight[: 3 * L.slots].reshape(L.slots, 3, lanes)
-            columns[:] = 1.0 / np.maximum(inertia * work.share[:, None, :], least)
+            work.weight[: 3 * L.slots] = inverse_masses(L, work.mass, self.length)
         return work
-
-    @property
-    def _least_inertia(self) -> np.ndarray:
-        """What stands in for less mass and inertia than that where a mass is divided by: (3,)."""
-        unit = np.array([1.0, 1.0, self.length**2])
-        own = self.mass.reshape(-1, 3, self.mass.shape[1]) / unit[:, None]
-        return np.asarray(1e-7 * float(own.max(initial=1e-300)) * unit)
-
-    @property
-    def has_stand_ins(self) -> bool:
-        """Whether a body has so little mass or inertia that another stands in for it."""
-        own = self.mass[: self.coordinates].reshape(-1, 3, self.mass.shape[1])
-        return bool((own < self._least_inertia[None, :, None]).any())
 
     @functools.cached_property
     def _frames(self) -> dict[int, np.ndarray]:

@@ -54,14 +54,14 @@ def _poses(runner: Runner, start: Closed, plan: Plan) -> np.ndarray:
     system = runner.system
     designs, time = int(system.batch or 0), float(plan.t[0])
     first = plan.first(system)
-    values = np.array([first.get(d.name, np.nan) for d in system.mechanism.drivers])
+    values = np.tile([first.get(d.name, np.nan) for d in system.mechanism.drivers], (designs, 1))
     pose = start.work.q[:, 0].copy()
-    poses, state = np.empty((designs, len(pose))), np.zeros((designs, 2))
+    poses, state = np.tile(pose, (designs, 1)), np.zeros((designs, 2))
     if not (start.soft or system.has_user_code):
         work = system.work()
         work.time[:] = time
-        small = rounding(system, start.work)
-        close_designs(runner.layout, work, small, system.par, values, pose, poses, state)
+        small = np.full(designs, rounding(system, start.work))
+        close_designs(runner.layout, work, small, system.par, values, poses, state)
     for design in np.flatnonzero((state[:, 0] == 0.0) | (state[:, 1] < SUSPICIOUS)):
         try:
             one = closed(system, time, first, None, int(design), pose)

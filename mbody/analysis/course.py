@@ -9,9 +9,11 @@ import numpy as np
 
 from mbody.analysis.closure import SOFT, raise_user_error
 from mbody.analysis.contacts import pulled
+from mbody.analysis.first_steps import CORRECTIONS, first_step, sizes
 from mbody.analysis.instants import check_reach
 from mbody.analysis.steppers import Memory, stepper
 from mbody.analysis.undefined import adjusted, branching, stuck, undetermined, valueless, weightless
+from mbody.core.layout import stand_ins
 from mbody.core.output import PER_ATOM
 from mbody.core.progress import (
     CAREFUL,
@@ -59,9 +61,10 @@ class Course:
         self.work = system.work(masses=True)
         self.soft = start.soft if start.system is system else SOFT * bool(start.soft)
         # a small mass stands where there is none: corrections by the residual take it back
-        regular = 2 if system.has_stand_ins or self.soft else 0
+        light = stand_ins(self.layout, system.mass, system.length).any()
+        regular = CORRECTIONS if light or self.soft else 0
         self.causes = len(causes(system))
-        self.passes = max(2, regular)
+        self.passes = CORRECTIONS
         self.steps = stepper(way.method, self.layout, self.work, way.step)
         n, m = 2 * system.coordinates, self.steps
         self.y, self.state = np.zeros(n), np.zeros(PROGRESS)
@@ -127,8 +130,9 @@ class Course:
         if self.soft:
             self.notes += branching(self.system, first, self.y[:n3], self.y[n3:])
         self._check_slope(self.K, first)
-        self.memory.scale = self.scale = self._scale(v, self.K[0, n3:])
-        self.state[NEXT] = self.way.step or self._first_step(until - first)
+        self.memory.scale = self.scale = sizes(self.system.length, v, self.K[0, n3:])
+        first_one = first_step(self.way, self.y, self.K[0], self.scale, until - first)
+        self.state[NEXT] = self.way.step or first_one
         self.judged, self.longest = (0.0, first), 0.0
 
     def _slope(self) -> bool:
@@ -229,23 +233,6 @@ class Course:
         """Times, pages and work of the instants that are met."""
         met = int(self.state[MET])
         return self.times[:met], self.output[:met], self.gained[:met]
-
-    def _scale(self, v: Array, a: Array) -> Array:
-        """Sizes of coordinates and rates, to which absolute errors are relative."""
-        length = self.system.length
-        unit = np.tile([length, length, 1.0], len(v) // 3)
-        swift = max(
-            float(np.abs(v / unit).max(initial=0.0)),
-            float(np.sqrt(np.abs(a / unit).max(initial=0.0))),
-        )
-        return np.concatenate([unit, unit * (swift or 1.0)])
-
-    def _first_step(self, whole: float) -> float:
-        """A rough first step (Hairer, Nørsett, Wanner, II.4)."""
-        size = self.way.atol * self.scale + self.way.rtol * np.abs(self.y)
-        d0, d1 = (float(np.sqrt(np.mean((part / size) ** 2))) for part in (self.y, self.K[0]))
-        step = 0.01 * d0 / d1 if d0 > 1e-5 and d1 > 1e-5 else 1e-6 * whole
-        return min(step, 0.1 * whole)
 
     def _check_slope(self, K: Array, t: float) -> None:
         if np.isfinite(K[0]).all():

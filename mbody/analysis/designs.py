@@ -70,11 +70,11 @@ def closed_poses(system: System, course: Course) -> tuple[np.ndarray, np.ndarray
     """Every design closed from the course's pose: (designs, coordinates + 3), and whether it is."""
     plan, designs = course.plan, int(system.batch or 0)
     first = plan.first(system)
-    values = np.array([first.get(d.name, np.nan) for d in system.drivers])
-    poses, state = np.empty((designs, len(course.pose))), np.zeros((designs, 2))
-    work = system.work()
+    values = np.tile([first.get(d.name, np.nan) for d in system.drivers], (designs, 1))
+    poses, state = np.tile(course.pose, (designs, 1)), np.zeros((designs, 2))
+    work, small = system.work(), np.full(designs, course.small)
     work.time[:] = plan.t[0]
-    close_designs(system.layout, work, course.small, system.par, values, course.pose, poses, state)
+    close_designs(system.layout, work, small, system.par, values, poses, state)
     return poses, (state[:, 0] > 0.0) & (state[:, 1] >= SUSPICIOUS)
 
 

@@ -26,6 +26,7 @@ def placed(
     guess: Mapping[str, Any] | None,
     drive: Mapping[str, float],
     shaken: np.random.Generator | None = None,
+    numbers: Numbers | None = None,
 ) -> np.ndarray:
     """Poses of all mass centres, ground last: (3·bodies + 3,).
 
@@ -37,8 +38,11 @@ def placed(
         Value of every driver at the first instant.
     shaken : Generator, optional
         Another start: bodies without a guess at any angle, all others a little off.
+    numbers : Numbers, optional
+        By default those of the system; those of one design where it is a batch.
     """
-    return _Placing(system, guess or {}, drive, shaken).coordinates()
+    own = system.numbers if numbers is None else numbers
+    return _Placing(system, guess or {}, drive, shaken, own).coordinates()
 
 
 class _Placing:
@@ -48,11 +52,12 @@ class _Placing:
         guess: Mapping[str, Any],
         drive: Mapping[str, float],
         shaken: np.random.Generator | None,
+        numbers: Numbers,
     ) -> None:
         self.system = system
         self.shaken = shaken
         self.mechanism = system.mechanism
-        self.at: Numbers = system.numbers
+        self.at = numbers
         for name in guess:
             if not isinstance(self.mechanism[name], Body):
                 raise ModelError(f"a guess is for bodies, '{name}' is none", name)

@@ -16,7 +16,7 @@ from mbody.elements import Marker, listed
 from mbody.ends import link_poses
 from mbody.errors import ModelError
 from mbody.events import Event, Stop, check_restitution
-from mbody.formulas import Formula, read
+from mbody.formulas import Formula, FormulaError, read
 from mbody.measures import check_measure
 from mbody.mechanism import Mechanism
 from mbody.questions import Measure
@@ -26,7 +26,8 @@ from mbody.system import System
 from mbody.units import DIMENSIONS
 
 __all__ = [
-    *("check_release", "check_simulation", "checked_events", "started", "state_of", "watched"),
+    *("check_release", "check_simulation", "checked_events", "holding", "said", "started"),
+    *("state_of", "watched"),
 ]
 
 #: A coordinate, its rate, and the direction in which it is measured.
@@ -152,31 +153,64 @@ def started(system: System, simulation: Simulation) -> Solution:
 
 def _held(system: System, simulation: Simulation, *, rates: bool, guess: Any = None) -> Solution:
     """The loops closed with drivers in place of what is said: of places, or of what has a rate."""
+    poses = guess or {}
+    drive = {
+        name: (value, rate)
+        for name, _, value, rate in said(system, simulation, rates=rates, poses=poses)
+    }
+    whole = holding(system, simulation, rates=rates, poses=poses)
+    return close_loops(whole, drive=drive or None, guess=guess)
+
+
+def said(
+    system: System,
+    simulation: Simulation,
+    *,
+    rates: bool,
+    poses: Mapping[str, Any],
+) -> list[tuple[str, tuple[str, str, float], Any, Any]]:
+    """What is held at the start: name, (body, coordinate, direction), value and rate.
+
+    Parameters
+    ----------
+    system : System
+        Of a batch values and rates are arrays where they differ.
+    rates : bool
+        What has a rate, else what has a place or a rate, which is then zero.
+    poses : mapping
+        Of link axes, (x, y, angle) by body, in place of what is said.
+    """
     mechanism, values = system.mechanism, parameters_of(system)
-    held, bodies = mechanism.copied(), {body.name: body for body in mechanism.bodies}
-    drive: dict[str, tuple[float, float]] = {}
+    bodies = {body.name: body for body in mechanism.bodies}
+    found = []
     for body, given in simulation.start.items():
         own = bodies[body].guess
         for place, rate, direction in PAIRS:
             if (rate if rates else place) not in given and not (rates is False and rate in given):
                 continue
             value = given.get(place, getattr(own, place))
-            if guess is not None:
-                value = dict(zip(("x", "y", "angle"), guess[body], strict=True))[place]
-            name = f"{body} {place} at the start"
-            drive[name] = (
-                _number(mechanism, value, STATE[place], place, values),
-                _number(mechanism, given.get(rate, 0.0), STATE[rate], rate, values),
-            )
-            if place == "angle":
-                held.add(AngleDriver(name, body, drive[name][0]))
-            else:
-                along = Marker("ground", (0.0, 0.0), direction)
-                held.add(CoordinateDriver(name, along, body, drive[name][0]))
-            if not rates:
-                drive[name] = (drive[name][0], 0.0)
-    whole = with_numbers_of(assemble(held), system.values)
-    return close_loops(whole, drive=drive or None, guess=guess)
+            if poses:
+                value = dict(zip(("x", "y", "angle"), poses[body], strict=True))[place]
+            value = _number(mechanism, value, STATE[place], f"start.{body}.{place}", values)
+            speed = given.get(rate, 0.0) if rates else 0.0
+            speed = _number(mechanism, speed, STATE[rate], f"start.{body}.{rate}", values)
+            found.append((f"{body} {place} at the start", (body, place, direction), value, speed))
+    return found
+
+
+def holding(
+    system: System, simulation: Simulation, *, rates: bool, poses: Mapping[str, Any]
+) -> System:
+    """The system with a driver, last of all, for each thing that is `said`."""
+    held = system.mechanism.copied()
+    for name, (body, place, direction), value, _ in said(
+        system, simulation, rates=rates, poses=poses
+    ):
+        if place == "angle":
+            held.add(AngleDriver(name, body, value))
+        else:
+            held.add(CoordinateDriver(name, Marker("ground", (0.0, 0.0), direction), body, value))
+    return with_numbers_of(assemble(held), system.values)
 
 
 def _number(
@@ -184,18 +218,23 @@ def _number(
     value: Any,
     dimension: str,
     name: str,
-    parameters: Mapping[str, float] | None = None,
-) -> float:
+    parameters: Mapping[str, Any] | None = None,
+) -> Any:
     """A number of a simulation in the units of the mechanism; parameters as a system has them."""
     found = mechanism.number(value, dimension, "simulation", name)
     if isinstance(value, Formula) and parameters:
-        found = value.of(DIMENSIONS[dimension]).value(mechanism.parameters.scope(parameters))
+        scope = mechanism.parameters.scope(parameters)
+        try:
+            found = value.of(DIMENSIONS[dimension]).value(scope)
+        except FormulaError as error:
+            raise ModelError(f"simulation: {name}: {error}") from None
     return found
 
 
-def parameters_of(system: System) -> dict[str, float]:
-    """The parameters as the system has them."""
-    return {name: float(system.values[name]) for name in system.mechanism.parameters}
+def parameters_of(system: System) -> dict[str, Any]:
+    """The parameters as the system has them; of a batch arrays where they differ."""
+    own = {name: system.values[name] for name in system.mechanism.parameters}
+    return {name: value if np.ndim(value) else float(value) for name, value in own.items()}
 
 
 def check_release(mechanism: Mechanism, given: Mapping[str, Any]) -> dict[str, float]:

@@ -112,7 +112,7 @@ def _pushed(system: System, t: float, q: Array, v: Array, way: Array) -> bool:
     if not system.user_handles():  # users' functions may know no such places
         whole = _loads(system, work, t, q, v).sum(axis=0) * scale
         mass = float((system.mass[: system.coordinates, 0] * scale**2).max())
-        rate = TRIED * np.sqrt(np.abs(whole).max() / mass)
+        rate = TRIED * np.sqrt(np.abs(whole).max() / mass) if mass else 0.0
         places += [
             (q + sign * TRIED * scale * way, v + sign * rate * scale * way) for sign in (1.0, -1.0)
         ]

@@ -52,6 +52,11 @@ def _steps() -> Iterator[tuple[str, Callable[[], object]]]:
     def designs() -> object:
         return sweep(model, {"crank.inertia": [0.4, 0.5]}, measure="motor.effort")
 
+    def drifts() -> object:
+        body = swing.bodies[0].name
+        masses = {f"{body}.mass": [1.0, 2.0]}
+        return sweep(swing, masses, "simulate", f"last({body}.angle)")
+
     def hooks() -> object:
         machine = load("norton_fourbar")
         machine.add(Torque("brake", "crank", value=Function(lambda t: 1.0 + t)))
@@ -68,6 +73,7 @@ def _steps() -> Iterator[tuple[str, Callable[[], object]]]:
     yield "sweeps", designs
     yield "functions of the user", hooks
     yield "free motion", lambda: simulate(swing)
+    yield "free motions of designs", drifts
     yield "stiff motion", lambda: simulate(swing, method="radau5")
     yield "even steps", lambda: simulate(swing, method="rattle", step=0.01)
     yield "rest", lambda: equilibrium(swing)

@@ -19,7 +19,9 @@ from mbody.core.forces import signals
 from mbody.core.instant import clear, least_motion, reach, weigh
 from mbody.core.rows import rows, turns
 
-__all__ = ["close", "close_designs", "laws_of_time", "project", "violation"]
+__all__ = [
+    *("close", "close_designs", "laws_of_time", "project", "project_designs", "violation"),
+]
 
 STEPS = 200
 SMALLEST = 1e-4
@@ -98,30 +100,31 @@ def close(L, W, soft, tolerance):
 
 
 @kernel
-def close_designs(L, W, tolerance, par, first, start, output, state):
-    """Close every design of a batch from one pose.
+def close_designs(L, W, tolerance, par, first, poses, state):
+    """Close every design of a batch from its own pose.
 
-    par (parameters, designs); first (drivers,): value of every driver, NaN where its law says it;
-    start (coordinates,); output (designs, coordinates); state (designs, 2): whether it closed by
-    the straight path, and the least pivot as a part of its diagonal.
+    tolerance (designs,); par (parameters, designs); first (designs, drivers): value of every
+    driver, NaN where its law says it; poses (designs, coordinates): where each begins, and where it
+    closed; state (designs, 2): whether it closed by the straight path, and the least pivot as a
+    part of its diagonal.
     """
     L, W = by_reference(L), by_reference(W)
     w = 0.0
     for design in range(par.shape[1]):
         for n in range(par.shape[0]):
             W.par[n, 0] = par[n, design]
-        for n in range(start.shape[0]):
-            W.q[n, 0] = start[n]
+        for n in range(poses.shape[1]):
+            W.q[n, 0] = poses[design, n]
         signals(L, W, w, L.signal_law.shape[0])
         for d in range(L.driver_row.shape[0]):
-            if not math.isnan(first[d]):
-                W.signal[L.driver_row[d], 0] = first[d]
-        good, _, _ = newton_path(L, W, w, 0.0, tolerance)
+            if not math.isnan(first[design, d]):
+                W.signal[L.driver_row[d], 0] = first[design, d]
+        good, _, _ = newton_path(L, W, w, 0.0, tolerance[design])
         ratio = weakest(L, W)
         state[design, 0] = 1.0 if good else 0.0
         state[design, 1] = ratio
-        for n in range(start.shape[0]):
-            output[design, n] = W.q[n, 0]
+        for n in range(poses.shape[1]):
+            poses[design, n] = W.q[n, 0]
 
 
 @njit
@@ -204,18 +207,62 @@ def descend(L, W, w, tolerance):
 def project(L, W, soft):
     """v ← v − W⁻¹Gᵀ S⁻¹ (G v − ν): the nearest velocities that the constraints allow."""
     L, W = by_reference(L), by_reference(W)
+    nearest_velocity(L, W, 0.0, soft)
+
+
+@kernel
+def project_designs(L, W, par, poses, rates, velocities, state):
+    """The least velocities of every design of a batch, closed at its own pose.
+
+    par (parameters, designs); poses, velocities (designs, coordinates); rates (designs, drivers):
+    rate of every driver, NaN where its law says it; state (designs,): by how much they do not agree
+    with the drivers, as a part of the rates that are asked for.
+    """
+    L, W = by_reference(L), by_reference(W)
     w = 0.0
+    for design in range(par.shape[1]):
+        for n in range(par.shape[0]):
+            W.par[n, 0] = par[n, design]
+        for n in range(poses.shape[1]):
+            W.q[n, 0], W.v[n, 0] = poses[design, n], 0.0
+        signals(L, W, w, L.signal_law.shape[0])
+        for d in range(L.driver_row.shape[0]):
+            if not math.isnan(rates[design, d]):
+                W.signal[L.driver_row[d] + 1, 0] = rates[design, d]
+        nearest_velocity(L, W, w, 0.0)
+        for n in range(velocities.shape[1]):
+            velocities[design, n] = W.v[n, 0]
+        rows(L, W, w, True, None)
+        spread(L, W, w)
+        rest, asked = 0.0, 0.0
+        for n in range(2 * L.nodes):
+            unit = W.soft[n, 0]
+            if unit > 0.0:
+                rest += (W.x[n, 0] - W.nu[n, 0]) ** 2 / unit
+                asked += W.nu[n, 0] ** 2 / unit
+        state[design] = math.sqrt(rest / asked) if asked > 0.0 else rest
+
+
+@njit
+def nearest_velocity(L, W, w, soft):
+    """See `project`."""
     turns(L, W, w)
     rows(L, W, w, True, True)
     factor(L, W, w, soft, VANISHED)
-    clear(W.u, w)
-    for s in range(L.slots):
-        for n in range(3):
-            W.u[3 * s + n, 0] = W.v[3 * L.slot_body[s] + n, 0]
-    apply_g(L, W, w, W.u, W.x)
+    spread(L, W, w)
     for n in range(2 * L.nodes):
         st(W.nu, n, W.nu[n, 0] - W.x[n, 0], w)
     least_motion(L, W, w, W.nu, True)
     for b in range(L.bodies):
         for n in range(3):
             W.v[3 * b + n, 0] += W.u[3 * L.body_slot[b] + n, 0]
+
+
+@njit
+def spread(L, W, w):
+    """W.x ← G v."""
+    clear(W.u, w)
+    for s in range(L.slots):
+        for n in range(3):
+            W.u[3 * s + n, 0] = W.v[3 * L.slot_body[s] + n, 0]
+    apply_g(L, W, w, W.u, W.x)

@@ -178,7 +178,7 @@ def flow(
             state[SLOPES] += 1
             if not good:
                 break
-            part = weakest(L, W)
+            part = weakest(L, W, w)
             least = min(least, part)
             if careful:
                 # what projections move along the manifold is of second order in what they move
@@ -239,7 +239,7 @@ def flow(
                 state[REJECTED] += 1
                 state[NEXT] = 0.5 * h
                 continue
-        part = weakest(L, W)
+        part = weakest(L, W, w)
         if part < BEHIND * state[FREEST] and state[END_TRIES] < ENDS_AGAIN and not clipped:
             # a step begins badly at a singular position: end after it, or before
             state[END_TRIES] += 1

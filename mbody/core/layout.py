@@ -16,7 +16,7 @@ import numpy as np
 
 from mbody._lanes import aligned
 
-__all__ = ["Layout", "Work", "blank", "integers", "workspace"]
+__all__ = ["Layout", "Work", "blank", "integers", "inverse_masses", "stand_ins", "workspace"]
 
 Ints = Any  # int64 arrays, one-dimensional
 
@@ -123,7 +123,7 @@ class Work(NamedTuple):
     scratch: Any
     # the path behind: position and its two derivatives at the last three places, in turn
     past: Any
-    # positions from which the loops are closed
+    # positions to come back to while loops are closed
     guess: Any
     base: Any
     # what a user's function is asked and tells: one-dimensional
@@ -202,3 +202,27 @@ def _places(
 def integers(values: Any) -> np.ndarray:
     """Index table as the kernels take it."""
     return np.ascontiguousarray(values, dtype=np.int64).reshape(-1)
+
+
+def inverse_masses(layout: Layout, mass: np.ndarray, length: float) -> np.ndarray:
+    """Weights of free motion: (3·slots, sets) for masses (3·bodies + 3, sets).
+
+    A massless body moves as its joints tell it: a small mass serves, corrected later.
+    """
+    L = layout
+    share = 1.0 / np.bincount(L.slot_body, minlength=L.bodies)[L.slot_body]
+    own = mass.reshape(-1, 3, mass.shape[1])[L.slot_body] * share[:, None, None]
+    return np.asarray(1.0 / np.maximum(own, _least(mass, length))).reshape(-1, mass.shape[1])
+
+
+def stand_ins(layout: Layout, mass: np.ndarray, length: float) -> np.ndarray:
+    """In which sets a body has so little mass or inertia that another stands in for it: (sets,)."""
+    own = mass[: 3 * layout.bodies].reshape(-1, 3, mass.shape[1])
+    return np.asarray((own < _least(mass, length)).any(axis=(0, 1)))
+
+
+def _least(mass: np.ndarray, length: float) -> np.ndarray:
+    """What stands in for less mass and inertia than that, in every set: (3, sets)."""
+    unit = np.array([1.0, 1.0, length**2])[:, None]
+    own = mass.reshape(-1, 3, mass.shape[1]) / unit
+    return np.asarray(1e-7 * own.max(axis=(0, 1), initial=1e-300) * unit)

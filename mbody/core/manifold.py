@@ -6,19 +6,21 @@ All of it is in the metric of the masses, by the factor that the accelerations t
 from __future__ import annotations
 
 from mbody._jit import njit
-from mbody._lanes import ld, st
+from mbody._lanes import ld, select_le, smaller, st
 from mbody.core.factor import VANISHED, apply_g, factor
 from mbody.core.forces import signals
 from mbody.core.instant import clear, least_motion, newton, reach
 from mbody.core.motion import balance
 from mbody.core.rows import rows, turns
 
-__all__ = ["accelerate", "tangential", "weakest"]
+__all__ = ["accelerate", "project_velocity", "tangential", "weakest"]
 
 #: Corrections of the position below this are rounding, in model lengths and radians.
 CLOSED = 1e-13
 #: Newton steps of one projection.
 NEWTON = 12
+#: Least part of a determinant that is not zero.
+TINY = 1e-300
 
 
 @njit
@@ -45,7 +47,7 @@ def project_position(L, W, w, soft):
 @njit
 def project_velocity(L, W, w, passes):
     """v ← the nearest velocity with Φ_q v = ν, by the present factor. Returns how far it goes."""
-    first = 0.0
+    first = 0.0 * ld(W.size, 0, w)
     for n in range(1 + passes):
         clear(W.u, w)
         for s in range(L.slots):
@@ -84,21 +86,22 @@ def accelerate(L, W, w, soft, passes, on_manifold):
 
 
 @njit
-def weakest(L, W):
+def weakest(L, W, w):
     """The least part that elimination leaves of the determinant of a node: how far rows are from
     depending on each other, whatever their axes, and whatever the masses of the bodies.
     """
     B, V = W.block, W.weight
-    least = 1.0
+    zero = 0.0 * ld(W.size, 0, w)
+    least = zero + 1.0
     for k in range(L.nodes):
-        b = 0.0
+        b = zero
         for side in range(2):
             i, o = L.node_column[2 * k + side], 12 * k + 6 * side
             for m in range(3):
-                b += V[i + m, 0] * B[o + m, 0] * B[o + 3 + m, 0]
-        both = W.diagonal[2 * k, 0] * W.diagonal[2 * k + 1, 0]
-        left = W.pivot[3 * k, 0] * W.pivot[3 * k + 2, 0] * (both - b * b)
-        least = min(least, 1.0 / left if left > 0.0 else 0.0)
+                b = b + ld(V, i + m, w) * ld(B, o + m, w) * ld(B, o + 3 + m, w)
+        both = ld(W.diagonal, 2 * k, w) * ld(W.diagonal, 2 * k + 1, w)
+        left = ld(W.pivot, 3 * k, w) * ld(W.pivot, 3 * k + 2, w) * (both - b * b)
+        least = smaller(least, select_le(TINY, left, 1.0 / left, zero))
     return least
 
 

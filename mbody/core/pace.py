@@ -85,7 +85,7 @@ def pace(
             # RATTLE ends on the manifold to rounding; no projection there but of rounding
             _, _, good = slope(L, W, now, y, K[1], P[1], soft, passes, True)
             state[SLOPES] += 1
-        part = weakest(L, W)
+        part = weakest(L, W, 0.0)
         lost = not good or not math.isfinite(y[0])
         if lost or part < WEAK * state[FREEST]:
             for n in range(n6):

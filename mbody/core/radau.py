@@ -247,7 +247,7 @@ def radau(
             state[REJECTED] += 1
             state[NEXT] = 0.5 * h
             continue
-        part = weakest(L, W)
+        part = weakest(L, W, 0.0)
         if part < WEAK * state[FREEST]:
             state[FRESH] = 0.0
             return PASSAGE

@@ -59,6 +59,6 @@ def begin(L, W, soft, passes, y, K, P, page, state):
     L, W = by_reference(L), by_reference(W)
     signals(L, W, 0.0, L.signal_law.shape[0])
     _, _, good = slope(L, W, state[TIME], y, K[0], P[0], soft, passes, True)
-    state[PIVOT] = state[FREEST] = weakest(L, W)
+    state[PIVOT] = state[FREEST] = weakest(L, W, 0.0)
     keep(L, W, 0.0, page)
     return good

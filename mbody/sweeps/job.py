@@ -13,6 +13,7 @@ from mbody.analysis.asked import ANALYSES, asked_of, way_of
 from mbody.analysis.closure import check_determined, closed
 from mbody.analysis.contacts import unfit
 from mbody.analysis.designs import Course, closed_poses, course_of, on_lanes
+from mbody.analysis.drifting import Drift, drift_of, drifted
 from mbody.analysis.instants import Plan, check_reach, plan
 from mbody.analysis.runner import Runner
 from mbody.analysis.simulate import simulate
@@ -28,8 +29,9 @@ from mbody.system import System
 
 __all__ = ["Job", "Part", "answered", "prepared"]
 
-#: Designs that are followed together, and numbers that are kept of them at once, at most.
-BLOCK, NUMBERS = 16 * LANES, 4_000_000
+#: Designs that are followed together, and numbers that are kept of them at once, at most; designs
+#: whose free motions are.
+BLOCK, NUMBERS, FREE = 16 * LANES, 4_000_000, 4 * LANES
 #: What may be said of the instants of a driven analysis.
 INSTANTS = ("t", "drive", "turn", "instants", "guess", "at", "over")
 MOTION = (
@@ -61,8 +63,8 @@ class Job:
         The instants; None of a free motion.
     before : int
         Instants that go before those that are asked for.
-    course : Course or None
-        What the designs share; None where they go one by one.
+    course : Course, Drift or None
+        What the designs share, of a free motion a `Drift`; None where they go one by one.
     wanted : array
         Rows of the kernels that the columns are made of.
     """
@@ -76,7 +78,7 @@ class Job:
     ask: Ask | None
     plan: Plan | None
     before: int
-    course: Course | None
+    course: Course | Drift | None
     wanted: np.ndarray
 
     @property
@@ -87,10 +89,14 @@ class Job:
     @property
     def block(self) -> int:
         """Designs that are followed together."""
-        if self.plan is None:
+        if isinstance(self.course, Drift):
+            most, instants = FREE, len(self.course.asked.times)
+        elif self.plan is not None:
+            most, instants = BLOCK, len(self.plan.t)
+        else:
             return LANES
-        each = max(1, len(self.plan.t) * len(self.wanted))
-        return max(LANES, min(BLOCK, NUMBERS // each // LANES * LANES))
+        each = max(1, instants * len(self.wanted))
+        return max(LANES, min(most, NUMBERS // each // LANES * LANES))
 
     def empty(self, designs: int) -> list[np.ndarray]:
         """Columns without a value."""
@@ -173,22 +179,40 @@ def prepared(
                     f"sweep: '{column.name}' of a free motion is a history: say how it becomes one "
                     f"number, such as last({column.measure.of})"
                 )
-        return Job(system, names, columns, units, analysis, how, None, None, 0, None, wanted)
+        drift = _drift(system, names, columns, how)
+        return Job(system, names, columns, units, analysis, how, None, None, 0, drift, wanted)
     ask, guess = _ask(system, how), how.pop("guess", None)
     before = 0
     if ask is not None:
         how, before = way_of(system, ask)
     asked = plan(system, *(how.get(k) for k in ("t", "drive", "turn", "instants")))
-    for column in columns:
-        most = len(asked.t) - before
-        if column.by == "at" and not -most <= column.instant < most:
-            raise ModelError(
-                f"sweep: '{column.name}': there is no such instant, they are 0 to {most - 1}"
-            )
+    _check_instants(columns, len(asked.t) - before)
     course = _course(system, names, analysis, asked, guess, "t" in how and "drive" not in how)
     if guess is not None:
         how["guess"], ask = guess, None
     return Job(system, names, columns, units, analysis, how, ask, asked, before, course, wanted)
+
+
+def _check_instants(columns: tuple[Column, ...], count: int) -> None:
+    """Refuse an instant that there is not."""
+    for column in columns:
+        if column.by == "at" and not -count <= column.instant < count:
+            raise ModelError(
+                f"sweep: '{column.name}': there is no such instant, they are 0 to {count - 1}"
+            )
+
+
+def _drift(
+    system: System, names: tuple[str, ...], columns: tuple[Column, ...], how: Mapping[str, Any]
+) -> Drift | None:
+    """What free motions share; None where they must go one by one, and each says for itself why."""
+    try:
+        drift = drift_of(system, names, how)
+    except (ModelError, SolveError):
+        return None
+    if drift is not None:
+        _check_instants(columns, len(drift.asked.times))
+    return drift
 
 
 def _ask(system: System, how: dict[str, Any]) -> Ask | None:
@@ -276,26 +300,28 @@ def _block(job: Job, values: np.ndarray) -> Part:
     return Part(columns, failures)
 
 
-def _together(job: Job, course: Course, values: np.ndarray) -> tuple[list[np.ndarray], np.ndarray]:
+def _together(
+    job: Job, course: Course | Drift, values: np.ndarray
+) -> tuple[list[np.ndarray], np.ndarray]:
     """Columns of the designs on lanes, and which designs must go alone."""
-    own = np.ascontiguousarray(values.T)
-    system = job.system.with_values(dict(zip(job.names, own, strict=True)))
-    times = course.plan.t
-    check_reach(system, times, job.how.get("drive") or {})
-    poses, good = closed_poses(system, course)
-    rows, sound = on_lanes(system, course, poses, job.wanted)
-    by_time = course.plan.take(np.arange(job.before, len(times)))
-    given = None if len(course.plan.given) != len(times) else by_time.given
-    run = Solution(
-        system,
-        job.analysis,
-        times[job.before :],
-        _Kept(job.wanted, rows[:, :, job.before :]),
-        given,
-    )
+    own = dict(zip(job.names, np.ascontiguousarray(values.T), strict=True))
+    system, given = job.system.with_values(own), None
+    if isinstance(course, Drift):
+        times = course.asked.times
+        rows, sound = drifted(system, course, own, job.wanted)
+    else:
+        times = course.plan.t
+        check_reach(system, times, job.how.get("drive") or {})
+        poses, good = closed_poses(system, course)
+        rows, sound = on_lanes(system, course, poses, job.wanted)
+        sound &= good
+        if len(course.plan.given) == len(times):
+            given = course.plan.take(np.arange(job.before, len(times))).given
+    kept = _Kept(job.wanted, rows[:, :, job.before :])
+    run = Solution(system, job.analysis, times[job.before :], kept, given)
     with np.errstate(all="ignore"):
         found = [reduced(c, measured(run, c.measure)[0]) for c in job.columns]
-        return found, ~(good & sound) | unfit(run)
+        return found, ~sound | unfit(run)
 
 
 def _alone(job: Job, values: np.ndarray) -> list[Any]:
@@ -308,6 +334,7 @@ def _alone(job: Job, values: np.ndarray) -> list[Any]:
     else:
         run = ANALYSES[job.analysis](system, **job.how)
         run = run.take(np.arange(job.before, len(run))) if job.before else run
+    _check_instants(job.columns, len(run))
     with np.errstate(all="ignore"):
         found = [reduced(c, measured(run, c.measure)[0]) for c in job.columns]
     return [part if part.size > 1 else part.reshape(-1)[0] for part in found]

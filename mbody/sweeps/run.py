@@ -85,9 +85,12 @@ def sweep(
     Notes
     -----
     Designs of driven mechanisms go side by side through the compiled lanes, from the branch of the
-    description; those that cannot, and all with redundant joints, user code or several driven
-    values, go one by one. The numbers do not depend on threads, folder or scheduler, bit for bit on
-    machines of one kind. Ctrl-C leaves what was done, with a status that says so.
+    description. Free motions do so too, by the methods dop853 and dopri5, each with its own start
+    and its own steps, those of `simulate`. Designs that cannot go one by one: all with redundant
+    joints, user code, several driven values, events or releases, and those that meet a singular
+    position, stiffness or no value on their way. The numbers do not depend on threads, folder or
+    scheduler, bit for bit on machines of one kind. Ctrl-C leaves what was done, with a status that
+    says so.
 
     Examples
     --------

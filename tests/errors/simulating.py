@@ -76,6 +76,13 @@ class Failing(CustomLoad):
         return (0.0,) * 6
 
 
+def unfounded():
+    machine = Mechanism("swing", parameters={"a": 0.5})
+    machine.add(Body("bob", mass=1.0, guess=0.2), Revolute("O", "ground", "bob"))
+    machine.simulation = Simulation(1.0, {"bob": {"angle": "acos(a)"}})
+    simulate(assemble(machine).with_values(a=2.0))
+
+
 def begun(until=1.0, **start):
     machine = swing()
     machine.simulation = Simulation(until, start)
@@ -282,6 +289,7 @@ SCENARIOS = {
     "a start of a body that is no table": lambda: Simulation(1.0, {"bob": 3.0}),
     "a start of what there is not": lambda: Simulation(1.0, {"bob": {"speed": 3.0}}),
     "a start that is no number": lambda: Simulation(1.0, {"bob": {"angle": "3 +"}}),
+    "a start that other parameters make no number": unfounded,
     "a start of no body": begun(rod={"angle": 0.1}),
     "a start of a body in other units": begun(bob={"angle": "3 kg"}),
     "a rate without a place": begun(bob={"vx": 1.0}),
