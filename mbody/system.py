@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from mbody._user import register, release
-from mbody.core.layout import Layout, Work, blank, integers, inverse_masses, workspace
+from mbody.core.layout import Layout, Work, frame_of, integers, inverse_masses
 from mbody.drivers import Driver
 from mbody.elements import Element, Numbers, Polar, listed, place_name
 from mbody.errors import ModelError
@@ -252,10 +252,10 @@ class System:
         `masses` chooses the masses as weights (free motion) instead of geometric ones.
         """
         L = self.layout
-        frame = self._frames.get(lanes)
-        if frame is None:
-            frame = self._frames[lanes] = self._frame(lanes)
-        work = workspace(L, self.par.shape[0], self.signals, lanes, frame)
+        blank = self._blanks.get(lanes)
+        if blank is None:
+            blank = self._blanks[lanes] = self._blank(lanes)
+        work = blank.copied()
         if self.batch is not None:
             work.par[:] = self.par[:, np.broadcast_to(designs, lanes)]
             work.mass[:] = self.mass[:, np.broadcast_to(designs, lanes)]
@@ -264,15 +264,15 @@ class System:
         return work
 
     @functools.cached_property
-    def _frames(self) -> dict[int, np.ndarray]:
-        """Memory of a fresh workspace by number of lanes, to be copied."""
+    def _blanks(self) -> dict[int, Work]:
+        """A fresh workspace by number of lanes, to be copied."""
         return {}
 
-    def _frame(self, lanes: int) -> np.ndarray:
-        """Memory of a workspace with all that is the same for every position."""
+    def _blank(self, lanes: int) -> Work:
+        """A workspace with all that is the same for every position."""
         L = self.layout
-        memory = blank(L, self.par.shape[0], self.signals, lanes)
-        work = workspace(L, self.par.shape[0], self.signals, lanes, memory, copy=False)
+        frame = frame_of(L, self.par.shape[0], self.signals, lanes)
+        work = Work(frame, frame.blank())
         work.par[:], work.mass[:] = self.par[:, :1], self.mass[:, :1]
         work.size[:] = self.length
         work.turn[2 * L.bodies] = 1.0
@@ -282,7 +282,7 @@ class System:
         columns[:] = np.array([1.0, 1.0, self.length**-2])[None, :, None]
         soft, pad, blocks = self._fixed_rows
         work.soft[: len(soft)], work.pad[: len(pad)], work.block[: len(blocks)] = soft, pad, blocks
-        return memory
+        return work
 
     @functools.cached_property
     def _fixed_rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -339,7 +339,7 @@ class System:
             weakref.finalize(self, release, handle)
         object.__setattr__(self, "_user_names", names)
         a, b = sizes[0], sizes[0] + sizes[1]
-        return self.layout._replace(
+        return self.layout.replaced(
             atom_handle=integers(handles[:a]),
             action_handle=integers(handles[a:b]),
             law_handle=integers(handles[b:]),
@@ -357,7 +357,7 @@ class System:
     def __getstate__(self) -> dict[str, Any]:
         # handles belong to this process: the callables travel, the handles do not
         kept = dict(self.__dict__)
-        for key in ("_registered", "_user_names", "_frames"):
+        for key in ("_registered", "_user_names", "_blanks"):
             kept.pop(key, None)
         return kept
 

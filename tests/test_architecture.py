@@ -26,7 +26,7 @@ LAYERS = (
         "_user",
         "_lanes_type",
         "_lanes",
-        "_reference",
+        "_bundle",
         "_geometry",
     },
     {"units"},
@@ -57,7 +57,7 @@ FOLDERS = {
 # Some units may reach less than their layer allows: these imports and their own folder only.
 PLAIN = {"__future__", "collections.abc", "functools", "math", "numpy", "typing"}
 SHARED = {"_geometry", "_jit", "_lanes", "atoms", "elements", "errors", "laws"}
-KERNELS = {"_jit", "_lanes", "_reference", "_user", "laws", "joints", "loads"}
+KERNELS = {"_jit", "_lanes", "_bundle", "_user", "laws", "joints", "loads"}
 PHYSICS = PLAIN | {"dataclasses"} | {f"mbody.{unit}" for unit in SHARED}
 ONLY = {
     "joints": PHYSICS,

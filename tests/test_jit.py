@@ -19,7 +19,7 @@ import mbody._cache as cache
 import mbody._jit as jit
 import mbody._user as user
 
-MODULES = ("_cache", "_inner", "_jit", "_user", "_lanes_type", "_lanes", "_reference")
+MODULES = ("_cache", "_inner", "_jit", "_user", "_lanes_type", "_lanes", "_bundle")
 
 SOURCES = {
     "__init__": '"""A small package."""\n',
@@ -31,21 +31,20 @@ SOURCES = {
             return FACTOR * x
         """,
     "_trial": """\
-        from typing import NamedTuple
-        import numpy as np
+        from __future__ import annotations
         from ._jit import kernel, njit
         from ._lanes import ld, sincos, st, wide
-        from ._reference import by_reference
+        from ._bundle import Bundle, Rows
         from ._user import call_user
         from ._helper import scaled
 
-        class Work(NamedTuple):
-            rows: np.ndarray
-            more: np.ndarray
+        class Work(Bundle):
+            rows: Rows
+            more: Rows
 
         @kernel
         def turn(work, extra):
-            work, w = by_reference(work), wide()
+            w = wide()
             sine, cosine = sincos(scaled(ld(work.rows, 0, w)))
             st(work.rows, 1, sine, w)
             if extra is not None:
@@ -65,7 +64,7 @@ RUN = """\
     from mbody._user import failure, register
     from mbody._trial import Work, ask, turn
 
-    work = Work(aligned(2, LANES), aligned(2, LANES))
+    work = Work(rows=aligned(2, LANES), more=aligned(2, LANES))
     work.rows[0] = 0.25
     turn(work, None)
 

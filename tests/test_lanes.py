@@ -1,10 +1,12 @@
 """Numbers of many lanes against NumPy."""
 
-from typing import NamedTuple
+import copy
+import pickle
 
 import numpy as np
 import pytest
 
+from mbody._bundle import Bundle, Ints, Rows, Stacks
 from mbody._jit import PLAIN, inline, kernel, njit
 from mbody._lanes import (
     LANES,
@@ -20,7 +22,6 @@ from mbody._lanes import (
     st,
     wide,
 )
-from mbody._reference import by_reference
 
 compiled = pytest.mark.skipif(PLAIN, reason="NUMBA_DISABLE_JIT is set")
 
@@ -344,45 +345,64 @@ def test_branches_by_kind_and_absent_arrays():
             )
 
 
-class Memory(NamedTuple):
-    rows: np.ndarray
-    scale: float
-    results: np.ndarray
+class Memory(Bundle):
+    rows: "Rows"
+    scale: "float"
+    count: "int"
+    kinds: "Ints"
+    results: "Rows"
+    boxes: "Stacks"
 
 
 @njit
 def fill(M, w):
     for row in range(M.rows.shape[0]):
         st(M.results, row, M.scale * ld(M.rows, row, w), w)
-    return M.rows.size
+        st(M.boxes[M.kinds[row]], 1, ld(M.rows, row, w), w)
+    return M.rows.size + M.count
 
 
-@kernel
-def fill_directly(M):
+def fill_all(M):
     return fill(M, wide())
 
 
-def fill_through_a_pointer(M):
-    M = by_reference(M)
-    return fill(M, wide())
-
-
-def test_a_tuple_by_reference(monkeypatch, tmp_path):
+def test_a_bundle(monkeypatch, tmp_path):
     rows = _rows(LANES)
-    direct, first, second = (Memory(rows, 1.5, np.zeros_like(rows)) for _ in range(3))
-    size = fill_directly(direct)
-    assert size == rows.size
-    np.testing.assert_array_equal(direct.results, 1.5 * rows)
+    kinds = np.arange(len(rows))[::-1]
+    given = {"rows": rows, "scale": 1.5, "count": 3, "kinds": kinds}
+    first, second = (
+        Memory(**given, results=np.zeros_like(rows), boxes=np.zeros((len(rows), 2, LANES)))
+        for _ in range(2)
+    )
     # Files outside the package get no place in its cache: numba's own serves here.
     if not PLAIN:
         monkeypatch.setattr("numba.config.CACHE_DIR", str(tmp_path))
     for memory, hits in ((first, 0), (second, 1)):
-        function = kernel(fill_through_a_pointer)
+        function = kernel(fill_all)
         if not PLAIN:
             function.enable_caching()
-        assert function(memory) == size
-        np.testing.assert_array_equal(memory.results, direct.results)
+        assert function(memory) == rows.size + 3
+        np.testing.assert_array_equal(memory.results, 1.5 * rows)
+        np.testing.assert_array_equal(memory.boxes[::-1, 1], rows)
+        assert not memory.boxes[:, 0].any()
         assert PLAIN or sum(function.stats.cache_hits.values()) == hits
+
+
+def test_a_bundle_is_made_whole():
+    rows = np.arange(6.0).reshape(2, 3)
+    given = {"scale": 1.5, "count": 3, "kinds": [1, 0], "results": rows, "boxes": rows[None]}
+    memory = Memory(rows=np.asfortranarray(rows), **given)
+    assert memory.rows.flags.c_contiguous
+    for other in (pickle.loads(pickle.dumps(memory)), copy.deepcopy(memory)):
+        np.testing.assert_array_equal(other.rows, rows)
+        assert other.address != memory.address and other.scale == 1.5
+    assert memory.replaced(scale=2.5).scale == 2.5 and memory.scale == 1.5
+    with pytest.raises(AttributeError, match="a Memory does not change: make another"):
+        memory.rows = rows
+    with pytest.raises(TypeError, match="Memory: missing or unknown: kinds, more"):
+        Memory(rows=rows, **{"more" if k == "kinds" else k: v for k, v in given.items()})
+    with pytest.raises(TypeError, match=r"Memory\.kinds has 1 axes"):
+        Memory(rows=rows, **{**given, "kinds": rows})
 
 
 @compiled

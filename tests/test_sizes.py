@@ -245,7 +245,8 @@ def operations(system):
 
 def memory(system):
     """Bytes of the index lists, the numbers and one workspace."""
-    parts = [*system.layout, *system.work(), system.par, system.mass]
+    layout, work = system.layout.held().values(), system.work().held().values()
+    parts = [*layout, *work, system.par, system.mass]
     return sum(np.asarray(part).nbytes for part in parts)
 
 

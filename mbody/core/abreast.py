@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from mbody._jit import inline, kernel, njit
 from mbody._lanes import highest, larger, ld, select_le, st, wide
-from mbody._reference import by_reference
 from mbody.core.factor import VANISHED, factor
 from mbody.core.forces import signals
 from mbody.core.instant import copy, newton
@@ -116,7 +115,6 @@ def begin_designs(L, W, passes, t, lot, wanted, page, output, bad):
     rows `wanted`; bad (designs,): set to one where a design must go alone. The last lanes repeat
     the last design.
     """
-    L, W, lot = by_reference(L), by_reference(W), by_reference(lot)
     w = wide()
     designs, lanes = lot.par.shape[1], page.shape[1]
     n3 = 3 * L.bodies

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from mbody._jit import kernel
-from mbody._reference import by_reference
 from mbody.core.factor import apply_gt
 from mbody.core.forces import forces, signals
 from mbody.core.instant import clear
@@ -26,7 +25,6 @@ def audit(L, W, motion, t, lam, driven, given, by_law, still, output):
     of it (forces, torques by the model length); power of loads, inertia and drivers, and the sum of
     their magnitudes.
     """
-    L, W = by_reference(L), by_reference(W)
     w = 0.0
     signals(L, W, w, L.signal_law.shape[0])
     n3, size = 3 * L.bodies, W.size[0, 0]

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from mbody._jit import inline, kernel
 from mbody._lanes import st
-from mbody._reference import by_reference
 from mbody.core.factor import VANISHED, factor
 from mbody.core.forces import forces, signals
 from mbody.core.instant import clear, multipliers
@@ -24,7 +23,6 @@ def breakdown(L, W, soft, motion, t, causes, output):
 
     motion (instants, 9·bodies): q, v, a of each instant; t (instants,).
     """
-    L, W = by_reference(L), by_reference(W)
     w = 0.0
     signals(L, W, w, L.signal_law.shape[0])
     n3 = 3 * L.bodies
@@ -49,7 +47,6 @@ def each_load(L, W, motion, t, output):
 
     motion and t as of `breakdown`.
     """
-    L, W = by_reference(L), by_reference(W)
     w = 0.0
     signals(L, W, w, L.signal_law.shape[0])
     for k in range(t.shape[0]):

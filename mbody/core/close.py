@@ -12,7 +12,6 @@ import math
 
 from mbody._jit import inline, kernel, njit
 from mbody._lanes import st
-from mbody._reference import by_reference
 from mbody.core.factor import VANISHED, apply_g, apply_gt, factor, solve
 from mbody.core.follow import weakest
 from mbody.core.forces import signals
@@ -69,7 +68,6 @@ def gap(L, W):
 @kernel
 def violation(L, W):
     """Evaluate Φ, Φ_q, ν and γ at W.q and W.v, the signals being set; returns the size of Φ."""
-    L, W = by_reference(L), by_reference(W)
     turns(L, W, 0.0)
     rows(L, W, 0.0, True, True)
     return math.sqrt(2.0 * gap(L, W))
@@ -78,7 +76,6 @@ def violation(L, W):
 @kernel
 def laws_of_time(L, W):
     """Set all signals from their laws at W.time."""
-    L, W = by_reference(L), by_reference(W)
     signals(L, W, 0.0, L.signal_law.shape[0])
 
 
@@ -87,7 +84,6 @@ def close(L, W, soft, tolerance):
     """Close the loops from W.q, the signals being set: (closed, by the straight path, least pivot
     as a part of its diagonal).
     """
-    L, W = by_reference(L), by_reference(W)
     w = 0.0
     good, _, _ = newton_path(L, W, w, soft, tolerance)
     if good:
@@ -108,7 +104,6 @@ def close_designs(L, W, tolerance, par, first, poses, state):
     closed; state (designs, 2): whether it closed by the straight path, and the least pivot as a
     part of its diagonal.
     """
-    L, W = by_reference(L), by_reference(W)
     w = 0.0
     for design in range(par.shape[1]):
         for n in range(par.shape[0]):
@@ -206,7 +201,6 @@ def descend(L, W, w, tolerance):
 @kernel
 def project(L, W, soft):
     """v ← v − W⁻¹Gᵀ S⁻¹ (G v − ν): the nearest velocities that the constraints allow."""
-    L, W = by_reference(L), by_reference(W)
     nearest_velocity(L, W, 0.0, soft)
 
 
@@ -218,7 +212,6 @@ def project_designs(L, W, par, poses, rates, velocities, state):
     rate of every driver, NaN where its law says it; state (designs,): by how much they do not agree
     with the drivers, as a part of the rates that are asked for.
     """
-    L, W = by_reference(L), by_reference(W)
     w = 0.0
     for design in range(par.shape[1]):
         for n in range(par.shape[0]):

@@ -13,7 +13,6 @@ import numpy as np
 
 from mbody._jit import kernel, njit
 from mbody._lanes import larger, ld, select_le, smaller, st, wide
-from mbody._reference import by_reference
 from mbody.core.abreast import arrive, give, given, pass_by, take, unsound
 from mbody.core.drift_lanes import (
     AT,
@@ -54,8 +53,6 @@ def drift_designs(
     (kept, designs, instants): the rows `wanted`; bad (designs,): set to one where a design must go
     alone. Returns whether all designs are done.
     """
-    L, W = by_reference(L), by_reference(W)
-    lot, room = by_reference(lot), by_reference(room)
     B, C = method.B, method.C
     stages = B.shape[0]
     early = method.E.shape[1] > stages

@@ -6,8 +6,8 @@ All of it lane by lane, with one lane's numbers alone.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
 
+from mbody._bundle import Bundle, Floats, Ints, Rows, Stacks
 from mbody._jit import inline, njit
 from mbody._lanes import ld, st, wide
 from mbody.core.abreast import put_numbers
@@ -47,7 +47,7 @@ CONTROLS = PROGRESS + 17
 MANY_STEPS = 10_000
 
 
-class Lot(NamedTuple):
+class Lot(Bundle):
     """The designs, a column each: numbers, first states, slopes there, sizes of the coordinates.
 
     par (parameters, designs), mass (coordinates + 3, designs), weight (columns, designs); y, slope,
@@ -55,18 +55,18 @@ class Lot(NamedTuple):
     (2,): the first time, and how many instants are met there.
     """
 
-    par: Any
-    mass: Any
-    weight: Any
-    y: Any
-    slope: Any
-    scale: Any
-    step: Any
-    pivot: Any
-    begin: Any
+    par: Rows
+    mass: Rows
+    weight: Rows
+    y: Rows
+    slope: Rows
+    scale: Rows
+    step: Floats
+    pivot: Floats
+    begin: Floats
 
 
-class Room(NamedTuple):
+class Room(Bundle):
     """Memory of the lanes.
 
     state (CONTROLS, lanes); who (lanes + 1,): the design of every lane, −1 of none, and the next
@@ -75,16 +75,16 @@ class Room(NamedTuple):
     lanes); page (rows, lanes).
     """
 
-    state: Any
-    who: Any
-    y: Any
-    last: Any
-    ys: Any
-    end: Any
-    scale: Any
-    K: Any
-    F: Any
-    page: Any
+    state: Rows
+    who: Ints
+    y: Rows
+    last: Rows
+    ys: Rows
+    end: Rows
+    scale: Rows
+    K: Stacks
+    F: Stacks
+    page: Rows
 
 
 @njit

@@ -18,7 +18,6 @@ from __future__ import annotations
 import math
 
 from mbody._jit import kernel, njit
-from mbody._reference import by_reference
 from mbody.core.dense_output import deliver, inside
 from mbody.core.manifold import tangential, weakest
 from mbody.core.progress import (
@@ -148,7 +147,6 @@ def flow(
     state: see `mbody.core.progress`.
     Returns DONE, MORE, SMALL, LOST or STEEP.
     """
-    L, W = by_reference(L), by_reference(W)
     A, B, C, E = method.A, method.B, method.C, method.E
     end_slope = B.shape[0]
     # whether the error asks for the slope at the end

@@ -11,7 +11,6 @@ import numpy as np
 
 from mbody._jit import inline, kernel, njit
 from mbody._lanes import st
-from mbody._reference import by_reference
 from mbody.core.factor import VANISHED
 from mbody.core.forces import forces, signals
 from mbody.core.instant import accelerations, multipliers, newton, rates, velocities
@@ -96,7 +95,6 @@ def follow(L, W, soft, mode, s, t, given, ahead, with_loads, still, output, stat
     [4] greatest unbalanced part, [5] greatest coordinate. Returns DONE, STUCK (dead centre; the
     place where it ended is the first in W.past), or LOST (Newton failed at the first instant).
     """
-    L, W = by_reference(L), by_reference(W)
     w = 0.0
     signals(L, W, w, L.signal_law.shape[0])
     state[2] = 1e300

@@ -1,4 +1,4 @@
-"""The two tuples that every kernel takes: the layout (what is where) and the workspace (numbers).
+"""The two bundles that every kernel takes: the layout (what is where) and the workspace (numbers).
 
 Coordinates: body b has (x, y, θ) of its mass centre at 3b, 3b+1, 3b+2; the ground is the last body.
 Constraint rows come in nodes of two, numbered in the order of elimination; a row that is not there
@@ -10,18 +10,17 @@ nodes, so that elimination stays cheap; every other body is one slot.
 from __future__ import annotations
 
 import functools
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody._bundle import Bundle, Floats, Ints, Rows, Tables, words_of
 from mbody._lanes import aligned
 
-__all__ = ["Layout", "Work", "blank", "integers", "inverse_masses", "stand_ins", "workspace"]
-
-Ints = Any  # int64 arrays, one-dimensional
+__all__ = ["Frame", "Layout", "Work", "frame_of", "integers", "inverse_masses", "stand_ins"]
 
 
-class Layout(NamedTuple):
+class Layout(Bundle):
     """What is where; made once for a topology, the same for every set of numbers."""
 
     bodies: int
@@ -43,11 +42,11 @@ class Layout(NamedTuple):
     node_column: Ints
     # sides of nodes beyond the second, of one row: (node, first column) of each, (sides, 2); their
     # blocks follow all others
-    more: Any
+    more: Tables
     # sums: of atom e parts sum_start[e] to sum_start[e + 1]; of each part its physics, both bodies,
     # and the places of their blocks, −1 for the ground, (parts, 5)
     sum_start: Ints
-    part: Any
+    part: Tables
     node_start: Ints
     block_row: Ints
     # elimination: block that each pair of blocks of a column updates
@@ -88,80 +87,125 @@ class Layout(NamedTuple):
     action_handle: Ints
     action_cause: Ints
     # fixed data of laws
-    table: Any
+    table: Floats
 
 
-class Work(NamedTuple):
+class Work(Bundle):
     """Numbers of one set or of many lanes: arrays of shape (rows, lanes)."""
 
-    par: Any  # parameters of atoms, laws and actions
-    mass: Any  # (m, m, I) of each body
-    weight: Any  # inverse of the positive weights, on columns; zero for the ground
-    share: Any  # part of its body's force that each slot takes
-    pad: Any  # one for identity rows, two rows a node
-    soft: Any  # what the proximal term adds, two rows a node, before it is scaled
-    size: Any  # model length
-    time: Any
-    q: Any
-    v: Any
-    a: Any
-    turn: Any  # (cos θ, sin θ) of each body
-    signal: Any  # (f, f′, f″) of each law of time
-    block: Any  # 2×3 numbers of each side, both sides of each node, then further sides
-    phi: Any
-    nu: Any
-    gamma: Any
-    diagonal: Any  # of the Schur complement before elimination
-    pivot: Any  # (1/d₀, l, 1/d₁) of each node
-    schur: Any  # (a, b, c) of each node, then its blocks
-    lower: Any  # blocks of the factor
-    x: Any  # right-hand side and solution on nodes
-    lam: Any  # multipliers on nodes
-    u: Any  # on columns
-    r: Any  # on columns
-    force: Any  # on coordinates
-    scratch: Any
+    par: Rows  # parameters of atoms, laws and actions
+    mass: Rows  # (m, m, I) of each body
+    weight: Rows  # inverse of the positive weights, on columns; zero for the ground
+    share: Rows  # part of its body's force that each slot takes
+    pad: Rows  # one for identity rows, two rows a node
+    soft: Rows  # what the proximal term adds, two rows a node, before it is scaled
+    size: Rows  # model length
+    time: Rows
+    q: Rows
+    v: Rows
+    a: Rows
+    turn: Rows  # (cos θ, sin θ) of each body
+    signal: Rows  # (f, f′, f″) of each law of time
+    block: Rows  # 2×3 numbers of each side, both sides of each node, then further sides
+    phi: Rows
+    nu: Rows
+    gamma: Rows
+    diagonal: Rows  # of the Schur complement before elimination
+    pivot: Rows  # (1/d₀, l, 1/d₁) of each node
+    schur: Rows  # (a, b, c) of each node, then its blocks
+    lower: Rows  # blocks of the factor
+    x: Rows  # right-hand side and solution on nodes
+    lam: Rows  # multipliers on nodes
+    u: Rows  # on columns
+    r: Rows  # on columns
+    force: Rows  # on coordinates
+    scratch: Rows
     # the path behind: position and its two derivatives at the last three places, in turn
-    past: Any
+    past: Rows
     # positions to come back to while loops are closed
-    guess: Any
-    base: Any
-    # what a user's function is asked and tells: one-dimensional
-    asked: Any
-    told: Any
+    guess: Rows
+    base: Rows
+    # what a user's function is asked and tells
+    asked: Floats
+    told: Floats
+
+    if TYPE_CHECKING:
+        frame: Frame
+        memory: np.ndarray
+
+    def __init__(self, frame: Frame, memory: np.ndarray) -> None:
+        words = frame.words.copy()
+        words[frame.at] += memory.__array_interface__["data"][0]
+        self.__dict__["frame"], self.__dict__["memory"] = frame, memory
+        self._keep(words)
+
+    def __getattr__(self, name: str) -> np.ndarray:
+        # an array is made when it is first asked for: most never are
+        if name not in self.fields:
+            raise AttributeError(f"a workspace has no {name!r}")
+        view = self.frame.view(name, self.memory)
+        self.__dict__[name] = view
+        return view
+
+    def copied(self) -> Work:
+        """Another workspace of the same numbers."""
+        memory = self.frame.blank()
+        memory[:] = self.memory
+        return Work(self.frame, memory)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Work, (self.frame, self.memory)
 
 
-def blank(layout: Layout, parameters: int, signals: int, lanes: int) -> np.ndarray:
-    """Zeroed memory of a workspace, (rows, lanes), beginning on a cache line."""
-    return aligned(_places(*_shape(layout), parameters, signals, lanes)[1][-1], lanes)
+class Frame:
+    """Where everything stands in the memory of a workspace, and the table of its arrays: `count`
+    rows of the ones, and numbers of those that have no lanes.
+
+    Attributes
+    ----------
+    rows : int
+        Of the memory, which is (rows, lanes).
+    words, at : arrays
+        The table as `Bundle` has it, for memory that begins at zero, and where in it are places.
+    """
+
+    def __init__(self, count: dict[str, int], lengths: dict[str, int], lanes: int) -> None:
+        self.count, self.lengths, self.lanes = count, lengths, lanes
+        self.first: dict[str, int] = {}
+        # every array begins on a cache line
+        step, self.rows = max(1, 8 // lanes), 0
+        words: list[int] = []
+        at: list[int] = []
+        for name in Work.fields:
+            shape = (count[name], lanes) if name in count else (lengths[name],)
+            self.first[name] = self.rows
+            at.append(len(words) + 4)
+            words += words_of(8 * lanes * self.rows, shape)
+            size = count[name] if name in count else -(-lengths[name] // lanes)
+            self.rows += -(-size // step) * step
+        self.words, self.at = np.array(words), np.array(at)
+
+    def view(self, name: str, memory: np.ndarray) -> np.ndarray:
+        """An array of the workspace."""
+        first = self.first[name]
+        if name in self.lengths:
+            return memory[first:].reshape(-1)[: self.lengths[name]]
+        return memory[first : first + self.count[name]]
+
+    def blank(self) -> np.ndarray:
+        """Zeroed memory, beginning on a cache line."""
+        return aligned(self.rows, self.lanes)
 
 
-def workspace(
-    layout: Layout,
-    parameters: int,
-    signals: int,
-    lanes: int,
-    memory: np.ndarray,
-    *,
-    copy: bool = True,
-) -> Work:
-    """The arrays of a workspace in such memory, or in a copy of it."""
-    sizes, starts = _places(*_shape(layout), parameters, signals, lanes)
-    if copy:
-        fresh = aligned(len(memory), lanes)
-        fresh[:] = memory
-        memory = fresh
-    arrays = [memory[first : first + size] for first, size in zip(starts, sizes, strict=False)]
-    return Work._make([*arrays, np.zeros(17 + parameters), np.zeros(18)])
-
-
-def _shape(layout: Layout) -> tuple[int, int, int, int, int]:
-    more = len(layout.more)
-    return layout.bodies, layout.slots, layout.nodes, len(layout.block_row), more
+def frame_of(layout: Layout, parameters: int, signals: int, lanes: int) -> Frame:
+    """The frame of the workspaces of a system."""
+    L = layout
+    shape = L.bodies, L.slots, L.nodes, len(L.block_row), len(L.more)
+    return _frame(*shape, parameters, signals, lanes)
 
 
 @functools.lru_cache(maxsize=256)
-def _places(
+def _frame(
     bodies: int,
     slots: int,
     nodes: int,
@@ -170,8 +214,7 @@ def _places(
     parameters: int,
     signals: int,
     lanes: int,
-) -> tuple[list[int], list[int]]:
-    """Rows of every array of a workspace, and where each begins in the common block."""
+) -> Frame:
     coordinates, columns = 3 * (bodies + 1), 3 * (slots + 1)
     rows = {
         "par": parameters,
@@ -193,10 +236,9 @@ def _places(
         "past": 9 * coordinates,
     }
     rows |= dict.fromkeys(("phi", "nu", "gamma", "diagonal", "x", "lam"), 2 * nodes)
-    sizes = [max(1, rows.get(name, coordinates)) for name in Work._fields[:-2]]
-    step = max(1, 8 // lanes)
-    starts = np.cumsum([0] + [-(-size // step) * step for size in sizes])
-    return sizes, starts.tolist()
+    lengths = {"asked": 17 + parameters, "told": 18}
+    count = {n: max(1, rows.get(n, coordinates)) for n in Work.fields if n not in lengths}
+    return Frame(count, lengths, lanes)
 
 
 def integers(values: Any) -> np.ndarray:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from mbody._jit import inline, kernel, njit
 from mbody._lanes import highest, larger, ld, lowest, select_le, st, wide
-from mbody._reference import by_reference
 from mbody.core.factor import apply_g
 from mbody.core.follow import CORRECTION, SLIGHT, TURNED
 from mbody.core.forces import forces, signals
@@ -140,8 +139,6 @@ def march(L, P, Q, W, F, x, mode, s, t, given, far, with_loads, still, output, b
     one driver in mode 1; far: greatest coordinate; bad (1, lanes): set to one where a lane must not
     be trusted.
     """
-    L, W = by_reference(L), by_reference(W)
-    P, Q = by_reference(P), by_reference(Q)
     begin(L, W)
     failed, last, by_places, second = 0.0 * wide(), 0, NEAR, False
     for k in range(s.shape[0]):
@@ -183,8 +180,6 @@ def march_designs(
     designs, instants); bad (designs,): set to one where a design must not be trusted. The last
     lanes repeat the last design. Else as `march`.
     """
-    L, W = by_reference(L), by_reference(W)
-    P, Q = by_reference(P), by_reference(Q)
     designs, lanes = par.shape[1], page.shape[1]
     for low in range(0, designs, lanes):
         for lane in range(lanes):

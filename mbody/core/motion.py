@@ -6,7 +6,6 @@ import numpy as np
 
 from mbody._jit import kernel, njit
 from mbody._lanes import ld, st
-from mbody._reference import by_reference
 from mbody.core.factor import VANISHED, apply_g, apply_gt, factor, solve
 from mbody.core.forces import forces, signals
 from mbody.core.instant import clear, weigh
@@ -101,7 +100,6 @@ def free_motion(L, W, soft, passes):
     """Accelerations into W.a and multipliers into W.lam at the W.q, W.v and W.time given; returns
     what is left unbalanced.
     """
-    L, W = by_reference(L), by_reference(W)
     w = 0.0
     signals(L, W, w, L.signal_law.shape[0])
     kkt(L, W, w, soft, passes)
@@ -111,7 +109,6 @@ def free_motion(L, W, soft, passes):
 @kernel
 def repeat(L, W, times):
     """Evaluate `times` times at positions that differ a little, for measurements of speed."""
-    L, W = by_reference(L), by_reference(W)
     total = 0.0
     for _ in range(times):
         W.q[2, 0] += 1e-9

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 from mbody._jit import kernel
-from mbody._reference import by_reference
 from mbody.core.dense_output import deliver, hermite
 from mbody.core.generalized_alpha import alpha_step
 from mbody.core.manifold import weakest
@@ -44,7 +43,6 @@ def pace(
     multipliers, carried on. Other arguments and codes as of `mbody.core.flow.flow` and
     `mbody.core.radau.radau`.
     """
-    L, W = by_reference(L), by_reference(W)
     n6, n3 = 6 * L.bodies, 3 * L.bodies
     ys, last = work[0], work[1]
     symmetric = parts.shape[0] > 0

@@ -13,7 +13,6 @@ from __future__ import annotations
 import math
 
 from mbody._jit import kernel, njit
-from mbody._reference import by_reference
 from mbody.core.dense_output import along, deliver
 from mbody.core.manifold import weakest
 from mbody.core.progress import (
@@ -167,7 +166,6 @@ def radau(
     2·coordinates), xc (3, coordinates) complex, past (4, 2·coordinates) the polynomial of the last
     step and its length, the others (coordinates, coordinates) with their exchanges of rows.
     """
-    L, W = by_reference(L), by_reference(W)
     n6, n3 = 6 * L.bodies, 3 * L.bodies
     ys, end, last, error = work[0], work[1], work[2], work[3]
     made = -1.0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from mbody._jit import kernel, njit
-from mbody._reference import by_reference
 from mbody.core.forces import forces, signals
 from mbody.core.manifold import accelerate, weakest
 from mbody.core.output import keep
@@ -56,7 +55,6 @@ def begin(L, W, soft, passes, y, K, P, page, state):
     """Project the first state, take its slope and keep it: y (2·coordinates,), row 0 of K and of
     P, page (rows, 1); state (`PROGRESS`,) with the time.
     """
-    L, W = by_reference(L), by_reference(W)
     signals(L, W, 0.0, L.signal_law.shape[0])
     _, _, good = slope(L, W, state[TIME], y, K[0], P[0], soft, passes, True)
     state[PIVOT] = state[FREEST] = weakest(L, W, 0.0)

@@ -6,17 +6,14 @@ numbers that are written and read again.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
-
+from mbody._bundle import Bundle, Ints
 from mbody._jit import njit
 from mbody._lanes import ld, st
 
 __all__ = ["Square", "factor_square", "solve_both", "solve_square", "solve_transposed"]
 
-Ints = Any  # int64 arrays, one-dimensional
 
-
-class Square(NamedTuple):
+class Square(Bundle):
     """Index lists of one pattern of pivots; numbers are rows of the array F (pattern, lanes).
 
     A place is the number of a pivot; a row is one on nodes, a column one on slots.

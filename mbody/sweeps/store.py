@@ -145,7 +145,7 @@ def _identity(job: Job, samples: Drawn, size: int) -> dict[str, Any]:
     plan = [] if job.plan is None else [job.plan.s, job.plan.t, job.plan.given]
     how = sorted((k, getattr(v, "tolist", lambda v=v: v)()) for k, v in job.how.items())
     return {
-        "model": _digest(*system.layout, system.par, system.mass, functions),
+        "model": _digest(*system.layout.held().values(), system.par, system.mass, functions),
         "parameters": [*samples.told],
         "samples": _digest(samples.values),
         "designs": len(samples.values),

@@ -1,0 +1,184 @@
+"""Bundles: numbers and arrays under names, which a kernel takes by one address.
+
+Numba takes a tuple of arrays apart at every call, seven hundred numbers for those of the core, and
+each kernel holds code for it. Of a `Bundle` a kernel gets the address of one table instead, made
+when the bundle is: what numba itself would hold of each array on its stack. Inside compiled
+functions ``bundle.field`` reads as in Python, and the table never changes, which the compiler is
+told. A call costs 1 µs where it took 7.
+"""
+
+# mypy: disallow-any-unimported=False, disallow-subclassing-any=False
+# mypy: disallow-untyped-decorators=False, disallow-untyped-calls=False
+
+from __future__ import annotations
+
+import struct
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.core.imputils import impl_ret_borrowed
+from numba.core.typing.templates import AttributeTemplate
+from numba.extending import (
+    NativeValue,
+    infer_getattr,
+    lower_getattr_generic,
+    models,
+    register_model,
+    unbox,
+)
+
+__all__ = ["Bundle", "Floats", "Ints", "Rows", "Stacks", "Tables", "words_of"]
+
+#: Arrays by their kind of number and number of axes; to type checkers they are arrays of any kind.
+Ints = Any
+Tables = Any
+Floats = Any
+Rows = Any
+Stacks = Any
+
+_KINDS: dict[str, Any] = {
+    "int": types.int64,
+    "float": types.float64,
+    "Ints": types.Array(types.int64, 1, "C"),
+    "Tables": types.Array(types.int64, 2, "C"),
+    "Floats": types.Array(types.float64, 1, "C"),
+    "Rows": types.Array(types.float64, 2, "C"),
+    "Stacks": types.Array(types.float64, 3, "C"),
+}
+_NUMPY = {types.int64: np.dtype(np.int64), types.float64: np.dtype(np.float64)}
+
+
+class Bundle:
+    """Numbers and arrays under names; subclasses annotate them as `int`, `float` or by the kinds
+    above. It is made whole and never changed, though numbers within its arrays may be.
+    """
+
+    fields: ClassVar[tuple[str, ...]]
+    address: int
+    _numba_type_: ClassVar[Any]
+    _words: np.ndarray
+
+    def __init_subclass__(cls) -> None:
+        cls.fields = tuple(cls.__annotations__)
+        cls._numba_type_ = Address(cls, [_KINDS[kind] for kind in cls.__annotations__.values()])
+
+    def __init__(self, **values: Any) -> None:
+        if values.keys() != set(self.fields):
+            wrong = ", ".join(sorted(values.keys() ^ set(self.fields)))
+            raise TypeError(f"{type(self).__name__}: missing or unknown: {wrong}")
+        words: list[int] = []
+        for name, kind in zip(self.fields, self._numba_type_.kinds, strict=True):
+            if isinstance(kind, types.Array):
+                array = np.ascontiguousarray(values[name], _NUMPY[kind.dtype])
+                if array.ndim != kind.ndim:
+                    raise TypeError(f"{type(self).__name__}.{name} has {kind.ndim} axes")
+                values[name] = array
+                words += words_of(array.__array_interface__["data"][0], array.shape)
+            elif kind == types.int64:
+                words.append(int(values[name]))
+            else:
+                words += struct.unpack("q", struct.pack("d", values[name]))
+        self.__dict__.update(values)
+        self._keep(np.array(words, dtype=np.int64))
+
+    def _keep(self, words: np.ndarray) -> None:
+        """Take a table as that of this bundle."""
+        self.__dict__["_words"] = words
+        self.__dict__["address"] = words.__array_interface__["data"][0]
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError(f"a {type(self).__name__} does not change: make another")
+
+    def replaced(self, **values: Any) -> Self:
+        """The same with other values of some fields."""
+        return type(self)(**(self.held() | values))
+
+    def held(self) -> dict[str, Any]:
+        """The fields by name."""
+        return {name: getattr(self, name) for name in self.fields}
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # the address belongs to this process
+        return _restored, (type(self), self.held())
+
+
+def _restored(kind: type[Bundle], values: dict[str, Any]) -> Bundle:
+    return kind(**values)
+
+
+def words_of(place: int, shape: tuple[int, ...]) -> list[int]:
+    """What numba holds of a C-contiguous array of numbers of 8 bytes: owners (none), size, size of
+    a number, place, shape and strides.
+    """
+    strides = [8]
+    for count in reversed(shape[1:]):
+        strides.insert(0, strides[0] * count)
+    size = strides[0] * shape[0] // 8
+    return [0, 0, size, 8, place, *shape, *strides]
+
+
+class Address(types.Type):
+    """To numba, a pointer to the table of a bundle."""
+
+    def __init__(self, bundle: type[Bundle], kinds: list[Any]) -> None:
+        self.bundle, self.kinds = bundle, kinds
+        names = ", ".join(f"{n}: {k}" for n, k in zip(bundle.fields, kinds, strict=True))
+        super().__init__(f"Address({bundle.__module__}.{bundle.__qualname__}({names}))")
+
+
+@register_model(Address)
+class AddressModel(models.PrimitiveModel):
+    """A plain pointer."""
+
+    def __init__(self, manager: Any, kind: Address) -> None:
+        table = ir.LiteralStructType([manager.lookup(k).get_value_type() for k in kind.kinds])
+        super().__init__(manager, kind, table.as_pointer())
+
+
+@unbox(Address)
+def _address(kind: Address, value: Any, frame: Any) -> NativeValue:
+    number = frame.pyapi.object_getattr_string(value, "address")
+    pointer = frame.pyapi.long_as_voidptr(number)
+    frame.pyapi.decref(number)
+    return NativeValue(frame.builder.bitcast(pointer, frame.context.get_value_type(kind)))
+
+
+@infer_getattr
+class AddressAttributes(AttributeTemplate):
+    """Fields of the bundle behind an address."""
+
+    key = Address
+
+    def generic_resolve(  # type: ignore[override]  # numba has NotImplemented in its place
+        self, address: Address, name: str
+    ) -> Any:
+        """Type of a field."""
+        fields = address.bundle.fields
+        return address.kinds[fields.index(name)] if name in fields else None
+
+
+@lower_getattr_generic(Address)
+def _read_field(context: Any, builder: Any, kind: Address, value: Any, name: str) -> Any:
+    n = kind.bundle.fields.index(name)
+    field = cgutils.gep_inbounds(builder, value, 0, n)
+    return impl_ret_borrowed(context, builder, kind.kinds[n], _leaves(builder, field))
+
+
+def _leaves(builder: Any, pointer: Any) -> Any:
+    """Load a struct part by part, so that the parts that nobody asks for vanish, and as what no
+    store changes.
+    """
+    pointee = pointer.type.pointee
+    if not isinstance(pointee, (ir.LiteralStructType, ir.ArrayType)):
+        loaded = builder.load(pointer)
+        loaded.set_metadata("invariant.load", builder.module.add_metadata([]))
+        return loaded
+    value = ir.Constant(pointee, ir.Undefined)
+    count = pointee.count if isinstance(pointee, ir.ArrayType) else len(pointee.elements)
+    for n in range(count):
+        part = cgutils.gep_inbounds(builder, pointer, 0, n)
+        value = builder.insert_value(value, _leaves(builder, part), n)
+    return value
