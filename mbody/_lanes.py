@@ -86,7 +86,7 @@ def aligned(rows: int, lanes: int) -> np.ndarray:
     """
     size = rows * lanes * 8
     memory = np.zeros(size + 64, dtype=np.uint8)
-    start = -memory.ctypes.data % 64
+    start = -memory.__array_interface__["data"][0] % 64
     return memory[start : start + size].view(np.float64).reshape(rows, lanes)
 
 

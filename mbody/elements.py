@@ -361,14 +361,14 @@ class Numbers:
 
     def place(self, element: Element, field: str) -> tuple[Value, Value]:
         """(x, y) [length] of a marker in link axes."""
-        marker = element.places()[field]
+        marker: Marker = getattr(element, field)
         if isinstance(marker.point, str):
             return self.point(f"{marker.body}.{marker.point}")
         return self.point(place_name(f"{element.name}.{field}", marker.point))
 
     def arm(self, element: Element, field: str) -> tuple[Value, Value]:
         """(x, y) [length] from the mass centre of the marker's body to the marker, in link axes."""
-        marker = element.places()[field]
+        marker: Marker = getattr(element, field)
         x, y = self.place(element, field)
         cx, cy = self.point(f"{marker.body}.cg")
         return x - cx, y - cy

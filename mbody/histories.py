@@ -34,6 +34,13 @@ class Record:
             return np.concatenate([block[:, row, :].T for block in self.blocks])[: self.count]
         return self._pieces(self.blocks[0])[:, row, :].T.reshape(-1)[: self.count]
 
+    def some(self, first: int, count: int) -> list[Array]:
+        """Histories of rows that follow each other, as of `take`."""
+        if self.batch:
+            return [self.take(row) for row in range(first, first + count)]
+        rows = self._pieces(self.blocks[0])[:, first : first + count, :]
+        return [row[: self.count] for row in rows.transpose(1, 2, 0).reshape(count, -1)]
+
     def table(self, rows: slice) -> Array:
         """Histories of many rows at once: (instants, rows), or (designs, instants, rows)."""
         if self.batch:

@@ -171,11 +171,11 @@ class Solution:
         if on not in (None, i, j):
             raise ModelError(f"joint '{joint}' joins '{i}' and '{j}', not {on!r}", joint)
         atoms = self.system.atoms_of[joint]
-        fx, fy, torque = (self._atom(atoms[0], n) for n in (2, 3, 4))
+        first = 3 * self.system.coordinates + 2
+        fx, fy, torque = self.record.some(first + PER_ATOM * atoms[0], 3)
         for e in atoms[1:]:
-            fx, fy, torque = (
-                part + self._atom(e, n) for part, n in zip((fx, fy, torque), (2, 3, 4), strict=True)
-            )
+            x, y, z = self.record.some(first + PER_ATOM * e, 3)
+            fx, fy, torque = fx + x, fy + y, torque + z
         torque = torque_told(self, element, fx, fy, torque)
         unique = self._unique(joint)
         if on == i:

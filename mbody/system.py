@@ -75,7 +75,7 @@ class System:
         """The numbers as elements read them: points, arms, laws."""
         return Numbers(self.values, polar_points(self.mechanism), self.mechanism.bodies)
 
-    @property
+    @functools.cached_property
     def rows(self) -> int:
         """Number of constraint rows, drivers included."""
         return sum(len(kinds) for kinds in self.row_kinds)

@@ -60,7 +60,8 @@ class Plan:
     def take(self, index: np.ndarray) -> Plan:
         """Only some of the instants, in that order."""
         given = self.given if self.mode == BY_TIME else np.ascontiguousarray(self.given[index])
-        s, t = (np.ascontiguousarray(part[index]) for part in (self.s, self.t))
+        s = np.ascontiguousarray(self.s[index])
+        t = s if self.t is self.s else np.ascontiguousarray(self.t[index])
         return Plan(self.mode, s, t, given)
 
     def first(self, system: System, k: int = 0) -> dict[str, float]:

@@ -141,7 +141,9 @@ class Runner:
         if plan.mode == BY_DRIVER:
             rates = plan.given[index, 0, 1:]
             given = np.ascontiguousarray(rates.transpose(0, 2, 1)).reshape(-1, LANES)
-        output, bad = self.march(work, plan, plan.s[index], plan.t[index], given, reach)
+        s = plan.s[index]
+        t = s if plan.t is plan.s else plan.t[index]
+        output, bad = self.march(work, plan, s, t, given, reach)
         for lane in np.flatnonzero(bad):
             piece = Closed(self.system.work(), start.soft)
             piece.work.q[:n, 0] = seeds[lane, :n]
