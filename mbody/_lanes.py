@@ -48,6 +48,7 @@ from mbody._lanes_type import (
     row_load,
     row_store,
     select_ordered,
+    varying_store,
     witness,
 )
 
@@ -64,6 +65,7 @@ __all__ = [
     "sincos",
     "smaller",
     "st",
+    "st_varying",
     "wide",
 ]
 
@@ -106,6 +108,15 @@ def ld(array: np.ndarray, row: int, w: Number) -> Number:
 def st(array: np.ndarray, row: int, value: Number, w: Number) -> None:
     """Set a row of an array of shape (rows, lanes) to a value, which may be a plain constant."""
     array[row] = value
+
+
+@varying_store
+def st_varying(array: np.ndarray, row: int, value: Number, w: Number) -> None:
+    """As `st`, but of many lanes leave out what is a constant in the source of the physics: it must
+    stand there already. Stores are what lanes wait for.
+    """
+    if array.shape[1] == 1 or np.ndim(value):
+        array[row] = value
 
 
 @lane_count

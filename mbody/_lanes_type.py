@@ -35,6 +35,7 @@ __all__ = [
     "row_load",
     "row_store",
     "select_ordered",
+    "varying_store",
     "witness",
 ]
 
@@ -247,6 +248,33 @@ def row_store(function: F) -> F:
     def _lower(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         store = builder.store(arguments[2], _address(context, builder, sig, arguments))
         store.align = 8
+        return context.get_dummy_value()
+
+    return function
+
+
+def varying_store(function: F) -> F:
+    """Decorator of the store of a row that leaves plain numbers out where there are lanes."""
+
+    @type_callable(function)
+    def _typer(context: Any) -> Any:
+        def typer(array: Any, row: Any, value: Any, w: Any) -> Any:
+            if not _is_rows(array, row, w) or not array.mutable or _common(value, w) != w:
+                return None
+            kept = types.float64 if isinstance(w, Lanes) and is_plain(value) else w
+            return signature(types.none, array, row, kept, w)
+
+        return typer
+
+    @lower_builtin(function, types.Array, types.Integer, Lanes, Lanes)
+    @lower_builtin(function, types.Array, types.Integer, types.float64, types.float64)
+    def _lower(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        store = builder.store(arguments[2], _address(context, builder, sig, arguments))
+        store.align = 8
+        return context.get_dummy_value()
+
+    @lower_builtin(function, types.Array, types.Integer, types.float64, Lanes)
+    def _nothing(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         return context.get_dummy_value()
 
     return function

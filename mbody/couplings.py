@@ -160,6 +160,10 @@ class Coupling(Element):
             for side, marker in zip("ij", term.ends or (), strict=False)
         }
 
+    def place(self, field: str) -> Marker:
+        """One of `places`."""
+        return self.places()[field]
+
     def numbers(self) -> dict[str, Any]:
         """The value, and of every term the factor (``"belt.0.factor"``) and its places."""
         result = super().numbers()

@@ -12,7 +12,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from numbers import Real
-from typing import Any, ClassVar, TypeAlias
+from typing import Any, ClassVar, TypeAlias, cast
 
 import numpy as np
 
@@ -298,6 +298,10 @@ class Element:
             _PLACES[cls] = tuple(field.name for field in own if "place" in field.metadata)
         return {name: getattr(self, name) for name in _PLACES[cls]}
 
+    def place(self, field: str) -> Marker:
+        """One of `places`."""
+        return cast(Marker, getattr(self, field))
+
     def numbers(self) -> dict[str, Any]:
         """All changeable numbers of the element by dotted name; formulas while it is pending."""
         result: dict[str, Any] = {}
@@ -361,14 +365,14 @@ class Numbers:
 
     def place(self, element: Element, field: str) -> tuple[Value, Value]:
         """(x, y) [length] of a marker in link axes."""
-        marker: Marker = getattr(element, field)
+        marker = element.place(field)
         if isinstance(marker.point, str):
             return self.point(f"{marker.body}.{marker.point}")
         return self.point(place_name(f"{element.name}.{field}", marker.point))
 
     def arm(self, element: Element, field: str) -> tuple[Value, Value]:
         """(x, y) [length] from the mass centre of the marker's body to the marker, in link axes."""
-        marker: Marker = getattr(element, field)
+        marker = element.place(field)
         x, y = self.place(element, field)
         cx, cy = self.point(f"{marker.body}.cg")
         return x - cx, y - cy

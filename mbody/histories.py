@@ -114,7 +114,7 @@ class Reaction:
     @property
     def magnitude(self) -> Array:
         """√(fx² + fy²)."""
-        return np.hypot(self.fx, self.fy)
+        return np.sqrt(self.fx * self.fx + self.fy * self.fy)
 
     @property
     def direction(self) -> Array:

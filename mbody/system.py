@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from mbody._user import register, release
+from mbody.core.close import violation
 from mbody.core.layout import Layout, Work, frame_of, integers, inverse_masses
 from mbody.drivers import Driver
 from mbody.elements import Element, Numbers, Polar, listed, place_name
@@ -282,6 +283,12 @@ class System:
         columns[:] = np.array([1.0, 1.0, self.length**-2])[None, :, None]
         soft, pad, blocks = self._fixed_rows
         work.soft[: len(soft)], work.pad[: len(pad)], work.block[: len(blocks)] = soft, pad, blocks
+        if lanes > 1:
+            # kernels of many lanes store what varies; what the physics has as constants stands here
+            one = self.work()
+            violation(self.runtime(), one)
+            for name in ("block", "phi", "nu", "gamma"):
+                getattr(work, name)[:] = getattr(one, name)
         return work
 
     @functools.cached_property

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mbody._jit import inline, njit
-from mbody._lanes import count, ld, sincos, st
+from mbody._lanes import count, ld, sincos, st, st_varying
 from mbody._user import call_user
 from mbody.core.laws import law_of_direction
 from mbody.joints.angle import angle
@@ -90,30 +90,30 @@ def side(W, b, w):
 
 @inline
 def put(L, W, w, e, position, velocity, physics):
-    """Store what the physics of atom e gave at its node."""
+    """Store what the physics of atom e gave at its node; constants stand there (`System.work`)."""
     phi, blocks, nu, gamma = physics
     k = L.atom_node[e]
     if position is not None:
-        st(W.phi, 2 * k, phi[0], w)
-        st(W.phi, 2 * k + 1, phi[1], w)
+        st_varying(W.phi, 2 * k, phi[0], w)
+        st_varying(W.phi, 2 * k + 1, phi[1], w)
         o = 12 * k
-        st(W.block, o, blocks[0], w)
-        st(W.block, o + 1, blocks[1], w)
-        st(W.block, o + 2, blocks[2], w)
-        st(W.block, o + 3, blocks[3], w)
-        st(W.block, o + 4, blocks[4], w)
-        st(W.block, o + 5, blocks[5], w)
-        st(W.block, o + 6, blocks[6], w)
-        st(W.block, o + 7, blocks[7], w)
-        st(W.block, o + 8, blocks[8], w)
-        st(W.block, o + 9, blocks[9], w)
-        st(W.block, o + 10, blocks[10], w)
-        st(W.block, o + 11, blocks[11], w)
-        st(W.nu, 2 * k, nu[0], w)
-        st(W.nu, 2 * k + 1, nu[1], w)
+        st_varying(W.block, o, blocks[0], w)
+        st_varying(W.block, o + 1, blocks[1], w)
+        st_varying(W.block, o + 2, blocks[2], w)
+        st_varying(W.block, o + 3, blocks[3], w)
+        st_varying(W.block, o + 4, blocks[4], w)
+        st_varying(W.block, o + 5, blocks[5], w)
+        st_varying(W.block, o + 6, blocks[6], w)
+        st_varying(W.block, o + 7, blocks[7], w)
+        st_varying(W.block, o + 8, blocks[8], w)
+        st_varying(W.block, o + 9, blocks[9], w)
+        st_varying(W.block, o + 10, blocks[10], w)
+        st_varying(W.block, o + 11, blocks[11], w)
+        st_varying(W.nu, 2 * k, nu[0], w)
+        st_varying(W.nu, 2 * k + 1, nu[1], w)
     if velocity is not None:
-        st(W.gamma, 2 * k, gamma[0], w)
-        st(W.gamma, 2 * k + 1, gamma[1], w)
+        st_varying(W.gamma, 2 * k, gamma[0], w)
+        st_varying(W.gamma, 2 * k + 1, gamma[1], w)
 
 
 @njit
