@@ -48,7 +48,6 @@ from mbody._lanes_type import (
     row_load,
     row_store,
     select_ordered,
-    varying_store,
     witness,
 )
 
@@ -104,13 +103,13 @@ def ld(array: np.ndarray, row: int, w: Number) -> Number:
     return array[row, 0] if array.shape[1] == 1 else array[row].copy()
 
 
-@row_store
+@row_store(constants=True)
 def st(array: np.ndarray, row: int, value: Number, w: Number) -> None:
     """Set a row of an array of shape (rows, lanes) to a value, which may be a plain constant."""
     array[row] = value
 
 
-@varying_store
+@row_store(constants=False)
 def st_varying(array: np.ndarray, row: int, value: Number, w: Number) -> None:
     """As `st`, but of many lanes leave out what is a constant in the source of the physics: it must
     stand there already. Stores are what lanes wait for.

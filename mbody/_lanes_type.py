@@ -35,7 +35,6 @@ __all__ = [
     "row_load",
     "row_store",
     "select_ordered",
-    "varying_store",
     "witness",
 ]
 
@@ -231,53 +230,36 @@ def row_load(function: F) -> F:
     return function
 
 
-def row_store(function: F) -> F:
-    """Decorator of the store of a row: (array, row, value, witness)."""
+def row_store(*, constants: bool) -> Callable[[F], F]:
+    """Decorator of a store of a row: (array, row, value, witness). Without `constants` a plain
+    number is left out where there are lanes.
+    """
 
-    @type_callable(function)
-    def _typer(context: Any) -> Any:
-        def typer(array: Any, row: Any, value: Any, w: Any) -> Any:
-            if not _is_rows(array, row, w) or not array.mutable or _common(value, w) != w:
-                return None
-            return signature(types.none, array, row, w, w)
+    def decorated(function: F) -> F:
+        @type_callable(function)
+        def _typer(context: Any) -> Any:
+            def typer(array: Any, row: Any, value: Any, w: Any) -> Any:
+                if not _is_rows(array, row, w) or not array.mutable or _common(value, w) != w:
+                    return None
+                left = not constants and isinstance(w, Lanes) and is_plain(value)
+                return signature(types.none, array, row, types.float64 if left else w, w)
 
-        return typer
+            return typer
 
-    @lower_builtin(function, types.Array, types.Integer, Lanes, Lanes)
-    @lower_builtin(function, types.Array, types.Integer, types.float64, types.float64)
-    def _lower(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-        store = builder.store(arguments[2], _address(context, builder, sig, arguments))
-        store.align = 8
-        return context.get_dummy_value()
+        @lower_builtin(function, types.Array, types.Integer, Lanes, Lanes)
+        @lower_builtin(function, types.Array, types.Integer, types.float64, types.float64)
+        def _lower(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+            store = builder.store(arguments[2], _address(context, builder, sig, arguments))
+            store.align = 8
+            return context.get_dummy_value()
 
-    return function
+        @lower_builtin(function, types.Array, types.Integer, types.float64, Lanes)
+        def _left_out(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+            return context.get_dummy_value()
 
+        return function
 
-def varying_store(function: F) -> F:
-    """Decorator of the store of a row that leaves plain numbers out where there are lanes."""
-
-    @type_callable(function)
-    def _typer(context: Any) -> Any:
-        def typer(array: Any, row: Any, value: Any, w: Any) -> Any:
-            if not _is_rows(array, row, w) or not array.mutable or _common(value, w) != w:
-                return None
-            kept = types.float64 if isinstance(w, Lanes) and is_plain(value) else w
-            return signature(types.none, array, row, kept, w)
-
-        return typer
-
-    @lower_builtin(function, types.Array, types.Integer, Lanes, Lanes)
-    @lower_builtin(function, types.Array, types.Integer, types.float64, types.float64)
-    def _lower(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-        store = builder.store(arguments[2], _address(context, builder, sig, arguments))
-        store.align = 8
-        return context.get_dummy_value()
-
-    @lower_builtin(function, types.Array, types.Integer, types.float64, Lanes)
-    def _nothing(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-        return context.get_dummy_value()
-
-    return function
+    return decorated
 
 
 def lane_count(function: F) -> F:

@@ -20,6 +20,7 @@ from mbody._lanes import (
     sincos,
     smaller,
     st,
+    st_varying,
     wide,
 )
 
@@ -343,6 +344,25 @@ def test_branches_by_kind_and_absent_arrays():
             np.testing.assert_allclose(
                 rows[3 * element : 3 * element + 3], expected, rtol=1e-13, atol=1e-15
             )
+
+
+@kernel
+def store_what_varies(rows, narrow):
+    w = wide()
+    st_varying(rows, 0, 1.0, w)
+    st_varying(rows, 1, 2.0 * ld(rows, 3, w), w)
+    st_varying(rows, 2, 3, w)
+    st_varying(narrow, 0, 1.0, 0.0)
+    st_varying(narrow, 1, ld(narrow, 1, 0.0) + 1.0, 0.0)
+
+
+def test_constants_are_not_stored_in_lanes():
+    rows, narrow = _rows(LANES)[:4].copy(), np.zeros((2, 1))
+    before = rows.copy()
+    store_what_varies(rows, narrow)
+    np.testing.assert_array_equal(rows[[0, 2, 3]], before[[0, 2, 3]])
+    np.testing.assert_array_equal(rows[1], 2.0 * before[3])
+    np.testing.assert_array_equal(narrow[:, 0], [1.0, 1.0])
 
 
 class Memory(Bundle):
