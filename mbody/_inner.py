@@ -43,8 +43,7 @@ class InnerLibrary(codegen.JITCodeLibrary):
     def serialize_using_object_code(self) -> tuple[str, str, bytes]:
         """The code with all that it calls."""
         module = self._get_module_for_linking().clone()
-        for library in reached(self):
-            module.link_in(library._get_module_for_linking(), preserve=True)
+        take_in(module, reached(self))
         return self.name, "inner", module.as_bitcode()
 
     @classmethod
@@ -63,8 +62,35 @@ class EntryLibrary(codegen.JITCodeLibrary):
 
     def finalize(self) -> None:
         """Link, optimise, make machine code."""
-        self._linking_libraries += reached(self)
+        libraries = reached(self)
+        take_in(self._final_module, libraries)
+        for library in libraries:
+            self._reload_init.update(library._reload_init)
+        self._linking_libraries = []
         super().finalize()
+
+
+def take_in(module: Any, libraries: list[Any]) -> None:
+    """Link the code of libraries into a module.
+
+    LLVM leaves out what nothing has asked for yet, and what comes later may ask for it: so again
+    for what is still open. Without that kernels would call nowhere.
+    """
+    homes = {
+        function.name: library
+        for library in libraries
+        for function in library._get_module_for_linking().functions
+        if not function.is_declaration
+    }
+    waiting = libraries
+    while waiting:
+        for library in waiting:
+            module.link_in(library._get_module_for_linking(), preserve=True)
+        open_ = {function.name for function in module.functions if function.is_declaration}
+        left = list({homes[name]: None for name in sorted(open_ & homes.keys())})
+        if left == waiting:
+            raise RuntimeError(f"{left[0].name} cannot be linked")
+        waiting = left
 
 
 def reached(library: Any) -> list[Any]:

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from llvmlite import binding
 
 import mbody._cache as cache
 import mbody._jit as jit
@@ -189,6 +190,42 @@ def test_a_changed_interface_of_numba_costs_only_time(warm):
     result = json.loads(done.stdout)
     assert result["compiled"] > 0
     np.testing.assert_allclose(result["sine"], np.sin(0.5), rtol=1e-15)
+
+
+class Library:
+    """What `take_in` asks of a library of numba."""
+
+    def __init__(self, name: str, code: str) -> None:
+        self.name, self.code = name, code
+
+    def _get_module_for_linking(self):
+        return binding.parse_assembly(self.code)
+
+
+def test_code_is_linked_whatever_the_order():
+    from mbody._inner import take_in
+
+    whole = "declare i64 @f()\ndefine i64 @main() { %x = call i64 @f() ret i64 %x }"
+    needs_g = "declare i64 @g()\ndefine linkonce_odr i64 @f() { %x = call i64 @g() ret i64 %x }"
+    f = Library("f", needs_g)
+    g = Library("g", "define linkonce_odr i64 @g() { ret i64 42 }")
+
+    def missing(module):
+        return {function.name for function in module.functions if function.is_declaration}
+
+    # LLVM alone leaves out g, which nothing has asked for when it comes
+    module = binding.parse_assembly(whole)
+    for library in (g, f):
+        module.link_in(library._get_module_for_linking(), preserve=True)
+    assert missing(module) == {"g"}
+    for libraries in ([g, f], [f, g]):
+        module = binding.parse_assembly(whole)
+        take_in(module, libraries)
+        assert not missing(module)
+    # what no library has is numba's or the C library's
+    module = binding.parse_assembly(whole)
+    take_in(module, [f])
+    assert missing(module) == {"g"}
 
 
 @pytest.mark.skipif(jit.PLAIN, reason="NUMBA_DISABLE_JIT is set")
