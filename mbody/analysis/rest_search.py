@@ -35,8 +35,9 @@ DIP = 1e-6
 ITERATIONS, DESCENT, LONGEST = 100, 60, 0.4
 #: A step below this is rounding.
 SMALL = 1e-13
-#: A drive below this part of the greatest load is none.
-BALANCED = 1e-8
+#: A drive below this part of the greatest force is none: 1e-13 is left where there is rest, 1e-9
+#: may be beside a singular position, where forces have no bound.
+BALANCED = 1e-10
 #: Positions nearer to each other than this are the same: a double root is found to half the digits.
 SAME = 1e-5
 #: Forces and stiffnesses that agree to this part are alike.

@@ -86,7 +86,6 @@ MOTIONS = (
     Motion(ANDREWS, 0.03, "rattle4", step=5e-5),
     Motion(CHAIN, 0.5, "rattle4", step=2e-3),
     Motion("windows 2", 10.0, "rattle4", step=5e-3),
-    Motion("windows 10", 1.0, "rattle4", step=5e-3),
 )
 
 
