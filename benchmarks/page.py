@@ -30,11 +30,18 @@ EACH = (
 
 
 def write(page: Path = PAGE, folder: Path = results.FOLDER) -> None:
-    """Everything between the two marks of the page, and the pictures beside the results."""
+    """Everything between the two marks of the page, and the pictures beside the results: of every
+    machine the newest, of the full form if there is one; earlier ones by name.
+    """
     text = page.read_text("utf-8")
     head, rest = text.split(BEGIN)
     tail = rest.split(END)[1]
-    said = [section(one, folder) for one in results.kept(folder)]
+    newest: dict[str, dict[str, Any]] = {}
+    earlier = [one for one in results.kept(folder) if newest.setdefault(one["machine"], one) != one]
+    said = [section(one, folder) for one in newest.values()]
+    if earlier:
+        names = [f"* {one['machine']}: commit {one['commit']}, {one['date']}" for one in earlier]
+        said += ["## Earlier results, as files in `results`", "\n".join(names)]
     page.write_text(f"{head}{BEGIN}\n\n" + "\n\n".join(said) + f"\n\n{END}{tail}", "utf-8")
 
 

@@ -334,6 +334,21 @@ def test_the_page_is_made_of_the_files(tmp_path):
     assert "2 KiB" in text
 
 
+def test_the_page_shows_the_newest_of_a_machine(tmp_path, monkeypatch):
+    rows = [made("positions", "w", OURS, 1.0)]
+    for time, commit in ((2, "new"), (1, "old")):
+        about = {**results.about(short=False), "at": time, "commit": commit}
+        monkeypatch.setattr(results, "about", lambda *, short, about=about: about)
+        results.keep(rows, short=False, folder=tmp_path)
+    written = tmp_path / "README.md"
+    written.write_text(f"{page.BEGIN}\n{page.END}\n", "utf-8")
+    page.write(written, tmp_path)
+    text = written.read_text("utf-8")
+    assert text.count("## ") == text.count("### ") + 2
+    first, second = text.split("## Earlier results")
+    assert "commit new" in first and "commit old" in second and "commit new" not in second
+
+
 def test_every_question_has_its_file():
     files = {path.stem for path in (ROOT / "benchmarks" / "questions").glob("[a-z]*.py")}
     assert files == set(QUESTIONS)

@@ -22,7 +22,7 @@ from benchmarks.peers.closed_form import Crank
 from benchmarks.peers.stepping import TOLERANCES, dop853
 from benchmarks.planar import planar
 from benchmarks.questions.cold_start import ROOT
-from benchmarks.questions.memory import greatest
+from benchmarks.questions.memory import at_rest, greatest
 from benchmarks.studies import (
     EIGHT_BAR,
     FOUR_BAR,
@@ -229,7 +229,7 @@ def fresh(count: int) -> tuple[float, float]:
 
 def alone(count: str) -> None:
     """What the fresh process does; it prints both numbers."""
-    before = greatest()
+    before = at_rest()
     system = mbody.assemble(SLIDER_CRANK.build())
     begin = time.perf_counter()
     SLIDER_CRANK.sweep(system, int(count), THREADS)
