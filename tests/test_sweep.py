@@ -390,6 +390,9 @@ def test_a_folder_is_of_one_sweep(tmp_path):
 def test_a_dask_cluster_has_the_same_bits():
     distributed = pytest.importorskip("distributed")
     here = mbody.sweep(four_bar(), scattered(), **QUESTION)
+    swing = mbody.gallery.load("double_pendulum")
+    motion = swing, latin_hypercube({"upper.mass": (0.9, 1.1)}, 100), "simulate"
+    way = {"measure": ["last(lower.angle)", "peak(O.force)"], "until": 0.5}
     with distributed.LocalCluster(
         n_workers=1, threads_per_worker=2, processes=True, dashboard_address=None
     ) as cluster:
@@ -401,8 +404,10 @@ def test_a_dask_cluster_has_the_same_bits():
             progress=lambda done, of: calls.append(done),
             **QUESTION,
         )
+        freely = mbody.sweep(*motion, scheduler=cluster.scheduler_address, **way)
     same(here, there)
     assert calls[-1] == 700
+    same(mbody.sweep(*motion, **way), freely)
 
 
 def test_memory_does_not_grow_with_the_designs():
