@@ -7,10 +7,17 @@ import pkgutil
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
 
 import mbody
 from benchmarks import models
 from mbody import _cache, gallery
+from mbody.analysis.closure import closed
+from mbody.analysis.designs import closed_poses, course_of, on_lanes
+from mbody.analysis.instants import plan
+from mbody.analysis.runner import Runner
 
 machine = functools.cache(gallery.load)
 
@@ -106,6 +113,30 @@ class Driven:
         return mbody.kinetostatics(made(self.model), turn=True, instants=self.instants)
 
 
+@dataclass(frozen=True)
+class Beside:
+    """Fifteen four-bars on lanes beside one that is lost: they must not wait for it."""
+
+    instants: int
+
+    @property
+    def name(self):
+        return f"15 of norton_fourbar beside one that is lost, {self.instants} positions on lanes"
+
+    def run(self):
+        system = mbody.assemble(made("norton_fourbar"))
+        asked = plan(system, None, None, "motor", self.instants)
+        start = closed(system, 0.0, asked.first(system))
+        course = course_of(Runner(system, "kinetostatics"), start, asked)
+        lengths = system.values["coupler.B.x"] + 0.01 * np.arange(16)
+        poses = closed_poses(system.with_values({"coupler.B.x": lengths[:15]}), course)[0]
+        poses = np.vstack([poses, np.full_like(poses[0], np.nan)])
+        designs = system.with_values({"coupler.B.x": lengths})
+        sound = on_lanes(designs, course, poses, np.array([0]))[1]
+        assert sound.tolist() == 15 * [True] + [False]
+        return SimpleNamespace(stats=None)
+
+
 #: Calls of functions within kernels, counted in plain Python: shorter motions, whose steps and
 #: evaluations are held against those of compiled code, and positions of a turn.
 CALLS = (
@@ -119,6 +150,7 @@ CALLS = (
     Motion("windows 10", 0.5, "dop853", 1e-6),
     *(Driven(name, 73) for name in ("norton_fourbar", "stephenson_sixbar", "slider_crank")),
     *(Driven(name, 361) for name in ("norton_fourbar", "stephenson_sixbar", "slider_crank")),
+    Beside(41),
 )
 
 #: Mechanisms whose symbolic phase is counted.
