@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from mbody._lanes import LANES
-from mbody.analysis.closure import SUSPICIOUS, Closed, check_determined, closed, rounding
-from mbody.analysis.instants import BY_DRIVER, BY_INSTANT, Plan
+from mbody.analysis.closure import Closed, check_determined, closed, rounding
+from mbody.analysis.designs import closed_poses, in_all_lanes
+from mbody.analysis.instants import BY_INSTANT, Plan
 from mbody.analysis.runner import Runner, Stuck
-from mbody.core.close import close_designs
 from mbody.errors import SolveError
 from mbody.histories import Record
 from mbody.solution import Solution
@@ -29,10 +29,7 @@ def batch(runner: Runner, start: Closed, plan: Plan) -> Solution:
     reach = runner.reach(start, plan)
     poses = _poses(runner, start, plan)
     simple = not (system.has_user_code or start.soft or plan.mode == BY_INSTANT)
-    s, t = (np.repeat(part[:, None], LANES, axis=1) for part in (plan.s, plan.t))
-    given = np.zeros((2, LANES))
-    if plan.mode == BY_DRIVER:
-        given = np.repeat(plan.given[:, 0, 1:].reshape(-1, 1), LANES, axis=1)
+    s, t, given = in_all_lanes(plan)
     blocks = []
     for low in range(0, designs, LANES):
         chosen = np.minimum(np.arange(low, low + LANES), designs - 1)
@@ -54,15 +51,11 @@ def _poses(runner: Runner, start: Closed, plan: Plan) -> np.ndarray:
     system = runner.system
     designs, time = int(system.batch or 0), float(plan.t[0])
     first = plan.first(system)
-    values = np.tile([first.get(d.name, np.nan) for d in system.mechanism.drivers], (designs, 1))
     pose = start.work.q[:, 0].copy()
-    poses, state = np.tile(pose, (designs, 1)), np.zeros((designs, 2))
+    poses, good = np.tile(pose, (designs, 1)), np.zeros(designs, dtype=bool)
     if not (start.soft or system.has_user_code):
-        work = system.work()
-        work.time[:] = time
-        small = np.full(designs, rounding(system, start.work))
-        close_designs(runner.layout, work, small, system.par, values, poses, state)
-    for design in np.flatnonzero((state[:, 0] == 0.0) | (state[:, 1] < SUSPICIOUS)):
+        poses, good = closed_poses(system, plan, pose, rounding(system, start.work))
+    for design in np.flatnonzero(~good):
         try:
             one = closed(system, time, first, None, int(design), pose)
             check_determined(system, one, runner.analysis)

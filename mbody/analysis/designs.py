@@ -22,7 +22,7 @@ from mbody.core.output import PER_ATOM
 from mbody.square import Plans, room
 from mbody.system import System
 
-__all__ = ["Course", "closed_poses", "course_of", "on_lanes"]
+__all__ = ["Course", "closed_poses", "course_of", "in_all_lanes", "on_lanes"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,16 +66,29 @@ def course_of(runner: Runner, start: Closed, plan: Plan) -> Course | None:
     )
 
 
-def closed_poses(system: System, course: Course) -> tuple[np.ndarray, np.ndarray]:
-    """Every design closed from the course's pose: (designs, coordinates + 3), and whether it is."""
-    plan, designs = course.plan, int(system.batch or 0)
+def closed_poses(
+    system: System, plan: Plan, pose: np.ndarray, small: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Every design closed at the first instant from one pose, to corrections below `small`:
+    (designs, coordinates + 3), and whether it is.
+    """
+    designs = int(system.batch or 0)
     first = plan.first(system)
     values = np.tile([first.get(d.name, np.nan) for d in system.drivers], (designs, 1))
-    poses, state = np.tile(course.pose, (designs, 1)), np.zeros((designs, 2))
-    work, small = system.work(), np.full(designs, course.small)
+    poses, state = np.tile(pose, (designs, 1)), np.zeros((designs, 2))
+    work = system.work()
     work.time[:] = plan.t[0]
-    close_designs(system.layout, work, small, system.par, values, poses, state)
+    errors = np.full(designs, small)
+    close_designs(system.layout, work, errors, system.par, values, poses, state)
     return poses, (state[:, 0] > 0.0) & (state[:, 1] >= SUSPICIOUS)
+
+
+def in_all_lanes(plan: Plan) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Path parameter, time, and rate and acceleration of the one driver, the same in every lane."""
+    s, t = (np.repeat(part[:, None], LANES, axis=1) for part in (plan.s, plan.t))
+    if plan.mode != BY_DRIVER:
+        return s, t, np.zeros((2, LANES))
+    return s, t, np.repeat(plan.given[:, 0, 1:].reshape(-1, 1), LANES, axis=1)
 
 
 def on_lanes(
@@ -93,10 +106,7 @@ def on_lanes(
         Which rows, as `mbody.core.output` numbers them.
     """
     plan, runner = course.plan, Runner(system, course.analysis)
-    s, t = (np.repeat(part[:, None], LANES, axis=1) for part in (plan.s, plan.t))
-    given = np.zeros((2, LANES))
-    if plan.mode == BY_DRIVER:
-        given = np.repeat(plan.given[:, 0, 1:].reshape(-1, 1), LANES, axis=1)
+    s, t, given = in_all_lanes(plan)
     output, bad = np.empty((len(wanted), len(poses), len(plan.s))), np.empty(len(poses))
     march_designs(
         system.layout,

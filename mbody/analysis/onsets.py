@@ -72,9 +72,10 @@ def onset_of(
         first = close_loops(system, guess=guess, rates=rates)
         return Onset(None, guess, rates, system, system, alike), first
     first = started(system, own)
-    places = turning = holding(system, own, rates=False, poses={})
-    if said(system, own, rates=True, poses={}):
-        turning = holding(system, own, rates=True, poses=link_poses(first))
+    places = turning = holding(system, said(system, own, rates=False, poses={}))
+    moving = said(system, own, rates=True, poses=link_poses(first))
+    if moving:
+        turning = holding(system, moving)
     return Onset(own, None, None, places, turning, alike), first
 
 

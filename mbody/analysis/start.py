@@ -30,6 +30,9 @@ __all__ = [
     *("state_of", "watched"),
 ]
 
+#: Name of a driver; body, coordinate and direction; value and rate.
+Said = tuple[str, tuple[str, str, float], Any, Any]
+
 #: A coordinate, its rate, and the direction in which it is measured.
 PAIRS = (("angle", "omega", 0.0), ("x", "vx", 0.0), ("y", "vy", 0.5 * math.pi))
 #: What a stop may be made of.
@@ -154,12 +157,9 @@ def started(system: System, simulation: Simulation) -> Solution:
 def _held(system: System, simulation: Simulation, *, rates: bool, guess: Any = None) -> Solution:
     """The loops closed with drivers in place of what is said: of places, or of what has a rate."""
     poses = guess or {}
-    drive = {
-        name: (value, rate)
-        for name, _, value, rate in said(system, simulation, rates=rates, poses=poses)
-    }
-    whole = holding(system, simulation, rates=rates, poses=poses)
-    return close_loops(whole, drive=drive or None, guess=guess)
+    things = said(system, simulation, rates=rates, poses=poses)
+    drive = {name: (value, rate) for name, _, value, rate in things}
+    return close_loops(holding(system, things), drive=drive or None, guess=guess)
 
 
 def said(
@@ -168,7 +168,7 @@ def said(
     *,
     rates: bool,
     poses: Mapping[str, Any],
-) -> list[tuple[str, tuple[str, str, float], Any, Any]]:
+) -> list[Said]:
     """What is held at the start: name, (body, coordinate, direction), value and rate.
 
     Parameters
@@ -198,14 +198,10 @@ def said(
     return found
 
 
-def holding(
-    system: System, simulation: Simulation, *, rates: bool, poses: Mapping[str, Any]
-) -> System:
+def holding(system: System, things: list[Said]) -> System:
     """The system with a driver, last of all, for each thing that is `said`."""
     held = system.mechanism.copied()
-    for name, (body, place, direction), value, _ in said(
-        system, simulation, rates=rates, poses=poses
-    ):
+    for name, (body, place, direction), value, _ in things:
         if place == "angle":
             held.add(AngleDriver(name, body, value))
         else:

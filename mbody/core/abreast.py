@@ -10,7 +10,7 @@ from mbody._jit import inline, kernel, njit
 from mbody._lanes import highest, larger, ld, select_le, st, wide
 from mbody.core.factor import VANISHED, factor
 from mbody.core.forces import signals
-from mbody.core.instant import copy, newton
+from mbody.core.instant import copy, newton, put_column
 from mbody.core.manifold import NEWTON, project_velocity, weakest
 from mbody.core.motion import balance
 from mbody.core.output import keep
@@ -149,9 +149,6 @@ def begin_designs(L, W, passes, t, lot, wanted, page, output, bad):
 @inline
 def put_numbers(W, lot, lane, design):
     """The numbers of a design into a lane."""
-    for n in range(lot.par.shape[0]):
-        W.par[n, lane] = lot.par[n, design]
-    for n in range(lot.mass.shape[0]):
-        W.mass[n, lane] = lot.mass[n, design]
-    for n in range(lot.weight.shape[0]):
-        W.weight[n, lane] = lot.weight[n, design]
+    put_column(lot.par, design, W.par, lane)
+    put_column(lot.mass, design, W.mass, lane)
+    put_column(lot.weight, design, W.weight, lane)

@@ -12,10 +12,10 @@ import math
 
 from mbody._jit import inline, kernel, njit
 from mbody._lanes import st
-from mbody.core.factor import VANISHED, apply_g, apply_gt, factor, solve
+from mbody.core.factor import VANISHED, apply_gt, factor, solve
 from mbody.core.follow import weakest
 from mbody.core.forces import signals
-from mbody.core.instant import clear, least_motion, reach, weigh
+from mbody.core.instant import clear, least_motion, put_column, rates_of_rows, reach, weigh
 from mbody.core.rows import rows, turns
 
 __all__ = [
@@ -106,8 +106,7 @@ def close_designs(L, W, tolerance, par, first, poses, state):
     """
     w = 0.0
     for design in range(par.shape[1]):
-        for n in range(par.shape[0]):
-            W.par[n, 0] = par[n, design]
+        put_column(par, design, W.par, 0)
         for n in range(poses.shape[1]):
             W.q[n, 0] = poses[design, n]
         signals(L, W, w, L.signal_law.shape[0])
@@ -214,8 +213,7 @@ def project_designs(L, W, par, poses, rates, velocities, state):
     """
     w = 0.0
     for design in range(par.shape[1]):
-        for n in range(par.shape[0]):
-            W.par[n, 0] = par[n, design]
+        put_column(par, design, W.par, 0)
         for n in range(poses.shape[1]):
             W.q[n, 0], W.v[n, 0] = poses[design, n], 0.0
         signals(L, W, w, L.signal_law.shape[0])
@@ -226,7 +224,7 @@ def project_designs(L, W, par, poses, rates, velocities, state):
         for n in range(velocities.shape[1]):
             velocities[design, n] = W.v[n, 0]
         rows(L, W, w, True, None)
-        spread(L, W, w)
+        rates_of_rows(L, W, w)
         rest, asked = 0.0, 0.0
         for n in range(2 * L.nodes):
             unit = W.soft[n, 0]
@@ -242,20 +240,10 @@ def nearest_velocity(L, W, w, soft):
     turns(L, W, w)
     rows(L, W, w, True, True)
     factor(L, W, w, soft, VANISHED)
-    spread(L, W, w)
+    rates_of_rows(L, W, w)
     for n in range(2 * L.nodes):
         st(W.nu, n, W.nu[n, 0] - W.x[n, 0], w)
     least_motion(L, W, w, W.nu, True)
     for b in range(L.bodies):
         for n in range(3):
             W.v[3 * b + n, 0] += W.u[3 * L.body_slot[b] + n, 0]
-
-
-@njit
-def spread(L, W, w):
-    """W.x ← G v."""
-    clear(W.u, w)
-    for s in range(L.slots):
-        for n in range(3):
-            W.u[3 * s + n, 0] = W.v[3 * L.slot_body[s] + n, 0]
-    apply_g(L, W, w, W.u, W.x)

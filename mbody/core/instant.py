@@ -17,9 +17,13 @@ __all__ = [
     "accelerations",
     "multipliers",
     "newton",
+    "put_column",
     "rates",
+    "rates_of_rows",
     "reach",
     "reach_square",
+    "take_off",
+    "to_bodies",
     "velocities",
 ]
 
@@ -90,13 +94,40 @@ def least_motion(L, W, w, c, checked):
 
 
 @inline
-def to_bodies(L, W, w, target):
+def to_bodies(L, w, u, target):
     """Columns to coordinates: a body moves as its first slot."""
     for b in range(L.bodies):
         o, s = 3 * b, 3 * L.body_slot[b]
-        st(target, o, ld(W.u, s, w), w)
-        st(target, o + 1, ld(W.u, s + 1, w), w)
-        st(target, o + 2, ld(W.u, s + 2, w), w)
+        st(target, o, ld(u, s, w), w)
+        st(target, o + 1, ld(u, s + 1, w), w)
+        st(target, o + 2, ld(u, s + 2, w), w)
+
+
+@inline
+def take_off(L, w, u, target):
+    """Subtract columns from coordinates: a body moves as its first slot."""
+    for b in range(L.bodies):
+        o, s = 3 * b, 3 * L.body_slot[b]
+        st(target, o, ld(target, o, w) - ld(u, s, w), w)
+        st(target, o + 1, ld(target, o + 1, w) - ld(u, s + 1, w), w)
+        st(target, o + 2, ld(target, o + 2, w) - ld(u, s + 2, w), w)
+
+
+@njit
+def rates_of_rows(L, W, w):
+    """x = Φ_q v on nodes."""
+    clear(W.u, w)
+    for s in range(L.slots):
+        for n in range(3):
+            st(W.u, 3 * s + n, ld(W.v, 3 * L.slot_body[s] + n, w), w)
+    apply_g(L, W, w, W.u, W.x)
+
+
+@inline
+def put_column(source, column, target, lane):
+    """A column of numbers, one of a set, into a lane."""
+    for n in range(source.shape[0]):
+        target[n, lane] = source[n, column]
 
 
 @njit
@@ -111,11 +142,7 @@ def newton(L, W, w, soft, guard):
     apply_gt(L, W, w, W.x, W.u)
     weigh(L, W, w, W.u)
     size = reach(L, W, w)
-    for b in range(L.bodies):
-        o, s = 3 * b, 3 * L.body_slot[b]
-        st(W.q, o, ld(W.q, o, w) - ld(W.u, s, w), w)
-        st(W.q, o + 1, ld(W.q, o + 1, w) - ld(W.u, s + 1, w), w)
-        st(W.q, o + 2, ld(W.q, o + 2, w) - ld(W.u, s + 2, w), w)
+    take_off(L, w, W.u, W.q)
     return size, least
 
 
@@ -142,7 +169,7 @@ def reach_square(L, W, w):
 def velocities(L, W, w, checked):
     """v from G v = ν, with the ν of the last position."""
     least_motion(L, W, w, W.nu, checked)
-    to_bodies(L, W, w, W.v)
+    to_bodies(L, w, W.u, W.v)
 
 
 @njit
@@ -158,7 +185,7 @@ def accelerations(L, W, w, checked):
     """a from G a = γ, the velocities being set."""
     rows(L, W, w, None, True)
     least_motion(L, W, w, W.gamma, checked)
-    to_bodies(L, W, w, W.a)
+    to_bodies(L, w, W.u, W.a)
 
 
 @inline

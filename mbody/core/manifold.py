@@ -9,7 +9,7 @@ from mbody._jit import njit
 from mbody._lanes import ld, select_le, smaller, st
 from mbody.core.factor import VANISHED, apply_g, factor
 from mbody.core.forces import signals
-from mbody.core.instant import clear, least_motion, newton, reach
+from mbody.core.instant import clear, least_motion, newton, rates_of_rows, reach, take_off
 from mbody.core.motion import balance
 from mbody.core.rows import rows, turns
 
@@ -49,20 +49,13 @@ def project_velocity(L, W, w, passes):
     """v ← the nearest velocity with Φ_q v = ν, by the present factor. Returns how far it goes."""
     first = 0.0 * ld(W.size, 0, w)
     for n in range(1 + passes):
-        clear(W.u, w)
-        for s in range(L.slots):
-            for m in range(3):
-                st(W.u, 3 * s + m, ld(W.v, 3 * L.slot_body[s] + m, w), w)
-        apply_g(L, W, w, W.u, W.x)
+        rates_of_rows(L, W, w)
         for m in range(2 * L.nodes):
             st(W.x, m, ld(W.x, m, w) - ld(W.nu, m, w), w)
         least_motion(L, W, w, W.x, False)
         if n == 0:
             first = reach(L, W, w)
-        for b in range(L.bodies):
-            o, s = 3 * b, 3 * L.body_slot[b]
-            for m in range(3):
-                st(W.v, o + m, ld(W.v, o + m, w) - ld(W.u, s + m, w), w)
+        take_off(L, w, W.u, W.v)
     return first
 
 

@@ -9,10 +9,17 @@ from __future__ import annotations
 
 from mbody._jit import inline, kernel, njit
 from mbody._lanes import highest, larger, ld, lowest, select_le, st, wide
-from mbody.core.factor import apply_g
 from mbody.core.follow import CORRECTION, SLIGHT, TURNED
 from mbody.core.forces import forces, signals
-from mbody.core.instant import acting, rates, reach_square
+from mbody.core.instant import (
+    acting,
+    put_column,
+    rates,
+    rates_of_rows,
+    reach_square,
+    take_off,
+    to_bodies,
+)
 from mbody.core.output import keep, keep_some
 from mbody.core.path import behind, predict, predict_far, step
 from mbody.core.rows import rows, turns
@@ -66,13 +73,9 @@ def newton(L, P, W, w, F, x):
         solve_both(P, W, w, F, x, W.phi, W.u, W.nu, W.v)
     else:
         solve_both(P, W, w, F, x, W.phi, W.u, W.nu, W.r)
-        to_bodies(L, W, w, W.r, W.v)
+        to_bodies(L, w, W.r, W.v)
     size = reach_square(L, W, w)
-    for b in range(L.bodies):
-        o, s = 3 * b, 3 * L.body_slot[b]
-        st(W.q, o, ld(W.q, o, w) - ld(W.u, s, w), w)
-        st(W.q, o + 1, ld(W.q, o + 1, w) - ld(W.u, s + 1, w), w)
-        st(W.q, o + 2, ld(W.q, o + 2, w) - ld(W.u, s + 2, w), w)
+    take_off(L, w, W.u, W.q)
     return size
 
 
@@ -83,17 +86,7 @@ def least_motion(L, P, W, w, F, x, c, target):
         solve_square(P, W, w, F, x, c, target)
     else:
         solve_square(P, W, w, F, x, c, W.u)
-        to_bodies(L, W, w, W.u, target)
-
-
-@inline
-def to_bodies(L, W, w, u, target):
-    """Columns to coordinates: a body moves as its first slot."""
-    for b in range(L.bodies):
-        o, s = 3 * b, 3 * L.body_slot[b]
-        st(target, o, ld(u, s, w), w)
-        st(target, o + 1, ld(u, s + 1, w), w)
-        st(target, o + 2, ld(u, s + 2, w), w)
+        to_bodies(L, w, W.u, target)
 
 
 @njit
@@ -106,10 +99,7 @@ def accelerations(L, P, W, w, F, x):
 @njit
 def moving(L, W, w):
     """Whether Φ_q v = ν holds by the blocks: the residual's square beyond what is allowed."""
-    for s in range(L.slots):
-        for n in range(3):
-            st(W.u, 3 * s + n, ld(W.v, 3 * L.slot_body[s] + n, w), w)
-    apply_g(L, W, w, W.u, W.x)
+    rates_of_rows(L, W, w)
     rest, terms = 0.0 * ld(W.size, 0, w), 0.0 * ld(W.size, 0, w)
     for n in range(2 * L.nodes):
         x, y = ld(W.x, n, w), ld(W.nu, n, w)
@@ -147,7 +137,7 @@ def march(L, P, Q, W, F, x, mode, s, t, given, far, with_loads, still, output, b
     one driver in mode 1; far: greatest coordinate; bad (1, lanes): set to one where a lane must not
     be trusted.
     """
-    begin(L, W)
+    signals(L, W, wide(), L.signal_law.shape[0])
     failed, last, by_places, second = 0.0 * wide(), 0, NEAR, False
     for k in range(s.shape[0]):
         failed, last, by_places, second = advance(
@@ -192,14 +182,11 @@ def march_designs(
     for low in range(0, designs, lanes):
         for lane in range(lanes):
             design = min(low + lane, designs - 1)
-            for n in range(par.shape[0]):
-                W.par[n, lane] = par[n, design]
-            for n in range(mass.shape[0]):
-                W.mass[n, lane] = mass[n, design]
-            for n in range(q.shape[0]):
-                W.q[n, lane] = q[n, design]
+            put_column(par, design, W.par, lane)
+            put_column(mass, design, W.mass, lane)
+            put_column(q, design, W.q, lane)
         many = min(lanes, designs - low)
-        begin(L, W)
+        signals(L, W, wide(), L.signal_law.shape[0])
         failed, last, by_places, second = 0.0 * wide(), 0, MAYBE, False
         for k in range(s.shape[0]):
             failed, last, by_places, second = advance(
@@ -213,13 +200,6 @@ def march_designs(
         st(page, 0, failed, wide())
         for lane in range(many):
             bad[low + lane] = page[0, lane]
-
-
-@inline
-def begin(L, W):
-    """Set the signals of all laws, also of those that do not depend on time, and no forces."""
-    signals(L, W, wide(), L.signal_law.shape[0])
-    forces(L, W, wide(), -1)
 
 
 @njit

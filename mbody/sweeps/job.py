@@ -312,7 +312,7 @@ def _together(
     else:
         times = course.plan.t
         check_reach(system, times, job.how.get("drive") or {})
-        poses, good = closed_poses(system, course)
+        poses, good = closed_poses(system, course.plan, course.pose, course.small)
         rows, sound = on_lanes(system, course, poses, job.wanted)
         sound &= good
         if len(course.plan.given) == len(times):

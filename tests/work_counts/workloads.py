@@ -129,7 +129,8 @@ class Beside:
         start = closed(system, 0.0, asked.first(system))
         course = course_of(Runner(system, "kinetostatics"), start, asked)
         lengths = system.values["coupler.B.x"] + 0.01 * np.arange(16)
-        poses = closed_poses(system.with_values({"coupler.B.x": lengths[:15]}), course)[0]
+        fifteen = system.with_values({"coupler.B.x": lengths[:15]})
+        poses = closed_poses(fifteen, asked, course.pose, course.small)[0]
         poses = np.vstack([poses, np.full_like(poses[0], np.nan)])
         designs = system.with_values({"coupler.B.x": lengths})
         sound = on_lanes(designs, course, poses, np.array([0]))[1]
