@@ -10,12 +10,13 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+import numba
 import numpy as np
 
-from benchmarks.frame import Engine
+from benchmarks.frame import Engine, available
 from benchmarks.peers.stepping import TOLERANCES, dop853
 
-__all__ = ["andrews", "chain", "engine", "four_bar", "sundials"]
+__all__ = ["andrews", "chain", "engine", "engines", "four_bar", "sundials"]
 
 Slope = Callable[[float, np.ndarray], np.ndarray]
 
@@ -27,6 +28,23 @@ def engine(name: str, slope: Slope, start: np.ndarray, until: float, state: Any)
         return lambda: dop853(slope, start, until, rtol)
 
     return Engine(name, TOLERANCES, prepare, state)
+
+
+def engines(
+    equation: Slope, plain: str, compiled: str, start: np.ndarray, until: float, state: Any
+) -> list[Engine]:
+    """DOP853 over an equation as it stands and compiled by numba, and SUNDIALS, where it is there,
+    over the compiled one; `plain` and `compiled` tell of it in their names.
+    """
+    fast = numba.njit(equation)
+    fast(0.0, start)
+    found = [
+        engine(f"scipy DOP853, {plain}", equation, start, until, state),
+        engine(f"scipy DOP853, {compiled}", fast, start, until, state),
+    ]
+    if available("sksundae"):
+        found.append(sundials(f"SUNDIALS CVODE Adams, {compiled}", fast, start, until, state))
+    return found
 
 
 def sundials(name: str, slope: Slope, start: np.ndarray, until: float, state: Any) -> Engine:

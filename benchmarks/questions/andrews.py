@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 import mbody
@@ -46,14 +45,8 @@ def measure(asked: Asked) -> list[Row]:
     engines: list[Engine] = [ours.engine(system, UNTIL), ours.engine(system, UNTIL, given=True)]
     if available("scipy"):
         start = np.append(angles_of(machine.pose[:, 2]), np.zeros(7))
-        compiled = numba.njit(by_hand.andrews)
-        compiled(0.0, start)
-        hand = [("scipy DOP853, NumPy by hand", by_hand.andrews)]
-        hand += [("scipy DOP853, by hand in numba", compiled)]
-        engines += [by_hand.engine(name, f, start, UNTIL, bodies_of) for name, f in hand]
-        if available("sksundae"):
-            name = "SUNDIALS CVODE Adams, by hand in numba"
-            engines.append(by_hand.sundials(name, compiled, start, UNTIL, bodies_of))
+        told = "NumPy by hand", "by hand in numba"
+        engines += by_hand.engines(by_hand.andrews, *told, start, UNTIL, bodies_of)
         if available("pinocchio"):
             engines.append(pinocchio.engine(machine, UNTIL))
             engines.append(pinocchio.engine(machine, UNTIL, project=True))

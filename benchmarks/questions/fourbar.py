@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 import mbody
@@ -32,14 +31,8 @@ def measure(asked: Asked) -> list[Row]:
     engines: list[Engine] = [ours.engine(system, UNTIL), ours.engine(system, UNTIL, given=True)]
     if available("scipy"):
         start, state = np.array([np.pi / 3.0, 0.0]), lambda y: (y[:1], y[1:])
-        compiled = numba.njit(by_hand.four_bar)
-        compiled(0.0, start)
-        hand = [("scipy DOP853, one equation", by_hand.four_bar)]
-        hand += [("scipy DOP853, one equation in numba", compiled)]
-        engines += [by_hand.engine(name, f, start, UNTIL, state) for name, f in hand]
-        if available("sksundae"):
-            name = "SUNDIALS CVODE Adams, one equation in numba"
-            engines.append(by_hand.sundials(name, compiled, start, UNTIL, state))
+        told = "one equation", "one equation in numba"
+        engines += by_hand.engines(by_hand.four_bar, *told, start, UNTIL, state)
         if available("pinocchio"):
             engines.append(pinocchio.engine(machine, UNTIL))
             engines.append(pinocchio.engine(machine, UNTIL, project=True))
