@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from mbody.bridges.crosscheck import Crosscheck, crosscheck
     from mbody.bridges.mjcf import to_mjcf
     from mbody.couplings import AngleCoupling, LengthCoupling, Term
+    from mbody.doubts import Doubt
     from mbody.drivers import AngleDriver, CoordinateDriver, DistanceDriver
     from mbody.elements import Marker, Polar, polar
     from mbody.errors import ModelError, ModelWarning, SolveError
@@ -107,6 +108,7 @@ _HOME = {
     "simulation": "Simulation",
     "couplings": "AngleCoupling LengthCoupling Term",
     "drivers": "AngleDriver CoordinateDriver DistanceDriver",
+    "doubts": "Doubt",
     "elements": "Marker Polar polar",
     "errors": "ModelError ModelWarning SolveError",
     "events": "Event Occurrence Stop",

@@ -11,6 +11,7 @@ import numpy as np
 
 from mbody.checks import breakdown, checks
 from mbody.core.output import PER_ATOM
+from mbody.doubts import Doubt
 from mbody.elements import Marker, as_marker, listed
 from mbody.ends import column, ends, told_at, torque_told
 from mbody.energy import Energy
@@ -65,6 +66,7 @@ class Solution:
     dependencies: dict[str, list[bool]] | None = field(default=None, repr=False)
     notes: tuple[str, ...] = ()
     status: str = "completed"
+    doubts: tuple[Doubt, ...] = ()
     stats: dict[str, int] | None = None
     energy: Energy | None = field(default=None, repr=False)
     events: tuple[Occurrence, ...] = field(default=(), repr=False)

@@ -20,6 +20,7 @@ LAYERS = (
     {
         "_version",
         "errors",
+        "doubts",
         "_cache",
         "_inner",
         "_jit",
@@ -74,7 +75,7 @@ HEAVY = {
     *("matplotlib", "mujoco", "pandas", "scipy", "pint", "pymunk", "pinocchio"),
     *("distributed", "pyarrow"),
 }
-LONGEST = 400
+LONGEST = 500
 
 
 # -- reading the sources ----------------------------------------------------------------------

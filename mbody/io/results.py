@@ -1,9 +1,10 @@
 """Results as data: one form for every analysis, the same in Python, JSON and on the command line.
 
 ``{"mbody", "model", "analysis", "units", "t", "bodies", "points", "reactions", "efforts",
-"measures", "checks", "status", "notes"}``. Every list has one entry an instant. x and y of a body
-are its mass centre. Reactions act on body j by body i, in world axes, at the joint's place on j.
-omega and alpha are in rad and the time unit always, angles in the unit that "units" says.
+"measures", "checks", "status", "doubts", "notes"}``. Every list has one entry an instant. x and y
+of a body are its mass centre. Reactions act on body j by body i, in world axes, at the joint's
+place on j. omega and alpha are in rad and the time unit always, angles in the unit that "units"
+says.
 """
 
 from __future__ import annotations
@@ -93,6 +94,7 @@ def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
             "virtual_work": _number(solution.checks.virtual_work) if solution.has_forces else None,
         },
         "status": solution.status,
+        "doubts": [doubt.data() for doubt in solution.doubts],
         "notes": list(solution.notes),
         **_motion(solution),
     }

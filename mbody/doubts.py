@@ -1,0 +1,78 @@
+"""Doubts: what the evidence of a result does not support, and the status that follows from it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, TypeVar
+
+__all__ = ["KINDS", "Doubt", "doubted", "status_of"]
+
+#: What a doubt may be about.
+KINDS = (
+    *("residual", "energy", "branch", "singular", "inertia"),
+    *("extrapolation", "incomplete", "contact", "solver"),
+)
+
+Result = TypeVar("Result")
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """One reason why a result may be wrong, or may not be all there is.
+
+    Attributes
+    ----------
+    kind : str
+        One of `KINDS`.
+    message : str
+        A sentence: what is in doubt, by how much, from which instant on, and what to try.
+    t : float or None
+        The instant from which on the result is in doubt; None where it is no matter of time.
+    elements : tuple of str
+        Names of the elements that it is about.
+    """
+
+    kind: str
+    message: str
+    t: float | None = None
+    elements: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.kind not in KINDS:
+            raise ValueError(f"a doubt is about one of {', '.join(KINDS)}, not {self.kind!r}")
+
+    def data(self) -> dict[str, Any]:
+        """The same as plain values, ready for JSON."""
+        return {
+            "kind": self.kind,
+            "t": self.t,
+            "elements": list(self.elements),
+            "message": self.message,
+        }
+
+
+def status_of(status: str, doubts: Sequence[Doubt]) -> str:
+    """The status of a result: as it ended, or the first doubt.
+
+    >>> status_of("completed", [])
+    'completed'
+    >>> status_of("completed", [Doubt("energy", "the energy grows", 1.0)])
+    'doubtful: the energy grows'
+    """
+    return f"doubtful: {doubts[0].message}" if doubts else status
+
+
+def doubted(result: Result, doubts: Iterable[Doubt]) -> Result:
+    """The same result with further doubts: they stand in `doubts` and in `notes`, and they decide
+    the `status`. A doubt that the result has already is not said again.
+    """
+    held: Any = result
+    known = {(one.kind, one.message) for one in held.doubts}
+    new = [one for one in doubts if (one.kind, one.message) not in known]
+    if not new:
+        return result
+    every = (*held.doubts, *new)
+    notes = (*held.notes, *(one.message for one in new if one.message not in held.notes))
+    changed: Result = replace(held, doubts=every, notes=notes, status=status_of(held.status, every))
+    return changed
