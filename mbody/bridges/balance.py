@@ -14,9 +14,11 @@ import numpy as np
 from mbody.analysis.free_body import coupled, driven
 from mbody.bridges.native_loads import NATIVE, gravity_of, wrenches
 from mbody.bridges.opinions import Opinion
+from mbody.bridges.reading import laws_of, reading
 from mbody.bridges.rows import Ledger
 from mbody.bridges.tree import Frame
 from mbody.checks import each_load_of
+from mbody.drivers import AngleDriver
 from mbody.elements import listed
 from mbody.loads import Gravity
 from mbody.solution import Solution
@@ -60,7 +62,7 @@ def opinion(system: System, run: Solution) -> Opinion:
     """What the balance of forces and of power says of a result."""
     loads, borrowed = _loads(system, run)
     n, count = len(system.mechanism.bodies), len(run)
-    mass = system.mass[: 3 * n, 0].reshape(n, 3)
+    mass = reading(system).masses
     motion = np.zeros((3, count, n, 3))
     for b, name in enumerate(run):
         keys = (("x", "y", "angle"), ("vx", "vy", "omega"), ("ax", "ay", "alpha"))
@@ -83,6 +85,7 @@ def opinion(system: System, run: Solution) -> Opinion:
             ledger.add(kind, f"{body.name}: sum of {key}", np.zeros(count), left[:, b, part])
     if run.analysis != "statics":
         _power(system, run, loads - inertia, motion[1], ledger)
+    _laws(system, run, ledger)
     why = "where Newton's method ends, and rounding of sums"
     rows = ledger.rows(dict.fromkeys(ledger.kinds, EXPECTED), dict.fromkeys(ledger.kinds, why))
     notes = []
@@ -94,7 +97,7 @@ def opinion(system: System, run: Solution) -> Opinion:
 def _loads(system: System, run: Solution) -> tuple[Array, list[str]]:
     """All loads on the bodies (instants, bodies, 3), and names of those that only we know."""
     loads, names = system.mechanism.loads, [body.name for body in system.mechanism.bodies]
-    mass = system.mass[: 3 * len(names) : 3, 0]
+    mass = reading(system).masses[:, 0]
     found = np.zeros((len(run), len(names), 3))
     borrowed = [one.name for one in loads if type(one) not in (*NATIVE, Gravity)]
     for k in range(len(run)):
@@ -149,6 +152,22 @@ def _joints(system: System, run: Solution, pose: Array) -> tuple[Array, Array]:
         for k in range(len(run)):
             found[k] += coupled(run, coupling.name, k)[: pose.shape[1]]
     return found, size
+
+
+def _laws(system: System, run: Solution, ledger: Ledger) -> None:
+    """Angle, rate and acceleration of driven bodies, beside those of the laws."""
+    parts = (("angle", 1.0), ("omega", 0.0), ("alpha", 0.0))
+    for driver in system.drivers:
+        by_law = laws_of(system, run, driver)
+        if by_law is None or not isinstance(driver, AngleDriver):
+            continue
+        body, base = run[driver.body], run[driver.relative_to]
+        for n, (key, least) in enumerate(parts[: 1 if run.analysis == "statics" else 3]):
+            kind = f"driven {key}"
+            ledger.size(kind, np.append(by_law[n], least))
+            if ledger.sizes[kind] > 0.0:
+                ours = getattr(body, key) - getattr(base, key)
+                ledger.add(kind, f"{driver.name}: {key} by its law", ours, by_law[n])
 
 
 class _Ends:
