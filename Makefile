@@ -38,6 +38,11 @@ test-all: test
 	$(MAKE) test-processors PART=
 	$(MAKE) test-minimum PART=
 
+# The hunt for silent errors: hours on demand (COUNT mechanisms); findings in the folder campaign/.
+COUNT ?= 100000
+campaign: .venv/installed-dev
+	$(BIN)/python -m tests.campaign --count $(COUNT) --workers $(JOBS)
+
 lint: .venv/installed-dev
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check

@@ -1,4 +1,4 @@
-"""The balance of a result, by plain arithmetic: Newton and Euler of every body, and virtual power.
+"""The balance of a result by plain arithmetic: Newton and Euler of every body, virtual power, laws.
 
 Only what the result tells is taken: motion, reactions, efforts. Loads are made anew from their laws
 where they can be. Σ F = m a, Σ M = I α of every free body;  Σ (f − M a)·v + Σ effort·rate = 0.
@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.free_body import coupled, driven
+from mbody.bridges.meshing import MESHING, held_rates
 from mbody.bridges.native_loads import NATIVE, gravity_of, wrenches
 from mbody.bridges.opinions import Opinion
 from mbody.bridges.reading import laws_of, reading
@@ -86,6 +87,7 @@ def opinion(system: System, run: Solution) -> Opinion:
     if run.analysis != "statics":
         _power(system, run, loads - inertia, motion[1], ledger)
     _laws(system, run, ledger)
+    _meshing(system, run, ledger)
     why = "where Newton's method ends, and rounding of sums"
     rows = ledger.rows(dict.fromkeys(ledger.kinds, EXPECTED), dict.fromkeys(ledger.kinds, why))
     notes = []
@@ -168,6 +170,22 @@ def _laws(system: System, run: Solution, ledger: Ledger) -> None:
             if ledger.sizes[kind] > 0.0:
                 ours = getattr(body, key) - getattr(base, key)
                 ledger.add(kind, f"{driver.name}: {key} by its law", ours, by_law[n])
+
+
+def _meshing(system: System, run: Solution, ledger: Ledger) -> None:
+    """What gears, racks, wheels, cams and couplings hold keeps its value: rate, acceleration."""
+    if run.analysis == "statics":
+        return
+    machine = system.mechanism
+    joints = [joint for joint in machine.joints if isinstance(joint, MESHING)]
+    for element in (*joints, *machine.couplings):
+        for n, (first, second, *sizes) in enumerate(held_rates(system, run, element)):
+            for key, part, size in (("rate", first, sizes[0]), ("acceleration", second, sizes[1])):
+                kind = f"{element.name} {key}"
+                ledger.size(kind, size)
+                if ledger.sizes[kind] > 0.0:
+                    name = f"{element.name}: {key} of row {n}"
+                    ledger.add(kind, name, np.zeros(len(run)), part)
 
 
 class _Ends:

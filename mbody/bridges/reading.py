@@ -13,13 +13,16 @@ import functools
 import math
 import re
 import weakref
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
+from mbody.assembler import assemble
 from mbody.bridges.jets import Jet
 from mbody.drivers import AngleDriver
 from mbody.elements import Element, Marker, Polar
+from mbody.formulas import Formula
 from mbody.laws import (
     Constant,
     ConstantAcceleration,
@@ -69,10 +72,11 @@ class Reading:
         self.system, self.mechanism = system, system.mechanism
         self.values: dict[str, Any] = dict(system.values)
         self._laws: dict[tuple[str, str], Any] = {}
+        self._formulas = dict(self._texts())
         self._parameters = {name: self.values.get(name) for name in self.mechanism.parameters}
         for name in self.mechanism.parameters:
             self._parameters[name] = self._parameter(name, frozenset())
-        for name, formula in system.formulas.items():
+        for name, formula in self._formulas.items():
             anew = self._number(formula)
             ours = self.values.get(name)
             if anew is None or ours is None or np.ndim(ours):
@@ -83,10 +87,21 @@ class Reading:
     def __getitem__(self, name: str) -> Any:
         return self.values[name]
 
+    def _texts(self) -> Iterator[tuple[str, Formula]]:
+        """What the user wrote as text, of the numbers that the system has not been given since."""
+        own = assemble(self.mechanism).values
+        given = {**self.mechanism.parameters, **self.mechanism.formulas}
+        for name, formula in given.items():
+            if not isinstance(formula, Formula) or np.ndim(self.values.get(name, 0.0)):
+                continue
+            follows = name in self.system.formulas
+            if follows or own.get(name) == self.values.get(name):
+                yield name, formula
+
     def _parameter(self, name: str, asked: frozenset[str]) -> float:
         """The value of a parameter in the units of the mechanism."""
         own = float(self.values.get(name, 0.0))
-        formula = self.system.formulas.get(name)
+        formula = self._formulas.get(name)
         if formula is None or name in asked:
             return own
         for other in formula.names & self._parameters.keys():
@@ -198,16 +213,18 @@ class PlainLaw:
 
     def __call__(self, x: Any) -> Any:
         """Values at a place, or at an array of them."""
-        if np.ndim(x):
-            return np.array([self.derivatives(float(one))[0] for one in np.asarray(x)])
-        return self.derivatives(float(x))[0]
+        return self.derivatives(x)[0]
 
-    def derivatives(self, x: float) -> tuple[float, float, float]:
-        """(f, f′, f″)."""
-        found = self._of(Jet(x, 1.0))
+    def derivatives(self, x: Any) -> tuple[Any, Any, Any]:
+        """(f, f′, f″) at a place, or at an array of them."""
+        if np.ndim(x):
+            places = np.asarray(x, dtype=float)
+            table = np.array([self.derivatives(one) for one in places.ravel().tolist()])
+            f, f1, f2 = table.reshape(*places.shape, 3).transpose(-1, *range(places.ndim))
+            return f, f1, f2
+        found = self._of(Jet(float(x), 1.0))
         if not isinstance(found, Jet):
             found = Jet(float(found))
-        # f1 along x is f′; f2 is f″
         return float(found.f), float(found.f1), float(found.f2)
 
 
@@ -318,14 +335,11 @@ def evaluated(
         nonlocal measured
         number, unit = found.groups()
         parts = re.split(r"([*/])", unit.replace(" ", ""))
-        kept: list[str] = []
-        while parts and parts[0].partition("^")[0] not in own:
+        # right behind a number stands a unit; further on, a name may be a parameter
+        kept, parts = parts[:1], parts[1:]
+        while parts and parts[1].partition("^")[0] not in own:
             kept += parts[:2]
             parts = parts[2:]
-        if kept and kept[-1] in "*/":
-            parts = [kept.pop(), *parts]
-        if not kept:
-            return found.group(0)
         measured = True
         size = scale("".join(kept).replace("^", "**"), mechanism)
         return f"({number}*{size!r}){''.join(parts)}"

@@ -73,8 +73,9 @@ def hunt(
     to: Path | None,
     seconds: float = float("inf"),
     progress: Callable[[int, int], None] | None = None,
+    most: int = 2**62,
 ) -> Tally:
-    """Examine seeds until `count` mechanisms were looked at, or the time is over.
+    """Examine `most` seeds, or until `count` mechanisms were looked at, or the time is over.
 
     Findings other than agreement are written to the folder `to`, a model file and a sentence each.
     Ctrl-C leaves what was done.
@@ -90,7 +91,8 @@ def hunt(
             done = tally.total("mechanisms")
             if progress is not None:
                 progress(done, tally.total("silent"))
-            if done >= count or time.monotonic() - begun > seconds:
+            over = time.monotonic() - begun > seconds
+            if done >= count or over or number - seed + 1 >= most:
                 break
     return tally
 
