@@ -131,8 +131,8 @@ def _of_joint(pair: _Pair, joint: Any) -> list[Rates]:
     radius = float(number[f"{joint.name}.radius"])
     line = pair.angle_i + pair.beta("i")
     first, second, size, sizes = pair.along(line, pair.w_i, pair.a_i)
-    rolled = (first + radius * w, second + radius * alpha)
-    rows = [(*rolled, size + radius * np.abs(w), sizes + radius * (np.abs(alpha) + w * w))]
+    sizes = sizes + radius * (np.abs(alpha) + w * w)
+    rows = [(first + radius * w, second + radius * alpha, size + radius * np.abs(w), sizes)]
     if isinstance(joint, Rolling):
         rows.append(pair.along(line + 0.5 * math.pi, pair.w_i, pair.a_i))
     return rows
