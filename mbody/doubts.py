@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
-__all__ = ["KINDS", "Doubt", "doubted", "status_of"]
+__all__ = ["KINDS", "Doubt", "Inherited", "doubted", "inherited", "status_of", "succeeded"]
 
 #: What a doubt may be about.
 KINDS = (
@@ -67,6 +67,9 @@ def doubted(result: Result, doubts: Iterable[Doubt]) -> Result:
     """The same result with further doubts: they stand in `doubts` and in `notes`, and they decide
     the `status`. A doubt that the result has already is not said again.
     """
+    doubts = list(doubts)
+    if not doubts:
+        return result
     held: Any = result
     known = {(one.kind, one.message) for one in held.doubts}
     new = [one for one in doubts if (one.kind, one.message) not in known]
@@ -76,3 +79,44 @@ def doubted(result: Result, doubts: Iterable[Doubt]) -> Result:
     notes = (*held.notes, *(one.message for one in new if one.message not in held.notes))
     changed: Result = replace(held, doubts=every, notes=notes, status=status_of(held.status, every))
     return changed
+
+
+def succeeded(status: str) -> bool:
+    """Whether a result of this status is all that was asked for, and sure: completed, or ended by
+    an event that was asked for; neither stopped by the user nor in doubt.
+
+    >>> [succeeded(s) for s in ("completed", "ended: 'x' is zero", "doubtful: …", "stopped: …")]
+    [True, True, False, False]
+    """
+    return status == "completed" or status.startswith("ended:")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Inherited:
+    """Base of what is made of results: their doubts are its own.
+
+    Attributes
+    ----------
+    status : str
+        "completed", or "doubtful: …" with the first doubt.
+    doubts : tuple of Doubt
+    notes : tuple of str
+        Sentences, those of the doubts among them.
+    """
+
+    status: str = field(default="completed", repr=False)
+    doubts: tuple[Doubt, ...] = field(default=(), repr=False)
+    notes: tuple[str, ...] = field(default=(), repr=False)
+
+
+def inherited(*results: Any, notes: Iterable[str] = ()) -> dict[str, Any]:
+    """Arguments `status`, `doubts` and `notes` of what is made of `results`: the doubts of all of
+    them, and further notes.
+    """
+    doubts = tuple(dict.fromkeys(one for result in results for one in result.doubts))
+    told = dict.fromkeys((*notes, *(one.message for one in doubts)))
+    return {
+        "status": status_of("completed", doubts),
+        "doubts": doubts,
+        "notes": tuple(told),
+    }
