@@ -127,10 +127,9 @@ def _limits(
     constraint, left, term, power, flow = parts.T
     q = solution.record.table(slice(0, system.coordinates))
     places = np.abs(q[design] if solution.record.batch else q).reshape(len(parts), -1, 3)
-    reach = np.zeros(len(parts))
-    if places.shape[1]:
-        reach = np.maximum(places[:, :, :2].max(axis=(1, 2)) / system.length, places[:, :, 2].max(axis=1))
-    yield "the constraints are violated by {} (model lengths, rad)", constraint, OPEN * (1.0 + reach)
+    far = places[:, :, :2].max(axis=(1, 2), initial=0.0) / system.length
+    reach = 1.0 + np.maximum(far, places[:, :, 2].max(axis=1, initial=0.0))
+    yield "the constraints are violated by {} (model lengths, rad)", constraint, OPEN * reach
     if not solution.has_forces:
         return
     top, flowing = (float(np.abs(whole).max(initial=0.0)) for whole in (term, flow))
