@@ -261,10 +261,31 @@ class Solution:
         open_parts = self.dependencies[joint]
         return (not open_parts[0], not open_parts[1], not open_parts[2])
 
+    def unique_effort(self, name: str) -> bool | None:
+        """Whether the effort of a driver or a coupling is determined; redundant rows may leave it
+        open, and the one of least norm is given. None where it was not looked at.
+
+        Raises
+        ------
+        ModelError
+            As `effort`.
+        """
+        self._efforts(name)
+        if not self.soft:
+            return True
+        if self.dependencies is None:
+            return None
+        return not any(self.dependencies.get(name, ()))
+
     def effort(self, driver: str) -> Array:
         """Effort of a driver, a torque [force·length] or a force: its product with the driven rate
         is the power given to the mechanism. Of a coupling the same of its value, which has no rate.
         """
+        self._efforts(driver)
+        return -self._atom(self.system.atoms_of[driver][0], 0)
+
+    def _efforts(self, driver: str) -> None:
+        """Refuse what has no effort."""
         machine = self.mechanism
         drivers = [element.name for element in (*machine.drivers, *machine.couplings)]
         if driver not in drivers:
@@ -274,7 +295,6 @@ class Solution:
             raise ModelError(
                 f"{self.analysis} finds no forces, as of '{driver}': use kinetostatics", driver
             )
-        return -self._atom(self.system.atoms_of[driver][0], 0)
 
     def driven(self, driver: str) -> tuple[Array, Array, Array]:
         """Value, rate and acceleration of what a driver drives, angles in rad: arrays (instants,),
