@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
@@ -66,12 +66,6 @@ class Certified(Generic[T]):
     def __set_name__(self, owner: type, name: str) -> None:
         self.name = name
 
-    @overload
-    def __get__(self, solution: None, owner: type) -> T: ...
-
-    @overload
-    def __get__(self, solution: Any, owner: type) -> T: ...
-
     def __get__(self, solution: Any, owner: type) -> T:
         if solution is None:  # the default of the field
             return self.default
@@ -83,13 +77,16 @@ class Certified(Generic[T]):
 
     def __set__(self, solution: Any, value: T) -> None:
         solution.__dict__.pop("certificate", None)
+        if self.name == "status" and str(value).startswith("doubtful:"):
+            return  # follows from the doubts; how it ended is what it was
         solution.__dict__[f"said_{self.name}"] = value
 
 
 def as_said(solution: Solution) -> Certificate:
     """What the analysis itself said of a result, without a look at its residuals."""
     held = solution.__dict__
-    return Certificate(held["said_status"], held["said_doubts"], held["said_notes"])
+    status = held.get("said_status", "completed")
+    return Certificate(status, held["said_doubts"], held["said_notes"])
 
 
 def _certificate(solution: Solution) -> Certificate:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
-__all__ = ["KINDS", "Doubt", "Inherited", "doubted", "inherited", "status_of", "succeeded"]
+__all__ = [
+    *("KINDS", "Doubt", "Inherited", "Several", "as_doubt", "certificate", "doubted", "inherited"),
+    *("status_of", "succeeded"),
+]
 
 #: What a doubt may be about.
 KINDS = (
@@ -15,6 +18,7 @@ KINDS = (
 )
 
 Result = TypeVar("Result")
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -52,6 +56,15 @@ class Doubt:
         }
 
 
+def as_doubt(told: Mapping[str, Any]) -> Doubt:
+    """The doubt of which these are the `data`.
+
+    >>> as_doubt(Doubt("energy", "the energy grows", 1.0).data()).message
+    'the energy grows'
+    """
+    return Doubt(told["kind"], told["message"], told["t"], tuple(told["elements"]))
+
+
 def status_of(status: str, doubts: Sequence[Doubt]) -> str:
     """The status of a result: as it ended, or the first doubt.
 
@@ -77,7 +90,10 @@ def doubted(result: Result, doubts: Iterable[Doubt]) -> Result:
         return result
     every = (*held.doubts, *new)
     notes = (*held.notes, *(one.message for one in new if one.message not in held.notes))
-    changed: Result = replace(held, doubts=every, notes=notes, status=status_of(held.status, every))
+    # a result that finds its status by its doubts keeps how it ended
+    ending = getattr(held, "ending", None)
+    status = status_of(held.status, every) if ending is None else ending
+    changed: Result = replace(held, doubts=every, notes=notes, status=status)
     return changed
 
 
@@ -109,11 +125,43 @@ class Inherited:
     notes: tuple[str, ...] = field(default=(), repr=False)
 
 
+class Several(tuple[T, ...]):
+    """A tuple of what is made of a result, with the doubts of that result.
+
+    Attributes
+    ----------
+    status, doubts, notes
+        As of `Inherited`.
+    """
+
+    status: str
+    doubts: tuple[Doubt, ...]
+    notes: tuple[str, ...]
+
+    @classmethod
+    def of(cls, result: Any, items: Iterable[T]) -> Several[T]:
+        """The items, made of a result."""
+        made = cls(items)
+        for name, value in inherited(result).items():
+            setattr(made, name, value)
+        return made
+
+
+def certificate(result: Any) -> dict[str, Any]:
+    """Status, doubts and notes of a result as plain values, ready for JSON."""
+    return {
+        "status": result.status,
+        "doubts": [one.data() for one in result.doubts],
+        "notes": list(result.notes),
+    }
+
+
 def inherited(*results: Any, notes: Iterable[str] = ()) -> dict[str, Any]:
     """Arguments `status`, `doubts` and `notes` of what is made of `results`: the doubts of all of
     them, and further notes.
     """
-    doubts = tuple(dict.fromkeys(one for result in results for one in result.doubts))
+    every = [one for result in results for one in getattr(result, "doubts", ())]
+    doubts = tuple(dict.fromkeys(every))
     told = dict.fromkeys((*notes, *(one.message for one in doubts)))
     return {
         "status": status_of("completed", doubts),

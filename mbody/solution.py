@@ -108,6 +108,11 @@ class Solution:
         return self.system.mechanism
 
     @property
+    def ending(self) -> str:
+        """How the analysis ended, whatever is in doubt: "completed", "ended: …" or "stopped: …"."""
+        return as_said(self).status
+
+    @property
     def has_forces(self) -> bool:
         """Whether the analysis found reactions and efforts."""
         return self.analysis in ("kinetostatics", "statics", "simulate")

@@ -84,7 +84,7 @@ def test_an_event_ends_the_motion():
     fall = math.sqrt(2.0 / G)
     assert run.t[-1] == pytest.approx(fall, abs=1e-14)
     assert len(run) == 6 and run["ball"].y[-1] == pytest.approx(0.0, abs=1e-14)
-    assert run.status == "stopped at t = 0.451524 s: 'ball.y' is zero"
+    assert run.status == "ended: at t = 0.451524 s, 'ball.y' is zero"
     on = simulate(machine, 1.0, start=run, instants=2)
     assert on["ball"].y[-1] == pytest.approx(1.0 - 0.5 * G, abs=1e-12)
 
@@ -335,7 +335,7 @@ def test_files_and_the_command(capsys):
     assert told["events"][0]["t"] == pytest.approx(math.sqrt(2.0 / 9.81), abs=1e-12)
     assert cli.main(["simulate", "bouncing_ball"]) == 0
     out = capsys.readouterr().out
-    assert "EVENT   floor at t = 0.451524, 1.17396" in out and "STATUS   stopped at t = " in out
+    assert "EVENT   floor at t = 0.451524, 1.17396" in out and "STATUS   ended: at t = " in out
     assert set(simulate(machine, 1.0).energy.by) == {"gravity", "floor"}
 
 

@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody._version import __version__
+from mbody.doubts import certificate
 from mbody.errors import ModelError
 from mbody.io.files import writing
-from mbody.io.tables import attributes
 from mbody.measures import found_by, measured
 from mbody.units import DIMENSIONS
 
@@ -94,9 +94,7 @@ def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
             "virtual_work": _number(solution.checks.virtual_work) if solution.has_forces else None,
             "energy": _number(solution.checks.energy),
         },
-        "status": solution.status,
-        "doubts": [doubt.data() for doubt in solution.doubts],
-        "notes": list(solution.notes),
+        **certificate(solution),
         **_motion(solution),
     }
 
@@ -199,8 +197,8 @@ def write_npz(solution: Solution, path: Any) -> None:
     """
     table = solution.columns()
     arrays: dict[str, Any] = {name.partition(" [")[0]: values for name, values in table.items()}
-    certificate = json.dumps(attributes(solution), ensure_ascii=False)
+    said = json.dumps(certificate(solution), ensure_ascii=False)
     with writing(path, binary=True) as file:
         np.savez_compressed(
-            file, columns=np.array(list(table)), certificate=np.array(certificate), **arrays
+            file, columns=np.array(list(table)), certificate=np.array(said), **arrays
         )

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mbody.assembler import assemble, with_numbers_of
-from mbody.doubts import Doubt
+from mbody.doubts import as_doubt
 from mbody.energy import Energy
 from mbody.errors import ModelError
 from mbody.events import Occurrence
@@ -73,6 +73,7 @@ def save_run(run: Solution, path: Any) -> None:
         "dependencies": run.dependencies,
         "notes": run.notes,
         "status": run.status,
+        "ending": run.ending,
         "doubts": [doubt.data() for doubt in run.doubts],
         "let_go": dict(run.released),
         "stats": run.stats,
@@ -131,10 +132,6 @@ def load_run(path: Any) -> Solution:
         ) from None
 
 
-def _doubt(told: dict[str, Any]) -> Doubt:
-    return Doubt(told["kind"], told["message"], told["t"], tuple(told["elements"]))
-
-
 def _solution(system: System, told: dict[str, Any], arrays: dict[str, np.ndarray]) -> Solution:
     energy = restart = None
     if "works" in told:
@@ -163,8 +160,8 @@ def _solution(system: System, told: dict[str, Any], arrays: dict[str, np.ndarray
         soft=soft,
         dependencies=told["dependencies"],
         notes=tuple(told["notes"]),
-        status=told["status"],
-        doubts=tuple(_doubt(one) for one in told.get("doubts", ())),
+        status=told.get("ending", told["status"]),
+        doubts=tuple(as_doubt(one) for one in told.get("doubts", ())),
         released=told.get("let_go", {}),
         stats=told["stats"],
         energy=energy,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.doubts import certificate
 from mbody.errors import ModelError
 from mbody.io.files import writing
 from mbody.measures import found_by, measured
@@ -155,17 +156,8 @@ def dataframe(solution: Solution) -> Any:
             "columns() and to_csv() need nothing"
         ) from None
     frame = pandas.DataFrame(table)
-    frame.attrs |= attributes(solution)
+    frame.attrs |= certificate(solution)
     return frame
-
-
-def attributes(solution: Solution) -> dict[str, Any]:
-    """What a table says of its result: status, doubts and notes."""
-    return {
-        "status": solution.status,
-        "doubts": [doubt.data() for doubt in solution.doubts],
-        "notes": list(solution.notes),
-    }
 
 
 def write_csv(solution: Solution, path: Any) -> None:
