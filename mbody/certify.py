@@ -19,6 +19,7 @@ from mbody.doubts import Doubt, status_of
 
 if TYPE_CHECKING:
     from mbody.solution import Solution
+    from mbody.system import System
 
 __all__ = ["Certificate", "Certified", "as_said", "residual_doubts"]
 
@@ -32,9 +33,10 @@ OPEN = 1e-10
 #: Greatest part of forces, and of power, that is left over: of the same 500 at most 1e-12 beside
 #: what `ROUNDED` explains.
 LEFT = 1e-9
-#: Near singular positions forces grow without bound, and what is left of their sums is rounding of
-#: the greatest single one: at most 3e-15 of it is met.
-ROUNDED = 1e-12
+#: Towards a singular position single forces grow as its condition, and so does the rounding of
+#: each: of the square of the greatest one, as a part of the loads, at most 6e-16 is met, down to
+#: 1e-8 rad from a dead centre.
+ROUNDED = 1e-13
 
 
 @dataclass(frozen=True)
@@ -122,33 +124,34 @@ def _limits(
     """Residuals (instants,) in words, and what rounding and condition explain of each."""
     system = solution.system
     constraint, left, term, power, flow = parts.T
-    q = solution.record.table(slice(0, system.coordinates))
-    places = np.abs(q[design] if solution.record.batch else q).reshape(len(parts), -1, 3)
+    n = system.coordinates
+    pages = solution.record.table(slice(None))
+    pages = pages[design] if solution.record.batch else pages
+    places = np.abs(pages[:, :n]).reshape(len(parts), -1, 3)
     far = places[:, :, :2].max(axis=(1, 2), initial=0.0) / system.length
     reach = 1.0 + np.maximum(far, places[:, :, 2].max(axis=1, initial=0.0))
+    known = np.isfinite(pages[:, : 3 * n]).all(axis=1)
+    constraint = np.where(known, constraint, np.nan)
     yield "the constraints are violated by {} (model lengths, rad)", constraint, OPEN * reach
     if not solution.has_forces:
         return
-    top, flowing = (float(np.abs(whole).max(initial=0.0)) for whole in (term, flow))
-    part = left / top if top > 0.0 else left * 0.0
-    carried = _carried(solution, design) / top if top > 0.0 else 0.0
-    yield "{} of the forces are out of balance", part, LEFT + ROUNDED * carried
+    top, flowing = (float(np.nanmax(np.abs(whole), initial=0.0)) for whole in (term, flow))
+    known &= np.isfinite(pages).all(axis=1)
+    part = np.where(known, left / (top or 1.0), np.nan)
+    carried = _carried(system, pages) / (top or 1.0)
+    yield "{} of the forces are out of balance", part, LEFT + ROUNDED * carried**2
     # a joint of the user that moves by itself gives power of which nothing is known
     if not (system.layout.atom_kind == KINDS.index("user")).any():
-        share = np.abs(power) / flowing if flowing > 0.0 else power * 0.0
+        share = np.where(known, np.abs(power) / (flowing or 1.0), np.nan)
         yield "{} of the power is out of balance", share, LEFT
 
 
-def _carried(solution: Solution, design: int) -> Any:
+def _carried(system: System, pages: Array) -> Any:
     """The greatest force of a joint or driver at every instant, torques by the model length."""
-    system = solution.system
-    first = 3 * system.coordinates
-    rows = solution.record.table(slice(first, first + PER_ATOM * len(system.owners)))
-    atoms = (rows[design] if solution.record.batch else rows).reshape(
-        len(solution), len(system.owners), PER_ATOM
-    )
-    forces = np.abs(atoms[:, :, 2:] * [1.0, 1.0, 1.0 / system.length])
-    return forces.reshape(len(solution), -1).max(axis=1, initial=0.0)
+    atoms = pages[:, 3 * system.coordinates :][:, : PER_ATOM * len(system.owners)]
+    forces = np.abs(atoms.reshape(len(pages), -1, PER_ATOM)[:, :, 2:])
+    forces[:, :, 2] /= system.length
+    return forces.reshape(len(pages), -1).max(axis=1, initial=0.0)
 
 
 def _doubt(solution: Solution, which: str, what: str, size: Array, wrong: Array) -> Doubt:

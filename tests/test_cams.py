@@ -1,6 +1,7 @@
 """Cams and their followers against closed forms and the oracle; where undercutting begins."""
 
 import math
+import re
 
 import numpy as np
 import pytest

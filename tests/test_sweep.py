@@ -330,7 +330,7 @@ def test_a_folder_keeps_the_same_numbers(tmp_path):
     same(inside, stored)
     assert stored.done.all()
     frame = stored.to_dataframe()
-    assert list(frame.columns) == ["crank.A.x", "coupler.mass", *stored.names, "error"]
+    assert list(frame.columns) == ["crank.A.x", "coupler.mass", *stored.names, "error", "doubt"]
     assert_array_equal(frame["peak(A.force)"], inside["peak(A.force)"])
 
 

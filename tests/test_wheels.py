@@ -273,9 +273,8 @@ def everything_in_one_loop():
     """Gears turn a pin, the pin a slotted lever; the lever pulls a wheel by a rod along a road and
     turns a planet that rolls in a fixed ring; a rack runs beside.
     """
-    # the rack slides at 0.1 rad and points back: its line is 0.5 from the centre of b at (3, 0)
-    across = np.array([math.sin(0.1), -math.cos(0.1)])
-    guide = Marker("ground", tuple(np.array([3.0, 0.0]) - (0.5 - 0.5) * across), 0.1)
+    # the pitch line of the rack is 0.5 from its guide, which goes through the centre of b
+    guide = Marker("ground", "B", 0.1)
     machine = Mechanism(
         "mixed", ground={"A": (0.0, 0.0), "B": (3.0, 0.0), "C": (3.0, -4.0), "road": (0.0, 2.0)}
     )

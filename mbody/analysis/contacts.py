@@ -54,17 +54,18 @@ def one_sided(system: System) -> list[Joint | Coupling]:
 
 
 def _sense(system: System, coupling: Coupling) -> float:
-    """The sign of the distances in a rope; 0 of what is none."""
+    """The factor of a single part of a rope, of which the effort times it pushes; 0 of what is no
+    rope.
+    """
     parts = coupling.parts
     if not isinstance(coupling, LengthCoupling) or any(term.coordinate for term in parts):
         return 0.0
-    factors = [
-        np.sign(system.values[f"{coupling.name}.{n}.factor"]).ravel()
-        for n, term in enumerate(parts)
-        if term.distance
-    ]
-    signs = np.unique(np.concatenate(factors)) if factors else np.zeros(1)
-    return float(signs[0]) if len(signs) == 1 else 0.0
+    names = [f"{coupling.name}.{n}.factor" for n, term in enumerate(parts) if term.distance]
+    factors = [np.ravel(system.values[name]) for name in names]
+    every = np.concatenate(factors) if factors else np.zeros(1)
+    if (every > 0.0).all():
+        return float(every.min())
+    return float(every.max()) if (every < 0.0).all() else 0.0
 
 
 def holding(solution: Solution, element: Joint | Coupling) -> Held:
