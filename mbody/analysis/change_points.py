@@ -12,6 +12,7 @@ import numpy as np
 from mbody.analysis.closure import Closed, check_determined, closed
 from mbody.analysis.instants import BY_DRIVER, BY_TIME, Plan
 from mbody.analysis.runner import Runner, Stuck
+from mbody.certify import as_said
 from mbody.errors import SolveError
 from mbody.histories import Record
 from mbody.solution import Solution
@@ -60,7 +61,7 @@ def through_change_points(
             merged[k] = block[places[k]]
     found = runner.solution(beginning, asked, Record([merged], len(asked.s), batch=False))
     note = f"{len(singular)} of {len(asked.s)} instants are change points, given as limits"
-    object.__setattr__(found, "notes", (*found.notes, note))
+    object.__setattr__(found, "notes", (*as_said(found).notes, note))
     return found
 
 
