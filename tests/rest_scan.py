@@ -38,7 +38,7 @@ Array = np.ndarray
 Poses = Callable[..., dict[str, tuple[Array, Array, Array]]]
 
 #: Places along a closed curve, and along each of two coordinates.
-FINE, COARSE = 20_000, 72
+FINE, COARSE = 20_000, 48
 #: Step of complex differentiation, and of the differences of such gradients.
 TINY, STEP = 1e-30, 1e-6
 #: Rest positions nearer than this [rad] or, of a double root, the root of what is left, are one.
@@ -71,8 +71,7 @@ class Linkage:
     start: Array
     weights: dict[str, tuple[float, tuple[float, float]]] = field(default_factory=dict)
     springs: list[tuple[Any, Any, float, float]] = field(default_factory=list)
-    stiff: float = 0.0
-    on_circuit: Callable[[Array], Array] | None = None
+    slides: bool = False
 
     def energy(self, *u: Array) -> Array:
         """Potential energy at coordinates, real or complex."""
@@ -285,13 +284,8 @@ def trolley(rng: np.random.Generator) -> Linkage:
     made.springs.append((("block", 0.0, 0.0), ("ground", *(float(v) for v in at)), k, 0.0))
     made.machine.add(Spring("held", Marker("block", (0.0, 0.0)), Marker("ground", made.springs[0][1][1:]), k))
     _loads(rng, made, {"block": b, "rod": b})
-    made.stiff = 1.0
+    made.slides = True
     return made
-
-
-def five_bar(rng: np.random.Generator) -> Linkage:
-    """Two cranks and a dyad between them."""
-    raise NotImplementedError
 
 
 FAMILIES = {1: [four_bar], 2: [double_pendulum, lambda rng: four_bar(rng, True), trolley]}
@@ -326,11 +320,11 @@ def scan_curve(made: Linkage) -> tuple[list[float], bool]:
 def scan_surface(made: Linkage) -> tuple[list[tuple[float, ...]], bool]:
     """Coordinates where ∇V = 0, by Newton's method from every place of a grid."""
     side = np.linspace(0.0, 2.0 * math.pi, COARSE + 1)[:-1] + 0.0123
-    first = np.linspace(-16.0, 16.0, 2 * COARSE) if made.stiff else side
+    first = np.linspace(-16.0, 16.0, 2 * COARSE) if made.slides else side
     u, v = (part.ravel() for part in np.meshgrid(first, side, indexing="ij"))
     found: list[tuple[float, ...]] = []
     near = False
-    for _ in range(40):
+    for _ in range(25):
         r, H = made.slopes(u, v), made.curvature(u, v)
         det = H[0, 0] * H[1, 1] - H[0, 1] ** 2
         with np.errstate(all="ignore"):
@@ -340,12 +334,13 @@ def scan_surface(made: Linkage) -> tuple[list[tuple[float, ...]], bool]:
         good = np.isfinite(du * part) & np.isfinite(dv * part)
         u, v = u[good] - (part * du)[good], v[good] - (part * dv)[good]
     r, H = made.slopes(u, v), made.curvature(u, v)
-    top = np.abs(H).max(axis=(0, 1))
-    settled = np.hypot(*r) < 1e-8 * top
-    for one in np.column_stack([u, v])[settled]:
-        key = made.angles(*one)
+    settled = np.hypot(*r) < 1e-8 * np.abs(H).max(axis=(0, 1))
+    ends = np.column_stack([u, v])[settled]
+    alike = np.column_stack([u if made.slides else np.exp(1j * u), np.exp(1j * v)])[settled]
+    for n in np.unique(np.round(alike, 6), axis=0, return_index=True)[1]:
+        key = made.angles(*ends[n])
         if not any(apart(key, made.angles(*other)) < SAME for other in found):
-            found.append(tuple(float(x) for x in one))
+            found.append((float(ends[n, 0]), float(ends[n, 1])))
     for one in found:
         H = made.curvature(*(np.array([x]) for x in one))[:, :, 0]
         sizes = np.abs(np.linalg.eigvalsh(H))

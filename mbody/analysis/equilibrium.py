@@ -356,6 +356,24 @@ class _Found:
                     "loads tell whole turns apart: sought up to {}, and half a turn back; rest "
                     "positions beyond may be missing; begin there with starts",
                 )
+            elif why == "odd":
+                add(
+                    place,
+                    "an odd number of rest positions was found on the closed surface of positions "
+                    "around {}: one at least is missing; begin elsewhere with starts",
+                )
+            elif why == "wide":
+                add(
+                    place,
+                    "the two free motions were searched as far as {} and go on: rest positions "
+                    "beyond may be missing; begin there with starts",
+                )
+            elif why == "turns":
+                add(
+                    place,
+                    "loads tell whole turns apart: one turn was searched around {}; rest positions "
+                    "in others may be missing; begin there with starts",
+                )
         for place in search.odd:
             add(
                 place,

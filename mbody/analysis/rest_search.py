@@ -9,7 +9,7 @@ itself, the others held, as a link of a chain that is turned over where it hangs
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -18,6 +18,7 @@ from mbody.analysis.free_motions import free_motions, leading, rates_of
 from mbody.analysis.manifold import Array, Manifold, Place
 from mbody.analysis.rest_curve import AWAY, Curve, Node, Walk
 from mbody.analysis.rest_roots import out_of_turn, roots_of
+from mbody.analysis.rest_surface import SPACING, Cover
 
 __all__ = ["AWAY", "BALANCED", "ZERO", "Rest", "Search"]
 
@@ -127,9 +128,38 @@ class Search:
         self._try(here)
         if any(rest.row and not rest.stiffness.any() for rest in self.found):
             return  # nothing drives it anywhere
+        if len(here.motions) == 2:
+            self._cover(here)
+            return
         for start in self._spread(here):
             self._try(start)
         self._each_leader(len(here.motions))
+
+    def _cover(self, here: Place) -> None:
+        """All rest positions of two free motions: where Newton's method may end that begins at
+        places all over their surface.
+        """
+        pose = np.append(here.q, np.zeros(3))
+        system = self.manifold.system
+        rates = rates_of(system, free_motions(system, pose, here.motions)).reshape(2, -1)
+        # leaders have a sense of their own, a null space has not
+        frame = np.linalg.qr((rates / self.manifold.scale).T)[0].T
+        cover = Cover(self.manifold, here, frame)
+        for thorough in (False, True):
+            for place in cover.rests(self._solved, thorough):
+                self._keep(place)
+            new = [rest for rest in self.found if cover.near(cover.name(rest.place.q)).min() < SPACING]
+            if not cover.closed or any(rest.row for rest in new) or len(new) % 2 == 0:
+                break
+        else:
+            self.ends.append(("odd", here))
+        if cover.full:
+            self.ends.append(("wide", cover.spots[-1].place))
+        elif cover.rim and cover.driven_out():
+            self.ends.append(("wide", cover.rim[0].place))
+        elif cover.tells_turns_apart():
+            self.ends.append(("turns", here))
+        self._relax(here)
 
     def _beside(self, here: Place) -> list[Place]:
         """Places around a singular one that have a single free motion; none where others have not.
@@ -271,11 +301,15 @@ class Search:
         """Keep the rest position that is nearest, or what is left where there is none."""
         self._keep(self._solved(here))
 
-    def _solved(self, here: Place) -> Place:
-        """Levenberg–Marquardt on the drive: the place where it ends."""
+    def _solved(self, here: Place, inside: Callable[[Place], bool] | None = None) -> Place:
+        """Levenberg–Marquardt on the drive: the place where it ends, or where it is no longer
+        `inside`.
+        """
         damping = 1e-3
         for _ in range(ITERATIONS):
             if here.size == 0.0 or not len(here.motions):
+                break
+            if inside is not None and not inside(here):
                 break
             K = self.manifold.stiffness(here)
             if not np.isfinite(K).all():
