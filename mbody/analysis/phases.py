@@ -11,8 +11,10 @@ from mbody.analysis.asked_motion import AskedMotion
 from mbody.analysis.course import Course
 from mbody.analysis.equilibrium import released
 from mbody.analysis.eventful import Eventful
+from mbody.analysis.opening import opening
 from mbody.analysis.start import state_of
 from mbody.core.output import PER_ATOM
+from mbody.doubts import doubted
 from mbody.energy import account, causes
 from mbody.errors import SolveError
 from mbody.events import Stop
@@ -49,6 +51,13 @@ def followed(
     found: list[Solution] = []
     for until in [*sorted(set(later.values())), last]:
         free = released(system, gone) if gone else system
+        begun = opening(free, start, asked, until) if restart is None else None
+        if begun is not None:
+            found.append(begun)
+            start = begun
+            if begun.t[-1] >= until:
+                gone += [name for name, t in later.items() if t == until]
+                continue
         _, q, v = state_of(free, start)
         first = float(start.t[-1])
         times = asked.times[(asked.times >= first) & (asked.times <= until)]
@@ -72,7 +81,9 @@ def followed(
             break
         start, restart = run, None
         gone += [name for name, t in later.items() if t == until]
-    return found[0] if len(found) == 1 and not gone else _joined(system, asked, found)
+    if len(found) == 1 and not gone:
+        return found[0]
+    return doubted(_joined(system, asked, found), [doubt for run in found for doubt in run.doubts])
 
 
 def _stops(asked: AskedMotion) -> list[str]:
