@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbody.analysis.branch_words import nearest_words, place_words
-from mbody.analysis.cones import is_flat, size, tangent, values
+from mbody.analysis.branches import SAID, along, fits, nearest, norm, onto, still
+from mbody.analysis.cones import is_flat, tangent
 from mbody.analysis.manifold import Manifold
 from mbody.analysis.singular import SUSPECT, Singular, singular
 from mbody.analysis.start import state_of
@@ -31,15 +32,10 @@ __all__ = ["Start", "chosen_motion", "suspect"]
 
 Array = np.ndarray
 
-#: Velocities are those of a branch where they differ from it by less than this part: as of a start
-#: that is written with five digits.
-SAID = 1e-4
 #: Rates below this part of the natural rate are rest.
 STILL = 1e-9
 #: Branches are equally good where their constraint differs by less than this part.
 TIE = 1e-6
-#: Within this, in model lengths and radians, a closed position does not tell the branch.
-UNTOLD = 1e-6
 #: Forces below this part of the greatest are none.
 NONE = 1e-8
 
@@ -254,62 +250,3 @@ class _Choice:
             self.t,
             tuple(names),
         )
-
-
-def norm(y: Array) -> float:
-    """Euclidean."""
-    return float(np.linalg.norm(y))
-
-
-def along(T: Array, here: Singular) -> Array:
-    """Where a start is along a branch (unknowns,); time is no way away."""
-    free = still(T, here.clock)
-    return np.asarray((free @ here.y) @ free)
-
-
-def fits(here: Singular, T: Array) -> bool:
-    """Whether a start that is away from the singular position is on a branch; positions that are
-    closed to rounding do not tell this within the root of rounding.
-    """
-    return norm(here.y - along(T, here)) <= 1e-2 * norm(here.y) + UNTOLD
-
-
-def onto(A: Array, y: Array, clock: Array) -> Array | None:
-    """The nearest solution of yᵀ A_i y = 0, the rate of the clock kept, by Gauss–Newton."""
-    found = y.copy()
-    for _ in range(30):
-        D = 2.0 * np.einsum("ijk,k->ij", A, found)
-        D[:, clock > 0.0] = 0.0
-        step = -np.linalg.lstsq(D, values(A, found), rcond=1e-6)[0]
-        found = found + step
-        if norm(step) <= 1e-15 * norm(found):
-            break
-    good = np.abs(values(A, found)).max(initial=0.0) <= 1e-12 * size(A, found)
-    return found if good else None
-
-
-def still(T: Array, clock: Array) -> Array:
-    """What of a branch leaves the clock alone: (free, unknowns), orthonormal."""
-    if not clock.any():
-        return T
-    rates = T @ clock
-    _, sizes, vt = np.linalg.svd(rates[None])
-    return np.asarray(vt[int((sizes > 1e-9).sum()) :] @ T)
-
-
-def nearest(here: Singular, y: Array) -> Array | None:
-    """The velocities of a branch nearest to others, the rate of the clock kept; None of none."""
-    spaces, _ = here.branches(np.zeros(len(y)))
-    best: Array | None = None
-    for T in spaces:
-        free = still(T, here.clock)
-        base = np.zeros(len(y))
-        if here.clock.any():
-            rates = T @ here.clock
-            if not np.abs(rates).max() > 1e-9:
-                continue
-            base = rates / (rates @ rates) * float(here.clock @ y) @ T
-        found = base + ((y - base) @ free.T) @ free
-        if best is None or np.linalg.norm(found - y) < np.linalg.norm(best - y):
-            best = found
-    return best

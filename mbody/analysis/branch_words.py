@@ -1,20 +1,56 @@
-"""Words of singular starts: where they are, and the velocities of their branches."""
+"""Words of first velocities: rates by name, and the velocities of branches that meet."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from mbody.analysis.singular import Singular
 from mbody.system import System
 
-__all__ = ["nearest_words", "place_words", "rate_words"]
+__all__ = ["Rate", "nearest_words", "place_words", "rate_words", "values_of"]
 
 Array = np.ndarray
 
-#: Rates that a sentence names.
-NAMED = 4
-#: A rate below this part of the greatest is none.
+#: Rates, and values of one rate, that a sentence names.
+NAMED, VALUES = 4, 6
+#: A rate below this part of the greatest is none; two that differ by less are one.
 STILL = 1e-7
+
+
+@dataclass(frozen=True)
+class Rate:
+    """A rate that is said of a body: `key` is vx or vy of the origin of its axes, or omega."""
+
+    body: str
+    key: str
+    value: float
+
+    @property
+    def name(self) -> str:
+        """Such as "crank.omega"."""
+        return f"{self.body}.{self.key}"
+
+    def with_value(self, system: System, value: float) -> str:
+        """Such as "crank.omega = 6 rad/s"."""
+        dimension = "angular velocity" if self.key == "omega" else "velocity"
+        return f"{self.name} = {value:.6g} {system.mechanism.units.of(dimension)}"
+
+    def row(self, system: System, q: Array) -> Array:
+        """The rate by velocities without units of length: (coordinates,)."""
+        first = 3 * system.bodies[self.body]
+        row = np.zeros(system.coordinates)
+        if self.key == "omega":
+            row[first + 2] = 1.0
+            return row
+        cx, cy = system.numbers.point(f"{self.body}.cg")
+        c, s = np.cos(q[first + 2]), np.sin(q[first + 2])
+        x, y = -(c * cx - s * cy), -(s * cx + c * cy)
+        row[first + (self.key == "vy")] = 1.0
+        row[first + 2] = (-y if self.key == "vx" else x) / system.length
+        return row
 
 
 def place_words(system: System, t: float) -> str:
@@ -33,13 +69,61 @@ def rate_words(system: System, v: Array) -> str:
     """Angular velocities of the first bodies, or velocities where none turns."""
     units = system.mechanism.units
     rates = v.reshape(-1, 3)
-    parts = []
-    keys = ("omega",) if np.abs(rates[:, 2]).max() > STILL * np.abs(v).max() else ("vx", "vy")
-    for n, body in enumerate(system.mechanism.bodies):
-        for key in keys:
-            value = rates[n, ("vx", "vy", "omega").index(key)]
-            value = 0.0 if abs(value) <= STILL * np.abs(v).max() else value
-            parts.append((f"{body.name}.{key}", value))
+    top = float(np.abs(v).max())
+    keys = ("omega",) if np.abs(rates[:, 2]).max() > STILL * top else ("vx", "vy")
+    told = [
+        f"{body.name}.{key} = {_plain(rates[n, ('vx', 'vy', 'omega').index(key)], top)}"
+        for n, body in enumerate(system.mechanism.bodies)
+        for key in keys
+    ]
     unit = units.of("angular velocity" if keys[0] == "omega" else "velocity")
-    told = ", ".join(f"{name} = {value:.6g}" for name, value in parts[:NAMED])
-    return f"{told} {unit}" + (f" and {len(parts) - NAMED} more" if len(parts) > NAMED else "")
+    more = f" and {len(told) - NAMED} more" if len(told) > NAMED else ""
+    return f"{', '.join(told[:NAMED])} {unit}{more}"
+
+
+def values_of(
+    system: System,
+    here: Singular,
+    velocities: Sequence[Array],
+    said: Sequence[Rate],
+    which: Rate | None = None,
+) -> tuple[str, str]:
+    """The rate that tells most branches apart, or that one, and its values with their unit.
+
+    Parameters
+    ----------
+    velocities : list of array (coordinates,)
+        Of the branches, without units of length.
+    """
+    q = here.rows.scale * here.x
+    known = {one.name for one in said}
+    candidates = (
+        [which]
+        if which
+        else [
+            Rate(body.name, key, 0.0)
+            for key in ("omega", "vx", "vy")
+            for body in system.mechanism.bodies
+            if f"{body.name}.{key}" not in known
+        ]
+    )
+    best, found = candidates[0], list[float]()
+    top = max(float(np.abs(v).max()) for v in velocities)
+    for one in candidates:
+        row = one.row(system, q)
+        values = list[float]()
+        for v in velocities:
+            value = float(row @ v)
+            if all(abs(value - other) > 1e-6 * top for other in values):
+                values.append(value)
+        if len(values) > len(found):
+            best, found = one, values
+    size = 1.0 if best.key == "omega" else system.length
+    numbers = [_plain(size * value, size * top) for value in sorted(found, key=abs)[:VALUES]]
+    more = f" or {len(found) - VALUES} others" if len(found) > VALUES else ""
+    unit = best.with_value(system, 0.0).rpartition(" ")[2]
+    return best.name, f"{' or '.join(numbers)}{more} {unit}"
+
+
+def _plain(value: float, top: float) -> str:
+    return f"{0.0 if abs(value) <= STILL * top else value:.6g}"

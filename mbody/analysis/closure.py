@@ -31,8 +31,10 @@ __all__ = [
     "as_system",
     "check_determined",
     "closed",
+    "drivers",
     "misfit",
     "raise_user_error",
+    "set_drive",
 ]
 
 #: Correction below which a position is closed, in model lengths and radians.

@@ -40,7 +40,7 @@ Array = np.ndarray
 NODES, FIRST = 9, Fraction(3, 20)
 #: How far the first part goes, in radians and model lengths: near enough for the polynomial (its
 #: error falls with the ninth power), far enough for the rows at its nodes to be independent.
-FAR = 0.2
+FAR = 0.4
 #: What the last term of the polynomial may be, as a part of the accelerations, and how often the
 #: part is halved for that, for iterations that do not settle, and for an event within it.
 SMALL, HALVED = 1e-9, 24
