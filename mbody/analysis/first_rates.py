@@ -165,6 +165,10 @@ def _points(here: Singular, given: Rates) -> tuple[list[Array], bool, bool]:
         return [], True, True
     found = solutions(here.A, P, P @ base)
     points = [y for y in found.points if fits(here, tangent(here.A, y))]
+    if not points and away:
+        near = onto(here.A, base, here.clock)
+        if near is not None and norm(near - base) <= 10.0 * away * norm(base):
+            points = [near] if fits(here, tangent(here.A, near)) else []
     return points, found.complete, found.flat
 
 

@@ -48,8 +48,9 @@ SMALL, HALVED = 1e-9, 24
 ITERATIONS, SETTLED = 60, 1e-13
 #: Samples of the first part at which events are watched for.
 WATCHED = 33
-#: From further away than this a first instant is not at the singular position any more.
-AT = 1e-8
+#: Nearer than this to the singular position the first accelerations are those there, and their
+#: change since then, which is more precise than the polynomial, continued back to its beginning.
+AT = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -266,7 +267,10 @@ class _Opening:
         pages[:, 2 * n : 3 * n] = w.value(c) @ part.a
         pages[:, 3 * n :] = self._reactions(part, c)
         if c[0] == 0.0 and first.away <= AT:
-            pages[0, 2 * n : 3 * n] = first.a
+            onward = (
+                (w.value(np.array(1e-3)) - w.value(np.array(0.0))) @ part.a / (1e-3 * part.span)
+            )
+            pages[0, 2 * n : 3 * n] = first.a + first.late * onward
         for k in np.flatnonzero(c == 1.0):  # on the constraints to rounding, from here on
             self._at(self.t + part.span, pages[k, :n], pages[k, n : 2 * n])
             pages[k] = self.page[:, 0]
