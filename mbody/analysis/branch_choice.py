@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbody.analysis.branch_words import nearest_words, place_words
-from mbody.analysis.branches import SAID, along, fits, nearest, norm, onto, still
+from mbody.analysis.branches import SAID, along, fits, frame, nearest, norm, onto, still
 from mbody.analysis.cones import is_flat, tangent
 from mbody.analysis.manifold import Manifold
 from mbody.analysis.singular import SUSPECT, Singular, singular
@@ -36,6 +36,8 @@ Array = np.ndarray
 STILL = 1e-9
 #: Branches are equally good where their constraint differs by less than this part.
 TIE = 1e-6
+#: Further away than this from a singular position rows tell the motion, though not all its digits.
+FAR = 1e-4
 #: Forces below this part of the greatest are none.
 NONE = 1e-8
 
@@ -126,59 +128,55 @@ class _Choice:
         if np.abs(self.v / scale).max() <= STILL * self.natural and here.steady:
             y = np.zeros(len(y))
         else:
-            y = self._on_branch(y)
+            found = self._on_branch(y)
+            if found is None:
+                return None
+            y = found
         spaces, flat = here.branches(y)
         spaces = [T for T in spaces if fits(here, T)]
+        if (not flat or not spaces) and norm(here.y) > FAR:
+            return None
         if not flat or not spaces:
             raise self._undecided()
-        found = [self._motion(T, y) for T in spaces]
-        constraint = np.array([one[1] for one in found])
+        motions = [self._motion(T, y) for T in spaces]
+        constraint = np.array([one[1] for one in motions])
         order = np.argsort(constraint)
-        T, a = spaces[order[0]], found[order[0]][0]
+        T, a = spaces[order[0]], motions[order[0]][0]
         doubts: tuple[Doubt, ...] = ()
         if len(spaces) > 1:
-            far = [n for n in order[1:] if np.abs(found[n][0] - a).max() > TIE * np.abs(a).max()]
+            far = [n for n in order[1:] if np.abs(motions[n][0] - a).max() > TIE * np.abs(a).max()]
             if not np.abs(a).max() > 0.0 and not far:
                 return None
-            if not far or constraint[far[0]] - constraint[order[0]] <= TIE * found[order[0]][2]:
+            if not far or constraint[far[0]] - constraint[order[0]] <= TIE * motions[order[0]][2]:
                 raise self._tied(len(spaces))
             doubts = (self._several(len(spaces), T, a),)
         if not y.any() and not np.abs(a).max() > 0.0:
             return None
         return self._begun(T, y, a, doubts)
 
-    def _on_branch(self, y: Array) -> Array:
-        """The velocities as those of a branch at the singular position itself, where they differ
-        from one by no more than rounding of digits, and by what the start is away from there.
+    def _on_branch(self, y: Array) -> Array | None:
+        """The velocities as those of a branch, where they differ from one by no more than rounding
+        of digits, and by what the start is away from the singular position; None where the start is
+        so far away that its rows tell all.
         """
         here = self.here
-        away = float(np.linalg.norm(here.y))
+        away = norm(here.y)
         near = onto(here.A, y, here.clock)
-        if near is not None and np.linalg.norm(near - y) <= (SAID + 10.0 * away) * norm(y):
+        if near is not None and norm(near - y) <= (SAID + 10.0 * away) * norm(y):
             T = tangent(here.A, near)
-            if is_flat(here.A, T) and fits(here, T):
-                return self._at_place(T, y, near)
             if not is_flat(here.A, T):
                 return near
+            if fits(here, T):
+                free = still(T, here.clock)
+                return np.asarray(near + (free @ (y - near)) @ free)
+        if away > FAR:
+            return None
         raise SolveError(
             f"no motion of '{self.system.mechanism.name}' has the velocities of the start at "
             f"{place_words(self.system, self.t)}: the position is singular, and of all velocities "
             "that joints allow to first order only those of its branches go on"
             f"{nearest_words(self.system, here, nearest(here, y))}"
         )
-
-    def _at_place(self, T: Array, y: Array, near: Array) -> Array:
-        """w with N (T w + bend) = y where the start is a little away from the singular position."""
-        here = self.here
-        free, place = still(T, here.clock), along(T, here)
-        w, n = near, len(here.N)
-        for _ in range(4 if place.any() else 1):
-            bent = here.N @ here.bend_of(T, place, w) if place.any() else np.zeros(n)
-            off = y - w - np.append(bent, np.zeros(len(y) - n))
-            w = w + (free @ off) @ free
-        if norm(near - w) > 10.0 * (SAID + norm(place)) * norm(y):
-            return near
-        return np.asarray(w)
 
     def _motion(self, T: Array, y: Array) -> tuple[Array, float, float]:
         """Accelerations (coordinates,) without units on a branch, their constraint, its size."""
@@ -201,11 +199,8 @@ class _Choice:
         here, scale = self.here, self.here.rows.scale
         T0, place = still(T, here.clock), along(T, here)
         away, fast = norm(place), norm(y)
-        q, v = here.x + place @ here.ways, y @ here.ways
-        if place.any():
-            q = q + 0.5 * here.bend(T, place)
-            if y.any():
-                v = v + here.bend_of(T, place, y)
+        q, ways = frame(here, T, place)
+        v = (T @ y) @ ways
         left = here.N @ (self.force - self.mass * a)
         top = np.abs(here.N * self.force).max(initial=0.0) + np.abs(here.N * self.mass * a).max()
         growth = 0

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.branch_words import Rate
+from mbody.analysis.branches import BESIDE
 from mbody.analysis.closure import Closed, as_system, closed, raise_user_error
 from mbody.analysis.first_rates import branch_rates
 from mbody.analysis.instants import plan
@@ -130,7 +131,7 @@ def _singular(
         return None
     own = system.work()
     own.q[:], own.signal[:], own.time[:] = work.q, work.signal, work.time
-    return singular(system, own, t)
+    return singular(system, own, t, BESIDE)
 
 
 def _turned(system: System, work: Work, rates: Mapping[str, float]) -> list[str]:

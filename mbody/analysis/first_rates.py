@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbody.analysis.branch_words import Rate, nearest_words, place_words, values_of
-from mbody.analysis.branches import SAID, along, fits, nearest, norm, onto
+from mbody.analysis.branches import SAID, along, fits, frame, nearest, norm, onto
 from mbody.analysis.cones import is_flat, solutions, tangent
 from mbody.analysis.rank import dense
 from mbody.analysis.singular import Singular
@@ -178,13 +178,13 @@ def _velocity(here: Singular, given: Rates, y: Array, *, exact: bool = True) -> 
     place = along(T, here) if is_flat(here.A, T) else np.zeros(len(y))
     if not place.any():
         return np.asarray(y @ here.ways)
-    P, p = _conditions(here, given)
-    for _ in range(4 if exact else 1):
-        bend = here.bend_of(T, place, y)
-        off = p - P @ y
-        off[: len(given.P)] -= given.P @ bend
-        y = y + np.linalg.lstsq(P @ T.T, off, rcond=1e-7)[0] @ T
-    return np.asarray(y @ here.ways + here.bend_of(T, place, y))
+    _, ways = frame(here, T, place)
+    if not exact:
+        return np.asarray((T @ y) @ ways)
+    P, p = given.P @ ways.T, given.p
+    if here.clock.any():
+        P, p = np.vstack([P, T @ here.clock]), np.append(p, 1.0)
+    return np.asarray(np.linalg.lstsq(P, p, rcond=1e-7)[0] @ ways)
 
 
 def _rounded(here: Singular, given: Rates) -> Array | None:

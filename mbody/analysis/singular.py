@@ -31,19 +31,18 @@ Array = np.ndarray
 
 #: The weakest pivot of an elimination, as a part of its diagonal, below which a place may be
 #: singular, or too near to one for rates to be more than rounding.
-SUSPECT = 1e-6
+SUSPECT = 1e-3
 #: A singular value below this part of the greatest belongs to a singular position nearby.
-NEAR = 1e-3
-#: How far away that position may be, in model lengths and radians, and corrections to find it.
-FAR, CORRECTIONS = 5e-3, 12
+NEAR = 2e-2
+#: How far away that position may be, in model lengths and radians: nearer than that the first
+#: accelerations lose more than eight digits to rounding. Corrections to find it.
+FAR, CORRECTIONS = 2e-2, 12
 #: What closes, and what vanishes at a singular position, within rounding.
 CLOSED, VANISHES = 1e-13, 1e-10
 #: A singular value below this part of the greatest is zero where rows are dependent for good.
 ZERO = 1e-9
 #: Step of differences along a motion: of fourth order, its error and rounding are near 1e-12.
 STEP = 1e-3
-#: How far a place beside the singular one is, by which dependencies that stay are known.
-BESIDE = 0.02
 
 
 @dataclass
@@ -235,13 +234,15 @@ class Singular:
         return np.asarray((8.0 * near - far) / (12.0 * STEP))
 
 
-def singular(system: System, work: Work, t: float) -> Singular | None:
+def singular(system: System, work: Work, t: float, far: float = FAR) -> Singular | None:
     """The singular position at or near a closed one; None where there is none.
 
     Parameters
     ----------
     work : Work
         A workspace of its own at the position, its signals set.
+    far : float
+        How far away it may be, in model lengths and radians.
     """
     if too_large(system) or not system.rows:
         return None
@@ -254,7 +255,7 @@ def singular(system: System, work: Work, t: float) -> Singular | None:
     for rank in range(
         int((sizes > NEAR * sizes[0]).sum()), int((sizes > ZERO * sizes[0]).sum()) + 1
     ):
-        found = _nearest(rows, given, rank)
+        found = _nearest(rows, given, rank, far)
         if found is not None:
             place = Singular(rows, found, given, rank)
             if not place.fits:
@@ -263,7 +264,7 @@ def singular(system: System, work: Work, t: float) -> Singular | None:
     return None
 
 
-def _nearest(rows: Rows, given: Array, rank: int) -> Array | None:
+def _nearest(rows: Rows, given: Array, rank: int, far: float) -> Array | None:
     """The position nearest to a closed one at which Φ_q has that rank."""
     x = given.copy()
     for _ in range(CORRECTIONS):
@@ -279,7 +280,7 @@ def _nearest(rows: Rows, given: Array, rank: int) -> Array | None:
         if left.size:
             step = step + _towards(rows, x, L, N, left) @ N
         x = x + step
-        if not np.linalg.norm(x - given) < FAR:
+        if not np.linalg.norm(x - given) < far:
             return None
         if np.abs(step).max() <= 1e-15 * reach:
             break

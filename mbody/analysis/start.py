@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.branch_words import Rate
+from mbody.analysis.branches import BESIDE
 from mbody.analysis.close_loops import close_loops
 from mbody.analysis.closure import closed, drivers, set_drive
 from mbody.analysis.first_places import Spot, fitted_note, fitted_places, misplaced
@@ -176,7 +177,7 @@ def _begun(system: System, simulation: Simulation) -> Solution:
     if start.soft or start.ratio < SUSPECT:
         own = system.work()
         own.q[:], own.signal[:], own.time[:] = work.q, work.signal, work.time
-        here = singular(system, own, t)
+        here = singular(system, own, t, BESIDE)
     if here is None:
         v, more = fitting_rates(system, work, rates)
     else:
