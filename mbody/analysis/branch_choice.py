@@ -132,24 +132,30 @@ class _Choice:
             if found is None:
                 return None
             y = found
-        spaces, flat = here.branches(y)
-        spaces = [T for T in spaces if fits(here, T)]
-        if (not flat or not spaces) and norm(here.y) > FAR:
+        branches = here.branches(y)
+        spaces = [T for T in branches.spaces if fits(here, T)]
+        if not spaces and norm(here.y) > FAR:
             return None
-        if not flat or not spaces:
+        if not spaces or (len(branches.odd) and y.any()):
             raise self._undecided()
         motions = [self._motion(T, y) for T in spaces]
         constraint = np.array([one[1] for one in motions])
         order = np.argsort(constraint)
         T, a = spaces[order[0]], motions[order[0]][0]
+        # where second order does not decide there is no better way out either
+        if any(self._motion(u[None], y)[1] < constraint[order[0]] for u in branches.odd):
+            raise self._undecided()
         doubts: tuple[Doubt, ...] = ()
-        if len(spaces) > 1:
+        if len(spaces) > 1 or len(branches.odd):
             far = [n for n in order[1:] if np.abs(motions[n][0] - a).max() > TIE * np.abs(a).max()]
             if not np.abs(a).max() > 0.0 and not far:
                 return None
-            if not far or constraint[far[0]] - constraint[order[0]] <= TIE * motions[order[0]][2]:
+            tied = not far and len(spaces) > 1
+            if tied or (
+                far and constraint[far[0]] - constraint[order[0]] <= TIE * motions[order[0]][2]
+            ):
                 raise self._tied(len(spaces))
-            doubts = (self._several(len(spaces), T, a),)
+            doubts = (self._several(len(spaces), a),)
         if not y.any() and not np.abs(a).max() > 0.0:
             return None
         return self._begun(T, y, a, doubts)
@@ -232,7 +238,7 @@ class _Choice:
             "rate that tells the branch, or begin a little beside"
         )
 
-    def _several(self, count: int, T: Array, a: Array) -> Doubt:
+    def _several(self, count: int, a: Array) -> Doubt:
         turning = np.abs(a.reshape(-1, 3)).max(axis=1)
         bodies = self.system.mechanism.bodies
         names = [bodies[n].name for n in np.flatnonzero(turning > 1e-6 * turning.max())]

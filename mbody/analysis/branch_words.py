@@ -16,6 +16,8 @@ Array = np.ndarray
 
 #: Rates, and values of one rate, that a sentence names.
 NAMED, VALUES = 4, 6
+#: Rates that are named to tell branches apart.
+RATES = 4
 #: A rate below this part of the greatest is none; two that differ by less are one.
 STILL = 1e-7
 
@@ -87,8 +89,8 @@ def values_of(
     velocities: Sequence[Array],
     said: Sequence[Rate],
     which: Rate | None = None,
-) -> tuple[str, str]:
-    """The rate that tells most branches apart, or that one, and its values with their unit.
+) -> list[str]:
+    """Rates that tell branches apart, or that one, each with its values: "c.omega = 0 or 2 rad/s".
 
     Parameters
     ----------
@@ -107,22 +109,44 @@ def values_of(
             if f"{body.name}.{key}" not in known
         ]
     )
-    best, found = candidates[0], list[float]()
     top = max(float(np.abs(v).max()) for v in velocities)
-    for one in candidates:
-        row = one.row(system, q)
-        values = list[float]()
-        for v in velocities:
-            value = float(row @ v)
-            if all(abs(value - other) > 1e-6 * top for other in values):
-                values.append(value)
-        if len(values) > len(found):
-            best, found = one, values
-    size = 1.0 if best.key == "omega" else system.length
-    numbers = [_plain(size * value, size * top) for value in sorted(found, key=abs)[:VALUES]]
-    more = f" or {len(found) - VALUES} others" if len(found) > VALUES else ""
-    unit = best.with_value(system, 0.0).rpartition(" ")[2]
-    return best.name, f"{' or '.join(numbers)}{more} {unit}"
+    parts = {one: _classes(one.row(system, q) @ np.array(velocities).T, top) for one in candidates}
+    apart: list[tuple[int, ...]] = [()] * len(velocities)
+    chosen = list[Rate]()
+    while len(chosen) < RATES:
+        best = max(candidates, key=lambda one: len(set(zip(apart, parts[one], strict=True))))
+        finer = [(*a, b) for a, b in zip(apart, parts[best], strict=True)]
+        if chosen and len(set(finer)) == len(set(apart)):
+            break
+        apart, chosen = finer, [*chosen, best]
+    return [_with_values(system, one, velocities, q, top) for one in chosen]
+
+
+def _classes(values: Array, top: float) -> list[int]:
+    """Which values are the same, by number."""
+    seen = list[float]()
+    found = []
+    for value in values:
+        same = [n for n, other in enumerate(seen) if abs(value - other) <= 1e-6 * top]
+        if not same:
+            seen.append(float(value))
+        found.append(same[0] if same else len(seen) - 1)
+    return found
+
+
+def _with_values(
+    system: System, rate: Rate, velocities: Sequence[Array], q: Array, top: float
+) -> str:
+    row, values = rate.row(system, q), list[float]()
+    for v in velocities:
+        value = float(row @ v)
+        if all(abs(value - other) > 1e-6 * top for other in values):
+            values.append(value)
+    size = 1.0 if rate.key == "omega" else system.length
+    numbers = [_plain(size * value, size * top) for value in sorted(values, key=abs)[:VALUES]]
+    more = f" or {len(values) - VALUES} others" if len(values) > VALUES else ""
+    unit = rate.with_value(system, 0.0).rpartition(" ")[2]
+    return f"{rate.name} = {' or '.join(numbers)}{more} {unit}"
 
 
 def _plain(value: float, top: float) -> str:

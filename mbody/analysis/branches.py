@@ -102,9 +102,8 @@ def still(T: Array, clock: Array) -> Array:
 
 def nearest(here: Singular, y: Array) -> Array | None:
     """The velocities of a branch nearest to others, the rate of the clock kept; None of none."""
-    spaces, _ = here.branches(np.zeros(len(y)))
     best: Array | None = None
-    for T in spaces:
+    for T in here.branches(np.zeros(len(y))).spaces:
         free = still(T, here.clock)
         base = np.zeros(len(y))
         if here.clock.any():

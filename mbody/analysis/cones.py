@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["Solutions", "is_flat", "size", "solutions", "tangent", "through", "values"]
+__all__ = ["Branches", "Solutions", "is_flat", "size", "solutions", "tangent", "through", "values"]
 
 Array = np.ndarray
 
@@ -45,6 +45,25 @@ class Solutions:
     points: list[Array]
     complete: bool = True
     flat: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class Branches:
+    """The branches of a cone.
+
+    Attributes
+    ----------
+    spaces : list of array (dimension, unknowns)
+        Their tangent spaces, orthonormal bases.
+    odd : array (points, unknowns)
+        Unit vectors of the cone that belong to none of them: there second order does not decide.
+    complete : bool
+        Whether hardly any are missing.
+    """
+
+    spaces: list[Array]
+    odd: Array
+    complete: bool = True
 
 
 def values(A: Array, y: Array) -> Array:
@@ -135,29 +154,29 @@ def _in_line(A: Array, base: Array, z: Array) -> Solutions:
 def _searched(A: Array, base: Array, Z: Array, P: Array, p: Array) -> Solutions:
     """By the branches of the cone over base + span(Z)."""
     hull = np.vstack([base / np.linalg.norm(base), Z])
-    branches, complete, flat = _branches(np.einsum("ijk,aj,bk->iab", A, hull, hull))
+    branches = _branches(np.einsum("ijk,aj,bk->iab", A, hull, hull))
     found: list[Array] = []
-    for T in branches:
+    for T in branches.spaces:
         least = _least(T @ hull, P, p)
         if least is not None and not any(_same(one, least) for one in found):
             found.append(least)
-    return Solutions(found, complete, flat)
+    seen = [y for y in branches.odd if abs(y[0]) > SAME]
+    return Solutions(found, branches.complete, flat=not seen)
 
 
-def _branches(A: Array) -> tuple[list[Array], bool, bool]:
-    """Tangent spaces of the branches of the cone yᵀ A_i y = 0, whether hardly any are missing, and
-    whether all of it belongs to some.
-    """
+def _branches(A: Array) -> Branches:
+    """The branches of the cone yᵀ A_i y = 0."""
     random = np.random.default_rng(1)
     found: list[Array] = []
     met: list[int] = []
-    flat, most = True, _most(A)
+    odd: list[Array] = []
+    most = _most(A)
     for _ in range(ROUNDS):
         new = 0
         for w in _directions(A, random):
             T = tangent(A, w)
             if not is_flat(A, T):
-                flat = False
+                odd.append(w / np.linalg.norm(w))
                 continue
             same = [n for n, one in enumerate(found) if _same_space(one, T)]
             if same:
@@ -167,10 +186,12 @@ def _branches(A: Array) -> tuple[list[Array], bool, bool]:
                 met.append(1)
                 new += 1
         if len(found) == most or (not new and min(met, default=OFTEN) >= OFTEN):
-            return found, True, flat
-        if len(found) >= MANY:
             break
-    return found, not found, flat
+        if len(found) >= MANY:
+            return Branches(found, np.array(odd).reshape(-1, A.shape[1]), complete=False)
+    else:
+        return Branches(found, np.array(odd).reshape(-1, A.shape[1]), complete=not found)
+    return Branches(found, np.array(odd).reshape(-1, A.shape[1]))
 
 
 def _most(A: Array) -> int:
@@ -188,8 +209,11 @@ def _same(one: Array, other: Array) -> bool:
 
 def _least(T: Array, P: Array, p: Array) -> Array | None:
     """The shortest y of a space with the basis T that meets P y = p."""
-    w = np.linalg.lstsq(P @ T.T, p, rcond=ZERO)[0]
-    y = w @ T
+    inside = P @ T.T
+    u, sizes, vt = np.linalg.svd(inside, full_matrices=False)
+    # of a branch that P does not see there are only rounding errors
+    kept = sizes > SAME * np.linalg.norm(P)
+    y = (((u[:, kept].T @ p) / sizes[kept]) @ vt[kept]) @ T
     off = np.abs(P @ y - p).max(initial=0.0)
     return np.asarray(y) if off <= 1e-7 * max(np.abs(p).max(initial=0.0), 1e-300) else None
 
@@ -216,24 +240,22 @@ def _newton(A: Array, base: Array, Z: Array, starts: Array) -> list[Array]:
     return list(y[good])
 
 
-def through(A: Array, y: Array) -> tuple[list[Array], bool]:
-    """Tangent spaces (dimension, unknowns) of all branches that a velocity y on the quadrics lies
-    in, y = 0 included, and whether second order tells them all.
-    """
+def through(A: Array, y: Array) -> Branches:
+    """All branches that a velocity y on the quadrics lies in, y = 0 included."""
     own = tangent(A, y)
     # every branch through y lies in its tangent space: if that is one itself, there is no other
     if is_flat(A, own):
-        return [own], True
+        return Branches([own], np.zeros((0, A.shape[1])))
     # those of the cone within the tangent space, and y
-    branches, _, flat = _branches(np.einsum("ijk,aj,bk->iab", A, own, own))
+    branches = _branches(np.einsum("ijk,aj,bk->iab", A, own, own))
     unit, found = y / max(float(np.linalg.norm(y)), 1e-300), []
-    for T in branches:
+    for T in branches.spaces:
         both = np.vstack([unit, T @ own]) if y.any() else T @ own
         _, sizes, vt = np.linalg.svd(both)
         space = vt[: int((sizes > ZERO).sum())]
         if not any(_same_space(one, space) for one in found):
             found.append(space)
-    return found, flat and bool(found)
+    return Branches(found, branches.odd @ own, branches.complete)
 
 
 def _directions(inner: Array, random: np.random.Generator) -> list[Array]:

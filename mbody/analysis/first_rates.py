@@ -220,15 +220,16 @@ def _elements(names: list[str]) -> str:
 def _several(
     system: System, here: Singular, t: float, given: Rates, points: list[Array], complete: bool
 ) -> SolveError:
-    rate, values = values_of(system, here, [_velocity(here, given, y) for y in points], given.said)
+    rates = values_of(system, here, [_velocity(here, given, y) for y in points], given.said)
     count = f"{len(points)}" if complete else f"at least {len(points)}"
     told = ", ".join(one.with_value(system, one.value) for one in given.said[:NAMED])
-    what = f"the rates that are given ({told})" if told else "the drivers"
+    what = f"have the rates that are given ({told})" if told else "follow the drivers"
+    ask = "a rate that tells" if len(rates) == 1 else "rates that tell"
     return SolveError(
         f"the start of '{system.mechanism.name}' at {place_words(system, t)} is a singular "
-        f"position, where branches of the motion meet, and {count} of them have {what}: give "
-        f"a rate that tells them apart, {rate} = {values}",
-        rate.partition(".")[0],
+        f"position, where branches of the motion meet, and {count} of them {what}: give {ask} "
+        f"them apart, {', '.join(rates)}",
+        rates[0].partition(".")[0],
     )
 
 
@@ -245,10 +246,11 @@ def _none(system: System, here: Singular, t: float, given: Rates) -> SolveError:
         points, complete, _ = _points(here, left)
         if points and complete:
             vs = [_velocity(here, left, y) for y in points]
-            rate, values = values_of(system, here, vs, left.said, given.said[n])
+            (rate,) = values_of(system, here, vs, left.said, given.said[n])
+            name, _, values = rate.partition(" = ")
             told = ", ".join(one.with_value(system, one.value) for one in left.said[:NAMED])
             return SolveError(
-                f"{where}; with {told or 'the drivers'}, {rate} can be {values}, not "
+                f"{where}; with {told or 'the drivers'}, {name} can be {values}, not "
                 f"{given.said[n].value:.6g}",
                 given.said[n].body,
             )

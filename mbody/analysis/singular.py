@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mbody.analysis.closure import raise_user_error
-from mbody.analysis.cones import is_flat, size, tangent, through, values
+from mbody.analysis.cones import Branches, is_flat, size, tangent, through, values
 from mbody.analysis.rank import dense, too_large
 from mbody.core.close import laws_of_time
 from mbody.core.layout import Work
@@ -184,8 +184,8 @@ class Singular:
         """Whether rates are those of a motion, within a part of them."""
         return bool(np.abs(values(self.A, y)).max(initial=0.0) <= part * size(self.A, y))
 
-    def branches(self, y: Array) -> tuple[list[Array], bool]:
-        """Tangent spaces of the branches that contain y, and whether second order tells them."""
+    def branches(self, y: Array) -> Branches:
+        """The branches that contain y."""
         return through(self.A, y)
 
     # -- along a branch -----------------------------------------------------------------------
