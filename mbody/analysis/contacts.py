@@ -31,7 +31,7 @@ def pulled(solution: Solution) -> list[str]:
             continue
         press = np.asarray(solution.contact(joint.name))
         reaction = solution.reaction(joint.name)
-        floor = ROUNDING * float(np.max(reaction.magnitude, initial=0.0))
+        floor = ROUNDING * float(np.fmax.reduce(reaction.magnitude, axis=None, initial=0.0))
         low = press < -floor
         if low.any():
             found.append(_told(solution, joint, press, int(low.sum())))

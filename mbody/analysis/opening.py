@@ -75,7 +75,7 @@ class Weights:
         """Weights (…, nodes) of the value at c, of its first or second integral from 0."""
         c = np.asarray(c, dtype=float)[..., None]
         k = np.arange(NODES)
-        own = c ** (k + order)
+        own: Array = c ** (k + order)
         for n in range(1, order + 1):
             own = own / (k + n)
         return np.asarray(own @ self.powers)
