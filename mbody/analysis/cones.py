@@ -248,7 +248,7 @@ def through(A: Array, y: Array) -> Branches:
         return Branches([own], np.zeros((0, A.shape[1])))
     # those of the cone within the tangent space, and y
     branches = _branches(np.einsum("ijk,aj,bk->iab", A, own, own))
-    unit, found = y / max(float(np.linalg.norm(y)), 1e-300), []
+    unit, found = y / max(float(np.linalg.norm(y)), 1e-300), list[Array]()
     for T in branches.spaces:
         both = np.vstack([unit, T @ own]) if y.any() else T @ own
         _, sizes, vt = np.linalg.svd(both)
