@@ -7,9 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.closure import as_system, closed, raise_user_error
+from mbody.analysis.branch_words import Rate
+from mbody.analysis.branches import BESIDE
+from mbody.analysis.closure import Closed, as_system, closed, raise_user_error
+from mbody.analysis.first_rates import branch_rates
 from mbody.analysis.instants import plan
 from mbody.analysis.rank import dense, rank_of, too_large
+from mbody.analysis.singular import SUSPECT, Singular, singular
 from mbody.core.close import project
 from mbody.core.layout import Work
 from mbody.core.output import PER_ATOM
@@ -93,8 +97,16 @@ def close_loops(
             work.signal[row + 1] = asked.given[0, n, 1]
     project(system.runtime(), work, start.soft)
     raise_user_error(system)
-    _check_velocities(system, work)
-    notes = [*start.notes, *_turned(system, work, turning)]
+    here = _singular(system, start, float(asked.t[0]), turning)
+    if here is None:
+        _check_velocities(system, work)
+        notes = [*start.notes, *_turned(system, work, turning)]
+    else:
+        said = [Rate(name, "omega", rate) for name, rate in turning.items()]
+        q = work.q[: system.coordinates, 0].copy()
+        v, more = branch_rates(system, here, float(asked.t[0]), q, said)
+        work.v[: len(v), 0] = v
+        notes = [*start.notes, *more]
     n3 = system.coordinates
     block = np.zeros((1, 3 * n3 + PER_ATOM * len(system.owners), 1))
     block[0, :n3], block[0, n3 : 2 * n3] = work.q[:n3], work.v[:n3]
@@ -107,6 +119,19 @@ def close_loops(
         soft=start.soft,
         notes=tuple(notes),
     )
+
+
+def _singular(
+    system: System, start: Closed, t: float, turning: Mapping[str, float]
+) -> Singular | None:
+    """The singular position that a start is at, where velocities depend on its branches."""
+    work = start.work
+    moving = any(turning.values()) or bool(np.abs(work.v[: system.coordinates]).max(initial=0.0))
+    if not moving or not (start.soft or start.ratio < SUSPECT):
+        return None
+    own = system.work()
+    own.q[:], own.signal[:], own.time[:] = work.q, work.signal, work.time
+    return singular(system, own, t, BESIDE)
 
 
 def _turned(system: System, work: Work, rates: Mapping[str, float]) -> list[str]:

@@ -11,14 +11,15 @@ from typing import Any
 import numpy as np
 
 from mbody._user import failure
-from mbody.analysis.gaps import explain_gap, violations
+from mbody.analysis.gaps import explain_gap, refuse_near_redundant, violations
 from mbody.analysis.places import direction, place
 from mbody.analysis.placing import placed
 from mbody.analysis.rank import Rank, dense, rank_of, too_large
+from mbody.analysis.unused import unused_points
 from mbody.assembler import assemble
 from mbody.core.close import close, laws_of_time
 from mbody.core.layout import Work
-from mbody.elements import wrapped
+from mbody.elements import listed, wrapped
 from mbody.errors import ModelError, ModelWarning, SolveError
 from mbody.joints import Joint
 from mbody.mechanism import Mechanism
@@ -31,8 +32,10 @@ __all__ = [
     "as_system",
     "check_determined",
     "closed",
+    "drivers",
     "misfit",
     "raise_user_error",
+    "set_drive",
 ]
 
 #: Correction below which a position is closed, in model lengths and radians.
@@ -52,6 +55,8 @@ DEAD = 1e-7
 MISFIT = 1e-6
 #: A body that closing turns by less [rad] is where the guess meant it to be.
 NEAR = 0.2
+#: Points that a sentence names.
+NAMED = 3
 
 
 @dataclass
@@ -141,6 +146,8 @@ def closed(
     start = first[:, None].copy()
     for attempt in range(ATTEMPTS):
         result = _from(system, work, start)
+        if not attempt and (result is None or not result.soft):
+            refuse_near_redundant(base, work, start)
         if result is not None:
             break
         shaken = np.random.default_rng(attempt)
@@ -333,10 +340,15 @@ def check_determined(system: System, result: Closed, what: str) -> None:
 def _too_few(system: System, what: str, free: int, motions: np.ndarray | None) -> str:
     body = system.mechanism.bodies[0].name if motions is None else _fastest(system, motions)
     freedom = "degree" if free == 1 else "degrees"
-    return (
-        f"{what} needs 0 free degrees of freedom, '{system.mechanism.name}' has {free} {freedom} "
-        f"left: add a driver, for example on '{body}'"
-    )
+    left = f"'{system.mechanism.name}' has {free} {freedom} left"
+    missing = unused_points(system.mechanism)
+    missing = [name for name in missing if name.startswith("ground.")] or missing
+    remedy = f"add a driver, for example on '{body}'"
+    # without any driver one free motion is what a driver is for
+    if missing and (free > 1 or system.drivers or missing[0].startswith("ground.")):
+        s, them = ("s", "them") if len(missing) > 1 else ("", "it")
+        remedy = f"nothing uses the point{s} {listed(missing, NAMED)}: join {them}, or {remedy}"
+    return f"{what} needs 0 free degrees of freedom, {left}: {remedy}"
 
 
 def _fastest(system: System, motions: np.ndarray) -> str:

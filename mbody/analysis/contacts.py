@@ -95,7 +95,7 @@ def pulled(solution: Solution, between: Mapping[str, Held] | None = None) -> lis
             more = between[element.name]
             t, force = np.append(t, more.t), np.append(force, more.force)
             size = np.append(size, more.size)
-        floor = ROUNDING * float(size.max(initial=0.0))
+        floor = ROUNDING * float(np.fmax.reduce(size, axis=None, initial=0.0))
         if (force < -floor).any():
             found.append(_told(solution, element, t, force, floor))
     return found

@@ -15,6 +15,7 @@ from mbody.analysis.rank import dense, rank_of, too_large
 from mbody.analysis.steppers import Memory, stepper
 from mbody.analysis.undefined import adjusted, branching, stuck, undetermined, valueless, weightless
 from mbody.analysis.uniqueness import open_reactions, told_open
+from mbody.analysis.vanishing import GONE, vanishing
 from mbody.certify import as_said
 from mbody.core.layout import stand_ins
 from mbody.core.output import PER_ATOM
@@ -175,18 +176,23 @@ class Course:
         return code, "completed"
 
     def _judge(self) -> None:
-        """Refuse to crawl: at loads that jump to and fro steps are cut for ever."""
+        """Refuse to crawl: at loads that jump to and fro steps are cut for ever. Refuse to go on
+        where a distance has become zero.
+        """
+        n, unit = self.system.coordinates, self.system.mechanism.units.time
+        gone = vanishing(self.system, self.y[:n], f"t = {self.state[TIME]:.6g} {unit}", GONE)
+        if gone is not None:
+            gone.solution = self._solution("")
+            raise gone
         (count, since), (done, t) = self.judged, (self.state[STEPS], self.state[TIME])
         if done - count < JUDGED:
             return
         mean = float(t - since) / float(done - count)
         self.judged, self.longest = (float(done), float(t)), max(self.longest, mean)
         left = (self.until - t) / max(mean, 1e-300)
-        n = self.system.coordinates
         rate = float(np.abs(self.y[n:] / self.scale[:n]).max())
         rate = max(rate, float(np.sqrt(np.abs(self.K[0, n:] / self.scale[:n]).max())))
         if mean < SHRUNK * self.longest and mean * rate < SLOW and left > PATIENT:
-            unit = self.system.mechanism.units.time
             raise SolveError(
                 f"the loads jump to and fro at t = {t:.6g} {unit}: the last {JUDGED} steps were "
                 f"{mean:.1g} {unit} each, the end would take {left:.1g} more; smooth what jumps, "
@@ -263,7 +269,8 @@ class Course:
         except ModelError as error:
             why = f"the motion ends at {when}: {error}"
             return SolveError(why, error.element, found)
-        reason = stuck(self.system, t, self.y[: self.system.coordinates])
+        q = self.y[: self.system.coordinates]
+        reason = vanishing(self.system, q, when) or stuck(self.system, t, q)
         if reason is not None:
             reason.solution = found
             return reason

@@ -13,12 +13,18 @@ from mbody.elements import listed
 from mbody.errors import SolveError
 from mbody.system import System
 
-__all__ = ["explain_gap", "violations"]
+__all__ = ["explain_gap", "refuse_near_redundant", "violations"]
 
 #: Rows up to which the smallest gap is looked for, and joints at which: a second or two in all.
 SEARCHED, CANDIDATES = 60, 8
 #: Rows that are held are closed within this, in model lengths and radians.
 HELD = 1e-6
+#: A gap below this, in model lengths and radians, may be an error of lengths that should agree;
+#: rows are then dependent but for this part of the greatest singular value.
+SLIGHT, NEARLY = 1e-3, 3e-3
+#: How far beside a position the gap is looked at again; a row takes part in a dependency with this
+#: part of the greatest; joints that are named.
+BESIDE, TAKES_PART, NAMED = 0.1, 0.3, 6
 
 
 def violations(system: System, work: Work) -> np.ndarray:
@@ -78,6 +84,72 @@ def explain_gap(system: System, work: Work, start: np.ndarray, t: float) -> NoRe
         "lengths, or give a better guess",
         joint.name,
     )
+
+
+def refuse_near_redundant(system: System, work: Work, start: np.ndarray) -> None:
+    """Refuse joints that repeat each other but for a small error of lengths: the loops then close
+    at isolated positions only, where nothing moves, though a gap that small stays along a motion.
+
+    Parameters
+    ----------
+    work : Work
+        Whose signals are set; its position is left as it was.
+    start : array (coordinates + 3, 1)
+        Where the smallest gap is looked for.
+    """
+    size, drivers = system.coordinates, len(system.drivers)
+    joints = system.rows - drivers
+    if system.rows > SEARCHED or joints + max(1, drivers) <= size:
+        return
+    before = work.q.copy()
+    work.q[:] = start
+    scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+    driven = np.arange(system.rows) >= joints
+    try:
+        gap = np.abs(smallest_gap(system, work, driven)[:joints])
+        if not 0.0 < gap.max() < SLIGHT:
+            return
+        report = rank_of(dense(system, work)[1][:joints], NEARLY)
+        if not report.redundant or report.free < max(1, drivers):
+            return
+        here, way = work.q.copy(), report.motions[0]
+        for sign in (1.0, -1.0):  # where links are only stretched the gap opens fast
+            work.q[:size] = here[:size] + sign * BESIDE * (scale * way)[:, None]
+            beside = np.abs(_least(system, work, joints))
+            moved = float(np.abs((work.q[:size] - here[:size])[:, 0] / scale).max())
+            if moved < 0.3 * BESIDE * float(np.abs(way).max()) or beside.max() > SLIGHT:
+                return
+        part = np.abs(report.dependencies).max(axis=0)
+    finally:
+        work.q[:] = before
+    names = dict.fromkeys(
+        system.owners[system.row_table[0][n]][0].name
+        for n in np.argsort(-part)
+        if part[n] > TAKES_PART * part.max()
+    )
+    unit = system.mechanism.units.length
+    most = float(gap.max()) * system.length
+    raise SolveError(
+        f"joints of '{system.mechanism.name}' nearly repeat each other "
+        f"({listed(list(names), NAMED)}): all along the motion that they would allow a gap of about "
+        f"{most:.2g} {unit} is left, so that the loops close at isolated positions only; make the "
+        "lengths agree to all digits, or leave out the joint that is one too many",
+        next(iter(names)),
+    )
+
+
+def _least(system: System, work: Work, joints: int) -> np.ndarray:
+    """Move to the nearest position at which the joints, without drivers, are violated least."""
+    scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+    phi = np.zeros(joints)
+    for _ in range(10):
+        phi, G = dense(system, work)
+        # dependent rows are left alone, so that the free motion is, too
+        step = np.linalg.lstsq(G[:joints], -phi[:joints], rcond=NEARLY)[0]
+        work.q[: len(scale), 0] += scale * step
+        if np.abs(step).max() < 1e-12:
+            break
+    return np.asarray(dense(system, work)[0][:joints])
 
 
 def _out_of_reach(system: System, work: Work, off: np.ndarray, t: float) -> SolveError:

@@ -12,9 +12,11 @@ from mbody.analysis.contacts import one_sided
 from mbody.analysis.course import Course
 from mbody.analysis.equilibrium import released
 from mbody.analysis.eventful import Eventful
+from mbody.analysis.opening import opening
 from mbody.analysis.start import state_of
 from mbody.certify import as_said
 from mbody.core.output import PER_ATOM
+from mbody.doubts import doubted
 from mbody.energy import account, causes
 from mbody.errors import SolveError
 from mbody.events import Stop
@@ -52,6 +54,14 @@ def followed(
     found: list[Solution] = []
     for until in [*sorted(set(later.values())), last]:
         free = released(system, gone) if gone else system
+        begun = opening(free, start, asked, until) if restart is None else None
+        if begun is not None:
+            found.append(begun)
+            start = begun
+            if begun.t[-1] >= until:
+                now = [name for name, t in later.items() if t == until]
+                gone, free_since = [*gone, *now], free_since | dict.fromkeys(now, until)
+                continue
         _, q, v = state_of(free, start)
         first = float(start.t[-1])
         times = asked.times[(asked.times >= first) & (asked.times <= until)]
@@ -76,7 +86,10 @@ def followed(
         start, restart = run, None
         now = [name for name, t in later.items() if t == until]
         gone, free_since = [*gone, *now], free_since | dict.fromkeys(now, until)
-    return found[0] if len(found) == 1 and not gone else _joined(system, asked, found, free_since)
+    if len(found) == 1 and not gone:
+        return found[0]
+    doubts = [doubt for run in found for doubt in run.doubts]
+    return doubted(_joined(system, asked, found, free_since), doubts)
 
 
 def _stops(asked: AskedMotion) -> list[str]:

@@ -18,7 +18,7 @@ def place(system: System, q: np.ndarray, element: Element, side: str) -> np.ndar
     q : array (coordinates + 3,)
         Coordinates of the mass centres, the ground last; angles in rad.
     """
-    marker: Marker = getattr(element, side)
+    marker = element.place(side)
     x, y, angle = q[3 * system.bodies[marker.body] :][:3]
     ax, ay = system.numbers.arm(element, side)
     c, s = np.cos(angle), np.sin(angle)

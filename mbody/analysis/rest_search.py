@@ -16,7 +16,7 @@ import numpy as np
 
 from mbody.analysis.free_motions import free_motions, leading, rates_of
 from mbody.analysis.manifold import Array, Manifold, Place
-from mbody.analysis.rest_curve import AWAY, Curve, Node, Walk
+from mbody.analysis.rest_curve import AWAY, Curve, Walk
 from mbody.analysis.rest_roots import out_of_turn, roots_of
 from mbody.analysis.rest_surface import SPACING, Cover
 

@@ -19,6 +19,7 @@ from mbody.analysis.instants import BY_DRIVER, BY_INSTANT, BY_TIME, Plan, by_tim
 from mbody.analysis.rank import dense, too_large
 from mbody.analysis.undefined import valueless
 from mbody.analysis.uniqueness import open_reactions, told_open
+from mbody.analysis.vanishing import vanishing
 from mbody.core.close import violation
 from mbody.core.follow import DONE, STUCK, follow
 from mbody.core.layout import Work
@@ -315,6 +316,13 @@ class Runner:
         driver = drivers(system)[0][0]
         where = self.place(driver, stuck.place, plan)
         body = driver.bodies[1]
+        if not too_large(system):
+            gone = vanishing(
+                system, start.work.past[: system.coordinates, 0], f"{where} of '{body}'"
+            )
+            if gone is not None:
+                gone.solution = so_far
+                return gone
         if stuck.code == STUCK and self._singular(start):
             size = len(start.work.q)
             rates = np.abs(start.work.past[size + 2 : size + system.coordinates : 3, 0])

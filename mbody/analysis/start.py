@@ -9,14 +9,24 @@ from typing import Any
 
 import numpy as np
 
+from mbody.analysis.branch_words import Rate
+from mbody.analysis.branches import BESIDE
 from mbody.analysis.close_loops import close_loops
+from mbody.analysis.closure import closed, drivers, set_drive
+from mbody.analysis.first_places import Spot, fitted_note, fitted_places, misplaced
+from mbody.analysis.first_rates import branch_rates, fitting_rates
+from mbody.analysis.placing import placed
+from mbody.analysis.rank import too_large
+from mbody.analysis.singular import SUSPECT, singular
 from mbody.assembler import assemble, with_numbers_of
+from mbody.core.output import PER_ATOM
 from mbody.drivers import AngleDriver, CoordinateDriver
 from mbody.elements import Marker, listed
 from mbody.ends import link_poses
 from mbody.errors import ModelError
 from mbody.events import Event, Stop, check_restitution
 from mbody.formulas import Formula, FormulaError, read
+from mbody.histories import Record
 from mbody.measures import check_measure
 from mbody.mechanism import Mechanism
 from mbody.questions import Measure
@@ -35,6 +45,7 @@ Said = tuple[str, tuple[str, str, float], Any, Any]
 
 #: A coordinate, its rate, and the direction in which it is measured.
 PAIRS = (("angle", "omega", 0.0), ("x", "vx", 0.0), ("y", "vy", 0.5 * math.pi))
+RATES = {place: rate for place, rate, _ in PAIRS}
 #: What a stop may be made of.
 COORDINATES = ("x", "y", "angle")
 
@@ -147,10 +158,81 @@ def started(system: System, simulation: Simulation) -> Solution:
     check_simulation(system.mechanism, simulation)
     known, found = _BEGUN.get(system, (None, None))
     if found is None or known is not simulation:
-        found = _held(system, simulation, rates=False)
-        if any(rate in given for given in simulation.start.values() for _, rate, _ in PAIRS):
-            found = _held(system, simulation, rates=True, guess=link_poses(found))
+        found = _begun(system, simulation)
         _BEGUN[system] = simulation, found
+    return found
+
+
+def _begun(system: System, simulation: Simulation) -> Solution:
+    if too_large(system):
+        return _by_drivers(system, simulation)
+    t, q, notes = 0.0, *_places(system, simulation)
+    start = closed(system, t, {}, pose=q)
+    work = start.work
+    rates = [
+        Rate(body, RATES[place], float(speed))
+        for _, (body, place, _), _, speed in said(system, simulation, rates=True, poses={})
+    ]
+    here = None
+    if start.soft or start.ratio < SUSPECT:
+        own = system.work()
+        own.q[:], own.signal[:], own.time[:] = work.q, work.signal, work.time
+        here = singular(system, own, t, BESIDE)
+    if here is None:
+        v, more = fitting_rates(system, work, rates)
+    else:
+        v, more = branch_rates(system, here, t, work.q[: system.coordinates, 0], rates)
+    n = system.coordinates
+    page = np.zeros((1, 3 * n + PER_ATOM * len(system.owners), 1))
+    page[0, :n], page[0, n : 2 * n, 0] = work.q[:n], v
+    record = Record([page], 1, batch=False)
+    every = (*notes, *start.notes, *more)
+    return Solution(
+        system, "close_loops", np.array([t]), record, None, soft=start.soft, notes=every
+    )
+
+
+def _places(system: System, simulation: Simulation) -> tuple[np.ndarray, tuple[str, ...]]:
+    """The first position (coordinates + 3,), and notes."""
+    things = said(system, simulation, rates=False, poses={})
+    own = {
+        body: {key: value for _, (name, key, _), value, _ in things if name == body}
+        for body in simulation.start
+    }
+    if things and system.rows + len(things) > system.coordinates:
+        work = system.work()
+        set_drive(system, work, 0.0, {})
+        drive = {d.name: float(work.signal[row, 0]) for d, row in drivers(system)}
+        guess = {body: _pose(system, body, places) for body, places in own.items()}
+        first = placed(system, {k: v for k, v in guess.items() if v is not None}, drive)
+        sure = [one for one in things if one[1][1] in simulation.start[one[1][0]]]
+        for some in (things, sure):
+            spots = [Spot(body, key, float(value)) for _, (body, key, _), value, _ in some]
+            found = fitted_places(system, work, spots, first) if spots else None
+            if found is not None and found.near:
+                return found.q, fitted_note(system, spots, found)
+        if found is not None and system.rows + len(sure) > system.coordinates:
+            raise misplaced(system, spots, found)
+        things = sure or things
+    held = holding(system, things)
+    start = closed(held, 0.0, {name: float(value) for name, _, value, _ in things})
+    return start.work.q[:, 0].copy(), tuple(start.notes)
+
+
+def _pose(system: System, body: str, places: Mapping[str, Any]) -> Any:
+    """The guess of a body by what is said of it; None where that does not matter."""
+    if "angle" not in places:
+        return None
+    if "x" in places and "y" in places:
+        return (float(places["x"]), float(places["y"]), float(places["angle"]))
+    return float(places["angle"])
+
+
+def _by_drivers(system: System, simulation: Simulation) -> Solution:
+    """Of a mechanism that is too large for dense matrices: drivers hold what is said."""
+    found = _held(system, simulation, rates=False)
+    if any(rate in given for given in simulation.start.values() for _, rate, _ in PAIRS):
+        found = _held(system, simulation, rates=True, guess=link_poses(found))
     return found
 
 

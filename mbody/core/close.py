@@ -159,7 +159,8 @@ def newton_path(L, W, w, soft, tolerance):
                 break
             part *= 0.5
             if part < SMALLEST:
-                return False, step, least
+                # near a singular position rounding of Φ alone makes such a correction
+                return step <= 1e3 * tolerance, step, least
         last = size
         part = min(1.0, 2.0 * part)
     return False, smallest, least

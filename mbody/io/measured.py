@@ -45,7 +45,10 @@ def measures(solution: Solution) -> list[str]:
         if dimension == DIMENSIONS["angle"] and not measure.unit:
             values, unit = np.degrees(values), "deg"
         floor = 0.0 if measure.unit else _floor(solution, dimension)
-        told = tuple(number(v if abs(v) > floor else 0.0) for v in (values.min(), values.max()))
+        told = tuple(
+            number(v if abs(v) > floor else 0.0)
+            for v in (np.fmin.reduce(values, axis=None), np.fmax.reduce(values, axis=None))
+        )
         for key, cell in zip(("least", "greatest", "unit"), (*told, unit), strict=True):
             cells[key].append(cell)
     columns = [

@@ -170,13 +170,13 @@ def force_floor(solution: Solution) -> float:
     """What is no more than rounding beside the greatest joint force or effort."""
     length, peak = solution.system.length, 0.0
     for joint in solution.mechanism.joints:
-        peak = max(peak, float(solution.reaction(joint.name).magnitude.max()))
+        peak = np.fmax(peak, np.fmax.reduce(solution.reaction(joint.name).magnitude, axis=None))
     machine = solution.mechanism
     elements: tuple[Driver | Coupling, ...] = (*machine.drivers, *machine.couplings)
     for element in elements:
-        size = float(np.abs(solution.effort(element.name)).max())
-        peak = max(peak, size / length if element.rows == "a" else size)
-    return peak * (REDUNDANT if solution.soft else ROUNDING)
+        size = float(np.fmax.reduce(np.abs(solution.effort(element.name)), axis=None))
+        peak = np.fmax(peak, size / length if element.rows == "a" else size)
+    return float(peak) * (REDUNDANT if solution.soft else ROUNDING)
 
 
 def torque_cells(solution: Solution, torque: Array, floor: float) -> list[str]:

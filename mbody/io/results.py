@@ -111,8 +111,12 @@ def _motion(solution: Solution) -> dict[str, Any]:
     return told
 
 
-def _list(values: Any) -> list[float]:
-    return (np.asarray(values, dtype=float) + 0.0).tolist()
+def _list(values: Any) -> list[Any]:
+    """Numbers of a history; None where there is none, as of forces that have no limit."""
+    array = np.asarray(values, dtype=float) + 0.0
+    told = array.astype(object)
+    told[~np.isfinite(array)] = None
+    return list(told.tolist())
 
 
 def _number(value: float | None) -> float | None:
@@ -120,7 +124,7 @@ def _number(value: float | None) -> float | None:
     return None if value is None or not math.isfinite(value) else float(value)
 
 
-def _fields(history: Any, keys: tuple[str, ...]) -> dict[str, list[float]]:
+def _fields(history: Any, keys: tuple[str, ...]) -> dict[str, list[Any]]:
     return {key: _list(getattr(history, key)) for key in keys}
 
 
@@ -142,8 +146,7 @@ def _measure(solution: Solution, measure: Any, turned: float) -> list[float | No
         return None
     values, dimension, _ = measured(solution, measure)
     plain_angle = dimension == DIMENSIONS["angle"] and not measure.unit
-    found = _list(values * turned if plain_angle else values)
-    return [_number(value) for value in found]
+    return _list(values * turned if plain_angle else values)
 
 
 def error_data(error: Exception) -> dict[str, Any]:

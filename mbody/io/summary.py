@@ -139,13 +139,13 @@ class _Summary:
             found.append((name, joint.name, self.solution.reaction(joint.name, on)))
         if not found:
             return []
-        at = [int(np.argmax(r.magnitude)) for *_, r in found]
+        at = [int(np.argmax(np.nan_to_num(r.magnitude, nan=-1.0))) for *_, r in found]
         x, y = (
             np.array([getattr(r, key).flat[k] for k, (*_, r) in zip(at, found, strict=True)])
             for key in ("fx", "fy")
         )
         floor = force_floor(self.solution)
-        torque = np.array([np.abs(r.torque).max() for *_, r in found])
+        torque = np.array([np.fmax.reduce(np.abs(r.torque), axis=None) for *_, r in found])
         turning = torque_cells(self.solution, torque, floor)
         lines = table(
             [
@@ -167,8 +167,8 @@ class _Summary:
         efforts = np.array([self.solution.effort(driver.name) for driver in chosen])
         flat = efforts.reshape(len(chosen), -1)
         weight = self._weights()
-        mean = (efforts * weight).reshape(len(chosen), -1).sum(axis=1)
-        square = (efforts**2 * weight).reshape(len(chosen), -1).sum(axis=1)
+        mean = np.nansum((efforts * weight).reshape(len(chosen), -1), axis=1)
+        square = np.nansum((efforts**2 * weight).reshape(len(chosen), -1), axis=1)
         kind = self.unit("torque" if turns else "force")
         columns = [
             Column(
@@ -177,8 +177,8 @@ class _Summary:
                 text=True,
             ),
             Column("driver", [d.name for d in chosen], text=True),
-            Column("least", numbers(flat.min(axis=1)), kind),
-            Column("greatest", numbers(flat.max(axis=1)), kind),
+            Column("least", numbers(np.fmin.reduce(flat, axis=1)), kind),
+            Column("greatest", numbers(np.fmax.reduce(flat, axis=1)), kind),
             Column("mean", numbers(mean), kind),
             Column("rms", numbers(np.sqrt(square)), kind),
         ]
@@ -186,7 +186,7 @@ class _Summary:
             number_of = {driver.name: n for n, driver in enumerate(self.mechanism.drivers)}
             rates = np.array([self.states[:, number_of[d.name], 1] for d in chosen])
             rates = rates[:, None, :] if self.batch else rates
-            power = np.abs(efforts * rates).reshape(len(chosen), -1).max(axis=1)
+            power = np.fmax.reduce(np.abs(efforts * rates).reshape(len(chosen), -1), axis=1)
             columns.append(Column("peak power", numbers(power), self.unit("power")))
         over = "time" if self._by_time() else "the instants"
         return [*table(columns), f"mean and rms over {over}"]
