@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import collections
 import contextlib
+import functools
 import math
 import time
 import warnings
@@ -20,9 +21,21 @@ from typing import Any
 import numpy as np
 
 import mbody
-from mbody import ModelError, ModelWarning, SolveError, Torque, Unknown, gallery, makers, solve_for
+from mbody import (
+    ModelError,
+    ModelWarning,
+    Question,
+    SolveError,
+    Torque,
+    Unknown,
+    gallery,
+    makers,
+    solve_for,
+)
 from mbody.analysis.asked import Ask, asked
+from mbody.analysis.trials import Trials
 from mbody.ends import link_poses
+from mbody.measures import measured
 
 Array = np.ndarray
 
@@ -31,6 +44,8 @@ PLACES = 1201
 #: A scan's value above the answer's by more than this part of the spread of values is a miss: plain
 #: analyses agree to 1e-12, and the end of a range is met to 1e-12 of it.
 TOLERANCE = 1e-9
+#: Rounding of a quantity that is zero, as a part of the size that it may have in the mechanism.
+ROUNDING = 1e-11
 SIX_BARS = ("watt_sixbar", "stephenson_sixbar")
 
 
@@ -47,6 +62,16 @@ class Case:
     greatest: bool
     sides: tuple[str, ...] = ()
     bounded: bool = True
+
+    @functools.cached_property
+    def first(self) -> mbody.Solution:
+        """The design as it stands."""
+        return asked(self.machine, "kinetostatics", Ask())
+
+    @functools.cached_property
+    def system(self) -> mbody.System:
+        """The system of the design."""
+        return mbody.assemble(self.machine)
 
     @property
     def name(self) -> str:
@@ -148,18 +173,18 @@ def case_of(seed: int) -> Case:
     case.bounded = kind != "value" or bool(rng.integers(2))
     if not case.bounded:
         body = machine.drivers[0].bodies[1]
-        at = math.degrees(float(asked(machine, "kinematics")[body].angle[0]) - here)
+        at = math.degrees(float(asked(machine, "kinematics", Ask())[body].angle[0]) - here)
         case.sides = (
             f"{body}.angle >= {math.degrees(low) + at!r} deg",
             f"{body}.angle <= {math.degrees(high) + at!r} deg",
         )
     if rng.random() < 0.5:  # a side condition that holds for a part of the range
         other = measure_of(machine, rng)
-        u, found = scan(case, [other])
+        _, found = scan(case, [other])
         column = found[np.isfinite(found[:, 0]), 0]
         if len(column):
             limit = float(np.quantile(column, rng.uniform(0.2, 0.8)))
-            unit = machine.units.of(mbody.measured(asked(machine, "kinetostatics"), other)[1])
+            unit = machine.units.of(measured(case.first, other)[1])
             sign = str(rng.choice(["<=", ">="]))
             case.sides += (f"{other} {sign} {limit!r} {unit}",)
     return case
@@ -168,15 +193,15 @@ def case_of(seed: int) -> Case:
 def _present(machine: mbody.Mechanism, unknown: str) -> float:
     driver, _, key = unknown.partition(".")
     if key in ("value", "rate") and driver == machine.drivers[0].name:
-        first = asked(machine, "kinematics")
+        first = asked(machine, "kinematics", Ask())
         return float(first.driven(driver)[("value", "rate").index(key)][0])
     return float(mbody.assemble(machine).values[unknown])
 
 
 def plain(case: Case, u: float, guess: Any) -> mbody.Solution:
     """The design with one value, analysed as any other."""
-    system, driver = mbody.assemble(case.machine), case.machine.drivers[0].name
-    state = [float(part[0]) for part in asked(case.machine, "kinematics").driven(driver)]
+    system, driver = case.system, case.machine.drivers[0].name
+    state = [float(part[0]) for part in case.first.driven(driver)]
     owner, _, key = case.unknown.partition(".")
     if owner == driver and key in ("value", "rate"):
         state[("value", "rate").index(key)] = u
@@ -192,7 +217,7 @@ def scan(case: Case, measures: list[str]) -> tuple[Array, Array]:
     (places,) and (places, measures).
     """
     driver, owner = case.machine.drivers[0].name, case.unknown.partition(".")
-    first = asked(case.machine, "kinetostatics")
+    first = case.first
     here, poses = _present(case.machine, case.unknown), link_poses(first)
     u = np.linspace(case.low, case.high, PLACES)
     found = np.full((PLACES, len(measures)), np.nan)
@@ -272,14 +297,16 @@ def verdict(case: Case) -> tuple[str, str, float]:
     else:
         top = float(value[good].max())
     spread = float(np.ptp(value[np.isfinite(value)])) if np.isfinite(value).any() else 0.0
-    floor = TOLERANCE * (spread + abs(top) if good.any() else 1.0)
+    size = Trials(case.machine, Question(case.unknown, "t = 0")).size_of(case.measure)
+    rounding = ROUNDING * size
+    floor = TOLERANCE * (spread + abs(top) if good.any() else 1.0) + rounding
     again = plain(case, where, link_poses(best.run))
     told = float(again.measure(case.measure)[0])
     off = abs(told - best.objective)
     text = f"{best.objective:.9g} at {where:.9g}, the scan {sign * top:.9g}"
     if good.any():
         text += f" at {u[good][value[good].argmax()]:.9g}"
-    wrong = sign * best.objective < top - floor or off > 1e-9 * (abs(told) + spread)
+    wrong = sign * best.objective < top - floor or off > TOLERANCE * (abs(told) + spread) + rounding
     wrong |= any(holds(again, side) < -1e-8 for side in case.sides)
     wrong |= not case.low - 1e-9 <= where <= case.high + 1e-9 and case.bounded
     if answer.doubts:

@@ -90,20 +90,24 @@ class _Range:
         """The parameter of a place."""
         return u if self.even else math.asinh(u - self.start)
 
-    def profile(self, values: Values) -> Profile:
+    def profile(self, values: Values, noise: Array) -> Profile:
         """The samples of a function of the unknown."""
         low, high = self.s(self.low), self.s(self.high)
-        also = (self.s(0.0),)
-        return Profile(lambda s: values(self.u(s)), low, high, self.s(self.start), self.stops, also)
+        start, zero = self.s(self.start), self.s(0.0)
+        return Profile(
+            lambda s: values(self.u(s)), low, high, start, noise, self.stops, also=(zero,)
+        )
 
 
-def extremum(one: Wanted, values: Values) -> Extremum:
+def extremum(one: Wanted, values: Values, noise: Array) -> Extremum:
     """Where the last column is greatest while no other is negative.
 
     Parameters
     ----------
     values : Values
         Of the unknown in its steps.
+    noise : array (columns,)
+        What is rounding of every column.
 
     Raises
     ------
@@ -111,7 +115,7 @@ def extremum(one: Wanted, values: Values) -> Extremum:
     """
     for reach in TURNS if one.angle else REACHES:
         space = _Range(one, reach)
-        profile = space.profile(values)
+        profile = space.profile(values, noise)
         best = profile.best(space.s(space.start))
         at_end = best is not None and best.outer and not space.given[best.outer > 0]
         if not at_end and (best is not None or all(space.given)):

@@ -7,6 +7,7 @@ what can be analysed and summits between samples are then found to rounding.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -33,6 +34,8 @@ EQUAL = 1e-10
 FLOOR = 1e-10
 #: Samples that are tried together where a range ends at the first failure.
 STRIDE = 8
+#: Summits that are followed in one round.
+PEAKS = 12
 #: Steps of a bisection or of a search for a zero or a summit.
 STEPS = 100
 #: Golden section.
@@ -74,6 +77,8 @@ class Profile:
     values : Values
     low, high, start : float
         The range and a place in it, from which one goes to both sides.
+    noise : array (columns,)
+        What is rounding of every column.
     stops : pair of bool
         Whether the range ends, below and above, where values first fail.
     also : sequence of float
@@ -86,9 +91,11 @@ class Profile:
         low: float,
         high: float,
         start: float,
-        stops: tuple[bool, bool] = (False, False),
-        also: Sequence[float] = (),
+        noise: Array,
+        stops: tuple[bool, bool],
+        also: Sequence[float],
     ) -> None:
+        self.noise = noise
         self.values, self.low, self.high = values, low, high
         self.spacing = (high - low) / SAMPLES
         self.x = np.empty(0)
@@ -164,17 +171,18 @@ class Profile:
         near = np.stack([k - 2, k - 1, k + 1, k + 2])
         x, y = self.x[near] - self.x[k], self.y[near]
         weights = np.ones((4, len(k)))
-        for a in range(4):
-            for b in range(4):
-                if a != b:
-                    weights[a] *= x[b] / (x[b] - x[a])
-        told = np.einsum("ak,akc->kc", weights, y)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            for a, b in itertools.permutations(range(4), 2):
+                weights[a] *= x[b] / (x[b] - x[a])
+            told = np.einsum("ak,akc->kc", weights, y)
         five = np.concatenate([y, self.y[None, k]])
         spread = five.max(axis=0) - five.min(axis=0)
-        floor = FLOOR * (self.size[k] + np.abs(five).max(axis=0)) + 1e-300
+        floor = FLOOR * (self.size[k] + np.abs(five).max(axis=0)) + self.noise + 1e-300
         with np.errstate(invalid="ignore"):
             part = np.abs(told - self.y[k]) / (spread + floor / ROUGH)
-        off[2:-2] = np.nan_to_num(part).max(axis=1)
+        # places that nearly coincide tell nothing
+        apart = np.abs(x).min(axis=0) > FINEST**2 * self.spacing
+        off[2:-2] = np.where(apart, np.nan_to_num(part).max(axis=1), 0.0)
         return off
 
     def _refine(self) -> None:
@@ -202,15 +210,16 @@ class Profile:
 
     def _edges(self) -> None:
         """Find to rounding where values begin to fail."""
-        found = self.found
-        for k in np.flatnonzero(found[1:] != found[:-1]):
-            far, bad = (float(x) for x in (self.x[[k, k + 1]] if found[k] else self.x[[k + 1, k]]))
-            good, width = far, self.spacing
+        k = np.flatnonzero(self.found[1:] != self.found[:-1])
+        sides = np.where(self.found[k], k, k + 1), np.where(self.found[k], k + 1, k)
+        width = self.spacing
+        for far, bad in zip(*(self.x[side].tolist() for side in sides), strict=True):
+            good = far
             while abs(good - bad) > 4e-16 * (abs(good) + abs(bad) + width):
                 middle = 0.5 * (good + bad)
                 if middle in (good, bad):
                     break
-                if np.isfinite(self.values(np.array([middle]))[0]).all():
+                if np.isfinite(self.at(middle)).all():
                     good = middle
                 else:
                     bad = middle
@@ -308,7 +317,7 @@ class Profile:
         for x in endless:
             if good[int(np.searchsorted(self.x, x))]:
                 return Best(x, top, ENDLESS)
-        equal = np.flatnonzero(y >= top - EQUAL * self.size[good, -1].max())
+        equal = np.flatnonzero(y >= top - self._floor)
         k = int(equal[np.abs(self.x[equal] - near).argmin()])
         while y[max(k - 1, 0) : k + 2].max() > y[k]:
             k = int(max(k - 1, 0) + y[max(k - 1, 0) : k + 2].argmax())
@@ -316,25 +325,32 @@ class Profile:
         outer = -1 if x == self.x[0] else 1 if x == self.x[-1] else 0
         return Best(x, float(self.at(x)[-1]), self.edges.get(x, CLOSED), outer)
 
+    @property
+    def _floor(self) -> float:
+        """By how much values may differ that are equal."""
+        return float(self.noise[-1] + EQUAL * self.size[self.allowed, -1].max())
+
     def _promising(self) -> list[float]:
         """Samples greater than their neighbours, all three allowed, whose summit may be best."""
         y, good = self.y[:, -1], self.allowed
         if not good.any():
             return []
-        top = y[good].max()
-        found = []
+        top, floor = y[good].max(), self._floor
+        summits = []
         for k in np.flatnonzero(good[1:-1] & good[:-2] & good[2:]) + 1:
             three = y[k - 1 : k + 2]
             drop = three[1] - three.min()
             wide = self.x[k + 1] - self.x[k - 1] > 1e-7 * self.spacing
-            if wide and three[1] >= max(three[0], three[2]) and three[1] + drop >= top:
-                found.append(float(self.x[k]))
+            if wide and drop > floor and three[1] >= max(three[0], three[2], top - drop):
+                summits.append((-three[1], float(self.x[k])))
+        found = [x for _, x in sorted(summits)[:PEAKS]]
         # at the end of a run the summit may lie between it and its neighbour
+        ends = []
         for k in np.flatnonzero(good[1:] != good[:-1]):
             inside, end = (k + 2, k + 1) if good[k + 1] else (k - 1, k)
             if 0 <= inside < len(self.x) and good[inside] and y[end] >= y[inside]:
-                self.at(float(self.x[end] + 0.01 * (self.x[inside] - self.x[end])))
-                break
+                ends.append(float(self.x[end] + 0.01 * (self.x[inside] - self.x[end])))
+        self.add(np.array(ends))
         return found
 
     def _exact(self, k: int) -> float:

@@ -32,6 +32,8 @@ Corner = tuple[Affine, tuple[int, ...]]
 STARTS, IDLE = 40, 16
 #: Combinations of side conditions that are tried.
 MOST = 2000
+#: Part of the size that a quantity may have in a mechanism that is rounding.
+NOISE = 1e-12
 #: What makes a formula bend where probes may not look.
 KINKS = re.compile(r"\b(abs|min|max)\s*\(")
 #: Two solutions nearer than this, in steps of the unknowns, are one.
@@ -182,7 +184,7 @@ class Search:
             return rest, size
 
         try:
-            best = extremum(one, values)
+            best = extremum(one, values, self._noise())
         except Unbounded as error:
             raise SolveError(self._endless(error.u, error.edge)) from None
         where = f"{self._at(best.low)} to {self._at(best.high)}"
@@ -208,6 +210,11 @@ class Search:
                 "may be a local one; give narrower bounds"
             )
         return np.array([best.u])
+
+    def _noise(self) -> Array:
+        """What is rounding of every side condition and of the objective."""
+        texts = [*(one.left for one in self.sides), self.question.objective]
+        return NOISE * np.array([self.trials.size_of(text) for text in texts])
 
     def _several(self) -> Array:
         """The best values of several unknowns, by climbs from several starts."""

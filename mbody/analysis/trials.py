@@ -151,17 +151,23 @@ class Trials:
             angle=place and dimension == DIMENSIONS["angle"],
         )
 
-    def _natural(self, first: Solution, dimension: Dimension | None) -> float:
-        """A size that such a number may have in this mechanism."""
+    def _natural(self, first: Solution, dimension: Dimension | None, rate: float = 0.0) -> float:
+        """A size that such a number may have in this mechanism, whose bodies turn at a rate."""
         if dimension is None:
             return 1.0
         length, g = first.system.length, first.mechanism.g
         masses = first.system.mass
         mass = float(masses.reshape(-1, 3, masses.shape[1])[:, :2].max()) or 1.0
-        time = np.sqrt(length / g)
+        time = 1.0 / (rate + np.sqrt(g / length))
         powers = (dimension.length, dimension.mass, dimension.time)
         sizes = zip((length, mass, time), powers, strict=True)
         return float(np.prod([size ** float(power) for size, power in sizes]))
+
+    def size_of(self, measure: str) -> float:
+        """A size that a measured quantity may have in this mechanism."""
+        run = self.known[0].run
+        rates = [abs(float(run[body.name].omega[-1])) for body in run.mechanism.bodies]
+        return self._natural(run, measured(run, measure)[1], max(rates, default=0.0))
 
     def _first(self, first: Solution) -> Reached:
         """The design as it stands."""
