@@ -204,7 +204,8 @@ def climbed(rows: Rows, equations: int, wanted: Sequence[Wanted], sign: float) -
     top, best = max(ends + others, key=lambda pair: pair[0])
     floor = SAME * max(abs(top), max(abs(value) for value, _ in ends + others))
     agreeing = sum(value >= top - floor for value, _ in ends)
-    on_end = np.stack([best <= hill.low, best >= hill.high], axis=1) & ~hill.given
+    near = SAME * (hill.high - hill.low)
+    on_end = np.stack([best <= hill.low + near, best >= hill.high - near], axis=1) & ~hill.given
     on_end &= np.array([[not one.angle] * 2 for one in wanted])
     better = not ends or max(value for value, _ in ends) < top - floor
     return Climbed(best, None, bool(on_end.any()), len(ends), agreeing, better)

@@ -328,7 +328,8 @@ class Profile:
     @property
     def _floor(self) -> float:
         """By how much values may differ that are equal."""
-        return float(self.noise[-1] + EQUAL * self.size[self.allowed, -1].max())
+        top = int(np.where(self.allowed, self.y[:, -1], -np.inf).argmax())
+        return float(self.noise[-1] + EQUAL * self.size[top, -1])
 
     def _promising(self) -> list[float]:
         """Samples greater than their neighbours, all three allowed, whose summit may be best."""

@@ -374,8 +374,8 @@ class Search:
     ) -> str:
         return (
             f"'{one.text}' does not hold where the conditions do, at {self._where(values, units)}: "
-            f"it is short by {-rest:.4g} {one.unit(self.mechanism)}".rstrip()
-            + "; that limit is reached first: ask for what is greatest within the side conditions"
+            f"it is short by {self._short(one, rest)}; that limit is reached first: ask for what is "
+            "greatest within the side conditions"
         )
 
     def _text(self, side: int) -> str:
@@ -390,8 +390,14 @@ class Search:
         rest, size = self.rows(u[None])
         worst = int(np.argmin(rest[0, first:last] / np.maximum(size[0, first:last], 1e-300)))
         one = self.sides[worst]
-        short = f"{-rest[0, first + worst]:.4g} {one.unit(self.mechanism)}".strip()
+        short = self._short(one, float(rest[0, first + worst]))
         return one.text, f" by {short} at {self._where(*self._told(u))}"
+
+    def _short(self, one: Relation, rest: float) -> str:
+        """By how much a side condition is broken, with its unit."""
+        unit = one.unit(self.mechanism)
+        value, unit = (math.degrees(rest), "deg") if unit == "rad" else (rest, unit)
+        return f"{-value:.4g} {unit}".strip()
 
     def _infeasible(self, text: str, where: str = "") -> str:
         if not text:
