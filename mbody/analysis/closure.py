@@ -32,6 +32,7 @@ __all__ = [
     "as_system",
     "check_determined",
     "closed",
+    "closed_near",
     "drivers",
     "misfit",
     "raise_user_error",
@@ -139,8 +140,7 @@ def closed(
     if guess and "ground" in guess:
         raise ModelError("the ground does not move: a guess is for moving bodies", "ground")
     work = system.work(designs=design)
-    set_drive(system, work, t, drive)
-    values = {d.name: float(work.signal[row, 0]) for d, row in drivers(system)}
+    values = set_drive(system, work, t, drive)
     base = system if system.batch is None else system.design(design)
     first = placed(base, guess, values) if pose is None else pose
     start = first[:, None].copy()
@@ -157,6 +157,24 @@ def closed(
     check_fit(system, work.q[:, 0], design)
     if pose is None:
         _say_branch(system, result, first[:, None], guess)
+    return result
+
+
+def closed_near(system: System, t: float, guess: Mapping[str, Any]) -> Closed:
+    """Close the loops of one design from the guesses alone: no other starts are tried, and a
+    failure is not explained. It is for searches, most of whose failures nobody reads.
+
+    Raises
+    ------
+    SolveError
+        Where the guesses lead to no closed position.
+    """
+    work = system.work()
+    values = set_drive(system, work, t, {})
+    result = _from(system, work, placed(system, guess, values)[:, None])
+    if result is None:
+        raise SolveError(f"loops of '{system.mechanism.name}' do not close near the guess")
+    check_fit(system, work.q[:, 0], 0)
     return result
 
 
@@ -223,8 +241,10 @@ def rounding(system: System, work: Work) -> float:
     return float(TOLERANCE * (1.0 + size))
 
 
-def set_drive(system: System, work: Work, t: float, drive: Mapping[str, float]) -> None:
-    """Signals at time t; values in `drive` replace those of the laws."""
+def set_drive(system: System, work: Work, t: float, drive: Mapping[str, float]) -> dict[str, float]:
+    """Signals at time t; values in `drive` replace those of the laws. Returns the values of all
+    drivers by name.
+    """
     work.time[:] = t
     laws_of_time(system.runtime(), work)
     raise_user_error(system)
@@ -237,6 +257,7 @@ def set_drive(system: System, work: Work, t: float, drive: Mapping[str, float]) 
                 f"{system.mechanism.units.time}: begin elsewhere, or choose another law",
                 driver.name,
             )
+    return {driver.name: float(work.signal[row, 0]) for driver, row in drivers(system)}
 
 
 def drivers(system: System) -> list[tuple[Any, int]]:
