@@ -15,6 +15,7 @@ from mbody.analysis.gaps import explain_gap, violations
 from mbody.analysis.places import place
 from mbody.analysis.placing import placed
 from mbody.analysis.rank import Rank, dense, rank_of, too_large
+from mbody.analysis.turns import ambiguous, by_rows, by_springs
 from mbody.assembler import assemble
 from mbody.core.close import close, laws_of_time
 from mbody.core.layout import Work
@@ -137,20 +138,34 @@ def closed(
     set_drive(system, work, t, drive)
     values = {d.name: float(work.signal[row, 0]) for d, row in drivers(system)}
     base = system if system.batch is None else system.design(design)
-    first = placed(base, guess, values) if pose is None else pose
+    first = _guessed(base, guess, values) if pose is None else pose
     start = first[:, None].copy()
     for attempt in range(ATTEMPTS):
         result = _from(system, work, start)
         if result is not None:
             break
         shaken = np.random.default_rng(attempt)
-        start = placed(base, guess, values, shaken)[:, None]
+        start = _guessed(base, guess, values, shaken)[:, None]
     else:
         explain_gap(system, work, first[:, None], t)
     check_fit(system, work.q[:, 0], design)
     if pose is None:
         _say_branch(system, result, first[:, None], guess)
+        by_springs(base, work.q.T)
+        result.notes += ambiguous(base, work.q[:, 0], values)
     return result
+
+
+def _guessed(
+    system: System,
+    guess: Mapping[str, Any] | None,
+    values: Mapping[str, float],
+    shaken: np.random.Generator | None = None,
+) -> np.ndarray:
+    """A first pose by the guesses, each body turned as rows between angles have it."""
+    pose = placed(system, guess, values, shaken)
+    by_rows(system, pose, values, system.numbers)
+    return pose
 
 
 def check_fit(system: System, q: np.ndarray, design: int) -> None:

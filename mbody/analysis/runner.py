@@ -16,6 +16,7 @@ from mbody.analysis.closure import (
 )
 from mbody.analysis.contacts import check_fits, pulled
 from mbody.analysis.dead_centres import DeadCentre
+from mbody.analysis.extrapolation import extrapolated
 from mbody.analysis.instants import BY_DRIVER, BY_INSTANT, BY_TIME, Plan, check_laws
 from mbody.analysis.rank import dense, too_large
 from mbody.analysis.undefined import valueless
@@ -25,8 +26,10 @@ from mbody.core.follow import DONE, STUCK, follow
 from mbody.core.layout import Work
 from mbody.core.march import march
 from mbody.core.output import PER_ATOM
+from mbody.doubts import doubted
 from mbody.errors import SolveError
 from mbody.histories import Record
+from mbody.remarks import remarks
 from mbody.solution import Solution
 from mbody.square import Plans, plan_squares, room
 from mbody.system import System
@@ -230,7 +233,7 @@ class Runner:
     ) -> Solution:
         """What was computed, as the user gets it; wheels that do not fit are an error."""
         dependencies = open_reactions(self.system, start.rank) if start.soft else None
-        notes = list(start.notes)
+        notes = [*start.notes, *remarks(self.system.mechanism, self.system.plans)]
         if start.soft and self.loads and dependencies is None:
             notes.append("rows are redundant; which reactions are unique was not looked at")
         found = Solution(
@@ -245,7 +248,9 @@ class Runner:
         )
         check_fits(found)
         pulling = pulled(found)
-        return replace(found, notes=(*notes, *pulling)) if notes or pulling else found
+        if notes or pulling:
+            found = replace(found, notes=(*notes, *pulling))
+        return doubted(found, extrapolated(found))
 
     def explain(self, stuck: Stuck, start: Closed, plan: Plan) -> SolveError:
         """The sentence of a path that ended: a user's function, a law, a dead centre."""
