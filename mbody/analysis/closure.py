@@ -12,6 +12,7 @@ import numpy as np
 
 from mbody._user import failure
 from mbody.analysis.gaps import explain_gap, violations
+from mbody.analysis.own_physics import check_own
 from mbody.analysis.places import place
 from mbody.analysis.placing import placed
 from mbody.analysis.rank import Rank, dense, rank_of, too_large
@@ -139,6 +140,7 @@ def closed(
     values = {d.name: float(work.signal[row, 0]) for d, row in drivers(system)}
     base = system if system.batch is None else system.design(design)
     first = _guessed(base, guess, values) if pose is None else pose
+    check_own(base, t, first)
     start = first[:, None].copy()
     for attempt in range(ATTEMPTS):
         result = _from(system, work, start)
