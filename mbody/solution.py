@@ -20,6 +20,7 @@ from mbody.errors import ModelError
 from mbody.events import Occurrence
 from mbody.histories import BodyHistory, Checks, PointHistory, Reaction, Record
 from mbody.joints import Joint
+from mbody.load_histories import LoadHistory, load_history
 from mbody.mechanism import Mechanism
 from mbody.momenta import Momentum, momentum
 from mbody.named import varied
@@ -300,6 +301,33 @@ class Solution:
             raise ModelError(
                 f"{self.analysis} finds no forces, as of '{driver}': use kinetostatics", driver
             )
+
+    def load(self, name: str, on: str | None = None) -> LoadHistory:
+        """What a load does: its force and torque on a body, and the length, angle and rate that a
+        spring or damper goes by; see `LoadHistory`.
+
+        Parameters
+        ----------
+        name : str
+            Of a load; for what acts on every body, as gravity, `on` is needed.
+        on : str, optional
+            The body on which it acts; by default body j, or the body that the load names.
+
+        Raises
+        ------
+        ModelError
+            For a load or a body that there is not.
+
+        Examples
+        --------
+        >>> import mbody
+        >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0)
+        >>> machine.add(mbody.Spring("spring", "ground", "rocker.B", stiffness=20.0))
+        >>> found = mbody.kinetostatics(machine).load("spring")
+        >>> bool(abs(found.force[0] - 20.0 * found.length[0]) < 1e-12)
+        True
+        """
+        return load_history(self, name, on)
 
     def driven(self, driver: str) -> tuple[Array, Array, Array]:
         """Value, rate and acceleration of what a driver drives, angles in rad: arrays (instants,),

@@ -9,6 +9,7 @@ from mbody.analysis.closure import Closed, check_determined, closed, rounding
 from mbody.analysis.designs import closed_poses, in_all_lanes
 from mbody.analysis.instants import BY_INSTANT, Plan
 from mbody.analysis.runner import Runner, Stuck
+from mbody.analysis.turns import by_springs
 from mbody.errors import SolveError
 from mbody.histories import Record
 from mbody.solution import Solution
@@ -62,6 +63,7 @@ def _poses(runner: Runner, start: Closed, plan: Plan) -> np.ndarray:
         except SolveError as error:
             raise _numbered(error, int(design)) from error
         poses[design] = one.work.q[:, 0]
+    by_springs(system, poses)
     return poses
 
 

@@ -12,9 +12,11 @@ import numpy as np
 
 from mbody._user import failure
 from mbody.analysis.gaps import explain_gap, refuse_near_redundant, violations
+from mbody.analysis.own_physics import check_own
 from mbody.analysis.places import direction, place
 from mbody.analysis.placing import placed
 from mbody.analysis.rank import Rank, dense, rank_of, too_large
+from mbody.analysis.turns import ambiguous, by_rows, by_springs
 from mbody.analysis.unused import unused_points
 from mbody.assembler import assemble
 from mbody.core.close import close, laws_of_time
@@ -142,7 +144,8 @@ def closed(
     work = system.work(designs=design)
     values = set_drive(system, work, t, drive)
     base = system if system.batch is None else system.design(design)
-    first = placed(base, guess, values) if pose is None else pose
+    first = _guessed(base, guess, values) if pose is None else pose
+    check_own(base, t, first)
     start = first[:, None].copy()
     for attempt in range(ATTEMPTS):
         result = _from(system, work, start)
@@ -151,12 +154,14 @@ def closed(
         if result is not None:
             break
         shaken = np.random.default_rng(attempt)
-        start = placed(base, guess, values, shaken)[:, None]
+        start = _guessed(base, guess, values, shaken)[:, None]
     else:
         explain_gap(system, work, first[:, None], t)
     check_fit(system, work.q[:, 0], design)
     if pose is None:
         _say_branch(system, result, first[:, None], guess)
+        by_springs(base, work.q.T)
+        result.notes += ambiguous(base, work.q[:, 0], values)
     return result
 
 
@@ -171,11 +176,23 @@ def closed_near(system: System, t: float, guess: Mapping[str, Any]) -> Closed:
     """
     work = system.work()
     values = set_drive(system, work, t, {})
-    result = _from(system, work, placed(system, guess, values)[:, None])
+    result = _from(system, work, _guessed(system, guess, values)[:, None])
     if result is None:
         raise SolveError(f"loops of '{system.mechanism.name}' do not close near the guess")
     check_fit(system, work.q[:, 0], 0)
     return result
+
+
+def _guessed(
+    system: System,
+    guess: Mapping[str, Any] | None,
+    values: Mapping[str, float],
+    shaken: np.random.Generator | None = None,
+) -> np.ndarray:
+    """A first pose by the guesses, each body turned as rows between angles have it."""
+    pose = placed(system, guess, values, shaken)
+    by_rows(system, pose, values, system.numbers)
+    return pose
 
 
 def check_fit(system: System, q: np.ndarray, design: int) -> None:

@@ -15,6 +15,7 @@ from mbody.analysis.closure import (
 )
 from mbody.analysis.contacts import Held, check_fits, holding, low_between, one_sided, pulled
 from mbody.analysis.dead_centres import DeadCentre
+from mbody.analysis.extrapolation import extrapolated
 from mbody.analysis.instants import BY_DRIVER, BY_INSTANT, BY_TIME, Plan, by_time, check_laws
 from mbody.analysis.rank import dense, too_large
 from mbody.analysis.undefined import valueless
@@ -25,8 +26,10 @@ from mbody.core.follow import DONE, STUCK, follow
 from mbody.core.layout import Work
 from mbody.core.march import march
 from mbody.core.output import PER_ATOM
+from mbody.doubts import doubted
 from mbody.errors import SolveError
 from mbody.histories import Record
+from mbody.remarks import remarks
 from mbody.solution import Solution
 from mbody.square import Plans, plan_squares, room
 from mbody.system import System
@@ -235,7 +238,8 @@ class Runner:
     ) -> Solution:
         """What was computed, as the user gets it; wheels that do not fit are an error."""
         dependencies = open_reactions(self.system, start.rank) if start.soft else None
-        notes = [*start.notes, *(told_open(dependencies) if start.soft and self.loads else ())]
+        notes = [*start.notes, *remarks(self.system.mechanism, self.system.plans)]
+        notes += told_open(dependencies) if start.soft and self.loads else ()
         found = Solution(
             system=self.system,
             analysis=self.analysis,
@@ -248,7 +252,7 @@ class Runner:
             status=status,
         )
         check_fits(found)
-        return found
+        return doubted(found, extrapolated(found))
 
     def pulled(self, start: Closed, plan: Plan, found: Solution) -> list[str]:
         """Sentences of contacts that pull and ropes that push, over the instants of `found`, and,

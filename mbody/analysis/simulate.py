@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from mbody.analysis.asked_motion import asked_motion, last_time, tolerances
 from mbody.analysis.close_loops import close_loops
 from mbody.analysis.closure import as_system
+from mbody.analysis.extrapolation import extrapolated
 from mbody.analysis.phases import followed
 from mbody.analysis.start import started, state_of
+from mbody.doubts import doubted
 from mbody.errors import ModelError
 from mbody.events import Event, Stop
 from mbody.mechanism import Mechanism
+from mbody.remarks import remarks
 from mbody.solution import Solution
 from mbody.system import System
 
@@ -134,4 +138,6 @@ def simulate(
         events=events,
         release=release,
     )
-    return followed(system, start, asked, progress)
+    run = followed(system, start, asked, progress)
+    said = [note for note in remarks(system.mechanism, system.plans) if note not in run.notes]
+    return doubted(replace(run, notes=(*run.notes, *said)), extrapolated(run))

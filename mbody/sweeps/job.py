@@ -17,6 +17,7 @@ from mbody.analysis.drifting import Drift, drift_of, drifted
 from mbody.analysis.instants import Plan, check_reach, plan
 from mbody.analysis.runner import Runner
 from mbody.analysis.simulate import simulate
+from mbody.analysis.turns import by_springs
 from mbody.doubts import Doubt
 from mbody.elements import listed
 from mbody.errors import ModelError, SolveError
@@ -324,6 +325,7 @@ def _together(
         times = course.plan.t
         check_reach(system, times, job.how.get("drive") or {})
         poses, good = closed_poses(system, course.plan, course.pose, course.small)
+        by_springs(system, poses)
         rows, sound = on_lanes(system, course, poses, job.wanted)
         sound &= good
         if len(course.plan.given) == len(times):

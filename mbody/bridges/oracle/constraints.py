@@ -197,7 +197,9 @@ class Constraints(Geometry):
     def _physics(self, e: CustomJoint, q: Any, v: Any, t: Any) -> tuple[Any, ...]:
         sides = (self.side(q, v, e.i.body), self.side(q, v, e.j.body))
         numbers: Any = Numbers(self)
-        return tuple(e.physics(*sides, np.array(e.parameters(numbers)), t))
+        (atom,) = e.atoms(numbers)
+        assert atom.function is not None
+        return tuple(atom.function(*sides, np.array(atom.parameters), t))
 
     def _custom_phi(self, e: CustomJoint, q: Any, t: Any) -> list[Any]:
         if q.ndim == 1:

@@ -118,7 +118,9 @@ class Loads(Motion):
         at: Any = Numbers(self)
         if isinstance(load, CustomLoad):
             sides = (self.side(q, v, load.i.body), self.side(q, v, load.j.body))
-            six = load.physics(*sides, np.array(load.parameters(at)), t)
+            (action,) = load.actions(at)
+            assert action.function is not None
+            six = action.function(*sides, np.array(action.parameters), t)
             f[self.index[load.i.body]] += six[:3]
             f[self.index[load.j.body]] += six[3:]
         elif isinstance(load, Gravity):
