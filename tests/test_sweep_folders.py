@@ -11,8 +11,9 @@ from numpy.testing import assert_array_equal
 
 import mbody
 from mbody import makers
+from mbody.io.seal import OPEN_SEAL, seal, sealed
 from mbody.sweeps import Normal, monte_carlo, store
-from mbody.sweeps.pieces import OPEN_SEAL, clear, seal, sealed, write_whole
+from mbody.sweeps.pieces import clear, write_whole
 
 pytest.importorskip("pyarrow")
 

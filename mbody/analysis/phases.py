@@ -11,6 +11,7 @@ from mbody.analysis.asked_motion import AskedMotion
 from mbody.analysis.course import Course
 from mbody.analysis.equilibrium import released
 from mbody.analysis.eventful import Eventful
+from mbody.analysis.resuming import check_restart
 from mbody.analysis.start import state_of
 from mbody.core.output import PER_ATOM
 from mbody.energy import account, causes
@@ -91,6 +92,8 @@ def _restart(
         all(getattr(start.mechanism, part) == getattr(system.mechanism, part) for part in PARTS)
         and all(np.array_equal(ours[name], theirs[name]) for name in ours)
     )
+    if same:
+        check_restart(released(system, gone) if gone else system, found, float(start.t[-1]))
     return found if same else None
 
 

@@ -15,9 +15,10 @@ from typing import Any
 import numpy as np
 
 from mbody.errors import ModelError
+from mbody.io.seal import OPEN_SEAL, seal, sealed
 from mbody.sweeps.identity import digest_of, identity
 from mbody.sweeps.job import Job, Part
-from mbody.sweeps.pieces import OPEN_SEAL, clear, seal, sealed, write_whole
+from mbody.sweeps.pieces import clear, write_whole
 from mbody.sweeps.samples import Drawn
 
 __all__ = ["Store"]
@@ -118,7 +119,7 @@ class Store:
         return True
 
     def missing(self, pieces: list[int]) -> list[int]:
-        """First designs of the pieces that are still to be done; what does not fit is done again."""
+        """First designs of the pieces to be done: missing ones, and those that do not fit."""
         return [low for low in pieces if not self._sound(low)]
 
     def keep(self, low: int, part: Part) -> None:

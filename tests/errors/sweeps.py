@@ -9,12 +9,12 @@ from types import SimpleNamespace
 from unittest import mock
 
 import mbody
+from mbody.io.seal import OPEN_SEAL
 from mbody.sweeps import (
     Normal,
     Uniform,
     latin_hypercube,
     monte_carlo,
-    pieces,
     sobol,
     together,
 )
@@ -94,7 +94,7 @@ def with_manifest(text):
 def to_a_folder(meanwhile):
     """A sweep to a folder in which something happens before the first piece is written."""
     sweep()  # what it imports stays
-    empty = mock.patch("mbody.sweeps.store.Store._content", lambda *_: pieces.OPEN_SEAL)
+    empty = mock.patch("mbody.sweeps.store.Store._content", lambda *_: OPEN_SEAL)
     begun = mock.patch("mbody.sweeps.store.Store._begin", meanwhile)
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder), empty, begun:
         kept = with_arrow("results")
