@@ -19,6 +19,7 @@ PACKAGE = ROOT / "mbody"
 LAYERS = (
     {
         "_version",
+        "_stop",
         "errors",
         "doubts",
         "_cache",

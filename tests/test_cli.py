@@ -146,7 +146,7 @@ def test_a_stop_by_the_user_is_no_traceback(monkeypatch, run):
         raise KeyboardInterrupt
 
     monkeypatch.setattr("mbody.cli.demo.demo", stopped)
-    assert run("demo") == (1, "", "\nmbody: stopped\n")
+    assert run("demo") == (130, "", "mbody: stopped\n")
 
 
 def test_the_module_is_the_command():

@@ -13,6 +13,7 @@ from mbody.analysis.course import Course
 from mbody.analysis.equilibrium import released
 from mbody.analysis.eventful import Eventful
 from mbody.analysis.opening import opening
+from mbody.analysis.resuming import check_restart
 from mbody.analysis.start import state_of
 from mbody.certify import as_said
 from mbody.core.output import PER_ATOM
@@ -108,6 +109,8 @@ def _restart(
         all(getattr(start.mechanism, part) == getattr(system.mechanism, part) for part in PARTS)
         and all(np.array_equal(ours[name], theirs[name]) for name in ours)
     )
+    if same:
+        check_restart(released(system, gone) if gone else system, found, float(start.t[-1]))
     return found if same else None
 
 
