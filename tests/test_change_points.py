@@ -24,6 +24,8 @@ from mbody import (
 )
 from mbody.bridges.oracle import Reference
 
+pytestmark = pytest.mark.processor
+
 SPEED = 2.0
 CRANK, BASE = 1.0, 3.0
 MASSES = (1.0, 3.0, 1.5)

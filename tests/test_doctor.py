@@ -8,6 +8,8 @@ import pytest
 from mbody import cli
 from mbody.cli import doctor
 
+pytestmark = pytest.mark.processor
+
 Long = np.longdouble
 PI = Long("3.14159265358979323846264338327950288")
 

@@ -65,7 +65,8 @@ def crossing(follower: Follower, here: Point, there: Point) -> Crossing | None:
         return None
     place, value, H, V, gap = found
     before, after = (
-        np.append((place.q - end.place.q) / follower.scale, value - end.value) for end in (here, there)
+        np.append((place.q - end.place.q) / follower.scale, value - end.value)
+        for end in (here, there)
     )
     first, last = float(np.linalg.norm(before)), float(np.linalg.norm(after))
     if first + last > 1.2 * float(np.linalg.norm(before - after)) + 1e-9:

@@ -148,7 +148,9 @@ class Search:
         for thorough in (False, True):
             for place in cover.rests(self._solved, thorough):
                 self._keep(place)
-            new = [rest for rest in self.found if cover.near(cover.name(rest.place.q)).min() < SPACING]
+            new = [
+                rest for rest in self.found if cover.near(cover.name(rest.place.q)).min() < SPACING
+            ]
             if not cover.closed or any(rest.row for rest in new) or len(new) % 2 == 0:
                 break
         else:

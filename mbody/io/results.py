@@ -136,7 +136,7 @@ def _reactions(solution: Solution) -> dict[str, Any]:
         reaction = solution.reaction(joint.name)
         sides = {"i": reaction.by, "j": reaction.on}
         unique = {"unique": list(reaction.unique or (None, None, None))}
-        found[joint.name] = sides | _fields(reaction, ("fx", "fy", "torque")) | unique
+        found[joint.name] = {**sides, **_fields(reaction, ("fx", "fy", "torque")), **unique}
     return found
 
 
