@@ -36,7 +36,7 @@ LAYERS = (
     {"atoms", "elements"},
     {"bodies", "hooks"},
     {"joints", "loads", "drivers", "couplings"},
-    {"core", "elimination", "histories"},
+    {"core", "elimination", "groups", "histories"},
     {"square"},
     {"questions", "events", "simulation", "resolution", "compared"},
     {"mechanism"},

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from mbody._lanes import LANES
+from mbody.analysis.branches import Branches, meeting
 from mbody.analysis.closure import (
     Closed,
     drivers,
@@ -37,6 +38,8 @@ __all__ = ["Runner", "Stuck"]
 MANY = 6 * LANES
 #: Positions of a motion at which its pivots are looked at, and numbers of Φ_q there, at most.
 SAMPLES, NUMBERS = 721, 4_000_000
+#: Change points that are named.
+NAMED = 8
 #: Lanes must meet within this, in model lengths and radians.
 SEAM = 1e-8
 #: Unbalanced part of the loads above which there is no equilibrium.
@@ -46,9 +49,13 @@ UNBALANCED = 1e-7
 class Stuck(Exception):
     """The path could not be followed to an instant of the plan."""
 
-    def __init__(self, code: int, done: int, place: float, output: np.ndarray) -> None:
+    def __init__(
+        self, code: int, done: int, place: float, output: np.ndarray, unsure: bool
+    ) -> None:
         super().__init__(code)
         self.code, self.done, self.place, self.output = code, done, place, output
+        #: whether it is the branch that is uncertain from there on
+        self.unsure = unsure
 
 
 class Runner:
@@ -63,6 +70,7 @@ class Runner:
         self.still = analysis == "statics"
         self.layout = system.runtime()
         self.rows = 3 * system.coordinates + PER_ATOM * len(system.owners)
+        self.branches = Branches(system)
 
     def reach(self, start: Closed, plan: Plan) -> float:
         """Greatest coordinate in model lengths and radians, to which rounding is relative."""
@@ -78,6 +86,7 @@ class Runner:
         *,
         loads: bool | None = None,
         reach: float | None = None,
+        design: int = 0,
     ) -> np.ndarray:
         """All instants of the plan on the scalar path: (instants, rows, 1).
 
@@ -85,7 +94,8 @@ class Runner:
         """
         q = start.work.q.copy()
         output = np.empty((len(plan.s), self.rows, 1))
-        state = np.zeros(6)
+        state, nearest = np.zeros(8), np.zeros(3)
+        passed = np.empty((NAMED, 1 + self.system.coordinates))
         state[5] = self.reach(start, plan) if reach is None else reach
         with_loads = self.loads if loads is None else loads
         code = follow(
@@ -101,10 +111,14 @@ class Runner:
             self.still,
             output,
             state,
+            nearest,
+            passed,
         )
         start.work.q[:] = q
+        count = min(int(state[6]), NAMED)
+        self.branches.followed(plan, nearest, passed[:count], design)
         if code != DONE:
-            raise Stuck(code, int(state[0]), float(state[1]), output)
+            raise Stuck(code, int(state[0]), float(state[1]), output, bool(state[7]))
         if with_loads and not state[4] < self.unbalanced:
             raise_user_error(self.system)
             if np.isnan(state[4]):
@@ -144,7 +158,7 @@ class Runner:
         s = plan.s[index]
         t = s if plan.t is plan.s else plan.t[index]
         output, bad = self.march(work, plan, s, t, given, reach)
-        for lane in np.flatnonzero(bad):
+        for lane in np.flatnonzero(bad[0]):
             piece = Closed(self.system.work(), start.soft)
             piece.work.q[:n, 0] = seeds[lane, :n]
             try:
@@ -155,17 +169,21 @@ class Runner:
         gap.reshape(-1, 3, LANES - 1)[:, :2] /= self.system.length
         if not gap.max() <= SEAM * reach:
             return None
+        self.branches.on_lanes(output, bad, t, np.zeros(LANES, dtype=np.int64))
         return output
 
     def march(
         self, work: Any, plan: Plan, s: np.ndarray, t: np.ndarray, given: np.ndarray, reach: float
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Run the lane kernel from the positions in `work`: (steps, rows, lanes), bad (lanes,)."""
+        """Run the lane kernel from the positions in `work`: (steps, rows, lanes), and what `march`
+        tells of the lanes: (3, lanes).
+        """
         output = np.empty((len(s), self.rows, LANES))
-        bad = np.zeros((1, LANES))
+        bad = np.zeros((3, LANES))
         pivots = self.pivots(work)
         if pivots is None:  # every lane goes the scalar path
-            return output, np.ones(LANES)
+            bad[0] = 1.0
+            return output, bad
         march(
             self.layout,
             *pivots,
@@ -181,7 +199,7 @@ class Runner:
             output,
             bad,
         )
-        return output, bad[0]
+        return output, bad
 
     def pivots(self, work: Any) -> Plans | None:
         """Pivots of the square Φ_q, chosen once for a topology by the positions of the lanes."""
@@ -242,6 +260,11 @@ class Runner:
             soft=start.soft,
             dependencies=dependencies,
             status=status,
+            branch=self.branches.distance,
+        )
+        driver = drivers(self.system)[0][0] if self.branches.passed else None
+        notes += self.branches.notes(
+            [self.place(driver, one.s, plan) for one in self.branches.passed[:NAMED]]
         )
         check_fits(found)
         pulling = pulled(found)
@@ -261,6 +284,17 @@ class Runner:
         driver = drivers(system)[0][0]
         where = self.place(driver, stuck.place, plan)
         body = driver.bodies[1]
+        if stuck.unsure:
+            work = system.work()
+            work.q[:] = start.work.past[: len(work.q)]
+            told = ", ".join(repr(name) for name in meeting(system, work))
+            return SolveError(
+                f"branches of '{system.mechanism.name}' meet at {where} of '{body}', in {told}: on "
+                "which of them the motion goes on is not certain; stop before, or change a length "
+                "so that they stay apart",
+                driver.name,
+                so_far,
+            )
         if stuck.code == STUCK and self._singular(start):
             size = len(start.work.q)
             rates = np.abs(start.work.past[size + 2 : size + system.coordinates : 3, 0])
