@@ -75,7 +75,7 @@ def _one(runner: Runner, design: int, pose: np.ndarray, soft: float, plan: Plan)
     try:
         return runner.scalar(start, plan, design=design)[:, :, 0]
     except Stuck as stuck:
-        raise _numbered(runner.explain(stuck, start, plan), design) from None
+        raise _numbered(runner.explain(stuck, start, plan, design), design) from None
     except SolveError as error:
         raise _numbered(error, design) from error
 

@@ -264,13 +264,13 @@ class Runner:
         )
         driver = drivers(self.system)[0][0] if self.branches.passed else None
         notes += self.branches.notes(
-            [self.place(driver, one.s, plan) for one in self.branches.passed[:NAMED]]
+            [self.place(driver, one.s, plan, one.design) for one in self.branches.passed[:NAMED]]
         )
         check_fits(found)
         pulling = pulled(found)
         return replace(found, notes=(*notes, *pulling)) if notes or pulling else found
 
-    def explain(self, stuck: Stuck, start: Closed, plan: Plan) -> SolveError:
+    def explain(self, stuck: Stuck, start: Closed, plan: Plan, design: int = 0) -> SolveError:
         """The sentence of a path that ended: a user's function, a law, a dead centre."""
         system = self.system
         raise_user_error(system)
@@ -282,7 +282,7 @@ class Runner:
             part = plan.take(np.arange(stuck.done))
             so_far = self.solution(start, part, record, f"stopped after {stuck.done} instants")
         driver = drivers(system)[0][0]
-        where = self.place(driver, stuck.place, plan)
+        where = self.place(driver, stuck.place, plan, design)
         body = driver.bodies[1]
         if stuck.unsure:
             work = system.work()
@@ -322,11 +322,11 @@ class Runner:
         work.q[:] = q
         return bool(sizes[-1] < 1e-3 * sizes[0])
 
-    def place(self, driver: Any, s: float, plan: Plan) -> str:
+    def place(self, driver: Any, s: float, plan: Plan, design: int = 0) -> str:
         """Value of a driver at path parameter s, with its unit, and the time."""
         value, time = s, ""
         if plan.mode == BY_TIME:
-            value = self.system.law_of(driver)(s)
+            value = self.system.law_of(driver, design=design)(s)
             time = f", t = {s:.6g} {self.system.mechanism.units.time},"
         elif plan.mode == BY_INSTANT:
             k = min(int(s), len(plan.s) - 1)

@@ -43,6 +43,9 @@ TOLERANCE = 1e-14
 CORRECTION = 0.1**2
 #: A derivative that lies off by this part of itself asks for a smaller step, in squares.
 TURNED = 0.2**2
+#: Most by which a body turns from another one in a step [rad]. What the watch compares are sines of
+#: such angles: up to 0.75 it takes none for sound that has been zero, and no sine is zero twice.
+SPREAD = 0.55
 #: What is as small as this is neither, in squares.
 SLIGHT = 1e-9**2
 #: A step that would have to be shorter than this part of the longest one is not taken: stuck.
@@ -160,9 +163,9 @@ def follow(L, W, soft, mode, s, t, given, ahead, with_loads, still, output, stat
                 break
             kink, found, place, worst = False, SOUND, 0.0, 1.0
             if good and h != 0.0:
-                moved, off, size = step(L, W, w, h, last)
+                moved, off, size, spread = step(L, W, w, h, last)
                 good = first * first <= CORRECTION * moved + SLIGHT and (
-                    off <= TURNED * size + SLIGHT
+                    off <= TURNED * size + SLIGHT and spread <= SPREAD
                 )
                 # so short a step at a regular position stays on its branch: the law turns sharply
                 whole = longest if longest > 0.0 else tried

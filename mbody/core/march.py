@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from mbody._jit import inline, kernel, njit
 from mbody._lanes import highest, larger, ld, lowest, select_le, st, wide
-from mbody.core.follow import CORRECTION, SLIGHT, TURNED
+from mbody.core.follow import CORRECTION, SLIGHT, SPREAD, TURNED
 from mbody.core.forces import forces, signals
 from mbody.core.instant import (
     acting,
@@ -253,7 +253,8 @@ def advance(
     failed, most = sides_kept(S, W, w, F, k, h, back, failed)
     accelerations(L, S, W, w, F, x)
     if k > 0:
-        moved, off, terms = step(L, W, w, h, last)
+        moved, off, terms, spread = step(L, W, w, h, last)
+        failed = larger(failed, select_le(spread, zero + SPREAD, zero, one))
         failed = larger(failed, select_le(first, CORRECTION * moved + SLIGHT, zero, one))
         failed = larger(failed, select_le(off, TURNED * terms + SLIGHT, zero, one))
     last = behind(L, W, w, last)
