@@ -160,7 +160,7 @@ class _Curve:
         mode = 1 if count == 1 else 2
         soft = self.start.soft
         code = follow(
-            *(L, work, soft, mode, s, times, given, ahead, False, False),
+            *(L, work, soft, mode, s, times, given, ahead, False, False, True),
             *(output, state, nearest, passed),
         )
         q = output[: int(state[0]), :n, 0]

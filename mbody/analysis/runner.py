@@ -87,8 +87,10 @@ class Runner:
         loads: bool | None = None,
         reach: float | None = None,
         design: int = 0,
+        watched: bool = True,
     ) -> np.ndarray:
-        """All instants of the plan on the scalar path: (instants, rows, 1).
+        """All instants of the plan on the scalar path: (instants, rows, 1); `watched` makes sure of
+        the branch.
 
         Raises `Stuck` where the path ends; leaves the position in `start` as it was.
         """
@@ -109,14 +111,16 @@ class Runner:
             plan.chords if plan.mode == BY_INSTANT else np.zeros((1, 1)),
             with_loads,
             self.still,
+            watched,
             output,
             state,
             nearest,
             passed,
         )
         start.work.q[:] = q
-        count = min(int(state[6]), NAMED)
-        self.branches.followed(plan, nearest, passed[:count], design)
+        if watched:
+            count = min(int(state[6]), NAMED)
+            self.branches.followed(plan, nearest, passed[:count], design)
         if code != DONE:
             raise Stuck(code, int(state[0]), float(state[1]), output, bool(state[7]))
         if with_loads and not state[4] < self.unbalanced:
@@ -142,8 +146,10 @@ class Runner:
         if count < MANY or not simple or self.system.plans.get("pivots", ()) is None:
             return None
         index, reach = _pieces(count), self.reach(start, plan)
+        # a seed on another branch is none that the lane before it meets
         try:
-            seeds = self.scalar(start, plan.take(index[0]), loads=False, reach=reach)[:, :, 0]
+            few = plan.take(index[0])
+            seeds = self.scalar(start, few, loads=False, reach=reach, watched=False)[:, :, 0]
         except Stuck:
             return None
         n = self.system.coordinates
@@ -216,7 +222,7 @@ class Runner:
         count = max(2, min(len(plan.s), SAMPLES, NUMBERS // n**2))
         some = np.unique(np.linspace(0, len(plan.s) - 1, count).astype(np.int64))
         try:
-            found = self.scalar(start, plan.take(some), loads=False)[:, :n, 0]
+            found = self.scalar(start, plan.take(some), loads=False, watched=False)[:, :n, 0]
         except Stuck:
             found = start.work.q[:n].T
         return plan_squares(self.layout, *self._near(start.work), self._blocks(found))

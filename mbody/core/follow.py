@@ -109,9 +109,26 @@ def weakest(L, W):
 
 
 @kernel
-def follow(L, W, soft, mode, s, t, given, ahead, with_loads, still, output, state, nearest, passed):
+def follow(
+    L,
+    W,
+    soft,
+    mode,
+    s,
+    t,
+    given,
+    ahead,
+    with_loads,
+    still,
+    watched,
+    output,
+    state,
+    nearest,
+    passed,
+):
     """Fill output (instants, rows, 1) as `keep` says; the first instant starts from W.q.
 
+    watched: whether the branch is watched; else it is only likely to be kept, for less.
     state: [0] instants done, [1] path parameter reached, [2] least pivot met, [3] steps,
     [4] greatest unbalanced part, [5] greatest coordinate, [6] change points passed, [7] one if it
     was the watch over the branch that ended it. nearest (3,): least part that elimination leaves of
@@ -135,7 +152,7 @@ def follow(L, W, soft, mode, s, t, given, ahead, with_loads, still, output, stat
             if mode == 2:
                 direction(L, W, w, ahead, k - 1, last)
                 quintic = 0.0
-            if mode == 2 or longest == 0.0:
+            if watched and (mode == 2 or longest == 0.0):
                 back_watched = math.copysign(look_back(L, W, w, soft, last), h)
             tried = max(tried, abs(h))
         fresh, across = True, False
@@ -148,7 +165,11 @@ def follow(L, W, soft, mode, s, t, given, ahead, with_loads, still, output, stat
             else:
                 drive(L, W, w, mode, here, given, 0, t[0], ahead)
             good, first, least = settle(L, W, w, soft, state[5])
-            if good:
+            found, place, worst = SOUND, 0.0, 1.0
+            if good and watched and h != 0.0:
+                worst = glance(L, W, 2, soft)
+                found, place = verdict(L, W, h, back_watched, soft)
+            if good and found != UNSURE:
                 velocities(L, W, w, True)
                 accelerations(L, W, w, True)
             if k == 0:
@@ -157,25 +178,23 @@ def follow(L, W, soft, mode, s, t, given, ahead, with_loads, still, output, stat
                     return LOST
                 if soft != 0.0:
                     mark(L, W, soft)
-                nearest[0] = 1.0 / glance(L, W, 1, soft)
-                nearest[1], nearest[2] = here, 0.0
+                if watched:
+                    nearest[0] = 1.0 / glance(L, W, 1, soft)
+                    nearest[1], nearest[2] = here, 0.0
                 last = behind(L, W, w, last)
                 break
-            kink, found, place, worst = False, SOUND, 0.0, 1.0
-            if good and h != 0.0:
+            kink = False
+            if good and h != 0.0 and found != UNSURE:
                 moved, off, size, spread = step(L, W, w, h, last)
                 good = first * first <= CORRECTION * moved + SLIGHT and (
-                    off <= TURNED * size + SLIGHT and spread <= SPREAD
+                    off <= TURNED * size + SLIGHT and (spread <= SPREAD or not watched)
                 )
                 # so short a step at a regular position stays on its branch: the law turns sharply
                 whole = longest if longest > 0.0 else tried
                 kink = abs(h) <= KINK * whole and first <= 1e-6 and weakest(L, W) > 1e-8
                 good = good or kink
-                if good:
-                    worst = glance(L, W, 2, soft)
-                    found, place = verdict(L, W, h, back_watched, soft)
             at_end = False
-            if found == CHANGE_AHEAD and abs(place - 0.5) > MIDDLE:
+            if good and found == CHANGE_AHEAD and abs(place - 0.5) > MIDDLE:
                 found, at_end = UNSURE, abs(place * h - left) <= AT * abs(left)
                 if not across and abs(2.0 * place * h) <= abs(left):
                     h, across = 2.0 * place * h, True
@@ -194,7 +213,7 @@ def follow(L, W, soft, mode, s, t, given, ahead, with_loads, still, output, stat
             if h != 0.0:
                 if found == CHANGE_AHEAD:
                     pass_by(L, W, here + place * h, last, state, passed)
-                if worst * nearest[0] > 1.0:
+                if watched and worst * nearest[0] > 1.0:
                     nearest[0], nearest[1], nearest[2] = 1.0 / worst, here + h, float(k)
                 here += h
                 longest = max(longest, abs(h))
