@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +15,7 @@ from mbody.core.watch import nearness
 from mbody.histories import BranchDistance
 from mbody.system import System
 
-__all__ = ["Branches", "meeting"]
+__all__ = ["Branches", "Passed", "meeting"]
 
 #: Change points that a note names, and elements of each.
 NAMED, ELEMENTS = 4, 8
@@ -66,9 +67,9 @@ class Branches:
             self.least = least
             self.t = s if plan.mode == BY_TIME else float(plan.t[min(int(k), len(plan.t) - 1)])
         apart = SAME * max(float(np.ptp(plan.s)), 1e-300)
+        known = np.array([one.s for one in self.passed if one.design == design])
         for row in passed:
-            known = [p for p in self.passed if p.design == design and abs(p.s - row[0]) <= apart]
-            if not known:
+            if not (np.abs(known - row[0]) <= apart).any():
                 self.passed.append(Passed(float(row[0]), row[1:].copy(), design))
 
     def on_lanes(
@@ -86,21 +87,27 @@ class Branches:
         if least < self.least:
             self.least, self.t = least, float(t[k, lane])
 
-    def notes(self, places: list[str]) -> list[str]:
-        """Sentences of the change points, whose places are told in that order."""
+    def notes(self, place: Callable[[Passed], str]) -> list[str]:
+        """Sentences of the change points; `place` says where one is."""
         if not self.passed:
             return []
         if self.system.batch is not None:
             designs = sorted({one.design for one in self.passed})
             told = ", ".join(map(str, designs[:NAMED])) + (", …" if designs[NAMED:] else "")
-            return [f"{len(designs)} designs pass change points, smoothly as a limit: {told}"]
-        names = dict.fromkeys(name for one in self.passed[:NAMED] for name in self.meeting_at(one))
+            one = "design goes" if len(designs) == 1 else "designs go"
+            return [
+                f"{len(designs)} {one} on smoothly through change points, where branches meet: "
+                f"{told}"
+            ]
+        named = self.passed[:NAMED]
+        names = dict.fromkeys(name for one in named for name in self.meeting_at(one))
+        told = "; ".join(place(one) for one in named)
         more = len(self.passed) - NAMED
-        told = "; ".join(places[:NAMED]) + (f"; and {more} more" if more > 0 else "")
+        told += f"; and {more} more" if more > 0 else ""
+        which = "a change point" if len(self.passed) == 1 else f"{len(self.passed)} change points"
         where = f", in {', '.join(repr(name) for name in names)}" if names else ""
-        many = "change points" if len(self.passed) > 1 else "a change point"
         return [
-            f"the motion passes {many}, where branches meet{where}, and goes on smoothly: {told}"
+            f"the motion goes on smoothly through {which}, where branches meet{where}: at {told}"
         ]
 
     def meeting_at(self, one: Passed) -> list[str]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mbody._lanes import LANES
-from mbody.analysis.branches import Branches, meeting
+from mbody.analysis.branches import Branches, Passed, meeting
 from mbody.analysis.closure import (
     Closed,
     drivers,
@@ -38,8 +38,10 @@ __all__ = ["Runner", "Stuck"]
 MANY = 6 * LANES
 #: Positions of a motion at which its pivots are looked at, and numbers of Φ_q there, at most.
 SAMPLES, NUMBERS = 721, 4_000_000
-#: Change points that are named.
-NAMED = 8
+#: Change points of one motion that are told apart.
+CHANGES = 256
+#: Rate of a body beside that of the driver from which on it is a dead centre that is near.
+RUNS_AWAY = 1e3
 #: Lanes must meet within this, in model lengths and radians.
 SEAM = 1e-8
 #: Unbalanced part of the loads above which there is no equilibrium.
@@ -97,7 +99,7 @@ class Runner:
         q = start.work.q.copy()
         output = np.empty((len(plan.s), self.rows, 1))
         state, nearest = np.zeros(8), np.zeros(3)
-        passed = np.empty((NAMED, 1 + self.system.coordinates))
+        passed = np.empty((CHANGES, 1 + self.system.coordinates))
         state[5] = self.reach(start, plan) if reach is None else reach
         with_loads = self.loads if loads is None else loads
         code = follow(
@@ -119,7 +121,7 @@ class Runner:
         )
         start.work.q[:] = q
         if watched:
-            count = min(int(state[6]), NAMED)
+            count = min(int(state[6]), CHANGES)
             self.branches.followed(plan, nearest, passed[:count], design)
         if code != DONE:
             raise Stuck(code, int(state[0]), float(state[1]), output, bool(state[7]))
@@ -268,10 +270,7 @@ class Runner:
             status=status,
             branch=self.branches.distance,
         )
-        driver = drivers(self.system)[0][0] if self.branches.passed else None
-        notes += self.branches.notes(
-            [self.place(driver, one.s, plan, one.design) for one in self.branches.passed[:NAMED]]
-        )
+        notes += self.branches.notes(functools.partial(self._passed_at, plan))
         check_fits(found)
         pulling = pulled(found)
         return replace(found, notes=(*notes, *pulling)) if notes or pulling else found
@@ -290,7 +289,7 @@ class Runner:
         driver = drivers(system)[0][0]
         where = self.place(driver, stuck.place, plan, design)
         body = driver.bodies[1]
-        if stuck.unsure:
+        if stuck.unsure and not self._runs_away(start, driver, stuck.place, plan, design):
             work = system.work()
             work.q[:] = start.work.past[: len(work.q)]
             told = ", ".join(repr(name) for name in meeting(system, work))
@@ -316,6 +315,26 @@ class Runner:
             f"'{body}': does the law of '{driver.name}' jump there?"
         )
         return SolveError(sentence, driver.name, so_far)
+
+    def _runs_away(self, start: Closed, driver: Any, s: float, plan: Plan, design: int) -> bool:
+        """Whether something moves without bound by the driver at the last place, as it does at a
+        dead centre, and not where branches only meet.
+        """
+        system, size = self.system, len(start.work.q)
+        rate = 1.0
+        if plan.mode == BY_TIME:
+            rate = float(system.law_of(driver, design=design).derivatives(s)[1])
+        elif plan.mode == BY_INSTANT:
+            rate = float(np.abs(plan.chords).max())
+        rates = start.work.past[size : size + system.coordinates, 0].reshape(-1, 3)
+        fastest = max(np.abs(rates[:, :2]).max() / system.length, np.abs(rates[:, 2]).max())
+        unit = 1.0 if driver.rows == "a" else system.length
+        return bool(fastest > RUNS_AWAY * abs(rate) / unit)
+
+    def _passed_at(self, plan: Plan, one: Passed) -> str:
+        """Where a change point is, in words."""
+        driver = self.system.drivers[0]
+        return f"{self.place(driver, one.s, plan, one.design)} of '{driver.bodies[1]}'"
 
     def _singular(self, start: Closed) -> bool:
         """Whether Φ_q is nearly singular at the last place that was reached."""

@@ -211,10 +211,11 @@ def follow(
             state[2] = min(state[2], least)
             state[3] += 1.0
             if h != 0.0:
-                if found == CHANGE_AHEAD:
-                    pass_by(L, W, here + place * h, last, state, passed)
                 if watched and worst * nearest[0] > 1.0:
                     nearest[0], nearest[1], nearest[2] = 1.0 / worst, here + h, float(k)
+                if found == CHANGE_AHEAD:
+                    pass_by(L, W, here + place * h, last, state, passed)
+                    nearest[0], nearest[1], nearest[2] = 0.0, here + place * h, float(k)
                 here += h
                 longest = max(longest, abs(h))
                 last = behind(L, W, w, last)
