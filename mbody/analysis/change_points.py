@@ -78,14 +78,13 @@ def through_change_points(
 def _incomplete(runner: Runner, asked: Plan, missing: dict[int, list[str]]) -> Doubt:
     """What is said of forces that are not given, by instant the names of their elements."""
     names = list(dict.fromkeys(name for found in missing.values() for name in found))
-    driver = runner.system.mechanism.drivers[0]
-    places = [f"{runner.place(driver, float(asked.s[k]), asked)}" for k in missing]
-    told = "; ".join(place.rstrip(",") for place in places[:NAMED])
-    more = f"; and {len(places) - NAMED} more" if len(places) > NAMED else ""
+    places = [runner.where(float(asked.s[k]), asked) for k in missing]
+    told = "; ".join(places[:NAMED])
+    told += f"; and {len(places) - NAMED} more" if len(places) > NAMED else ""
     return Doubt(
         "incomplete",
         f"forces grow without bound towards change points of '{runner.system.mechanism.name}' and "
-        f"are not given there: at {told}{more} of '{driver.bodies[1]}', those of "
+        f"are not given there: at {told}: those of "
         f"{', '.join(repr(name) for name in names)}",
         float(asked.t[min(missing)]),
         tuple(names),

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mbody._lanes import LANES
-from mbody.analysis.branches import Branches, Passed, meeting
+from mbody.analysis.branches import Branches, meeting
 from mbody.analysis.closure import (
     Closed,
     drivers,
@@ -270,7 +270,7 @@ class Runner:
             status=status,
             branch=self.branches.distance,
         )
-        notes += self.branches.notes(functools.partial(self._passed_at, plan))
+        notes += self.branches.notes(lambda one: self.where(one.s, plan, one.design))
         check_fits(found)
         pulling = pulled(found)
         return replace(found, notes=(*notes, *pulling)) if notes or pulling else found
@@ -331,10 +331,10 @@ class Runner:
         unit = 1.0 if driver.rows == "a" else system.length
         return bool(fastest > RUNS_AWAY * abs(rate) / unit)
 
-    def _passed_at(self, plan: Plan, one: Passed) -> str:
-        """Where a change point is, in words."""
+    def where(self, s: float, plan: Plan, design: int = 0) -> str:
+        """A place of the path in words: of the first driver, with its body."""
         driver = self.system.drivers[0]
-        return f"{self.place(driver, one.s, plan, one.design)} of '{driver.bodies[1]}'"
+        return f"{self.place(driver, s, plan, design)} of '{driver.bodies[1]}'"
 
     def _singular(self, start: Closed) -> bool:
         """Whether Φ_q is nearly singular at the last place that was reached."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mbody.io.parts import force_floor
-from mbody.io.text import Column, number, table
+from mbody.io.text import Column, number, table, there
 from mbody.measures import found_by, measured
 from mbody.units import DIMENSIONS, Dimension
 
@@ -45,7 +45,9 @@ def measures(solution: Solution) -> list[str]:
         if dimension == DIMENSIONS["angle"] and not measure.unit:
             values, unit = np.degrees(values), "deg"
         floor = 0.0 if measure.unit else _floor(solution, dimension)
-        told = tuple(number(v if abs(v) > floor else 0.0) for v in (values.min(), values.max()))
+        told = tuple(
+            number(v if abs(v) > floor else 0.0) for v in (there(values).min(), there(values).max())
+        )
         for key, cell in zip(("least", "greatest", "unit"), (*told, unit), strict=True):
             cells[key].append(cell)
     columns = [

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbody.io.text import numbers, paragraph
+from mbody.io.text import numbers, paragraph, there
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -160,11 +160,11 @@ def force_floor(solution: Solution) -> float:
     """What is no more than rounding beside the greatest joint force or effort."""
     length, peak = solution.system.length, 0.0
     for joint in solution.mechanism.joints:
-        peak = max(peak, float(solution.reaction(joint.name).magnitude.max()))
+        peak = max(peak, float(there(solution.reaction(joint.name).magnitude).max()))
     machine = solution.mechanism
     elements: tuple[Driver | Coupling, ...] = (*machine.drivers, *machine.couplings)
     for element in elements:
-        size = float(np.abs(solution.effort(element.name)).max())
+        size = float(there(np.abs(solution.effort(element.name))).max())
         peak = max(peak, size / length if element.rows == "a" else size)
     return peak * (REDUNDANT if solution.soft else ROUNDING)
 

@@ -119,8 +119,13 @@ def _motion(solution: Solution) -> dict[str, Any]:
     return told
 
 
-def _list(values: Any) -> list[float]:
-    return (np.asarray(values, dtype=float) + 0.0).tolist()
+def _list(values: Any) -> list[Any]:
+    """Numbers of a history; None where there is none, as of forces without a limit."""
+    array = np.asarray(values, dtype=float) + 0.0
+    if np.isfinite(array).all():
+        plain: list[Any] = array.tolist()
+        return plain
+    return [_number(value) for value in array.tolist()]
 
 
 def _number(value: float) -> float | None:
@@ -149,8 +154,7 @@ def _measure(solution: Solution, measure: Any, turned: float) -> list[float | No
         return None
     values, dimension, _ = measured(solution, measure)
     plain_angle = dimension == DIMENSIONS["angle"] and not measure.unit
-    found = _list(values * turned if plain_angle else values)
-    return [_number(value) for value in found]
+    return _list(values * turned if plain_angle else values)
 
 
 def error_data(error: Exception) -> dict[str, Any]:

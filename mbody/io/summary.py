@@ -20,7 +20,7 @@ from mbody.io.parts import (
     swiftness,
     torque_cells,
 )
-from mbody.io.text import Column, angles, cut, number, numbers, paragraph, polars, table
+from mbody.io.text import Column, angles, cut, number, numbers, paragraph, polars, table, there
 
 if TYPE_CHECKING:
     from mbody.solution import Solution
@@ -139,13 +139,13 @@ class _Summary:
             found.append((name, joint.name, self.solution.reaction(joint.name, on)))
         if not found:
             return []
-        at = [int(np.argmax(r.magnitude)) for *_, r in found]
+        at = [int(np.nan_to_num(r.magnitude, nan=-1.0).argmax()) for *_, r in found]
         x, y = (
             np.array([getattr(r, key).flat[k] for k, (*_, r) in zip(at, found, strict=True)])
             for key in ("fx", "fy")
         )
         floor = force_floor(self.solution)
-        torque = np.array([np.abs(r.torque).max() for *_, r in found])
+        torque = np.array([there(np.abs(r.torque)).max() for *_, r in found])
         turning = torque_cells(self.solution, torque, floor)
         lines = table(
             [
@@ -167,8 +167,11 @@ class _Summary:
         efforts = np.array([self.solution.effort(driver.name) for driver in chosen])
         flat = efforts.reshape(len(chosen), -1)
         weight = self._weights()
-        mean = (efforts * weight).reshape(len(chosen), -1).sum(axis=1)
-        square = (efforts**2 * weight).reshape(len(chosen), -1).sum(axis=1)
+        # an effort that is not given has no part in a mean
+        mean, square = (
+            np.nansum((part * weight).reshape(len(chosen), -1), axis=1)
+            for part in (efforts, efforts**2)
+        )
         kind = self.unit("torque" if turns else "force")
         columns = [
             Column(
@@ -177,8 +180,8 @@ class _Summary:
                 text=True,
             ),
             Column("driver", [d.name for d in chosen], text=True),
-            Column("least", numbers(flat.min(axis=1)), kind),
-            Column("greatest", numbers(flat.max(axis=1)), kind),
+            Column("least", numbers([there(row).min() for row in flat]), kind),
+            Column("greatest", numbers([there(row).max() for row in flat]), kind),
             Column("mean", numbers(mean), kind),
             Column("rms", numbers(np.sqrt(square)), kind),
         ]
@@ -186,7 +189,7 @@ class _Summary:
             number_of = {driver.name: n for n, driver in enumerate(self.mechanism.drivers)}
             rates = np.array([self.states[:, number_of[d.name], 1] for d in chosen])
             rates = rates[:, None, :] if self.batch else rates
-            power = np.abs(efforts * rates).reshape(len(chosen), -1).max(axis=1)
+            power = [there(row).max() for row in np.abs(efforts * rates)]
             columns.append(Column("peak power", numbers(power), self.unit("power")))
         over = "time" if self._by_time() else "the instants"
         return [*table(columns), f"mean and rms over {over}"]
