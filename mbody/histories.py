@@ -150,6 +150,8 @@ class Checks:
         f − M a − Gᵀλ as a part of its greatest term at any instant.
     virtual_work : float
         Power of loads, inertia and drivers as a part of the peak power.
+    energy : float or None
+        Of a motion over time the balance of energy as a part of the greatest energy that took part.
     branch : BranchDistance or None
         How near a followed motion came to another branch; None where none was followed.
     """
@@ -157,4 +159,5 @@ class Checks:
     constraint: float
     equilibrium: float
     virtual_work: float
+    energy: float | None = None
     branch: BranchDistance | None = None

@@ -41,7 +41,7 @@ LAYERS = (
     {"questions", "events", "simulation", "resolution", "compared"},
     {"mechanism"},
     {"named", "system"},
-    {"assembler", "ends", "energy", "checks", "momenta", "restart"},
+    {"assembler", "ends", "energy", "checks", "certify", "momenta", "restart"},
     {"solution"},
     {"measures"},
     {"analysis"},

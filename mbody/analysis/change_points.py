@@ -8,15 +8,14 @@ the result says so.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from mbody.analysis.closure import Closed, check_determined, closed
 from mbody.analysis.instants import BY_DRIVER, BY_TIME, Plan
 from mbody.analysis.runner import Runner, Stuck
+from mbody.certify import as_said
 from mbody.core.output import PER_ATOM
-from mbody.doubts import Doubt, doubted
+from mbody.doubts import Doubt
 from mbody.errors import SolveError
 from mbody.histories import Record
 from mbody.solution import Solution
@@ -71,8 +70,11 @@ def through_change_points(
             merged[k] = block[places[k]]
     found = runner.solution(beginning, asked, Record([merged], len(asked.s), batch=False))
     note = f"{len(singular)} of {len(asked.s)} instants are change points, given as limits"
-    found = replace(found, notes=(*found.notes, note))
-    return doubted(found, [_incomplete(runner, asked, missing)]) if missing else found
+    # what the residuals say of it is not asked yet: they know of no forces that are missing
+    object.__setattr__(found, "notes", (*as_said(found).notes, note))
+    if missing:
+        object.__setattr__(found, "doubts", (_incomplete(runner, asked, missing),))
+    return found
 
 
 def _incomplete(runner: Runner, asked: Plan, missing: dict[int, list[str]]) -> Doubt:

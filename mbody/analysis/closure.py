@@ -12,7 +12,7 @@ import numpy as np
 
 from mbody._user import failure
 from mbody.analysis.gaps import explain_gap, violations
-from mbody.analysis.places import place
+from mbody.analysis.places import direction, place
 from mbody.analysis.placing import placed
 from mbody.analysis.rank import Rank, dense, rank_of, too_large
 from mbody.assembler import assemble
@@ -166,8 +166,9 @@ def check_fit(system: System, q: np.ndarray, design: int) -> None:
         return
     system = system if system.batch is None else system.design(design)
     for joint in held:
-        found = math.dist(place(system, q, joint, "i"), place(system, q, joint, "j"))
-        wanted = float(joint.apart(system.numbers))
+        way = place(system, q, joint, "j") - place(system, q, joint, "i")
+        angles = (direction(system, q, joint, side) for side in ("i", "j"))
+        found, wanted = map(float, joint.fit(system.numbers, tuple(way), *angles))
         if abs(found - wanted) > MISFIT * system.length:
             raise misfit(system, joint, found, wanted)
 
@@ -176,12 +177,8 @@ def misfit(
     system: System, joint: Joint, found: float, wanted: float, where: str = ""
 ) -> SolveError:
     """The sentence of a joint whose places others do not hold as far apart as it needs them."""
-    unit = system.mechanism.units.length
-    return SolveError(
-        f"'{joint.name}' does not fit: by its radii the centres must be {wanted:.6g} {unit} apart, "
-        f"they are {found:.6g} {unit}{where}: move them, or change the radii",
-        joint.name,
-    )
+    what, remedy = joint.misfit(float(found), float(wanted), system.mechanism.units.length)
+    return SolveError(f"'{joint.name}' does not fit: {what}{where}: {remedy}", joint.name)
 
 
 def _from(system: System, work: Work, start: np.ndarray) -> Closed | None:

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from mbody.analysis.closure import SOFT, raise_user_error
-from mbody.analysis.contacts import pulled
+from mbody.analysis.contacts import Held, pulled
 from mbody.analysis.first_steps import CORRECTIONS, first_step, sizes
 from mbody.analysis.instants import check_reach
+from mbody.analysis.rank import dense, rank_of, too_large
 from mbody.analysis.steppers import Memory, stepper
 from mbody.analysis.undefined import adjusted, branching, stuck, undetermined, valueless, weightless
+from mbody.analysis.uniqueness import open_reactions, told_open
+from mbody.certify import as_said
 from mbody.core.layout import stand_ins
 from mbody.core.output import PER_ATOM
 from mbody.core.progress import (
@@ -98,7 +101,7 @@ class Course:
             code, status = self._follow(times, progress)
         except KeyboardInterrupt:
             unit = self.system.mechanism.units.time
-            status = f"stopped at t = {self.state[TIME]:.6g} {unit} by the user"
+            status = f"stopped: at t = {self.state[TIME]:.6g} {unit} by the user"
             self._keep_now()
         found = self._solution(status)
         lost = np.flatnonzero(~np.isfinite(found.record.blocks[0][:, :, 0]).all(axis=1))
@@ -295,11 +298,35 @@ class Course:
             record=Record([output], len(times), batch=False),
             given=None,
             soft=self.soft,
-            notes=self.start.notes if self.start.analysis == "close_loops" else (),
+            dependencies=self._dependencies(output[:, :n, 0]),
+            notes=as_said(self.start).notes if self.start.analysis == "close_loops" else (),
             status=status,
             stats=stats,
             energy=account(self.system, output[:, : 2 * n, 0], gained, self.stops),
             events=tuple(self.occurred),
             restart=self._restart(gained),
         )
-        return replace(found, notes=(*found.notes, *self.notes, *pulled(found)))
+        notes = (*as_said(found).notes, *self.notes, *pulled(found, self._between()))
+        if self.soft:
+            notes += told_open(found.dependencies)
+        object.__setattr__(found, "notes", notes)
+        return found
+
+    def _between(self) -> Mapping[str, Held] | None:
+        """Forces of contacts and ropes between the instants that are kept."""
+        return None
+
+    def _dependencies(self, q: Array) -> dict[str, list[bool]] | None:
+        """What redundant rows leave open, at the one of some positions (instants, coordinates) at
+        which they are fewest: a singular position has more of them.
+        """
+        if not self.soft or too_large(self.system) or not len(q):
+            return None
+        work, reports = self.system.work(), []
+        for k in {0, len(q) // 2, len(q) - 1}:
+            work.q[: q.shape[1], 0] = q[k]
+            G = dense(self.system, work)[1]
+            if np.isfinite(G).all():
+                reports.append(rank_of(G))
+        best = min(reports, key=lambda report: report.redundant, default=None)
+        return open_reactions(self.system, best)

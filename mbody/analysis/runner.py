@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,12 +14,12 @@ from mbody.analysis.closure import (
     drivers,
     raise_user_error,
 )
-from mbody.analysis.contacts import check_fits, pulled
+from mbody.analysis.contacts import Held, check_fits, holding, low_between, one_sided, pulled
 from mbody.analysis.dead_centres import DeadCentre
-from mbody.analysis.instants import BY_DRIVER, BY_INSTANT, BY_TIME, Plan, check_laws
+from mbody.analysis.instants import BY_DRIVER, BY_INSTANT, BY_TIME, Plan, by_time, check_laws
 from mbody.analysis.rank import dense, too_large
 from mbody.analysis.undefined import valueless
-from mbody.analysis.uniqueness import open_reactions
+from mbody.analysis.uniqueness import open_reactions, told_open
 from mbody.core.close import violation
 from mbody.core.follow import DONE, STUCK, follow
 from mbody.core.layout import Work
@@ -44,6 +43,8 @@ CHANGES = 256
 RUNS_AWAY = 1e3
 #: Lanes must meet within this, in model lengths and radians.
 SEAM = 1e-8
+#: Samples of forces that have one sense: of a whole motion, and of a step.
+OF_ALL, OF_A_STEP = 200, 8
 #: Unbalanced part of the loads above which there is no equilibrium.
 UNBALANCED = 1e-7
 
@@ -73,6 +74,8 @@ class Runner:
         self.layout = system.runtime()
         self.rows = 3 * system.coordinates + PER_ATOM * len(system.owners)
         self.branches = Branches(system)
+        #: Steps of the last motion on the scalar path.
+        self.steps = 0
 
     def reach(self, start: Closed, plan: Plan) -> float:
         """Greatest coordinate in model lengths and radians, to which rounding is relative."""
@@ -123,6 +126,7 @@ class Runner:
         if watched:
             count = min(int(state[6]), CHANGES)
             self.branches.followed(plan, nearest, passed[:count], design)
+        self.steps = int(state[3])
         if code != DONE:
             raise Stuck(code, int(state[0]), float(state[1]), output, bool(state[7]))
         if with_loads and not state[4] < self.unbalanced:
@@ -256,9 +260,7 @@ class Runner:
     ) -> Solution:
         """What was computed, as the user gets it; wheels that do not fit are an error."""
         dependencies = open_reactions(self.system, start.rank) if start.soft else None
-        notes = list(start.notes)
-        if start.soft and self.loads and dependencies is None:
-            notes.append("rows are redundant; which reactions are unique was not looked at")
+        notes = [*start.notes, *(told_open(dependencies) if start.soft and self.loads else ())]
         found = Solution(
             system=self.system,
             analysis=self.analysis,
@@ -267,13 +269,64 @@ class Runner:
             given=None if plan.mode == BY_TIME else plan.given,
             soft=start.soft,
             dependencies=dependencies,
+            notes=(*notes, *self.branches.notes(lambda one: self.where(one.s, plan, one.design))),
             status=status,
             branch=self.branches.distance,
         )
-        notes += self.branches.notes(lambda one: self.where(one.s, plan, one.design))
         check_fits(found)
-        pulling = pulled(found)
-        return replace(found, notes=(*notes, *pulling)) if notes or pulling else found
+        return found
+
+    def pulled(self, start: Closed, plan: Plan, found: Solution) -> list[str]:
+        """Sentences of contacts that pull and ropes that push, over the instants of `found`, and,
+        where these lie on a motion over time that the plan follows, between them.
+        """
+        sided = one_sided(self.system) if self.loads else []
+        times, between = found.t, None
+        if sided and plan.mode == BY_TIME and self.system.batch is None and len(times) > 1:
+            between = self._between(start, plan, found, sided)
+        return pulled(found, between) if sided else []
+
+    def _between(
+        self, start: Closed, plan: Plan, found: Solution, sided: list[Any]
+    ) -> dict[str, Held] | None:
+        """Forces of contacts and ropes between the instants: evenly, so many a step of the motion,
+        then again where three of them show that they may fall lower.
+        """
+        low, high = float(found.t.min()), float(found.t.max())
+        if not high > low:
+            return None
+        count, run = max(OF_ALL, OF_A_STEP * self.steps), found
+        if len(found.t) < count:
+            even = np.linspace(low, high, count)
+            run = self._sampled(start, plan, np.unique(np.append(found.t, even))) or found
+        held = {one.name: holding(run, one) for one in sided}
+        lowest = [low_between(one.t, one.force) for one in held.values()]
+        closer = np.unique(np.concatenate(lowest))
+        more = self._sampled(start, plan, closer) if closer.size else None
+        if more is not None:
+            for one in sided:
+                a, b = held[one.name], holding(more, one)
+                parts = (("t", a.t, b.t), ("force", a.force, b.force), ("size", a.size, b.size))
+                held[one.name] = Held(**{key: np.append(*both) for key, *both in parts})
+        return held
+
+    def _sampled(self, start: Closed, plan: Plan, t: np.ndarray) -> Solution | None:
+        """The motion at other times than those of a plan by time, which it begins like; None where
+        it cannot be followed to them.
+        """
+        begin = float(plan.t[0])
+        other = by_time(self.system, np.ascontiguousarray(np.append(begin, t)))
+        steps = self.steps
+        try:
+            block = self.lanes(start, other)
+            block = self.scalar(start, other) if block is None else block
+        except (Stuck, SolveError):
+            return None
+        finally:
+            self.steps = steps
+        record = Record([block], len(other.s), batch=False)
+        run = Solution(self.system, self.analysis, other.t, record, None, soft=start.soft)
+        return run.take(np.arange(1, len(other.s)))
 
     def explain(self, stuck: Stuck, start: Closed, plan: Plan, design: int = 0) -> SolveError:
         """The sentence of a path that ended: a user's function, a law, a dead centre."""
@@ -285,7 +338,7 @@ class Runner:
         if stuck.done and system.batch is None:
             record = Record([stuck.output[: stuck.done]], stuck.done, batch=False)
             part = plan.take(np.arange(stuck.done))
-            so_far = self.solution(start, part, record, f"stopped after {stuck.done} instants")
+            so_far = self.solution(start, part, record, f"stopped: after {stuck.done} instants")
         driver = drivers(system)[0][0]
         where = self.place(driver, stuck.place, plan, design)
         body = driver.bodies[1]

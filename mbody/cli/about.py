@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
+from mbody.cli.analyse import told_status
 from mbody.cli.models import path_of, taken
 
 __all__ = ["check", "equilibrium", "models", "modes", "schema", "show"]
@@ -39,7 +40,7 @@ def modes(asked: Any) -> int:
     when = 0.0 if asked.t is None else mechanism.number(asked.t, "time", "--t", "value")
     report = found(mechanism, free=asked.free, t=when)
     print(json.dumps(report.data(), ensure_ascii=False) if asked.json else report)
-    return 0
+    return told_status(report)
 
 
 def models(asked: Any) -> int:

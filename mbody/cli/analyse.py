@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 from mbody.cli.models import named_values, taken
 from mbody.cli.usage import UsageError
+from mbody.doubts import succeeded
 from mbody.errors import ModelError
 
 if TYPE_CHECKING:
     from mbody.questions import Ask
     from mbody.solution import Solution
 
-__all__ = ["analyse", "check_forms", "question", "write"]
+__all__ = ["analyse", "check_forms", "question", "told_status", "write"]
 
 
 def analyse(asked: Any) -> int:
@@ -37,7 +38,17 @@ def analyse(asked: Any) -> int:
     elif asked.csv != "-":
         print(run)
     write(run, asked)
-    return 0 if run.status == "completed" else 1
+    return told_status(run, shown=asked.json or (asked.csv != "-" and not wants_equations))
+
+
+def told_status(result: Any, shown: bool = True) -> int:
+    """The exit status of a result; what is in doubt is told on stderr where nothing on stdout
+    has `shown` it.
+    """
+    if not shown:
+        for doubt in result.doubts:
+            print(f"mbody: doubtful: {doubt.message}", file=sys.stderr)
+    return 0 if succeeded(result.status) else 1
 
 
 def question(asked: Any, own: Ask | None) -> Ask | None:

@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from mbody.cli.analyse import check_forms, write
+from mbody.cli.analyse import check_forms, told_status, write
 from mbody.cli.models import taken
 from mbody.cli.usage import UsageError
 
@@ -21,7 +21,7 @@ WIDTH = 32
 
 
 def simulate(asked: Any) -> int:
-    """Follow the motion and show it; 1 where the user stopped it before its end."""
+    """Follow the motion and show it; 1 where it was stopped, or is in doubt."""
     from mbody.analysis import simulate as followed
 
     check_forms(asked)
@@ -54,18 +54,13 @@ def simulate(asked: Any) -> int:
 
         save_run(run, asked.save)
         print(f"wrote {asked.save}: {len(run)} instants", file=sys.stderr)
-    return 1 if _interrupted(run) else 0
+    return told_status(run, shown=asked.json or asked.csv != "-")
 
 
 def _last(mechanism: Any, to: Any) -> float:
     """When the motion is to end; where nothing says so, the analysis refuses it."""
     asked = to if to is not None or mechanism.simulation is None else mechanism.simulation.until
     return 0.0 if asked is None else mechanism.number(asked, "time", "simulate", "until")
-
-
-def _interrupted(run: Any) -> bool:
-    """Whether the user stopped it; an event that ends a motion is what was asked for."""
-    return str(run.status).endswith("by the user")
 
 
 def _number(text: str, option: str) -> float:

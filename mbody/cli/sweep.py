@@ -7,7 +7,7 @@ import json
 import sys
 from typing import TYPE_CHECKING, Any
 
-from mbody.cli.analyse import question
+from mbody.cli.analyse import question, told_status
 from mbody.cli.models import named_values, taken
 from mbody.cli.usage import UsageError
 from mbody.errors import ModelError
@@ -39,7 +39,7 @@ def sweep(asked: Any) -> int:
         print(found)
     if asked.csv:
         _write(found, asked.csv)
-    return 0 if found.status == "completed" else 1
+    return told_status(found)
 
 
 def _values(name: str, text: str) -> Any:
@@ -67,7 +67,13 @@ def _data(found: Sweep) -> dict[str, Any]:
     for name, column in found.columns().items():
         rows = column if isinstance(column, list) else column.tolist()
         told[name] = [_plain(value) for value in rows]
-    return {"status": found.status, "units": found.units, "columns": told}
+    return {
+        "status": found.status,
+        "doubts": [one.data() for one in found.doubts],
+        "notes": list(found.notes),
+        "units": found.units,
+        "columns": told,
+    }
 
 
 def _plain(value: Any) -> Any:

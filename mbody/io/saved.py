@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from mbody.assembler import assemble, with_numbers_of
+from mbody.doubts import as_doubt
 from mbody.energy import Energy
 from mbody.errors import ModelError
 from mbody.events import Occurrence
@@ -72,6 +73,9 @@ def save_run(run: Solution, path: Any) -> None:
         "dependencies": run.dependencies,
         "notes": run.notes,
         "status": run.status,
+        "ending": run.ending,
+        "doubts": [doubt.data() for doubt in run.doubts],
+        "let_go": dict(run.released),
         "stats": run.stats,
     }
     if run.energy is not None:
@@ -156,7 +160,9 @@ def _solution(system: System, told: dict[str, Any], arrays: dict[str, np.ndarray
         soft=soft,
         dependencies=told["dependencies"],
         notes=tuple(told["notes"]),
-        status=told["status"],
+        status=told.get("ending", told["status"]),
+        doubts=tuple(as_doubt(one) for one in told.get("doubts", ())),
+        released=told.get("let_go", {}),
         stats=told["stats"],
         energy=energy,
         events=events,

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from mbody._version import __version__
+from mbody.doubts import Doubt, as_doubt
 from mbody.errors import ModelError
 from mbody.sweeps.job import Job, Part
 from mbody.sweeps.samples import Drawn
@@ -100,6 +101,13 @@ class Store:
             table[column.name] = flat
         sentences = [part.failures.get(n) for n in range(count)]
         table["error"] = arrow.array(sentences, type=arrow.string())
+        doubts = [
+            json.dumps([one.data() for one in part.doubts[n]], ensure_ascii=False)
+            if n in part.doubts
+            else None
+            for n in range(count)
+        ]
+        table["doubt"] = arrow.array(doubts, type=arrow.string())
         sink = arrow.BufferOutputStream()
         self.parquet.write_table(arrow.table(table), sink)
         self._write(self._file(low), sink.getvalue().to_pybytes())
@@ -122,9 +130,18 @@ class Store:
     @property
     def failures(self) -> dict[int, str]:
         """Sentence of every design that failed."""
+        return self._sentences("error")
+
+    @property
+    def doubts(self) -> dict[int, tuple[Doubt, ...]]:
+        """What is in doubt of every design of which something is."""
+        told = self._sentences("doubt")
+        return {n: tuple(as_doubt(one) for one in json.loads(text)) for n, text in told.items()}
+
+    def _sentences(self, name: str) -> dict[int, str]:
         found: dict[int, str] = {}
         for low in self._pieces():
-            told = self.parquet.read_table(self._file(low), columns=["error"])["error"]
+            told = self.parquet.read_table(self._file(low), columns=[name])[name]
             if told.null_count < len(told):
                 found |= {low + n: text for n, text in enumerate(told.to_pylist()) if text}
         return found
