@@ -137,12 +137,15 @@ def _limits(
         return
     top, flowing = (float(np.nanmax(np.abs(whole), initial=0.0)) for whole in (term, flow))
     known &= np.isfinite(pages).all(axis=1)
-    part = np.where(known, left / (top or 1.0), np.nan)
-    carried = _carried(system, pages) / (top or 1.0)
+    # forces that are said to be missing are in no balance
+    said = any(doubt.kind == "incomplete" for doubt in as_said(solution).doubts)
+    unknown = 0.0 if said else np.nan
+    part = np.where(known, left / (top or 1.0), unknown)
+    carried = np.where(known, _carried(system, pages) / (top or 1.0), 0.0)
     yield "{} of the forces are out of balance", part, LEFT + ROUNDED * carried**2
     # a joint of the user that moves by itself gives power of which nothing is known
     if not (system.layout.atom_kind == KINDS.index("user")).any():
-        share = np.where(known, np.abs(power) / (flowing or 1.0), np.nan)
+        share = np.where(known, np.abs(power) / (flowing or 1.0), unknown)
         yield "{} of the power is out of balance", share, LEFT
 
 

@@ -59,6 +59,7 @@ def checks(solution: Solution) -> Checks:
         equilibrium=relative(unbalanced, term) if forces else 0.0,
         virtual_work=relative(power, flow) if forces else 0.0,
         energy=None if energy is None else energy.error,
+        branch=solution.branch,
     )
 
 

@@ -18,7 +18,7 @@ from mbody.ends import column, ends, told_at, torque_told
 from mbody.energy import Energy
 from mbody.errors import ModelError
 from mbody.events import Occurrence
-from mbody.histories import BodyHistory, Checks, PointHistory, Reaction, Record
+from mbody.histories import BodyHistory, BranchDistance, Checks, PointHistory, Reaction, Record
 from mbody.joints import Joint
 from mbody.load_histories import LoadHistory, load_history
 from mbody.mechanism import Mechanism
@@ -76,6 +76,7 @@ class Solution:
     events: tuple[Occurrence, ...] = field(default=(), repr=False)
     restart: Restart | None = field(default=None, repr=False)
     released: Mapping[str, float] = field(default_factory=dict, repr=False)
+    branch: BranchDistance | None = None
 
     def take(self, instants: Any) -> Solution:
         """Only some of the instants, by their numbers, in that order; doubts that begin after the

@@ -37,7 +37,7 @@ LAYERS = (
     {"atoms", "elements"},
     {"bodies", "hooks", "own_code"},
     {"joints", "loads", "drivers", "couplings"},
-    {"core", "elimination", "histories"},
+    {"core", "elimination", "groups", "histories"},
     {"square"},
     {"questions", "events", "simulation", "resolution", "compared"},
     {"mechanism"},

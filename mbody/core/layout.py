@@ -111,6 +111,7 @@ class Work(Bundle):
     nu: Rows
     gamma: Rows
     diagonal: Rows  # of the Schur complement before elimination
+    cross: Rows  # the number beside the diagonal of each node, before elimination
     pivot: Rows  # (1/d₀, l, 1/d₁) of each node
     schur: Rows  # (a, b, c) of each node, then its blocks
     lower: Rows  # blocks of the factor
@@ -122,6 +123,8 @@ class Work(Bundle):
     scratch: Rows
     # the path behind: position and its two derivatives at the last three places, in turn
     past: Rows
+    # how far rows are from depending on each other at the places behind (`mbody.core.watch`)
+    watch: Rows
     # positions to come back to while loops are closed
     guess: Rows
     base: Rows
@@ -227,7 +230,9 @@ def _frame(
         "turn": 2 * (bodies + 1),
         "signal": 3 * signals,
         "block": 12 * nodes + 6 * more,
+        "cross": nodes,
         "pivot": 3 * nodes,
+        "watch": 4 * nodes,
         "schur": 3 * nodes + 4 * blocks,
         "lower": 4 * blocks,
         "u": columns,

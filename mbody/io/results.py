@@ -93,10 +93,17 @@ def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
             "equilibrium": _number(solution.checks.equilibrium) if solution.has_forces else None,
             "virtual_work": _number(solution.checks.virtual_work) if solution.has_forces else None,
             "energy": _number(solution.checks.energy),
+            "branch": _branch(solution),
         },
         **certificate(solution),
         **_motion(solution),
     }
+
+
+def _branch(solution: Solution) -> dict[str, float] | None:
+    """How near the motion came to another branch, and when; None where none was followed."""
+    found = solution.branch
+    return None if found is None else {"least": float(found.least), "t": float(found.t)}
 
 
 def _motion(solution: Solution) -> dict[str, Any]:
