@@ -61,6 +61,13 @@ def unguessed(
     """Names of the bodies of whose angle neither a guess nor a driver nor a joint to a placed body
     says anything; `placed` leaves their link axes parallel to those of the ground.
     """
+    machine = system.mechanism
+    told = {name for driver in machine.drivers for name in driver.bodies} | set(guess or {})
+    for joint in machine.joints:
+        if isinstance(joint, (Fixed, Prismatic)):
+            told |= {joint.i.body, joint.j.body}
+    if all(body.guess.angle is not None or body.name in told for body in machine.bodies):
+        return ()
     placing = _Placing(system, guess or {}, drive, None, system.numbers)
     placing.coordinates()
     return tuple(placing.unknown)
