@@ -12,6 +12,7 @@ import numpy as np
 
 from mbody._user import failure
 from mbody.analysis.gaps import explain_gap, refuse_near_redundant, violations
+from mbody.analysis.missing_guesses import nearest_to_guesses
 from mbody.analysis.own_physics import check_own
 from mbody.analysis.places import direction, place
 from mbody.analysis.placing import placed
@@ -134,8 +135,10 @@ def closed(
 
     Notes
     -----
-    Where the guess leads nowhere, other starts are tried, always the same ones: bodies without a
-    guess at any angle, guessed ones ever further from their guess.
+    Bodies without a guess take the angles at which those with one are nearest to theirs; where
+    these do not decide, a note says so. Where the guess leads nowhere, other starts are tried,
+    always the same ones: bodies without a guess at any angle, guessed ones ever further from their
+    guess.
     """
     if guess is not None and not isinstance(guess, Mapping):
         raise ModelError(f'guess must be a dict such as {{"coupler": 0.3}}, not {guess!r}')
@@ -157,12 +160,18 @@ def closed(
         start = _guessed(base, guess, values, shaken)[:, None]
     else:
         explain_gap(system, work, first[:, None], t)
+    if pose is not None:
+        check_fit(system, work.q[:, 0], design)
+        return result
+    found = nearest_to_guesses(
+        system, base, result, (first, start), guess, values, lambda q: _from(system, work, q)
+    )
     check_fit(system, work.q[:, 0], design)
-    if pose is None:
+    if found is result:
         _say_branch(system, result, first[:, None], guess)
-        by_springs(base, work.q.T)
-        result.notes += ambiguous(base, work.q[:, 0], values)
-    return result
+    by_springs(base, found.work.q.T)
+    found.notes += ambiguous(base, found.work.q[:, 0], values)
+    return found
 
 
 def closed_near(system: System, t: float, guess: Mapping[str, Any]) -> Closed:

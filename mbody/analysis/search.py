@@ -374,8 +374,8 @@ class Search:
     ) -> str:
         return (
             f"'{one.text}' does not hold where the conditions do, at {self._where(values, units)}: "
-            f"it is short by {self._short(one, rest)}; that limit is reached first: ask for what is "
-            "greatest within the side conditions"
+            f"it is short by {self._short(one, rest)}; that limit is reached first: ask for what "
+            "is greatest within the side conditions"
         )
 
     def _text(self, side: int) -> str:
