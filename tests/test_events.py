@@ -385,17 +385,18 @@ def sines(part, last, sense=0):
 
 
 @pytest.mark.parametrize(
-    ("rtol", "parts"),
+    ("method", "rtol", "parts"),
     [
-        (1e-6, [0.0, 0.9, 0.99, 0.999]),
-        (1e-8, [0.5, 0.999, 0.9999, 0.99999]),
-        (1e-10, [0.9, 0.999, 0.999999]),
+        ("dop853", 1e-6, [0.0, 0.9, 0.99, 0.999]),
+        ("dop853", 1e-8, [0.5, 0.999, 0.9999, 0.99999]),
+        ("dop853", 1e-10, [0.9, 0.999, 0.999999]),
+        ("dopri5", 1e-8, [0.9, 0.9999]),
+        ("radau5", 1e-7, [0.999]),
     ],
 )
-@pytest.mark.parametrize("method", ["dop853", "dopri5", "radau5"])
-def test_no_two_crossings_pass_between_samples(rtol, parts, method):
+def test_no_two_crossings_pass_between_samples(method, rtol, parts):
     """x − 0.0999 of x = 0.1 sin 10 t lies above zero for 9 ms of every 628 ms."""
-    last = 12.0
+    last = 8.0
     levels = [Event(f"b.x - {0.1 * part!r} m", name=f"{part}") for part in parts]
     run = simulate(
         oscillator(), last, instants=2, rtol=rtol, atol=1e-3 * rtol, method=method, events=levels
@@ -440,12 +441,12 @@ def test_directions_of_near_crossings(of, sense):
 
 
 def test_forces_cross_close_together():
-    """Of a pendulum that swings by 0.1 rad the pin carries m g (3 cos φ − 2 cos 0.1): most below."""
+    """The pin of a pendulum that swings by 0.1 rad carries m g (3 cos φ − 2 cos 0.1)."""
     machine = gallery.load("simple_pendulum")
     machine.simulation = Simulation(1.0, {"pendulum": {"angle": 1.5 * math.pi + 0.1}})
     run = simulate(machine, 8.0, rtol=1e-10, instants=20001)
     force = run.reaction("O").magnitude
-    level = force.max() - 1e-4 * np.ptp(force)
+    level = float(force.max() - 1e-4 * np.ptp(force))
     event = Event(f"O.force - {level!r} N")
     found = simulate(machine, 8.0, rtol=1e-10, instants=2, events=[event]).events
     assert len(found) == (np.diff(np.sign(force - level)) != 0.0).sum() > 8
@@ -488,7 +489,7 @@ def test_cubics_and_what_they_are_extreme_at():
 def test_samples_are_added_where_a_cubic_reaches_beyond_zero():
     """Dips of every width and depth between samples of a sum of sines."""
     rng = np.random.default_rng(4)
-    for _ in range(60):
+    for _ in range(12):
         a, w, p = rng.normal(size=3), rng.uniform(0.5, 2.0, 3), rng.uniform(0.0, 6.0, 3)
 
         def f(t, a=a, w=w, p=p):
@@ -498,7 +499,7 @@ def test_samples_are_added_where_a_cubic_reaches_beyond_zero():
             return f(t) - low, np.cos(np.outer(t, w) + p) @ (a * w)
 
         t = np.linspace(0.0, 20.0, 41)
-        fine = np.linspace(0.0, 20.0, 200001)
+        fine = np.linspace(0.0, 20.0, 100001)
         least = f(fine).min()
         for depth in (1e-1, 1e-3, 1e-6):
             low = least + depth * np.ptp(f(fine))

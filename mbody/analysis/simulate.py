@@ -102,8 +102,8 @@ def simulate(
     -----
     Singular positions (change points, dead centres under inertia) are passed at any tolerance;
     redundant joints are ordinary. Ctrl-C leaves what was done, with a status that says so.
-    Crossings of one event that are closer together than a quarter of a step, and than a part in 400
-    of the motion, may pass unseen.
+    Events are looked for by values and rates at four samples a step and 400 of the motion, or more:
+    two crossings between two of them are found by the extremum that lies between them.
 
     Examples
     --------

@@ -17,6 +17,7 @@ from mbody import (
     LengthCoupling,
     Mechanism,
     Prismatic,
+    RackPinion,
     Revolute,
     Spring,
     Table,
@@ -167,6 +168,20 @@ def gears_apart():
     return machine
 
 
+def racked(height, radius=0.5):
+    """A pinion whose centre is that high above its rack."""
+    machine = Mechanism("rack", ground={"O": (0.0, height)})
+    machine.add(
+        Body("rack"),
+        Body("pinion"),
+        Revolute("O", "ground.O", "pinion"),
+        Prismatic("guide", "ground", "rack"),
+        RackPinion("mesh", "rack", "pinion", radius=radius),
+        AngleDriver("motor", "pinion", 0.0),
+    )
+    return machine
+
+
 def rope(length):
     """A rope between two places that are one."""
     machine = Mechanism("hoist", ground={"hook": (0.0, 0.0)})
@@ -179,6 +194,8 @@ def rope(length):
 
 SCENARIOS = {
     "gears that do not mesh": lambda: kinetostatics(gears_apart()),
+    "a rack on the wrong side": lambda: kinetostatics(racked(-0.5)),
+    "a rack that the pinion does not touch": lambda: kinetostatics(racked(0.6)),
     "a rope without a direction": lambda: kinetostatics(rope(1.0)),
     "an analysis of nothing": lambda: kinematics(None),
     "an analysis of a class": lambda: kinematics(Mechanism),
