@@ -38,6 +38,7 @@ def checks(solution: Solution) -> Checks:
         constraint=float(constraint.max(initial=0.0)),
         equilibrium=relative(unbalanced, term) if forces else 0.0,
         virtual_work=relative(power, flow) if forces else 0.0,
+        branch=solution.branch,
     )
 
 

@@ -17,7 +17,7 @@ from mbody.ends import column, ends, told_at, torque_told
 from mbody.energy import Energy
 from mbody.errors import ModelError
 from mbody.events import Occurrence
-from mbody.histories import BodyHistory, Checks, PointHistory, Reaction, Record
+from mbody.histories import BodyHistory, BranchDistance, Checks, PointHistory, Reaction, Record
 from mbody.joints import Joint
 from mbody.mechanism import Mechanism
 from mbody.momenta import Momentum, momentum
@@ -71,6 +71,7 @@ class Solution:
     energy: Energy | None = field(default=None, repr=False)
     events: tuple[Occurrence, ...] = field(default=(), repr=False)
     restart: Restart | None = field(default=None, repr=False)
+    branch: BranchDistance | None = None
 
     def take(self, instants: Any) -> Solution:
         """Only some of the instants, by their numbers, in that order."""

@@ -92,12 +92,19 @@ def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
             "constraint": _number(solution.checks.constraint),
             "equilibrium": _number(solution.checks.equilibrium) if solution.has_forces else None,
             "virtual_work": _number(solution.checks.virtual_work) if solution.has_forces else None,
+            "branch": _branch(solution),
         },
         "status": solution.status,
         "doubts": [doubt.data() for doubt in solution.doubts],
         "notes": list(solution.notes),
         **_motion(solution),
     }
+
+
+def _branch(solution: Solution) -> dict[str, float] | None:
+    """How near the motion came to another branch, and when; None where none was followed."""
+    found = solution.branch
+    return None if found is None else {"least": float(found.least), "t": float(found.t)}
 
 
 def _motion(solution: Solution) -> dict[str, Any]:
