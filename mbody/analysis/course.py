@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from mbody.analysis.branch_watch import BranchWatch
 from mbody.analysis.closure import SOFT, raise_user_error
 from mbody.analysis.contacts import pulled
 from mbody.analysis.first_steps import CORRECTIONS, first_step, sizes
@@ -16,6 +17,7 @@ from mbody.analysis.undefined import adjusted, branching, stuck, undetermined, v
 from mbody.core.layout import stand_ins
 from mbody.core.output import PER_ATOM
 from mbody.core.progress import (
+    BRANCH,
     CAREFUL,
     DONE,
     LAST,
@@ -32,6 +34,7 @@ from mbody.core.progress import (
     TIME,
 )
 from mbody.core.slopes import begin
+from mbody.doubts import doubted
 from mbody.energy import account, causes
 from mbody.errors import ModelError, SolveError
 from mbody.events import Occurrence
@@ -117,6 +120,7 @@ class Course:
         self.y[:n3], self.y[n3:] = q, v
         self.page = np.empty((self.rows, 1))
         self.state[TIME] = first
+        self.watch = BranchWatch(self.system, bool(self.soft), self.state, until - first)
         if not self._slope():
             raise SolveError(
                 f"the start does not fit '{self.system.mechanism.name}': its loops do not close "
@@ -146,13 +150,21 @@ class Course:
 
     def _flow(self, until: float, steps: int, times: Array, output: Array, gained: Array) -> int:
         """At most so many steps; see `mbody.core.flow`."""
-        code = LAST
-        while code == LAST:
-            code = self.steps.steps(self.memory, until, steps, times, output, gained)
-            if code == LAST:
+        code, left = MORE, steps
+        while code == MORE and left > 0:
+            done = self.state[STEPS]
+            count = 1 if self.watch.open else left
+            code = self.steps.steps(self.memory, until, count, times, output, gained)
+            left -= max(1, int(self.state[STEPS] - done))
+            self.watch.note(self.y)
+            if code == BRANCH:
+                self.watch.decide(self.y, self.K[0])
+                code = MORE
+            elif code == LAST:
                 if until == self.until:
                     self.anchor = self._anchored(gained[-1])
                 self.state[LAST_ONE] = 1.0
+                code, left = MORE, left + 1
         raise_user_error(self.system)
         return code
 
@@ -202,6 +214,10 @@ class Course:
 
     def _resume(self, restart: Restart) -> None:
         """Take up what was left."""
+        self.y[:], self.state[TIME] = restart.y, restart.state[TIME]
+        page = self.page.copy()
+        self._slope()  # for the distances from singular positions with which the next step begins
+        self.page = page
         self.memory.scale = self.scale = restart.scale.copy()
         self.y[:], self.K[0], self.P[0] = restart.y, restart.slope, restart.powers
         self.begun[:], self.state[:] = restart.gained, restart.state
@@ -302,4 +318,7 @@ class Course:
             events=tuple(self.occurred),
             restart=self._restart(gained),
         )
-        return replace(found, notes=(*found.notes, *self.notes, *pulled(found)))
+        last = float(times[-1]) if len(times) else self.first
+        notes = (*found.notes, *self.notes, *self.watch.notes(last), *pulled(found))
+        found = replace(found, notes=notes, branch=self.watch.least(last))
+        return doubted(found, self.watch.doubts)

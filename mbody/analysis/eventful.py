@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mbody.analysis.branch_watch import Held
 from mbody.analysis.course import AT_ONCE, Course
 from mbody.analysis.impacts import Slope, bend, jump, slope, values
 from mbody.analysis.start import watched
@@ -51,6 +52,8 @@ class Saved:
     state: Array
     page: Array
     total: Array
+    near: Array
+    watch: Held
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,14 +123,15 @@ class Eventful(Course):
         self.works.append(np.concatenate([work, self.lost]))
 
     def _save(self) -> Saved:
-        parts = (self.y, self.K[0], self.P[0], self.state, self.page, self.total)
-        return Saved(*(part.copy() for part in parts))
+        parts = (self.y, self.K[0], self.P[0], self.state, self.page, self.total, self.work.near)
+        return Saved(*(part.copy() for part in parts), self.watch.held)
 
     def _restore(self, saved: Saved) -> None:
         """Go back, or ahead; the count of evaluations goes on."""
         evaluations = self.state[SLOPES]
         self.y[:], self.K[0], self.P[0], self.state[:] = saved.y, saved.K, saved.P, saved.state
         self.page, self.total = saved.page.copy(), saved.total.copy()
+        self.work.near[:], self.watch.held = saved.near, saved.watch
         self.state[SLOPES] = evaluations
 
     def _run(self, until: float, steps: int, times: Array) -> tuple[int, Array, Array]:
