@@ -52,19 +52,45 @@ MOST = 4
 
 @dataclass(frozen=True)
 class Crossing:
-    """A change point on the way: when it is met, and the joints whose rows come to depend on each
-    other there. `place` and `way` (coordinates + 1,): the position, and how the motion runs to it.
+    """A change point on the way.
+
+    Attributes
+    ----------
+    t : float
+        When it is met.
+    elements : tuple of str
+        The joints whose rows come to depend on each other there.
+    place, way : arrays (coordinates,)
+        The position, lengths by the model length, and the direction in which the motion runs to it.
+    seen : tuple (t, s, rate)
+        When it was seen, how far away it was along the way, and how fast that changed.
     """
 
     t: float
     elements: tuple[str, ...]
     place: Array
     way: Array
+    seen: tuple[float, float, float]
 
-    def passed(self, x: Array) -> bool:
-        """Whether a motion at x (coordinates,), lengths by the model length, has it behind."""
-        n = len(x)
-        return float((x - self.place[:n]) @ self.way[:n]) > 0.0
+    def passed(self, t: float, x: Array, v: Array) -> Crossing | None:
+        """The same with the instant from both sides, where a motion at x with the rates v
+        (coordinates,) has it behind; else None.
+        """
+        s, rate = float((x - self.place) @ self.way), float(v @ self.way)
+        begun, first, slope = self.seen
+        if not s > 0.0 > first:
+            return None
+        h = t - begun
+        # Hermite's cubic through both places and rates
+        cubic = [
+            2.0 * (first - s) + h * (slope + rate),
+            3.0 * (s - first) - h * (2.0 * slope + rate),
+            h * slope,
+            first,
+        ]
+        roots = np.roots(cubic)
+        inside = roots.real[(np.abs(roots.imag) < 1e-9) & (roots.real >= 0.0) & (roots.real <= 1.0)]
+        return replace(self, t=begun + h * float(inside[0]) if len(inside) else self.t)
 
 
 @dataclass(frozen=True)
@@ -163,7 +189,9 @@ def look_ahead(
         sizes = parts[1]
         rank = int((sizes > REDUNDANT * sizes[0]).sum()) if soft else len(sizes)
         n = len(q)
-        least = np.linalg.svd(G[:, :n], compute_uv=False)[rank - 1] if rows.driven else sizes[rank - 1]
+        least = (
+            np.linalg.svd(G[:, :n], compute_uv=False)[rank - 1] if rows.driven else sizes[rank - 1]
+        )
         for part in HORIZONS:
             far = part * within
             ahead = rows.at(x + far * way + 0.5 * far**2 * bent)[1]
@@ -242,8 +270,8 @@ def _singular(
             return None
         if flat is None or worst > 0.2 * last:
             turned = [
-                u[:, kept:].T @ (rows.at(x + STEP * way)[1] - rows.at(x - STEP * way)[1]) @ vt[kept:].T
-                for way in vt[kept:]
+                u[:, kept:].T @ (rows.at(x + d)[1] - rows.at(x - d)[1]) @ vt[kept:].T
+                for d in STEP * vt[kept:]
             ]
             flat = np.array(turned).reshape(len(turned), -1).T / (2.0 * STEP)
         last = worst

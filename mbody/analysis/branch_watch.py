@@ -7,7 +7,19 @@ from __future__ import annotations
 import numpy as np
 
 from mbody.analysis.branch_points import Crossing, crossing_note, look_ahead
-from mbody.core.progress import ASKING, DOUBTED, LEAST, LEAST_AT, NEXT, PASSING, TIME
+from mbody.analysis.undefined import inertialess
+from mbody.core.branch import LIGHT
+from mbody.core.progress import (
+    ASKING,
+    DOUBTED,
+    FREED,
+    LEAST,
+    LEAST_AT,
+    LIGHTER,
+    NEXT,
+    PASSING,
+    TIME,
+)
 from mbody.doubts import Doubt
 from mbody.elements import listed
 from mbody.histories import BranchDistance
@@ -26,6 +38,10 @@ FIRST = 0.3
 AGAIN = 0.1
 #: A step of this part of the whole motion that may still meet one is made in doubt.
 HOPELESS = 1e-9
+#: Inertia is looked at again where the part of the energy that stands in for it has so grown.
+MORE_OF_IT = 10.0
+#: A body takes part in a motion with this part of the fastest.
+TAKES_PART = 0.1
 
 
 class BranchWatch:
@@ -37,7 +53,8 @@ class BranchWatch:
         self.crossings: tuple[Crossing, ...] = ()
         self.doubts: tuple[Doubt, ...] = ()
         state[PASSING] = state[DOUBTED] = -np.inf
-        state[LEAST] = np.inf
+        state[LEAST], state[LIGHTER] = np.inf, LIGHT
+        self.begun = np.zeros(0)
 
     @property
     def held(self) -> Held:
@@ -94,6 +111,27 @@ class BranchWatch:
                 self.crossings += (found,)
         self.open = ()
 
+    def weigh(self, y: Array) -> None:
+        """See whether the inertia of the free motion vanishes at the state y, where masses that
+        stand in for none take much of the energy.
+        """
+        state, n = self.state, len(y) // 2
+        if state[FREED] <= state[LIGHTER]:
+            return
+        t, state[LIGHTER] = float(state[TIME]), MORE_OF_IT * float(state[FREED])
+        always = inertialess(self.system, t, self.begun)
+        if inertialess(self.system, t, y[:n]) <= always:
+            return
+        state[LIGHTER] = np.inf
+        names = _without_mass(self.system, y[n:])
+        who = f"{listed(names, 4)} {'has' if len(names) == 1 else 'have'} no mass"
+        message = (
+            f"at t = {t:.6g} {self.system.mechanism.units.time} the inertia of the free motion "
+            f"vanishes, for {who}: how the motion goes on from there is not determined; give mass "
+            "and inertia"
+        )
+        self.doubts += (Doubt("inertia", message, t, names),)
+
     def notes(self, last: float) -> tuple[str, ...]:
         """The sentence of the change points that were passed until `last`, if there are any."""
         found = [one for one in self.crossings if one.t <= last]
@@ -107,3 +145,15 @@ class BranchWatch:
         if not np.isfinite(self.state[LEAST]):
             return None
         return BranchDistance(float(np.sqrt(self.state[LEAST])), float(self.state[LEAST_AT]))
+
+
+def _without_mass(system: System, v: Array) -> tuple[str, ...]:
+    """Bodies without mass that move at the rates v (coordinates,), the fastest first."""
+    scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+    fast = np.abs(v / scale).reshape(-1, 3).max(axis=1)
+    order = np.argsort(-fast)
+    bodies = system.mechanism.bodies
+    own = system.mass[: len(v), 0].reshape(-1, 3)
+    return tuple(
+        bodies[b].name for b in order if not own[b].any() and fast[b] > TAKES_PART * fast.max()
+    )

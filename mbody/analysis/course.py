@@ -134,6 +134,7 @@ class Course:
         if self.soft:
             self.notes += branching(self.system, first, self.y[:n3], self.y[n3:])
         self._check_slope(self.K, first)
+        self.watch.begun = self.y[:n3].copy()
         self.memory.scale = self.scale = sizes(self.system.length, v, self.K[0, n3:])
         first_one = first_step(self.way, self.y, self.K[0], self.scale, until - first)
         self.state[NEXT] = self.way.step or first_one
@@ -157,6 +158,7 @@ class Course:
             code = self.steps.steps(self.memory, until, count, times, output, gained)
             left -= max(1, int(self.state[STEPS] - done))
             self.watch.note(self.y)
+            self.watch.weigh(self.y)
             if code == BRANCH:
                 self.watch.decide(self.y, self.K[0])
                 code = MORE

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from mbody.analysis.asked_motion import asked_motion, last_time, tolerances
+from mbody.analysis.asked_motion import AskedMotion, asked_motion, last_time, tolerances
 from mbody.analysis.close_loops import close_loops
 from mbody.analysis.closure import as_system
+from mbody.analysis.energy_doubts import energy_doubts
 from mbody.analysis.phases import followed
 from mbody.analysis.start import started, state_of
-from mbody.errors import ModelError
+from mbody.doubts import doubted
+from mbody.errors import ModelError, SolveError
 from mbody.events import Event, Stop
 from mbody.mechanism import Mechanism
 from mbody.solution import Solution
@@ -134,4 +136,14 @@ def simulate(
         events=events,
         release=release,
     )
-    return followed(system, start, asked, progress)
+    try:
+        run = followed(system, start, asked, progress)
+    except SolveError as error:
+        if isinstance(error.solution, Solution):
+            error.solution = _judged(error.solution, asked)
+        raise
+    return _judged(run, asked)
+
+
+def _judged(run: Solution, asked: AskedMotion) -> Solution:
+    return doubted(run, energy_doubts(run, asked.way.method, asked.way.rtol))

@@ -245,7 +245,18 @@ class EvenSteps(_WithPassages):
             self.hat[:] = m.K[0, len(self.hat) :]
         tangents = self.Jq, self.Jv
         return pace(
-            *(m.layout, m.work, self.parts, SAMPLED, RADIUS, m.soft, m.passes, m.scale, until, count),
+            *(
+                m.layout,
+                m.work,
+                self.parts,
+                SAMPLED,
+                RADIUS,
+                m.soft,
+                m.passes,
+                m.scale,
+                until,
+                count,
+            ),
             *(self.length, m.y, m.K, m.P, self.room, self.hat, self.blocks, self.lam),
             *(*tangents, self.S, self.pivots, m.F, m.G, times, output, gained, m.state),
         )

@@ -112,9 +112,9 @@ def unsound(page, w):
 def begin_designs(L, W, passes, t, lot, wanted, page, output, bad):
     """Project the first state of every design and take its slope: `lot.y` and `lot.slope`.
 
-    lot: a `Lot`, whose `pivot` and `near` are set too; page (rows, lanes): room; output (kept, designs): the
-    rows `wanted`; bad (designs,): set to one where a design must go alone. The last lanes repeat
-    the last design.
+    lot: a `Lot`, whose `pivot` and `near` are set too; page (rows, lanes): room; output (kept,
+    designs): the rows `wanted`; bad (designs,): set to one where a design must go alone. The last
+    lanes repeat the last design.
     """
     w = wide()
     designs, lanes = lot.par.shape[1], page.shape[1]

@@ -15,18 +15,29 @@ import numpy as np
 
 from mbody._jit import njit
 from mbody._lanes import larger, ld, select_le, smaller, st
-from mbody.core.progress import ASKING, DOUBTED, FREED, FREED_AT, LEAST, LEAST_AT, PASSING
+from mbody.core.progress import ASKING, DOUBTED, FREED, LEAST, LEAST_AT, PASSING
 
-__all__ = ["LIGHT", "STEEPER", "judged", "left_of", "lightness", "sampled", "settled", "turn_of", "uncertain", "watched"]
+__all__ = [
+    "LIGHT",
+    "STEEPER",
+    "judged",
+    "left_of",
+    "lightness",
+    "sampled",
+    "settled",
+    "turn_of",
+    "uncertain",
+    "watched",
+]
 
 #: A rate may be so many times that of the neighbouring gaps; in the bend of a branch that passes
 #: another one, which steps must resolve, this many times.
-STEEPER, BEND = 2.5, 6.0
+STEEPER, BEND = 2.5, 10.0
 #: Between two samples no body turns by more than this [rad] where distances vary by more than that
 #: part of the greatest: they rise from zero to their greatest value, as a sine does, in π/2.
 SWEEP, VARIED = 0.6, 0.2
-#: Where what stands in for missing masses has this part of the kinetic energy, the motion depends on
-#: it; elsewhere corrections by the residual take it away.
+#: Where what stands in for missing masses has this part of the kinetic energy, the motion depends
+#: on it; elsewhere corrections by the residual take it away.
 LIGHT = 1e-3
 #: Distances below this are rounding: pivots are squares of them.
 NOISE = 1e-6
@@ -92,21 +103,22 @@ def judged(L, W, w, at, steeper, turned):
 
 
 @njit
-def uncertain(L, W, at, t, y, end, state):
+def uncertain(L, W, at, t, y, end, careful, state):
     """Whether a step from y at t to `end` (2·coordinates,) may have met a singular position that is
-    not known.
+    not known. Careful steps (see `mbody.core.flow`) take it for granted that they are short beside
+    the distance from it.
     """
     if t <= state[PASSING]:
         return False
     turned = 0.0
     for b in range(L.bodies):
         turned = max(turned, abs(end[3 * b + 2] - y[3 * b + 2]))
-    bend = t < state[DOUBTED] and state[ASKING] == 0.0
+    bend = careful or (t < state[DOUBTED] and state[ASKING] == 0.0)
     return judged(L, W, 0.0, at, BEND if bend else STEEPER, turned) > 0.0
 
 
 @njit
-def watched(L, W, last, now, least, least_at, light, state):
+def watched(L, W, last, least, least_at, light, state):
     """Take note of a step that was made, whose last sample was number `last`: where it was nearest
     to a singular position, and whether what has no mass takes part in the energy.
     """
@@ -114,10 +126,7 @@ def watched(L, W, last, now, least, least_at, light, state):
     if least < state[LEAST]:
         state[LEAST], state[LEAST_AT] = least, least_at
     if light:
-        freed = lightness(L, W, 0.0, W.v)
-        if state[FREED] <= LIGHT < freed:
-            state[FREED_AT] = now
-        state[FREED] = max(state[FREED], freed)
+        state[FREED] = lightness(L, W, 0.0, W.v)
 
 
 @njit

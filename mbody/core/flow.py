@@ -29,9 +29,11 @@ from mbody.core.progress import (
     DONE,
     DOUBTED,
     END_TRIES,
+    FREED,
     FREEST,
     LAST,
     LAST_ONE,
+    LIGHTER,
     LONGEST,
     LOST,
     MORE,
@@ -243,7 +245,7 @@ def flow(
                 state[NEXT] = 0.5 * h
                 continue
         part = sampled(L, W, w, sample[end_slope])
-        if uncertain(L, W, method.at, t, y, end, state):
+        if uncertain(L, W, method.at, t, y, end, careful, state):
             state[REJECTED] += 1
             state[NEXT] = 0.5 * h
             if t > state[DOUBTED]:
@@ -262,7 +264,7 @@ def flow(
         state[PIVOT], state[FREEST] = part, max(part, state[FREEST])
         if part < least:
             least, least_at = part, now
-        watched(L, W, sample[end_slope], now, least, least_at, regular > 0, state)
+        watched(L, W, sample[end_slope], least, least_at, regular > 0, state)
         state[STEPS] += 1
         state[LAST_ONE] = 0.0
         state[CAREFUL] += 1.0 if careful else 0.0
@@ -291,6 +293,8 @@ def flow(
             state[NEXT] = min(state[NEXT], state[LONGEST])
         else:
             state[END_TRIES] = state[STAGE_TRIES] = 0.0
+        if state[FREED] > state[LIGHTER]:
+            return MORE
         if state[STIFF] >= STIFF_STEPS and until - now > patient * state[NEXT]:
             return STEEP
     return MORE

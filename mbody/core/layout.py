@@ -17,7 +17,16 @@ import numpy as np
 from mbody._bundle import Bundle, Floats, Ints, Rows, Tables, words_of
 from mbody._lanes import aligned
 
-__all__ = ["SAMPLES", "Frame", "Layout", "Work", "frame_of", "integers", "inverse_masses", "stand_ins"]
+__all__ = [
+    "SAMPLES",
+    "Frame",
+    "Layout",
+    "Work",
+    "frame_of",
+    "integers",
+    "inverse_masses",
+    "stand_ins",
+]
 
 #: Samples of a step by which its branch is judged, both ends included, at most.
 SAMPLES = 7

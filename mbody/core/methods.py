@@ -46,7 +46,6 @@ class Explicit(NamedTuple):
     at: np.ndarray
 
 
-
 #: Rows of A by their entries that are not zero.
 _A = {
     1: {0: 0.05260015195876773},
@@ -255,7 +254,9 @@ def order_8() -> Explicit:
     for row, entries in _A.items():
         A[row, list(entries)] = list(entries.values())
     E, D = _filled((_E3, _E5), 12), _filled(_D, 16)
-    return Explicit(A, A[12, :12].copy(), np.array(_C), E, D, 8.0, 6.1, *_samples(_C, 12, (3, 5, 9, 10)))
+    return Explicit(
+        A, A[12, :12].copy(), np.array(_C), E, D, 8.0, 6.1, *_samples(_C, 12, (3, 5, 9, 10))
+    )
 
 
 @functools.cache

@@ -10,10 +10,12 @@ from mbody.core.dense_output import deliver, hermite
 from mbody.core.generalized_alpha import alpha_step
 from mbody.core.progress import (
     DONE,
+    FREED,
     FREEST,
     FRESH,
     LAST,
     LAST_ONE,
+    LIGHTER,
     LOST,
     MORE,
     NEXT,
@@ -39,9 +41,9 @@ def pace(
     `times` that is met is kept.
 
     parts (steps of RATTLE,): of which a step is composed, none for generalised-α, whose spectral
-    radius is rho. at (samples,): the parts of a step at which it is sampled. hat (coordinates,), lam (2·nodes,): the acceleration of the algorithm and the
-    multipliers, carried on. Other arguments and codes as of `mbody.core.flow.flow` and
-    `mbody.core.radau.radau`.
+    radius is rho. at (samples,): the parts of a step at which it is sampled. hat (coordinates,),
+    lam (2·nodes,): the acceleration of the algorithm and the multipliers, carried on. Other
+    arguments and codes as of `mbody.core.flow.flow` and `mbody.core.radau.radau`.
     """
     n6, n3 = 6 * L.bodies, 3 * L.bodies
     ys, last = work[0], work[1]
@@ -93,7 +95,7 @@ def pace(
             for n in range(lam.shape[0]):
                 lam[n] = W.lam[n, 0]
             least, least_at = hermite(L, W, soft, passes, t, h, y, last, K, P, F, G, ys, state)
-            weak = uncertain(L, W, at, t, last, y, state)
+            weak = uncertain(L, W, at, t, last, y, False, state)
         if weak:
             for n in range(n6):
                 y[n] = last[n]
@@ -106,7 +108,7 @@ def pace(
             least, least_at = part, 1.0
         for n in range(n3):
             W.v[n, 0] = y[n3 + n]
-        watched(L, W, 3, now, least, t + least_at * h, True, state)
+        watched(L, W, 3, least, t + least_at * h, True, state)
         state[STEPS] += 1
         state[LAST_ONE] = 0.0
         for n in range(n6):
@@ -118,4 +120,6 @@ def pace(
             *(K[1], P[1], times, output, gained, state),
         )
         state[TIME], state[NEXT] = now, length
+        if state[FREED] > state[LIGHTER]:
+            return MORE
     return MORE

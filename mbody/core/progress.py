@@ -6,7 +6,7 @@ __all__ = [
     *("TIME", "NEXT", "STEPS", "REJECTED", "CAREFUL", "SLOPES", "MET", "NEAR", "PIVOT"),
     *("STAGE_TRIES", "FREEST", "LONGEST", "END_TRIES", "STIFF", "CALM", "TANGENTS"),
     *("ERROR", "FRESH", "LAST_ONE", "LEAST", "LEAST_AT", "PASSING", "DOUBTED", "ASKING"),
-    *("FREED", "FREED_AT", "PROGRESS"),
+    *("FREED", "LIGHTER", "PROGRESS"),
     *("BRANCH", "DONE", "LAST", "LOST", "MORE", "PASSAGE", "SMALL", "STEEP", "WEAK"),
 ]
 
@@ -28,8 +28,9 @@ LEAST, LEAST_AT = 19, 20
 #: Steps that begin until PASSING may meet a singular position, which is known; until DOUBTED they
 #: are made shorter where they may, and only a step shorter than ASKING asks what is there.
 PASSING, DOUBTED, ASKING = 21, 22, 23
-#: The greatest part of the kinetic energy that masses have which stand in for none, and its time.
-FREED, FREED_AT = 24, 25
+#: The part of the kinetic energy that masses have which stand in for none, and above which part the
+#: steps pause.
+FREED, LIGHTER = 24, 25
 #: How many there are.
 PROGRESS = 26
 

@@ -18,10 +18,12 @@ from mbody.core.dense_output import along, deliver
 from mbody.core.progress import (
     DONE,
     ERROR,
+    FREED,
     FREEST,
     FRESH,
     LAST,
     LAST_ONE,
+    LIGHTER,
     LOST,
     MORE,
     NEXT,
@@ -256,7 +258,7 @@ def radau(
             state[NEXT] = 0.5 * h
             continue
         part = sampled(L, W, 0.0, 3)
-        if part < WEAK * state[FREEST] or uncertain(L, W, method.at, t, y, end, state):
+        if part < WEAK * state[FREEST] or uncertain(L, W, method.at, t, y, end, False, state):
             state[FRESH] = 0.0
             return PASSAGE
         # ---- the step is made
@@ -266,7 +268,7 @@ def radau(
         now = until if clipped else t + h
         if part < least:
             least, least_at = part, now
-        watched(L, W, 3, now, least, least_at, regular > 0, state)
+        watched(L, W, 3, least, least_at, regular > 0, state)
         state[STEPS] += 1
         state[LAST_ONE] = 0.0
         for n in range(n6):
@@ -292,4 +294,6 @@ def radau(
             wanted = h
         state[NEXT] = max(wanted, state[NEXT]) if clipped else wanted
         state[FRESH] = 1.0 if rate < 1e-3 else 0.0
+        if state[FREED] > state[LIGHTER]:
+            return MORE
     return MORE
