@@ -14,6 +14,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from mbody.analysis.branch_watch import Crossed
 from mbody.analysis.contacts import Held, holding, one_sided
 from mbody.analysis.course import AT_ONCE, Course
 from mbody.analysis.crossings import between, refined
@@ -69,6 +70,8 @@ class Saved:
     state: Array
     page: Array
     total: Array
+    near: Array
+    watch: Crossed
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,14 +145,15 @@ class Eventful(Course):
         self.works.append(np.concatenate([work, self.lost]))
 
     def _save(self) -> Saved:
-        parts = (self.y, self.K[0], self.P[0], self.state, self.page, self.total)
-        return Saved(*(part.copy() for part in parts))
+        parts = (self.y, self.K[0], self.P[0], self.state, self.page, self.total, self.work.near)
+        return Saved(*(part.copy() for part in parts), self.watch.held)
 
     def _restore(self, saved: Saved) -> None:
         """Go back, or ahead; the count of evaluations goes on."""
         evaluations = self.state[SLOPES]
         self.y[:], self.K[0], self.P[0], self.state[:] = saved.y, saved.K, saved.P, saved.state
         self.page, self.total = saved.page.copy(), saved.total.copy()
+        self.work.near[:], self.watch.held = saved.near, saved.watch
         self.state[SLOPES] = evaluations
 
     def _run(self, until: float, steps: int, times: Array) -> tuple[int, Array, Array]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mbody._lanes import LANES
-from mbody.analysis.branch_watch import Branches, meeting
+from mbody.analysis.branch_record import Branches, meeting
 from mbody.analysis.closure import (
     Closed,
     drivers,

@@ -6,14 +6,15 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from mbody.analysis.asked_motion import asked_motion, last_time, tolerances
+from mbody.analysis.asked_motion import AskedMotion, asked_motion, last_time, tolerances
 from mbody.analysis.close_loops import close_loops
 from mbody.analysis.closure import as_system
+from mbody.analysis.energy_doubts import energy_doubts
 from mbody.analysis.extrapolation import extrapolated
 from mbody.analysis.phases import followed
 from mbody.analysis.start import started, state_of
 from mbody.doubts import doubted
-from mbody.errors import ModelError
+from mbody.errors import ModelError, SolveError
 from mbody.events import Event, Stop
 from mbody.mechanism import Mechanism
 from mbody.remarks import remarks
@@ -138,6 +139,19 @@ def simulate(
         events=events,
         release=release,
     )
-    run = followed(system, start, asked, progress)
+    try:
+        run = followed(system, start, asked, progress)
+    except SolveError as error:
+        if isinstance(error.solution, Solution):
+            error.solution = _judged(error.solution, asked)
+        raise
+    return _judged(run, asked)
+
+
+def _judged(run: Solution, asked: AskedMotion) -> Solution:
+    """The motion with what its description, its laws and its energy give to say."""
+    system = run.system
     said = [note for note in remarks(system.mechanism, system.plans) if note not in run.notes]
-    return doubted(replace(run, notes=(*run.notes, *said)), extrapolated(run))
+    found = replace(run, notes=(*run.notes, *said)) if said else run
+    doubts = [*extrapolated(found), *energy_doubts(found, asked.way.method, asked.way.rtol)]
+    return doubted(found, doubts)

@@ -13,6 +13,7 @@ import numpy as np
 from mbody.analysis.closure import raise_user_error
 from mbody.analysis.manifold import MASSLESS, Array, Manifold, Place
 from mbody.analysis.rank import dense, rank_of, too_large
+from mbody.core.branch import LIGHT
 from mbody.core.causes import each_load
 from mbody.core.close import laws_of_time
 from mbody.core.layout import Work
@@ -21,7 +22,15 @@ from mbody.errors import SolveError
 from mbody.laws import Expression
 from mbody.system import System
 
-__all__ = ["adjusted", "branching", "stuck", "undetermined", "valueless", "weightless"]
+__all__ = [
+    "adjusted",
+    "branching",
+    "inertialess",
+    "stuck",
+    "undetermined",
+    "valueless",
+    "weightless",
+]
 
 #: A force along a motion without inertia below this part of the greatest is rounding.
 NO_PUSH = 1e-9
@@ -94,6 +103,25 @@ def undetermined(system: System, t: float, q: Array, v: Array) -> SolveError | N
                 body.name,
             )
     return None
+
+
+def inertialess(system: System, t: float, q: Array) -> int:
+    """How many free motions have no inertia at q (coordinates,), beside what stands in for it."""
+    own = system.mass[: system.coordinates, 0]
+    if too_large(system) or own.all():
+        return 0
+    motions = rank_of(dense(system, _at(system, t, q))[1]).motions
+    if not len(motions):
+        return 0
+    work, scale = system.work(masses=True), _scale(system)
+    slots = 3 * system.layout.body_slot[:, None] + np.arange(3)
+    share = work.share[system.layout.body_slot, 0][:, None]
+    whole = 1.0 / (work.weight[slots, 0] * share)
+    mass, lent = (motions * (own * scale**2)) @ motions.T, whole.ravel() - own
+    lent = (motions * (lent * scale**2)) @ motions.T
+    ways = np.linalg.cholesky(mass + lent)
+    part = np.linalg.solve(ways, np.linalg.solve(ways, lent).T)
+    return int((np.linalg.eigvalsh(0.5 * (part + part.T)) > LIGHT).sum())
 
 
 def weightless(system: System) -> SolveError | None:

@@ -17,7 +17,19 @@ import numpy as np
 from mbody._bundle import Bundle, Floats, Ints, Rows, Tables, words_of
 from mbody._lanes import aligned
 
-__all__ = ["Frame", "Layout", "Work", "frame_of", "integers", "inverse_masses", "stand_ins"]
+__all__ = [
+    "SAMPLES",
+    "Frame",
+    "Layout",
+    "Work",
+    "frame_of",
+    "integers",
+    "inverse_masses",
+    "stand_ins",
+]
+
+#: Samples of a step by which its branch is judged, both ends included, at most.
+SAMPLES = 7
 
 
 class Layout(Bundle):
@@ -115,6 +127,7 @@ class Work(Bundle):
     pivot: Rows  # (1/d₀, l, 1/d₁) of each node
     schur: Rows  # (a, b, c) of each node, then its blocks
     lower: Rows  # blocks of the factor
+    near: Rows  # distances of each node from a singular position, at the samples of a step
     x: Rows  # right-hand side and solution on nodes
     lam: Rows  # multipliers on nodes
     u: Rows  # on columns
@@ -235,6 +248,7 @@ def _frame(
         "watch": 4 * nodes,
         "schur": 3 * nodes + 4 * blocks,
         "lower": 4 * blocks,
+        "near": SAMPLES * nodes,
         "u": columns,
         "r": columns,
         "scratch": 32,
