@@ -126,10 +126,9 @@ class _Curve:
         stopped, places = self._path(change)
         if self.system.rows > LARGEST:
             return stopped
+        if stopped is None:
+            return None
         way = math.copysign(1.0, change)
-        crossed = self._leapt(places, change)
-        if crossed is not None or stopped is None:
-            return crossed
         found = self._turning(places[-1], way)
         if found is None:
             found = self._extrapolated(stopped, way)
@@ -171,20 +170,6 @@ class _Curve:
         at = float(state[1])
         stopped = at if count == 1 else self.value + at * change / ON_THE_WAY
         return stopped, np.vstack([q, work.past[:n, 0]])
-
-    def _leapt(self, places: np.ndarray, change: float) -> float | None:
-        """The dead centre before a gap so narrow that the path went across to another branch: det
-        Φ_q changes its sign there, as it does where branches meet.
-        """
-        if self.system.rows != self.system.coordinates:
-            return None
-        signs = np.array([np.linalg.slogdet(self._rows(q)[1])[0] for q in places])
-        for k in np.flatnonzero(signs[1:] != signs[:-1]):
-            found = self._turning(places[k], math.copysign(1.0, change))
-            before = self.value + change * k / ON_THE_WAY
-            if found is not None and abs(found - before) <= abs(change) / ON_THE_WAY:
-                return found
-        return None
 
     # -- the turning point, in model lengths and radians
 
