@@ -25,8 +25,8 @@ Array = np.ndarray
 
 #: A singular value below this part of the greatest is zero.
 ZERO = 1e-9
-#: What agrees, as a part of the fastest rate.
-AGREES = 1e-9
+#: What agrees, and what differs by rounding of four digits, as parts of the fastest rate.
+AGREES, ROUNDED = 1e-9, 1e-3
 #: A row takes part in a contradiction with this part of the greatest; elements that are named.
 TAKES_PART, NAMED = 0.1, 4
 
@@ -93,12 +93,13 @@ def fitting_rates(
         raise _no_velocities(system, nu, atom)
     met = given.P @ v
     changed = [n for n in range(len(said)) if abs(met[n] - given.p[n]) > AGREES * fast]
-    if np.abs(met - given.p).max() <= SAID * fast:
+    if np.abs(met - given.p).max() <= ROUNDED * fast:
         worst = int(np.abs(met - given.p).argmax())
+        size = _units(system, said[worst], abs(met[worst] - given.p[worst]))
+        unit = said[worst].with_value(system, size).rpartition(" ")[2]
         return scale * v, (
-            "the rates of the start were fitted to joints and drivers: "
-            f"{said[worst].with_value(system, _units(system, said[worst], met[worst]))}, not "
-            f"{said[worst].value:.6g}",
+            f"the rates of the start were fitted to joints and drivers: by {size:.2g} {unit} at "
+            f"most, of {said[worst].name}",
         )
     part = np.abs(off[: len(G)])
     taking = dict.fromkeys(
