@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.analysis.branch_words import nearest_words, place_words
+from mbody.analysis.branch_words import nearest_words, place_words, undecided
 from mbody.analysis.branches import SAID, along, fits, frame, nearest, norm, onto, still
 from mbody.analysis.cones import is_flat, tangent
 from mbody.analysis.manifold import Manifold
@@ -137,14 +137,14 @@ class _Choice:
         if not spaces and norm(here.y) > FAR:
             return None
         if not spaces or (len(branches.odd) and y.any()):
-            raise self._undecided()
+            raise undecided(self.system, self.t)
         motions = [self._motion(T, y) for T in spaces]
         constraint = np.array([one[1] for one in motions])
         order = np.argsort(constraint)
         T, a = spaces[order[0]], motions[order[0]][0]
         # where second order does not decide there is no better way out either
         if any(self._motion(u[None], y)[1] < constraint[order[0]] for u in branches.odd):
-            raise self._undecided()
+            raise undecided(self.system, self.t)
         doubts: tuple[Doubt, ...] = ()
         if len(spaces) > 1 or len(branches.odd):
             far = [n for n in order[1:] if np.abs(motions[n][0] - a).max() > TIE * np.abs(a).max()]
@@ -222,13 +222,6 @@ class _Choice:
         return Start(scale * q, scale * v, scale * a, scale, T0, away, late, growth, notes, doubts)
 
     # -- sentences ----------------------------------------------------------------------------
-
-    def _undecided(self) -> SolveError:
-        return SolveError(
-            f"the motion of '{self.system.mechanism.name}' is not determined at "
-            f"{place_words(self.system, self.t)}: the position is singular, and conditions of "
-            "second order do not tell the branches of its motion; begin a little beside it"
-        )
 
     def _tied(self, count: int) -> SolveError:
         return SolveError(

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.analysis.branch_words import Rate, nearest_words, place_words, values_of
+from mbody.analysis.branch_words import Rate, nearest_words, place_words, undecided, values_of
 from mbody.analysis.branches import SAID, along, fits, frame, nearest, norm, onto
 from mbody.analysis.cones import is_flat, solutions, tangent
 from mbody.analysis.rank import dense
@@ -19,7 +19,7 @@ from mbody.elements import listed
 from mbody.errors import SolveError
 from mbody.system import System
 
-__all__ = ["branch_rates", "fitting_rates"]
+__all__ = ["branch_rates", "fitting_rates", "no_velocities"]
 
 Array = np.ndarray
 
@@ -90,7 +90,7 @@ def fitting_rates(
     way = np.linalg.lstsq(given.P @ free.T, given.p - given.P @ own, rcond=ZERO)[0]
     v = own + way @ free
     if np.abs(G @ v - nu).max(initial=0.0) > 1e-6 * fast:  # drivers themselves do not agree
-        raise _no_velocities(system, nu, atom)
+        raise no_velocities(system, nu)
     met = given.P @ v
     changed = [n for n in range(len(said)) if abs(met[n] - given.p[n]) > AGREES * fast]
     if np.abs(met - given.p).max() <= ROUNDED * fast:
@@ -140,11 +140,7 @@ def branch_rates(
         words = nearest_words(system, here, near).removeprefix("; the nearest are ")
         return v, (f"the rates of the start were fitted to a branch of the motion: {words}",)
     if not flat:
-        raise SolveError(
-            f"the velocities of '{system.mechanism.name}' at {place_words(system, t)} are not "
-            "determined: the position is singular, and conditions of second order do not tell the "
-            "branches of its motion; begin a little beside it"
-        )
+        raise undecided(system, t)
     raise _none(system, here, t, given)
 
 
@@ -260,8 +256,10 @@ def _none(system: System, here: Singular, t: float, given: Rates) -> SolveError:
     return SolveError(f"{where}{nearest_words(system, here, nearest(here, base))}")
 
 
-def _no_velocities(system: System, nu: Array, atom: Array) -> SolveError:
-    name = system.owners[atom[int(np.abs(nu).argmax())]][0].name
+def no_velocities(system: System, nu: Array) -> SolveError:
+    """The sentence of drivers that no velocities follow; nu (rows,) without units of length."""
+    # what moves at all are drivers: the fastest is the one to speak of
+    name = system.owners[system.row_table[0][int(np.abs(nu).argmax())]][0].name
     return SolveError(
         f"no velocities agree with '{name}' at this position: it stands at a dead centre, or "
         "drivers contradict each other; close the loops elsewhere",
