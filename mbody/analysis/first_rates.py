@@ -12,7 +12,7 @@ import numpy as np
 from mbody.analysis.branch_words import Rate, nearest_words, place_words, undecided, values_of
 from mbody.analysis.branches import SAID, along, fits, frame, nearest, norm, onto
 from mbody.analysis.cones import is_flat, solutions, tangent
-from mbody.analysis.rank import dense
+from mbody.analysis.rank import dense, shortest
 from mbody.analysis.singular import Singular
 from mbody.core.layout import Work
 from mbody.elements import listed
@@ -87,7 +87,7 @@ def fitting_rates(
     own = np.linalg.lstsq(G, nu, rcond=ZERO)[0]
     _, sizes, vt = np.linalg.svd(G)
     free = vt[int((sizes > ZERO * sizes.max(initial=1e-300)).sum()) :]
-    way = np.linalg.lstsq(given.P @ free.T, given.p - given.P @ own, rcond=ZERO)[0]
+    way = shortest(given.P @ free.T, given.p - given.P @ own, ZERO)
     v = own + way @ free
     if np.abs(G @ v - nu).max(initial=0.0) > 1e-6 * fast:  # drivers themselves do not agree
         raise no_velocities(system, nu)
@@ -155,7 +155,7 @@ def _conditions(here: Singular, given: Rates) -> tuple[Array, Array]:
 def _points(here: Singular, given: Rates) -> tuple[list[Array], bool, bool]:
     """y of every branch that has the rates, the place of the start looked at."""
     P, p = _conditions(here, given)
-    base = np.linalg.lstsq(P, p, rcond=1e-7)[0]
+    base = shortest(P, p, 1e-7)
     # away from the singular position rates of first order are off by as much
     away = norm(here.y)
     if np.abs(P @ base - p).max(initial=0.0) > (AGREES + 10.0 * away) * np.abs(p).max():
@@ -181,13 +181,13 @@ def _velocity(here: Singular, given: Rates, y: Array, *, exact: bool = True) -> 
     P, p = given.P @ ways.T, given.p
     if here.clock.any():
         P, p = np.vstack([P, T @ here.clock]), np.append(p, 1.0)
-    return np.asarray(np.linalg.lstsq(P, p, rcond=1e-7)[0] @ ways)
+    return np.asarray(shortest(P, p, 1e-7) @ ways)
 
 
 def _rounded(here: Singular, given: Rates) -> Array | None:
     """Velocities of a branch that differ from the rates by rounding of digits; None of none."""
     P, p = _conditions(here, given)
-    base = np.linalg.lstsq(P, p, rcond=1e-7)[0]
+    base = shortest(P, p, 1e-7)
     near = onto(here.A, base, here.clock)
     if near is None or not fits(here, tangent(here.A, near)):
         return None
@@ -252,7 +252,7 @@ def _none(system: System, here: Singular, t: float, given: Rates) -> SolveError:
                 given.said[n].body,
             )
     P, p = _conditions(here, given)
-    base = np.linalg.lstsq(P, p, rcond=1e-7)[0]
+    base = shortest(P, p, 1e-7)
     return SolveError(f"{where}{nearest_words(system, here, nearest(here, base))}")
 
 
