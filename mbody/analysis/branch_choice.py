@@ -20,6 +20,7 @@ from mbody.analysis.singular import SUSPECT, Singular, singular
 from mbody.analysis.start import state_of
 from mbody.core.close import laws_of_time
 from mbody.core.layout import Work
+from mbody.core.output import PER_ATOM
 from mbody.core.progress import FREEST, PROGRESS, TIME
 from mbody.core.slopes import begin
 from mbody.doubts import Doubt
@@ -79,7 +80,7 @@ def suspect(system: System, start: Solution, t: float, q: Array, v: Array) -> bo
     if start.soft:
         return True
     work, n = system.work(masses=True), 2 * system.coordinates
-    page = np.empty((len(start.record.table(slice(None))[-1]), 1))
+    page = np.empty((3 * system.coordinates + PER_ATOM * len(system.owners), 1))
     state, y = np.zeros(PROGRESS), np.concatenate([q, v])
     state[TIME] = t
     K, P = np.zeros((1, n)), np.zeros((1, len(causes(system))))
