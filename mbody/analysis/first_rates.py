@@ -94,13 +94,7 @@ def fitting_rates(
     met = given.P @ v
     changed = [n for n in range(len(said)) if abs(met[n] - given.p[n]) > AGREES * fast]
     if np.abs(met - given.p).max() <= ROUNDED * fast:
-        worst = int(np.abs(met - given.p).argmax())
-        size = _units(system, said[worst], abs(met[worst] - given.p[worst]))
-        unit = said[worst].with_value(system, size).rpartition(" ")[2]
-        return scale * v, (
-            f"the rates of the start were fitted to joints and drivers: by {size:.2g} {unit} at "
-            f"most, of {said[worst].name}",
-        )
+        return scale * v, _fitted(system, said, met - given.p)
     part = np.abs(off[: len(G)])
     taking = dict.fromkeys(
         system.owners[atom[n]][0].name
@@ -195,6 +189,17 @@ def _rounded(here: Singular, given: Rates) -> Array | None:
 
 
 # -- sentences --------------------------------------------------------------------------------
+
+
+def _fitted(system: System, said: Sequence[Rate], off: Array) -> tuple[str, ...]:
+    """By how much rates were changed."""
+    worst = int(np.abs(off).argmax())
+    size = _units(system, said[worst], abs(float(off[worst])))
+    unit = said[worst].with_value(system, size).rpartition(" ")[2]
+    return (
+        f"the rates of the start were fitted to joints and drivers: by {size:.2g} {unit} at most, "
+        f"of {said[worst].name}",
+    )
 
 
 def listed_rates(system: System, said: Sequence[Rate], values: Array) -> str:

@@ -106,6 +106,8 @@ def refuse_near_redundant(system: System, work: Work, start: np.ndarray) -> None
     scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
     driven = np.arange(system.rows) >= joints
     try:
+        if not np.isfinite(dense(system, work)[1]).all():  # a distance of 0
+            return
         gap = np.abs(smallest_gap(system, work, driven)[:joints])
         if not 0.0 < gap.max() < SLIGHT:
             return
