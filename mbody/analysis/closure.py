@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -122,9 +122,11 @@ def closed(
     guess: Mapping[str, Any] | None = None,
     design: int = 0,
     pose: np.ndarray | None = None,
+    meant: Callable[[Closed], bool] | None = None,
 ) -> Closed:
     """Close the loops of one design at time t, given driver values winning over laws; from `pose`
-    (coordinates,) if there is one, else from the guesses.
+    (coordinates,) if there is one, else from the guesses. Where these lie on another branch than
+    the position found, `meant` may say that this one is meant all the same.
 
     Raises
     ------
@@ -168,7 +170,7 @@ def closed(
     )
     check_fit(system, work.q[:, 0], design)
     if found is result:
-        _say_branch(system, result, first[:, None], guess)
+        _say_branch(system, result, first[:, None], guess, meant)
     by_springs(base, found.work.q.T)
     found.notes += ambiguous(base, found.work.q[:, 0], values)
     return found
@@ -297,6 +299,7 @@ def _say_branch(
     result: Closed,
     start: np.ndarray,
     guess: Mapping[str, Any] | None,
+    meant: Callable[[Closed], bool] | None,
 ) -> None:
     """Warn where a guess and the position found lie on different sides of a singular position."""
     size = 3 * system.layout.bodies
@@ -318,7 +321,7 @@ def _say_branch(
     result.work.q[:] = start
     there = np.linalg.slogdet(dense(system, result.work)[1])[0]
     result.work.q[:] = found
-    if result.straight and here == there:
+    if (result.straight and here == there) or (meant is not None and meant(result)):
         return
     way = f"{np.degrees(far):.1f} deg"
     if far < NEAR:  # it is a place that is elsewhere

@@ -358,10 +358,12 @@ class Runner:
             work = system.work()
             work.q[:] = start.work.past[: len(work.q)]
             told = ", ".join(repr(name) for name in meeting(system, work))
+            remedy = "stop before, or change a length so that they stay apart"
+            if abs(stuck.place - plan.s[stuck.done]) <= 1e-3 * np.ptp(plan.s):
+                remedy = "leave that instant out, the motion goes through there between others"
             return SolveError(
                 f"branches of '{system.mechanism.name}' meet at {where} of '{body}', in {told}: on "
-                "which of them the motion goes on is not certain; stop before, or change a length "
-                "so that they stay apart",
+                f"which of them the motion goes on is not certain; {remedy}",
                 driver.name,
                 so_far,
             )
@@ -419,8 +421,7 @@ class Runner:
             value = self.system.law_of(driver, design=design)(s)
             time = f", t = {s:.6g} {self.system.mechanism.units.time},"
         elif plan.mode == BY_INSTANT:
-            k = min(int(s), len(plan.s) - 1)
-            value = float(plan.given[k, 0, 0])
+            value = float(np.interp(s, plan.s, plan.given[:, 0, 0]))
         if driver.rows == "a":
             return f"{np.degrees(value):.4g} deg{time}"
         return f"{value:.6g} {self.system.mechanism.units.length}{time}"

@@ -15,6 +15,7 @@ from mbody import (
     Gear,
     Gravity,
     LengthCoupling,
+    Marker,
     Mechanism,
     Prismatic,
     RackPinion,
@@ -99,6 +100,16 @@ def second(law, body="crank"):
 def parallelogram(start):
     machine = makers.four_bar(1, 3, 1, 3, masses=(1, 3, 1), start=start, speed=2.0)
     machine.add(Gravity("gravity", y=-9.81))
+    return machine
+
+
+def two_drivers_in_line():
+    machine = parallelogram(0.5)
+    machine.add(
+        Body("wheel", guess=0.0),
+        Revolute("axle", Marker("ground", (0.0, 2.0)), "wheel"),
+        AngleDriver("other", "wheel", 0.0),
+    )
     return machine
 
 
@@ -273,7 +284,9 @@ SCENARIOS = {
     "a start at a dead centre": lambda: kinematics(by_rocker(FOLDED)),
     "a start at the end of a stroke": lambda: kinematics(press(4.0)),
     "velocities at the end of a stroke": lambda: close_loops(press(4.0)),
-    "a change point under load": lambda: statics(parallelogram(0.0), t=[0.0, 0.5 * math.pi]),
+    "a change point with two drivers": lambda: kinematics(
+        two_drivers_in_line(), drive={"motor": [0.5, math.pi, 4.0], "other": [0.0, 0.5, 1.0]}
+    ),
     "a law that jumps": lambda: kinematics(by_law(lambda t: t + (t > 0.5) * 2.0), t=[0.0, 1.0]),
     "a design that cannot close": lambda: kinetostatics(batch(coupler_B_x=[3.0, 3.1, 10.0])),
     "a design with a dead centre": lambda: kinematics(
