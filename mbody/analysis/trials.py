@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.asked import ANALYSES, asked
-from mbody.analysis.closure import check_determined, closed_near
+from mbody.analysis.closure import SUSPICIOUS, check_determined, closed_near
 from mbody.analysis.instants import by_time
 from mbody.analysis.rank import dense, too_large
 from mbody.analysis.relations import Relation
@@ -281,7 +281,8 @@ class Trials:
         start = closed_near(system, self.time, poses)
         check_determined(system, start, self.question.analysis)
         redundant = bool(start.soft)
-        if self.known and redundant and not self.known[0].redundant:
+        nearly = not redundant and start.ratio < SUSPICIOUS
+        if self.known and (nearly or redundant > self.known[0].redundant):
             raise SolveError(f"'{system.mechanism.name}' stands at a singular position")
         regular = system.rows == system.coordinates and not start.soft and not too_large(system)
         side = float(np.linalg.slogdet(dense(system, start.work)[1])[0]) if regular else 0.0
