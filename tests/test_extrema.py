@@ -191,6 +191,15 @@ def test_two_ranges_of_a_side_condition():
     assert least[0].binding == (side,)
 
 
+def test_a_side_condition_of_rounding_excludes_nothing():
+    """A crank of constant speed has an acceleration of rounding, of either sign."""
+    engine = makers.slider_crank(0.7, 2.9, masses=(1, 2, 3), speed=9.0)
+    for side in ("crank.alpha <= 0", "crank.alpha >= 0"):
+        answer = solve_for(engine, "motor.value", side_conditions=side, greatest="guide.fy")
+        plain = solve_for(engine, "motor.value", greatest="guide.fy")
+        assert answer[0].objective == pytest.approx(plain[0].objective, rel=1e-9)
+
+
 # -- several unknowns -------------------------------------------------------------------------
 
 

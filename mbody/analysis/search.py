@@ -348,9 +348,12 @@ class Search:
         values, units = self._told(place.base)
         margins: dict[str, float] = {}
         binding = []
+        floor = HOLDS * place.size
+        if self.question.objective and self.sides:
+            floor[first:] += self._noise()
         for n, one in enumerate(self.sides, start=first):
             margins[one.text] = min(margins.get(one.text, math.inf), float(rest[n]))
-            if abs(rest[n]) <= HOLDS * place.size[n]:
+            if abs(rest[n]) <= floor[n]:
                 binding.append(one.text)
             elif rest[n] < 0.0:
                 raise SolveError(self._broken(one, float(rest[n]), values, units))
