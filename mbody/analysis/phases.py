@@ -13,7 +13,7 @@ from mbody.analysis.course import Course
 from mbody.analysis.equilibrium import released
 from mbody.analysis.eventful import Eventful
 from mbody.analysis.start import state_of
-from mbody.certify import as_said
+from mbody.certify import as_said, changed
 from mbody.core.output import PER_ATOM
 from mbody.energy import account, causes
 from mbody.errors import SolveError
@@ -69,7 +69,7 @@ def followed(
                 error.solution = _joined(system, asked, reached, free_since)
             raise
         if run.restart is not None:
-            run = replace(run, restart=replace(run.restart, released=tuple(gone)))
+            run = changed(run, restart=replace(run.restart, released=tuple(gone)))
         found.append(run)
         if run.t[-1] < until:  # it ended, or was stopped
             break
