@@ -8,7 +8,7 @@ numbers alone; `status`, `doubts` and `notes` of a `Solution` are never without 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from mbody.solution import Solution
     from mbody.system import System
 
-__all__ = ["Certificate", "Certified", "as_said", "residual_doubts"]
+__all__ = ["Certificate", "Certified", "as_said", "changed", "residual_doubts"]
 
 Array = np.ndarray
 T = TypeVar("T")
@@ -89,6 +89,13 @@ def as_said(solution: Solution) -> Certificate:
     held = solution.__dict__
     status = held.get("said_status", "completed")
     return Certificate(status, held["said_doubts"], held["said_notes"])
+
+
+def changed(solution: Solution, **parts: Any) -> Solution:
+    """The same solution with other parts, as `dataclasses.replace`, without a look at residuals."""
+    said = as_said(solution)
+    own = {"status": said.status, "doubts": said.doubts, "notes": said.notes}
+    return replace(solution, **(own | parts))
 
 
 def _certificate(solution: Solution) -> Certificate:
