@@ -8,7 +8,7 @@ numbers alone; `status`, `doubts` and `notes` of a `Solution` are never without 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
@@ -21,16 +21,16 @@ if TYPE_CHECKING:
     from mbody.solution import Solution
     from mbody.system import System
 
-__all__ = ["Certificate", "Certified", "as_said", "residual_doubts"]
+__all__ = ["Certificate", "Certified", "as_said", "changed", "residual_doubts"]
 
 Array = np.ndarray
 T = TypeVar("T")
 
 #: Greatest violation of a constraint, as a part of 1 + the greatest coordinate in model lengths and
-#: radians. Over the gallery, 500 random and near-singular linkages and chains of 300 links at most
+#: radians. Over the gallery, some 250 random and near-singular linkages and chains of 300 links at most
 #: 2e-15 of it is met, at change points that are interpolated 6e-13.
 OPEN = 1e-10
-#: Greatest part of forces, and of power, that is left over: of the same 500 at most 1e-12 beside
+#: Greatest part of forces, and of power, that is left over: of the same at most 1e-12 beside
 #: what `ROUNDED` explains.
 LEFT = 1e-9
 #: Towards a singular position single forces grow as its condition, and so does the rounding of
@@ -89,6 +89,13 @@ def as_said(solution: Solution) -> Certificate:
     held = solution.__dict__
     status = held.get("said_status", "completed")
     return Certificate(status, held["said_doubts"], held["said_notes"])
+
+
+def changed(solution: Solution, **parts: Any) -> Solution:
+    """The same solution with other parts, as `dataclasses.replace`, without a look at residuals."""
+    said = as_said(solution)
+    own = {"status": said.status, "doubts": said.doubts, "notes": said.notes}
+    return replace(solution, **(own | parts))
 
 
 def _certificate(solution: Solution) -> Certificate:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.certify import Certified, as_said
+from mbody.certify import Certified, as_said, changed
 from mbody.checks import breakdown, checks, residuals
 from mbody.core.output import PER_ATOM
 from mbody.doubts import Doubt
@@ -92,9 +92,8 @@ class Solution:
         last = float(self.t[index].max(initial=-np.inf))
         gone = [one for one in said.doubts if one.t is not None and one.t > last]
         messages = {one.message for one in gone}
-        return replace(
+        return changed(
             self,
-            status=said.status,
             doubts=tuple(one for one in said.doubts if one not in gone),
             notes=tuple(note for note in said.notes if note not in messages),
             t=self.t[index],

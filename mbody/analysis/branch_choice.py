@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.analysis.branch_words import nearest_words, place_words
+from mbody.analysis.branch_words import nearest_words, place_words, undecided
 from mbody.analysis.branches import SAID, along, fits, frame, nearest, norm, onto, still
 from mbody.analysis.cones import is_flat, tangent
 from mbody.analysis.manifold import Manifold
@@ -20,6 +20,7 @@ from mbody.analysis.singular import SUSPECT, Singular, singular
 from mbody.analysis.start import state_of
 from mbody.core.close import laws_of_time
 from mbody.core.layout import Work
+from mbody.core.output import PER_ATOM
 from mbody.core.progress import FREEST, PROGRESS, TIME
 from mbody.core.slopes import begin
 from mbody.doubts import Doubt
@@ -79,7 +80,7 @@ def suspect(system: System, start: Solution, t: float, q: Array, v: Array) -> bo
     if start.soft:
         return True
     work, n = system.work(masses=True), 2 * system.coordinates
-    page = np.empty((len(start.record.table(slice(None))[-1]), 1))
+    page = np.empty((3 * system.coordinates + PER_ATOM * len(system.owners), 1))
     state, y = np.zeros(PROGRESS), np.concatenate([q, v])
     state[TIME] = t
     K, P = np.zeros((1, n)), np.zeros((1, len(causes(system))))
@@ -137,14 +138,14 @@ class _Choice:
         if not spaces and norm(here.y) > FAR:
             return None
         if not spaces or (len(branches.odd) and y.any()):
-            raise self._undecided()
+            raise undecided(self.system, self.t)
         motions = [self._motion(T, y) for T in spaces]
         constraint = np.array([one[1] for one in motions])
         order = np.argsort(constraint)
         T, a = spaces[order[0]], motions[order[0]][0]
         # where second order does not decide there is no better way out either
         if any(self._motion(u[None], y)[1] < constraint[order[0]] for u in branches.odd):
-            raise self._undecided()
+            raise undecided(self.system, self.t)
         doubts: tuple[Doubt, ...] = ()
         if len(spaces) > 1 or len(branches.odd):
             far = [n for n in order[1:] if np.abs(motions[n][0] - a).max() > TIE * np.abs(a).max()]
@@ -222,13 +223,6 @@ class _Choice:
         return Start(scale * q, scale * v, scale * a, scale, T0, away, late, growth, notes, doubts)
 
     # -- sentences ----------------------------------------------------------------------------
-
-    def _undecided(self) -> SolveError:
-        return SolveError(
-            f"the motion of '{self.system.mechanism.name}' is not determined at "
-            f"{place_words(self.system, self.t)}: the position is singular, and conditions of "
-            "second order do not tell the branches of its motion; begin a little beside it"
-        )
 
     def _tied(self, count: int) -> SolveError:
         return SolveError(

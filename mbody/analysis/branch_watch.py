@@ -71,7 +71,7 @@ class BranchWatch:
         t, step = float(state[TIME]), 2.0 * float(state[NEXT])
         ahead = look_ahead(self.system, t, y[:n], y[n:], slope[n:], step / FIRST, self.soft)
         if ahead.clear:
-            state[PASSING] = t + 0.99 * ahead.clear
+            state[PASSING], state[NEXT] = t, 0.99 * ahead.clear
         elif ahead.crossing is not None:
             at = ahead.crossing
             state[PASSING] = max(t, at.t + 0.5 * (at.t - t))

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbody.analysis.singular import Singular
+from mbody.errors import SolveError
 from mbody.system import System
 
-__all__ = ["Rate", "nearest_words", "place_words", "rate_words", "values_of"]
+__all__ = ["Rate", "nearest_words", "place_words", "rate_words", "undecided", "values_of"]
 
 Array = np.ndarray
 
@@ -58,6 +59,15 @@ class Rate:
 def place_words(system: System, t: float) -> str:
     """Such as "t = 0 s"."""
     return f"t = {t:.6g} {system.mechanism.units.time}"
+
+
+def undecided(system: System, t: float) -> SolveError:
+    """The sentence of a singular position that conditions of second order say too little about."""
+    return SolveError(
+        f"the motion of '{system.mechanism.name}' is not determined at {place_words(system, t)}: "
+        "the position is singular, and conditions of second order do not tell the branches of its "
+        "motion; begin a little beside it"
+    )
 
 
 def nearest_words(system: System, here: Singular, y: Array | None) -> str:

@@ -10,14 +10,14 @@ import numpy as np
 from mbody.analysis.branch_words import Rate
 from mbody.analysis.branches import BESIDE
 from mbody.analysis.closure import Closed, as_system, closed, raise_user_error
-from mbody.analysis.first_rates import branch_rates
+from mbody.analysis.first_rates import branch_rates, no_velocities
 from mbody.analysis.instants import plan
 from mbody.analysis.rank import dense, rank_of, too_large
 from mbody.analysis.singular import SUSPECT, Singular, singular
 from mbody.core.close import project
 from mbody.core.layout import Work
 from mbody.core.output import PER_ATOM
-from mbody.errors import ModelError, SolveError
+from mbody.errors import ModelError
 from mbody.histories import Record
 from mbody.mechanism import Mechanism
 from mbody.solution import Solution
@@ -173,10 +173,4 @@ def _check_velocities(system: System, work: Work) -> None:
     v = work.v[: system.coordinates, 0].reshape(-1, 3) / [system.length, system.length, 1.0]
     rest = np.abs(G @ v.reshape(-1) - nu)
     if rest.max() > 1e-6 * max(np.abs(nu).max(), np.abs(v).max()):
-        # what moves at all are drivers: the fastest is the one to speak of
-        name = system.owners[atom[int(np.abs(nu).argmax())]][0].name
-        raise SolveError(
-            f"no velocities agree with '{name}' at this position: it stands at a dead centre, or "
-            "drivers contradict each other; close the loops elsewhere",
-            name,
-        )
+        raise no_velocities(system, nu)

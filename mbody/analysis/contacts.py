@@ -102,10 +102,11 @@ def pulled(solution: Solution, between: Mapping[str, Held] | None = None) -> lis
 
 
 def low_between(t: Array, force: Array) -> Array:
-    """Times beside each least sample from which the force may fall below zero between samples: a
-    parabola through three falls half as far again as they show.
+    """Times beside each least sample from which the force may fall below zero between samples. A
+    parabola through three falls by an eighth of what the higher neighbour rises, at most; eight
+    times that is looked into.
 
-    >>> low_between(np.arange(5.0), np.array([3.0, 1.0, 0.5, 1.0, 3.0]))[:3]
+    >>> low_between(np.arange(5.0), np.array([3.0, 1.0, 0.4, 1.0, 3.0]))[:3]
     array([1.125, 1.25 , 1.375])
     """
     left, middle, right = force[:-2], force[1:-1], force[2:]

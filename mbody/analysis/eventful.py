@@ -11,6 +11,7 @@ import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 
@@ -146,7 +147,8 @@ class Eventful(Course):
 
     def _save(self) -> Saved:
         parts = (self.y, self.K[0], self.P[0], self.state, self.page, self.total, self.work.near)
-        return Saved(*(part.copy() for part in parts), self.watch.held)
+        every: list[Any] = [*(part.copy() for part in parts), self.watch.held]
+        return Saved(*every)
 
     def _restore(self, saved: Saved) -> None:
         """Go back, or ahead; the count of evaluations goes on."""

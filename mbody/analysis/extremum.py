@@ -43,8 +43,9 @@ class Extremum:
         The range that was searched.
     gaps : tuple of pairs
         Where within it values fail.
-    open_edge : bool
-        Whether the place is only come near to.
+    inwards : tuple of float
+        Where the place is the edge of what can be analysed: places ever further from it, at which
+        an analysis has more digits left. Empty elsewhere.
     rough : bool
         Whether samples still did not foretell each other when there were enough of them.
     """
@@ -54,7 +55,7 @@ class Extremum:
     low: float
     high: float
     gaps: tuple[tuple[float, float], ...] = field(default=())
-    open_edge: bool = False
+    inwards: tuple[float, ...] = ()
     rough: bool = False
 
 
@@ -130,9 +131,18 @@ def extremum(one: Wanted, values: Values, noise: Array) -> Extremum:
         low=low,
         high=high,
         gaps=_gaps(profile, space),
-        open_edge=best is not None and best.end == OPEN,
+        inwards=_inwards(profile, space, best.x) if best is not None and best.end == OPEN else (),
         rough=not profile.steady,
     )
+
+
+def _inwards(profile: Profile, space: _Range, edge: float) -> tuple[float, ...]:
+    """See `Extremum`."""
+    k = int(np.searchsorted(profile.x, edge))
+    below = k > 0 and bool(profile.found[k - 1])
+    step = (-1.0 if below else 1.0) * profile.spacing
+    places = edge + step * np.append(0.0, 10.0 ** np.arange(-14.0, -2.0))
+    return tuple(space.u(places).tolist())
 
 
 def _nearest(profile: Profile, space: _Range) -> float:

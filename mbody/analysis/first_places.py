@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.analysis.rank import dense
+from mbody.analysis.rank import dense, shortest
 from mbody.core.layout import Work
 from mbody.errors import SolveError
 from mbody.system import System
@@ -117,8 +117,7 @@ def fitted_places(system: System, work: Work, said: Sequence[Spot], first: Array
         rank = int((sizes > ZERO * sizes.max(initial=1e-300)).sum())
         step = -vt[:rank].T @ ((u.T @ phi)[:rank] / sizes[:rank])
         free = vt[rank:]
-        way = np.linalg.lstsq(P @ free.T, off - P @ step, rcond=ZERO)[0] if len(free) else 0.0
-        step = step + way @ free if len(free) else step
+        step = step + shortest(P @ free.T, off - P @ step, ZERO) @ free
         length = float(np.abs(step).max(initial=0.0))
         work.q[:n, 0] += scale * step * min(1.0, 0.5 / max(length, 1e-300))
         if length <= CLOSED * (1.0 + float(np.abs(q / scale).max())):

@@ -9,24 +9,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.analysis.branch_words import Rate, nearest_words, place_words, values_of
+from mbody.analysis.branch_words import Rate, nearest_words, place_words, undecided, values_of
 from mbody.analysis.branches import SAID, along, fits, frame, nearest, norm, onto
 from mbody.analysis.cones import is_flat, solutions, tangent
-from mbody.analysis.rank import dense
+from mbody.analysis.rank import dense, shortest
 from mbody.analysis.singular import Singular
 from mbody.core.layout import Work
 from mbody.elements import listed
 from mbody.errors import SolveError
 from mbody.system import System
 
-__all__ = ["branch_rates", "fitting_rates"]
+__all__ = ["branch_rates", "fitting_rates", "no_velocities"]
 
 Array = np.ndarray
 
 #: A singular value below this part of the greatest is zero.
 ZERO = 1e-9
-#: What agrees, as a part of the fastest rate.
-AGREES = 1e-9
+#: What agrees, and what differs by rounding of four digits, as parts of the fastest rate.
+AGREES, ROUNDED = 1e-9, 1e-3
 #: A row takes part in a contradiction with this part of the greatest; elements that are named.
 TAKES_PART, NAMED = 0.1, 4
 
@@ -87,19 +87,14 @@ def fitting_rates(
     own = np.linalg.lstsq(G, nu, rcond=ZERO)[0]
     _, sizes, vt = np.linalg.svd(G)
     free = vt[int((sizes > ZERO * sizes.max(initial=1e-300)).sum()) :]
-    way = np.linalg.lstsq(given.P @ free.T, given.p - given.P @ own, rcond=ZERO)[0]
+    way = shortest(given.P @ free.T, given.p - given.P @ own, ZERO)
     v = own + way @ free
     if np.abs(G @ v - nu).max(initial=0.0) > 1e-6 * fast:  # drivers themselves do not agree
-        raise _no_velocities(system, nu, atom)
+        raise no_velocities(system, nu)
     met = given.P @ v
     changed = [n for n in range(len(said)) if abs(met[n] - given.p[n]) > AGREES * fast]
-    if np.abs(met - given.p).max() <= SAID * fast:
-        worst = int(np.abs(met - given.p).argmax())
-        return scale * v, (
-            "the rates of the start were fitted to joints and drivers: "
-            f"{said[worst].with_value(system, _units(system, said[worst], met[worst]))}, not "
-            f"{said[worst].value:.6g}",
-        )
+    if np.abs(met - given.p).max() <= ROUNDED * fast:
+        return scale * v, _fitted(system, said, met - given.p)
     part = np.abs(off[: len(G)])
     taking = dict.fromkeys(
         system.owners[atom[n]][0].name
@@ -139,11 +134,7 @@ def branch_rates(
         words = nearest_words(system, here, near).removeprefix("; the nearest are ")
         return v, (f"the rates of the start were fitted to a branch of the motion: {words}",)
     if not flat:
-        raise SolveError(
-            f"the velocities of '{system.mechanism.name}' at {place_words(system, t)} are not "
-            "determined: the position is singular, and conditions of second order do not tell the "
-            "branches of its motion; begin a little beside it"
-        )
+        raise undecided(system, t)
     raise _none(system, here, t, given)
 
 
@@ -158,7 +149,7 @@ def _conditions(here: Singular, given: Rates) -> tuple[Array, Array]:
 def _points(here: Singular, given: Rates) -> tuple[list[Array], bool, bool]:
     """y of every branch that has the rates, the place of the start looked at."""
     P, p = _conditions(here, given)
-    base = np.linalg.lstsq(P, p, rcond=1e-7)[0]
+    base = shortest(P, p, 1e-7)
     # away from the singular position rates of first order are off by as much
     away = norm(here.y)
     if np.abs(P @ base - p).max(initial=0.0) > (AGREES + 10.0 * away) * np.abs(p).max():
@@ -184,13 +175,13 @@ def _velocity(here: Singular, given: Rates, y: Array, *, exact: bool = True) -> 
     P, p = given.P @ ways.T, given.p
     if here.clock.any():
         P, p = np.vstack([P, T @ here.clock]), np.append(p, 1.0)
-    return np.asarray(np.linalg.lstsq(P, p, rcond=1e-7)[0] @ ways)
+    return np.asarray(shortest(P, p, 1e-7) @ ways)
 
 
 def _rounded(here: Singular, given: Rates) -> Array | None:
     """Velocities of a branch that differ from the rates by rounding of digits; None of none."""
     P, p = _conditions(here, given)
-    base = np.linalg.lstsq(P, p, rcond=1e-7)[0]
+    base = shortest(P, p, 1e-7)
     near = onto(here.A, base, here.clock)
     if near is None or not fits(here, tangent(here.A, near)):
         return None
@@ -198,6 +189,17 @@ def _rounded(here: Singular, given: Rates) -> Array | None:
 
 
 # -- sentences --------------------------------------------------------------------------------
+
+
+def _fitted(system: System, said: Sequence[Rate], off: Array) -> tuple[str, ...]:
+    """By how much rates were changed."""
+    worst = int(np.abs(off).argmax())
+    size = _units(system, said[worst], abs(float(off[worst])))
+    unit = said[worst].with_value(system, size).rpartition(" ")[2]
+    return (
+        f"the rates of the start were fitted to joints and drivers: by {size:.2g} {unit} at most, "
+        f"of {said[worst].name}",
+    )
 
 
 def listed_rates(system: System, said: Sequence[Rate], values: Array) -> str:
@@ -255,12 +257,14 @@ def _none(system: System, here: Singular, t: float, given: Rates) -> SolveError:
                 given.said[n].body,
             )
     P, p = _conditions(here, given)
-    base = np.linalg.lstsq(P, p, rcond=1e-7)[0]
+    base = shortest(P, p, 1e-7)
     return SolveError(f"{where}{nearest_words(system, here, nearest(here, base))}")
 
 
-def _no_velocities(system: System, nu: Array, atom: Array) -> SolveError:
-    name = system.owners[atom[int(np.abs(nu).argmax())]][0].name
+def no_velocities(system: System, nu: Array) -> SolveError:
+    """The sentence of drivers that no velocities follow; nu (rows,) without units of length."""
+    # what moves at all are drivers: the fastest is the one to speak of
+    name = system.owners[system.row_table[0][int(np.abs(nu).argmax())]][0].name
     return SolveError(
         f"no velocities agree with '{name}' at this position: it stands at a dead centre, or "
         "drivers contradict each other; close the loops elsewhere",

@@ -106,6 +106,8 @@ def refuse_near_redundant(system: System, work: Work, start: np.ndarray) -> None
     scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
     driven = np.arange(system.rows) >= joints
     try:
+        if not np.isfinite(dense(system, work)[1]).all():  # a distance of 0
+            return
         gap = np.abs(smallest_gap(system, work, driven)[:joints])
         if not 0.0 < gap.max() < SLIGHT:
             return
@@ -131,9 +133,9 @@ def refuse_near_redundant(system: System, work: Work, start: np.ndarray) -> None
     most = float(gap.max()) * system.length
     raise SolveError(
         f"joints of '{system.mechanism.name}' nearly repeat each other "
-        f"({listed(list(names), NAMED)}): all along the motion that they would allow a gap of about "
-        f"{most:.2g} {unit} is left, so that the loops close at isolated positions only; make the "
-        "lengths agree to all digits, or leave out the joint that is one too many",
+        f"({listed(list(names), NAMED)}): all along the motion that they would allow a gap of "
+        f"about {most:.2g} {unit} is left, so that the loops close at isolated positions only; "
+        "make the lengths agree to all digits, or leave out the joint that is one too many",
         next(iter(names)),
     )
 

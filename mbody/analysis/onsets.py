@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.close_loops import close_loops
-from mbody.analysis.closure import SUSPICIOUS, TOLERANCE
+from mbody.analysis.closure import TOLERANCE
 from mbody.analysis.placing import placed
 from mbody.analysis.start import holding, said, started, state_of
 from mbody.analysis.turns import by_rows, by_springs
@@ -28,6 +28,9 @@ __all__ = ["Onset", "begun", "onset_of"]
 
 Array = np.ndarray
 
+#: The weakest pivot, as a part of its diagonal, of a start that is about 1e-3 rad away from a
+#: singular position: from there on rows alone tell rates to nine digits.
+SINGULAR = 1e-6
 #: Velocities that agree with drivers to this part of the rates are as good as exact.
 AGREE = 1e-9
 
@@ -104,7 +107,8 @@ def begun(
     small = TOLERANCE * (1.0 + spots.max(axis=(1, 2), initial=0.0))
     close_designs(places.layout, places.work(), small, places.par, first, poses, state)
     by_springs(places, poses)
-    good = (state[:, 0] > 0.0) & (state[:, 1] >= SUSPICIOUS)
+    # at or near a singular position the branch has to be looked at: one by one
+    good = (state[:, 0] > 0.0) & (state[:, 1] >= SINGULAR)
     turning, rates = places, still
     if onset.turning is not onset.places:
         turning = onset.turning.with_values(values)

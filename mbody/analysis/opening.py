@@ -19,6 +19,7 @@ from mbody.analysis.branch_choice import Start, chosen_motion
 from mbody.analysis.closure import SOFT, raise_user_error
 from mbody.analysis.first_steps import CORRECTIONS
 from mbody.analysis.start import watched
+from mbody.analysis.undefined import valueless
 from mbody.core.layout import Work
 from mbody.core.output import PER_ATOM
 from mbody.core.progress import PROGRESS, TIME
@@ -46,6 +47,9 @@ FAR = 0.4
 SMALL, HALVED = 1e-9, 24
 #: Iterations, and the change of accelerations, as a part of them, at which they have settled.
 ITERATIONS, SETTLED = 60, 1e-13
+#: Where they no longer fall, changes below this part are rounding: of a part of the mechanism that
+#: begins at rest beside one that moves, and so is still near its singular position.
+ROUNDING = 1e-6
 #: Samples of the first part at which events are watched for.
 WATCHED = 33
 #: Nearer than this to the singular position the first accelerations are those there, and their
@@ -164,7 +168,7 @@ class _Opening:
             if not self._crossed(run):
                 break
             part = self._tried(0.5 * part.span)
-        end = self.t + part.span
+        end = self.t + min(part.span, self.longest)
         times = self.asked.times[(self.asked.times >= self.t) & (self.asked.times < end)]
         return self._kept(part, np.append(times, end) - self.t)
 
@@ -185,7 +189,12 @@ class _Opening:
         swift, pull = (float(np.abs(one / scale).max()) for one in (first.v, first.a))
         # swift t + pull t²/2 = FAR
         span = 2.0 * FAR / (swift + np.sqrt(swift * swift + 2.0 * pull * FAR))
-        return self._tried(min(float(span), self.longest))
+        if span > self.longest:  # what comes later is of use: nodes are farther off
+            try:
+                return self._tried(float(span))
+            except SolveError:
+                return self._tried(self.longest)
+        return self._tried(float(span))
 
     def _tried(self, span: float) -> Part:
         """The same, shortened where it is too long."""
@@ -238,7 +247,7 @@ class _Opening:
             top = np.abs(a / first.scale).max()
             if not change < 1e3 * max(top, np.abs(first.v / first.scale).max() / span):
                 return None
-            if change <= SETTLED * top or (change <= 1e-9 * top and change > 0.5 * last):
+            if change <= SETTLED * top or (change <= ROUNDING * top and change > 0.5 * last):
                 return Part(span, a, reactions, powers, size * (iteration + 1))
             last = change
         return None
@@ -252,7 +261,9 @@ class _Opening:
             *(self.page, self.state),
         )
         raise_user_error(self.system)
-        return bool(good) and bool(np.isfinite(self.K).all())
+        if good and not np.isfinite(self.K).all():
+            raise valueless(self.system, self.system.work(), t, self.y[:n], self.y[n:])
+        return bool(good)
 
     # -- what is kept -------------------------------------------------------------------------
 

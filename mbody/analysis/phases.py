@@ -15,7 +15,7 @@ from mbody.analysis.eventful import Eventful
 from mbody.analysis.opening import opening
 from mbody.analysis.resuming import check_restart
 from mbody.analysis.start import state_of
-from mbody.certify import as_said
+from mbody.certify import as_said, changed
 from mbody.core.output import PER_ATOM
 from mbody.doubts import doubted
 from mbody.energy import account, causes
@@ -80,7 +80,7 @@ def followed(
                 error.solution = _joined(system, asked, reached, free_since)
             raise
         if run.restart is not None:
-            run = replace(run, restart=replace(run.restart, released=tuple(gone)))
+            run = changed(run, restart=replace(run.restart, released=tuple(gone)))
         found.append(run)
         if run.t[-1] < until:  # it ended, or was stopped
             break

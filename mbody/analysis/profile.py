@@ -156,7 +156,7 @@ class Profile:
     @property
     def allowed(self) -> Array:
         """At which samples all side conditions hold."""
-        margins = self.y[:, :-1] >= -HOLDS * self.size[:, :-1]
+        margins = self.y[:, :-1] >= -HOLDS * self.size[:, :-1] - self.noise[:-1]
         good: Array = self.found & margins.all(axis=1)
         return good
 

@@ -13,7 +13,7 @@ from mbody.core.close import violation
 from mbody.core.layout import Work
 from mbody.system import System
 
-__all__ = ["DENSE", "Rank", "dense", "jacobian", "rank_of", "smallest_gap", "too_large"]
+__all__ = ["DENSE", "Rank", "dense", "jacobian", "rank_of", "shortest", "smallest_gap", "too_large"]
 
 #: Rows, and pairs of coordinates, up to which dense matrices are made.
 DENSE = 1500
@@ -130,6 +130,15 @@ def _null_space(G: np.ndarray, zero: float) -> np.ndarray | None:
     if 1.0 / np.sqrt(size) <= 100.0 * zero * greatest:
         return None
     return np.ascontiguousarray(Q[:, rows:].T)
+
+
+def shortest(A: np.ndarray, b: np.ndarray, floor: float) -> np.ndarray:
+    """The shortest x (columns,) with the least |A x − b|; singular values of A (rows, columns)
+    below `floor` count as none, be they all of them.
+    """
+    u, sizes, vt = np.linalg.svd(A, full_matrices=False)
+    kept = sizes > floor
+    return np.asarray(((u[:, kept].T @ b) / sizes[kept]) @ vt[kept])
 
 
 def smallest_gap(system: System, work: Work, kept: np.ndarray) -> np.ndarray:

@@ -199,7 +199,7 @@ class Search:
                 "nothing is compared there"
             )
         word = self._word
-        if best.open_edge:
+        if best.inwards:
             self._doubt(
                 f"the {word} '{self.question.objective}' is only come near to: {self._at(best.u)} "
                 "is the edge of what can be analysed, and nothing beyond it is compared"
@@ -209,7 +209,15 @@ class Search:
                 f"'{self.question.objective}' changes too fast between samples: its {word} value "
                 "may be a local one; give narrower bounds"
             )
-        return np.array([best.u])
+        return next(filter(self._runs, np.array(best.inwards)[:, None]), np.array([best.u]))
+
+    def _runs(self, u: Array) -> bool:
+        """Whether the whole analysis can be made at a place."""
+        try:
+            self.trials.run(u)
+        except (ModelError, SolveError):
+            return False
+        return True
 
     def _noise(self) -> Array:
         """What is rounding of every side condition and of the objective."""
@@ -340,9 +348,12 @@ class Search:
         values, units = self._told(place.base)
         margins: dict[str, float] = {}
         binding = []
+        floor = HOLDS * place.size
+        if self.question.objective and self.sides:
+            floor[first:] += self._noise()
         for n, one in enumerate(self.sides, start=first):
             margins[one.text] = min(margins.get(one.text, math.inf), float(rest[n]))
-            if abs(rest[n]) <= HOLDS * place.size[n]:
+            if abs(rest[n]) <= floor[n]:
                 binding.append(one.text)
             elif rest[n] < 0.0:
                 raise SolveError(self._broken(one, float(rest[n]), values, units))

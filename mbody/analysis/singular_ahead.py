@@ -270,7 +270,7 @@ def _singular(
             return None
         if flat is None or worst > 0.2 * last:
             turned = [
-                u[:, kept:].T @ (rows.at(x + d)[1] - rows.at(x - d)[1]) @ vt[kept:].T
+                _between(u[:, kept:], rows.at(x + d)[1] - rows.at(x - d)[1], vt[kept:])
                 for d in STEP * vt[kept:]
             ]
             flat = np.array(turned).reshape(len(turned), -1).T / (2.0 * STEP)
@@ -280,6 +280,12 @@ def _singular(
         if not np.linalg.norm(x - begun) <= reach:
             return None
     return None
+
+
+def _between(U: Array, G: Array, N: Array) -> Array:
+    """Uᵀ G Nᵀ of a matrix with few entries: libraries of dense algebra stall beside other jobs."""
+    row, column = np.nonzero(G)
+    return np.asarray(np.einsum("ka,k,bk->ab", U[row], G[row, column], N[:, column]))
 
 
 def _owners(system: System, U: Array) -> tuple[str, ...]:

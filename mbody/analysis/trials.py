@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.asked import ANALYSES, asked
-from mbody.analysis.closure import check_determined, closed_near
+from mbody.analysis.closure import SUSPICIOUS, check_determined, closed_near
 from mbody.analysis.instants import by_time
 from mbody.analysis.rank import dense, too_large
 from mbody.analysis.relations import Relation
@@ -44,13 +44,15 @@ SMALLEST, SMALL = 2.0**-10, 2.0**-2
 
 @dataclass(frozen=True)
 class Reached:
-    """A trial that succeeded: what was found, the poses of the links, and the sign of det Φ_q (0
-    where it is not looked at), which is another one on the branch beyond a singular position.
+    """A trial that succeeded: what was found, the poses of the links, the sign of det Φ_q (0 where
+    it is not looked at), which is another one on the branch beyond a singular position, and whether
+    rows depend on each other.
     """
 
     run: Solution
     poses: Poses
     side: float
+    redundant: bool
 
     def leaps_from(self, near: Reached) -> bool:
         """Whether the branch of a place nearby may have been left on the way."""
@@ -79,7 +81,8 @@ class Trials:
         self._times = np.array([self.time])
         #: Where trials succeeded: (trials, unknowns), in steps; and what was found there.
         self.places = np.array([[one.present / one.scale for one in self.wanted]])
-        self.known = [self._first(first)]
+        self.known: list[Reached] = []
+        self.known.append(self._first(first))
         #: The last place at which a trial failed, and how many there were.
         self.failed: Array | None = None
         self.count = 0
@@ -175,7 +178,7 @@ class Trials:
         try:
             return self._reached(self.places[0], poses)
         except (ModelError, SolveError):
-            return Reached(first, poses, 0.0)
+            return Reached(first, poses, 0.0, redundant=bool(first.soft))
 
     # -- trials -------------------------------------------------------------------------------
 
@@ -277,6 +280,10 @@ class Trials:
         system = self._system(u)
         start = closed_near(system, self.time, poses)
         check_determined(system, start, self.question.analysis)
+        redundant = bool(start.soft)
+        nearly = not redundant and start.ratio < SUSPICIOUS
+        if self.known and (nearly or redundant > self.known[0].redundant):
+            raise SolveError(f"'{system.mechanism.name}' stands at a singular position")
         regular = system.rows == system.coordinates and not start.soft and not too_large(system)
         side = float(np.linalg.slogdet(dense(system, start.work)[1])[0]) if regular else 0.0
         runner, instant = Runner(system, self.question.analysis), by_time(system, self._times)
@@ -285,7 +292,7 @@ class Trials:
         except Stuck:
             raise SolveError(f"'{system.mechanism.name}' cannot be analysed there") from None
         run = runner.solution(start, instant, Record([block], 1, batch=False))
-        return Reached(run, link_poses(run), side)
+        return Reached(run, link_poses(run), side, redundant)
 
     def told(self, run: Solution, relations: list[Relation], objective: str) -> Array:
         """right − left of every relation, then the objective: (relations + 1,)."""

@@ -13,7 +13,6 @@ import numpy as np
 from mbody.analysis.closure import raise_user_error
 from mbody.analysis.manifold import MASSLESS, Array, Manifold, Place
 from mbody.analysis.rank import dense, rank_of, too_large
-from mbody.core.branch import LIGHT
 from mbody.core.causes import each_load
 from mbody.core.close import laws_of_time
 from mbody.core.layout import Work
@@ -34,6 +33,8 @@ __all__ = [
 
 #: A force along a motion without inertia below this part of the greatest is rounding.
 NO_PUSH = 1e-9
+#: A motion has no inertia where this part of it is of what stands in for missing masses.
+LENT = 0.1
 #: How far, in radians and model lengths, and how fast in natural rates, such a motion is tried.
 TRIED = 0.3
 #: Rows whose least singular value is below this part of the greatest come to depend on each other;
@@ -121,7 +122,7 @@ def inertialess(system: System, t: float, q: Array) -> int:
     lent = (motions * (lent * scale**2)) @ motions.T
     ways = np.linalg.cholesky(mass + lent)
     part = np.linalg.solve(ways, np.linalg.solve(ways, lent).T)
-    return int((np.linalg.eigvalsh(0.5 * (part + part.T)) > LIGHT).sum())
+    return int((np.linalg.eigvalsh(0.5 * (part + part.T)) > LENT).sum())
 
 
 def weightless(system: System) -> SolveError | None:
