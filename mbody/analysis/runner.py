@@ -354,7 +354,8 @@ class Runner:
             if gone is not None:
                 gone.solution = so_far
                 return gone
-        if stuck.unsure and not self._runs_away(start, driver, stuck.place, plan, design):
+        singular = stuck.code == STUCK and (stuck.unsure or self._singular(start))
+        if singular and not self._runs_away(start, driver, stuck.place, plan, design):
             work = system.work()
             work.q[:] = start.work.past[: len(work.q)]
             told = ", ".join(repr(name) for name in meeting(system, work))
@@ -362,12 +363,13 @@ class Runner:
             if abs(stuck.place - plan.s[stuck.done]) <= 1e-3 * np.ptp(plan.s):
                 remedy = "leave that instant out, the motion goes through there between others"
             return SolveError(
-                f"branches of '{system.mechanism.name}' meet at {where} of '{body}', in {told}: on "
-                f"which of them the motion goes on is not certain; {remedy}",
+                f"branches of '{system.mechanism.name}' meet at {where} of '{body}', driven by "
+                f"'{driver.name}', in {told}: on which of them the motion goes on is not certain; "
+                f"{remedy}",
                 driver.name,
                 so_far,
             )
-        if stuck.code == STUCK and self._singular(start):
+        if singular:
             size = len(start.work.q)
             rates = np.abs(start.work.past[size + 2 : size + system.coordinates : 3, 0])
             rates[system.bodies[body]] = 0.0

@@ -17,6 +17,7 @@ from mbody import (
     LengthCoupling,
     Marker,
     Mechanism,
+    Polynomial,
     Prismatic,
     RackPinion,
     Revolute,
@@ -110,6 +111,14 @@ def two_drivers_in_line():
         Revolute("axle", Marker("ground", (0.0, 2.0)), "wheel"),
         AngleDriver("other", "wheel", 0.0),
     )
+    return machine
+
+
+def turning_back_in_line():
+    made = parallelogram(math.pi - 1.0)
+    machine = Mechanism("four-bar", ground=made.ground.points)
+    machine.add(*(one for one in made if one.name != "motor"))
+    machine.add(AngleDriver("motor", "crank", Polynomial([math.pi - 1.0, 2.0, -1.0])))
     return machine
 
 
@@ -284,6 +293,9 @@ SCENARIOS = {
     "a start at a dead centre": lambda: kinematics(by_rocker(FOLDED)),
     "a start at the end of a stroke": lambda: kinematics(press(4.0)),
     "velocities at the end of a stroke": lambda: close_loops(press(4.0)),
+    "a change point at which the motion turns back": lambda: kinematics(
+        turning_back_in_line(), t=[0.0, 2.1]
+    ),
     "a change point with two drivers": lambda: kinematics(
         two_drivers_in_line(), drive={"motor": [0.5, math.pi, 4.0], "other": [0.0, 0.5, 1.0]}
     ),
