@@ -13,6 +13,7 @@ from mbody.analysis.equilibrium import released
 from mbody.analysis.eventful import Eventful
 from mbody.analysis.start import state_of
 from mbody.core.output import PER_ATOM
+from mbody.doubts import doubted
 from mbody.energy import account, causes
 from mbody.errors import SolveError
 from mbody.events import Stop
@@ -68,7 +69,7 @@ def followed(
         if run.restart is not None:
             run = replace(run, restart=replace(run.restart, released=tuple(gone)))
         found.append(run)
-        if run.status != "completed":
+        if run.t[-1] < until:  # it ended before: in doubt a motion goes on
             break
         start, restart = run, None
         gone += [name for name, t in later.items() if t == until]
@@ -120,7 +121,12 @@ def _joined(system: System, asked: AskedMotion, found: Sequence[Solution]) -> So
         for run in found
         for key in run.stats or {}
     }
-    return replace(
+    nearest = min(
+        (run.branch for run in found if run.branch is not None),
+        key=lambda one: one.least,
+        default=None,
+    )
+    whole_run = replace(
         last,
         system=system,
         t=np.concatenate(t),
@@ -129,7 +135,9 @@ def _joined(system: System, asked: AskedMotion, found: Sequence[Solution]) -> So
         notes=notes,
         stats=stats,
         events=tuple(one for run in found for one in run.events),
+        branch=nearest,
     )
+    return doubted(whole_run, [doubt for run in found for doubt in run.doubts])
 
 
 def _widened(system: System, run: Solution) -> Array:
