@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import Body, Gravity, Mechanism, Revolute, Simulation, gallery
+from mbody import Body, Gravity, Mechanism, Revolute, gallery
 from mbody.analysis.energy_doubts import energy_doubts
 from mbody.sweeps import Uniform, monte_carlo
 from tests import near_folded
@@ -59,7 +59,7 @@ def test_lanes_keep_their_side():
 
 @pytest.mark.parametrize("name", ["n_windows_2"])
 def test_change_points_are_passed_with_a_note(name):
-    run = mbody.simulate(gallery.load(name))
+    run = mbody.simulate(gallery.load(name), instants=4001)
     assert run.status == "completed"
     assert not run.doubts
     (note,) = run.notes
@@ -68,7 +68,8 @@ def test_change_points_are_passed_with_a_note(name):
     branch = run.checks.branch
     assert branch.least == 0.0
     crank = np.interp(branch.t, run.t, run[run.mechanism.bodies[0].name].angle)
-    assert abs(math.sin(crank)) < 1e-3  # the history is interpolated between kept instants
+    # a straight line between instants 2.5 ms apart is off by a h² / 8
+    assert abs(math.sin(crank)) < 1e-4
 
 
 def test_a_parallelogram_crosses_through_its_fold():
