@@ -3,7 +3,8 @@ JOBS   ?= 2
 BIN    := .venv/bin
 PIP    := $(BIN)/python -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
 
-.PHONY: demo test lint errors counts pictures bench bench-full clean
+.PHONY: demo test test-processors test-minimum test-all lint errors counts pictures bench \
+        bench-full campaign clean
 
 demo: .venv/installed
 	$(BIN)/mbody demo
@@ -12,6 +13,35 @@ demo: .venv/installed
 test: .venv/installed-dev
 	$(BIN)/mbody warmup
 	$(BIN)/python -m pytest -n $(JOBS)
+
+# Results that rounding could sway, as other processors would compute them: kernels without any
+# special instruction, and two other sets of BLAS kernels.
+PROCESSORS := NUMBA_CPU_NAME=generic OPENBLAS_CORETYPE=Haswell OPENBLAS_CORETYPE=Prescott
+PART       ?= -m processor
+
+test-processors: .venv/installed-dev
+	set -e; for setting in $(PROCESSORS); do \
+	    echo "with $$setting"; \
+	    env $$setting $(BIN)/mbody warmup; \
+	    env $$setting $(BIN)/python -m pytest -n $(JOBS) $(PART); \
+	done
+
+# The same part with the least versions that pyproject.toml declares.
+MINIMUM := .venv-minimum/bin
+test-minimum: .venv-minimum/installed-dev
+	$(MINIMUM)/mbody doctor
+	$(MINIMUM)/mbody warmup
+	$(MINIMUM)/python -m pytest -n $(JOBS) $(PART)
+
+# Everything, under every setting: some 40 minutes on two cores.
+test-all: test
+	$(MAKE) test-processors PART=
+	$(MAKE) test-minimum PART=
+
+# The hunt for silent errors: hours on demand (COUNT mechanisms); findings in the folder campaign/.
+COUNT ?= 100000
+campaign: .venv/installed-dev
+	$(BIN)/python -m tests.campaign --count $(COUNT) --workers $(JOBS)
 
 lint: .venv/installed-dev
 	$(BIN)/ruff check
@@ -38,7 +68,7 @@ bench-full: .venv/installed-bench
 	$(BIN)/python -m benchmarks --save --page
 
 clean:
-	rm -rf .venv dist .pytest_cache .ruff_cache .mypy_cache .hypothesis
+	rm -rf .venv .venv-minimum dist .pytest_cache .ruff_cache .mypy_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 $(BIN)/pip:
@@ -55,3 +85,9 @@ $(BIN)/pip:
 .venv/installed-bench: pyproject.toml constraints.txt | $(BIN)/pip
 	$(PIP) --editable ".[bench]"
 	touch $@ .venv/installed
+
+.venv-minimum/installed-dev: pyproject.toml constraints-minimum.txt
+	test -d .venv-minimum || $(PYTHON) -m venv .venv-minimum
+	$(MINIMUM)/python -m pip --disable-pip-version-check install --quiet \
+	    --constraint constraints-minimum.txt --editable ".[dev]"
+	touch $@

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from mbody.couplings import AngleCoupling, LengthCoupling, Term
     from mbody.doubts import Doubt
     from mbody.drivers import AngleDriver, CoordinateDriver, DistanceDriver
-    from mbody.elements import Marker, Polar, polar
+    from mbody.elements import Marker, Polar, number_field, polar
     from mbody.errors import ModelError, ModelWarning, SolveError
     from mbody.events import Event, Occurrence, Stop
     from mbody.formulas import convert
@@ -109,7 +109,7 @@ _HOME = {
     "couplings": "AngleCoupling LengthCoupling Term",
     "drivers": "AngleDriver CoordinateDriver DistanceDriver",
     "doubts": "Doubt",
-    "elements": "Marker Polar polar",
+    "elements": "Marker Polar number_field polar",
     "errors": "ModelError ModelWarning SolveError",
     "events": "Event Occurrence Stop",
     "joints": "CamFollower CustomJoint Distance Fixed Gear PinSlot Prismatic RackPinion Revolute "

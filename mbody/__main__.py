@@ -1,8 +1,19 @@
-"""`python -m mbody` is the command `mbody`."""
+"""`python -m mbody`, and the script `mbody`: the command."""
 
 import sys
 
-from mbody.cli import main
+from mbody._stop import stop
+
+__all__ = ["run"]
+
+
+def run() -> int:
+    """The command with the arguments of the process; gives its exit status."""
+    stop.take_over()  # before anything is loaded that takes time
+    from mbody.cli import main
+
+    return main()
+
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run())

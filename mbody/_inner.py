@@ -65,7 +65,8 @@ class EntryLibrary(codegen.JITCodeLibrary):
         libraries = reached(self)
         take_in(self._final_module, libraries)
         for library in libraries:
-            self._reload_init.update(library._reload_init)
+            # numba before 0.63 keeps no such list
+            getattr(self, "_reload_init", set()).update(getattr(library, "_reload_init", ()))
         self._linking_libraries = []
         super().finalize()
 

@@ -44,6 +44,8 @@ class SecondMoments:
 class Guess:
     """A rough first pose of the link axes; what is None is found from the neighbours.
 
+    A place is taken only where x and y are both given; `Body` takes (x, y, angle) as well.
+
     Parameters
     ----------
     angle : float, optional
@@ -120,7 +122,8 @@ class Body(Element):
         Named places in link axes [length], pairs (x, y) or `polar(r, angle)`.
     guess : float, tuple or Guess, optional
         Rough angle [rad], or (x, y, angle) of the link axes: it chooses the branch on which the
-        loops are closed.
+        loops are closed. Without one the link axes are parallel to those of the ground, where the
+        loops are closed so; else they follow from the guesses of other bodies.
     spread : "point", Slender, SecondMoments, optional
         How the mass is spread in the plane; only loads of a rotating plane ask for it.
 
@@ -129,6 +132,12 @@ class Body(Element):
     >>> crank = Body("crank", mass=2.0, cg=(0.1, 0.0), points={"A": (0.2, 0.0)})
     >>> crank.at("A")
     Marker(body='crank', point='A', angle=0.0)
+
+    Where a drawing tells places, give the points of all bodies in its axes, as in one position of
+    the mechanism; then no body needs a guess, and all angles count from the drawing:
+
+    >>> coupler = Body("coupler", points={"A": (0.2, 0.0), "B": (0.5, 0.4)})
+    >>> rocker = Body("rocker", points={"O4": (0.6, 0.0), "B": (0.5, 0.4)})
     """
 
     mass: float | None = number_field("mass", None, sign="not negative")

@@ -20,15 +20,35 @@ from mbody.joints import Joint
 if TYPE_CHECKING:
     from mbody.solution import Solution
 
-__all__ = ["breakdown", "checks", "each_load_of", "loaded"]
+__all__ = ["breakdown", "checks", "each_load_of", "loaded", "residuals"]
+
+
+def residuals(solution: Solution) -> np.ndarray:
+    """(designs, instants, 5), as `mbody.core.audit` says, of one design too."""
+    designs = range(solution.system.batch or 1)
+    return np.array([_audited(solution, design) for design in designs])
+
+
+def _audited(solution: Solution, design: int) -> np.ndarray:
+    """The residuals of one design; a driver that has let go constrains nothing from then on."""
+    drivers, t = solution.system.mechanism.drivers, solution.t
+    times = [solution.released.get(driver.name, np.inf) for driver in drivers]
+    ends = sorted({time for time in times if time <= t.max(initial=-np.inf)})
+    if not ends:
+        return _audit(solution, design)[0]
+    parts, first = np.empty((len(t), 5)), 0
+    for last, until in zip([*np.searchsorted(t, ends), len(t)], [None, *ends], strict=True):
+        gone = () if until is None else np.flatnonzero(np.array(times) <= until)
+        if last > first:
+            parts[first:last] = _audit(solution, design, slice(first, last), gone)[0]
+        first = last
+    return parts
 
 
 def checks(solution: Solution) -> Checks:
-    """Constraint, equilibrium and virtual-work residuals, relative, greatest of all instants."""
-    system = solution.system
-    parts = np.array([_audit(solution, design)[0] for design in range(system.batch or 1)])
-    constraint, unbalanced, term, power, flow = np.moveaxis(parts, 2, 0)
-    forces = solution.has_forces
+    """Residuals, relative, greatest of all instants, and the balance of energy."""
+    constraint, unbalanced, term, power, flow = np.moveaxis(solution.residuals, 2, 0)
+    forces, energy = solution.has_forces, solution.energy
 
     def relative(worst: np.ndarray, whole: np.ndarray) -> float:
         top = float(whole.max(initial=0.0))
@@ -38,6 +58,8 @@ def checks(solution: Solution) -> Checks:
         constraint=float(constraint.max(initial=0.0)),
         equilibrium=relative(unbalanced, term) if forces else 0.0,
         virtual_work=relative(power, flow) if forces else 0.0,
+        energy=None if energy is None else energy.error,
+        branch=solution.branch,
     )
 
 
@@ -65,9 +87,11 @@ def each_load_of(solution: Solution, instant: int) -> np.ndarray:
 
 
 def _audit(
-    solution: Solution, design: int, instants: slice = slice(None)
+    solution: Solution, design: int, instants: slice = slice(None), gone: Any = ()
 ) -> tuple[np.ndarray, Work]:
-    """(instants, 5), as `mbody.core.audit` says, and the workspace as the last instant left it."""
+    """(instants, 5), as `mbody.core.audit` says, and the workspace as the last instant left it;
+    `gone`: numbers of drivers whose rows are not looked at.
+    """
     system, t = solution.system, solution.t[instants]
     first = 3 * system.coordinates
     atoms = solution.record.table(slice(first, first + PER_ATOM * len(system.owners)))
@@ -79,6 +103,7 @@ def _audit(
     if solution.given is not None:
         given = solution.given[instants]
     output, work = np.empty((len(t), 5)), system.work(designs=design)
+    work.soft[2 * system.layout.driver_node[np.asarray(gone, dtype=np.int64)]] = 0.0
     audit(
         system.runtime(),
         work,

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
-__all__ = ["KINDS", "Doubt", "doubted", "status_of"]
+__all__ = [
+    *("KINDS", "Doubt", "Inherited", "Several", "as_doubt", "certificate", "doubted", "inherited"),
+    *("status_of", "succeeded"),
+]
 
 #: What a doubt may be about.
 KINDS = (
@@ -15,6 +18,7 @@ KINDS = (
 )
 
 Result = TypeVar("Result")
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -52,6 +56,15 @@ class Doubt:
         }
 
 
+def as_doubt(told: Mapping[str, Any]) -> Doubt:
+    """The doubt of which these are the `data`.
+
+    >>> as_doubt(Doubt("energy", "the energy grows", 1.0).data()).message
+    'the energy grows'
+    """
+    return Doubt(told["kind"], told["message"], told["t"], tuple(told["elements"]))
+
+
 def status_of(status: str, doubts: Sequence[Doubt]) -> str:
     """The status of a result: as it ended, or the first doubt.
 
@@ -67,6 +80,9 @@ def doubted(result: Result, doubts: Iterable[Doubt]) -> Result:
     """The same result with further doubts: they stand in `doubts` and in `notes`, and they decide
     the `status`. A doubt that the result has already is not said again.
     """
+    doubts = list(doubts)
+    if not doubts:
+        return result
     held: Any = result
     known = {(one.kind, one.message) for one in held.doubts}
     new = [one for one in doubts if (one.kind, one.message) not in known]
@@ -74,5 +90,81 @@ def doubted(result: Result, doubts: Iterable[Doubt]) -> Result:
         return result
     every = (*held.doubts, *new)
     notes = (*held.notes, *(one.message for one in new if one.message not in held.notes))
-    changed: Result = replace(held, doubts=every, notes=notes, status=status_of(held.status, every))
+    # a result that finds its status by its doubts keeps how it ended
+    ending = getattr(held, "ending", None)
+    status = status_of(held.status, every) if ending is None else ending
+    changed: Result = replace(held, doubts=every, notes=notes, status=status)
     return changed
+
+
+def succeeded(status: str) -> bool:
+    """Whether a result of this status is all that was asked for, and sure: completed, or ended by
+    an event that was asked for; neither stopped by the user nor in doubt.
+
+    >>> [succeeded(s) for s in ("completed", "ended: 'x' is zero", "doubtful: …", "stopped: …")]
+    [True, True, False, False]
+    """
+    return status == "completed" or status.startswith("ended:")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Inherited:
+    """Base of what is made of results: their doubts are its own.
+
+    Attributes
+    ----------
+    status : str
+        "completed", or "doubtful: …" with the first doubt.
+    doubts : tuple of Doubt
+    notes : tuple of str
+        Sentences, those of the doubts among them.
+    """
+
+    status: str = field(default="completed", repr=False)
+    doubts: tuple[Doubt, ...] = field(default=(), repr=False)
+    notes: tuple[str, ...] = field(default=(), repr=False)
+
+
+class Several(tuple[T, ...]):
+    """A tuple of what is made of a result, with the doubts of that result.
+
+    Attributes
+    ----------
+    status, doubts, notes
+        As of `Inherited`.
+    """
+
+    status: str
+    doubts: tuple[Doubt, ...]
+    notes: tuple[str, ...]
+
+    @classmethod
+    def of(cls, result: Any, items: Iterable[T]) -> Several[T]:
+        """The items, made of a result."""
+        made = cls(items)
+        for name, value in inherited(result).items():
+            setattr(made, name, value)
+        return made
+
+
+def certificate(result: Any) -> dict[str, Any]:
+    """Status, doubts and notes of a result as plain values, ready for JSON."""
+    return {
+        "status": result.status,
+        "doubts": [one.data() for one in result.doubts],
+        "notes": list(result.notes),
+    }
+
+
+def inherited(*results: Any, notes: Iterable[str] = ()) -> dict[str, Any]:
+    """Arguments `status`, `doubts` and `notes` of what is made of `results`: the doubts of all of
+    them, and further notes.
+    """
+    every = [one for result in results for one in getattr(result, "doubts", ())]
+    doubts = tuple(dict.fromkeys(every))
+    told = dict.fromkeys((*notes, *(one.message for one in doubts)))
+    return {
+        "status": status_of("completed", doubts),
+        "doubts": doubts,
+        "notes": tuple(told),
+    }

@@ -59,6 +59,12 @@ class Energy:
         parts = [self.kinetic, *self.by.values()]
         return float(max((np.abs(part).max(initial=0.0) for part in parts), default=0.0))
 
+    @property
+    def error(self) -> float:
+        """The greatest balance as a part of `size`; NaN where one is no number."""
+        worst = float(np.abs(self.balance).max(initial=0.0))
+        return worst / (self.size or 1.0)
+
     def take(self, index: Any) -> Energy:
         """Only some of the instants."""
         plain = [f.name for f in fields(self) if f.name != "by"]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["BodyHistory", "Checks", "PointHistory", "Reaction", "Record"]
+__all__ = ["BodyHistory", "BranchDistance", "Checks", "PointHistory", "Reaction", "Record"]
 
 Array = np.ndarray
 
@@ -123,8 +123,24 @@ class Reaction:
 
 
 @dataclass(frozen=True)
+class BranchDistance:
+    """How near a motion came to a singular position, at which branches meet.
+
+    Attributes
+    ----------
+    least : float
+        Least scaled pivot of the constraints, without unit: 0 where branches meet.
+    t : float
+        The instant of it.
+    """
+
+    least: float
+    t: float
+
+
+@dataclass(frozen=True)
 class Checks:
-    """Relative maxima over all instants of what must vanish.
+    """Relative maxima over all instants of what must vanish, and the distance from other branches.
 
     Attributes
     ----------
@@ -134,8 +150,14 @@ class Checks:
         f − M a − Gᵀλ as a part of its greatest term at any instant.
     virtual_work : float
         Power of loads, inertia and drivers as a part of the peak power.
+    energy : float or None
+        Of a motion over time the balance of energy as a part of the greatest energy that took part.
+    branch : BranchDistance or None
+        How near a followed motion came to another branch; None where none was followed.
     """
 
     constraint: float
     equilibrium: float
     virtual_work: float
+    energy: float | None = None
+    branch: BranchDistance | None = None

@@ -19,6 +19,7 @@ from mbody.laws import Law
 from mbody.laws.base import dimension_by
 from mbody.loads import Load
 from mbody.mechanism import Mechanism
+from mbody.own_code import is_plain_field, plain_field
 from mbody.units import DIMENSIONS, Dimension, dimension_of
 
 __all__ = ["DRIVEN", "dimension_named", "meant", "moves_nothing", "plain", "varied"]
@@ -66,6 +67,8 @@ def meant(mechanism: Mechanism, name: str) -> tuple[str, Dimension | None]:
     for whole in (name, f"{name}.value"):
         if whole in numbers:
             return whole, dimension_named(mechanism, whole)
+    if is_plain_field(element, key):
+        raise ModelError(plain_field(element, key), name)
     known = listed([*numbers, *(f"{owner}.{k}" for k in DRIVEN if isinstance(element, Driver))])
     raise ModelError(f"there is no number {brief(name)} to find (there are: {known})", name)
 

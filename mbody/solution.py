@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.checks import breakdown, checks
+from mbody.certify import Certified, as_said, changed
+from mbody.checks import breakdown, checks, residuals
 from mbody.core.output import PER_ATOM
 from mbody.doubts import Doubt
 from mbody.elements import Marker, as_marker, listed
@@ -17,8 +18,9 @@ from mbody.ends import column, ends, told_at, torque_told
 from mbody.energy import Energy
 from mbody.errors import ModelError
 from mbody.events import Occurrence
-from mbody.histories import BodyHistory, Checks, PointHistory, Reaction, Record
+from mbody.histories import BodyHistory, BranchDistance, Checks, PointHistory, Reaction, Record
 from mbody.joints import Joint
+from mbody.load_histories import LoadHistory, load_history
 from mbody.mechanism import Mechanism
 from mbody.momenta import Momentum, momentum
 from mbody.named import varied
@@ -47,7 +49,9 @@ def as_solution(given: Any) -> Solution:
 class Solution:
     """What an analysis found: histories by name, in the units of the mechanism.
 
-    Histories have one entry an instant; those of a batch have a first axis of designs.
+    Histories have one entry an instant; those of a batch have a first axis of designs. `status`,
+    `doubts` and `notes` say what the result certifies of itself; its residuals are looked at when
+    one of them is first read.
 
     Examples
     --------
@@ -64,25 +68,34 @@ class Solution:
     given: Array | None = field(repr=False)
     soft: float = 0.0
     dependencies: dict[str, list[bool]] | None = field(default=None, repr=False)
-    notes: tuple[str, ...] = ()
-    status: str = "completed"
-    doubts: tuple[Doubt, ...] = ()
+    notes: Certified[tuple[str, ...]] = Certified(())
+    status: Certified[str] = Certified("completed")
+    doubts: Certified[tuple[Doubt, ...]] = Certified(())
     stats: dict[str, int] | None = None
     energy: Energy | None = field(default=None, repr=False)
     events: tuple[Occurrence, ...] = field(default=(), repr=False)
     restart: Restart | None = field(default=None, repr=False)
+    released: Mapping[str, float] = field(default_factory=dict, repr=False)
+    branch: BranchDistance | None = None
 
     def take(self, instants: Any) -> Solution:
-        """Only some of the instants, by their numbers, in that order."""
+        """Only some of the instants, by their numbers, in that order; doubts that begin after the
+        last of them are left out.
+        """
         if self.record.batch:
             raise ModelError(
                 f"instants are of one design, this is a batch of {self.record.count} designs: "
                 "analyse one of them, system.design(n)"
             )
         index = np.asarray(instants, dtype=np.int64)
-        rows = self.record.table(slice(None))[index]
-        return replace(
+        rows, said = self.record.table(slice(None))[index], as_said(self)
+        last = float(self.t[index].max(initial=-np.inf))
+        gone = [one for one in said.doubts if one.t is not None and one.t > last]
+        messages = {one.message for one in gone}
+        return changed(
             self,
+            doubts=tuple(one for one in said.doubts if one not in gone),
+            notes=tuple(note for note in said.notes if note not in messages),
             t=self.t[index],
             record=Record([np.ascontiguousarray(rows[:, :, None])], len(index), batch=False),
             given=None if self.given is None else self.given[index],
@@ -94,6 +107,11 @@ class Solution:
     def mechanism(self) -> Mechanism:
         """The description that was analysed."""
         return self.system.mechanism
+
+    @property
+    def ending(self) -> str:
+        """How the analysis ended, whatever is in doubt: "completed", "ended: …" or "stopped: …"."""
+        return as_said(self).status
 
     @property
     def has_forces(self) -> bool:
@@ -249,10 +267,31 @@ class Solution:
         open_parts = self.dependencies[joint]
         return (not open_parts[0], not open_parts[1], not open_parts[2])
 
+    def unique_effort(self, name: str) -> bool | None:
+        """Whether the effort of a driver or a coupling is determined; redundant rows may leave it
+        open, and the one of least norm is given. None where it was not looked at.
+
+        Raises
+        ------
+        ModelError
+            As `effort`.
+        """
+        self._efforts(name)
+        if not self.soft:
+            return True
+        if self.dependencies is None:
+            return None
+        return not any(self.dependencies.get(name, ()))
+
     def effort(self, driver: str) -> Array:
         """Effort of a driver, a torque [force·length] or a force: its product with the driven rate
         is the power given to the mechanism. Of a coupling the same of its value, which has no rate.
         """
+        self._efforts(driver)
+        return -self._atom(self.system.atoms_of[driver][0], 0)
+
+    def _efforts(self, driver: str) -> None:
+        """Refuse what has no effort."""
         machine = self.mechanism
         drivers = [element.name for element in (*machine.drivers, *machine.couplings)]
         if driver not in drivers:
@@ -262,7 +301,33 @@ class Solution:
             raise ModelError(
                 f"{self.analysis} finds no forces, as of '{driver}': use kinetostatics", driver
             )
-        return -self._atom(self.system.atoms_of[driver][0], 0)
+
+    def load(self, name: str, on: str | None = None) -> LoadHistory:
+        """What a load does: its force and torque on a body, and the length, angle and rate that a
+        spring or damper goes by; see `LoadHistory`.
+
+        Parameters
+        ----------
+        name : str
+            Of a load; for what acts on every body, as gravity, `on` is needed.
+        on : str, optional
+            The body on which it acts; by default body j, or the body that the load names.
+
+        Raises
+        ------
+        ModelError
+            For a load or a body that there is not.
+
+        Examples
+        --------
+        >>> import mbody
+        >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0)
+        >>> machine.add(mbody.Spring("spring", "ground", "rocker.B", stiffness=20.0))
+        >>> found = mbody.kinetostatics(machine).load("spring")
+        >>> bool(abs(found.force[0] - 20.0 * found.length[0]) < 1e-12)
+        True
+        """
+        return load_history(self, name, on)
 
     def driven(self, driver: str) -> tuple[Array, Array, Array]:
         """Value, rate and acceleration of what a driver drives, angles in rad: arrays (instants,),
@@ -322,6 +387,13 @@ class Solution:
     def momentum(self, about: Any = (0.0, 0.0)) -> Momentum:
         """Momentum, and angular momentum about a place; see `mbody.momentum`."""
         return momentum(self, about)
+
+    @functools.cached_property
+    def residuals(self) -> Array:
+        """What `checks` and doubts are made of: (designs, instants, 5), as `mbody.core.audit`
+        says.
+        """
+        return residuals(self)
 
     @functools.cached_property
     def checks(self) -> Checks:

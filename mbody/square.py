@@ -4,10 +4,12 @@ There Φ_q is square, and one LU of it serves position, velocity, acceleration a
 reactions. Pivots are chosen once, from the numbers of several positions, by Markowitz's rule with a
 threshold; where they are worst a second choice may be better. The kernel watches the growth of the
 multipliers, takes the other choice where it is large, and gives a lane up where neither is good.
+Pivots stand in the diagonal blocks, so that those of a block make its determinant.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -16,6 +18,7 @@ from mbody._lanes import aligned
 from mbody.core.layout import Layout, Work, integers
 from mbody.core.rows import FACE, ROLLER
 from mbody.core.square import Square
+from mbody.groups import diagonal_blocks
 
 __all__ = ["LARGEST", "Plans", "plan_squares", "room"]
 
@@ -56,18 +59,22 @@ def plan_squares(
         matrices[:, r, c] = [value, *(blocks[place] for blocks in along)]
         steady[r, c] = constant
         present[r, c] = True
-    found = _pivots(matrices, steady, present)
+    blocks = diagonal_blocks(present)
+    if blocks is None:
+        return None
+    groups = _Groups(matrices[0], steady, present, blocks, float(here.size[0, 0]))
+    found = _pivots(matrices, steady, present, groups.inside)
     if found is None:
         return None
     growth = found[-1]
-    one = _lists(entries, rows, *found[:-1])
+    one = _lists(entries, rows, groups, *found[:-1])
     if growth.max() <= EVEN:
         return one, one
     hard = growth >= np.quantile(growth, 1.0 - WORST)
-    found = _pivots(matrices[hard], steady, present)
+    found = _pivots(matrices[hard], steady, present, groups.inside)
     if found is None or found[-1].max() >= growth.max():
         return one, one
-    return one, _lists(entries, rows, *found[:-1])
+    return one, _lists(entries, rows, groups, *found[:-1])
 
 
 def room(plans: Plans, lanes: int) -> tuple[np.ndarray, np.ndarray]:
@@ -106,8 +113,57 @@ def _entries(
     return found
 
 
+class _Groups:
+    """The diagonal blocks of Φ_q, and which of their determinants vary.
+
+    Attributes
+    ----------
+    inside : array of bool (size, size)
+        What stands in a diagonal block.
+    """
+
+    def __init__(
+        self,
+        matrix: np.ndarray,
+        steady: np.ndarray,
+        present: np.ndarray,
+        blocks: np.ndarray,
+        length: float,
+    ) -> None:
+        self.rows, self.columns = blocks
+        self.inside = self.rows[:, None] == self.columns[None, :]
+        moving = present & self.inside & ~steady
+        self.varying = np.unique(self.rows[moving.any(axis=1)]).tolist()
+        # without units, and as parts of the product of the rows' lengths (Hadamard)
+        size = np.tile([length, length, 1.0], len(matrix) // 3)
+        self.log_size = np.log(size)
+        rows = np.where(self.inside, matrix * size, 0.0)
+        self.log_length = np.log(np.maximum(np.linalg.norm(rows, axis=1), 1e-300))
+
+    def scale(self, block: int, pivots: list[tuple[int, int]], sign: float) -> float:
+        """What the product of the inverse pivots of a block is multiplied by to be that of its
+        determinant; `sign` is that of the pivots that are ±1 for good.
+        """
+        size = self.log_length[self.rows == block].sum()
+        size -= self.log_size[self.columns == block].sum()
+        exchanges = _sign([r for r, _ in pivots]) * _sign([c for _, c in pivots])
+        return float(exchanges * sign * np.exp(size))
+
+
+def _sign(order: list[int]) -> int:
+    """Sign of a permutation, of numbers in any order."""
+    place = np.argsort(order).tolist()
+    sign = 1
+    for n in range(len(place)):
+        while place[n] != n:
+            m = place[n]
+            place[n], place[m] = place[m], m
+            sign = -sign
+    return sign
+
+
 def _pivots(
-    matrices: np.ndarray, steady: np.ndarray, present: np.ndarray
+    matrices: np.ndarray, steady: np.ndarray, present: np.ndarray, inside: np.ndarray
 ) -> tuple[list[tuple[int, int]], np.ndarray, np.ndarray, np.ndarray] | None:
     """Pivots in order, the filled pattern, which numbers stay constant, and the growth of each."""
     a, constant, pattern = matrices.copy(), steady.copy(), present.copy()
@@ -122,7 +178,7 @@ def _pivots(
         # what a pivot is worth at the worst of the positions
         part = (values / np.maximum(greatest, 1e-300)).min(axis=0)
         there = values > 1e-12 * np.maximum(1.0, greatest.max(axis=2, keepdims=True))
-        allowed = (part >= min(THRESHOLD, part.max())) & there.all(axis=0)
+        allowed = (part >= min(THRESHOLD, (part * inside).max())) & there.all(axis=0) & inside
         if not allowed.any():
             return None
         cost = (active.sum(axis=1)[:, None] - 1) * (active.sum(axis=0)[None, :] - 1)
@@ -145,13 +201,24 @@ def _pivots(
 def _lists(
     entries: dict[tuple[int, int], tuple[int, float, bool]],
     rows: np.ndarray,
+    groups: _Groups,
     pivots: list[tuple[int, int]],
     pattern: np.ndarray,
     constant: np.ndarray,
 ) -> Square:
     """Index lists of the numeric phase."""
     position = {(int(r), int(c)): n for n, (r, c) in enumerate(np.argwhere(pattern))}
-    low, change, left, up, above, entry = (_Lists() for _ in range(6))
+    low, change, left, up, above, entry, group = (_Lists() for _ in range(7))
+    unit = [bool(constant[key] and abs(entries[key][1]) == 1.0) for key in pivots]
+    scale = []
+    for block in groups.varying:
+        own = [n for n, (r, _) in enumerate(pivots) if groups.rows[r] == block]
+        sign = math.prod(entries[pivots[n]][1] for n in own if unit[n])
+        scale.append(groups.scale(block, [pivots[n] for n in own], sign))
+        for n in own:
+            if not unit[n]:
+                group.add(position[pivots[n]], block)
+        group.end()
     for k, (r, c) in enumerate(pivots):
         right = [c2 for _, c2 in pivots[k + 1 :] if pattern[r, c2]]
         for r2, _ in pivots[k + 1 :]:
@@ -180,7 +247,7 @@ def _lists(
         target=integers([position[key] for key in entries]),
         fill=integers([n for key, n in position.items() if key not in entries]),
         pivot=integers([position[key] for key in pivots]),
-        unit=integers([int(constant[key] and abs(entries[key][1]) == 1.0) for key in pivots]),
+        unit=integers(unit),
         **low.named("low_start", "low", "low_row"),
         **change.named("change_start", "change", "change_by"),
         **left.named("left_start", "left", "left_place"),
@@ -189,6 +256,9 @@ def _lists(
         row=integers([rows[r] for r, _ in pivots]),
         column=integers([c for _, c in pivots]),
         **entry.named("entry_start", "entry", "entry_row"),
+        group_start=integers(group.start),
+        group=integers(group.one),
+        scale=np.array(scale),
     )
 
 

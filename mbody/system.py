@@ -20,6 +20,7 @@ from mbody.formulas import Formula, FormulaError
 from mbody.joints import Distance
 from mbody.laws import Law
 from mbody.mechanism import Mechanism
+from mbody.own_code import is_plain_field, plain_field
 
 __all__ = ["System", "polar_points"]
 
@@ -197,7 +198,7 @@ class System:
 
     def _checked(self, name: str, value: Any) -> np.ndarray:
         if name not in self.values:
-            raise ModelError(_no_such_value(str(name), self.values), str(name))
+            raise ModelError(_no_such_value(str(name), self), str(name))
         try:
             array = np.asarray(value)
             if array.dtype.kind not in "iuf":
@@ -369,8 +370,11 @@ class System:
         return kept
 
 
-def _no_such_value(name: str, values: Mapping[str, Any]) -> str:
-    element = name.partition(".")[0]
+def _no_such_value(name: str, system: System) -> str:
+    element, _, key = name.partition(".")
+    values, machine = system.values, system.mechanism
+    if element in machine and is_plain_field(machine[element], key):
+        return plain_field(machine[element], key)
     own = [known for known in values if known.partition(".")[0] == element]
     if own:
         return f"there is no number '{name}' to change (there are: {listed(own)})"

@@ -19,6 +19,7 @@ PACKAGE = ROOT / "mbody"
 LAYERS = (
     {
         "_version",
+        "_stop",
         "errors",
         "doubts",
         "_cache",
@@ -34,14 +35,17 @@ LAYERS = (
     {"formulas"},
     {"laws"},
     {"atoms", "elements"},
-    {"bodies", "hooks"},
+    {"bodies", "hooks", "own_code"},
     {"joints", "loads", "drivers", "couplings"},
-    {"core", "elimination", "histories"},
+    {"core", "elimination", "groups", "histories"},
     {"square"},
     {"questions", "events", "simulation", "resolution", "compared"},
     {"mechanism"},
-    {"named", "system"},
-    {"assembler", "ends", "energy", "checks", "momenta", "restart"},
+    {"named", "remarks", "system"},
+    {
+        *("assembler", "ends", "energy", "checks", "certify", "load_histories", "momenta"),
+        "restart",
+    },
     {"solution"},
     {"measures"},
     {"analysis"},
@@ -57,7 +61,7 @@ FOLDERS = {
 
 # Some units may reach less than their layer allows: these imports and their own folder only.
 PLAIN = {"__future__", "collections.abc", "functools", "math", "numpy", "typing"}
-SHARED = {"_geometry", "_jit", "_lanes", "atoms", "elements", "errors", "laws"}
+SHARED = {"_geometry", "_jit", "_lanes", "atoms", "elements", "errors", "laws", "own_code"}
 KERNELS = {"_jit", "_lanes", "_bundle", "_user", "laws", "joints", "loads"}
 PHYSICS = PLAIN | {"dataclasses"} | {f"mbody.{unit}" for unit in SHARED}
 ONLY = {

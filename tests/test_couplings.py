@@ -33,6 +33,8 @@ from mbody.bridges.oracle import Reference
 from tests.agreement import assert_agrees
 from tests.test_oracle import accelerations
 
+pytestmark = pytest.mark.processor
+
 # closed loops leave 1e-13 of their size, forces the same times a condition below 10
 CLOSE = 1e-12
 UP = math.pi / 2.0

@@ -23,6 +23,8 @@ from mbody import (
     simulate,
 )
 
+pytestmark = pytest.mark.processor
+
 G = 9.81
 
 

@@ -39,6 +39,8 @@ from mbody import (
 from mbody.bridges.oracle import Reference
 from mbody.cli import main
 
+pytestmark = pytest.mark.processor
+
 UPRIGHT = Marker("ground", (0.0, 0.0), 0.5 * math.pi)
 g = 9.81
 #: Newton ends at rounding; angles are of order one.

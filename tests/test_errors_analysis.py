@@ -242,7 +242,7 @@ def test_a_dead_centre_on_the_way(speed, at, instants):
     before = t[t < when]
     assert np.array_equal(error.solution.t, before)
     assert error.solution["rocker"].angle == pytest.approx(start + speed * before, abs=1e-12)
-    assert error.solution.status == f"stopped after {len(before)} instants"
+    assert error.solution.status == f"stopped: after {len(before)} instants"
 
 
 @pytest.mark.parametrize("analysis", ANALYSES[:3])

@@ -1,5 +1,6 @@
 """Events along a motion and impacts on stops, against closed forms and other integrators."""
 
+import functools
 import json
 import math
 
@@ -13,10 +14,12 @@ from mbody import (
     Body,
     Event,
     Gravity,
+    Marker,
     Mechanism,
     Prismatic,
     Revolute,
     Simulation,
+    Spring,
     Stop,
     cli,
     from_text,
@@ -24,6 +27,7 @@ from mbody import (
     simulate,
     to_text,
 )
+from mbody.analysis.crossings import between, extrema, refined
 from mbody.analysis.eventful import closed_in
 
 G = 9.81
@@ -84,7 +88,7 @@ def test_an_event_ends_the_motion():
     fall = math.sqrt(2.0 / G)
     assert run.t[-1] == pytest.approx(fall, abs=1e-14)
     assert len(run) == 6 and run["ball"].y[-1] == pytest.approx(0.0, abs=1e-14)
-    assert run.status == "stopped at t = 0.451524 s: 'ball.y' is zero"
+    assert run.status == "ended: at t = 0.451524 s, 'ball.y' is zero"
     on = simulate(machine, 1.0, start=run, instants=2)
     assert on["ball"].y[-1] == pytest.approx(1.0 - 0.5 * G, abs=1e-12)
 
@@ -335,7 +339,7 @@ def test_files_and_the_command(capsys):
     assert told["events"][0]["t"] == pytest.approx(math.sqrt(2.0 / 9.81), abs=1e-12)
     assert cli.main(["simulate", "bouncing_ball"]) == 0
     out = capsys.readouterr().out
-    assert "EVENT   floor at t = 0.451524, 1.17396" in out and "STATUS   stopped at t = " in out
+    assert "EVENT   floor at t = 0.451524, 1.17396" in out and "STATUS   ended: at t = " in out
     assert set(simulate(machine, 1.0).energy.by) == {"gravity", "floor"}
 
 
@@ -354,3 +358,153 @@ def test_an_interrupt_keeps_what_occurred():
     run = simulate(gallery.load("bouncing_ball"), progress=stop)
     assert run.status.endswith("by the user")
     assert len(run.events) >= 3 and run.t[-1] <= 2.0
+
+
+# -- crossings that lie close together --------------------------------------------------------
+
+
+def oscillator(speed=1.0):
+    """x = 0.1 v sin 10 t."""
+    machine = Mechanism("oscillator")
+    machine.add(
+        Body("b", mass=1.0, inertia=1.0, guess=(0.0, 0.0, 0.0)),
+        Prismatic("guide", "ground", "b"),
+        Spring("spring", Marker("ground", (-5.0, 0.0)), "b", stiffness=100.0, free_length=5.0),
+    )
+    machine.simulation = Simulation(1.0, {"b": {"x": 0.0, "vx": speed}})
+    return machine
+
+
+def sines(part, last, sense=0):
+    """When sin 10 t crosses a level, up to `last`."""
+    up = math.asin(part)
+    turns = 2.0 * math.pi * np.arange(int(10.0 * last / (2.0 * math.pi)) + 2)
+    rising, falling = (up + turns) / 10.0, (math.pi - up + turns) / 10.0
+    every = {0: np.concatenate([rising, falling]), 1: rising, -1: falling}[sense]
+    return np.sort(every[(every > 0.0) & (every <= last)])
+
+
+@pytest.mark.parametrize(
+    ("method", "rtol", "parts"),
+    [
+        ("dop853", 1e-6, [0.0, 0.9, 0.99, 0.999]),
+        ("dop853", 1e-8, [0.5, 0.999, 0.9999, 0.99999]),
+        ("dop853", 1e-10, [0.9, 0.999, 0.999999]),
+        ("dopri5", 1e-8, [0.9, 0.9999]),
+        ("radau5", 1e-7, [0.999]),
+    ],
+)
+def test_no_two_crossings_pass_between_samples(method, rtol, parts):
+    """x − 0.0999 of x = 0.1 sin 10 t lies above zero for 9 ms of every 628 ms."""
+    last = 8.0
+    levels = [Event(f"b.x - {0.1 * part!r} m", name=f"{part}") for part in parts]
+    run = simulate(
+        oscillator(), last, instants=2, rtol=rtol, atol=1e-3 * rtol, method=method, events=levels
+    )
+    for part in parts:
+        found = [one.t for one in run.events if one.name == f"{part}"]
+        truth = sines(part, last)
+        assert len(found) == len(truth)
+        # the error of the motion, some rtol a radian, over the rate at the crossing
+        close = 50.0 * rtol * last / max(math.sqrt(1.0 - part * part), 1e-3)
+        assert found == pytest.approx(truth, abs=close)
+
+
+def test_loose_tolerances_find_what_their_motion_has():
+    """At rtol 1e-3, four steps a turn, the motion itself loses height: beside its own polynomial
+    at 10⁵ instants.
+    """
+    dense = simulate(oscillator(), 20.0, instants=100001, rtol=1e-3)["b"]
+    for level in (0.05, 0.09, 0.099, 0.0995):
+        crossed = np.diff(np.sign(dense.x - level)) != 0.0
+        run = simulate(
+            oscillator(), 20.0, instants=2, rtol=1e-3, events=[Event(f"b.x - {level} m")]
+        )
+        assert len(run.events) == crossed.sum()
+        turned = np.diff(np.sign(dense.ax + 100.0 * level)) != 0.0
+        event = Event(f"b.ax + {100.0 * level} m/s^2")
+        assert len(simulate(oscillator(), 20.0, instants=2, rtol=1e-3, events=[event]).events) == (
+            turned.sum()
+        )
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+@pytest.mark.parametrize("of", ["b.x - 0.0999 m", "b.vx - 0.999 m/s", "b.ax - 9.99 m/s^2"])
+def test_directions_of_near_crossings(of, sense):
+    """Of a place and a rate by what the motion says, of an acceleration by two samples."""
+    run = simulate(oscillator(), 9.0, instants=2, events=[Event(of, direction=sense)])
+    shift = {"x": 0.0, "vx": -0.05 * math.pi, "ax": -0.1 * math.pi}[of[2:4].strip()]
+    truth = sines(0.999, 10.0, sense) + shift
+    assert [one.t for one in run.events] == pytest.approx(
+        truth[(truth > 0.0) & (truth <= 9.0)], abs=1e-5
+    )
+
+
+def test_forces_cross_close_together():
+    """The pin of a pendulum that swings by 0.1 rad carries m g (3 cos φ − 2 cos 0.1)."""
+    machine = gallery.load("simple_pendulum")
+    machine.simulation = Simulation(1.0, {"pendulum": {"angle": 1.5 * math.pi + 0.1}})
+    run = simulate(machine, 8.0, rtol=1e-10, instants=20001)
+    force = run.reaction("O").magnitude
+    level = float(force.max() - 1e-4 * np.ptp(force))
+    event = Event(f"O.force - {level!r} N")
+    found = simulate(machine, 8.0, rtol=1e-10, instants=2, events=[event]).events
+    assert len(found) == (np.diff(np.sign(force - level)) != 0.0).sum() > 8
+
+
+def test_a_stop_that_is_grazed_is_struck():
+    """x ≤ 0.0999 is reached a quarter of a turn on but for 4.5 mrad, at 44.7 mm/s."""
+    stop = Stop("0.0999 m - b.x", restitution=1.0, name="wall")
+    for rtol in (1e-6, 1e-8, 1e-11):
+        run = simulate(oscillator(), 0.2, rtol=rtol, instants=2, events=[stop])
+        assert [one.name for one in run.events] == ["wall"]
+        first = math.asin(0.999) / 10.0
+        assert run.events[0].t == pytest.approx(first, abs=1e3 * rtol)
+        assert run.events[0].after["b"].vx[0] == pytest.approx(
+            -math.cos(10.0 * first), abs=1e4 * rtol
+        )
+
+
+def test_cubics_and_what_they_are_extreme_at():
+    rng = np.random.default_rng(3)
+    c = rng.normal(size=(4, 500))
+    h = rng.uniform(0.1, 3.0, 500)
+
+    def f(t, k=slice(None)):
+        return c[0, k] + t * (c[1, k] + t * (c[2, k] + t * c[3, k]))
+
+    def slope(t):
+        return c[1] + t * (2.0 * c[2] + t * 3.0 * c[3])
+
+    x, value = extrema(h, f(0.0 * h), f(h), slope(0.0 * h), slope(h))
+    for k in range(500):
+        roots = np.roots([3.0 * c[3, k], 2.0 * c[2, k], c[1, k]])
+        truth = np.sort([r.real / h[k] for r in roots if abs(r.imag) < 1e-12])
+        truth = truth[(truth > 0.0) & (truth < 1.0)]
+        here = np.isfinite(x[:, k])
+        assert x[here, k] == pytest.approx(truth, abs=1e-7)
+        assert value[here, k] == pytest.approx(f(h[k] * truth, k), abs=1e-9)
+
+
+def test_samples_are_added_where_a_cubic_reaches_beyond_zero():
+    """Dips of every width and depth between samples of a sum of sines."""
+    rng = np.random.default_rng(4)
+    for _ in range(12):
+        a, w, p = rng.normal(size=3), rng.uniform(0.5, 2.0, 3), rng.uniform(0.0, 6.0, 3)
+
+        def f(t, a=a, w=w, p=p):
+            return np.sin(np.outer(t, w) + p) @ a
+
+        def both(t, a=a, w=w, p=p, f=f, low=0.0):
+            return f(t) - low, np.cos(np.outer(t, w) + p) @ (a * w)
+
+        t = np.linspace(0.0, 20.0, 41)
+        fine = np.linspace(0.0, 20.0, 100001)
+        least = f(fine).min()
+        for depth in (1e-1, 1e-3, 1e-6):
+            low = least + depth * np.ptp(f(fine))
+            sample = functools.partial(both, low=low)
+            times, values, _ = refined(sample, (t, *sample(t)), 1e-12)
+            truth = (np.diff(np.sign(f(fine) - low)) != 0.0).sum()
+            assert len(between(times, values)) == truth
+            assert len(times) < len(t) + 60

@@ -15,6 +15,8 @@ from mbody.errors import ModelError
 from mbody.formulas import read
 from mbody.io.model import from_text, to_text
 
+pytestmark = pytest.mark.processor
+
 ROUNDING = 1e-13  # some hundred roundings of 2.2e-16: positions of one loop, closed to rounding
 # a sweep accepts a last correction of 1e-12 of the size; times the condition of the loops, below 10
 SWEEP = 1e-11

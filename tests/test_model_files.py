@@ -103,8 +103,12 @@ def tables(draw, x, y):
     periodic = draw(st.booleans())
     if periodic:
         values[-1] = values[0]
-    end = draw(st.sampled_from(["natural", "not-a-knot", "clamped"]))
-    return Table(ends, values, periodic, end, draw(st.sampled_from(["error", "hold", "line"])))
+    outside = draw(st.sampled_from(["error", "hold", "line"]))
+    between = draw(st.sampled_from([None, "linear", "pchip", "spline"]))
+    end = None
+    if between in (None, "spline"):
+        end = draw(st.sampled_from([None, "natural", "not-a-knot", "clamped"]))
+    return Table(ends, values, periodic, end, outside, between)
 
 
 @st.composite

@@ -36,6 +36,8 @@ from mbody import (
 )
 from mbody.cli import main
 
+pytestmark = pytest.mark.processor
+
 g = 9.81
 #: Stiffness is good to 1e-12 of the forces (see DECISIONS); roots take it times a few.
 CLOSE = 1e-11

@@ -39,7 +39,12 @@ from tests.test_oracle import assert_checked, assert_forces, assert_motion, forc
 TURN = 2.0 * math.pi
 ROUNDING = 1e-13  # some hundred roundings: one position of one loop
 SWEEP = 1e-11  # a sweep accepts a last correction of 1e-12, × the condition of the loop
-CYCLE = Table(np.linspace(0.0, TURN, 7), [1.0, 4.0, 2.0, 5.0, -1.0, 0.0, 1.0], periodic=True)
+CYCLE = Table(
+    np.linspace(0.0, TURN, 7),
+    [1.0, 4.0, 2.0, 5.0, -1.0, 0.0, 1.0],
+    periodic=True,
+    interpolation="spline",
+)
 CYLINDER = {"area": 2.0, "near": 1.5, "far": -1.5, "clearance": 0.4, "suction": 0.3}
 
 
@@ -234,11 +239,11 @@ cycle     = "crank"
 head_area = "50 cm^2"
 head      = { table = { file = "pressure.csv", periodic = true } }
 [loads.ramp]
-force = { table = { file = "time.csv" } }
+force = { table = { file = "time.csv", interpolation = "spline" } }
 at    = "slider.B"
 [loads.charge]
 spring = [{ body = "ground", point = [-100, 0] }, "slider.B"]
-law    = { table = { file = "place.csv" } }
+law    = { table = { file = "place.csv", interpolation = "spline" } }
 """
 
 
@@ -257,7 +262,7 @@ def test_tables_beside_the_model(tmp_path):
         (tmp_path / f"{name}.csv").write_text(lines, "utf-8")
     machine = mbody.load(tmp_path / "engine.toml")
     run = kinetostatics(machine, t=np.linspace(0.05, 0.4, 9))
-    # at the knots, 10 deg apart, the spline has what the table says
+    # at the points, 10 deg apart, any interpolation has what the table says
     at = kinetostatics(machine, drive={"motor": (np.radians([30.0, 50.0, 300.0]), 7.0)})
     wanted = 50e-4 * 1e5 * (5.0 + 3.0 * np.cos(np.radians([30.0, 50.0, 300.0])))
     assert_allclose(push(at, "gas"), wanted, rtol=SWEEP)

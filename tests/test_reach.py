@@ -24,6 +24,8 @@ from mbody import (
 from mbody.analysis import dead_centres
 from mbody.analysis.reach import Reach
 
+pytestmark = pytest.mark.processor
+
 # x is flat at its turning point: what remains is rounding of some radians or lengths
 EXACT = 1e-12
 

@@ -8,8 +8,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from mbody.bodies import Body, deg, rpm
+from mbody.bridges.jets import Jet
 from mbody.bridges.oracle import Reference
-from mbody.bridges.oracle.jets import Jet
 from mbody.drivers import AngleDriver, CoordinateDriver, DistanceDriver
 from mbody.elements import Marker, polar
 from mbody.joints import CustomJoint, Distance, Fixed, Prismatic, Revolute

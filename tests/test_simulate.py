@@ -331,7 +331,7 @@ def test_an_interrupt_leaves_what_was_done():
 
     run = simulate(gallery.load("n_windows_40"), 50.0, rtol=1e-12, instants=501, progress=stop)
     assert 2 < len(run) < 501
-    assert run.status.startswith("stopped at t = ") and run.status.endswith("by the user")
+    assert run.status.startswith("stopped: at t = ") and run.status.endswith("by the user")
     assert len(run.energy.kinetic) == len(run) == len(run.take(range(len(run))).energy.kinetic)
 
 

@@ -283,7 +283,7 @@ def test_ctrl_c_leaves_what_was_done():
     options = {"measure": "peak(A.force)", "turn": True, "instants": 37}
     part = mbody.sweep(four_bar(), samples, progress=stop, **options)
     whole = mbody.sweep(four_bar(), samples, **options)
-    assert part.status == "interrupted after 512 of 2000 designs"
+    assert part.status == "stopped: after 512 of 2000 designs"
     assert part.done.sum() == 512
     assert not part.failures
     assert_array_equal(part["peak(A.force)"][part.done], whole["peak(A.force)"][part.done])
@@ -330,7 +330,7 @@ def test_a_folder_keeps_the_same_numbers(tmp_path):
     same(inside, stored)
     assert stored.done.all()
     frame = stored.to_dataframe()
-    assert list(frame.columns) == ["crank.A.x", "coupler.mass", *stored.names, "error"]
+    assert list(frame.columns) == ["crank.A.x", "coupler.mass", *stored.names, "error", "doubt"]
     assert_array_equal(frame["peak(A.force)"], inside["peak(A.force)"])
 
 

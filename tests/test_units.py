@@ -55,6 +55,8 @@ from mbody.units import (
 )
 from tests.test_errors import EXAMPLES, fields, is_number, make, says
 
+pytestmark = pytest.mark.processor
+
 PINT = pint.UnitRegistry(non_int_type=Fraction)
 Q = pint.UnitRegistry().Quantity
 ROUNDED = 2.3e-16  # one rounding of a double, half a unit of its last digit

@@ -273,6 +273,8 @@ def everything_in_one_loop():
     """Gears turn a pin, the pin a slotted lever; the lever pulls a wheel by a rod along a road and
     turns a planet that rolls in a fixed ring; a rack runs beside.
     """
+    # the pitch line of the rack is 0.5 from its guide, which goes through the centre of b
+    guide = Marker("ground", "B", 0.1)
     machine = Mechanism(
         "mixed", ground={"A": (0.0, 0.0), "B": (3.0, 0.0), "C": (3.0, -4.0), "road": (0.0, 2.0)}
     )
@@ -293,7 +295,7 @@ def everything_in_one_loop():
         Revolute("R", "rod.R", "wheel.R"),
         Rolling("road", Marker("ground", "road", 0.1), "wheel.R", radius=0.7, offset=0.3),
         RackPinion("teeth", Marker("rack", (0.0, 0.5), math.pi), "b", radius=0.5),
-        Prismatic("guide", Marker("ground", (0.0, -0.6), 0.1), "rack"),
+        Prismatic("guide", guide, "rack"),
         Rolling("rim", "ground.C", "planet", radius=0.4, on_radius=1.5, internal=True),
         Gear("second", "lever", "planet", radius_i=0.7, radius_j=0.4),
         AngleDriver("motor", "a", mbody.ConstantAcceleration(0.2, 1.5, 0.4)),

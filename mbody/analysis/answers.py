@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from mbody.doubts import Doubt
 from mbody.mechanism import Mechanism
 from mbody.questions import Question
 from mbody.solution import Solution
@@ -56,12 +57,21 @@ class Answer:
     solutions : tuple of Found
     straight : bool
         Whether all is linear in the unknowns: the solution is then the only one.
+    notes : tuple of str
+        What is to be known of the search, as its range; doubts stand here as well.
+    status : str
+        ``"completed"``, or ``"doubtful: …"`` with the first doubt.
+    doubts : tuple of Doubt
+        Why a greatest or least value may be a local one, or a result is in doubt.
     """
 
     mechanism: Mechanism
     question: Question
     solutions: tuple[Found, ...]
     straight: bool
+    notes: tuple[str, ...] = ()
+    status: str = "completed"
+    doubts: tuple[Doubt, ...] = ()
 
     def __len__(self) -> int:
         return len(self.solutions)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.analysis.driven import driven
 from mbody.analysis.kinematics import kinematics
 from mbody.analysis.kinetostatics import kinetostatics
 from mbody.analysis.statics import statics
@@ -68,13 +69,13 @@ def asked_of(system: System, analysis: str, ask: Ask) -> Solution:
     if not before:
         return verb(system, **how)
     try:
-        run = verb(system, **how)
+        t, drive = how.get("t"), how.get("drive")
+        return driven(system, analysis, t, drive, None, None, None, before)
     except SolveError:
         # where the beginning cannot be reached the instants may stand by themselves
         if "t" in how:
             return verb(system, t=how["t"][before:])
         return verb(system, drive={name: v[before:] for name, v in how["drive"].items()})
-    return run.take(np.arange(before, len(run)))
 
 
 def way_of(system: System, ask: Ask) -> tuple[dict[str, Any], int]:

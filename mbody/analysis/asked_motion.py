@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.analysis.room import check_room
 from mbody.analysis.start import check_release, checked_events, parameters_of
 from mbody.errors import ModelError, brief
 from mbody.events import Event, Stop, as_events
@@ -94,9 +95,11 @@ def asked_motion(
         method = own.method if method is None else method
         events = own.events if events is None else events
         release = own.release if release is None else release
+    times = _times(machine, first, last, *kept)
+    check_room(system, len(times))
     return AskedMotion(
         first,
-        _times(machine, first, last, *kept),
+        times,
         _way(system, METHODS[0] if method is None else method, errors, step, last - first),
         checked_events(machine, as_events(() if events is None else events), parameters_of(system)),
         _release(system, {} if release is None else release),

@@ -6,9 +6,10 @@ import numpy as np
 
 from mbody._lanes import LANES
 from mbody.analysis.closure import Closed, check_determined, closed, rounding
-from mbody.analysis.designs import closed_poses, in_all_lanes
+from mbody.analysis.designs import closed_poses, in_all_lanes, with_middle
 from mbody.analysis.instants import BY_INSTANT, Plan
 from mbody.analysis.runner import Runner, Stuck
+from mbody.analysis.turns import by_springs
 from mbody.errors import SolveError
 from mbody.histories import Record
 from mbody.solution import Solution
@@ -29,17 +30,20 @@ def batch(runner: Runner, start: Closed, plan: Plan) -> Solution:
     reach = runner.reach(start, plan)
     poses = _poses(runner, start, plan)
     simple = not (system.has_user_code or start.soft or plan.mode == BY_INSTANT)
-    s, t, given = in_all_lanes(plan)
+    middled, kept = with_middle(plan)
+    s, t, given = in_all_lanes(middled)
     blocks = []
     for low in range(0, designs, LANES):
         chosen = np.minimum(np.arange(low, low + LANES), designs - 1)
         if simple:
             work = system.work(LANES, chosen)
             work.q[:n] = poses[chosen, :n].T
-            output, bad = runner.march(work, plan, s, t, given, reach)
+            output, bad = runner.march(work, middled, s, t, given, reach)
+            runner.branches.on_lanes(output, bad, t, chosen)
+            output = output[kept]
         else:
-            output, bad = np.empty((len(s), runner.rows, LANES)), np.ones(LANES)
-        for lane in np.flatnonzero(bad[: designs - low]):
+            output, bad = np.empty((len(plan.s), runner.rows, LANES)), np.ones((1, LANES))
+        for lane in np.flatnonzero(bad[0, : designs - low]):
             design = int(chosen[lane])
             output[:, :, lane] = _one(runner, design, poses[design], start.soft, plan)
         blocks.append(output)
@@ -62,6 +66,7 @@ def _poses(runner: Runner, start: Closed, plan: Plan) -> np.ndarray:
         except SolveError as error:
             raise _numbered(error, int(design)) from error
         poses[design] = one.work.q[:, 0]
+    by_springs(system, poses)
     return poses
 
 
@@ -70,9 +75,9 @@ def _one(runner: Runner, design: int, pose: np.ndarray, soft: float, plan: Plan)
     start = Closed(runner.system.work(designs=design), soft)
     start.work.q[:, 0] = pose
     try:
-        return runner.scalar(start, plan)[:, :, 0]
+        return runner.scalar(start, plan, design=design)[:, :, 0]
     except Stuck as stuck:
-        raise _numbered(runner.explain(stuck, start, plan), design) from None
+        raise _numbered(runner.explain(stuck, start, plan, design), design) from None
     except SolveError as error:
         raise _numbered(error, design) from error
 

@@ -2,7 +2,8 @@
 
 There Φ_q loses rank although the motion goes on smoothly, as in a parallelogram whose links are all
 in line. Such an instant is replaced by eight places around it, which are followed like any other
-and interpolated from to the eighth order; forces that have no limit are an error.
+and interpolated from to the eighth order. Forces that have no limit are not given there, NaN, and
+the result says so.
 """
 
 from __future__ import annotations
@@ -12,6 +13,9 @@ import numpy as np
 from mbody.analysis.closure import Closed, check_determined, closed
 from mbody.analysis.instants import BY_DRIVER, BY_TIME, Plan
 from mbody.analysis.runner import Runner, Stuck
+from mbody.certify import as_said
+from mbody.core.output import PER_ATOM
+from mbody.doubts import Doubt
 from mbody.errors import SolveError
 from mbody.histories import Record
 from mbody.solution import Solution
@@ -25,8 +29,8 @@ WEIGHTS = np.array([-5.0, 49.0, -245.0, 1225.0, 1225.0, -245.0, 49.0, -5.0]) / 2
 #: Step in radians or model lengths of the driver: the interpolation's error is 0.3 · STEP⁸ of the
 #: eighth derivative, 2e-12; rounding in forces is magnified by up to 1/STEP³.
 STEP = 4e-2
-#: Most change points in one sweep.
-MOST = 32
+#: Most change points in one sweep, and those that a sentence names.
+MOST, NAMED = 32, 4
 
 
 def through_change_points(
@@ -51,17 +55,42 @@ def through_change_points(
             singular = singular | {k}
             error = runner.explain(stuck, beginning, spread)
     merged = np.empty((len(asked.s), block.shape[1], 1))
+    missing: dict[int, list[str]] = {}
     for k in range(len(asked.s)):
         if k in singular:
             around = block[places[k] : places[k] + len(PLACES)]
-            _check_limit(runner, around, asked, k)
             merged[k] = np.tensordot(WEIGHTS, around, 1)
+            atoms = _without_limit(runner, around, error)
+            for e in atoms:
+                first = 3 * runner.system.coordinates + PER_ATOM * e
+                merged[k, first : first + PER_ATOM] = np.nan
+            if atoms:
+                missing[k] = list(dict.fromkeys(runner.system.owners[e][0].name for e in atoms))
         else:
             merged[k] = block[places[k]]
     found = runner.solution(beginning, asked, Record([merged], len(asked.s), batch=False))
     note = f"{len(singular)} of {len(asked.s)} instants are change points, given as limits"
-    object.__setattr__(found, "notes", (*found.notes, note))
+    # what the residuals say of it is not asked yet: they know of no forces that are missing
+    object.__setattr__(found, "notes", (*as_said(found).notes, note))
+    if missing:
+        object.__setattr__(found, "doubts", (_incomplete(runner, asked, missing),))
     return found
+
+
+def _incomplete(runner: Runner, asked: Plan, missing: dict[int, list[str]]) -> Doubt:
+    """What is said of forces that are not given, by instant the names of their elements."""
+    names = list(dict.fromkeys(name for found in missing.values() for name in found))
+    places = [runner.where(float(asked.s[k]), asked) for k in missing]
+    told = "; ".join(places[:NAMED])
+    told += f"; and {len(places) - NAMED} more" if len(places) > NAMED else ""
+    return Doubt(
+        "incomplete",
+        f"forces grow without bound towards change points of '{runner.system.mechanism.name}' and "
+        f"are not given there: at {told}: those of "
+        f"{', '.join(repr(name) for name in names)}",
+        float(asked.t[min(missing)]),
+        tuple(names),
+    )
 
 
 def _spread(
@@ -111,20 +140,17 @@ def _beginning(runner: Runner, start: Closed, spread: Plan, error: SolveError) -
     return beginning
 
 
-def _check_limit(runner: Runner, around: np.ndarray, asked: Plan, k: int) -> None:
-    """Refuse numbers that grow without bound towards the middle of the places."""
+def _without_limit(runner: Runner, around: np.ndarray, error: SolveError) -> list[int]:
+    """Atoms whose forces grow without bound towards the middle of the places; `error` is raised
+    where the motion does.
+    """
     near, far = np.abs(around[4] - around[3]), np.abs(around[5] - around[2])
     size = np.empty_like(near)
     n = runner.system.coordinates
     # rounding is told from growth by the greatest number of the same sort
     for rows in (slice(0, n), slice(n, 2 * n), slice(2 * n, 3 * n), slice(3 * n, None)):
         size[rows] = np.abs(around[:, rows]).max(initial=0.0)
-    if (near > 0.8 * far + 1e-5 * size).any():
-        driver = runner.system.mechanism.drivers[0]
-        where = runner.place(driver, float(asked.s[k]), asked)
-        raise SolveError(
-            f"change point at {where} of '{driver.bodies[1]}', driven by '{driver.name}': branches "
-            f"meet there and the forces of '{runner.system.mechanism.name}' have no limit; leave "
-            "that instant out",
-            driver.name,
-        ) from None
+    growing = (near > 0.8 * far + 1e-5 * size)[:, 0]
+    if growing[: 3 * n].any():
+        raise error
+    return np.flatnonzero(growing[3 * n :].reshape(-1, PER_ATOM).any(axis=1)).tolist()

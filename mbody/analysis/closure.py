@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,9 +12,12 @@ import numpy as np
 
 from mbody._user import failure
 from mbody.analysis.gaps import explain_gap, refuse_near_redundant, violations
-from mbody.analysis.places import place
+from mbody.analysis.missing_guesses import nearest_to_guesses
+from mbody.analysis.own_physics import check_own
+from mbody.analysis.places import direction, place
 from mbody.analysis.placing import placed
 from mbody.analysis.rank import Rank, dense, rank_of, too_large
+from mbody.analysis.turns import ambiguous, by_rows, by_springs
 from mbody.analysis.unused import unused_points
 from mbody.assembler import assemble
 from mbody.core.close import close, laws_of_time
@@ -32,6 +35,7 @@ __all__ = [
     "as_system",
     "check_determined",
     "closed",
+    "closed_near",
     "drivers",
     "misfit",
     "raise_user_error",
@@ -118,9 +122,11 @@ def closed(
     guess: Mapping[str, Any] | None = None,
     design: int = 0,
     pose: np.ndarray | None = None,
+    meant: Callable[[Closed], bool] | None = None,
 ) -> Closed:
     """Close the loops of one design at time t, given driver values winning over laws; from `pose`
-    (coordinates,) if there is one, else from the guesses.
+    (coordinates,) if there is one, else from the guesses. Where these lie on another branch than
+    the position found, `meant` may say that this one is meant all the same.
 
     Raises
     ------
@@ -131,18 +137,20 @@ def closed(
 
     Notes
     -----
-    Where the guess leads nowhere, other starts are tried, always the same ones: bodies without a
-    guess at any angle, guessed ones ever further from their guess.
+    Bodies without a guess take the angles at which those with one are nearest to theirs; where
+    these do not decide, a note says so. Where the guess leads nowhere, other starts are tried,
+    always the same ones: bodies without a guess at any angle, guessed ones ever further from their
+    guess.
     """
     if guess is not None and not isinstance(guess, Mapping):
         raise ModelError(f'guess must be a dict such as {{"coupler": 0.3}}, not {guess!r}')
     if guess and "ground" in guess:
         raise ModelError("the ground does not move: a guess is for moving bodies", "ground")
     work = system.work(designs=design)
-    set_drive(system, work, t, drive)
-    values = {d.name: float(work.signal[row, 0]) for d, row in drivers(system)}
+    values = set_drive(system, work, t, drive)
     base = system if system.batch is None else system.design(design)
-    first = placed(base, guess, values) if pose is None else pose
+    first = _guessed(base, guess, values) if pose is None else pose
+    check_own(base, t, first)
     start = first[:, None].copy()
     for attempt in range(ATTEMPTS):
         result = _from(system, work, start)
@@ -151,13 +159,51 @@ def closed(
         if result is not None:
             break
         shaken = np.random.default_rng(attempt)
-        start = placed(base, guess, values, shaken)[:, None]
+        start = _guessed(base, guess, values, shaken)[:, None]
     else:
         explain_gap(system, work, first[:, None], t)
+    if pose is not None:
+        check_fit(system, work.q[:, 0], design)
+        return result
+    found = nearest_to_guesses(
+        system, base, result, (first, start), guess, values, lambda q: _from(system, work, q)
+    )
     check_fit(system, work.q[:, 0], design)
-    if pose is None:
-        _say_branch(system, result, first[:, None], guess)
+    if found is result:
+        _say_branch(system, result, first[:, None], guess, meant)
+    by_springs(base, found.work.q.T)
+    found.notes += ambiguous(base, found.work.q[:, 0], values)
+    return found
+
+
+def closed_near(system: System, t: float, guess: Mapping[str, Any]) -> Closed:
+    """Close the loops of one design from the guesses alone: no other starts are tried, and a
+    failure is not explained. It is for searches, most of whose failures nobody reads.
+
+    Raises
+    ------
+    SolveError
+        Where the guesses lead to no closed position.
+    """
+    work = system.work()
+    values = set_drive(system, work, t, {})
+    result = _from(system, work, _guessed(system, guess, values)[:, None])
+    if result is None:
+        raise SolveError(f"loops of '{system.mechanism.name}' do not close near the guess")
+    check_fit(system, work.q[:, 0], 0)
     return result
+
+
+def _guessed(
+    system: System,
+    guess: Mapping[str, Any] | None,
+    values: Mapping[str, float],
+    shaken: np.random.Generator | None = None,
+) -> np.ndarray:
+    """A first pose by the guesses, each body turned as rows between angles have it."""
+    pose = placed(system, guess, values, shaken)
+    by_rows(system, pose, values, system.numbers)
+    return pose
 
 
 def check_fit(system: System, q: np.ndarray, design: int) -> None:
@@ -173,8 +219,9 @@ def check_fit(system: System, q: np.ndarray, design: int) -> None:
         return
     system = system if system.batch is None else system.design(design)
     for joint in held:
-        found = math.dist(place(system, q, joint, "i"), place(system, q, joint, "j"))
-        wanted = float(joint.apart(system.numbers))
+        way = place(system, q, joint, "j") - place(system, q, joint, "i")
+        angles = (direction(system, q, joint, side) for side in ("i", "j"))
+        found, wanted = map(float, joint.fit(system.numbers, tuple(way), *angles))
         if abs(found - wanted) > MISFIT * system.length:
             raise misfit(system, joint, found, wanted)
 
@@ -183,12 +230,8 @@ def misfit(
     system: System, joint: Joint, found: float, wanted: float, where: str = ""
 ) -> SolveError:
     """The sentence of a joint whose places others do not hold as far apart as it needs them."""
-    unit = system.mechanism.units.length
-    return SolveError(
-        f"'{joint.name}' does not fit: by its radii the centres must be {wanted:.6g} {unit} apart, "
-        f"they are {found:.6g} {unit}{where}: move them, or change the radii",
-        joint.name,
-    )
+    what, remedy = joint.misfit(float(found), float(wanted), system.mechanism.units.length)
+    return SolveError(f"'{joint.name}' does not fit: {what}{where}: {remedy}", joint.name)
 
 
 def _from(system: System, work: Work, start: np.ndarray) -> Closed | None:
@@ -226,8 +269,10 @@ def rounding(system: System, work: Work) -> float:
     return float(TOLERANCE * (1.0 + size))
 
 
-def set_drive(system: System, work: Work, t: float, drive: Mapping[str, float]) -> None:
-    """Signals at time t; values in `drive` replace those of the laws."""
+def set_drive(system: System, work: Work, t: float, drive: Mapping[str, float]) -> dict[str, float]:
+    """Signals at time t; values in `drive` replace those of the laws. Returns the values of all
+    drivers by name.
+    """
     work.time[:] = t
     laws_of_time(system.runtime(), work)
     raise_user_error(system)
@@ -240,6 +285,7 @@ def set_drive(system: System, work: Work, t: float, drive: Mapping[str, float]) 
                 f"{system.mechanism.units.time}: begin elsewhere, or choose another law",
                 driver.name,
             )
+    return {driver.name: float(work.signal[row, 0]) for driver, row in drivers(system)}
 
 
 def drivers(system: System) -> list[tuple[Any, int]]:
@@ -253,6 +299,7 @@ def _say_branch(
     result: Closed,
     start: np.ndarray,
     guess: Mapping[str, Any] | None,
+    meant: Callable[[Closed], bool] | None,
 ) -> None:
     """Warn where a guess and the position found lie on different sides of a singular position."""
     size = 3 * system.layout.bodies
@@ -274,7 +321,7 @@ def _say_branch(
     result.work.q[:] = start
     there = np.linalg.slogdet(dense(system, result.work)[1])[0]
     result.work.q[:] = found
-    if result.straight and here == there:
+    if (result.straight and here == there) or (meant is not None and meant(result)):
         return
     way = f"{np.degrees(far):.1f} deg"
     if far < NEAR:  # it is a place that is elsewhere

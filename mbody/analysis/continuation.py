@@ -7,8 +7,7 @@ of the drive with p. Arclength is without units: lengths by the model length, p 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,6 +19,8 @@ __all__ = ["Follower", "Point"]
 
 #: Part of the span that differences along the number take.
 STEP = 1e-4
+#: The same where differences are of fourth order.
+FINE = 1e-3
 #: First and longest step along the curve, and the shortest.
 FIRST, LONGEST, SHORTEST = 0.02, 0.1, 1e-7
 #: Cosine of the greatest angle between the directions of neighbours.
@@ -44,8 +45,9 @@ class Point:
         In the free motions of the place.
     arc : float
         Arclength from the first point.
-    against : float
-        How much the number drives the weakest free motion: zero where branches cross.
+    side : float
+        Determinant of the equations of a step, scaled: its sign changes where another branch
+        crosses, and there alone.
     """
 
     place: Place
@@ -53,7 +55,7 @@ class Point:
     direction: Array
     stiffness: Array
     arc: float
-    against: float
+    side: float
 
     @property
     def stiffnesses(self) -> Array:
@@ -88,29 +90,34 @@ class Follower:
             self._made[value] = self.first.other(changed)
         return self._made[value]
 
-    def slopes(self, here: Place, value: float) -> tuple[Array, Array]:
-        """c = dq/dp on the constraints (coordinates,), and the change g of the drive (free,)."""
+    def slopes(self, here: Place, value: float, fine: bool = False) -> tuple[Array, Array]:
+        """c = dq/dp on the constraints (coordinates,), and the change g of the drive (free,); by
+        differences of fourth order where `fine` asks for all digits.
+        """
 
-        def both(at: float) -> tuple[Array, Array]:
+        def both(at: float) -> Array:
             manifold = self.manifold(at)
             phi, G = manifold.rows(here.q)
-            return phi, manifold.force(here.q) - G.T @ here.multipliers
+            return np.append(phi, manifold.force(here.q) - G.T @ here.multipliers)
 
         low, high = self._around(value)
-        (phi0, free0), (phi1, free1) = both(low), both(high)
+        rates = (both(high) - both(low)) / (high - low)
+        if fine and self._around(value, 2.0 * FINE) == (value - 2.0 * FINE, value + 2.0 * FINE):
+            near = both(value + FINE) - both(value - FINE)
+            far = both(value + 2.0 * FINE) - both(value - 2.0 * FINE)
+            rates = (8.0 * near - far) / (12.0 * FINE)
         G = self.manifold(value).rows(here.q)[1]
-        shift = (phi1 - phi0) / (high - low)
+        shift, change = rates[: len(G)], rates[len(G) :]
         follows = np.zeros(len(here.q))
         if np.abs(shift).max(initial=0.0) > 0.0:
             follows = -np.linalg.lstsq(G, shift, rcond=1e-9)[0]
-        change = (free1 - free0) / (high - low)
         if follows.any():
             change = change + self.manifold(value).change(here, follows)
         return follows, here.motions @ change
 
-    def _around(self, value: float) -> tuple[float, float]:
+    def _around(self, value: float, step: float = STEP) -> tuple[float, float]:
         """Two values beside one, those that the system takes."""
-        low, high = value - STEP, value + STEP
+        low, high = value - step, value + step
         for shifted in (low, high):
             try:
                 self.manifold(shifted)
@@ -127,11 +134,11 @@ class Follower:
         y, rate = vt[-1, :-1], vt[-1, -1]
         direction = np.append(y @ here.motions + rate * follows, rate)
         direction /= np.linalg.norm(direction)
+        way = vt[-1]
         if before is not None and direction @ before < 0.0:
-            direction = -direction
-        left = np.linalg.svd(K)[0][:, -1]
-        against = abs(float(left @ change))
-        return Point(here, value, direction, K, arc, against)
+            direction, way = -direction, -way
+        side = float(np.linalg.det(np.vstack([np.column_stack([-K, change]) / size, way])))
+        return Point(here, value, direction, K, arc, side)
 
     def ahead(self, here: Point, step: float) -> Point | None:
         """The point of the curve at that distance along the direction of another."""
@@ -205,35 +212,27 @@ class Follower:
         def of(point: Point) -> float:
             return float(point.direction[-1] if which is None else point.stiffnesses[which])
 
-        start, low, high = here.arc, here, there
+        low, high = here, there
         first, last = of(low), of(high)
         top = max(abs(first), abs(last))
         while abs(last) > 1e-12 * top and abs(high.arc - low.arc) > 1e-9:
-            step = high.arc - last * (high.arc - low.arc) / (last - first) - start
-            found = self.ahead(here, step)
-            if found is None:  # where branches cross no direction is the only one
-                return self._mixed(low, high, of(low) / (of(low) - of(high)))
+            arc = high.arc - last * (high.arc - low.arc) / (last - first)
+            found = self._at(here, there, arc)
+            if found is None:
+                break
             value = of(found)
             if value * last <= 0.0:
                 low, first = high, last
             else:
                 first *= 0.5
             high, last = found, value
-        return high
+        return min((low, high), key=lambda point: abs(of(point)))
 
-    def _mixed(self, low: Point, high: Point, part: float) -> Point:
-        """A point on the line between two."""
-
-        def mix(one: Any, other: Any) -> Any:
-            return (1.0 - part) * one + part * other
-
-        value, q = float(mix(low.value, high.value)), mix(low.place.q, high.place.q)
-        manifold = self.manifold(value)
-        place = manifold.at(q)
-        if place is None or len(place.motions) != len(low.place.motions):
-            return high
-        direction = mix(low.direction, high.direction)
-        direction /= np.linalg.norm(direction)
-        against = float(mix(low.against, high.against))
-        arc = float(mix(low.arc, high.arc))
-        return Point(place, value, direction, manifold.stiffness(place), arc, against)
+    def _at(self, here: Point, there: Point, arc: float) -> Point | None:
+        """The point of the curve at an arclength, from that of two others that leads there."""
+        ends = sorted((here, there), key=lambda end: abs(end.arc - arc))
+        for end in ends:
+            found = self.ahead(end, arc - end.arc)
+            if found is not None:
+                return replace(found, arc=arc)
+        return None

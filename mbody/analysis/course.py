@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
 
+from mbody.analysis.branch_watch import BranchWatch
 from mbody.analysis.closure import SOFT, raise_user_error
-from mbody.analysis.contacts import pulled
+from mbody.analysis.contacts import Held, pulled
 from mbody.analysis.first_steps import CORRECTIONS, first_step, sizes
 from mbody.analysis.instants import check_reach
+from mbody.analysis.rank import dense, rank_of, too_large
 from mbody.analysis.steppers import Memory, stepper
 from mbody.analysis.undefined import adjusted, branching, stuck, undetermined, valueless, weightless
+from mbody.analysis.uniqueness import open_reactions, told_open
 from mbody.analysis.vanishing import GONE, vanishing
+from mbody.certify import as_said
 from mbody.core.layout import stand_ins
 from mbody.core.output import PER_ATOM
 from mbody.core.progress import (
+    BRANCH,
     CAREFUL,
     DONE,
     LAST,
@@ -33,6 +38,7 @@ from mbody.core.progress import (
     TIME,
 )
 from mbody.core.slopes import begin
+from mbody.doubts import doubted
 from mbody.energy import account, causes
 from mbody.errors import ModelError, SolveError
 from mbody.events import Occurrence
@@ -99,7 +105,7 @@ class Course:
             code, status = self._follow(times, progress)
         except KeyboardInterrupt:
             unit = self.system.mechanism.units.time
-            status = f"stopped at t = {self.state[TIME]:.6g} {unit} by the user"
+            status = f"stopped: at t = {self.state[TIME]:.6g} {unit} by the user"
             self._keep_now()
         found = self._solution(status)
         lost = np.flatnonzero(~np.isfinite(found.record.blocks[0][:, :, 0]).all(axis=1))
@@ -118,6 +124,7 @@ class Course:
         self.y[:n3], self.y[n3:] = q, v
         self.page = np.empty((self.rows, 1))
         self.state[TIME] = first
+        self.watch = BranchWatch(self.system, bool(self.soft), self.state, until - first)
         if not self._slope():
             raise SolveError(
                 f"the start does not fit '{self.system.mechanism.name}': its loops do not close "
@@ -131,6 +138,7 @@ class Course:
         if self.soft:
             self.notes += branching(self.system, first, self.y[:n3], self.y[n3:])
         self._check_slope(self.K, first)
+        self.watch.begun = self.y[:n3].copy()
         self.memory.scale = self.scale = sizes(self.system.length, v, self.K[0, n3:])
         first_one = first_step(self.way, self.y, self.K[0], self.scale, until - first)
         self.state[NEXT] = self.way.step or first_one
@@ -147,13 +155,22 @@ class Course:
 
     def _flow(self, until: float, steps: int, times: Array, output: Array, gained: Array) -> int:
         """At most so many steps; see `mbody.core.flow`."""
-        code = LAST
-        while code == LAST:
-            code = self.steps.steps(self.memory, until, steps, times, output, gained)
-            if code == LAST:
+        code, left = MORE, steps
+        while code == MORE and left > 0:
+            done = self.state[STEPS]
+            count = 1 if self.watch.open else left
+            code = self.steps.steps(self.memory, until, count, times, output, gained)
+            left -= max(1, int(self.state[STEPS] - done))
+            self.watch.note(self.y)
+            self.watch.weigh(self.y)
+            if code == BRANCH:
+                self.watch.decide(self.y, self.K[0])
+                code = MORE
+            elif code == LAST:
                 if until == self.until:
                     self.anchor = self._anchored(gained[-1])
                 self.state[LAST_ONE] = 1.0
+                code, left = MORE, left + 1
         raise_user_error(self.system)
         return code
 
@@ -208,6 +225,10 @@ class Course:
 
     def _resume(self, restart: Restart) -> None:
         """Take up what was left."""
+        self.y[:], self.state[TIME] = restart.y, restart.state[TIME]
+        page = self.page.copy()
+        self._slope()  # for the distances from singular positions with which the next step begins
+        self.page = page
         self.memory.scale = self.scale = restart.scale.copy()
         self.y[:], self.K[0], self.P[0] = restart.y, restart.slope, restart.powers
         self.begun[:], self.state[:] = restart.gained, restart.state
@@ -302,11 +323,38 @@ class Course:
             record=Record([output], len(times), batch=False),
             given=None,
             soft=self.soft,
-            notes=self.start.notes if self.start.analysis == "close_loops" else (),
+            dependencies=self._dependencies(output[:, :n, 0]),
+            notes=as_said(self.start).notes if self.start.analysis == "close_loops" else (),
             status=status,
             stats=stats,
             energy=account(self.system, output[:, : 2 * n, 0], gained, self.stops),
             events=tuple(self.occurred),
             restart=self._restart(gained),
         )
-        return replace(found, notes=(*found.notes, *self.notes, *pulled(found)))
+        last = float(times[-1]) if len(times) else self.first
+        notes = (*as_said(found).notes, *self.notes, *self.watch.notes(last))
+        notes += tuple(pulled(found, self._between()))
+        if self.soft:
+            notes += told_open(found.dependencies)
+        object.__setattr__(found, "notes", notes)
+        object.__setattr__(found, "branch", self.watch.least(last))
+        return doubted(found, self.watch.doubts)
+
+    def _between(self) -> Mapping[str, Held] | None:
+        """Forces of contacts and ropes between the instants that are kept."""
+        return None
+
+    def _dependencies(self, q: Array) -> dict[str, list[bool]] | None:
+        """What redundant rows leave open, at the one of some positions (instants, coordinates) at
+        which they are fewest: a singular position has more of them.
+        """
+        if not self.soft or too_large(self.system) or not len(q):
+            return None
+        work, reports = self.system.work(), []
+        for k in {0, len(q) // 2, len(q) - 1}:
+            work.q[: q.shape[1], 0] = q[k]
+            G = dense(self.system, work)[1]
+            if np.isfinite(G).all():
+                reports.append(rank_of(G))
+        best = min(reports, key=lambda report: report.redundant, default=None)
+        return open_reactions(self.system, best)

@@ -151,14 +151,18 @@ class _Curve:
         ahead = np.zeros((len(steps), count))
         ahead[:-1, self.which] = change / ON_THE_WAY
         output = np.empty((len(steps), 3 * n + PER_ATOM * len(system.owners), 1))
-        state = np.zeros(6)
+        state, nearest = np.zeros(8), np.zeros(3)
+        passed = np.empty((0, 1 + n))
         places = work.q[:n, 0].reshape(-1, 3)
         reach = max(np.abs(places[:, :2]).max() / system.length, np.abs(places[:, 2]).max())
         state[5] = 1.0 + reach + abs(change) / self.unit
         times = np.full(len(steps), float(work.time[0, 0]))
         mode = 1 if count == 1 else 2
         soft = self.start.soft
-        code = follow(L, work, soft, mode, s, times, given, ahead, False, False, output, state)
+        code = follow(
+            *(L, work, soft, mode, s, times, given, ahead, False, False, True),
+            *(output, state, nearest, passed),
+        )
         q = output[: int(state[0]), :n, 0]
         if code == DONE:
             return None, q

@@ -22,7 +22,7 @@ from mbody.core.output import PER_ATOM
 from mbody.square import Plans, room
 from mbody.system import System
 
-__all__ = ["Course", "closed_poses", "course_of", "in_all_lanes", "on_lanes"]
+__all__ = ["Course", "closed_poses", "course_of", "in_all_lanes", "on_lanes", "with_middle"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +91,20 @@ def in_all_lanes(plan: Plan) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return s, t, np.repeat(plan.given[:, 0, 1:].reshape(-1, 1), LANES, axis=1)
 
 
+def with_middle(plan: Plan) -> tuple[Plan, np.ndarray]:
+    """The plan for lanes, and which of its instants are those of the plan. Between two instants
+    there is one more: by two alone no one can tell how the determinants bend.
+    """
+    if len(plan.s) != 2:
+        return plan, np.arange(len(plan.s))
+    s = np.array([plan.s[0], plan.s.mean(), plan.s[1]])
+    if plan.mode != BY_DRIVER:
+        return Plan(plan.mode, s, s, plan.given), np.array([0, 2])
+    t = np.array([plan.t[0], plan.t.mean(), plan.t[1]])
+    given = np.stack([plan.given[0], plan.given.mean(axis=0), plan.given[1]])
+    return Plan(plan.mode, s, t, given), np.array([0, 2])
+
+
 def on_lanes(
     system: System, course: Course, poses: np.ndarray, wanted: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -105,7 +119,8 @@ def on_lanes(
     wanted : array (rows,)
         Which rows, as `mbody.core.output` numbers them.
     """
-    plan, runner = course.plan, Runner(system, course.analysis)
+    runner = Runner(system, course.analysis)
+    plan, kept = with_middle(course.plan)
     s, t, given = in_all_lanes(plan)
     output, bad = np.empty((len(wanted), len(poses), len(plan.s))), np.empty(len(poses))
     march_designs(
@@ -128,4 +143,4 @@ def on_lanes(
         output,
         bad,
     )
-    return output, bad == 0.0
+    return (output if len(kept) == len(plan.s) else output[:, :, kept]), bad == 0.0

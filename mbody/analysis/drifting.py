@@ -142,6 +142,7 @@ def _followed(
         y=y.T.copy(),
         slope=np.empty((2 * n3, n)),
         scale=np.empty((2 * n3, n)),
+        near=np.empty((max(1, system.layout.nodes), n)),
         step=np.empty(n),
         pivot=np.empty(n),
         begin=begin,

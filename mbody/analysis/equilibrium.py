@@ -18,6 +18,7 @@ from mbody.analysis.rank import DENSE, too_large
 from mbody.analysis.rest_search import ZERO, Rest, Search
 from mbody.analysis.runner import Runner
 from mbody.assembler import assemble, with_numbers_of
+from mbody.doubts import Doubt, doubted
 from mbody.errors import ModelError, SolveError
 from mbody.histories import BodyHistory, Reaction, Record
 from mbody.mechanism import Mechanism
@@ -90,13 +91,27 @@ class Equilibrium:
 
 @dataclass(frozen=True, eq=False)
 class Equilibria:
-    """The rest positions that were found, stable ones first; ``print`` shows them as a table."""
+    """The rest positions that were found, stable ones first; ``print`` shows them as a table.
+
+    Attributes
+    ----------
+    positions : tuple of Equilibrium
+        Stable ones first.
+    status : str
+        ``"completed"``, or ``"doubtful: …"`` with the first doubt.
+    doubts : tuple of Doubt
+        Why some rest positions may be missing.
+    notes : tuple of str
+        Sentences, those of the doubts among them.
+    """
 
     mechanism: str
     units: UnitSystem
     t: float
     positions: tuple[Equilibrium, ...] = field(repr=False)
     notes: tuple[str, ...] = ()
+    doubts: tuple[Doubt, ...] = ()
+    status: str = "completed"
 
     @property
     def stable(self) -> tuple[Equilibrium, ...]:
@@ -120,6 +135,8 @@ class Equilibria:
             "units": self.units.name,
             "t": self.t,
             "positions": [one.data(angle) for one in self.positions],
+            "status": self.status,
+            "doubts": [doubt.data() for doubt in self.doubts],
             "notes": list(self.notes),
         }
 
@@ -266,15 +283,118 @@ class _Found:
         order = {"stable": 0, "neutral": 1, "unstable": 2}
         found.sort(key=lambda one: order[one.stability])
         free = max(len(one.motions) for one in found)
+        self.notes += [note for note in self._facts() if note not in self.notes]
+        every = Equilibria(
+            self.mechanism.name, self.mechanism.units, self.t, tuple(found), tuple(self.notes)
+        )
+        return doubted(every, self._doubts(free))
+
+    def _facts(self) -> list[str]:
+        """What was passed, and what bounds the motion."""
+        found = []
+        for _, walk in self.search.walks:
+            for place in walk.corners:
+                where, _ = self.where(place)
+                found.append(
+                    f"at {where} a distance that is held is zero: the motion is followed through it"
+                )
+            for place in walk.crossings:
+                where, _ = self.where(place)
+                found.append(
+                    f"at {where} branches of the motion meet: only the one that goes on smoothly "
+                    "was searched; begin on others with starts"
+                )
+        for why, place in self.search.ends:
+            if why == "no value":
+                where, _ = self.where(place)
+                found.append(f"beyond {where} a load has no value: the search ends there")
+        for place in self.search.jumps:
+            where, _ = self.where(place)
+            found.append(
+                f"at {where} loads jump and drive it back from both sides: it may stay there, but "
+                "no forces balance"
+            )
+        return found
+
+    def _doubts(self, free: int) -> list[Doubt]:
+        """Why rest positions may be missing."""
+        search, found = self.search, []
+
+        def add(place: Place, words: str) -> None:
+            where, leader = self.where(place)
+            found.append(Doubt("incomplete", words.format(where), elements=(leader,)))
+
         if free > FEW:
-            self.notes.append(
+            leaders = tuple(motion.leader for motion in self.motions_of(search.found[0].place))
+            words = (
                 f"{free} free motions: sought from a fixed spread of starts, and by turning over "
                 "one leader after the other; further rest positions may be missed; begin near "
                 "them with starts"
             )
-        return Equilibria(
-            self.mechanism.name, self.mechanism.units, self.t, tuple(found), tuple(self.notes)
-        )
+            found.append(Doubt("incomplete", words, elements=leaders))
+        for place in search.unsure:
+            add(
+                place,
+                "how many rest positions there are near {} is not certain: begin there with starts",
+            )
+        for why, place in search.ends:
+            if why == "long":
+                add(
+                    place,
+                    "the free motion was followed as far as {} and goes on: rest positions "
+                    "beyond may be missing; begin there with starts",
+                )
+            elif why == "stuck":
+                add(
+                    place,
+                    "the free motion could not be followed beyond {}: rest positions beyond may be "
+                    "missing; begin there with starts",
+                )
+            elif why == "wound":
+                add(
+                    place,
+                    "loads tell whole turns apart: sought up to {}, and half a turn back; rest "
+                    "positions beyond may be missing; begin there with starts",
+                )
+            elif why == "odd":
+                add(
+                    place,
+                    "an odd number of rest positions was found on the closed surface of positions "
+                    "around {}: one at least is missing; begin elsewhere with starts",
+                )
+            elif why == "wide":
+                add(
+                    place,
+                    "the two free motions were searched as far as {} and go on: rest positions "
+                    "beyond may be missing; begin there with starts",
+                )
+            elif why == "turns":
+                add(
+                    place,
+                    "loads tell whole turns apart: one turn was searched around {}; rest positions "
+                    "in others may be missing; begin there with starts",
+                )
+        for place in search.odd:
+            add(
+                place,
+                "stable and unstable positions do not alternate near {}: one may be missing; begin "
+                "there with starts",
+            )
+        return found
+
+    def motions_of(self, place: Place) -> tuple[FreeMotion, ...]:
+        """The free motions at a place, with their leaders."""
+        return free_motions(self.system, np.append(place.q, np.zeros(3)), place.motions)
+
+    def where(self, place: Place, lead: FreeMotion | None = None) -> tuple[str, str]:
+        """A place in words, by what a leader does, and that leader."""
+        lead = self.motions_of(place)[0] if lead is None else lead
+        b = self.system.bodies[lead.leader]
+        pose = np.round(place.q[3 * b : 3 * b + 3] / self.manifold.scale[:3], 2) + 0.0
+        if lead.turns:
+            return f"{math.degrees(pose[2]):.0f} deg of '{lead.leader}'", lead.leader
+        x, y = self.system.length * pose[:2]
+        return f"({x:.3g}, {y:.3g}) {self.mechanism.units.length} of '{lead.leader}'", lead.leader
 
     def one(self, rest: Rest) -> Equilibrium:
         """One rest position with its forces and its stiffness."""
@@ -315,7 +435,8 @@ class _Found:
     def nothing(self) -> SolveError:
         """The sentence where no rest position was found."""
         name, units = self.mechanism.name, self.mechanism.units
-        gone, least = self.search.ran_away, self.search.least
+        search = self.search
+        gone, least = search.ran_away, search.least
         if gone is not None:
             far = (gone.q / self.manifold.scale).reshape(-1, 3)[:, :2]
             body = self.mechanism.bodies[int(np.abs(far).max(axis=1).argmax())].name
@@ -324,23 +445,26 @@ class _Found:
                 "it, by a spring or a stop, or drive it",
                 body,
             )
+        if search.jumps:
+            where, body = self.where(search.jumps[0])
+            return SolveError(
+                f"no rest position of '{name}': its loads drive it from both sides to {where}, "
+                "where a distance is zero or a load jumps, so that no forces balance; put a stop "
+                "there, or change its loads",
+                body,
+            )
         assert least is not None
-        lead = free_motions(self.system, np.append(least.q, np.zeros(3)), least.motions)[0]
-        b = self.system.bodies[lead.leader]
-        way = rates_of(self.system, [lead]).reshape(-1) / self.manifold.scale
-        left = float(least.force @ way)
-        # a least drive is flat: more digits of its place would be noise
-        pose = np.round(least.q[3 * b : 3 * b + 3] / self.manifold.scale[:3], 2) + 0.0
-        if lead.turns:
-            where = f"{math.degrees(pose[2]):.0f} deg of '{lead.leader}'"
-        else:
-            x, y = self.system.length * pose[:2]
-            where = f"({x:.3g}, {y:.3g}) {units.length} of '{lead.leader}'"
-        unit = units.of("torque") if lead.turns else units.of("force")
+        motions = self.motions_of(least)
+        ways = [rates_of(self.system, [one]).reshape(-1) / self.manifold.scale for one in motions]
+        left = [float(least.force @ way) for way in ways]
+        # the leader that is driven most; a least drive is flat: more digits would be noise
+        n = int(np.argmax(np.abs(left)))
+        where, leader = self.where(least, motions[n])
+        unit = units.of("torque") if motions[n].turns else units.of("force")
         return SolveError(
             f"no rest position of '{name}' was met: what drives it is least at {where}, where "
-            f"{abs(left):.3g} {unit} are left; begin elsewhere with starts, or change its loads",
-            lead.leader,
+            f"{abs(left[n]):.3g} {unit} are left; begin elsewhere with starts, or change its loads",
+            leader,
         )
 
 

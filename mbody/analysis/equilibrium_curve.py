@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from mbody.analysis.branch_points import GAP, crossing
 from mbody.analysis.closure import as_system, closed
 from mbody.analysis.continuation import FIRST, LONGEST, SHORTEST, STRAIGHT, Follower, Point
 from mbody.analysis.equilibrium import Equilibrium, released, search, stability_of
@@ -28,8 +29,8 @@ History = TypeVar("History", BodyHistory, PointHistory, Reaction)
 
 #: Points that a curve has at most, unless the caller says how many.
 POINTS = 1000
-#: A drive by the number below this part of its greatest means that branches cross.
-CROSSING = 1e-3
+#: A step below which branches that do not cross are no longer told apart.
+LEAST = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +54,9 @@ class EquilibriumCurve:
         Points at which the curve turns round: limit points, where the position snaps through.
     crossings : tuple of int
         Points at which another branch crosses.
+    kinds : tuple of str
+        Of each crossing: ``"pitchfork"`` where one of the branches turns round in it,
+        ``"transcritical"`` where none does, ``"multiple"`` where more than two branches meet.
     solution : Solution
         Statics of all points as a batch of designs, one instant each.
     notes : tuple of str
@@ -68,6 +72,7 @@ class EquilibriumCurve:
     crossings: tuple[int, ...]
     solution: Solution = field(repr=False)
     notes: tuple[str, ...] = ()
+    kinds: tuple[str, ...] = ()
 
     @property
     def stable(self) -> Array:
@@ -105,6 +110,7 @@ class EquilibriumCurve:
             "stability": list(self.stability),
             "folds": list(self.folds),
             "crossings": list(self.crossings),
+            "kinds": list(self.kinds),
             "bodies": {
                 body.name: {
                     key: getattr(self[body.name], key).tolist() for key in ("x", "y", "angle")
@@ -270,6 +276,7 @@ class _Tracer:
         self.path: list[Point] = []
         self.turned: list[Point] = []
         self.crossed: list[Point] = []
+        self.kinds: list[str] = []
         self.notes: list[str] = []
 
     def traced(self, place: Place, value: float) -> EquilibriumCurve:
@@ -291,7 +298,9 @@ class _Tracer:
             if not 0.0 <= there.value <= 1.0:
                 self._end(here, 1.0 if there.value > 1.0 else 0.0)
                 break
-            self._between(here, there)
+            if not self._between(here, there) and step > LEAST:
+                step *= 0.5  # it leapt from one branch to another that does not cross
+                continue
             self.path.append(there)
             if self._round(there):
                 self.notes.append("it closes on itself")
@@ -323,21 +332,31 @@ class _Tracer:
             self._between(here, last)
             self.path.append(last)
 
-    def _between(self, here: Point, there: Point) -> None:
-        """Folds and crossings between neighbours."""
+    def _between(self, here: Point, there: Point) -> bool:
+        """Folds and crossings between neighbours; whether both are on one branch."""
+        if here.side * there.side < 0.0:
+            found = crossing(self.follower, here, there)
+            if found is None or found.gap > GAP:
+                return False
+            self._crossed(found.point, found.kind)
+            return True
         if here.direction[-1] * there.direction[-1] < 0.0:
-            found = self.follower.between(here, there, None)
-            self.path.append(found)
-            top = max(point.against for point in (here, there))
-            (self.crossed if found.against <= CROSSING * top else self.turned).append(found)
-            return
+            turned = self.follower.between(here, there, None)
+            self.path.append(turned)
+            self.turned.append(turned)
+            return True
         one, other = here.stiffnesses, there.stiffnesses
         alike = len(one) == len(other)
         changed = [n for n in range(len(one)) if alike and one[n] * other[n] < 0.0]
         if changed:
-            found = self.follower.between(here, there, changed[0])
-            self.path.append(found)
-            self.crossed.append(found)
+            # an even number at once: each crosses, the determinant keeps its sign
+            self._crossed(self.follower.between(here, there, changed[0]), "multiple")
+        return True
+
+    def _crossed(self, point: Point, kind: str) -> None:
+        self.path.append(point)
+        self.crossed.append(point)
+        self.kinds.append(kind)
 
     def _curve(self) -> EquilibriumCurve:
         follower, path = self.follower, self.path
@@ -359,6 +378,7 @@ class _Tracer:
             stability=tuple(words),
             folds=tuple(path.index(point) for point in self.turned),
             crossings=tuple(path.index(point) for point in self.crossed),
+            kinds=tuple(self.kinds),
             solution=_statics(system, [point.place.q for point in path], self.t),
             notes=tuple(self.notes),
         )

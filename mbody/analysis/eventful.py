@@ -1,19 +1,34 @@
 """One motion over time with events: what is watched for is located, stops are struck.
 
-Every step is sampled by its polynomial; where a sample has another sign than the one before, the
-step is run again from its beginning to trial times until the crossing is closed in.
+Every step is sampled by its polynomial, values and rates; where a sample has another sign than the
+one before, or a cubic between two of them reaches beyond zero, the step is run again from its
+beginning to trial times until the crossing is closed in.
 """
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 
+from mbody.analysis.branch_watch import Crossed
+from mbody.analysis.contacts import Held, holding, one_sided
 from mbody.analysis.course import AT_ONCE, Course
-from mbody.analysis.impacts import Slope, bend, jump, slope, values
+from mbody.analysis.crossings import between, refined
+from mbody.analysis.impacts import (
+    Slope,
+    bend,
+    followed_by_rates,
+    jump,
+    motion_at,
+    rates,
+    slope,
+    values,
+)
 from mbody.analysis.start import watched
 from mbody.core.progress import DONE, FREEST, MET, MORE, NEAR, NEXT, SLOPES, TIME
 from mbody.errors import SolveError
@@ -29,6 +44,11 @@ Array = np.ndarray
 
 #: Samples of a step, and of the whole motion, at least.
 OF_A_STEP, OF_ALL = 4, 400
+#: Where only the motion itself tells a rate: how far the second sample is, as a part of the time
+#: between samples.
+BESIDE = 1e-4
+#: What is noted of contacts and ropes.
+FORCES = tuple(part.name for part in fields(Held))
 #: A crossing is located to this part of its step.
 LOCATED = 1e-12
 #: What is nearer to a stop than this, in model lengths and radians, touches it.
@@ -51,6 +71,8 @@ class Saved:
     state: Array
     page: Array
     total: Array
+    near: Array
+    watch: Crossed
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +102,10 @@ class Eventful(Course):
         self.lost = np.zeros(len(self.stops))
         self.total = np.zeros(self.causes)
         self.touching: dict[Stop, float] = {}
+        carried = [followed_by_rates(measure) for measure in self.measures]
+        self.carried = np.array(carried, dtype=bool)
+        self.sided = one_sided(system)
+        self.held: dict[str, list[Held]] = {one.name: [] for one in self.sided}
 
     # -- the motion ---------------------------------------------------------------------------
 
@@ -120,14 +146,16 @@ class Eventful(Course):
         self.works.append(np.concatenate([work, self.lost]))
 
     def _save(self) -> Saved:
-        parts = (self.y, self.K[0], self.P[0], self.state, self.page, self.total)
-        return Saved(*(part.copy() for part in parts))
+        parts = (self.y, self.K[0], self.P[0], self.state, self.page, self.total, self.work.near)
+        every: list[Any] = [*(part.copy() for part in parts), self.watch.held]
+        return Saved(*every)
 
     def _restore(self, saved: Saved) -> None:
         """Go back, or ahead; the count of evaluations goes on."""
         evaluations = self.state[SLOPES]
         self.y[:], self.K[0], self.P[0], self.state[:] = saved.y, saved.K, saved.P, saved.state
         self.page, self.total = saved.page.copy(), saved.total.copy()
+        self.work.near[:], self.watch.held = saved.near, saved.watch
         self.state[SLOPES] = evaluations
 
     def _run(self, until: float, steps: int, times: Array) -> tuple[int, Array, Array]:
@@ -149,19 +177,22 @@ class Eventful(Course):
         end = t + h
         if end >= self.until - self.steps.slack(self.until):  # as the kernel clips it
             h, end = self.until - t, self.until
+        self.step = (t, end)
         first, last = np.searchsorted(self.wanted, [t, end], side="right")
         wanted = self.wanted[first:last]
         count = max(OF_A_STEP, math.ceil(OF_ALL * h / (self.until - self.first)))
         even = t + np.arange(1, count) / count * h
-        marks = np.unique(np.concatenate([even, wanted, [end]]))
-        marks = marks[(marks > t) & (marks <= end)]
+        times = np.unique(np.concatenate([even, wanted, [end]]))
+        times = np.append(t, times[(times > t) & (times <= end)])
+        marks = self._marks(times[1:], times)
         code, pages, gained = self._run(self.until, 1, marks)
         if state[TIME] == t:
             return code, ""
         self.page = pages[-1].copy()
         after = self._save()
-        times = np.append(t, marks)
-        found = values(self.system, self.measures, times, np.concatenate([saved.page[None], pages]))
+        found, rising = self._sampled(
+            times, np.append(t, marks), np.concatenate([saved.page[None], pages])
+        )
         came_back, touching = self._left(found[:, 1])
         if came_back:
             self._restore(saved)
@@ -173,8 +204,9 @@ class Eventful(Course):
             # what lies on a stop without load does not strike it by rounding
             row, rounding = self.events.index(stop), 0.1 * RESOLVED * size
             found[row] = np.where(np.abs(found[row]) <= rounding, rounding, found[row])
-        crossings = self._crossings(saved, times, found)
+        crossings = self._crossings(saved, times, found, rising)
         cut = next((one for one in crossings if _interrupts(one.event)), None)
+        self._hold(np.append(t, marks), np.concatenate([saved.page[None], pages]), cut)
         for n in np.flatnonzero(np.isin(marks, wanted)):
             if cut is None or marks[n] <= cut.t:
                 self._keep(float(marks[n]), pages[n], gained[n])
@@ -193,6 +225,25 @@ class Eventful(Course):
         self._record(cut.event, cut.t, self.page)
         return MORE, self._ended(f"'{cut.event.of}' is zero")
 
+    def _hold(self, marks: Array, pages: Array, cut: Crossing | None) -> None:
+        """Note the forces of contacts and ropes over a step, within the instants asked for."""
+        if not self.sided:
+            return
+        last = float(self.wanted[-1]) if cut is None else min(cut.t, float(self.wanted[-1]))
+        inside = (marks >= self.wanted[0]) & (marks <= last)
+        if not inside.any():
+            return
+        run = motion_at(self.system, marks[inside], pages[inside])
+        for one in self.sided:
+            self.held[one.name].append(holding(run, one))
+
+    def _between(self) -> dict[str, Held]:
+        return {
+            name: Held(*(np.concatenate([getattr(p, key) for p in parts]) for key in FORCES))
+            for name, parts in self.held.items()
+            if parts
+        }
+
     def _record(
         self, event: Event | Stop, t: float, page: Array, after: Array | None = None
     ) -> None:
@@ -209,30 +260,73 @@ class Eventful(Course):
         """Keep the last instant; the status of a motion that ends there."""
         t, self.anchor = float(self.state[TIME]), None
         self._keep(t, self.page, self.total)
-        return f"stopped at t = {t:.6g} {self.system.mechanism.units.time}: {why}"
+        return f"ended: at t = {t:.6g} {self.system.mechanism.units.time}, {why}"
 
     def _at_rest(self, stop: Stop) -> str:
         return self._ended(f"what strikes '{stop.name}' comes to rest there")
 
     # -- zeros --------------------------------------------------------------------------------
 
-    def _crossings(self, saved: Saved, times: Array, found: Array) -> list[Crossing]:
+    def _marks(self, wanted: Array, times: Array) -> Array:
+        """`wanted` and, where a rate is told by two samples, others beside `times`."""
+        if self.carried.all():
+            return wanted
+        return np.unique(np.concatenate([wanted, self._beside(times)]))
+
+    def _beside(self, times: Array) -> Array:
+        """Times a little later than `times`, a little earlier than the end of the step."""
+        last = self.step[1]
+        little = BESIDE * (last - self.step[0]) / OF_A_STEP
+        return np.where(times + little < last, times + little, times - little)
+
+    def _sampled(self, times: Array, marks: Array, pages: Array) -> tuple[Array, Array]:
+        """Values and rates (events, times) by pages at the marks, the times being among them."""
+        at = np.searchsorted(marks, times)
+        found = values(self.system, self.measures, marks, pages)
+        rising = np.empty((len(self.events), len(times)))
+        if self.carried.any():
+            measures = [self.measures[n] for n in np.flatnonzero(self.carried)]
+            apart = (self.step[1] - self.step[0]) / OF_A_STEP
+            rising[self.carried] = rates(self.system, measures, times, pages[at], apart)
+        if not self.carried.all():
+            own = ~self.carried
+            beside = np.searchsorted(marks, self._beside(times))
+            change = found[own][:, beside] - found[own][:, at]
+            rising[own] = change / (marks[beside] - times)
+        return found[:, at], rising
+
+    def _crossings(self, saved: Saved, times: Array, found: Array, rising: Array) -> list[Crossing]:
         """Every zero crossing of a step, located, in the order of time."""
         crossings = []
-        for event, history in zip(self.events, found, strict=True):
+        for k, event in enumerate(self.events):
             sense = -1 if isinstance(event, Stop) else event.direction
-            rounding = 0.0
+            rounding, t, history = 0.0, times, found[k]
             if self.touching and isinstance(event, Event):
                 rounding = 1e-9 * float(np.abs(history).max())
-            for n in range(len(times) - 1):
+            if event not in self.touching:
+                near = LOCATED * (self.step[1] - self.step[0])
+                sampled = (times, history, rising[k])
+                again = functools.partial(self._again, saved, k)
+                t, history, _ = refined(again, sampled, near)
+            for n in between(t, history):
                 a, b = float(history[n]), float(history[n + 1])
                 if n == 0 and abs(a) <= rounding:
                     continue  # a restart at a stop begins at its zero
-                if (a > 0.0 >= b and sense <= 0) or (a < 0.0 <= b and sense >= 0):
+                if sense * a <= 0.0:
                     crossings.append(
-                        self._located(saved, event, (float(times[n]), a), (float(times[n + 1]), b))
+                        self._located(saved, event, (float(t[n]), a), (float(t[n + 1]), b))
                     )
         return sorted(crossings, key=lambda one: one.t)
+
+    def _again(self, saved: Saved, k: int, times: Array) -> tuple[Array, Array]:
+        """Values and rates of one event at further times of a step."""
+        order = np.argsort(times, kind="stable")
+        marks = self._marks(times[order], times)
+        self._restore(saved)
+        _, pages, _ = self._run(self.until, 1, marks)
+        found, rising = self._sampled(times[order], marks, pages)
+        back = np.argsort(order, kind="stable")
+        return found[k][back], rising[k][back]
 
     def _located(
         self,

@@ -12,6 +12,7 @@ import numpy as np
 from mbody.analysis.rank import jacobian
 from mbody.checks import each_load_of, loaded
 from mbody.core.output import PER_ATOM
+from mbody.doubts import Several
 from mbody.elements import listed
 from mbody.errors import ModelError
 from mbody.solution import Solution, as_solution
@@ -91,7 +92,7 @@ class Member:
     words: str
 
 
-def free_body(solution: Solution, body: str, instant: int = 0) -> tuple[Wrench, ...]:
+def free_body(solution: Solution, body: str, instant: int = 0) -> Several[Wrench]:
     """Every force on one body at an instant: its free-body diagram; they are in equilibrium.
 
     Parameters
@@ -105,7 +106,7 @@ def free_body(solution: Solution, body: str, instant: int = 0) -> tuple[Wrench, 
 
     Returns
     -------
-    tuple of Wrench
+    tuple of Wrench, with `status`, `doubts` and `notes` of the solution
         Of the joints at their places, of loads and drivers at the mass centre, then d'Alembert's
         inertia force and torque; those that are not there are zero.
 
@@ -125,10 +126,10 @@ def free_body(solution: Solution, body: str, instant: int = 0) -> tuple[Wrench, 
     True
     """
     k = _checked(solution, body, instant)
-    return tuple(_forces(solution, body, k, each_load_of(solution, k)))
+    return Several.of(solution, _forces(solution, body, k, each_load_of(solution, k)))
 
 
-def members(solution: Solution, instant: int = 0) -> tuple[Member, ...]:
+def members(solution: Solution, instant: int = 0) -> Several[Member]:
     """Every moving link with the kind of member that it is, such as a two-force member.
 
     Two forces alone on a body lie on one line; three meet in one point, or are parallel.
@@ -142,7 +143,7 @@ def members(solution: Solution, instant: int = 0) -> tuple[Member, ...]:
 
     Returns
     -------
-    tuple of Member
+    tuple of Member, with `status`, `doubts` and `notes` of the solution
         One a moving body, in the order of the description.
 
     Raises
@@ -171,9 +172,8 @@ def members(solution: Solution, instant: int = 0) -> tuple[Member, ...]:
     greatest = max((force.force for row in found.values() for force in row), default=0.0)
     length = solution.system.length
     unit = (solution.mechanism.units.of("force"), solution.mechanism.units.of("length"))
-    return tuple(
-        _member(name, row, max(greatest, 1e-300), length, unit) for name, row in found.items()
-    )
+    told = (_member(name, row, max(greatest, 1e-300), length, unit) for name, row in found.items())
+    return Several.of(solution, told)
 
 
 def _checked(solution: Solution, body: str | None, instant: Any) -> int:

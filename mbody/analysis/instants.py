@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.analysis.room import check_room
 from mbody.drivers import AngleDriver, Driver
 from mbody.elements import Element, listed
 from mbody.errors import ModelError, SolveError, brief
@@ -277,6 +278,7 @@ def _turn(system: System, turn: str | bool, instants: int) -> Plan:
     if isinstance(instants, bool) or not hasattr(instants, "__index__") or instants < 2:
         raise ModelError(f"a turn needs at least 2 instants, a whole number, not {instants!r}")
     instants = operator.index(instants)
+    check_room(system, instants)
     if system.batch is not None:
         raise ModelError("a turn of a batch of designs: give times or driver values instead")
     start, speed, change = _law(system, driver, np.zeros(1))[0].tolist()

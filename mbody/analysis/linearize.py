@@ -15,6 +15,7 @@ from mbody.analysis.manifold import Array, Manifold, Place
 from mbody.analysis.near_motion import Moving
 from mbody.analysis.rank import too_large
 from mbody.analysis.rest_search import ZERO
+from mbody.doubts import Inherited, certificate, inherited
 from mbody.errors import ModelError, SolveError
 from mbody.mechanism import Mechanism
 from mbody.solution import Solution
@@ -40,7 +41,7 @@ MASSLESS = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
-class Linearization:
+class Linearization(Inherited):
     """The linear equations of small motions: M ÿ + C ẏ + K y = F.
 
     y are small changes of what the leaders of the free motions do; all bodies follow as `motions`
@@ -61,8 +62,8 @@ class Linearization:
         The free motions: the leader of each, and the rates of all bodies for its unit rate.
     solution : Solution
         The instant.
-    notes : tuple of str
-        Sentences.
+    status, doubts, notes
+        As of `Inherited`: those of the instant, and what differences cannot tell.
     """
 
     about: str
@@ -73,7 +74,6 @@ class Linearization:
     drive: Array
     motions: tuple[FreeMotion, ...]
     solution: Solution = field(repr=False)
-    notes: tuple[str, ...] = ()
 
     @property
     def leaders(self) -> tuple[str, ...]:
@@ -113,7 +113,7 @@ class Linearization:
             "stiffness": self.stiffness.tolist(),
             "drive": self.drive.tolist(),
             "motions": [motion.data() for motion in self.motions],
-            "notes": list(self.notes),
+            **certificate(self),
         }
 
 
@@ -228,7 +228,7 @@ def linearize(
         C, K, drive = moving.matrices(M)
     notes += branches
     about = "rest" if rest else "motion"
-    return Linearization(about, t, M, C, K, drive, motions, given, tuple(notes))
+    return Linearization(about, t, M, C, K, drive, motions, given, **inherited(given, notes=notes))
 
 
 def _instant(at: Any) -> tuple[Solution, bool]:

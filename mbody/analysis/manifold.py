@@ -167,7 +167,7 @@ class Manifold:
         return None if closed is None else self.place(closed)
 
     def place(self, q: Array) -> Place | None:
-        """What holds at a closed position; None where a load has no value."""
+        """What holds at a closed position; None where a load or a constraint has no value."""
         return self._placed(q, None)
 
     def _placed(self, q: Array, motions: Array | None) -> Place | None:
@@ -176,6 +176,8 @@ class Manifold:
         if not np.isfinite(force).all():
             return None
         G = self.rows(q)[1]
+        if not np.isfinite(G).all():
+            return None
         if motions is None:
             motions = rank_of(G).motions
         return Place(q, force, motions, G, motions @ force)
@@ -186,6 +188,8 @@ class Manifold:
         last = np.inf
         for _ in range(CORRECTIONS):
             phi, G = self.rows(q)
+            if not (np.isfinite(phi).all() and np.isfinite(G).all()):
+                return None  # as where a distance of a constraint is zero: it has no direction
             worst = float(np.abs(phi).max(initial=0.0))
             reach = 1.0 + float(np.abs(q / self.scale).max())
             # at rounding the violation no longer falls

@@ -18,6 +18,7 @@ from mbody.core.layout import Work
 from mbody.elements import listed
 from mbody.errors import ModelError
 from mbody.mechanism import Mechanism
+from mbody.remarks import remarks
 from mbody.system import System
 from mbody.units import UnitSystem
 
@@ -214,7 +215,7 @@ class _Report:
         self.mechanism = system.mechanism
         self.work: Work = start.work
         self.joint_rows = system.rows - len(system.drivers)
-        self.notes = list(start.notes)
+        self.notes = [*start.notes, *remarks(self.mechanism, self.system.plans)]
 
     def mobility(self) -> Mobility:
         """Counts, ranks, motions and sentences."""

@@ -13,6 +13,7 @@ from mbody.analysis.eigenvalues import eigenvalues
 from mbody.analysis.equilibrium import Equilibrium, equilibrium
 from mbody.analysis.linearize import Linearization, linearize
 from mbody.analysis.manifold import Array
+from mbody.doubts import Inherited, certificate, inherited
 from mbody.errors import ModelError, SolveError
 from mbody.mechanism import Mechanism
 from mbody.solution import Solution
@@ -95,7 +96,7 @@ class Mode:
 
 
 @dataclass(frozen=True, eq=False)
-class ModesAt:
+class ModesAt(Inherited):
     """The modes at one rest position, slow ones first.
 
     Attributes
@@ -108,14 +109,13 @@ class ModesAt:
     modes : tuple of Mode
         One for each pair of complex eigenvalues, each real one, and each free motion that nothing
         drives back; of a growing one without damping not the decaying twin.
-    notes : tuple of str
-        Sentences.
+    status, doubts, notes
+        As of `Inherited`.
     """
 
     linear: Linearization
     stability: str
     modes: tuple[Mode, ...]
-    notes: tuple[str, ...] = ()
 
     @property
     def frequencies(self) -> Array:
@@ -143,19 +143,20 @@ class ModesAt:
                 name: [float(part[-1]) for part in (body.x, body.y, body.angle)]
                 for name, body in places.items()
             },
-            "notes": list(self.notes),
+            **certificate(self),
         }
 
 
 @dataclass(frozen=True, eq=False)
-class Modes:
-    """The modes at one or several rest positions; ``print`` shows them as tables."""
+class Modes(Inherited):
+    """The modes at one or several rest positions; ``print`` shows them as tables. Doubts of the
+    positions are its own.
+    """
 
     mechanism: str
     units: UnitSystem
     t: float
     positions: tuple[ModesAt, ...] = field(repr=False)
-    notes: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.positions)
@@ -174,7 +175,7 @@ class Modes:
             "units": self.units.name,
             "t": self.t,
             "positions": [one.data() for one in self.positions],
-            "notes": list(self.notes),
+            **certificate(self),
         }
 
     def __str__(self) -> str:
@@ -238,11 +239,12 @@ def modes(
     >>> upright.stability, upright[0].words
     ('unstable', 'grows')
     """
+    of: list[Any] = []
     notes: tuple[str, ...] = ()
     if at is None:
         found = equilibrium(model, free=free, starts=starts, t=t)
         rests: tuple[Equilibrium | Solution, ...] = found.positions
-        notes = found.notes
+        notes, of = found.notes, [found]
     else:
         if starts or t != 0.0:
             raise ModelError("at says the position and its time: leave out starts and t")
@@ -259,7 +261,8 @@ def modes(
         )
     positions = tuple(_modes_at(one) for one in linear)
     machine = linear[0].solution.mechanism
-    return Modes(machine.name, machine.units, linear[0].t, positions, notes)
+    said = inherited(*of, *positions, notes=notes)
+    return Modes(machine.name, machine.units, linear[0].t, positions, **said)
 
 
 def _modes_at(linear: Linearization) -> ModesAt:
@@ -304,7 +307,7 @@ def _modes_at(linear: Linearization) -> ModesAt:
             f"{infinite} of {len(M)} free motions without inertia: "
             f"{'it follows' if infinite == 1 else 'they follow'} the others by springs and dampers"
         )
-    return ModesAt(linear, stability, tuple(found), tuple(notes))
+    return ModesAt(linear, stability, tuple(found), **inherited(linear, notes=notes))
 
 
 def _undetermined(system: System, moved: Array) -> SolveError:

@@ -14,6 +14,7 @@ from mbody.analysis.close_loops import close_loops
 from mbody.analysis.closure import TOLERANCE
 from mbody.analysis.placing import placed
 from mbody.analysis.start import holding, said, started, state_of
+from mbody.analysis.turns import by_rows, by_springs
 from mbody.core.close import close_designs, laws_of_time, project_designs
 from mbody.elements import Numbers
 from mbody.ends import link_poses
@@ -105,6 +106,7 @@ def begun(
     spots[:, :, :2] /= system.length
     small = TOLERANCE * (1.0 + spots.max(axis=(1, 2), initial=0.0))
     close_designs(places.layout, places.work(), small, places.par, first, poses, state)
+    by_springs(places, poses)
     # at or near a singular position the branch has to be looked at: one by one
     good = (state[:, 0] > 0.0) & (state[:, 1] >= SINGULAR)
     turning, rates = places, still
@@ -158,6 +160,7 @@ def _guessed(onset: Onset, places: System, first: Array) -> Array:
         own = plain | {name: value[design] for name, value in varied.items()}
         numbers = Numbers(own, polar, machine.bodies)
         poses[design] = placed(places, onset.guess, drive, numbers=numbers)
+        by_rows(places, poses[design], drive, numbers)
     if onset.alike:
         poses[:] = poses[0]
     return poses

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from mbody.analysis.asked_motion import AskedMotion
+from mbody.analysis.contacts import one_sided
 from mbody.analysis.course import Course
 from mbody.analysis.equilibrium import released
 from mbody.analysis.eventful import Eventful
 from mbody.analysis.opening import opening
+from mbody.analysis.resuming import check_restart
 from mbody.analysis.start import state_of
+from mbody.certify import as_said, changed
 from mbody.core.output import PER_ATOM
 from mbody.doubts import doubted
 from mbody.energy import account, causes
@@ -41,9 +44,10 @@ def followed(
     go there stays so.
     """
     own = {driver.name for driver in system.drivers}
-    before = start.restart.released if start.restart is not None else ()
-    gone = [name for name in before if name in own]
+    gone = [name for name in start.released if name in own]
+    free_since = {name: start.released[name] for name in gone}
     gone += [name for name, t in asked.release.items() if t <= asked.first and name not in gone]
+    free_since |= {name: asked.first for name in gone if name not in free_since}
     last = float(asked.times[-1])
     later = {name: t for name, t in asked.release.items() if asked.first < t < last}
     later = {name: t for name, t in later.items() if name not in gone}
@@ -56,7 +60,8 @@ def followed(
             found.append(begun)
             start = begun
             if begun.t[-1] >= until:
-                gone += [name for name, t in later.items() if t == until]
+                now = [name for name, t in later.items() if t == until]
+                gone, free_since = [*gone, *now], free_since | dict.fromkeys(now, until)
                 continue
         _, q, v = state_of(free, start)
         first = float(start.t[-1])
@@ -64,7 +69,7 @@ def followed(
         wanted = np.append(times, until) if not times.size or times[-1] < until else times
         course = (
             Eventful(free, start, asked.way, asked.events)
-            if asked.events
+            if asked.events or one_sided(free)
             else Course(free, start, asked.way)
         )
         try:
@@ -72,18 +77,20 @@ def followed(
         except SolveError as error:
             reached = [one for one in (*found, error.solution) if one is not None and len(one)]
             if reached and gone:
-                error.solution = _joined(system, asked, reached)
+                error.solution = _joined(system, asked, reached, free_since)
             raise
         if run.restart is not None:
-            run = replace(run, restart=replace(run.restart, released=tuple(gone)))
+            run = changed(run, restart=replace(run.restart, released=tuple(gone)))
         found.append(run)
-        if run.status != "completed":
+        if run.t[-1] < until:  # it ended, or was stopped
             break
         start, restart = run, None
-        gone += [name for name, t in later.items() if t == until]
+        now = [name for name, t in later.items() if t == until]
+        gone, free_since = [*gone, *now], free_since | dict.fromkeys(now, until)
     if len(found) == 1 and not gone:
         return found[0]
-    return doubted(_joined(system, asked, found), [doubt for run in found for doubt in run.doubts])
+    doubts = [doubt for run in found for doubt in run.doubts]
+    return doubted(_joined(system, asked, found, free_since), doubts)
 
 
 def _stops(asked: AskedMotion) -> list[str]:
@@ -102,18 +109,24 @@ def _restart(
         all(getattr(start.mechanism, part) == getattr(system.mechanism, part) for part in PARTS)
         and all(np.array_equal(ours[name], theirs[name]) for name in ours)
     )
+    if same:
+        check_restart(released(system, gone) if gone else system, found, float(start.t[-1]))
     return found if same else None
 
 
-def _joined(system: System, asked: AskedMotion, found: Sequence[Solution]) -> Solution:
+def _joined(
+    system: System, asked: AskedMotion, found: Sequence[Solution], released: Mapping[str, float]
+) -> Solution:
     """One result of all phases; a driver that has let go has no effort."""
     last, stops = found[-1], _stops(asked)
     whole = causes(system, stops)
     t, pages, works = [], [], []
     before = np.zeros(len(whole))
     for run in found:
-        keep = np.isin(run.t, asked.times) | (run.status != "completed") * (run.t == run.t[-1])
-        if run is not last:
+        keep = np.isin(run.t, asked.times)
+        if run is last:
+            keep[-1] = True
+        else:
             keep &= run.t < run.t[-1]
         names = causes(run.system, stops)
         places = [whole.index(name) for name in names]
@@ -125,7 +138,7 @@ def _joined(system: System, asked: AskedMotion, found: Sequence[Solution]) -> So
         pages.append(_widened(system, run)[keep])
         works.append(work[keep])
     output, gained = np.concatenate(pages), np.concatenate(works)
-    notes = tuple(dict.fromkeys(note for run in found for note in run.notes))
+    said = [as_said(run) for run in found]
     stats = {
         key: sum((run.stats or {}).get(key, 0) for run in found)
         for run in found
@@ -137,8 +150,11 @@ def _joined(system: System, asked: AskedMotion, found: Sequence[Solution]) -> So
         t=np.concatenate(t),
         record=Record([output], len(output), batch=False),
         energy=account(system, output[:, : 2 * system.coordinates, 0], gained, stops),
-        notes=notes,
+        status=said[-1].status,
+        doubts=tuple(dict.fromkeys(doubt for one in said for doubt in one.doubts)),
+        notes=tuple(dict.fromkeys(note for one in said for note in one.notes)),
         stats=stats,
+        released=released,
         events=tuple(one for run in found for one in run.events),
     )
 

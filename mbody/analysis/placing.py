@@ -16,7 +16,7 @@ from mbody.errors import ModelError
 from mbody.joints import CamFollower, Fixed, Joint, Prismatic, Revolute
 from mbody.system import System
 
-__all__ = ["placed"]
+__all__ = ["placed", "unguessed"]
 
 Pose = tuple[float, float, float]
 
@@ -27,6 +27,9 @@ def placed(
     drive: Mapping[str, float],
     shaken: np.random.Generator | None = None,
     numbers: Numbers | None = None,
+    *,
+    loose: np.random.Generator | None = None,
+    aimed: bool = False,
 ) -> np.ndarray:
     """Poses of all mass centres, ground last: (3·bodies + 3,).
 
@@ -40,9 +43,34 @@ def placed(
         Another start: bodies without a guess at any angle, all others a little off.
     numbers : Numbers, optional
         By default those of the system; those of one design where it is a batch.
+    loose : Generator, optional
+        Another start: bodies without a guess at any angle, all others where their guess is.
+    aimed : bool
+        Another start: bodies without a guess turned so that a second pin of theirs points to where
+        it is on a body that is placed already.
     """
     own = system.numbers if numbers is None else numbers
-    return _Placing(system, guess or {}, drive, shaken, own).coordinates()
+    placing = _Placing(system, guess or {}, drive, shaken, own)
+    placing.loose, placing.aimed = loose, aimed
+    return placing.coordinates()
+
+
+def unguessed(
+    system: System, guess: Mapping[str, Any] | None, drive: Mapping[str, float]
+) -> tuple[str, ...]:
+    """Names of the bodies of whose angle neither a guess nor a driver nor a joint to a placed body
+    says anything; `placed` leaves their link axes parallel to those of the ground.
+    """
+    machine = system.mechanism
+    told = {name for driver in machine.drivers for name in driver.bodies} | set(guess or {})
+    for joint in machine.joints:
+        if isinstance(joint, (Fixed, Prismatic)):
+            told |= {joint.i.body, joint.j.body}
+    if all(body.guess.angle is not None or body.name in told for body in machine.bodies):
+        return ()
+    placing = _Placing(system, guess or {}, drive, None, system.numbers)
+    placing.coordinates()
+    return tuple(placing.unknown)
 
 
 class _Placing:
@@ -56,6 +84,10 @@ class _Placing:
     ) -> None:
         self.system = system
         self.shaken = shaken
+        self.loose: np.random.Generator | None = None
+        self.aimed = False
+        # bodies of whose angle nothing is known
+        self.unknown: list[str] = []
         self.mechanism = system.mechanism
         self.at = numbers
         for name in guess:
@@ -133,14 +165,37 @@ class _Placing:
         guess = self.guess[name]
         known = self._angle(name, joint)
         angle = known or 0.0
-        if self.shaken is not None and known is None:
-            angle = self.shaken.uniform(-math.pi, math.pi)
+        if known is None:
+            self.unknown.append(name)
+            random = self.shaken or self.loose
+            if random is not None:
+                angle = random.uniform(-math.pi, math.pi)
+            elif self.aimed and joint is not None:
+                angle = self._aim(name, joint, guess)
         x, y, angle = self._hung(name, joint, guess, angle)
         if self.shaken is None:
             return x, y, angle
         size = self.system.length * (1.0 if isinstance(joint, Prismatic) else 0.1)
         off = self.shaken.normal(size=3)
         return x + size * off[0], y + size * off[1], angle + 0.3 * off[2]
+
+    def _aim(self, name: str, joint: Joint, guess: Guess) -> float:
+        """Angle at which a second pin of a body points to its place on a placed body; else 0."""
+        own = "j" if joint.j.body == name else "i"
+        x, y, _ = self._hung(name, joint, guess, 0.0)
+        hx, hy = self._local(joint, own)
+        for other in self.mechanism.joints:
+            side, far = ("j", "i") if other.j.body == name else ("i", "j")
+            if other is joint or not isinstance(other, Revolute):
+                continue
+            if getattr(other, side).body != name or getattr(other, far).body not in self.poses:
+                continue
+            px, py = self._local(other, side)
+            tx, ty = self._world(other, far)
+            if math.hypot(px - hx, py - hy) > 0.0:
+                way = math.atan2(ty - y - hy, tx - x - hx) - math.atan2(py - hy, px - hx)
+                return math.remainder(way, 2.0 * math.pi)
+        return 0.0
 
     def _hung(self, name: str, joint: Joint | None, guess: Guess, angle: float) -> Pose:
         """Pose of a body at that angle: where its guess says, else on its placed neighbour."""

@@ -19,6 +19,9 @@ __all__ = ["DENSE", "Rank", "dense", "jacobian", "rank_of", "shortest", "smalles
 DENSE = 1500
 #: A singular value below this part of the greatest is zero.
 ZERO = 1e-9
+#: Rows from which on independent ones are recognised by Householder's reflections first, and the
+#: steps of inverse iteration for their least singular value.
+LARGE, ITERATIONS = 100, 6
 
 
 @dataclass(frozen=True)
@@ -95,9 +98,38 @@ def rank_of(G: np.ndarray, zero: float = ZERO) -> Rank:
     rows, coordinates = G.shape
     if not rows:
         return Rank(coordinates, 0, 0, np.eye(coordinates), np.empty((0, 0)))
+    if LARGE <= rows <= coordinates:
+        motions = _null_space(G, zero)
+        if motions is not None:
+            return Rank(coordinates, rows, rows, motions, np.empty((0, rows)))
     u, sizes, vt = np.linalg.svd(G)
     rank = int((sizes > zero * max(1.0, sizes[0])).sum())
     return Rank(coordinates, rows, rank, vt[rank:], u[:, rank:].T)
+
+
+def _null_space(G: np.ndarray, zero: float) -> np.ndarray | None:
+    """Free motions where all rows are clearly independent, else None.
+
+    Gᵀ = Q R by Householder's reflections, a tenth of the work of singular values. The least one of
+    R, by inverse iteration on RᵀR, must be a hundred times what counts as zero.
+    """
+    from scipy.linalg import solve_triangular
+
+    rows = G.shape[0]
+    Q, R = np.linalg.qr(G.T, mode="complete")
+    R = R[:rows]
+    greatest = max(1.0, float(np.linalg.norm(G)))
+    if np.abs(np.diag(R)).min() <= 100.0 * zero * greatest:
+        return None
+    x = np.random.default_rng(0).normal(size=rows)
+    size = 0.0
+    for _ in range(ITERATIONS):
+        x = solve_triangular(R, solve_triangular(R, x, trans="T"))
+        size = float(np.linalg.norm(x))
+        x /= size
+    if 1.0 / np.sqrt(size) <= 100.0 * zero * greatest:
+        return None
+    return np.ascontiguousarray(Q[:, rows:].T)
 
 
 def shortest(A: np.ndarray, b: np.ndarray, floor: float) -> np.ndarray:

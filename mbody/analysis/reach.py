@@ -9,6 +9,7 @@ from typing import Any
 
 from mbody.analysis.closure import as_system, check_determined, closed
 from mbody.analysis.dead_centres import ends
+from mbody.doubts import Inherited
 from mbody.elements import listed
 from mbody.errors import ModelError, brief
 from mbody.mechanism import Mechanism
@@ -18,7 +19,7 @@ __all__ = ["Reach", "reach"]
 
 
 @dataclass(frozen=True)
-class Reach:
+class Reach(Inherited):
     """How far a driver can go; ``low, high = reach(…)``, and ``print`` says it in words.
 
     Attributes
@@ -32,6 +33,8 @@ class Reach:
         can then make whole turns.
     unit : str
         Of lengths; empty for angles.
+    status, doubts, notes
+        As of `Inherited`; notes on the branch that the guesses say.
     """
 
     driver: str
@@ -123,7 +126,8 @@ def reach(
     check_determined(system, start, "reach")
     limits = ends(system, start, found)
     unit = "" if found.rows == "a" else system.mechanism.units.length
-    return Reach(found.name, found.bodies[1], limits.value, limits.low, limits.high, unit)
+    limits_of = (limits.value, limits.low, limits.high)
+    return Reach(found.name, found.bodies[1], *limits_of, unit, notes=tuple(start.notes))
 
 
 def _driver(system: System, name: str | None) -> Any:

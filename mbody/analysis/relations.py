@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbody.analysis.asked import check_ask
+from mbody.drivers import Driver
 from mbody.errors import ModelError, brief
 from mbody.formulas import convert
 from mbody.measures import check_measure, checked_sides, sides
@@ -15,6 +16,7 @@ from mbody.mechanism import Mechanism
 from mbody.named import meant, plain
 from mbody.questions import Ask, Measure, Question, Unknown
 from mbody.solution import Solution
+from mbody.units import DIMENSIONS
 
 __all__ = ["Relation", "check_question", "relation", "relations"]
 
@@ -113,6 +115,17 @@ def _check_unknown(mechanism: Mechanism, unknown: Unknown) -> None:
             raise ModelError(f"unknown '{unknown.name}': {error}", unknown.name) from None
 
 
+def _is_bounded(mechanism: Mechanism, unknown: Unknown) -> bool:
+    """Whether an unknown has a bound, or is the angle of a driver, the same after a turn."""
+    if unknown.low is not None or unknown.high is not None:
+        return True
+    name, dimension = meant(mechanism, unknown.name)
+    owner, _, key = name.partition(".")
+    return (
+        key == "value" and dimension == DIMENSIONS["angle"] and isinstance(mechanism[owner], Driver)
+    )
+
+
 def check_question(mechanism: Mechanism, question: Question) -> None:
     """Refuse a question that names what the mechanism has not, gives numbers of something else, or
     has too few conditions.
@@ -135,10 +148,14 @@ def check_question(mechanism: Mechanism, question: Question) -> None:
             f"{wanted} unknowns and {given} conditions leave nothing to be greatest or least: "
             "leave out conditions, or ask without"
         )
-    if question.objective and len(sides) < wanted - given:
+    if (
+        question.objective
+        and not sides
+        and not any(_is_bounded(mechanism, one) for one in question.unknowns)
+    ):
         raise ModelError(
-            f"side conditions must bound '{question.objective}': {wanted - given} of them at "
-            f"least, there are {len(sides)}"
+            f"nothing bounds '{question.objective}': give side conditions, or bounds of the "
+            "unknowns"
         )
     if not question.objective and given != wanted:
         raise ModelError(

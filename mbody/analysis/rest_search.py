@@ -9,12 +9,16 @@ itself, the others held, as a link of a chain that is turned over where it hangs
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from mbody.analysis.free_motions import free_motions, leading, rates_of
 from mbody.analysis.manifold import Array, Manifold, Place
+from mbody.analysis.rest_curve import AWAY, Curve, Walk
+from mbody.analysis.rest_roots import out_of_turn, roots_of
+from mbody.analysis.rest_surface import SPACING, Cover
 
 __all__ = ["AWAY", "BALANCED", "ZERO", "Rest", "Search"]
 
@@ -29,8 +33,6 @@ RANDOM, MOST, LEAST = 3, 120, 2
 WALKS = 256
 #: Step of such a walk; it ends where the others can be held to less than this part.
 LEAP, LEADS = 0.4, 1e-3
-#: A drive is least where it is lower than on both sides by this part.
-DIP = 1e-6
 #: Iterations of a search and of a descent, and the longest step of one.
 ITERATIONS, DESCENT, LONGEST = 100, 60, 0.4
 #: A step below this is rounding.
@@ -44,8 +46,6 @@ SAME = 1e-5
 ALIKE = 1e-4
 #: A stiffness below this part of the greatest load is none.
 ZERO = 1e-8
-#: Model lengths beyond which bodies have run away.
-AWAY = 1e3
 
 
 def unit(way: Array) -> Array:
@@ -88,12 +88,26 @@ class Search:
         Where the drive was least, as a part of the greatest load.
     ran_away : Place or None
         Where a descent left all bounds.
+    jumps, unsure, odd : list of Place
+        Of single free motions: where loads drive from both sides and nothing balances, where no
+        number of rest positions is certain, and beside which stable and unstable ones do not
+        alternate.
+    ends : list of (str, Place)
+        Why and where a walk along a single free motion ended that does not close; "wound" where
+        further turns may have rest positions too.
+    walks : list of (Curve, Walk)
+        Along single free motions.
     """
 
     manifold: Manifold
     found: list[Rest] = field(default_factory=list)
     least: Place | None = None
     ran_away: Place | None = None
+    jumps: list[Place] = field(default_factory=list)
+    unsure: list[Place] = field(default_factory=list)
+    odd: list[Place] = field(default_factory=list)
+    ends: list[tuple[str, Place]] = field(default_factory=list)
+    walks: list[tuple[Curve, Walk]] = field(default_factory=list)
     origin: Array = field(default_factory=lambda: np.zeros(0))
     _ratio: float = np.inf
 
@@ -105,15 +119,58 @@ class Search:
     def around(self, here: Place) -> None:
         """Search from one place along its free motions."""
         self.origin = here.q
+        single = [here] if len(here.motions) == 1 else self._beside(here)
+        for place in single:
+            if not any(curve.passes(walk, place) for curve, walk in self.walks):
+                self._walk(place)
+        if single:
+            return
         self._try(here)
         if any(rest.row and not rest.stiffness.any() for rest in self.found):
             return  # nothing drives it anywhere
-        if len(here.motions) == 1:
-            self._walk(here)
+        if len(here.motions) == 2:
+            self._cover(here)
             return
         for start in self._spread(here):
             self._try(start)
         self._each_leader(len(here.motions))
+
+    def _cover(self, here: Place) -> None:
+        """All rest positions of two free motions: where Newton's method may end that begins at
+        places all over their surface.
+        """
+        pose = np.append(here.q, np.zeros(3))
+        system = self.manifold.system
+        rates = rates_of(system, free_motions(system, pose, here.motions)).reshape(2, -1)
+        # leaders have a sense of their own, a null space has not
+        frame = np.linalg.qr((rates / self.manifold.scale).T)[0].T
+        cover = Cover(self.manifold, here, frame)
+        for thorough in (False, True):
+            for place in cover.rests(self._solved, thorough):
+                self._keep(place)
+            new = [
+                rest for rest in self.found if cover.near(cover.name(rest.place.q)).min() < SPACING
+            ]
+            if not cover.closed or any(rest.row for rest in new) or len(new) % 2 == 0:
+                break
+        else:
+            self.ends.append(("odd", here))
+        if cover.full:
+            self.ends.append(("wide", cover.spots[-1].place))
+        elif cover.rim and cover.driven_out():
+            self.ends.append(("wide", cover.rim[0].place))
+        elif cover.tells_turns_apart():
+            self.ends.append(("turns", here))
+        self._relax(here)
+
+    def _beside(self, here: Place) -> list[Place]:
+        """Places around a singular one that have a single free motion; none where others have not.
+
+        There branches of the motion meet, so that more is free to first order than nearby.
+        """
+        ways = [sign * way for way in here.motions for sign in (1.0, -1.0)]
+        found = [self.manifold.moved(here, 0.5 * STRIDE * unit(way)) for way in ways]
+        return [place for place in found if place is not None and len(place.motions) == 1]
 
     def _spread(self, here: Place) -> list[Place]:
         """Starts along every free motion, both ways, and along random mixtures of them."""
@@ -150,28 +207,49 @@ class Search:
         return None, along
 
     def _walk(self, here: Place) -> None:
-        """All rest positions along a single free motion."""
-        for sign in (1.0, -1.0):
-            place, along = here, sign * unit(here.motions[0])
-            drives = [float(place.push @ along)]
-            places = [(place, along)]
-            for _ in range(STRIDES):
-                there, onward = self._step(place, along, STRIDE)
-                if there is None or self._is_away(there):
-                    break
-                drives.append(float(there.push @ onward))
-                places.append((there, onward))
-                if drives[-2] * drives[-1] <= 0.0:
-                    self._close_in(*places[-2], drives[-2])
-                elif len(drives) > 2 and self._dips(*drives[-3:]):
-                    self._settle(places[-2][0])
-                place, along = there, onward
-                if len(drives) > 4 and self.manifold.apart(place.q, here.q) < 0.6 * STRIDE:
-                    return  # once round
-
-    def _dips(self, before: float, here: float, after: float) -> bool:
-        """Whether a drive is least here, so that it may touch zero nearby."""
-        return abs(here) < (1.0 - DIP) * min(abs(before), abs(after))
+        """All rest positions along a single free motion: both ways from a place, or all round."""
+        curve = Curve(self.manifold, here)
+        if max(abs(curve.start.drive), abs(curve.start.slope)) == 0.0:
+            self._keep(here)
+            return
+        onward = curve.walk(1.0)
+        again = onward.nodes[-1].place
+        # turns of a torsion spring are different positions
+        alike = float(np.abs(again.force - here.force).max())
+        round_ = onward.closed and alike <= ALIKE * self.manifold.scale_of(here)
+        walks = [onward]
+        if onward.closed and not round_:
+            walks.append(curve.walk(-1.0, 0.5 * float(curve.gone(onward)[-1])))
+            if curve.balanced_beyond(onward):
+                self.ends.append(("wound", again))
+        elif not round_:
+            walks.append(curve.walk(-1.0))
+        self.walks += [(curve, walk) for walk in walks]
+        met: list[tuple[float, Place]] = []
+        for walk in walks:
+            roots = roots_of(curve, walk, start=walk is onward and not round_)
+            whole = float(curve.gone(walk)[-1]) if round_ else np.inf
+            for rest in roots.rests:
+                gone = curve.along(rest, walk)
+                place = rest.place
+                if whole - gone < gone:  # nearer the other way round
+                    back = self.manifold.place(place.q - (again.q - here.q))
+                    gone, place = whole - gone, back or place
+                met.append((gone, place))
+            self.jumps += [node.place for node in roots.jumps]
+            self.odd += [node.place for node in out_of_turn(curve, walk, roots)]
+            self.unsure += [node.place for node in roots.unsure]
+            if walk.end not in ("", "far", "reach"):
+                self.ends.append((walk.end, walk.nodes[-1].place))
+        known = list(self.found)
+        # what is met first comes first, whichever way; one that is met twice is one
+        for _, place in sorted(met, key=lambda pair: round(pair[0], 6)):
+            self._keep(place, known)
+        if not met:
+            nodes = [node for walk in walks for node in walk.nodes]
+            self._settle(min(nodes, key=lambda node: abs(node.drive)).place)
+        if not round_:
+            self._try(here)
 
     def _each_leader(self, free: int) -> None:
         """Walk every leader by itself from every rest position, those included that it leads to."""
@@ -214,28 +292,6 @@ class Search:
                 if n > 2 and self.manifold.apart(here.q, start.q) < 0.6 * LEAP:
                     return  # once round
 
-    def _close_in(self, here: Place, along: Array, first: float) -> None:
-        """The rest position between a place and the next of a walk (Illinois)."""
-        low, high = 0.0, STRIDE
-        there = self.manifold.moved(here, high * along)
-        last = np.nan if there is None else float(there.push @ along)
-        for _ in range(30):
-            if there is None or not first * last <= 0.0 or first == last:
-                break
-            middle = high - last * (high - low) / (last - first)
-            there = self.manifold.moved(here, middle * along)
-            if there is None:
-                break
-            drive = float(there.push @ along)
-            if drive * last <= 0.0:
-                low, first = high, last
-            else:
-                first *= 0.5
-            high, last = middle, drive
-            if abs(high - low) < 1e-6 or drive == 0.0:
-                break
-        self._settle(here if there is None else there)
-
     def _try(self, start: Place) -> None:
         """The nearest rest position, and a stable one."""
         self._settle(start)
@@ -247,11 +303,15 @@ class Search:
         """Keep the rest position that is nearest, or what is left where there is none."""
         self._keep(self._solved(here))
 
-    def _solved(self, here: Place) -> Place:
-        """Levenberg–Marquardt on the drive: the place where it ends."""
+    def _solved(self, here: Place, inside: Callable[[Place], bool] | None = None) -> Place:
+        """Levenberg–Marquardt on the drive: the place where it ends, or where it is no longer
+        `inside`.
+        """
         damping = 1e-3
         for _ in range(ITERATIONS):
             if here.size == 0.0 or not len(here.motions):
+                break
+            if inside is not None and not inside(here):
                 break
             K = self.manifold.stiffness(here)
             if not np.isfinite(K).all():
@@ -311,15 +371,17 @@ class Search:
     def _is_away(self, here: Place) -> bool:
         return self._far(here) > AWAY
 
-    def _keep(self, here: Place) -> None:
-        """Keep a rest position that is new; of others the one with the least drive."""
+    def _keep(self, here: Place, known: Sequence[Rest] | None = None) -> None:
+        """Keep a rest position that is new among `known`, by default all that are found; of places
+        that do not rest the one with the least drive.
+        """
         top = self.manifold.scale_of(here)
         if here.size > BALANCED * top or self._is_away(here):
             ratio = here.size / top
             if ratio < self._ratio and not self._is_away(here):
                 self.least, self._ratio = here, ratio
             return
-        for other in self.found:
+        for other in self.found if known is None else known:
             alike = np.abs(other.place.force - here.force).max() <= ALIKE * top
             if alike and self.manifold.apart(other.place.q, here.q) < SAME:
                 return

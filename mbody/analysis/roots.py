@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["Affine", "Singular", "affine", "newton", "scan", "spread"]
+__all__ = ["Affine", "Singular", "about", "affine", "newton", "scan", "spread"]
 
 Array = np.ndarray
 Rows = Callable[[Array], tuple[Array, Array]]
@@ -86,6 +86,24 @@ def affine(rows: Rows, start: Array) -> Affine | None:
     return Affine(start, rest[0], slope, whole)
 
 
+def about(rows: Rows, u: Array) -> Affine | None:
+    """All rows about a place, with their slopes by differences; None where they have no values."""
+    h = 1e-6 * np.maximum(1.0, np.abs(u))
+    rest, size = rows(np.vstack([u, u + np.diag(h)]))
+    if not np.isfinite(rest[0]).all():
+        return None
+    lost = ~np.isfinite(rest[1:]).all(axis=1)
+    if lost.any():  # at the edge of what can be analysed: look to the other side
+        h = np.where(lost, -h, h)
+        rest, size = rows(np.vstack([u, u + np.diag(h)]))
+        if not np.isfinite(rest).all():
+            return None
+    slope = ((rest[1:] - rest[0]) / h[:, None]).T
+    return Affine(
+        u, rest[0], slope, np.maximum(size[0], np.abs(slope) @ np.maximum(1.0, np.abs(u)))
+    )
+
+
 def newton(rows: Rows, chosen: Sequence[int], start: Array) -> Affine | None:
     """Newton's method with differences, its steps shortened where what is left grows.
 
@@ -98,26 +116,17 @@ def newton(rows: Rows, chosen: Sequence[int], start: Array) -> Affine | None:
     u, before = start.copy(), np.inf
     best: tuple[float, Affine] | None = None
     for _ in range(40):
-        h = 1e-6 * np.maximum(1.0, np.abs(u))
-        rest, size = rows(np.vstack([u, u + np.diag(h)]))
-        if not np.isfinite(rest[0]).all():
+        here = about(rows, u)
+        if here is None:
             return None
-        lost = ~np.isfinite(rest[1:]).all(axis=1)
-        if lost.any():  # at the edge of what can be analysed: look to the other side
-            h = np.where(lost, -h, h)
-            rest, size = rows(np.vstack([u, u + np.diag(h)]))
-            if not np.isfinite(rest).all():
-                return None
-        slope = ((rest[1:] - rest[0]) / h[:, None]).T
-        whole = np.maximum(size[0], np.abs(slope) @ np.maximum(1.0, np.abs(u)))
-        terms = whole[index] + 1e-300
-        left = float(np.abs(rest[0][index] / terms).max())
+        slope, terms = here.slope, here.size[index] + 1e-300
+        left = float(np.abs(here.rest[index] / terms).max())
         if best is None or left < best[0]:
-            best = (left, Affine(u, rest[0], slope, whole))
+            best = (left, here)
         if left < ROUNDING or (left < HOLDS and left >= 0.5 * before):
             break
         before = left
-        step, *_ = np.linalg.lstsq(slope[index] / terms[:, None], -rest[0][index] / terms)
+        step, *_ = np.linalg.lstsq(slope[index] / terms[:, None], -here.rest[index] / terms)
         longest = float(np.abs(step / np.maximum(1.0, np.abs(u))).max())
         step *= min(1.0, 2.0 / longest) if longest > 0.0 else 1.0
         for _ in range(12):

@@ -5,14 +5,18 @@ from __future__ import annotations
 import contextlib
 import itertools
 import math
+import re
 from collections.abc import Sequence
 
 import numpy as np
 
 from mbody.analysis.answers import Answer, Found
+from mbody.analysis.climb import climbed
+from mbody.analysis.extremum import Unbounded, extremum
 from mbody.analysis.relations import Relation, check_question, relations
-from mbody.analysis.roots import HOLDS, Affine, Singular, affine, newton, scan, spread
+from mbody.analysis.roots import HOLDS, Affine, Singular, about, affine, newton, scan, spread
 from mbody.analysis.trials import Trials
+from mbody.doubts import Doubt, doubted
 from mbody.elements import listed
 from mbody.errors import ModelError, SolveError
 from mbody.mechanism import Mechanism
@@ -28,6 +32,10 @@ Corner = tuple[Affine, tuple[int, ...]]
 STARTS, IDLE = 40, 16
 #: Combinations of side conditions that are tried.
 MOST = 2000
+#: Part of the size that a quantity may have in a mechanism that is rounding.
+NOISE = 1e-12
+#: What makes a formula bend where probes may not look.
+KINKS = re.compile(r"\b(abs|min|max)\s*\(")
 #: Two solutions nearer than this, in steps of the unknowns, are one.
 SAME = 1e-6
 
@@ -41,6 +49,8 @@ class Search:
         self.equations, self.sides = relations(question)
         self.trials = Trials(mechanism, question)
         self.wanted = self.trials.wanted
+        self.notes: list[str] = []
+        self.doubts: list[Doubt] = []
 
     def rows(self, us: Array) -> tuple[Array, Array]:
         """What is left of conditions, then of side conditions, then the objective."""
@@ -48,7 +58,7 @@ class Search:
 
     def answer(self) -> Answer:
         """All solutions."""
-        straight = affine(self.rows, self.trials.start) if self.trials.steady else None
+        straight = affine(self.rows, self.trials.start) if self._may_be_straight() else None
         places = self._straight(straight) if straight else self._curved()
         found, why = [], ""
         for place in places:
@@ -58,21 +68,26 @@ class Search:
                 why = why or str(error)
         if not found:
             raise SolveError(why)
-        return Answer(self.mechanism, self.question, tuple(found), straight is not None)
+        answer = Answer(
+            self.mechanism,
+            self.question,
+            tuple(found),
+            straight is not None,
+            notes=tuple(self.notes),
+        )
+        of_runs = [doubt for one in found for doubt in one.run.doubts]
+        return doubted(answer, [*self.doubts, *of_runs])
+
+    def _may_be_straight(self) -> bool:
+        """Whether probes can tell that all is linear: not where a formula has a kink, which they
+        may miss.
+        """
+        formulas = [self.question.objective] if self.question.objective else []
+        relations = [*self.equations, *self.sides] if formulas else []
+        formulas += [part for one in relations for part in (one.left, one.right)]
+        return self.trials.steady and not any(map(KINKS.search, formulas))
 
     # -- places -------------------------------------------------------------------------------
-
-    def _actives(self) -> list[tuple[int, ...]]:
-        """Rows that are to be zero together: all conditions, and side conditions that bind."""
-        count, first = len(self.wanted) - len(self.equations), len(self.equations)
-        base = tuple(range(first))
-        if math.comb(len(self.sides), count) > MOST:
-            raise ModelError(
-                f"{len(self.sides)} side conditions of which {count} bind are more combinations "
-                f"than {MOST}: leave out some"
-            )
-        chosen = itertools.combinations(range(first, first + len(self.sides)), count)
-        return [base + more for more in chosen]
 
     def _straight(self, straight: Affine) -> list[Affine]:
         """Of linear questions: the one solution, or the best corner."""
@@ -82,14 +97,61 @@ class Search:
                 u = straight.solve(rows)
             except Singular as error:
                 raise self._singular(error) from None
-            return [self._refined(straight, u, rows)]
+            place = self._refined(straight, u, rows)
+            self._check_bounds(place.base)
+            return [place]
+        bounded = self._with_bounds(straight)
         corners = []
-        for rows in self._actives():
+        for rows in self._actives(len(bounded.rest)):
             with contextlib.suppress(Singular):
-                u = straight.solve(rows)
-                corners.append((Affine(u, straight(u), straight.slope, straight.size), rows))
+                u = bounded.solve(rows)
+                corners.append((Affine(u, bounded(u), bounded.slope, bounded.size), rows))
         best, rows = self._best(corners)
         return [self._refined(straight, best.base, rows)]
+
+    def _with_bounds(self, straight: Affine) -> Affine:
+        """The same with a row for each bound of an unknown, before the objective."""
+        rest, slope, size = [], [], []
+        for n, one in enumerate(self.wanted):
+            for bound, sign in zip(one.bounds, (1.0, -1.0), strict=True):
+                if math.isfinite(bound):
+                    rest.append(sign * (straight.base[n] - bound))
+                    slope.append(sign * np.eye(len(self.wanted))[n])
+                    size.append(max(abs(bound), 1.0))
+        if not rest:
+            return straight
+        last = len(straight.rest) - 1
+        return Affine(
+            straight.base,
+            np.insert(straight.rest, [last] * len(rest), rest),
+            np.insert(straight.slope, [last] * len(rest), slope, axis=0),
+            np.insert(straight.size, [last] * len(rest), size),
+        )
+
+    def _actives(self, count: int) -> list[tuple[int, ...]]:
+        """Rows that are to be zero together, of so many with the objective: all conditions, and
+        side conditions or bounds that bind.
+        """
+        free, first = len(self.wanted) - len(self.equations), len(self.equations)
+        if math.comb(count - 1 - first, free) > MOST:
+            raise ModelError(
+                f"{len(self.sides)} side conditions of which {free} bind are more combinations "
+                f"than {MOST}: leave out some"
+            )
+        base = tuple(range(first))
+        return [base + more for more in itertools.combinations(range(first, count - 1), free)]
+
+    def _check_bounds(self, u: Array) -> None:
+        """Refuse the only solution where it is beyond a bound."""
+        for part, one in zip(u, self.wanted, strict=True):
+            if not one.allows(part):
+                value, unit = one.told(float(part), self.mechanism)
+                low, high = (one.told(bound, self.mechanism)[0] for bound in one.bounds)
+                raise SolveError(
+                    f"{listed(self.question.conditions)} holds at '{one.unknown.name}' = "
+                    f"{value:.6g} {unit}".rstrip()
+                    + f" alone, beyond its bounds {low:g} to {high:g}: widen them"
+                )
 
     def _refined(self, straight: Affine, u: Array, rows: Sequence[int]) -> Affine:
         """The solution, corrected by what is left of the rows there."""
@@ -97,19 +159,100 @@ class Search:
             rest, _ = self.rows(u[None])
             if not np.isfinite(rest).all():
                 break
-            u = Affine(u, rest[0], straight.slope, straight.size).solve(rows)
+            here = Affine(u, rest[0], straight.slope, straight.size)
+            u = self._with_bounds(here).solve(rows)
         return Affine(u, straight(u), straight.slope, straight.size)
 
     def _curved(self) -> list[Affine]:
-        """Of other questions: all that Newton's method finds from several starts."""
+        """Of other questions: all that Newton's method finds from several starts, or the best."""
         if not self.question.objective:
             return self._roots(range(len(self.equations)))
-        corners = []
-        for rows in self._actives():
-            arrived = newton(self.rows, rows, self.trials.start)
-            if arrived is not None:
-                corners.append((arrived, rows))
-        return [self._best(corners)[0]]
+        u = self._one() if len(self.wanted) == 1 else self._several()
+        place = about(self.rows, u)
+        if place is None:  # alone, as between two edges
+            rest, size = self.rows(u[None])
+            place = Affine(u, rest[0], np.zeros((rest.shape[1], len(u))), size[0])
+        return [place]
+
+    def _one(self) -> Array:
+        """The best value of one unknown, over the whole of its range."""
+        (one,), sign = self.wanted, 1.0 if self.question.greatest else -1.0
+
+        def values(us: Array) -> tuple[Array, Array]:
+            rest, size = self.rows(us[:, None])
+            rest[:, -1] *= sign
+            return rest, size
+
+        try:
+            best = extremum(one, values, self._noise())
+        except Unbounded as error:
+            raise SolveError(self._endless(error.u, error.edge)) from None
+        where = f"{self._at(best.low)} to {self._at(best.high)}"
+        if best.u is None:
+            raise SolveError(self._nowhere(best.nearest, where))
+        low, high = one.bounds
+        if best.low > low or best.high < high:
+            self.notes.append(f"{one.unknown.name} was searched from {where}")
+        for a, b in best.gaps:
+            self.notes.append(
+                f"between {self._at(a)} and {self._at(b)} the mechanism cannot be analysed: "
+                "nothing is compared there"
+            )
+        word = self._word
+        if best.inwards:
+            self._doubt(
+                f"the {word} '{self.question.objective}' is only come near to: {self._at(best.u)} "
+                "is the edge of what can be analysed, and nothing beyond it is compared"
+            )
+        if best.rough:
+            self._doubt(
+                f"'{self.question.objective}' changes too fast between samples: its {word} value "
+                "may be a local one; give narrower bounds"
+            )
+        return next(filter(self._runs, np.array(best.inwards)[:, None]), np.array([best.u]))
+
+    def _runs(self, u: Array) -> bool:
+        """Whether the whole analysis can be made at a place."""
+        try:
+            self.trials.run(u)
+        except (ModelError, SolveError):
+            return False
+        return True
+
+    def _noise(self) -> Array:
+        """What is rounding of every side condition and of the objective."""
+        texts = [*(one.left for one in self.sides), self.question.objective]
+        return NOISE * np.array([self.trials.size_of(text) for text in texts])
+
+    def _several(self) -> Array:
+        """The best values of several unknowns, by climbs from several starts."""
+        sign = 1.0 if self.question.greatest else -1.0
+        found = climbed(self.rows, len(self.equations), self.wanted, sign)
+        if found.u is None:
+            nearest = found.nearest
+            raise SolveError(self._infeasible(*self._worst(nearest)))
+        if found.endless:
+            raise SolveError(self._unbounded())
+        if not found.sure:
+            self._doubt(
+                f"the {self._word} '{self.question.objective}' may be a local one: of "
+                f"{found.starts} climbs from different starts {found.agreeing} end at this value; "
+                "give narrower bounds, or another start"
+            )
+        return found.u
+
+    @property
+    def _word(self) -> str:
+        return "greatest" if self.question.greatest else "least"
+
+    def _doubt(self, message: str) -> None:
+        names = tuple(dict.fromkeys(one.unknown.name.partition(".")[0] for one in self.wanted))
+        self.doubts.append(Doubt("incomplete", message, None, names))
+
+    def _at(self, u: float) -> str:
+        """A value of the one unknown, in steps, as it is said."""
+        value, unit = self.wanted[0].told(u, self.mechanism)
+        return f"{value:.6g} {unit}".strip()
 
     def _roots(self, rows: Sequence[int]) -> list[Affine]:
         """Solutions from several starts, the nearest to the first one first."""
@@ -167,14 +310,14 @@ class Search:
         that keeps it from growing inwards (the conditions of Karush, Kuhn and Tucker).
         """
         sign = 1.0 if self.question.greatest else -1.0
-        first, last = len(self.equations), len(self.equations) + len(self.sides)
+        first = len(self.equations)
         best: tuple[float, Affine, tuple[int, ...]] | None = None
-        allowed, nearest = False, (math.inf, "")
+        allowed, nearest = False, (math.inf, -1)
         for place, rows in corners:
-            margins = place.rest[first:last] / np.maximum(place.size[first:last], 1e-300)
+            margins = place.rest[first:-1] / np.maximum(place.size[first:-1], 1e-300)
             worst = int(margins.argmin())
             if not margins[worst] >= -HOLDS:
-                nearest = min(nearest, (-float(margins[worst]), self.sides[worst].text))
+                nearest = min(nearest, (-float(margins[worst]), worst))
                 continue
             allowed = True
             pulls, *_ = np.linalg.lstsq(place.slope[list(rows)].T, sign * place.slope[-1])
@@ -183,7 +326,10 @@ class Search:
             if best is None or sign * place.rest[-1] > best[0]:
                 best = (sign * float(place.rest[-1]), place, rows)
         if best is None:
-            raise SolveError(self._unbounded() if allowed else self._infeasible(nearest[1]))
+            none = not corners and not self.sides
+            raise SolveError(
+                self._unbounded() if allowed or none else self._infeasible(self._text(nearest[1]))
+            )
         return best[1], best[2]
 
     # -- results and sentences ----------------------------------------------------------------
@@ -202,9 +348,12 @@ class Search:
         values, units = self._told(place.base)
         margins: dict[str, float] = {}
         binding = []
+        floor = HOLDS * place.size
+        if self.question.objective and self.sides:
+            floor[first:] += self._noise()
         for n, one in enumerate(self.sides, start=first):
             margins[one.text] = min(margins.get(one.text, math.inf), float(rest[n]))
-            if abs(rest[n]) <= HOLDS * place.size[n]:
+            if abs(rest[n]) <= floor[n]:
                 binding.append(one.text)
             elif rest[n] < 0.0:
                 raise SolveError(self._broken(one, float(rest[n]), values, units))
@@ -236,21 +385,75 @@ class Search:
     ) -> str:
         return (
             f"'{one.text}' does not hold where the conditions do, at {self._where(values, units)}: "
-            f"it is short by {-rest:.4g} {one.unit(self.mechanism)}".rstrip()
-            + "; that limit is reached first: ask for what is greatest within the side conditions"
+            f"it is short by {self._short(one, rest)}; that limit is reached first: ask for what "
+            "is greatest within the side conditions"
         )
 
-    def _infeasible(self, text: str) -> str:
+    def _text(self, side: int) -> str:
+        """A side condition, or a bound, by its number."""
+        return self.sides[side].text if 0 <= side < len(self.sides) else "a bound of an unknown"
+
+    def _worst(self, u: Array | None) -> tuple[str, str]:
+        """The side condition that is broken most at a place, and where that is."""
+        first, last = len(self.equations), len(self.equations) + len(self.sides)
+        if u is None or not self.sides:
+            return "", ""
+        rest, size = self.rows(u[None])
+        worst = int(np.argmin(rest[0, first:last] / np.maximum(size[0, first:last], 1e-300)))
+        one = self.sides[worst]
+        short = self._short(one, float(rest[0, first + worst]))
+        return one.text, f" by {short} at {self._where(*self._told(u))}"
+
+    def _short(self, one: Relation, rest: float) -> str:
+        """By how much a side condition is broken, with its unit."""
+        unit = one.unit(self.mechanism)
+        value, unit = (math.degrees(rest), "deg") if unit == "rad" else (rest, unit)
+        return f"{-value:.4g} {unit}".strip()
+
+    def _infeasible(self, text: str, where: str = "") -> str:
+        if not text:
+            return self._unreached()
         return (
             "nothing meets all conditions and side conditions together: where the others hold "
-            f"'{text}' is broken"
+            f"'{text}' is broken{where}"
         )
 
-    def _unbounded(self) -> str:
-        word = "greatest" if self.question.greatest else "least"
+    def _nowhere(self, nearest: float, where: str) -> str:
+        """Why one unknown has no value that is allowed."""
+        if math.isnan(nearest):
+            return self._unreached()
+        text, short = self._worst(np.array([nearest]))
+        name = self.wanted[0].unknown.name
         return (
-            f"'{self.question.objective}' has no {word} value: the side conditions do not bound "
-            "it; add one that does"
+            f"no value of '{name}' from {where} meets all side conditions: the nearest breaks "
+            f"'{text}'{short}"
+        )
+
+    def _unreached(self) -> str:
+        """The sentence where no trial could be analysed."""
+        names = listed(one.unknown.name for one in self.wanted)
+        said = self.trials.refusal
+        more = f"; the last trial said: {said}" if said else ""
+        return f"no value of {names} was found that can be analysed and meets the conditions{more}"
+
+    def _unbounded(self) -> str:
+        return (
+            f"'{self.question.objective}' has no {self._word} value: the side conditions do not "
+            "bound it; add one that does"
+        )
+
+    def _endless(self, u: float, edge: bool) -> str:
+        way = "grows" if self.question.greatest else "falls"
+        name, where = self.wanted[0].unknown.name, self._at(u)
+        if edge:
+            return (
+                f"'{self.question.objective}' has no {self._word} value: it {way} without bound "
+                f"where '{name}' comes to {where}, beyond which the mechanism cannot be analysed; "
+                "add a side condition or a bound that keeps away from there"
+            )
+        return (
+            f"'{self.question.objective}' has no {self._word} value as far as was searched: it "
+            f"still {way} at '{name}' = {where}; add a side condition or a bound"
         )
 
     def _singular(self, error: Singular) -> SolveError:

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
-from mbody.analysis.asked_motion import asked_motion, last_time, tolerances
+from mbody.analysis.asked_motion import AskedMotion, asked_motion, last_time, tolerances
 from mbody.analysis.close_loops import close_loops
 from mbody.analysis.closure import as_system
+from mbody.analysis.energy_doubts import energy_doubts
+from mbody.analysis.extrapolation import extrapolated
 from mbody.analysis.phases import followed
 from mbody.analysis.start import started, state_of
-from mbody.errors import ModelError
+from mbody.doubts import doubted
+from mbody.errors import ModelError, SolveError
 from mbody.events import Event, Stop
 from mbody.mechanism import Mechanism
+from mbody.remarks import remarks
 from mbody.solution import Solution
 from mbody.system import System
 
@@ -98,8 +103,8 @@ def simulate(
     -----
     Singular positions (change points, dead centres under inertia) are passed at any tolerance;
     redundant joints are ordinary. Ctrl-C leaves what was done, with a status that says so.
-    Crossings of one event that are closer together than a quarter of a step, and than a part in 400
-    of the motion, may pass unseen.
+    Events are looked for by values and rates at four samples a step and 400 of the motion, or more:
+    two crossings between two of them are found by the extremum that lies between them.
 
     Examples
     --------
@@ -134,4 +139,19 @@ def simulate(
         events=events,
         release=release,
     )
-    return followed(system, start, asked, progress)
+    try:
+        run = followed(system, start, asked, progress)
+    except SolveError as error:
+        if isinstance(error.solution, Solution):
+            error.solution = _judged(error.solution, asked)
+        raise
+    return _judged(run, asked)
+
+
+def _judged(run: Solution, asked: AskedMotion) -> Solution:
+    """The motion with what its description, its laws and its energy give to say."""
+    system = run.system
+    said = [note for note in remarks(system.mechanism, system.plans) if note not in run.notes]
+    found = replace(run, notes=(*run.notes, *said)) if said else run
+    doubts = [*extrapolated(found), *energy_doubts(found, asked.way.method, asked.way.rtol)]
+    return doubted(found, doubts)

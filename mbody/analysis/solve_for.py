@@ -51,12 +51,19 @@ def solve_for(
         For a question that the mechanism cannot be asked.
     SolveError
         When nothing meets the conditions, with the reason; when they leave an unknown open; when
-        nothing bounds what is to be greatest.
+        nothing bounds what is to be greatest, or it grows without bound towards a singular
+        position.
 
     Notes
     -----
-    The greatest value is sought where as many side conditions bind as unknowns are left: of linear
-    questions that is all, of others a greatest value between them would be missed.
+    A greatest value is that of the whole feasible set, or the answer says in `doubts` why it may
+    not be. Linear questions are answered by the corners of their polytope, bounds of unknowns
+    included. One unknown is searched over its whole range, on the branch of the mechanism as it
+    stands: sampled adaptively, with every summit, every place where a side condition begins to
+    bind, and every edge of what can be analysed found to rounding. Without bounds the range ends
+    where the mechanism cannot be analysed, or far away, and a note tells it; the angle of a driver
+    is searched a turn to both sides. Several unknowns are sought by climbs from several starts,
+    which are checked by samples.
 
     Examples
     --------

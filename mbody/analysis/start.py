@@ -347,7 +347,14 @@ def state_of(system: System, start: Any) -> tuple[float, np.ndarray, np.ndarray]
             f"start is in {other.name}, '{system.mechanism.name}' in {own.name}: ask for both in "
             "the same units"
         )
+    if not len(start):
+        raise ModelError("start has no instant to begin from: give a motion that has one")
     last = start.record.table(slice(0, 2 * start.system.coordinates))[-1]
+    if not np.isfinite([*last, start.t[-1]]).all():
+        raise ModelError(
+            "start has positions or rates at its last instant that are no finite numbers: give a "
+            "motion that was found"
+        )
     places = [theirs[body.name] for body in system.mechanism.bodies]
     q, v = last.reshape(2, -1, 3)[:, places].reshape(2, -1)
     return float(start.t[-1]), q, v

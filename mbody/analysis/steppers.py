@@ -7,11 +7,13 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from mbody.core.dense_output import FIRST, SECOND
 from mbody.core.flow import flow
 from mbody.core.implicit_methods import radau_5, suzuki_4
 from mbody.core.methods import Explicit, order_5, order_8
 from mbody.core.pace import pace
 from mbody.core.progress import (
+    DOUBTED,
     FREEST,
     FRESH,
     LOST,
@@ -19,6 +21,7 @@ from mbody.core.progress import (
     NEAR,
     NEXT,
     PASSAGE,
+    PASSING,
     PIVOT,
     SMALL,
     STEPS,
@@ -39,6 +42,8 @@ NEARLY = 0.01
 PATIENT = 300_000
 #: Spectral radius of generalised-α at infinite frequency.
 RADIUS = 0.9
+#: Parts of a step of one length at which it is sampled: its ends, and the nodes of its polynomial.
+SAMPLED = np.array([0.0, FIRST, SECOND, 1.0])
 #: Bodies of which an implicit method takes dense matrices, at most.
 DENSE = 300
 
@@ -145,7 +150,8 @@ class _WithPassages:
         state, code = memory.state, MORE
         while count > 0 and code == MORE:
             done = state[STEPS]
-            if state[PIVOT] >= WEAK * state[FREEST] and not state[NEAR]:
+            near = state[NEAR] or state[TIME] <= state[PASSING] or state[TIME] < state[DOUBTED]
+            if state[PIVOT] >= WEAK * state[FREEST] and not near:
                 code = int(self.kernel(memory, until, count, times, output, gained))
                 nearly = state[PIVOT] < NEARLY * state[FREEST]
                 if code != PASSAGE and not (nearly and code in (SMALL, LOST)):
@@ -239,7 +245,18 @@ class EvenSteps(_WithPassages):
             self.hat[:] = m.K[0, len(self.hat) :]
         tangents = self.Jq, self.Jv
         return pace(
-            *(m.layout, m.work, self.parts, RADIUS, m.soft, m.passes, m.scale, until, count),
+            *(
+                m.layout,
+                m.work,
+                self.parts,
+                SAMPLED,
+                RADIUS,
+                m.soft,
+                m.passes,
+                m.scale,
+                until,
+                count,
+            ),
             *(self.length, m.y, m.K, m.P, self.room, self.hat, self.blocks, self.lam),
             *(*tangents, self.S, self.pivots, m.F, m.G, times, output, gained, m.state),
         )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import math
 import warnings
 from dataclasses import dataclass, replace
 from typing import Any
@@ -11,100 +10,54 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.asked import ANALYSES, asked
+from mbody.analysis.closure import SUSPICIOUS, check_determined, closed_near
+from mbody.analysis.instants import by_time
+from mbody.analysis.rank import dense, too_large
 from mbody.analysis.relations import Relation
+from mbody.analysis.runner import Runner, Stuck
+from mbody.analysis.wanted import Wanted
 from mbody.assembler import assemble
 from mbody.drivers import Driver
 from mbody.ends import link_poses
 from mbody.errors import ModelError, ModelWarning, SolveError
-from mbody.formulas import convert
+from mbody.histories import Record
 from mbody.laws import Polynomial
 from mbody.measures import measured
 from mbody.mechanism import Mechanism
 from mbody.named import DRIVEN, meant, moves_nothing, plain
 from mbody.questions import Ask, Question, Unknown
 from mbody.solution import Solution
+from mbody.system import System
 from mbody.units import DIMENSIONS, Dimension
 
-__all__ = ["Trials", "Wanted"]
+__all__ = ["Trials"]
 
 Array = np.ndarray
 
-#: Part of a step by which a bound may be passed.
-SLACK = 1e-6
+Poses = dict[str, tuple[float, float, float]]
+
+#: A body that turns by more [rad] between two places may have gone to another branch.
+LEAP = 0.5
+#: The least part of a way that is tried in one step; where no smaller step came on, either.
+SMALLEST, SMALL = 2.0**-10, 2.0**-2
 
 
 @dataclass(frozen=True)
-class Wanted:
-    """An unknown as the search takes it: floats in the units of the mechanism.
-
-    Attributes
-    ----------
-    unknown : Unknown
-        As it was asked for.
-    name : str
-        Dotted name of the number, or driver and part of its motion.
-    dimension : Dimension or None
-        What it measures.
-    start, low, high : float
-        Where the search begins, and its bounds.
-    scale : float
-        What is one step.
-    steady : bool
-        Whether no position depends on it.
-    turns : bool
-        Whether it is the angle of a driver without bounds: the same after a turn, as a rule.
+class Reached:
+    """A trial that succeeded: what was found, the poses of the links, the sign of det Φ_q (0 where
+    it is not looked at), which is another one on the branch beyond a singular position, and whether
+    rows depend on each other.
     """
 
-    unknown: Unknown
-    name: str
-    dimension: Dimension | None
-    start: float
-    low: float
-    high: float
-    scale: float
-    steady: bool
-    turns: bool = False
+    run: Solution
+    poses: Poses
+    side: float
+    redundant: bool
 
-    @property
-    def grid(self) -> Array:
-        """Where it is tried, in steps."""
-        low, high, start = (part / self.scale for part in (self.low, self.high, self.start))
-        if math.isfinite(low) and math.isfinite(high):
-            return np.linspace(low, high, 73)
-        if self.turns:
-            grid = start + np.linspace(0.0, 2.0 * math.pi, 73) / self.scale
-        else:
-            powers = 10.0 ** np.linspace(-3.0, 3.0, 37)
-            grid = np.concatenate([-powers[::-1], powers])
-        inside = grid[(grid >= low) & (grid <= high)]
-        return inside if len(inside) else np.array([start])
-
-    def allows(self, u: float) -> bool:
-        """Whether a value, in steps, lies within the bounds."""
-        slack = SLACK * (1.0 + abs(u))
-        return (u + slack) * self.scale >= self.low and (u - slack) * self.scale <= self.high
-
-    def unwound(self, u: float) -> float:
-        """A value, in steps, without whole turns away from the start."""
-        if not self.turns:
-            return u
-        start, turn = self.start / self.scale, 2.0 * math.pi / self.scale
-        return start + math.remainder(u - start, turn) if abs(u - start) > 0.5 * turn else u
-
-    def apart(self, a: float, b: float) -> float:
-        """How far two values are from each other, in steps."""
-        if self.turns:
-            return abs(math.remainder(a - b, 2.0 * math.pi / self.scale))
-        return abs(a - b)
-
-    def told(self, u: float, mechanism: Mechanism) -> tuple[float, str]:
-        """A value as it is told, and its unit."""
-        value, dimension = u * self.scale, self.dimension
-        own = mechanism.units.of(dimension) if dimension else ""
-        unit = self.unknown.unit or ("deg" if dimension == DIMENSIONS["angle"] else own)
-        if unit == own or dimension is None:
-            return value, own
-        return float(convert(value, own, unit)), unit
+    def leaps_from(self, near: Reached) -> bool:
+        """Whether the branch of a place nearby may have been left on the way."""
+        turned = max(abs(self.poses[name][2] - pose[2]) for name, pose in near.poses.items())
+        return turned > LEAP or self.side != near.side
 
 
 class Trials:
@@ -119,17 +72,20 @@ class Trials:
             driver.name: np.array([float(part[0]) for part in first.driven(driver.name)])
             for driver in mechanism.drivers
         }
-        self.poses = [link_poses(first)]
         moved = {self._driver(mechanism, one.name) for one in question.unknowns} - {""}
         if first.given is not None:
             moved |= self.states.keys()
         self.system = assemble(self._freed(mechanism, moved))
         self.wanted = [self._wanted(mechanism, first, one) for one in question.unknowns]
-        #: Where the poses were found: (trials, unknowns), in steps.
-        self.places = self.start[None]
         self.steady = all(one.steady for one in self.wanted)
-        #: The last sentence of a trial that failed.
-        self.refusal = ""
+        self._times = np.array([self.time])
+        #: Where trials succeeded: (trials, unknowns), in steps; and what was found there.
+        self.places = np.array([[one.present / one.scale for one in self.wanted]])
+        self.known: list[Reached] = []
+        self.known.append(self._first(first))
+        #: The last place at which a trial failed, and how many there were.
+        self.failed: Array | None = None
+        self.count = 0
 
     @property
     def start(self) -> Array:
@@ -189,36 +145,50 @@ class Trials:
             unknown=one,
             name=name,
             dimension=dimension,
+            present=present,
             start=start,
             low=low,
             high=high,
             scale=(0.0 if place else abs(start)) or self._natural(first, dimension),
             steady=not place if moving else moves_nothing(mechanism, name),
-            turns=place and dimension == DIMENSIONS["angle"] and not np.isfinite([low, high]).any(),
+            angle=place and dimension == DIMENSIONS["angle"],
         )
 
-    def _natural(self, first: Solution, dimension: Dimension | None) -> float:
-        """A size that such a number may have in this mechanism."""
+    def _natural(self, first: Solution, dimension: Dimension | None, rate: float = 0.0) -> float:
+        """A size that such a number may have in this mechanism, whose bodies turn at a rate."""
         if dimension is None:
             return 1.0
         length, g = first.system.length, first.mechanism.g
         masses = first.system.mass
         mass = float(masses.reshape(-1, 3, masses.shape[1])[:, :2].max()) or 1.0
-        time = np.sqrt(length / g)
+        time = 1.0 / (rate + np.sqrt(g / length))
         powers = (dimension.length, dimension.mass, dimension.time)
         sizes = zip((length, mass, time), powers, strict=True)
         return float(np.prod([size ** float(power) for size, power in sizes]))
+
+    def size_of(self, measure: str) -> float:
+        """A size that a measured quantity may have in this mechanism."""
+        run = self.known[0].run
+        rates = [abs(float(run[body.name].omega[-1])) for body in run.mechanism.bodies]
+        return self._natural(run, measured(run, measure)[1], max(rates, default=0.0))
+
+    def _first(self, first: Solution) -> Reached:
+        """The design as it stands."""
+        poses = link_poses(first)
+        try:
+            return self._reached(self.places[0], poses)
+        except (ModelError, SolveError):
+            return Reached(first, poses, 0.0, redundant=bool(first.soft))
 
     # -- trials -------------------------------------------------------------------------------
 
     def run(self, u: Array) -> Solution:
         """The analysis with one set of values, in steps; errors as of the analysis."""
-        near = self.poses[int(np.abs(self.places - u).sum(axis=1).argmin())]
-        run = self._analysed({k: v[0] for k, v in self._values(u[None]).items()}, near)
-        if not self.steady:
-            self.poses.append(link_poses(run))
-            self.places = np.vstack([self.places, u])
-        return run
+        near = self.known[self._nearest(u)]
+        with warnings.catch_warnings():
+            # a place far away may be on another branch: the solution is looked at, not it
+            warnings.simplefilter("ignore", ModelWarning)
+            return self.analysis(self._system(u), t=self.time, guess=near.poses)
 
     def rows(self, relations: list[Relation], objective: str, us: Array) -> tuple[Array, Array]:
         """right − left of every relation, then the objective, and the size of their terms.
@@ -232,19 +202,97 @@ class Trials:
         -------
         arrays (trials, relations + 1), NaN where a trial fails
         """
+        self.count += len(us)
         if self.steady and len(us) > 1:
             try:
-                run = self._analysed(self._values(us), self.poses[0])
+                batch = self.system.with_values(self._values(us))
+                run = self.analysis(batch, t=self.time, guess=self.known[0].poses)
                 return self._whole(run, relations, objective, len(us))
             except (ModelError, SolveError):
                 pass  # one by one, so that the others are told
         found = np.full((2, len(us), len(relations) + 1), np.nan)
         for n, u in enumerate(us):
             try:
-                found[:, n] = np.array(self._whole(self.run(u), relations, objective, 1))[:, 0]
-            except (ModelError, SolveError) as error:
-                self.refusal = str(error)
+                run = self._trial(u)
+                found[:, n] = np.array(self._whole(run, relations, objective, 1))[:, 0]
+            except (ModelError, SolveError):
+                self.failed = u
         return found[0], found[1]
+
+    @property
+    def refusal(self) -> str:
+        """Why the last trial that failed did so; empty where none failed."""
+        if self.failed is None:
+            return ""
+        try:
+            self.run(self.failed)
+        except (ModelError, SolveError) as error:
+            return str(error)
+        return ""
+
+    def _system(self, u: Array) -> System:
+        return self.system.with_values({k: v[0] for k, v in self._values(u[None]).items()})
+
+    def _nearest(self, u: Array) -> int:
+        return int(np.abs(self.places - u).sum(axis=1).argmin())
+
+    def _trial(self, u: Array) -> Solution:
+        """The analysis with one set of values, on the branch of the start where positions depend
+        on them: one goes there from the nearest place known, in parts where one step would leap.
+        """
+        if self.steady:
+            return self._reached(u, self.known[0].poses).run
+        nearest = self._nearest(u)
+        near, begin = self.known[nearest], self.places[nearest]
+        direct = there = self._from(u, near)
+        done, part = 0.0, 1.0
+        while there is None or there.leaps_from(near):
+            part *= 0.5
+            # without any progress a gap is in the way, which no small step passes
+            if part < (SMALLEST if done or there else SMALL):
+                break
+            there = self._from(begin + (done + part) * (u - begin), near)
+            if there is not None and not there.leaps_from(near):
+                done += part
+                near = self._kept(there, begin + done * (u - begin))
+                there, part = self._from(u, near), 1.0 - done
+        else:
+            return self._kept(there, u).run
+        # beyond a gap in which loops do not close its side is all that is known of a branch
+        if direct is not None and direct.side and direct.side == self.known[0].side:
+            return self._kept(direct, u).run
+        raise SolveError(f"'{self.system.mechanism.name}' does not come there on its branch")
+
+    def _from(self, u: Array, near: Reached) -> Reached | None:
+        """What is found there from a place nearby; None where nothing is."""
+        try:
+            return self._reached(u, near.poses)
+        except (ModelError, SolveError):
+            return None
+
+    def _kept(self, there: Reached, u: Array) -> Reached:
+        self.known.append(there)
+        self.places = np.vstack([self.places, u])
+        return there
+
+    def _reached(self, u: Array, poses: Poses) -> Reached:
+        """The analysis from one guess, without other starts."""
+        system = self._system(u)
+        start = closed_near(system, self.time, poses)
+        check_determined(system, start, self.question.analysis)
+        redundant = bool(start.soft)
+        nearly = not redundant and start.ratio < SUSPICIOUS
+        if self.known and (nearly or redundant > self.known[0].redundant):
+            raise SolveError(f"'{system.mechanism.name}' stands at a singular position")
+        regular = system.rows == system.coordinates and not start.soft and not too_large(system)
+        side = float(np.linalg.slogdet(dense(system, start.work)[1])[0]) if regular else 0.0
+        runner, instant = Runner(system, self.question.analysis), by_time(system, self._times)
+        try:
+            block = runner.scalar(start, instant)
+        except Stuck:
+            raise SolveError(f"'{system.mechanism.name}' cannot be analysed there") from None
+        run = runner.solution(start, instant, Record([block], 1, batch=False))
+        return Reached(run, link_poses(run), side, redundant)
 
     def told(self, run: Solution, relations: list[Relation], objective: str) -> Array:
         """right − left of every relation, then the objective: (relations + 1,)."""
@@ -260,12 +308,6 @@ class Trials:
             rest[:, -1] = np.reshape(measured(run, objective)[0], (-1, len(run)))[:, -1]
             size[:, -1] = np.abs(rest[:, -1])
         return rest, size
-
-    def _analysed(self, values: dict[str, Any], guess: dict[str, Any]) -> Solution:
-        with warnings.catch_warnings():
-            # a trial far away may come out on another branch: the solution is looked at, not it
-            warnings.simplefilter("ignore", ModelWarning)
-            return self.analysis(self.system.with_values(values), t=self.time, guess=guess)
 
     def _values(self, us: Array) -> dict[str, Array]:
         """Numbers of the system for such unknowns, by dotted name: arrays (trials,)."""

@@ -21,10 +21,20 @@ from mbody.errors import SolveError
 from mbody.laws import Expression
 from mbody.system import System
 
-__all__ = ["adjusted", "branching", "stuck", "undetermined", "valueless", "weightless"]
+__all__ = [
+    "adjusted",
+    "branching",
+    "inertialess",
+    "stuck",
+    "undetermined",
+    "valueless",
+    "weightless",
+]
 
 #: A force along a motion without inertia below this part of the greatest is rounding.
 NO_PUSH = 1e-9
+#: A motion has no inertia where this part of it is of what stands in for missing masses.
+LENT = 0.1
 #: How far, in radians and model lengths, and how fast in natural rates, such a motion is tried.
 TRIED = 0.3
 #: Rows whose least singular value is below this part of the greatest come to depend on each other;
@@ -94,6 +104,25 @@ def undetermined(system: System, t: float, q: Array, v: Array) -> SolveError | N
                 body.name,
             )
     return None
+
+
+def inertialess(system: System, t: float, q: Array) -> int:
+    """How many free motions have no inertia at q (coordinates,), beside what stands in for it."""
+    own = system.mass[: system.coordinates, 0]
+    if too_large(system) or own.all():
+        return 0
+    motions = rank_of(dense(system, _at(system, t, q))[1]).motions
+    if not len(motions):
+        return 0
+    work, scale = system.work(masses=True), _scale(system)
+    slots = 3 * system.layout.body_slot[:, None] + np.arange(3)
+    share = work.share[system.layout.body_slot, 0][:, None]
+    whole = 1.0 / (work.weight[slots, 0] * share)
+    mass, lent = (motions * (own * scale**2)) @ motions.T, whole.ravel() - own
+    lent = (motions * (lent * scale**2)) @ motions.T
+    ways = np.linalg.cholesky(mass + lent)
+    part = np.linalg.solve(ways, np.linalg.solve(ways, lent).T)
+    return int((np.linalg.eigvalsh(0.5 * (part + part.T)) > LENT).sum())
 
 
 def weightless(system: System) -> SolveError | None:

@@ -6,16 +6,20 @@ import numpy as np
 
 from mbody.analysis.rank import Rank
 from mbody.core.rows import KINDS
+from mbody.elements import listed
 from mbody.system import System
 
-__all__ = ["open_reactions"]
+__all__ = ["open_reactions", "told_open"]
 
 #: A part of a dependency below this is rounding.
 SMALL = 1e-7
+#: Elements that a note names.
+NAMED = 8
 
 
 def open_reactions(system: System, report: Rank | None) -> dict[str, list[bool]] | None:
-    """For every joint, whether fx, fy and the torque are open; None without a rank report.
+    """For every joint, whether fx, fy and the torque are open, for every driver and coupling
+    whether its effort is; None without a rank report.
 
     Multipliers may be changed by any combination of the dependencies without changing the motion;
     a reaction is determined where no such change reaches it.
@@ -32,4 +36,23 @@ def open_reactions(system: System, report: Rank | None) -> dict[str, list[bool]]
         pin = system.layout.atom_kind[system.atoms_of[joint.name][0]] == KINDS.index("revolute")
         fx, fy = (lengths[0], lengths[1]) if pin else (lengths.any(),) * 2
         result[joint.name] = [bool(fx), bool(fy), bool(angles.any())]
+    for element in (*system.mechanism.drivers, *system.mechanism.couplings):
+        own = np.isin(atom, system.atoms_of[element.name])
+        result[element.name] = [bool(touched[own].any())]
     return result
+
+
+def told_open(found: dict[str, list[bool]] | None) -> tuple[str, ...]:
+    """A sentence that names what redundant rows leave open; none where everything is determined."""
+    if found is None:
+        return ("rows are redundant; which reactions are unique was not looked at",)
+    reactions = [name for name, parts in found.items() if len(parts) > 1 and any(parts)]
+    efforts = [name for name, parts in found.items() if len(parts) == 1 and any(parts)]
+    told = [f"the reactions of {listed(reactions, NAMED)}"] if reactions else []
+    told += [f"the efforts of {listed(efforts, NAMED)}"] if efforts else []
+    if not told:
+        return ()
+    return (
+        f"rows are redundant: {' and '.join(told)} are not unique, those of least norm are given; "
+        "take off what repeats, or give it play",
+    )

@@ -1,4 +1,4 @@
-"""The balance of a result, by plain arithmetic: Newton and Euler of every body, and virtual power.
+"""The balance of a result by plain arithmetic: Newton and Euler of every body, virtual power, laws.
 
 Only what the result tells is taken: motion, reactions, efforts. Loads are made anew from their laws
 where they can be. Σ F = m a, Σ M = I α of every free body;  Σ (f − M a)·v + Σ effort·rate = 0.
@@ -12,11 +12,14 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.free_body import coupled, driven
+from mbody.bridges.meshing import MESHING, held_rates
 from mbody.bridges.native_loads import NATIVE, gravity_of, wrenches
 from mbody.bridges.opinions import Opinion
+from mbody.bridges.reading import laws_of, reading
 from mbody.bridges.rows import Ledger
 from mbody.bridges.tree import Frame
 from mbody.checks import each_load_of
+from mbody.drivers import AngleDriver
 from mbody.elements import listed
 from mbody.loads import Gravity
 from mbody.solution import Solution
@@ -60,7 +63,7 @@ def opinion(system: System, run: Solution) -> Opinion:
     """What the balance of forces and of power says of a result."""
     loads, borrowed = _loads(system, run)
     n, count = len(system.mechanism.bodies), len(run)
-    mass = system.mass[: 3 * n, 0].reshape(n, 3)
+    mass = reading(system).masses
     motion = np.zeros((3, count, n, 3))
     for b, name in enumerate(run):
         keys = (("x", "y", "angle"), ("vx", "vy", "omega"), ("ax", "ay", "alpha"))
@@ -83,6 +86,8 @@ def opinion(system: System, run: Solution) -> Opinion:
             ledger.add(kind, f"{body.name}: sum of {key}", np.zeros(count), left[:, b, part])
     if run.analysis != "statics":
         _power(system, run, loads - inertia, motion[1], ledger)
+    _laws(system, run, ledger)
+    _meshing(system, run, ledger)
     why = "where Newton's method ends, and rounding of sums"
     rows = ledger.rows(dict.fromkeys(ledger.kinds, EXPECTED), dict.fromkeys(ledger.kinds, why))
     notes = []
@@ -94,7 +99,7 @@ def opinion(system: System, run: Solution) -> Opinion:
 def _loads(system: System, run: Solution) -> tuple[Array, list[str]]:
     """All loads on the bodies (instants, bodies, 3), and names of those that only we know."""
     loads, names = system.mechanism.loads, [body.name for body in system.mechanism.bodies]
-    mass = system.mass[: 3 * len(names) : 3, 0]
+    mass = reading(system).masses[:, 0]
     found = np.zeros((len(run), len(names), 3))
     borrowed = [one.name for one in loads if type(one) not in (*NATIVE, Gravity)]
     for k in range(len(run)):
@@ -149,6 +154,38 @@ def _joints(system: System, run: Solution, pose: Array) -> tuple[Array, Array]:
         for k in range(len(run)):
             found[k] += coupled(run, coupling.name, k)[: pose.shape[1]]
     return found, size
+
+
+def _laws(system: System, run: Solution, ledger: Ledger) -> None:
+    """Angle, rate and acceleration of driven bodies, beside those of the laws."""
+    parts = (("angle", 1.0), ("omega", 0.0), ("alpha", 0.0))
+    for driver in system.drivers:
+        by_law = laws_of(system, run, driver)
+        if by_law is None or not isinstance(driver, AngleDriver):
+            continue
+        body, base = run[driver.body], run[driver.relative_to]
+        for n, (key, least) in enumerate(parts[: 1 if run.analysis == "statics" else 3]):
+            kind = f"driven {key}"
+            ledger.size(kind, np.append(by_law[n], least))
+            if ledger.sizes[kind] > 0.0:
+                ours = getattr(body, key) - getattr(base, key)
+                ledger.add(kind, f"{driver.name}: {key} by its law", ours, by_law[n])
+
+
+def _meshing(system: System, run: Solution, ledger: Ledger) -> None:
+    """What gears, racks, wheels, cams and couplings hold keeps its value: rate, acceleration."""
+    if run.analysis == "statics":
+        return
+    machine = system.mechanism
+    joints = [joint for joint in machine.joints if isinstance(joint, MESHING)]
+    for element in (*joints, *machine.couplings):
+        for n, (first, second, *sizes) in enumerate(held_rates(system, run, element)):
+            for key, part, size in (("rate", first, sizes[0]), ("acceleration", second, sizes[1])):
+                kind = f"{element.name} {key}"
+                ledger.size(kind, size)
+                if ledger.sizes[kind] > 0.0:
+                    name = f"{element.name}: {key} of row {n}"
+                    ledger.add(kind, name, np.zeros(len(run)), part)
 
 
 class _Ends:

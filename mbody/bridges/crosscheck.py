@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 from mbody.analysis.asked import asked_of
 from mbody.analysis.closure import as_system
 from mbody.analysis.simulate import simulate
-from mbody.bridges.opinions import Engine, Opinion
+from mbody.bridges.opinions import AGREES, Engine, Opinion
+from mbody.doubts import Doubt, certificate, status_of
 from mbody.elements import listed
 from mbody.errors import ModelError, brief
 from mbody.questions import Ask
@@ -53,19 +54,40 @@ class Crosscheck:
     opinions: Mapping[str, Opinion]
 
     @property
+    def doubts(self) -> tuple[Doubt, ...]:
+        """Those of the result, and one for each engine that differs."""
+        found = list(self.run.doubts)
+        for name, opinion in self.opinions.items():
+            rows = [row.quantity for row in opinion.rows if row.verdict != AGREES]
+            if rows:
+                told = f"{name} differs in {listed(rows)}: see its rows"
+                found.append(Doubt("solver", told))
+        return tuple(found)
+
+    @property
+    def status(self) -> str:
+        """Completed, or "doubtful: …" where the result is in doubt or an engine differs."""
+        return status_of("completed", self.doubts)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Those of the result, and the messages of the doubts."""
+        return tuple(dict.fromkeys((*self.run.notes, *(one.message for one in self.doubts))))
+
+    @property
     def agrees(self) -> bool:
         """Whether no engine differs in any quantity."""
         return all(opinion.agrees for opinion in self.opinions.values())
 
     def data(self) -> dict[str, Any]:
         """The same as plain lists and texts, ready for JSON: ``{"model", "analysis", "engines":
-        {ENGINE: {"engine", "rows", "not_expressible", "notes"}}, "agrees"}``; what is no finite
-        number is null.
+        {ENGINE: {"engine", "rows", "not_expressible", "notes"}}, "agrees", "status", "doubts",
+        "notes"}``; what is no finite number is null.
         """
         engines = {name: _finite(opinion.data()) for name, opinion in self.opinions.items()}
         model, analysis = self.run.mechanism.name, self.run.analysis
         told = {"model": model, "analysis": analysis, "engines": engines}
-        return told | {"agrees": self.agrees}
+        return told | {"agrees": self.agrees} | certificate(self)
 
     def __str__(self) -> str:
         from mbody.io.crosscheck import sheet

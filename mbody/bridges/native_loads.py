@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.bridges.reading import reading
 from mbody.bridges.tree import frame
 from mbody.loads import (
     Damper,
@@ -30,10 +31,10 @@ NATIVE = (Force, Torque, Spring, Damper, TorsionSpring, TorsionDamper)
 
 def gravity_of(system: System, t: float) -> Array:
     """The acceleration of all gravity at a time (2,)."""
-    found = np.zeros(2)
+    found, at = np.zeros(2), reading(system)
     for load in system.mechanism.loads:
         if type(load) is Gravity:
-            found += system.law_of(load, "x")(t), system.law_of(load, "y")(t)
+            found += at.law(load, "x")(t), at.law(load, "y")(t)
     return found
 
 
@@ -51,10 +52,10 @@ def wrenches(system: System, load: Load, bodies: Any, t: float) -> dict[str, Arr
     if isinstance(load, Force):
         at = frame(system, load, "at")
         pose = bodies[load.at.body]
-        angle = float(system.values[f"{load.name}.angle"])
+        angle = float(reading(system)[f"{load.name}.angle"])
         if load.follows:
             angle += pose.angle + at.angle
-        size = float(system.law_of(load, "value")(t))
+        size = float(reading(system).law(load, "value")(t))
         force = size * np.array([math.cos(angle), math.sin(angle)])
         push(load.at.body, force, 0.0, pose.place + pose.arm(at))
     elif isinstance(load, Spring | Damper):
@@ -79,27 +80,27 @@ def wrenches(system: System, load: Load, bodies: Any, t: float) -> dict[str, Arr
 
 def _tension(system: System, load: Any, length: float, rate: float) -> float:
     """What pulls two places together."""
-    values, name = system.values, load.name
+    values, name = reading(system).values, load.name
     if isinstance(load, Damper):
         if load.law is None:
             return float(values[f"{name}.coefficient"]) * rate
-        return float(system.law_of(load)(rate))
+        return float(reading(system).law(load)(rate))
     stretch = length - float(values[f"{name}.free_length"])
     if load.law is None:
         return float(values[f"{name}.preload"]) + float(values[f"{name}.stiffness"]) * stretch
-    return float(system.law_of(load)(stretch))
+    return float(reading(system).law(load)(stretch))
 
 
 def _torque(system: System, load: Any, angle: float, rate: float, t: float) -> float:
     """What turns the body."""
-    values, name = system.values, load.name
+    values, name = reading(system).values, load.name
     if isinstance(load, Torque):
-        return float(system.law_of(load, "value")(t))
+        return float(reading(system).law(load, "value")(t))
     if isinstance(load, TorsionDamper):
         if load.law is None:
             return -float(values[f"{name}.coefficient"]) * rate
-        return -float(system.law_of(load)(rate))
+        return -float(reading(system).law(load)(rate))
     turned = angle - float(values[f"{name}.free_angle"])
     if load.law is None:
         return -float(values[f"{name}.preload"]) - float(values[f"{name}.stiffness"]) * turned
-    return -float(system.law_of(load)(turned))
+    return -float(reading(system).law(load)(turned))

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.bridges.reading import reading
 from mbody.elements import Element
 from mbody.joints import Fixed, Joint, Prismatic, Revolute
 from mbody.solution import Solution
@@ -90,8 +91,8 @@ class Tree:
 
 def frame(system: System, element: Element, field: str) -> Frame:
     """The frame of an element's marker (``"i"`` or ``"j"``), from the mass centre of its body."""
-    x, y = system.numbers.arm(element, field)
-    return Frame(float(x), float(y), float(system.numbers.angle(element, field)))
+    at = reading(system)
+    return Frame(*at.arm(element, field), at.angle(element, field))
 
 
 def spanning_tree(system: System) -> Tree:
@@ -114,7 +115,8 @@ def spanning_tree(system: System) -> Tree:
     machine = system.mechanism
     joints = [joint for joint in machine.joints if type(joint) in KINDS]
     order = {kind: n for n, kind in enumerate(KINDS)}
-    inertia = {b.name: _inertia(system, b.name) for b in machine.bodies} | {"ground": (1.0, 1.0)}
+    inertia = {b.name: reading(system).mass(b.name) for b in machine.bodies}
+    inertia["ground"] = 1.0, 1.0
     ranked = sorted(
         joints,
         key=lambda one: (order[type(one)], all(any(inertia[b]) for b in (one.i.body, one.j.body))),
@@ -151,12 +153,6 @@ def spanning_tree(system: System) -> Tree:
     others = [joint for joint in machine.joints if type(joint) not in KINDS]
     cuts = tuple(joint for joint in joints if joint.name not in kept)
     return Tree(tuple(branches), cuts, (*others, *machine.couplings))
-
-
-def _inertia(system: System, body: str) -> tuple[float, float]:
-    """Mass and moment of inertia of a body."""
-    b = system.bodies[body]
-    return float(system.mass[3 * b, 0]), float(system.mass[3 * b + 2, 0])
 
 
 def _hang(

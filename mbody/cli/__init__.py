@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import json
-import os
 import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
 from typing import Any
 
+from mbody._stop import STATUS, stop
 from mbody.cli.parser import parser
+from mbody.cli.streams import opened, say, silenced
 from mbody.cli.usage import UsageError
 from mbody.errors import ModelError, SolveError
 
@@ -28,8 +29,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        0; 1 where an analysis could not give what was asked, or was stopped; 2 for bad input. The
-        sentence that says why goes to stderr, or with --json to stdout as data.
+        0; 1 where an analysis could not give what was asked, or was stopped with what it had, or
+        where the output cannot be written; 2 for bad input; 130 where Ctrl-C ended it. The sentence
+        that says why goes to stderr, or with --json to stdout as data.
 
     Raises
     ------
@@ -42,28 +44,52 @@ def main(argv: Sequence[str] | None = None) -> int:
     usage: mbody ...
     0
     """
+    if argv is None:
+        stop.take_over()
+        opened()
     arguments = list(sys.argv[1:] if argv is None else argv)
     for stream in (sys.stdout, sys.stderr):
         # a terminal without Greek letters shows question marks, and no traceback
         with contextlib.suppress(AttributeError, ValueError):
             stream.reconfigure(errors="replace")  # type: ignore[union-attr]
     try:
-        status = _run(arguments)
-        sys.stdout.flush()
+        status = _answered(arguments)
+        if sys.stdout is not None:
+            sys.stdout.flush()
         return status
     except BrokenPipeError:
         # the reader has gone, as in `mbody demo | head`: nothing to say, and nowhere to say it
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        silenced()
         return 1
+    except OSError as error:
+        silenced()
+        say(f"mbody: cannot write the output ({error.strerror or error})")
+        return 1
+    except KeyboardInterrupt:
+        say("mbody: stopped")
+        return STATUS
+    except MemoryError:
+        say("mbody: there is not enough memory for this: ask for less at once")
+        return 1
+    finally:
+        stop.done()
+
+
+def _answered(arguments: list[str]) -> int:
+    """The status of a command, its errors told."""
+    try:
+        return _run(arguments)
     except (ModelError, UsageError) as error:
         _tell(error, "--json" in arguments)
         return 2
     except SolveError as error:
         _tell(error, "--json" in arguments)
         return 1
-    except KeyboardInterrupt:
-        print("\nmbody: stopped", file=sys.stderr)
-        return 1
+    except SystemExit:
+        # of --help: what was printed is written now, while it can be told that it cannot
+        if sys.stdout is not None:
+            sys.stdout.flush()
+        raise
 
 
 def _run(arguments: list[str]) -> int:
@@ -85,4 +111,4 @@ def _tell(error: Exception, as_json: bool) -> None:
 
         print(json.dumps(error_data(error), ensure_ascii=False))
     else:
-        print(f"mbody: {error}", file=sys.stderr)
+        say(f"mbody: {error}")

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
+from mbody.cli.analyse import told_status
 from mbody.cli.models import path_of, taken
 
 __all__ = ["check", "equilibrium", "models", "modes", "schema", "show"]
@@ -39,7 +41,7 @@ def modes(asked: Any) -> int:
     when = 0.0 if asked.t is None else mechanism.number(asked.t, "time", "--t", "value")
     report = found(mechanism, free=asked.free, t=when)
     print(json.dumps(report.data(), ensure_ascii=False) if asked.json else report)
-    return 0
+    return told_status(report)
 
 
 def models(asked: Any) -> int:
@@ -47,21 +49,26 @@ def models(asked: Any) -> int:
     from mbody import gallery
     from mbody.io.text import paragraph
 
-    found = {name: gallery.load(name) for name in gallery.names()}
+    found = {name: _headed(gallery.path(name)) for name in gallery.names()}
     if asked.json:
-        told = [
-            {"model": name, "title": m.name, "source": m.source, "note": m.note}
-            for name, m in found.items()
-        ]
+        told = [{"model": name, **head} for name, head in found.items()]
         print(json.dumps({"models": told}, ensure_ascii=False))
         return 0
     wide = max(map(len, found)) + 2
-    for name, machine in found.items():
-        lines = [machine.name, machine.source, machine.note]
-        parts = [part for line in lines if line for part in paragraph(line, " " * wide)]
+    for name, head in found.items():
+        parts = [part for line in head.values() if line for part in paragraph(line, " " * wide)]
         print(f"{name:{wide}}{parts[0].lstrip()}", *parts[1:], "", sep="\n")
     print("mbody kinetostatics NAME analyses one, mbody show NAME prints its file")
     return 0
+
+
+def _headed(path: Path) -> dict[str, str]:
+    """Title, source and note of a file: nothing of it is made, so that names are there at once."""
+    import tomllib
+
+    table = tomllib.loads(path.read_text(encoding="utf-8"))
+    keys = {"title": "name", "source": "source", "note": "note"}
+    return {word: str(table.get(key, "")) for word, key in keys.items()}
 
 
 def show(asked: Any) -> int:

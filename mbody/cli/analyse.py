@@ -7,14 +7,16 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from mbody.cli.models import named_values, taken
+from mbody.cli.streams import say
 from mbody.cli.usage import UsageError
+from mbody.doubts import succeeded
 from mbody.errors import ModelError
 
 if TYPE_CHECKING:
     from mbody.questions import Ask
     from mbody.solution import Solution
 
-__all__ = ["analyse", "check_forms", "question", "write"]
+__all__ = ["analyse", "check_forms", "question", "told_status", "write"]
 
 
 def analyse(asked: Any) -> int:
@@ -27,6 +29,7 @@ def analyse(asked: Any) -> int:
     wants_equations = getattr(asked, "equations", False)
     if wants_equations and len(run) > 1:
         raise ModelError("--equations shows one instant: say which, with --at")
+    write(run, asked)
     if asked.json:
         told = run.data(asked.angle)
         if wants_equations:
@@ -36,8 +39,17 @@ def analyse(asked: Any) -> int:
         print(run.equations())
     elif asked.csv != "-":
         print(run)
-    write(run, asked)
-    return 0 if run.status == "completed" else 1
+    return told_status(run, shown=asked.json or (asked.csv != "-" and not wants_equations))
+
+
+def told_status(result: Any, shown: bool = True) -> int:
+    """The exit status of a result; what is in doubt is told on stderr where nothing on stdout
+    has `shown` it.
+    """
+    if not shown:
+        for doubt in result.doubts:
+            say(f"mbody: doubtful: {doubt.message}")
+    return 0 if succeeded(result.status) else 1
 
 
 def question(asked: Any, own: Ask | None) -> Ask | None:
@@ -89,4 +101,4 @@ def write(run: Solution, asked: Any) -> None:
     for path, write in ((asked.csv, run.to_csv), (asked.npz, run.to_npz)):
         if path and path != "-":
             write(path)
-            print(f"wrote {path}: {len(run)} instants", file=sys.stderr)
+            say(f"wrote {path}: {len(run)} instants")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
+from mbody.cli.analyse import told_status
 from mbody.cli.models import taken
 from mbody.cli.usage import UsageError
 
@@ -23,4 +24,4 @@ def crosscheck(asked: Any) -> int:
     report = checked(taken(asked), against)
     told = json.dumps(report.data(), ensure_ascii=False, allow_nan=False) if asked.json else report
     print(told)
-    return 0 if report.agrees else 1
+    return told_status(report)

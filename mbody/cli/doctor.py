@@ -1,4 +1,4 @@
-"""`mbody doctor`: what is installed, and where the compiled kernels are kept."""
+"""`mbody doctor`: what is installed, where the compiled kernels are kept, and whether they work."""
 
 from __future__ import annotations
 
@@ -26,6 +26,9 @@ EXTRA = {
     "matplotlib": "draw and plot",
     "scipy": "second opinion: trajectories",
 }
+#: Driving torque of the gallery's `norton_fourbar` [lbf·in], from the book's nine equations solved
+#: in extended precision (`tests/test_doctor.py`), and how far a processor may round it, relative.
+TORQUE, ROUNDING = 243.23759076122957, 1e-12
 
 
 def doctor(asked: Any) -> int:
@@ -44,6 +47,9 @@ def examine() -> dict[str, Any]:
     from mbody._cache import cache_folder
 
     needed = {name: _version(name) for name in NEEDED}
+    checked = (
+        kernel_check() if all(needed.values()) else _unchecked("not run: packages are missing")
+    )
     folder = cache_folder()
     kept = sorted(folder.rglob("*.nbc")) if folder else []
     return {
@@ -55,8 +61,28 @@ def examine() -> dict[str, Any]:
         "cache": str(folder) if folder else None,
         "kernels": len(kept),
         "jit": os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0"),
-        "ready": all(needed.values()) and sys.version_info >= (3, 11),
+        "kernel_check": checked,
+        "ready": checked["agrees"] and sys.version_info >= (3, 11),
     }
+
+
+def kernel_check() -> dict[str, Any]:
+    """Run the kernels on a model of the gallery and compare one number: ``{"value", "expected",
+    "agrees", "error"}``. The first run on a machine compiles them.
+    """
+    try:
+        from mbody.analysis import kinetostatics
+        from mbody.gallery import load
+
+        value = float(kinetostatics(load("norton_fourbar")).effort("motor")[0])
+    except Exception as error:  # whatever a package of another version raises
+        return _unchecked(f"{type(error).__name__}: {error}")
+    agrees = abs(value - TORQUE) <= ROUNDING * TORQUE
+    return {"value": value, "expected": TORQUE, "agrees": agrees, "error": None}
+
+
+def _unchecked(why: str) -> dict[str, Any]:
+    return {"value": None, "expected": TORQUE, "agrees": False, "error": why}
 
 
 def _version(package: str) -> str | None:
@@ -90,7 +116,25 @@ def lines(report: dict[str, Any]) -> list[str]:
         )
     else:
         found.append(f"kernels     {report['kernels']} compiled, in {report['cache']}")
-        if not report["kernels"]:
-            found.append("            the first analysis compiles them; `mbody warmup` does it now")
-    found += ["", "ready" if report["ready"] else "NOT READY: install what is missing"]
+    check = report["kernel_check"]
+    if check["error"] is not None:
+        found.append(f"            the kernels do not run: {check['error']}")
+    else:
+        verdict = "agrees with" if check["agrees"] else "IS NOT"
+        found.append(
+            f"            a torque of {check['value']:.12g} {verdict} {TORQUE:.12g} lbf·in"
+        )
+    found += ["", "ready" if report["ready"] else _remedy(report)]
     return found
+
+
+def _remedy(report: dict[str, Any]) -> str:
+    """What is wrong, and what helps."""
+    if not all(report["needed"].values()):
+        return "NOT READY: install what is missing"
+    if report["kernel_check"]["error"] is not None:
+        return (
+            "NOT READY: the kernels do not run with these versions: install those of "
+            "constraints.txt, and delete the folder of kernels"
+        )
+    return "NOT READY: the kernels compute wrongly on this processor: please report this output"

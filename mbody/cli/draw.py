@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 from typing import TYPE_CHECKING, Any
 
 from mbody.cli.analyse import question
 from mbody.cli.models import taken
+from mbody.cli.streams import say
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -56,5 +56,5 @@ def _written(figure: Figure, path: str) -> int:
     from mbody.views import save
 
     save(figure, path)
-    print(f"wrote {path}", file=sys.stderr)
+    say(f"wrote {path}")
     return 0

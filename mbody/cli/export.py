@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import sys
 from typing import Any
 
 from mbody.cli.models import taken
+from mbody.cli.streams import say
 
 __all__ = ["export"]
 
@@ -17,14 +17,14 @@ def export(asked: Any) -> int:
 
     made = to_mjcf(taken(asked))
     if asked.output is None:
-        print(made.text, end="")
+        print(made.text, end="", flush=True)
     else:
         with writing(asked.output) as file:
             file.write(made.text)
     for one in made.not_expressible:
-        print(f"mbody: '{one.element}' is not in the file: {one.why}", file=sys.stderr)
+        say(f"mbody: '{one.element}' is not in the file: {one.why}")
     for note in made.notes:
-        print(f"mbody: {note}", file=sys.stderr)
+        say(f"mbody: {note}")
     if asked.output is not None:
-        print(f"wrote {asked.output}", file=sys.stderr)
+        say(f"wrote {asked.output}")
     return 0

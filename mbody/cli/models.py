@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mbody.cli.usage import UsageError
 from mbody.errors import ModelError
-from mbody.mechanism import Mechanism
+
+if TYPE_CHECKING:
+    from mbody.mechanism import Mechanism
 
 __all__ = ["named_values", "path_of", "taken"]
 

@@ -267,6 +267,13 @@ def _sweep(command: argparse.ArgumentParser) -> None:
     _json(command)
 
 
+def _place(path: str) -> str:
+    """Where a table goes: standard output by any of its names is printed to, once."""
+    return "-" if path == "/dev/stdout" else path
+
+
 def _tables(command: argparse.ArgumentParser) -> None:
-    command.add_argument("--csv", metavar="FILE", help="write all histories as a table")
+    command.add_argument(
+        "--csv", type=_place, metavar="FILE", help="write all histories as a table; - prints it"
+    )
     command.add_argument("--npz", metavar="FILE", help="write all histories as NumPy arrays")

@@ -8,8 +8,10 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from mbody.cli.analyse import check_forms, write
+from mbody._stop import stop
+from mbody.cli.analyse import check_forms, told_status, write
 from mbody.cli.models import taken
+from mbody.cli.streams import say
 from mbody.cli.usage import UsageError
 
 __all__ = ["simulate"]
@@ -21,7 +23,7 @@ WIDTH = 32
 
 
 def simulate(asked: Any) -> int:
-    """Follow the motion and show it; 1 where the user stopped it before its end."""
+    """Follow the motion and show it; 1 where it was stopped, or is in doubt."""
     from mbody.analysis import simulate as followed
 
     check_forms(asked)
@@ -44,28 +46,24 @@ def simulate(asked: Any) -> int:
 
         options["start"] = load_run(asked.begun)
     run = followed(mechanism, asked.to, **options)
-    if asked.json:
-        print(json.dumps(run.data(asked.angle), ensure_ascii=False, allow_nan=False))
-    elif asked.csv != "-":
-        print(run)
+    stop.done()
     write(run, asked)
     if asked.save is not None:
         from mbody.io.saved import save_run
 
         save_run(run, asked.save)
-        print(f"wrote {asked.save}: {len(run)} instants", file=sys.stderr)
-    return 1 if _interrupted(run) else 0
+        say(f"wrote {asked.save}: {len(run)} instants")
+    if asked.json:
+        print(json.dumps(run.data(asked.angle), ensure_ascii=False, allow_nan=False))
+    elif asked.csv != "-":
+        print(run)
+    return told_status(run, shown=asked.json or asked.csv != "-")
 
 
 def _last(mechanism: Any, to: Any) -> float:
     """When the motion is to end; where nothing says so, the analysis refuses it."""
     asked = to if to is not None or mechanism.simulation is None else mechanism.simulation.until
     return 0.0 if asked is None else mechanism.number(asked, "time", "simulate", "until")
-
-
-def _interrupted(run: Any) -> bool:
-    """Whether the user stopped it; an event that ends a motion is what was asked for."""
-    return str(run.status).endswith("by the user")
 
 
 def _number(text: str, option: str) -> float:
@@ -75,25 +73,25 @@ def _number(text: str, option: str) -> float:
         raise UsageError(f"{option} takes a number, not {text[:40]!r}") from None
 
 
-def _progress(asked: Any, until: float) -> Callable[[float], None] | None:
-    """What shows on a terminal, after a while, how far a motion is."""
-    if asked.json or not sys.stderr.isatty():
-        return None
+def _progress(asked: Any, until: float) -> Callable[[float], None]:
+    """What shows on a terminal, after a while, how far a motion is, and stops it at Ctrl-C."""
+    shows = not asked.json and sys.stderr is not None and sys.stderr.isatty()
     begun = shown = time.monotonic()
     first: float | None = None
 
     def tell(t: float) -> None:
         nonlocal shown, first
+        stop.mark()
+        if not shows:
+            return
         now = time.monotonic()
         first = t if first is None else first
         if t >= until and shown > begun:
-            print(f"\r{'':{WIDTH + 40}}\r", end="", file=sys.stderr, flush=True)
+            say(f"\r{'':{WIDTH + 40}}\r", end="")
         elif now - begun > PATIENCE and now - shown > BETWEEN:
             shown = now
             done = (t - first) / (until - first) if until > first else 1.0
-            print(
-                f"\r{bar(done)}  t = {t:.6g} of {until:.6g}  ", end="", file=sys.stderr, flush=True
-            )
+            say(f"\r{bar(done)}  t = {t:.6g} of {until:.6g}  ", end="")
 
     return tell
 

@@ -15,7 +15,7 @@ NONE = "no solution:"
 
 
 def solve(asked: Any) -> int:
-    """Answer one question of a model, or all of them; 1 where one has no answer."""
+    """Answer one question of a model, or all of them; 1 where one has none, or a doubt."""
     from mbody._version import __version__
     from mbody.analysis.solve_for import solve_for
     from mbody.io.answers import answer_data, sheet
@@ -43,6 +43,7 @@ def solve(asked: Any) -> int:
             cases[name] = {"solutions": [], **error_data(error)}
             texts.append("\n".join([f"{mechanism.name}: {name}", "", NONE, str(error)]))
         else:
+            failed |= bool(answer.doubts)
             cases[name] = answer_data(answer, asked.angle)
             texts.append(sheet(answer, name))
     if asked.json:

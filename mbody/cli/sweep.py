@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import csv
 import json
-import sys
 from typing import TYPE_CHECKING, Any
 
-from mbody.cli.analyse import question
+from mbody._stop import stop
+from mbody.cli.analyse import question, told_status
 from mbody.cli.models import named_values, taken
+from mbody.cli.streams import say
 from mbody.cli.usage import UsageError
 from mbody.errors import ModelError
 
@@ -30,16 +31,16 @@ def sweep(asked: Any) -> int:
     options: dict[str, Any] = (
         {} if ask is None else {"at": ask.at, "over": ask.over, "instants": ask.instants}
     )
-    found = solved(
-        mechanism, parameters, asked.analysis, asked.measure or None, to=asked.to, **options
-    )
+    options |= {"to": asked.to, "progress": lambda done, of: stop.mark()}
+    found = solved(mechanism, parameters, asked.analysis, asked.measure or None, **options)
+    stop.done()
+    if asked.csv:
+        _write(found, asked.csv)
     if asked.json:
         print(json.dumps(_data(found), ensure_ascii=False, allow_nan=False))
     else:
         print(found)
-    if asked.csv:
-        _write(found, asked.csv)
-    return 0 if found.status == "completed" else 1
+    return told_status(found)
 
 
 def _values(name: str, text: str) -> Any:
@@ -67,7 +68,13 @@ def _data(found: Sweep) -> dict[str, Any]:
     for name, column in found.columns().items():
         rows = column if isinstance(column, list) else column.tolist()
         told[name] = [_plain(value) for value in rows]
-    return {"status": found.status, "units": found.units, "columns": told}
+    return {
+        "status": found.status,
+        "doubts": [one.data() for one in found.doubts],
+        "notes": list(found.notes),
+        "units": found.units,
+        "columns": told,
+    }
 
 
 def _plain(value: Any) -> Any:
@@ -92,4 +99,4 @@ def _write(found: Sweep, path: str) -> None:
         rows = csv.writer(file)
         rows.writerow(table)
         rows.writerows(zip(*table.values(), strict=True))
-    print(f"wrote {path}: {len(found)} designs", file=sys.stderr)
+    say(f"wrote {path}: {len(found)} designs")

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from mbody._jit import inline, kernel, njit
 from mbody._lanes import highest, larger, ld, select_le, st, wide
+from mbody.core.branch import sampled
 from mbody.core.factor import VANISHED, factor
 from mbody.core.forces import signals
 from mbody.core.instant import copy, newton, put_column
-from mbody.core.manifold import NEWTON, project_velocity, weakest
+from mbody.core.manifold import NEWTON, project_velocity
 from mbody.core.motion import balance
 from mbody.core.output import keep
 from mbody.core.rows import rows, turns
@@ -111,9 +112,9 @@ def unsound(page, w):
 def begin_designs(L, W, passes, t, lot, wanted, page, output, bad):
     """Project the first state of every design and take its slope: `lot.y` and `lot.slope`.
 
-    lot: a `Lot`, whose `pivot` is set too; page (rows, lanes): room; output (kept, designs): the
-    rows `wanted`; bad (designs,): set to one where a design must go alone. The last lanes repeat
-    the last design.
+    lot: a `Lot`, whose `pivot` and `near` are set too; page (rows, lanes): room; output (kept,
+    designs): the rows `wanted`; bad (designs,): set to one where a design must go alone. The last
+    lanes repeat the last design.
     """
     w = wide()
     designs, lanes = lot.par.shape[1], page.shape[1]
@@ -127,7 +128,7 @@ def begin_designs(L, W, passes, t, lot, wanted, page, output, bad):
                 W.q[n, lane], W.v[n, lane] = lot.y[n, design], lot.y[n3 + n, design]
         signals(L, W, w, L.signal_law.shape[0])
         failed = arrive(L, W, w, passes, 1.0 + 0.0 * wide())
-        pivot = weakest(L, W, w)
+        pivot = sampled(L, W, w, 0)
         keep(L, W, w, page)
         failed = failed + unsound(page, w)
         many = min(lanes, designs - low)
@@ -143,6 +144,8 @@ def begin_designs(L, W, passes, t, lot, wanted, page, output, bad):
         st(page, 1, failed, w)
         for lane in range(many):
             lot.pivot[low + lane] = page[0, lane]
+            for k in range(L.nodes):
+                lot.near[k, low + lane] = W.near[k, lane]
             bad[low + lane] = 0.0 if page[1, lane] == 0.0 else 1.0
 
 

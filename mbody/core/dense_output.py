@@ -9,11 +9,12 @@ from __future__ import annotations
 import math
 
 from mbody._jit import njit
+from mbody.core.branch import sampled
 from mbody.core.output import keep
 from mbody.core.progress import MET, SLOPES
 from mbody.core.slopes import slope
 
-__all__ = ["along", "deliver", "hermite", "inside"]
+__all__ = ["FIRST", "SECOND", "along", "deliver", "hermite", "inside"]
 
 #: Nodes of Lobatto's rule of order 6, between the ends.
 FIRST, SECOND = 0.5 - math.sqrt(0.05), 0.5 + math.sqrt(0.05)
@@ -68,8 +69,10 @@ def hermite(L, W, soft, passes, t, h, y, last, K, P, F, G, ys, state):
 
     The position of order 5, by velocities and accelerations too; the velocity is its slope. Work by
     Lobatto's rule of order 6. Rows 0 of K and P belong to the step's beginning, rows 1 to its end;
-    rows 2 and 3 are room.
+    rows 2 and 3 are room. Returns the weakest pivot of its two nodes, which are samples 1 and 2 of
+    the step, and the node.
     """
+    least, least_at = 1.0, SECOND
     n3 = 3 * L.bodies
     for n in range(n3):
         m = n3 + n
@@ -94,6 +97,9 @@ def hermite(L, W, soft, passes, t, h, y, last, K, P, F, G, ys, state):
             ys[n] = last[n] + along(F, n, x)
         slope(L, W, t + x * h, ys, K[row], P[row], soft, passes, False)
         state[SLOPES] += 1
+        part = sampled(L, W, 0.0, row - 1)
+        if part < least:
+            least, least_at = part, x
     x = FIRST
     for c in range(G.shape[1]):
         first, end = h * P[0, c], h * P[1, c]
@@ -102,3 +108,4 @@ def hermite(L, W, soft, passes, t, h, y, last, K, P, F, G, ys, state):
         G[2, c] = 2.0 * G[0, c] - first - end
         left = h * P[2, c] - G[0, c] - (1.0 - 2.0 * x) * G[1, c] - x * (2.0 - 3.0 * x) * G[2, c]
         G[3, c] = left / (2.0 * x * (1.0 - x) * (1.0 - 2.0 * x))
+    return least, least_at

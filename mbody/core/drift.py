@@ -14,6 +14,7 @@ import numpy as np
 from mbody._jit import kernel, njit
 from mbody._lanes import larger, ld, select_le, smaller, st, wide
 from mbody.core.abreast import arrive, give, given, pass_by, take, unsound
+from mbody.core.branch import STEEPER, judged, lightness, sampled, settled, turn_of
 from mbody.core.drift_lanes import (
     AT,
     BEGUN,
@@ -23,10 +24,12 @@ from mbody.core.drift_lanes import (
     FAILED,
     KEPT,
     LEAST,
+    LIGHTNESS,
     PART,
     STEEPNESS,
     STEP,
     TAKEN,
+    UNCERTAIN,
     conclude,
     decide,
     leave,
@@ -68,20 +71,25 @@ def drift_designs(
             st(W.time, 0, t + C[s] * h, w)
             pass_by(L, W, w, regular)
             given(L, W, w, K[s])
-            least = smaller(least, weakest(L, W, w))
+            n = method.sample[s]
+            least = smaller(least, weakest(L, W, w) if n == 0 else sampled(L, W, w, n))
         st(S, LEAST, least, w)
         ahead(B, stages, K, room.y, h, room.end)
         st(W.time, 0, t + h, w)
         if early:
-            come(L, W, regular, room, stages)
+            come(L, W, regular, room, stages, method.sample[stages])
         errors(method.E, rtol, atol, room)
         if not decide(room, method.order, bad):
             continue
         if not early:
-            come(L, W, regular, room, stages)
+            come(L, W, regular, room, stages, method.sample[stages])
         steepness(room, stages)
+        turned = turn_of(L, w, room.y, room.end)
+        st(S, UNCERTAIN, judged(L, W, w, method.at, STEEPER, turned), w)
+        st(S, LIGHTNESS, lightness(L, W, w, W.v) if regular > 0 else 0.0 * turned, w)
         conclude(room, until, patient, method.stable, bad)
         taken = ld(S, TAKEN, w)
+        settled(L, W, w, method.sample[stages], taken)
         for n in range(room.y.shape[0]):
             y = ld(room.y, n, w)
             st(room.last, n, y, w)
@@ -107,14 +115,14 @@ def ahead(weights, count, K, y, h, target):
 
 
 @njit
-def come(L, W, regular, room, stages):
-    """Project the end of the step, and take its slope."""
+def come(L, W, regular, room, stages, last):
+    """Project the end of the step, which is its sample number `last`, and take its slope."""
     w, S = wide(), room.state
     take(L, W, w, room.end)
     st(S, FAILED, arrive(L, W, w, regular, ld(S, TAKEN, w)), w)
     give(L, W, w, room.end)
     given(L, W, w, room.K[stages])
-    st(S, END, weakest(L, W, w), w)
+    st(S, END, sampled(L, W, w, last), w)
 
 
 @njit

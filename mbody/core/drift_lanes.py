@@ -11,6 +11,7 @@ from mbody._bundle import Bundle, Floats, Ints, Rows, Stacks
 from mbody._jit import inline, njit
 from mbody._lanes import ld, st, wide
 from mbody.core.abreast import put_numbers
+from mbody.core.branch import LIGHT
 from mbody.core.flow import BEHIND, CALM_STEPS, SAFETY, STIFF_STEPS
 from mbody.core.forces import signals
 from mbody.core.progress import (
@@ -29,7 +30,7 @@ from mbody.core.progress import (
 
 __all__ = [
     *("AT", "BEGUN", "CONTROLS", "END", "ERROR_3", "ERROR_5", "FAILED", "KEPT", "LEAST", "PART"),
-    *("STEEPNESS", "STEP", "TAKEN"),
+    *("LIGHTNESS", "STEEPNESS", "STEP", "TAKEN", "UNCERTAIN"),
     *("Lot", "Room", "conclude", "decide", "leave", "manned", "meeting", "next_instants"),
 ]
 
@@ -37,12 +38,13 @@ __all__ = [
 #: whether that is the last one, whether it is made, how much longer the next one is; its errors,
 #: the weakest pivot of its stages and that at its end, its steepness, what failed; whether an
 #: instant is kept, when, and at which part of the step; steps and time when its pace was last
-#: judged.
+#: judged; whether it may have met a singular position, what missing masses have of the energy.
 BEGUN, STEP, NOW, CLIPPED, TAKEN, GROWTH, ERROR_3, ERROR_5, LEAST, END, STEEPNESS = range(
     PROGRESS, PROGRESS + 11
 )
 FAILED, KEPT, AT, PART, JUDGED, SINCE = range(PROGRESS + 11, PROGRESS + 17)
-CONTROLS = PROGRESS + 17
+UNCERTAIN, LIGHTNESS = range(PROGRESS + 17, PROGRESS + 19)
+CONTROLS = PROGRESS + 19
 #: Of so many steps the mean is judged.
 MANY_STEPS = 10_000
 
@@ -51,7 +53,8 @@ class Lot(Bundle):
     """The designs, a column each: numbers, first states, slopes there, sizes of the coordinates.
 
     par (parameters, designs), mass (coordinates + 3, designs), weight (columns, designs); y, slope,
-    scale (2·coordinates, designs); step, pivot (designs,): first step and weakest pivot; begin
+    scale (2·coordinates, designs); near (nodes, designs): distances from singular positions there;
+    step, pivot (designs,): first step and weakest pivot; begin
     (2,): the first time, and how many instants are met there.
     """
 
@@ -61,6 +64,7 @@ class Lot(Bundle):
     y: Rows
     slope: Rows
     scale: Rows
+    near: Rows
     step: Floats
     pivot: Floats
     begin: Floats
@@ -99,7 +103,7 @@ def manned(L, W, lot, room, until, bad):
             design = who[lanes]
             who[lanes] += 1
             if bad[design] == 0.0:
-                settle_in(W, lot, room, lane, design)
+                settle_in(L, W, lot, room, lane, design)
                 fresh = True
         t, h = S[TIME, lane], S[NEXT, lane]
         S[TAKEN, lane] = 0.0
@@ -121,7 +125,7 @@ def manned(L, W, lot, room, until, bad):
 
 
 @njit
-def settle_in(W, lot, room, lane, design):
+def settle_in(L, W, lot, room, lane, design):
     """A design into a lane, at its first state."""
     S, who = room.state, room.who
     put_numbers(W, lot, lane, design)
@@ -129,6 +133,8 @@ def settle_in(W, lot, room, lane, design):
         room.y[n, lane] = lot.y[n, design]
         room.K[0, n, lane] = lot.slope[n, design]
         room.scale[n, lane] = lot.scale[n, design]
+    for k in range(L.nodes):
+        W.near[k, lane] = lot.near[k, design]
     who[lane] = design
     for n in range(S.shape[0]):
         S[n, lane] = 0.0
@@ -178,7 +184,8 @@ def conclude(room, until, patient, stable, bad):
     for lane in range(room.who.shape[0] - 1):
         if S[TAKEN, lane] < 0.5:
             continue
-        if not S[FAILED, lane] < 0.5 or not S[END, lane] >= BEHIND * S[FREEST, lane]:
+        lost = not S[FAILED, lane] < 0.5 or not S[END, lane] >= BEHIND * S[FREEST, lane]
+        if lost or S[UNCERTAIN, lane] > 0.0 or S[LIGHTNESS, lane] > LIGHT:
             leave(room, lane, bad)
             continue
         S[PIVOT, lane] = S[END, lane]

@@ -42,6 +42,7 @@ def form(L, W, w, soft):
         st(S, 3 * k + 2, c, w)
         st(W.diagonal, 2 * k, a, w)
         st(W.diagonal, 2 * k + 1, c, w)
+        st(W.cross, k, b, w)
     for n in range(L.more.shape[0]):
         k, i, o = L.more[n, 0], L.more[n, 1], 12 * L.nodes + 6 * n
         p0, p1, p2 = ld(B, o, w), ld(B, o + 1, w), ld(B, o + 2, w)

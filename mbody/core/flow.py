@@ -18,16 +18,22 @@ from __future__ import annotations
 import math
 
 from mbody._jit import kernel, njit
+from mbody.core.branch import sampled, uncertain, watched
 from mbody.core.dense_output import deliver, inside
 from mbody.core.manifold import tangential, weakest
 from mbody.core.progress import (
+    ASKING,
+    BRANCH,
     CALM,
     CAREFUL,
     DONE,
+    DOUBTED,
     END_TRIES,
+    FREED,
     FREEST,
     LAST,
     LAST_ONE,
+    LIGHTER,
     LONGEST,
     LOST,
     MORE,
@@ -145,9 +151,9 @@ def flow(
     2·coordinates), F (rows, 2·coordinates), G (rows, causes). times (instants,), output (instants,
     rows, 1). gained (instants + 1, causes): work done until each instant, the last row until now.
     state: see `mbody.core.progress`.
-    Returns DONE, MORE, SMALL, LOST or STEEP.
+    Returns DONE, MORE, SMALL, LOST, STEEP or BRANCH.
     """
-    A, B, C, E = method.A, method.B, method.C, method.E
+    A, B, C, E, sample = method.A, method.B, method.C, method.E, method.sample
     end_slope = B.shape[0]
     # whether the error asks for the slope at the end
     early = E.shape[1] > end_slope
@@ -167,7 +173,7 @@ def flow(
             return SMALL
         careful = state[NEAR] > 0.5
         more = passes if careful else regular
-        good, astray, least = True, False, state[PIVOT]
+        good, astray, least, least_at = True, False, state[PIVOT], t
         for s in range(1, end_slope):
             weighted(A[s], s, K, work[3])
             for n in range(n6):
@@ -176,8 +182,9 @@ def flow(
             state[SLOPES] += 1
             if not good:
                 break
-            part = weakest(L, W, w)
-            least = min(least, part)
+            part = weakest(L, W, w) if sample[s] == 0 else sampled(L, W, w, sample[s])
+            if part < least:
+                least, least_at = part, t + C[s] * h
             if careful:
                 # what projections move along the manifold is of second order in what they move
                 # across it, by how far the singular position is
@@ -237,7 +244,15 @@ def flow(
                 state[REJECTED] += 1
                 state[NEXT] = 0.5 * h
                 continue
-        part = weakest(L, W, w)
+        part = sampled(L, W, w, sample[end_slope])
+        if uncertain(L, W, method.at, t, y, end, careful, state):
+            state[REJECTED] += 1
+            state[NEXT] = 0.5 * h
+            if t > state[DOUBTED]:
+                state[DOUBTED], state[ASKING] = t + h, 0.3 * h
+            if h < state[ASKING]:
+                return BRANCH
+            continue
         if part < BEHIND * state[FREEST] and state[END_TRIES] < ENDS_AGAIN and not clipped:
             # a step begins badly at a singular position: end after it, or before
             state[END_TRIES] += 1
@@ -247,6 +262,9 @@ def flow(
             y[n] = end[n]
         # ---- the step is made
         state[PIVOT], state[FREEST] = part, max(part, state[FREEST])
+        if part < least:
+            least, least_at = part, now
+        watched(L, W, sample[end_slope], least, least_at, regular > 0, state)
         state[STEPS] += 1
         state[LAST_ONE] = 0.0
         state[CAREFUL] += 1.0 if careful else 0.0
@@ -275,6 +293,8 @@ def flow(
             state[NEXT] = min(state[NEXT], state[LONGEST])
         else:
             state[END_TRIES] = state[STAGE_TRIES] = 0.0
+        if state[FREED] > state[LIGHTER]:
+            return MORE
         if state[STIFF] >= STIFF_STEPS and until - now > patient * state[NEXT]:
             return STEEP
     return MORE

@@ -1,11 +1,14 @@
 """Scalar continuation: every instant of one motion, followed along its branch.
 
-Between two instants the step is halved until Newton's correction is small beside the step and the
-derivative has not turned round, so the branch is kept however coarse the output. A step that
-would have to be smaller than any means a dead centre.
+Between two instants the step is halved until Newton's correction is small beside the step, the
+derivative has not turned round, and the watch (`mbody.core.watch`) lets it pass, so the branch is
+kept however coarse the output. A step that would have to be smaller than any means a dead centre. A
+change point is passed where the derivative goes on as before.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
@@ -16,6 +19,18 @@ from mbody.core.forces import forces, signals
 from mbody.core.instant import accelerations, multipliers, newton, rates, velocities
 from mbody.core.output import keep
 from mbody.core.path import behind, predict, step
+from mbody.core.watch import (
+    CHANGE_AHEAD,
+    MIDDLE,
+    SOUND,
+    UNSURE,
+    beyond,
+    glance,
+    look_back,
+    mark,
+    shift,
+    verdict,
+)
 
 __all__ = ["DONE", "LOST", "STUCK", "follow", "weakest"]
 
@@ -28,12 +43,18 @@ TOLERANCE = 1e-14
 CORRECTION = 0.1**2
 #: A derivative that lies off by this part of itself asks for a smaller step, in squares.
 TURNED = 0.2**2
+#: Most by which a body turns from another one in a step [rad]. What the watch compares are sines of
+#: such angles: up to 0.75 it takes none for sound that has been zero, and no sine is zero twice.
+SPREAD = 0.55
 #: What is as small as this is neither, in squares.
 SLIGHT = 1e-9**2
-#: Halvings of one interval before it is called stuck.
-HALVINGS = 40
-#: Halvings after which a step that turns round may be a kink of a law.
-KINK = 20
+#: A step that would have to be shorter than this part of the longest one is not taken: stuck.
+SHORTEST = 2.0**-40
+#: A step that turns round and is shorter than this part of the longest one may be at a kink of a
+#: law.
+KINK = 2.0**-20
+#: An instant is at a change point that is no farther from it than this part of the way to it.
+AT = 1e-3
 ITERATIONS = 12
 
 
@@ -88,24 +109,53 @@ def weakest(L, W):
 
 
 @kernel
-def follow(L, W, soft, mode, s, t, given, ahead, with_loads, still, output, state):
+def follow(
+    L,
+    W,
+    soft,
+    mode,
+    s,
+    t,
+    given,
+    ahead,
+    with_loads,
+    still,
+    watched,
+    output,
+    state,
+    nearest,
+    passed,
+):
     """Fill output (instants, rows, 1) as `keep` says; the first instant starts from W.q.
 
+    watched: whether the branch is watched; else it is only likely to be kept, for less.
     state: [0] instants done, [1] path parameter reached, [2] least pivot met, [3] steps,
-    [4] greatest unbalanced part, [5] greatest coordinate. Returns DONE, STUCK (dead centre; the
-    place where it ended is the first in W.past), or LOST (Newton failed at the first instant).
+    [4] greatest unbalanced part, [5] greatest coordinate, [6] change points passed, [7] one if it
+    was the watch over the branch that ended it. nearest (3,): least part that elimination leaves of
+    a node, path parameter there, instant before which it is. passed (some, 1 + coordinates): path
+    parameter of each change point, and a position close before it. Returns DONE, STUCK (dead
+    centre; the place where it ended is the first in W.past), or LOST (Newton failed at the first
+    instant).
     """
     w = 0.0
     signals(L, W, w, L.signal_law.shape[0])
     state[2] = 1e300
-    back, quintic, last = 1.0, 0.0, 0
+    # the last step, for the quintic and for the watch
+    back, back_watched, quintic, last = 1.0, 1.0, 0.0, 0
+    # the longest step, or the first that was tried; what the last refusal leaves of a step
+    longest, tried, pace = 0.0, 0.0, 1e300
     here = s[0]
     for k in range(s.shape[0]):
         left = s[k] - here
-        h = left
-        if mode == 2 and k > 0:
-            direction(L, W, w, ahead, k - 1, last)
-        tries = 0
+        h = sized(left, pace)
+        if k > 0 and h != 0.0:
+            if mode == 2:
+                direction(L, W, w, ahead, k - 1, last)
+                quintic = 0.0
+            if watched and (mode == 2 or longest == 0.0):
+                back_watched = math.copysign(look_back(L, W, w, soft, last), h)
+            tried = max(tried, abs(h))
+        fresh, across = True, False
         while True:
             if k > 0:
                 if h != 0.0:
@@ -115,45 +165,75 @@ def follow(L, W, soft, mode, s, t, given, ahead, with_loads, still, output, stat
             else:
                 drive(L, W, w, mode, here, given, 0, t[0], ahead)
             good, first, least = settle(L, W, w, soft, state[5])
-            if good:
+            found, place, worst = SOUND, 0.0, 1.0
+            if good and watched and h != 0.0:
+                worst = glance(L, W, 2, soft)
+                found, place = verdict(L, W, h, back_watched, soft)
+            if good and found != UNSURE:
                 velocities(L, W, w, True)
                 accelerations(L, W, w, True)
             if k == 0:
                 if not good:
                     state[2] = min(state[2], least)
                     return LOST
+                if soft != 0.0:
+                    mark(L, W, soft)
+                if watched:
+                    nearest[0] = 1.0 / glance(L, W, 1, soft)
+                    nearest[1], nearest[2] = here, 0.0
                 last = behind(L, W, w, last)
                 break
             kink = False
-            if good and h != 0.0:
-                moved, off, size = step(L, W, w, h, last)
+            if good and h != 0.0 and found != UNSURE:
+                moved, off, size, spread = step(L, W, w, h, last)
                 good = first * first <= CORRECTION * moved + SLIGHT and (
-                    off <= TURNED * size + SLIGHT
+                    off <= TURNED * size + SLIGHT and (spread <= SPREAD or not watched)
                 )
                 # so short a step at a regular position stays on its branch: the law turns sharply
-                kink = tries > KINK and first <= 1e-6 and weakest(L, W) > 1e-8
+                whole = longest if longest > 0.0 else tried
+                kink = abs(h) <= KINK * whole and first <= 1e-6 and weakest(L, W) > 1e-8
                 good = good or kink
-            if not good:
-                tries += 1
+            at_end = False
+            if good and found == CHANGE_AHEAD and abs(place - 0.5) > MIDDLE:
+                found, at_end = UNSURE, abs(place * h - left) <= AT * abs(left)
+                if not across and abs(2.0 * place * h) <= abs(left):
+                    h, across = 2.0 * place * h, True
+                    continue
+            if not good or found == UNSURE:
+                whole = longest if longest > 0.0 else tried
                 h = 0.5 * h
-                if tries > HALVINGS:
-                    state[1] = here
+                pace, fresh = abs(h), False
+                if pace <= SHORTEST * whole or here + h == here or at_end:
+                    state[1], state[7] = here, 1.0 if good else 0.0
                     first_of(W, last)
                     return STUCK
                 continue
             state[2] = min(state[2], least)
             state[3] += 1.0
             if h != 0.0:
+                if watched and worst * nearest[0] > 1.0:
+                    nearest[0], nearest[1], nearest[2] = 1.0 / worst, here + h, float(k)
+                if found == CHANGE_AHEAD:
+                    pass_by(L, W, here + place * h, last, state, passed)
+                    nearest[0], nearest[1], nearest[2] = 0.0, here + place * h, float(k)
                 here += h
+                longest = max(longest, abs(h))
                 last = behind(L, W, w, last)
-                back, quintic = h, 0.0 if kink else 1.0
+                shift(L, W)
+                back, back_watched, quintic = h, h, 0.0 if kink or mode == 2 else 1.0
+                if found == CHANGE_AHEAD:
+                    beyond(L, W, soft)
+                    back_watched = 0.5 * (1.0 - place) * h
+                across = False
             left = s[k] - here
             if abs(left) <= 1e-14 * (abs(s[k]) + abs(here)) or h == 0.0:
                 here = s[k]
                 break
-            h = left if abs(left) < 2.0 * abs(h) else 2.0 * h
-            if mode == 2:
-                quintic = 0.0
+            # a step that was refused before is not doubled at once
+            if fresh and abs(h) >= 0.99 * pace:
+                pace = 2.0 * abs(h)
+            fresh = True
+            h = sized(left, pace)
         finish(L, W, w, mode, given, k, still)
         if with_loads:
             forces(L, W, w, -1)
@@ -164,6 +244,28 @@ def follow(L, W, soft, mode, s, t, given, ahead, with_loads, still, output, stat
         state[0] = k + 1.0
         state[1] = here
     return DONE
+
+
+@inline
+def sized(left, pace):
+    """The next step of what is left: all of it, half of it, or as the pace is."""
+    h = left
+    if abs(left) > 2.0 * pace:
+        h = math.copysign(pace, left)
+    elif abs(left) > pace:
+        h = 0.5 * left
+    return h
+
+
+@njit
+def pass_by(L, W, s, last, state, passed):
+    """Note a change point at s, and the last place, which is close before it."""
+    n = int(state[6])
+    if n < passed.shape[0]:
+        passed[n, 0] = s
+        for m in range(3 * L.bodies):
+            passed[n, 1 + m] = W.past[last + m, 0]
+    state[6] += 1.0
 
 
 @njit

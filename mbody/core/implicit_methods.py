@@ -25,6 +25,8 @@ class Implicit(NamedTuple):
         are real and imaginary part of that of `complex`.
     real, complex : float, complex
         Eigenvalues of A⁻¹.
+    at : array (samples,)
+        The nodes of the samples of a step (see `mbody.core.branch`).
     """
 
     B: np.ndarray
@@ -34,6 +36,7 @@ class Implicit(NamedTuple):
     inverse: np.ndarray
     real: float
     complex: complex
+    at: np.ndarray
 
 
 @functools.cache
@@ -61,7 +64,9 @@ def radau_5() -> Implicit:
     T = np.column_stack([vectors[:, first].real, vectors[:, second].real, -vectors[:, second].imag])
     E = np.array([-13.0 - 7.0 * r, -13.0 + 7.0 * r, -1.0]) / 3.0
     real, turning = float(values[first].real), complex(values[second])
-    return Implicit(A[2].copy(), A.sum(axis=1), E, T, np.linalg.inv(T), real, turning)
+    C = A.sum(axis=1)
+    at = np.array([0.0, C[0], C[1], 1.0])
+    return Implicit(A[2].copy(), C, E, T, np.linalg.inv(T), real, turning, at)
 
 
 def suzuki_4() -> np.ndarray:

@@ -17,7 +17,19 @@ import numpy as np
 from mbody._bundle import Bundle, Floats, Ints, Rows, Tables, words_of
 from mbody._lanes import aligned
 
-__all__ = ["Frame", "Layout", "Work", "frame_of", "integers", "inverse_masses", "stand_ins"]
+__all__ = [
+    "SAMPLES",
+    "Frame",
+    "Layout",
+    "Work",
+    "frame_of",
+    "integers",
+    "inverse_masses",
+    "stand_ins",
+]
+
+#: Samples of a step by which its branch is judged, both ends included, at most.
+SAMPLES = 7
 
 
 class Layout(Bundle):
@@ -111,9 +123,11 @@ class Work(Bundle):
     nu: Rows
     gamma: Rows
     diagonal: Rows  # of the Schur complement before elimination
+    cross: Rows  # the number beside the diagonal of each node, before elimination
     pivot: Rows  # (1/d₀, l, 1/d₁) of each node
     schur: Rows  # (a, b, c) of each node, then its blocks
     lower: Rows  # blocks of the factor
+    near: Rows  # distances of each node from a singular position, at the samples of a step
     x: Rows  # right-hand side and solution on nodes
     lam: Rows  # multipliers on nodes
     u: Rows  # on columns
@@ -122,6 +136,8 @@ class Work(Bundle):
     scratch: Rows
     # the path behind: position and its two derivatives at the last three places, in turn
     past: Rows
+    # how far rows are from depending on each other at the places behind (`mbody.core.watch`)
+    watch: Rows
     # positions to come back to while loops are closed
     guess: Rows
     base: Rows
@@ -227,9 +243,12 @@ def _frame(
         "turn": 2 * (bodies + 1),
         "signal": 3 * signals,
         "block": 12 * nodes + 6 * more,
+        "cross": nodes,
         "pivot": 3 * nodes,
+        "watch": 4 * nodes,
         "schur": 3 * nodes + 4 * blocks,
         "lower": 4 * blocks,
+        "near": SAMPLES * nodes,
         "u": columns,
         "r": columns,
         "scratch": 32,

@@ -6,7 +6,8 @@ All of it is in the metric of the masses, by the factor that the accelerations t
 from __future__ import annotations
 
 from mbody._jit import njit
-from mbody._lanes import ld, select_le, smaller, st
+from mbody._lanes import ld, smaller, st
+from mbody.core.branch import left_of
 from mbody.core.factor import VANISHED, apply_g, factor
 from mbody.core.forces import signals
 from mbody.core.instant import clear, least_motion, newton, rates_of_rows, reach, take_off
@@ -19,8 +20,6 @@ __all__ = ["accelerate", "project_velocity", "tangential", "weakest"]
 CLOSED = 1e-13
 #: Newton steps of one projection.
 NEWTON = 12
-#: Least part of a determinant that is not zero.
-TINY = 1e-300
 
 
 @njit
@@ -80,21 +79,10 @@ def accelerate(L, W, w, soft, passes, on_manifold):
 
 @njit
 def weakest(L, W, w):
-    """The least part that elimination leaves of the determinant of a node: how far rows are from
-    depending on each other, whatever their axes, and whatever the masses of the bodies.
-    """
-    B, V = W.block, W.weight
-    zero = 0.0 * ld(W.size, 0, w)
-    least = zero + 1.0
+    """The least part that elimination leaves of the determinant of a node; see `left_of`."""
+    least = 0.0 * ld(W.size, 0, w) + 1.0
     for k in range(L.nodes):
-        b = zero
-        for side in range(2):
-            i, o = L.node_column[2 * k + side], 12 * k + 6 * side
-            for m in range(3):
-                b = b + ld(V, i + m, w) * ld(B, o + m, w) * ld(B, o + 3 + m, w)
-        both = ld(W.diagonal, 2 * k, w) * ld(W.diagonal, 2 * k + 1, w)
-        left = ld(W.pivot, 3 * k, w) * ld(W.pivot, 3 * k + 2, w) * (both - b * b)
-        least = smaller(least, select_le(TINY, left, 1.0 / left, zero))
+        least = smaller(least, left_of(L, W, w, k))
     return least
 
 

@@ -1,15 +1,16 @@
 """Lane continuation: many motions, or many pieces of one, side by side with fixed steps.
 
 Every lane starts from its own closed position and predicts, corrects and checks like the scalar
-path, but cannot halve its step: a lane that fails a check is marked and left to `follow`. One LU of
-the square Φ_q an instant serves position, velocity, acceleration and reactions.
+path, the signs of its Assur groups among it, but cannot halve its step: a lane that fails a check
+is marked and left to `follow`. One LU of the square Φ_q an instant serves position, velocity,
+acceleration and reactions.
 """
 
 from __future__ import annotations
 
 from mbody._jit import inline, kernel, njit
 from mbody._lanes import highest, larger, ld, lowest, select_le, st, wide
-from mbody.core.follow import CORRECTION, SLIGHT, TURNED
+from mbody.core.follow import CORRECTION, SLIGHT, SPREAD, TURNED
 from mbody.core.forces import forces, signals
 from mbody.core.instant import (
     acting,
@@ -24,6 +25,7 @@ from mbody.core.output import keep, keep_some
 from mbody.core.path import behind, predict, predict_far, step
 from mbody.core.rows import rows, turns
 from mbody.core.square import factor_square, solve_both, solve_square, solve_transposed
+from mbody.core.watch import sides_kept
 
 __all__ = ["march", "march_designs"]
 
@@ -134,18 +136,23 @@ def march(L, P, Q, W, F, x, mode, s, t, given, far, with_loads, still, output, b
 
     P, Q: two choices of pivots; F, x: numbers of the LU, and room for two right-hand sides; s, t
     (steps, lanes): path parameter and time; given (2·steps, lanes): rate and acceleration of the
-    one driver in mode 1; far: greatest coordinate; bad (1, lanes): set to one where a lane must not
-    be trusted.
+    one driver in mode 1; far: greatest coordinate; bad (3, lanes): set to one where a lane must not
+    be trusted, the greatest inverse determinant of a block, and the instant of it.
     """
     signals(L, W, wide(), L.signal_law.shape[0])
     failed, last, by_places, second = 0.0 * wide(), 0, NEAR, False
+    worst, when = 0.0 * wide(), 0.0 * wide()
     for k in range(s.shape[0]):
-        failed, last, by_places, second = advance(
+        failed, last, by_places, second, most = advance(
             *(L, P, Q, W, F, x, mode, s, t, given, far, with_loads, still),
             *(k, failed, last, by_places, second),
         )
+        when = select_le(most, worst, when, 0.0 * wide() + k)
+        worst = larger(most, worst)
         keep(L, W, wide(), output[k])
     st(bad, 0, failed, wide())
+    st(bad, 1, worst, wide())
+    st(bad, 2, when, wide())
 
 
 @kernel
@@ -189,7 +196,7 @@ def march_designs(
         signals(L, W, wide(), L.signal_law.shape[0])
         failed, last, by_places, second = 0.0 * wide(), 0, MAYBE, False
         for k in range(s.shape[0]):
-            failed, last, by_places, second = advance(
+            failed, last, by_places, second, _ = advance(
                 *(L, P, Q, W, F, x, mode, s, t, given, far, with_loads, still),
                 *(k, failed, last, by_places, second),
             )
@@ -207,18 +214,20 @@ def advance(
     L, P, Q, W, F, x, mode, s, t, given, far, with_loads, still, k, failed, last, by_places, second
 ):
     """Go to instant k, motion and reactions in W; returns `failed`, one in lanes that must not be
-    trusted, where the last place is, by how many places the next one is predicted, and whether
-    the pivots are those of Q.
+    trusted, where the last place is, by how many places the next one is predicted, whether the
+    pivots are those of Q, and the greatest inverse determinant of a block.
     """
     w = wide()
     one = 0.0 * w + 1.0
     zero = 0.0 * w
     here = ld(s, k, w)
-    h = zero
+    h, back = zero, zero
     st(W.time, 0, ld(t, k, w), w)
     if k > 0:
         h = here - ld(s, k - 1, w)
-        foretell(L, W, w, s, k, h, last, by_places)
+        if k > 1:
+            back = ld(s, k - 1, w) - ld(s, k - 2, w)
+        foretell(L, W, w, s, k, h, back, last, by_places)
     signals(L, W, w, L.varying)
     if mode == 1:
         o = L.driver_row[0]
@@ -241,9 +250,11 @@ def advance(
             by_places = FAR
     failed = larger(failed, select_le(rest, zero + small, zero, one))
     failed = larger(failed, select_le(growth, zero + GROWTH, zero, one))
+    failed, most = sides_kept(S, W, w, F, k, h, back, failed)
     accelerations(L, S, W, w, F, x)
     if k > 0:
-        moved, off, terms = step(L, W, w, h, last)
+        moved, off, terms, spread = step(L, W, w, h, last)
+        failed = larger(failed, select_le(spread, zero + SPREAD, zero, one))
         failed = larger(failed, select_le(first, CORRECTION * moved + SLIGHT, zero, one))
         failed = larger(failed, select_le(off, TURNED * terms + SLIGHT, zero, one))
     last = behind(L, W, w, last)
@@ -262,19 +273,19 @@ def advance(
     else:
         beyond = moving(L, W, w)
     failed = larger(failed, select_le(beyond, zero, zero, one))
-    return failed, last, by_places, second
+    return failed, last, by_places, second, most
 
 
 @njit
-def foretell(L, W, w, s, k, h, last, by_places):
-    """Predict instant k, h beyond the last. A step of length zero leaves what is behind it useless:
-    after it by Taylor's polynomial.
+def foretell(L, W, w, s, k, h, behind_it, last, by_places):
+    """Predict instant k, h beyond the last, which is `behind_it` from the one before. A step of
+    length zero leaves what is behind it useless: after it by Taylor's polynomial.
     """
     zero = 0.0 * w
     back, longer = zero + 1.0, zero + 1.0
     length, before = zero, zero
     if k > 1:
-        back = ld(s, k - 1, w) - ld(s, k - 2, w)
+        back = behind_it
         length = larger(back, -back)
     if k > 2:
         longer = ld(s, k - 1, w) - ld(s, k - 3, w)

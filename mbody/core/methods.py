@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -27,6 +28,11 @@ class Explicit(NamedTuple):
         The power of the step with which the error of one step falls.
     stable : float
         h |λ| at which steps are held by stability.
+    sample : array (stages + 1,)
+        Which sample of the step (see `mbody.core.branch`) each row is, the first being 0; of rows
+        that are none 0.
+    at : array (samples,)
+        The nodes of the samples.
     """
 
     A: np.ndarray
@@ -36,6 +42,8 @@ class Explicit(NamedTuple):
     D: np.ndarray
     order: float
     stable: float
+    sample: np.ndarray
+    at: np.ndarray
 
 
 #: Rows of A by their entries that are not zero.
@@ -246,7 +254,9 @@ def order_8() -> Explicit:
     for row, entries in _A.items():
         A[row, list(entries)] = list(entries.values())
     E, D = _filled((_E3, _E5), 12), _filled(_D, 16)
-    return Explicit(A, A[12, :12].copy(), np.array(_C), E, D, 8.0, 6.1)
+    return Explicit(
+        A, A[12, :12].copy(), np.array(_C), E, D, 8.0, 6.1, *_samples(_C, 12, (3, 5, 9, 10))
+    )
 
 
 @functools.cache
@@ -275,7 +285,17 @@ def order_5() -> Explicit:
     D[0, 2:4] = 87487479700 / 32700410799, -10690763975 / 1880347072
     D[0, 4:6] = 701980252875 / 199316789632, -1453857185 / 822651844
     D[0, 6] = 69997945 / 29380423
-    return Explicit(A, A[6, :6].copy(), A.sum(axis=1), E, D, 5.0, 3.25)
+    C = A.sum(axis=1)
+    return Explicit(A, A[6, :6].copy(), C, E, D, 5.0, 3.25, *_samples(C, 6, (1, 2, 3)))
+
+
+def _samples(
+    C: Sequence[float] | np.ndarray, end: int, rows: tuple[int, ...]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Stages `rows`, whose nodes cover the step best, and its end."""
+    sample, every = np.zeros(end + 1, dtype=np.int64), (*rows, end)
+    sample[list(every)] = np.arange(1, len(every) + 1)
+    return sample, np.array([0.0, *(float(C[row]) for row in every)])
 
 
 def _filled(rows: tuple[dict[int, float], ...], width: int) -> np.ndarray:

@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 
 from mbody._jit import kernel
+from mbody.core.branch import sampled, uncertain, watched
 from mbody.core.dense_output import deliver, hermite
 from mbody.core.generalized_alpha import alpha_step
-from mbody.core.manifold import weakest
 from mbody.core.progress import (
     DONE,
+    FREED,
     FREEST,
     FRESH,
     LAST,
     LAST_ONE,
+    LIGHTER,
     LOST,
     MORE,
     NEXT,
@@ -32,16 +34,16 @@ __all__ = ["pace"]
 
 @kernel
 def pace(
-    L, W, parts, rho, soft, passes, scale, until, steps, length, y, K, P, work, hat, blocks,
+    L, W, parts, at, rho, soft, passes, scale, until, steps, length, y, K, P, work, hat, blocks,
     lam, Jq, Jv, S, pivots, F, G, times, output, gained, state,
 ):  # fmt: skip
     """At most so many steps of that length towards `until`, the last one shorter; every instant of
     `times` that is met is kept.
 
     parts (steps of RATTLE,): of which a step is composed, none for generalised-α, whose spectral
-    radius is rho. hat (coordinates,), lam (2·nodes,): the acceleration of the algorithm and the
-    multipliers, carried on. Other arguments and codes as of `mbody.core.flow.flow` and
-    `mbody.core.radau.radau`.
+    radius is rho. at (samples,): the parts of a step at which it is sampled. hat (coordinates,),
+    lam (2·nodes,): the acceleration of the algorithm and the multipliers, carried on. Other
+    arguments and codes as of `mbody.core.flow.flow` and `mbody.core.radau.radau`.
     """
     n6, n3 = 6 * L.bodies, 3 * L.bodies
     ys, last = work[0], work[1]
@@ -59,6 +61,8 @@ def pace(
         now = until if clipped else t + length
         for n in range(n6):
             last[n] = y[n]
+        for n in range(hat.shape[0]):
+            work[2, n3 + n] = hat[n]
         good = True
         if symmetric:
             begun = t
@@ -83,19 +87,30 @@ def pace(
             # RATTLE ends on the manifold to rounding; no projection there but of rounding
             _, _, good = slope(L, W, now, y, K[1], P[1], soft, passes, True)
             state[SLOPES] += 1
-        part = weakest(L, W, 0.0)
+        part = sampled(L, W, 0.0, 3)
         lost = not good or not math.isfinite(y[0])
-        if lost or part < WEAK * state[FREEST]:
+        weak = lost or part < WEAK * state[FREEST]
+        least, least_at = 1.0, 0.0
+        if not weak:
+            for n in range(lam.shape[0]):
+                lam[n] = W.lam[n, 0]
+            least, least_at = hermite(L, W, soft, passes, t, h, y, last, K, P, F, G, ys, state)
+            weak = uncertain(L, W, at, t, last, y, False, state)
+        if weak:
             for n in range(n6):
                 y[n] = last[n]
+            for n in range(hat.shape[0]):
+                hat[n] = work[2, n3 + n]
             state[FRESH] = 0.0
             return LOST if lost else PASSAGE
-        for n in range(lam.shape[0]):
-            lam[n] = W.lam[n, 0]
         state[PIVOT], state[FREEST] = part, max(part, state[FREEST])
+        if part < least:
+            least, least_at = part, 1.0
+        for n in range(n3):
+            W.v[n, 0] = y[n3 + n]
+        watched(L, W, 3, least, t + least_at * h, True, state)
         state[STEPS] += 1
         state[LAST_ONE] = 0.0
-        hermite(L, W, soft, passes, t, h, y, last, K, P, F, G, ys, state)
         for n in range(n6):
             K[0, n] = K[1, n]
         for c in range(P.shape[1]):
@@ -105,4 +120,6 @@ def pace(
             *(K[1], P[1], times, output, gained, state),
         )
         state[TIME], state[NEXT] = now, length
+        if state[FREED] > state[LIGHTER]:
+            return MORE
     return MORE

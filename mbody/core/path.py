@@ -8,7 +8,7 @@ polynomial of degree 8. The places take turns in W.past; `last` is the first row
 from __future__ import annotations
 
 from mbody._jit import inline, njit
-from mbody._lanes import ld, st
+from mbody._lanes import larger, ld, smaller, st
 
 __all__ = ["behind", "predict", "predict_far", "step"]
 
@@ -96,12 +96,14 @@ def earlier(W, place):
 def step(L, W, w, h, last):
     """Squares of the step from the last place to q, and of how far the derivative at q (in W.v)
     lies from the one foretold there, with the size of its terms: a step onto another branch turns
-    the derivative round. In model lengths and radians.
+    the derivative round. In model lengths and radians. And the most by which one body turns from
+    another, the ground among them.
     """
     per_length = 1.0 / ld(W.size, 0, w)
     size = W.q.shape[0]
     moved, off, terms = 0.0 * per_length, 0.0 * per_length, 0.0 * per_length
     turned, turned_off, turned_terms = moved, off, terms
+    most, least = moved, moved
     for b in range(L.bodies):
         for n in range(3):
             o = 3 * b + n
@@ -112,6 +114,7 @@ def step(L, W, w, h, last):
             whole = now * now + before * before + bend * bend
             if n == 2:
                 turned = turned + way * way
+                most, least = larger(most, way), smaller(least, way)
                 turned_off = turned_off + d * d
                 turned_terms = turned_terms + whole
             else:
@@ -119,4 +122,9 @@ def step(L, W, w, h, last):
                 off = off + d * d
                 terms = terms + whole
     square = per_length * per_length
-    return square * moved + turned, square * off + turned_off, square * terms + turned_terms
+    far, off, terms = (
+        square * moved + turned,
+        square * off + turned_off,
+        square * terms + turned_terms,
+    )
+    return far, off, terms, most - least

@@ -13,15 +13,17 @@ from __future__ import annotations
 import math
 
 from mbody._jit import kernel, njit
+from mbody.core.branch import sampled, uncertain, watched
 from mbody.core.dense_output import along, deliver
-from mbody.core.manifold import weakest
 from mbody.core.progress import (
     DONE,
     ERROR,
+    FREED,
     FREEST,
     FRESH,
     LAST,
     LAST_ONE,
+    LIGHTER,
     LOST,
     MORE,
     NEXT,
@@ -239,32 +241,40 @@ def radau(
             continue
         for n in range(n6):
             last[n] = y[n]
-        _, _, good = slope(L, W, t + h, end, K[1], P[1], soft, passes, True)
+        # the stages once more, where they are now, for their powers and their distances
+        least, least_at = state[PIVOT], t
+        for i in range(2):
+            for n in range(n6):
+                ys[n] = y[n] + Z[i, n]
+            slope(L, W, t + method.C[i] * h, ys, K[2], P[1 + i], soft, regular, False)
+            state[SLOPES] += 1
+            part = sampled(L, W, 0.0, 1 + i)
+            if part < least:
+                least, least_at = part, t + method.C[i] * h
+        _, _, good = slope(L, W, t + h, end, K[1], P[3], soft, passes, True)
         state[SLOPES] += 1
         if not good:
             state[REJECTED] += 1
             state[NEXT] = 0.5 * h
             continue
-        part = weakest(L, W, 0.0)
-        if part < WEAK * state[FREEST]:
+        part = sampled(L, W, 0.0, 3)
+        if part < WEAK * state[FREEST] or uncertain(L, W, method.at, t, y, end, False, state):
             state[FRESH] = 0.0
             return PASSAGE
         # ---- the step is made
         for n in range(n6):
             y[n] = end[n]
         state[PIVOT], state[FREEST] = part, max(part, state[FREEST])
+        now = until if clipped else t + h
+        if part < least:
+            least, least_at = part, now
+        watched(L, W, 3, least, least_at, regular > 0, state)
         state[STEPS] += 1
         state[LAST_ONE] = 0.0
-        now = until if clipped else t + h
         for n in range(n6):
             K[0, n] = K[1, n]
         for c in range(P.shape[1]):
-            P[0, c] = P[3, c] = P[1, c]
-        for i in range(2):
-            for n in range(n6):
-                ys[n] = last[n] + Z[i, n]
-            slope(L, W, t + method.C[i] * h, ys, K[1 + i], P[1 + i], soft, regular, False)
-            state[SLOPES] += 1
+            P[0, c] = P[3, c]
         for n in range(n6):
             Z[2, n] = y[n] - last[n]
         collocation(method.C, Z, F)
@@ -284,4 +294,6 @@ def radau(
             wanted = h
         state[NEXT] = max(wanted, state[NEXT]) if clipped else wanted
         state[FRESH] = 1.0 if rate < 1e-3 else 0.0
+        if state[FREED] > state[LIGHTER]:
+            return MORE
     return MORE

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from mbody._jit import kernel, njit
+from mbody.core.branch import sampled
 from mbody.core.forces import forces, signals
-from mbody.core.manifold import accelerate, weakest
+from mbody.core.manifold import accelerate
 from mbody.core.output import keep
 from mbody.core.progress import FREEST, PIVOT, TIME
 
@@ -57,6 +58,6 @@ def begin(L, W, soft, passes, y, K, P, page, state):
     """
     signals(L, W, 0.0, L.signal_law.shape[0])
     _, _, good = slope(L, W, state[TIME], y, K[0], P[0], soft, passes, True)
-    state[PIVOT] = state[FREEST] = weakest(L, W, 0.0)
+    state[PIVOT] = state[FREEST] = sampled(L, W, 0.0, 0)
     keep(L, W, 0.0, page)
     return good

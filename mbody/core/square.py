@@ -6,7 +6,7 @@ numbers that are written and read again.
 
 from __future__ import annotations
 
-from mbody._bundle import Bundle, Ints
+from mbody._bundle import Bundle, Floats, Ints
 from mbody._jit import njit
 from mbody._lanes import ld, st
 
@@ -53,6 +53,11 @@ class Square(Bundle):
     entry_start: Ints
     entry: Ints
     entry_row: Ints
+    # diagonal blocks that vary: the pivots of each that are no constants; by what their product's
+    # inverse goes into the block's determinant, with the sign of the exchanges and without units
+    group_start: Ints
+    group: Ints
+    scale: Floats
 
 
 @njit

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from mbody.doubts import Inherited, inherited
 from mbody.drivers import AngleDriver
 from mbody.elements import listed
 from mbody.errors import ModelError, brief
@@ -25,7 +26,7 @@ SAME = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Fluctuation:
+class Fluctuation(Inherited):
     """The turning-moment diagram of a cycle, and what follows from it.
 
     Attributes
@@ -41,6 +42,8 @@ class Fluctuation:
         Extremes of the energy, at the crossings of torque and mean, between instants too.
     at_least, at_greatest : float
         Angles of them [rad].
+    status, doubts, notes
+        As of `Inherited`: those of the result.
     """
 
     angle: Array
@@ -116,7 +119,8 @@ def fluctuation(run: Solution, driver: str | None = None) -> Fluctuation:
             f"a fluctuation is of one design, this is a batch of {run.system.batch} designs: "
             "analyse one of them, system.design(n)"
         )
-    return energy_fluctuation(run.driven(name)[0], run.effort(name))
+    found = energy_fluctuation(run.driven(name)[0], run.effort(name))
+    return replace(found, **inherited(run))
 
 
 def energy_fluctuation(angle: Any, torque: Any) -> Fluctuation:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+import warnings
 from numbers import Real
 
 import numpy as np
 
 from mbody.engineering.fluctuation import fluctuation, the_motor
-from mbody.errors import ModelError
+from mbody.errors import ModelError, ModelWarning
 from mbody.solution import Solution
 
 __all__ = ["flywheel"]
@@ -32,7 +33,8 @@ def flywheel(run: Solution, coefficient: float, driver: str | None = None) -> fl
     Returns
     -------
     float
-        Of the flywheel alone, beside what already turns with that shaft.
+        Of the flywheel alone, beside what already turns with that shaft. Of a result in doubt a
+        `ModelWarning` says so.
 
     Raises
     ------
@@ -70,4 +72,7 @@ def flywheel(run: Solution, coefficient: float, driver: str | None = None) -> fl
         raise ModelError(
             f"driver '{name}' stands still, a flywheel keeps a speed: give its law one", name
         )
-    return fluctuation(run, name).fluctuation / (float(coefficient) * speed**2)
+    found = fluctuation(run, name)
+    if found.doubts:  # a number can carry none
+        warnings.warn(f"flywheel: {found.doubts[0].message}", ModelWarning, stacklevel=2)
+    return found.fluctuation / (float(coefficient) * speed**2)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.doubts import Inherited, inherited
 from mbody.elements import listed
 from mbody.errors import ModelError, brief
 from mbody.loads import ValvedCylinder
@@ -19,7 +20,7 @@ Array = np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
-class Indicator:
+class Indicator(Inherited):
     """What goes on in a chamber: arrays (instants,).
 
     Attributes
@@ -123,4 +124,5 @@ def indicator(run: Solution, cylinder: str, *, opposite: bool = False) -> Indica
     pressure = np.array([load.pressure(*pair, opposite=opposite) for pair in pairs])
     out = np.where((pressure >= load.delivery) & (rate < 0.0), -rate, 0.0)
     into = np.where((pressure <= load.suction) & (rate > 0.0), rate, 0.0)
-    return Indicator(volume, rate, pressure, out, into, -pressure * rate)
+    power = -pressure * rate
+    return Indicator(volume, rate, pressure, out, into, power, **inherited(run))

@@ -8,6 +8,7 @@ import numpy as np
 
 from mbody.analysis.free_body import coupled, driven
 from mbody.checks import loaded
+from mbody.doubts import Inherited, inherited
 from mbody.drivers import Driver
 from mbody.elements import Marker, as_marker
 from mbody.ends import torque_told
@@ -20,7 +21,7 @@ Array = np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
-class ShakingForce:
+class ShakingForce(Inherited):
     """Resultant on the frame, world axes: arrays (instants,).
 
     Attributes
@@ -112,7 +113,7 @@ def shaking_force(run: Solution, about: Marker | str = "ground") -> ShakingForce
     for n, body in enumerate(run.mechanism.bodies):
         there, inertia = run[body.name], np.column_stack(run.inertia(body.name))
         motion = motion + _moved(forces[:, n] + inertia, there.x - place.x, there.y - place.y)
-    return ShakingForce(*joints.T, *motion.T)
+    return ShakingForce(*joints.T, *motion.T, **inherited(run))
 
 
 def _moved(force: Array, x: Array, y: Array) -> Array:

@@ -9,11 +9,12 @@ import functools
 from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mbody.errors import ModelError
-from mbody.io import model
-from mbody.mechanism import Mechanism
+
+if TYPE_CHECKING:
+    from mbody.mechanism import Mechanism
 
 __all__ = ["load", "names", "path"]
 
@@ -68,4 +69,6 @@ def load(name: str, parameters: Mapping[str, Any] | None = None) -> Mechanism:
     >>> load("rotating_mass", {"m": "5 lb"})["link"].mass
     2.26796185
     """
+    from mbody.io import model  # only here: names are there without what reads them
+
     return model.load(path(name), parameters)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.io.measured import measures
+from mbody.io.parts import noted
 from mbody.io.results import data
 from mbody.io.text import Column, even, number, numbers, paragraph, table
 
@@ -21,7 +22,8 @@ AT_THE_INSTANT = ("bodies", "reactions", "efforts", "measures")
 
 def answer_data(answer: Answer, angle: str = "deg") -> dict[str, Any]:
     """An answer as plain dicts: ``{"solutions": [{"unknowns", "units", "conditions",
-    "side_conditions", "binding", "residual", "bodies", "reactions", "efforts", "measures"}]}``.
+    "side_conditions", "binding", "residual", "bodies", "reactions", "efforts", "measures"}],
+    "status", "doubts", "notes"}``.
 
     Parameters
     ----------
@@ -35,7 +37,12 @@ def answer_data(answer: Answer, angle: str = "deg") -> dict[str, Any]:
     >>> list(told["solutions"][0]["unknowns"])
     ['motor.acceleration']
     """
-    told: dict[str, Any] = {"solutions": [_data(found, angle) for found in answer.solutions]}
+    told: dict[str, Any] = {
+        "solutions": [_data(found, angle) for found in answer.solutions],
+        "status": answer.status,
+        "doubts": [doubt.data() for doubt in answer.doubts],
+        "notes": list(answer.notes),
+    }
     if answer.question.note:
         told["note"] = answer.question.note
     if answer.question.objective:
@@ -85,7 +92,9 @@ def sheet(answer: Answer, name: str = "") -> str:
     for n, found in enumerate(answer.solutions, start=1):
         title = "UNKNOWNS" if len(answer) == 1 else f"SOLUTION {n}"
         lines += ["", *_found(found, title)]
-    return "\n".join(even(lines))
+    if answer.doubts:
+        lines += ["", *paragraph(answer.status, "STATUS   ")]
+    return "\n".join(even([*lines, *noted(answer.notes)]))
 
 
 def _asked(answer: Answer) -> list[str]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mbody.io.parts import force_floor
-from mbody.io.text import Column, numbers, table
+from mbody.io.text import Column, numbers, table, there
 
 if TYPE_CHECKING:
     from mbody.solution import Solution
@@ -33,7 +33,7 @@ def couplings(solution: Solution) -> list[str]:
         if efforts[0].size == 1:
             columns.append(Column(kind, numbers(np.concatenate(efforts), least), unit(kind)))
         else:
-            ends = np.array([(effort.min(), effort.max()) for effort in efforts]).T
+            ends = np.array([(there(effort).min(), there(effort).max()) for effort in efforts]).T
             columns.append(Column(f"least {kind}", numbers(ends[0], least), unit(kind)))
             columns.append(Column("greatest", numbers(ends[1], least), unit(kind)))
         bodies = [", ".join(coupling.bodies) for coupling in chosen]

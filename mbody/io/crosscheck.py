@@ -30,7 +30,8 @@ def sheet(report: Any) -> str:
     for name, opinion in report.opinions.items():
         lines += ["", *_opinion(name, opinion)]
     verdict = "all agree" if report.agrees else "THEY DIFFER"
-    return "\n".join(even([*lines, "", f"VERDICT   {verdict}"]))
+    doubts = [line for one in report.run.doubts for line in paragraph(one.message, "DOUBT   ")]
+    return "\n".join(even([*lines, "", *doubts, f"VERDICT   {verdict}"]))
 
 
 def _opinion(name: str, opinion: Any) -> list[str]:

@@ -20,6 +20,8 @@ def writing(path: Any, *, binary: bool = False) -> Iterator[IO[Any]]:
     ------
     ModelError
         For a place where no file can be written.
+    BrokenPipeError
+        Where the file is a pipe that nobody reads any more.
     """
     try:
         mode: dict[str, Any] = {"encoding": "utf-8", "newline": ""}
@@ -27,6 +29,8 @@ def writing(path: Any, *, binary: bool = False) -> Iterator[IO[Any]]:
             yield file
     except TypeError:
         raise ModelError(f"a path must be text or path-like, not {path!r}") from None
+    except BrokenPipeError:
+        raise  # who read it has gone, as of `--csv /dev/stdout | head`: there is nothing to mend
     except OSError as error:
         raise ModelError(
             f"cannot write '{path}' ({error.strerror}): choose a folder that exists and may be "

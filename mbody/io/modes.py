@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbody.io.parts import ROUNDING, noted, title
+from mbody.io.parts import ROUNDING, certified, title
 from mbody.io.text import Column, even, number, numbers, paragraph, table
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def sheet(found: Modes) -> str:
         lines += [line for note in one.notes for line in paragraph(note, "NOTE   ")]
     if count > SHOWN:
         lines.append(f"and {count - SHOWN} more")
-    return "\n".join(even([*lines, *noted(found.notes)]))
+    return "\n".join(even([*lines, *certified(found)]))
 
 
 def _where(one: ModesAt) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 __all__ = [
     "ABOUT",
     "ROUNDING",
+    "certified",
     "closing",
     "force_floor",
     "force_names",
@@ -107,7 +108,7 @@ def noted(notes: Iterable[str]) -> list[str]:
 
 
 def closing(solution: Solution, residuals: bool = True) -> list[str]:
-    """Residuals, status and notes."""
+    """Residuals, the balance of energy, events, status, doubts and notes."""
     lines = []
     if residuals:
         checks = solution.checks
@@ -118,14 +119,23 @@ def closing(solution: Solution, residuals: bool = True) -> list[str]:
         lines += ["", "RESIDUALS   " + "   ".join(parts) + "   (relative)"]
     if solution.energy is not None and solution.stats is not None:
         energy, stats = solution.energy, solution.stats
-        error = float(np.abs(energy.balance).max(initial=0.0)) / (energy.size or 1.0)
         counts = ", ".join(f"{count} {name}" for name, count in stats.items() if count)
-        lines += ["", f"ENERGY   balance {error:.1e} (relative)   {counts}"]
+        lines += ["", f"ENERGY   balance {energy.error:.1e} (relative)   {counts}"]
     if solution.events:
         lines += ["", *_events(solution)]
-    if solution.status != "completed":
-        lines += ["", *paragraph(solution.status, "STATUS   ")]
-    return [*lines, *noted(solution.notes)]
+    return [*lines, *certified(solution)]
+
+
+def certified(result: Any) -> list[str]:
+    """The status of a result where it is not completed, all its doubts, and its notes."""
+    told = [one.message for one in result.doubts]
+    lines = []
+    if told:
+        lines = ["", *paragraph(f"doubtful: {told[0]}", "STATUS   ")]
+        lines += [line for one in told[1:] for line in paragraph(one, "DOUBT   ")]
+    elif result.status != "completed":
+        lines = ["", *paragraph(result.status, "STATUS   ")]
+    return [*lines, *noted(note for note in result.notes if note not in told)]
 
 
 def _events(solution: Solution) -> list[str]:

@@ -1,10 +1,10 @@
 """Results as data: one form for every analysis, the same in Python, JSON and on the command line.
 
 ``{"mbody", "model", "analysis", "units", "t", "bodies", "points", "reactions", "efforts",
-"measures", "checks", "status", "doubts", "notes"}``. Every list has one entry an instant. x and y
-of a body are its mass centre. Reactions act on body j by body i, in world axes, at the joint's
-place on j. omega and alpha are in rad and the time unit always, angles in the unit that "units"
-says.
+"unique_efforts", "measures", "checks", "status", "doubts", "notes"}``. Every list has one entry an
+instant. x and y of a body are its mass centre. Reactions act on body j by body i, in world axes, at
+the joint's place on j. omega and alpha are in rad and the time unit always, angles in the unit that
+"units" says.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody._version import __version__
+from mbody.doubts import certificate
 from mbody.errors import ModelError
 from mbody.io.files import writing
 from mbody.measures import found_by, measured
@@ -63,6 +64,7 @@ def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
     # closing the loops finds velocities, but no accelerations
     found = 6 if solution.analysis == "close_loops" else 9
     keys, at_points = BODY[:found], POINT[: found - found // 3]
+    giving = (*machine.couplings, *machine.drivers) if solution.has_forces else ()
     measures = {name: _measure(solution, m, turned) for name, m in machine.measures.items()}
     return {
         "mbody": __version__,
@@ -83,21 +85,25 @@ def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
             for point in body.points
         },
         "reactions": _reactions(solution),
-        "efforts": {
-            each.name: _list(solution.effort(each.name))
-            for each in ((*machine.couplings, *machine.drivers) if solution.has_forces else ())
-        },
+        "efforts": {each.name: _list(solution.effort(each.name)) for each in giving},
+        "unique_efforts": {each.name: solution.unique_effort(each.name) for each in giving},
         "measures": measures,
         "checks": {
             "constraint": _number(solution.checks.constraint),
             "equilibrium": _number(solution.checks.equilibrium) if solution.has_forces else None,
             "virtual_work": _number(solution.checks.virtual_work) if solution.has_forces else None,
+            "energy": _number(solution.checks.energy),
+            "branch": _branch(solution),
         },
-        "status": solution.status,
-        "doubts": [doubt.data() for doubt in solution.doubts],
-        "notes": list(solution.notes),
+        **certificate(solution),
         **_motion(solution),
     }
+
+
+def _branch(solution: Solution) -> dict[str, float] | None:
+    """How near the motion came to another branch, and when; None where none was followed."""
+    found = solution.branch
+    return None if found is None else {"least": float(found.least), "t": float(found.t)}
 
 
 def _motion(solution: Solution) -> dict[str, Any]:
@@ -107,7 +113,7 @@ def _motion(solution: Solution) -> dict[str, Any]:
         told["stats"] = dict(solution.stats)
     if solution.energy is not None:
         told["energy"] = solution.energy.data()
-    if solution.events:
+    if solution.analysis == "simulate":
         told["events"] = [{"name": one.name, "t": one.t} for one in solution.events]
     return told
 
@@ -120,9 +126,9 @@ def _list(values: Any) -> list[Any]:
     return list(told.tolist())
 
 
-def _number(value: float) -> float | None:
+def _number(value: float | None) -> float | None:
     """JSON has no NaN: None stands for a number that there is not, as at a division by zero."""
-    return float(value) if math.isfinite(value) else None
+    return None if value is None or not math.isfinite(value) else float(value)
 
 
 def _fields(history: Any, keys: tuple[str, ...]) -> dict[str, list[Any]]:
@@ -136,7 +142,8 @@ def _reactions(solution: Solution) -> dict[str, Any]:
     for joint in solution.mechanism.joints:
         reaction = solution.reaction(joint.name)
         sides = {"i": reaction.by, "j": reaction.on}
-        found[joint.name] = {**sides, **_fields(reaction, ("fx", "fy", "torque"))}
+        unique = {"unique": list(reaction.unique or (None, None, None))}
+        found[joint.name] = {**sides, **_fields(reaction, ("fx", "fy", "torque")), **unique}
     return found
 
 
@@ -181,7 +188,8 @@ def write_json(solution: Solution, path: Any) -> None:
 
 
 def write_npz(solution: Solution, path: Any) -> None:
-    """Write the columns of a solution as arrays by name; "columns" holds the names with units.
+    """Write the columns of a solution as arrays by name; "columns" holds the names with units,
+    "certificate" status, doubts and notes as JSON.
 
     Raises
     ------
@@ -199,5 +207,8 @@ def write_npz(solution: Solution, path: Any) -> None:
     """
     table = solution.columns()
     arrays: dict[str, Any] = {name.partition(" [")[0]: values for name, values in table.items()}
+    said = json.dumps(certificate(solution), ensure_ascii=False)
     with writing(path, binary=True) as file:
-        np.savez_compressed(file, columns=np.array(list(table)), **arrays)
+        np.savez_compressed(
+            file, columns=np.array(list(table)), certificate=np.array(said), **arrays
+        )

@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 import json
-import zipfile
+from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
 
 import numpy as np
 
+from mbody.analysis.equilibrium import released
+from mbody.analysis.resuming import check_restart
 from mbody.assembler import assemble, with_numbers_of
+from mbody.doubts import as_doubt
 from mbody.energy import Energy
-from mbody.errors import ModelError
+from mbody.errors import ModelError, SolveError, brief
 from mbody.events import Occurrence
 from mbody.histories import Record
+from mbody.io.arrays import Unreadable, packed, unpacked
 from mbody.io.files import writing
 from mbody.io.model import from_text, to_text
+from mbody.io.saved_parts import array, check_told, pages, want
 from mbody.restart import Restart, Way
 from mbody.solution import Solution, as_solution
 from mbody.system import System
@@ -23,9 +28,13 @@ from mbody.system import System
 __all__ = ["load_run", "save_run"]
 
 #: Of what a file tells; another one is refused.
-FORMAT = 1
-#: What reading a file raises that holds something else.
-UNREADABLE = (ValueError, KeyError, TypeError)
+FORMAT = 2
+#: Whose seal a file carries.
+OWNER = "mbody saved result"
+#: What it must tell of itself.
+NEEDED = (
+    *("model", "values", "analysis", "soft", "dependencies", "notes", "status", "stats", "events"),
+)
 ENERGIES = tuple(part.name for part in fields(Energy) if part.name != "by")
 ARRAYS = tuple(part.name for part in fields(Restart) if part.name not in ("way", "own", "released"))
 
@@ -39,7 +48,8 @@ def save_run(run: Solution, path: Any) -> None:
     run : Solution
         Of one design, of kinematics, kinetostatics, statics, close_loops or simulate.
     path : str or path
-        Usually ends in ``.npz``; read by NumPy without pickles.
+        Usually ends in ``.npz``; NumPy reads it, without pickles. It is not compressed and carries
+        a seal, by which `load_run` sees whether anything in it was changed.
 
     Raises
     ------
@@ -72,6 +82,9 @@ def save_run(run: Solution, path: Any) -> None:
         "dependencies": run.dependencies,
         "notes": run.notes,
         "status": run.status,
+        "ending": run.ending,
+        "doubts": [doubt.data() for doubt in run.doubts],
+        "let_go": dict(run.released),
         "stats": run.stats,
     }
     if run.energy is not None:
@@ -90,12 +103,16 @@ def save_run(run: Solution, path: Any) -> None:
         arrays |= {f"restart.{name}": getattr(run.restart, name) for name in ARRAYS}
         arrays |= {f"own.{n}": part for n, part in enumerate(run.restart.own)}
     arrays["told"] = np.frombuffer(json.dumps(told).encode(), dtype=np.uint8)
+    content = packed(arrays, OWNER)
     with writing(path, binary=True) as file:
-        np.savez_compressed(file, allow_pickle=False, **arrays)
+        file.write(content)
 
 
 def load_run(path: Any) -> Solution:
     """The result that `save_run` wrote.
+
+    Nothing is read of a file whose seal does not fit; then kinds, sizes and finiteness of every
+    part are looked at, and that they fit the mechanism.
 
     Parameters
     ----------
@@ -104,61 +121,107 @@ def load_run(path: Any) -> Solution:
     Raises
     ------
     ModelError
-        For a file that there is not, or that is no saved result.
+        For a file that there is not, that is no saved result, or that was changed since.
     """
     try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = dict(file)
-        told = json.loads(arrays["told"].tobytes())
-        known = told["format"]
+        arrays = unpacked(path, OWNER)
+        told = _told(arrays)
+        system = _system(told)
+        return _solution(system, told, arrays)
+    except TypeError:
+        raise ModelError(f"a path must be text or path-like, not {brief(path)}") from None
     except OSError as error:
         reason = error.strerror or str(error)
         raise ModelError(f"cannot read '{path}' ({reason}): give a file of save_run") from None
-    except (*UNREADABLE, AttributeError, zipfile.BadZipFile, EOFError):
-        raise ModelError(f"'{path}' is no saved result: give a file of save_run") from None
-    if known != FORMAT:
-        raise ModelError(f"'{path}' is of format {known}, this version reads {FORMAT}: save anew")
-    mechanism = from_text(told["model"], is_json=True)
-    system = with_numbers_of(assemble(mechanism), told["values"])
-    try:
-        return _solution(system, told, arrays)
-    except UNREADABLE:
+    except Unreadable as error:
         raise ModelError(
-            f"'{path}' is a saved result of which a part is missing: save it anew"
+            f"'{path}' is no saved result that can be used: {error}; save the result anew"
         ) from None
 
 
-def _solution(system: System, told: dict[str, Any], arrays: dict[str, np.ndarray]) -> Solution:
-    energy = restart = None
-    if "works" in told:
-        by = {name: arrays[f"work.{n}"] for n, name in enumerate(told["works"])}
-        energy = Energy(**{name: arrays[f"energy.{name}"] for name in ENERGIES}, by=by)
-    if "way" in told:
-        own = tuple(arrays[f"own.{n}"] for n in range(sum(key[:4] == "own." for key in arrays)))
-        parts = {name: arrays[f"restart.{name}"] for name in ARRAYS}
-        restart = Restart(Way(*told["way"]), **parts, own=own, released=tuple(told["released"]))
-    soft, analysis = told["soft"], told["analysis"]
+def _told(arrays: Mapping[str, np.ndarray]) -> dict[str, Any]:
+    """What a file says in words."""
+    raw = arrays.get("told", np.zeros(0))
+    want(raw.dtype == np.uint8 and raw.ndim == 1, "it does not tell what it is")
+    try:
+        told = json.loads(raw.tobytes())
+    except (ValueError, RecursionError):
+        raise Unreadable("what it tells of itself is no JSON") from None
+    want(isinstance(told, dict), "what it tells of itself is no table")
+    known = told.get("format")
+    want(known == FORMAT, f"it is of format {str(known)[:20]}, this version reads {FORMAT}")
+    missing = [key for key in NEEDED if key not in told]
+    want(not missing, f"'{missing[0]}' is missing" if missing else "")
+    return told
 
-    def instants(name: str, t: Any) -> Solution:
-        record = Record([arrays[name][:, :, None]], len(arrays[name]), batch=False)
-        return Solution(system, analysis, np.atleast_1d(t), record, None, soft=soft)
+
+def _system(told: Mapping[str, Any]) -> System:
+    """The mechanism of a file with its numbers."""
+    model, values = told["model"], told["values"]
+    want(isinstance(model, str), "its model is no text")
+    try:
+        system = assemble(from_text(model, is_json=True))
+        numbers = isinstance(values, dict) and all(type(v) is float for v in values.values())
+        want(numbers and values.keys() == system.values.keys(), "its numbers are not of its model")
+        return with_numbers_of(system, values)
+    except (ModelError, SolveError) as error:
+        raise Unreadable(f"its model is none: {str(error).splitlines()[0][:200]}") from None
+
+
+def _solution(
+    system: System, told: Mapping[str, Any], arrays: Mapping[str, np.ndarray]
+) -> Solution:
+    check_told(told, system)
+    energy = restart = given = None
+    soft, analysis = told["soft"], told["analysis"]
+    t = array(arrays, "t", (None,))
+    n = len(t)
+    if "works" in told:
+        by = {name: array(arrays, f"work.{k}", (n,)) for k, name in enumerate(told["works"])}
+        energy = Energy(**{name: array(arrays, f"energy.{name}", (n,)) for name in ENERGIES}, by=by)
+    if "way" in told:
+        want(n > 0, "it has no instant to go on from")
+        names = [f"own.{k}" for k in range(sum(key[:4] == "own." for key in arrays))]
+        want(all(name in arrays for name in names), "a part of 'own' is missing")
+        own = tuple(arrays[name] for name in names)
+        parts = {name: array(arrays, f"restart.{name}", (None,)) for name in ARRAYS}
+        way = Way(told["way"][0], *map(float, told["way"][1:]))
+        restart = Restart(way, **parts, own=own, released=tuple(told["released"]))
+        _check_restart(system, restart, float(t[-1]))
+    if "given" in arrays:
+        given = array(arrays, "given", (n, len(system.drivers), 3), open=True)
+
+    def instants(name: str, when: Any) -> Solution:
+        record = Record([pages(arrays, name, system, 1, analysis)[:, :, None]], 1, batch=False)
+        return Solution(system, analysis, np.atleast_1d(when), record, None, soft=soft)
 
     events = tuple(
         Occurrence(name, t, instants(f"event.{n}", t), instants(f"after.{n}", t) if after else None)
         for n, (name, t, after) in enumerate(told["events"])
     )
+    block = np.ascontiguousarray(pages(arrays, "pages", system, n, analysis)[:, :, None])
     return Solution(
         system=system,
         analysis=analysis,
-        t=arrays["t"],
-        record=Record([np.ascontiguousarray(arrays["pages"][:, :, None])], len(arrays["t"]), False),
-        given=arrays.get("given"),
+        t=t,
+        record=Record([block], n, batch=False),
+        given=given,
         soft=soft,
         dependencies=told["dependencies"],
         notes=tuple(told["notes"]),
-        status=told["status"],
+        status=told.get("ending", told["status"]),
+        doubts=tuple(as_doubt(one) for one in told.get("doubts", ())),
+        released=told.get("let_go", {}),
         stats=told["stats"],
         energy=energy,
         events=events,
         restart=restart,
     )
+
+
+def _check_restart(system: System, restart: Restart, last: float) -> None:
+    """Refuse a state that the motion cannot go on from."""
+    try:
+        check_restart(released(system, restart.released), restart, last)
+    except (ModelError, SolveError) as error:
+        raise Unreadable(str(error).splitlines()[0]) from None

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.doubts import certificate
 from mbody.errors import ModelError
 from mbody.io.files import writing
 from mbody.measures import found_by, measured
@@ -33,7 +34,8 @@ def columns(solution: Solution) -> dict[str, np.ndarray]:
     """All histories of one motion by column name, each with its unit.
 
     Time first, then nine columns a body (mass centre and angle), three a joint (force and torque
-    on its body j), one a coupling, a driver and a measure; kinematics has no forces.
+    on its body j), one a coupling, a driver and a measure; kinematics has no forces. Where forces
+    are not determined, each joint, coupling and driver has a column ``"A.unique"``, 1 or 0.
 
     Parameters
     ----------
@@ -73,17 +75,40 @@ def columns(solution: Solution) -> dict[str, np.ndarray]:
             table[f"{body.name}.{key} [{unit(dimension)}]"] = getattr(history, key)
     if not solution.has_forces:
         return table | _measures(solution)
+    unique = uniqueness(solution)
     for joint in mechanism.joints:
         reaction = solution.reaction(joint.name)
         table[f"{joint.name}.fx [{unit('force')}]"] = reaction.fx
         table[f"{joint.name}.fy [{unit('force')}]"] = reaction.fy
         table[f"{joint.name}.torque [{unit('torque')}]"] = reaction.torque
+        table |= unique.get(joint.name, {})
     rows = {each.name: each.rows for each in mechanism.couplings}
     rows |= {each.name: each.rows for each in mechanism.drivers}
     for name, kind in rows.items():
         effort = unit("torque" if kind == "a" else "force")
         table[f"{name}.effort [{effort}]"] = solution.effort(name)
+        table |= unique.get(name, {})
     return table | _measures(solution)
+
+
+def uniqueness(solution: Solution) -> dict[str, dict[str, np.ndarray]]:
+    """By joint, driver and coupling the column that says whether its force is determined, 1, or
+    not, 0, NaN where it was not looked at; empty where all of them are.
+    """
+    machine = solution.mechanism
+    told: dict[str, Any] = {}
+    for joint in machine.joints:
+        parts = solution.reaction(joint.name).unique
+        told[joint.name] = None if parts is None else all(parts)
+    for each in (*machine.couplings, *machine.drivers):
+        told[each.name] = solution.unique_effort(each.name)
+    if all(told.values()):
+        return {}
+    size = len(solution)
+    return {
+        name: {f"{name}.unique": np.full(size, np.nan if one is None else float(one))}
+        for name, one in told.items()
+    }
 
 
 def _measures(solution: Solution) -> dict[str, np.ndarray]:
@@ -108,7 +133,7 @@ def dataframe(solution: Solution) -> Any:
     Returns
     -------
     pandas.DataFrame
-        With the columns of `columns`.
+        With the columns of `columns`; its `attrs` hold status, doubts and notes.
 
     Raises
     ------
@@ -130,7 +155,9 @@ def dataframe(solution: Solution) -> Any:
             "a DataFrame needs pandas, which is not installed: pip install pandas; "
             "columns() and to_csv() need nothing"
         ) from None
-    return pandas.DataFrame(table)
+    frame = pandas.DataFrame(table)
+    frame.attrs |= certificate(solution)
+    return frame
 
 
 def write_csv(solution: Solution, path: Any) -> None:

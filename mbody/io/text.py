@@ -21,12 +21,24 @@ __all__ = [
     "paragraph",
     "polars",
     "table",
+    "there",
 ]
 
 WIDTH = 100
 DIGITS = 6  # significant, of the greatest number of a column
 LEAST = 3  # significant, of the smallest one
 GAPS = "   ", "  "  # between columns, and where space is short
+
+
+def there(values: Any) -> np.ndarray:
+    """The values that there are, of any shape in a row; forces without a limit are none (NaN).
+
+    >>> there([1.0, math.nan, 3.0]).max()
+    np.float64(3.0)
+    """
+    array = np.asarray(values, dtype=float).reshape(-1)
+    finite = np.isfinite(array)
+    return array[finite] if finite.any() else array[:1]
 
 
 def numbers(values: Any, floor: float = 0.0) -> list[str]:

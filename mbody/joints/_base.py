@@ -89,6 +89,20 @@ class Joint(Element):
         """
         return None
 
+    def fit(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> tuple[Any, Any]:
+        """How far apart the places are, and should be, where others hold them [length]. Parameters
+        as of `told_at`.
+        """
+        return np.hypot(*d), self.apart(at)
+
+    def misfit(self, found: float, wanted: float, unit: str) -> tuple[str, str]:
+        """What does not `fit`, and what to do."""
+        return (
+            f"by its radii the centres must be {wanted:.6g} {unit} apart, they are {found:.6g} "
+            f"{unit}",
+            "move them, or change the radii",
+        )
+
     def apart(self, at: Any) -> Any:
         """How far apart the two places are where the joint lets them be [length]: a rough start."""
         return 0.0

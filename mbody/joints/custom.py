@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from mbody.atoms import Atom
 from mbody.joints._base import Joint
+from mbody.own_code import OwnPhysics
 
 if TYPE_CHECKING:
     from mbody.elements import Numbers
@@ -20,7 +21,11 @@ class CustomJoint(Joint):
 
     The physics has the form of the built-in ones, on numbers. It is called through one hook, so it
     costs microseconds instead of nanoseconds and keeps the analysis on the scalar path.
-    `mbody.testing.check_joint` proves it, like the built-in ones.
+    `mbody.testing.check_joint` proves it, like the built-in ones; an analysis compares Φ_q, ν and γ
+    with differences of Φ where it begins, and refuses what does not fit.
+
+    Numbers of your own are fields made by `number_field`, as of a `CustomLoad`; `physics` must be
+    pure, too: what it gives depends on its arguments and on the element's numbers alone.
 
     Examples
     --------
@@ -64,6 +69,8 @@ class CustomJoint(Joint):
 
     def atoms(self, at: Numbers) -> list[Atom]:
         """One pair of rows through the hook."""
-        parameters = self.parameters(at)
+        parameters = list(self.parameters(at))
+        physics = OwnPhysics(self, len(parameters))
+        parameters += physics.numbers(at)
         bodies = (self.i.body, self.j.body)
-        return [Atom("user", *bodies, self.rows, parameters, function=self.physics)]
+        return [Atom("user", *bodies, self.rows, parameters, function=physics)]

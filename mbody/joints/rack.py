@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -23,8 +23,9 @@ __all__ = ["RackPinion", "along_line", "below", "rack"]
 class RackPinion(Joint):
     """Rack and pinion: the pitch circle about the place on j rolls on a line of i.
 
-    Other joints hold the pinion at its distance. The line has the direction of the marker on i; the
-    pinion stands on its left, where the marker's y axis points. Φ = u · d + r (θ_j − θ_i) − offset,
+    Other joints hold the pinion at its distance: its centre stands by the radius to the left of the
+    pitch line, which goes through the place on i in the direction of its marker, the marker's y
+    axis pointing to the pinion. Φ = u · d + r (θ_j − θ_i) − offset,
     one row. The reaction is the tangential tooth force on the pinion at the pitch point.
 
     Parameters
@@ -32,7 +33,7 @@ class RackPinion(Joint):
     name : str
         Unique in the mechanism.
     i : Marker or str
-        A place on the rack; the marker's `angle` is the direction of the rack.
+        A place on the rack's pitch line; the marker's `angle` is the direction of the rack.
     j : Marker or str
         The centre of the pinion.
     radius : float
@@ -49,6 +50,7 @@ class RackPinion(Joint):
     radius: float = number_field("length", 0.0, sign="positive")
     offset: float = number_field("length", 0.0)
     rows = "l"
+    held: ClassVar[bool] = True
 
     def atoms(self, at: Numbers) -> list[Atom]:
         """One row; see `along_line`."""
@@ -57,6 +59,20 @@ class RackPinion(Joint):
     def told_at(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> Any:
         """The pitch point, from the centre on j."""
         return below(at[f"{self.name}.radius"], angle_i)
+
+    def fit(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> tuple[Any, Any]:
+        """How far to the left of the line the centre is, and the radius."""
+        return np.cos(angle_i) * d[1] - np.sin(angle_i) * d[0], at[f"{self.name}.radius"]
+
+    def misfit(self, found: float, wanted: float, unit: str) -> tuple[str, str]:
+        """On which side of the line the centre is, and how far."""
+        side = "left" if found >= 0.0 else "right"
+        turn = "" if found >= 0.0 else "turn the marker on the rack by 180 deg, "
+        return (
+            f"by its radius the centre must be {wanted:.6g} {unit} to the left of the rack's line, "
+            f"it is {abs(found):.6g} {unit} to the {side}",
+            f"{turn}move it, or change the radius",
+        )
 
 
 def along_line(element: Any, at: Numbers) -> Atom:

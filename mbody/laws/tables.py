@@ -1,10 +1,10 @@
-"""A law through given points: C² cubic spline."""
+"""A law through given points: straight lines, a monotone cubic or a C² spline."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar, Literal, get_args
 
@@ -12,17 +12,27 @@ import numpy as np
 
 from mbody.errors import ModelError
 from mbody.laws.base import FloatArray, Law, let_in_all, term
-from mbody.laws.kernels import OUTSIDE, thomas
+from mbody.laws.kernels import OUTSIDE
+from mbody.laws.slopes import of_pchip, of_periodic_spline, of_spline
+from mbody.units import DIMENSIONS, Dimension
 
-__all__ = ["Table"]
+__all__ = ["End", "Interpolation", "Outside", "Table"]
 
+Interpolation = Literal["linear", "pchip", "spline"]
 End = Literal["natural", "not-a-knot", "clamped"]
 Outside = Literal["error", "hold", "line"]
 
 
+#: A spline leaves the range of its points where it does so by more than this part of the range:
+#: what rounding and the last bits of the coefficients may put beyond it.
+BEYOND = 1e-9
+#: Dimensions of a motion, whose tables are smooth by default.
+MOTIONS = (DIMENSIONS["length"], DIMENSIONS["angle"])
+
+
 @dataclass(frozen=True, repr=False)
 class Table(Law):
-    """The cubic spline through given points, with continuous f, f′ and f″.
+    """A curve through given points: straight lines, a monotone cubic, or a cubic spline.
 
     Parameters
     ----------
@@ -30,13 +40,25 @@ class Table(Law):
         Points, N ≥ 2, x strictly increasing.
     periodic : bool
         The table repeats with the period x[−1] − x[0]; then y[−1] must equal y[0].
-    end : {"natural", "not-a-knot", "clamped"}
-        At both ends f″ = 0, or one cubic over the two outer intervals, or f′ = 0. Of no effect
-        when periodic. "not-a-knot" is the most accurate for a smooth function; "natural" has an
-        error of order h² near the ends unless f″ is 0 there.
+    end : {"not-a-knot", "natural", "clamped"}, optional
+        Of a spline, at both ends: one cubic over the two outer intervals (the default), f″ = 0, or
+        f′ = 0. Of no effect when periodic. "not-a-knot" is the most accurate for a smooth function;
+        "natural" has an error of order h² near the ends unless f″ is 0 there.
     outside : {"error", "hold", "line"}
         Outside the range: an error, the end value, or the end's tangent. A margin of 1e-9 of the
-        range is always granted.
+        range is always granted. A result that went by "hold" or "line" carries a doubt.
+    interpolation : {"linear", "pchip", "spline"}, optional
+        Between the points:
+
+        * "linear", straight lines: f is continuous, f′ jumps at the points;
+        * "pchip", a piecewise cubic that is monotone wherever the points are, so that it never
+          leaves their range: f′ is continuous, f″ jumps at the points;
+        * "spline", a cubic spline with continuous f, f′ and f″: the most accurate for points of a
+          smooth function, but it swings beyond the points where they jump.
+
+        By default an element chooses by what the table gives: "spline" for a motion (a length or an
+        angle, as of a driver or a cam), "pchip" for everything else, as a force. Where `end` is
+        given, and for a table by itself, it is "spline".
 
     Raises
     ------
@@ -46,11 +68,15 @@ class Table(Law):
 
     Notes
     -----
-    de Boor, A Practical Guide to Splines, chapter IV: a tridiagonal system for the slopes.
+    Spline: de Boor, A Practical Guide to Splines, chapter IV, a tridiagonal system for the slopes.
+    Pchip: Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300, as in SciPy.
 
     >>> t = np.linspace(0.0, 1.0, 5)
     >>> np.round(Table(t, t**3).derivatives(0.5), 12)
     array([0.125, 0.75 , 3.   ])
+    >>> step = Table([0, 1, 1.1, 2], [0, 0, 5, 5], interpolation="pchip")
+    >>> bool(step(np.linspace(0, 2, 99)).max() <= 5.0)
+    True
     """
 
     kind: ClassVar[str] = "spline"
@@ -58,8 +84,9 @@ class Table(Law):
     x: Sequence[float] | FloatArray = term(argument=1)
     y: Sequence[float] | FloatArray = term(1)
     periodic: bool = False
-    end: End = "not-a-knot"
+    end: End | None = None
     outside: Outside = "error"
+    interpolation: Interpolation | None = None
 
     def _enter(self) -> None:
         object.__setattr__(self, "x", let_in_all(self.x, "Table", "x"))
@@ -67,12 +94,21 @@ class Table(Law):
 
     def _check(self) -> None:
         x, y = np.asarray(self.x), np.asarray(self.y)
-        for field, choices in (("end", get_args(End)), ("outside", get_args(Outside))):
+        for field, choices in (
+            ("end", (*get_args(End), None)),
+            ("outside", get_args(Outside)),
+            ("interpolation", (*get_args(Interpolation), None)),
+        ):
             if getattr(self, field) not in choices:
                 raise ModelError(
-                    f"Table: {field} must be one of {', '.join(choices)}, "
+                    f"Table: {field} must be one of {', '.join(filter(None, choices))}, "
                     f"not {getattr(self, field)!r}"
                 )
+        if self.end is not None and self.interpolation not in (None, "spline"):
+            raise ModelError(
+                f"Table: end = {self.end!r} is for a spline, not for interpolation = "
+                f"{self.interpolation!r}: leave out end, or choose interpolation = 'spline'"
+            )
         if x.size != y.size:
             raise ModelError(f"Table: x has {x.size} points and y has {y.size}; give as many")
         if x.size < 2:
@@ -98,8 +134,27 @@ class Table(Law):
         size, x = len(self.x), self.x
         if self.pending:
             return f"Table(<{size} points, text among them>)"
-        more = "periodic" if self.periodic else f"end={self.end!r}, outside={self.outside!r}"
-        return f"Table(<{size} points, x from {x[0]:g} to {x[-1]:g}>, {more})"
+        more = "periodic" if self.periodic else f"outside={self.outside!r}"
+        kind = f"interpolation={self._between!r}"
+        if self.end is not None:
+            kind += f", end={self.end!r}"
+        return f"Table(<{size} points, x from {x[0]:g} to {x[-1]:g}>, {kind}, {more})"
+
+    @property
+    def _between(self) -> str:
+        """How it goes between its points."""
+        return self.interpolation or "spline"
+
+    def dimensioned(self, value: Dimension, argument: Dimension) -> Table:
+        """The same table for a law of that dimension, which chooses its interpolation where none is
+        given; errors as of every law.
+        """
+        made: Any = super().dimensioned(value, argument)
+        if made.interpolation is None:
+            smooth = made.end is not None or value in MOTIONS
+            made = replace(made, interpolation="spline" if smooth else "pchip")
+        table: Table = made
+        return table
 
     def numbers(self) -> dict[str, float]:
         """None: the points are fixed."""
@@ -118,12 +173,56 @@ class Table(Law):
         x, y = np.asarray(self.x), np.asarray(self.y)
         h = np.diff(x)
         chord = np.diff(y) / h
-        d = _periodic_slopes(h, chord) if self.periodic else _slopes(h, chord, self.end)
-        c2 = (3.0 * chord - 2.0 * d[:-1] - d[1:]) / h
-        c3 = (d[:-1] + d[1:] - 2.0 * chord) / h**2
-        rows = np.column_stack([y[:-1], d[:-1], c2, c3])
+        if self._between == "linear":
+            nothing = np.zeros(h.size)
+            rows = np.column_stack([y[:-1], chord, nothing, nothing])
+        else:
+            d = self._slopes(h, chord)
+            c2 = (3.0 * chord - 2.0 * d[:-1] - d[1:]) / h
+            c3 = (d[:-1] + d[1:] - 2.0 * chord) / h**2
+            rows = np.column_stack([y[:-1], d[:-1], c2, c3])
         outside = OUTSIDE.index("periodic" if self.periodic else self.outside)
         return np.concatenate([[x.size, outside], x, rows.ravel()])
+
+    def _slopes(self, h: FloatArray, chord: FloatArray) -> FloatArray:
+        if self._between == "pchip":
+            return of_pchip(h, chord, self.periodic)
+        return (
+            of_periodic_spline(h, chord)
+            if self.periodic
+            else of_spline(h, chord, self.end or "not-a-knot")
+        )
+
+    @cached_property
+    def _extremes(self) -> tuple[FloatArray, FloatArray]:
+        """Places within the intervals at which f′ = 0, and f there."""
+        knots = np.asarray(self.x)
+        c = self._table[2 + knots.size :].reshape(-1, 4)
+        with np.errstate(all="ignore"):  # roots of c1 + 2 c2 w + 3 c3 w², of equal sign first
+            q = -(c[:, 2] + np.copysign(np.sqrt(c[:, 2] ** 2 - 3.0 * c[:, 1] * c[:, 3]), c[:, 2]))
+            roots = np.concatenate([q / (3.0 * c[:, 3]), c[:, 1] / q])
+        w = np.tile(np.diff(knots), 2)
+        inside = np.flatnonzero((roots > 0.0) & (roots < w))
+        at, piece = roots[inside], c[inside % len(c)]
+        values = piece[:, 0] + at * (piece[:, 1] + at * (piece[:, 2] + at * piece[:, 3]))
+        return knots[inside % len(c)] + at, values
+
+    def beyond(self) -> tuple[float, float] | None:
+        """The place at which it goes furthest beyond the range of its points, and its value there;
+        None where it stays within, but for rounding.
+
+        >>> Table([0, 1, 1.1, 2], [0, 0, 5, 5], interpolation="pchip").beyond() is None
+        True
+        >>> [round(v, 3) for v in Table([0, 1, 1.1, 2], [0, 0, 5, 5]).beyond()]
+        [1.432, 8.917]
+        """
+        places, values = self._extremes
+        y = np.asarray(self.y)
+        over = np.maximum(values - y.max(), y.min() - values)
+        if not over.size or over.max() <= BEYOND * np.ptp(y):
+            return None
+        worst = int(over.argmax())
+        return float(places[worst]), float(values[worst])
 
     def _refuse(self, xs: FloatArray, out: FloatArray) -> None:
         bad = np.isnan(out[:, 0])
@@ -136,13 +235,7 @@ class Table(Law):
     def turns(self, x: float) -> FloatArray:
         """Knots and extremes after x: over one period, or to the end of the table."""
         knots = np.asarray(self.x)
-        c = self._table[2 + knots.size :].reshape(-1, 4)
-        with np.errstate(all="ignore"):  # roots of c1 + 2 c2 w + 3 c3 w², of equal sign first
-            q = -(c[:, 2] + np.copysign(np.sqrt(c[:, 2] ** 2 - 3.0 * c[:, 1] * c[:, 3]), c[:, 2]))
-            roots = np.concatenate([q / (3.0 * c[:, 3]), c[:, 1] / q])
-        w = np.tile(np.diff(knots), 2)
-        inside = (roots > 0.0) & (roots < w)
-        places = np.concatenate([knots, (np.tile(knots[:-1], 2) + roots)[inside]])
+        places = np.concatenate([knots, self._extremes[0]])
         if self.periodic:
             period = knots[-1] - knots[0]
             places = places + period * math.floor((x - knots[0]) / period)
@@ -151,55 +244,3 @@ class Table(Law):
         elif self.outside == "line":
             places = np.append(places, math.inf)
         return np.unique(places[places > x])
-
-
-def _slopes(h: FloatArray, chord: FloatArray, end: str) -> FloatArray:
-    """f′ at the knots, (N,), from the intervals h and their chords' slopes, (N − 1,)."""
-    n = h.size + 1
-    if end == "not-a-knot" and n == 2:
-        return np.array([chord[0], chord[0]])
-    if end == "not-a-knot" and n == 3:  # the parabola through three points
-        bend = (chord[1] - chord[0]) / (h[0] + h[1])
-        return np.array([chord[0] - bend * h[0], chord[0] + bend * h[0], chord[1] + bend * h[1]])
-    lower, diagonal, upper, right = np.zeros(n), np.ones(n), np.zeros(n), np.zeros(n)
-    # equal f″ from both sides of an inner knot
-    lower[1:-1], diagonal[1:-1], upper[1:-1] = h[1:], 2.0 * (h[:-1] + h[1:]), h[:-1]
-    right[1:-1] = 3.0 * (h[1:] * chord[:-1] + h[:-1] * chord[1:])
-    if end == "natural":
-        diagonal[0] = diagonal[-1] = 2.0
-        upper[0] = lower[-1] = 1.0
-        right[0], right[-1] = 3.0 * chord[0], 3.0 * chord[-1]
-    elif end == "not-a-knot":
-        for k, a, b in ((0, 0, 1), (n - 1, -1, -2)):  # equal f‴ on both sides of the next knot
-            both = h[a] + h[b]
-            diagonal[k] = h[b]
-            right[k] = ((h[a] + 2.0 * both) * h[b] * chord[a] + h[a] ** 2 * chord[b]) / both
-        upper[0], lower[-1] = h[0] + h[1], h[-1] + h[-2]
-    solution = right.reshape(-1, 1)
-    thomas(lower, diagonal, upper, solution)
-    return solution[:, 0]
-
-
-def _periodic_slopes(h: FloatArray, chord: FloatArray) -> FloatArray:
-    """f′ at the knots of a periodic spline, (N,): cyclic system by a rank-one correction."""
-    n = h.size
-    before, left = np.roll(h, 1), np.roll(chord, 1)
-    lower, diagonal, upper = h.copy(), 2.0 * (before + h), before.copy()
-    right = 3.0 * (h * left + before * chord)
-    if n < 3:  # the corners fall onto the other entries
-        full = np.zeros((n, n))
-        for i in range(n):
-            for j, value in ((i - 1, lower[i]), (i, diagonal[i]), (i + 1, upper[i])):
-                full[i, j % n] += value
-        d = np.linalg.solve(full, right)
-        return np.append(d, d[0])
-    top, corner, shift = lower[0], upper[-1], -diagonal[0]
-    diagonal[0] -= shift
-    diagonal[-1] -= top * corner / shift
-    both = np.zeros((n, 2))
-    both[:, 0] = right
-    both[0, 1], both[-1, 1] = shift, corner
-    thomas(lower, diagonal, upper, both)
-    p, u = both[:, 0], both[:, 1]
-    d = p - u * (p[0] + top * p[-1] / shift) / (1.0 + u[0] + top * u[-1] / shift)
-    return np.append(d, d[0])

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from mbody.atoms import Action
 from mbody.elements import Place, place_field, two_bodies
 from mbody.loads._base import Load
+from mbody.own_code import OwnPhysics
 
 if TYPE_CHECKING:
     from mbody.elements import Numbers
@@ -21,6 +22,14 @@ class CustomLoad(Load):
 
     It is called through one hook, which costs microseconds, and keeps the analysis on the scalar
     path. `mbody.testing.check_load` proves it, like the built-in ones.
+
+    Numbers of your own are fields made by `number_field`: they take text with units, can be changed
+    by `with_values` and swept, and ``self.k`` in `physics` is the number in force.
+
+    `physics` must be pure: its answer depends on its arguments and on the element's numbers alone.
+    It is called several times an instant, at trial positions, and at times that go back as well as
+    on; what it would remember of the call before has no meaning, and a load that remembers is
+    refused. Memory (hysteresis, filters) belongs into bodies and joints of the mechanism.
 
     Parameters
     ----------
@@ -39,6 +48,18 @@ class CustomLoad(Load):
     ...         return 0.0, 0.0, 0.0, fx, fy, 0.0
     >>> Drag("drag", "ground", "ball").bodies
     ('ground', 'ball')
+
+    A coefficient with a unit of its own:
+
+    >>> from dataclasses import dataclass
+    >>> from mbody import number_field
+    >>> @dataclass(frozen=True)
+    ... class Drag(CustomLoad):
+    ...     c: float = number_field("damping", 0.1)
+    ...     def physics(self, i, j, p, t):
+    ...         return 0.0, 0.0, 0.0, -self.c * j[5], -self.c * j[6], 0.0
+    >>> Drag("drag", "ground", "ball", c="20 N*s/m").numbers()["drag.i.x"]
+    0.0
     """
 
     i: Place = place_field()
@@ -75,5 +96,7 @@ class CustomLoad(Load):
 
     def actions(self, at: Numbers) -> list[Action]:
         """One action through the hook."""
-        parameters = self.parameters(at)
-        return [Action("user", self.i.body, self.j.body, parameters, function=self.physics)]
+        parameters = list(self.parameters(at))
+        physics = OwnPhysics(self, len(parameters))
+        parameters += physics.numbers(at)
+        return [Action("user", self.i.body, self.j.body, parameters, function=physics)]

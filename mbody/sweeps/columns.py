@@ -16,6 +16,9 @@ from mbody.questions import Measure
 
 __all__ = ["REDUCTIONS", "Column", "columns_of", "reduced"]
 
+#: Columns that the table of a sweep has itself.
+TAKEN = ("design", "error")
+
 #: How the instants of a design become one number.
 REDUCTIONS = {
     "max": lambda a: a.max(axis=-1),
@@ -87,6 +90,11 @@ def columns_of(mechanism: Mechanism, given: Any) -> tuple[Column, ...]:
     names = [column.name for column in found]
     if not names or len(set(names)) < len(names):
         raise ModelError(f"sweep: measures [{', '.join(names)}]: give each once, at least one")
+    if taken := next((name for name in names if name in TAKEN), ""):
+        raise ModelError(
+            f"sweep: a measure cannot have the name '{taken}', which the table of a sweep has "
+            "itself: choose another"
+        )
     return tuple(found)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,8 @@ from mbody.analysis.drifting import Drift, drift_of, drifted
 from mbody.analysis.instants import Plan, check_reach, plan
 from mbody.analysis.runner import Runner
 from mbody.analysis.simulate import simulate
+from mbody.analysis.turns import by_springs
+from mbody.doubts import Doubt
 from mbody.elements import listed
 from mbody.errors import ModelError, SolveError
 from mbody.histories import Record
@@ -114,10 +116,14 @@ class Part:
     columns : list of arrays (designs,) or (designs, instants)
     failures : dict
         Sentence of each design that has none, by its number in the piece.
+    doubts : dict
+        What is in doubt of each design of which something is, by its number in the piece. Designs
+        on lanes are certain: their residuals are looked at on the way.
     """
 
     columns: list[np.ndarray]
     failures: dict[int, str]
+    doubts: dict[int, tuple[Doubt, ...]] = field(default_factory=dict)
 
 
 class _Noted(Record):
@@ -266,18 +272,21 @@ def answered(job: Job, values: np.ndarray) -> Part:
     """The answers of a piece of the designs, values (designs, names)."""
     columns = job.empty(len(values))
     failures: dict[int, str] = {}
+    doubts: dict[int, tuple[Doubt, ...]] = {}
     for low in range(0, len(values), job.block):
         part = _block(job, values[low : low + job.block])
         for whole, piece in zip(columns, part.columns, strict=True):
             whole[low : low + job.block] = piece
         failures |= {low + design: told for design, told in part.failures.items()}
-    return Part(columns, failures)
+        doubts |= {low + design: told for design, told in part.doubts.items()}
+    return Part(columns, failures, doubts)
 
 
 def _block(job: Job, values: np.ndarray) -> Part:
     """The answers of designs that are followed together."""
     columns = job.empty(len(values))
     failures: dict[int, str] = {}
+    doubts: dict[int, tuple[Doubt, ...]] = {}
     alone = np.ones(len(values), dtype=bool)
     if job.course is not None:
         try:
@@ -289,15 +298,18 @@ def _block(job: Job, values: np.ndarray) -> Part:
                 column[~alone] = history.reshape(column.shape)[~alone]
     for design in np.flatnonzero(alone).tolist():
         try:
-            for column, value in zip(columns, _alone(job, values[design]), strict=True):
+            run, found = _alone(job, values[design])
+            for column, value in zip(columns, found, strict=True):
                 column[design] = value
+            if run.doubts:
+                doubts[design] = run.doubts
         except (ModelError, SolveError) as error:
             failures[design] = str(error)
     for column, of in zip(columns, job.columns, strict=True):
         finite = np.isfinite(column).reshape(len(values), -1).all(axis=1)
         for design in np.flatnonzero(~finite).tolist():
             failures.setdefault(design, f"'{of.name}' has no finite value")
-    return Part(columns, failures)
+    return Part(columns, failures, doubts)
 
 
 def _together(
@@ -313,6 +325,7 @@ def _together(
         times = course.plan.t
         check_reach(system, times, job.how.get("drive") or {})
         poses, good = closed_poses(system, course.plan, course.pose, course.small)
+        by_springs(system, poses)
         rows, sound = on_lanes(system, course, poses, job.wanted)
         sound &= good
         if len(course.plan.given) == len(times):
@@ -324,8 +337,8 @@ def _together(
         return found, ~sound | unfit(run)
 
 
-def _alone(job: Job, values: np.ndarray) -> list[Any]:
-    """Columns of one design."""
+def _alone(job: Job, values: np.ndarray) -> tuple[Solution, list[Any]]:
+    """One design, and its columns."""
     system = job.system.with_values(dict(zip(job.names, values.tolist(), strict=True)))
     if job.analysis == "simulate":
         run = simulate(system, **job.how)
@@ -337,4 +350,4 @@ def _alone(job: Job, values: np.ndarray) -> list[Any]:
     _check_instants(job.columns, len(run))
     with np.errstate(all="ignore"):
         found = [reduced(c, measured(run, c.measure)[0]) for c in job.columns]
-    return [part if part.size > 1 else part.reshape(-1)[0] for part in found]
+    return run, [part if part.size > 1 else part.reshape(-1)[0] for part in found]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from mbody.doubts import Doubt
 from mbody.sweeps.job import Job, Part
 
 __all__ = ["Memory"]
@@ -15,6 +16,7 @@ class Memory:
     def __init__(self, job: Job, designs: int) -> None:
         self.columns = job.empty(designs)
         self.failures: dict[int, str] = {}
+        self.doubts: dict[int, tuple[Doubt, ...]] = {}
         self.done = np.zeros(designs, dtype=bool)
 
     def missing(self, pieces: list[int]) -> list[int]:
@@ -27,6 +29,7 @@ class Memory:
         for whole, piece in zip(self.columns, part.columns, strict=True):
             whole[low : low + count] = piece
         self.failures |= {low + design: told for design, told in part.failures.items()}
+        self.doubts |= {low + design: told for design, told in part.doubts.items()}
         self.done[low : low + count] = True
 
     def column(self, index: int) -> np.ndarray:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
 
+from mbody.doubts import Doubt
 from mbody.elements import listed
 from mbody.errors import ModelError
 from mbody.sweeps.samples import Drawn
@@ -30,6 +32,10 @@ class Kept(Protocol):
         """Sentence of every design that failed."""
 
     @property
+    def doubts(self) -> dict[int, tuple[Doubt, ...]]:
+        """What is in doubt of every design of which something is."""
+
+    @property
     def done(self) -> np.ndarray:
         """Which designs were analysed: (designs,)."""
 
@@ -50,8 +56,8 @@ class Sweep:
         Unit of each.
     t : array (instants,)
         Times of the instants; empty of free motions.
-    status : str
-        "completed", or how far it came.
+    ending : str
+        "completed", or "stopped: …" and how far it came.
 
     Examples
     --------
@@ -72,7 +78,7 @@ class Sweep:
     names: tuple[str, ...]
     units: dict[str, str]
     t: np.ndarray
-    status: str
+    ending: str
     kept: Kept = field(repr=False)
 
     def __len__(self) -> int:
@@ -123,6 +129,28 @@ class Sweep:
         """Why a design has no answer, by its number."""
         return self.kept.failures
 
+    @functools.cached_property
+    def doubts(self) -> tuple[Doubt, ...]:
+        """What is in doubt of designs; the number of each stands in its message."""
+        return tuple(
+            replace(one, message=f"design {n}: {one.message}")
+            for n, found in sorted(self.kept.doubts.items())
+            for one in found
+        )
+
+    @property
+    def status(self) -> str:
+        """As `ending`, or "doubtful: …" where a design is in doubt."""
+        if not self.doubts:
+            return self.ending
+        count = len(self.kept.doubts)
+        return f"doubtful: {count} of {len(self)} designs, as {self.doubts[0].message}"
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Sentences: the messages of the doubts."""
+        return tuple(one.message for one in self.doubts)
+
     @property
     def done(self) -> np.ndarray:
         """Which designs were analysed, well or not: (designs,)."""
@@ -137,13 +165,17 @@ class Sweep:
         return self.system.with_values(dict(zip(self.samples.names, values, strict=True)))
 
     def columns(self) -> dict[str, Any]:
-        """Parameters, quantities of one number, and ``"error"``, by name: each (designs,)."""
+        """Parameters, quantities of one number, ``"error"`` and ``"doubt"``, by name: each
+        (designs,).
+        """
         told: dict[str, Any] = {name: self.parameter(name) for name in self.samples.told}
         for name in self.names:
             column = self._column(name)
             told[name] = column if column.ndim == 1 else list(column)
-        sentences = self.failures
-        return told | {"error": [sentences.get(n, "") for n in range(len(self))]}
+        sentences, doubts = self.failures, self.kept.doubts
+        told["error"] = [sentences.get(n, "") for n in range(len(self))]
+        told["doubt"] = ["; ".join(d.message for d in doubts.get(n, ())) for n in range(len(self))]
+        return told
 
     def to_dataframe(self) -> Any:
         """A row for each design as a pandas DataFrame; pandas is asked for only here."""
@@ -153,7 +185,9 @@ class Sweep:
             raise ModelError(
                 "a table of a sweep needs pandas, which is not installed: pip install pandas"
             ) from None
-        return pandas.DataFrame(self.columns())
+        frame = pandas.DataFrame(self.columns())
+        frame.attrs |= {"status": self.status}
+        return frame
 
     def __str__(self) -> str:
         machine, failed = self.system.mechanism, self.failures
@@ -178,6 +212,10 @@ class Sweep:
             lines += ["", f"{len(failed)} of {len(self)} designs failed:"]
             some = sorted(failed.items())[:NAMED]
             lines += [f"  design {design}: {sentence}" for design, sentence in some]
+        doubts = self.kept.doubts
+        if doubts:
+            lines += ["", f"{len(doubts)} of {len(self)} designs are in doubt:"]
+            lines += [f"  {one.message}" for one in self.doubts[:NAMED]]
         if self.status != "completed":
             lines += ["", self.status]
         return "\n".join(lines)

@@ -72,7 +72,7 @@ def sweep(
     Returns
     -------
     Sweep
-        Columns by name with named axes, a sentence for each design that failed, a status.
+        Columns by name with named axes, a sentence for each design that failed, doubts, a status.
 
     Raises
     ------
@@ -125,7 +125,7 @@ def sweep(
             if progress is not None:
                 progress(done, count)
     except KeyboardInterrupt:
-        status = f"interrupted after {done} of {count} designs"
+        status = f"stopped: after {done} of {count} designs"
     finally:
         source.close()
     units = {column.name: unit for column, unit in zip(columns, job.units, strict=True)}

@@ -1,12 +1,12 @@
 """Answers of a sweep in a folder: a Parquet file for each piece, and what the sweep was.
 
-A file is written under another name and renamed when it is whole, so that a process that is killed
-leaves nothing half done; the next one takes up what is missing.
+A file is written under a name of its own and renamed when it is whole, so that a process that is
+killed leaves nothing half done, and several may write one piece. Every piece carries the digest of
+its sweep and of itself; one that does not fit is missing, and is done again.
 """
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 from pathlib import Path
@@ -14,14 +14,19 @@ from typing import Any
 
 import numpy as np
 
-from mbody._version import __version__
+from mbody.doubts import Doubt, as_doubt
 from mbody.errors import ModelError
+from mbody.io.seal import OPEN_SEAL, seal, sealed
+from mbody.sweeps.identity import digest_of, identity
 from mbody.sweeps.job import Job, Part
+from mbody.sweeps.pieces import clear, write_whole
 from mbody.sweeps.samples import Drawn
 
 __all__ = ["Store"]
 
 MANIFEST = "sweep.json"
+#: Bytes of a manifest, of a sentence of a failed design, and of a file beside its numbers, at most.
+LARGEST, SENTENCE, ROOM = 50_000_000, 16_384, 10_000_000
 
 
 class Store:
@@ -30,7 +35,8 @@ class Store:
     Raises
     ------
     ModelError
-        Where pyarrow is not installed, the folder cannot be written to, or it holds another sweep.
+        Where pyarrow is not installed, the folder cannot be written to, its manifest is damaged, or
+        it holds another sweep.
     """
 
     def __init__(self, folder: Any, job: Job, samples: Drawn, size: int) -> None:
@@ -44,50 +50,97 @@ class Store:
             ) from None
         self.arrow, self.parquet = pyarrow, pyarrow.parquet
         self.job, self.samples, self.size = job, samples, size
+        asked = identity(job, samples, size)
+        self.digest = digest_of(asked)
+        #: Of every piece that was found in order, what the system tells of its file.
+        self.seen: dict[int, tuple[int, int, int]] = {}
         try:
             self.folder = Path(folder)
             self.folder.mkdir(parents=True, exist_ok=True)
-            self._begin()
+            self._begin(asked)
+            clear(self.folder)
         except (OSError, TypeError) as error:
-            raise ModelError(
-                f"cannot keep a sweep in '{folder}' ({error}): choose a folder that may be written "
-                "to"
-            ) from None
+            raise self._unwritten(folder, error) from None
 
-    def _begin(self) -> None:
+    @staticmethod
+    def _unwritten(folder: Any, error: Exception) -> ModelError:
+        why = getattr(error, "strerror", None) or error
+        return ModelError(
+            f"cannot keep a sweep in '{folder}' ({why}): choose a folder that may be written to"
+        )
+
+    def _begin(self, asked: dict[str, Any]) -> None:
         """Write what the sweep is, or see that the folder holds the same one."""
-        asked, path = _identity(self.job, self.samples, self.size), self.folder / MANIFEST
+        path = self.folder / MANIFEST
         if not path.exists():
-            self._write(path, json.dumps(asked, indent=1, ensure_ascii=False).encode())
-            return
+            write_whole(path, json.dumps(asked, indent=1, ensure_ascii=False).encode())
         try:
-            there = json.loads(path.read_text(encoding="utf-8"))
+            with path.open(encoding="utf-8") as file:
+                there = json.loads(file.read(LARGEST))
             other = [key for key in asked if there.get(key) != asked[key]]
-        except (ValueError, AttributeError):
-            other = [MANIFEST]
+        except (ValueError, AttributeError, RecursionError):
+            raise ModelError(
+                f"'{path}' is damaged: delete it, and run the same sweep again; what fits is kept"
+            ) from None
         if other:
             raise ModelError(
                 f"'{self.folder}' holds another sweep, of other {', '.join(other)}: choose another "
                 "folder, or delete this one"
             )
 
-    def _write(self, path: Path, content: bytes) -> None:
-        part = path.with_suffix(".part")
-        with part.open("wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        part.replace(path)
-
     def _file(self, low: int) -> Path:
         return self.folder / f"designs-{low:09d}.parquet"
 
+    def _owner(self, low: int) -> str:
+        """What the seal of a piece is made with."""
+        return f"{self.digest} {low}"
+
+    def _largest(self) -> int:
+        """Bytes that the file of a piece may have."""
+        numbers = sum(max(1, part[0].size) for part in self.job.empty(1))
+        each = numbers + len(self.samples.told) + 1
+        return self.size * (16 * each + SENTENCE) + ROOM
+
+    def _sound(self, low: int) -> bool:
+        """Whether the file of a piece is there, whole and of this sweep; one that has not changed
+        since is not read again.
+        """
+        try:
+            with self._file(low).open("rb") as file:
+                told = os.fstat(file.fileno())
+                mark = (told.st_size, told.st_mtime_ns, told.st_ino)
+                if self.seen.get(low) == mark:
+                    return True
+                self.seen.pop(low, None)
+                if told.st_size > self._largest() or not sealed(file.read(), self._owner(low)):
+                    return False
+        except OSError:
+            return False
+        self.seen[low] = mark
+        return True
+
     def missing(self, pieces: list[int]) -> list[int]:
-        """First designs of the pieces that are still to be done."""
-        return [low for low in pieces if not self._file(low).exists()]
+        """First designs of the pieces to be done: missing ones, and those that do not fit."""
+        return [low for low in pieces if not self._sound(low)]
 
     def keep(self, low: int, part: Part) -> None:
-        """Write the answers of the designs from `low` on."""
+        """Write the answers of the designs from `low` on.
+
+        Raises
+        ------
+        ModelError
+            Where they cannot be written, as on a full disk.
+        """
+        content = seal(self._content(low, part), self._owner(low))
+        try:
+            write_whole(self._file(low), content)
+        except OSError as error:
+            if not self._sound(low):  # nobody else has written the same piece
+                raise self._unwritten(self.folder, error) from None
+        self._sound(low)
+
+    def _content(self, low: int, part: Part) -> bytes:
+        """A piece as a Parquet file whose seal is open."""
         arrow, count = self.arrow, len(part.columns[0])
         table = {"design": arrow.array(np.arange(low, low + count))}
         rows = self.samples.values[low : low + count]
@@ -100,20 +153,47 @@ class Store:
             table[column.name] = flat
         sentences = [part.failures.get(n) for n in range(count)]
         table["error"] = arrow.array(sentences, type=arrow.string())
-        sink = arrow.BufferOutputStream()
-        self.parquet.write_table(arrow.table(table), sink)
-        self._write(self._file(low), sink.getvalue().to_pybytes())
+        doubts = [
+            json.dumps([one.data() for one in part.doubts[n]], ensure_ascii=False)
+            if n in part.doubts
+            else None
+            for n in range(count)
+        ]
+        table["doubt"] = arrow.array(doubts, type=arrow.string())
+        made, sink = arrow.table(table), arrow.BufferOutputStream()
+        with self.parquet.ParquetWriter(sink, made.schema) as writer:
+            writer.write_table(made)
+            writer.add_key_value_metadata(
+                {"mbody.sweep": self.digest, "mbody.first": str(low), "mbody.seal": OPEN_SEAL}
+            )
+        content: bytes = sink.getvalue().to_pybytes()
+        return content
 
-    def _pieces(self) -> list[int]:
-        every = range(0, len(self.samples.values), self.size)
-        return [low for low in every if self._file(low).exists()]
+    def _read(self, name: str) -> list[tuple[int, Any]]:
+        """First design and one column of every piece that is there."""
+        found = []
+        for low in range(0, len(self.samples.values), self.size):
+            known = low in self.seen
+            if self._sound(low):
+                table = self.parquet.read_table(self._file(low), columns=[name])
+                found.append((low, table[name].combine_chunks()))
+            elif known:
+                raise ModelError(
+                    f"'{self._file(low)}' was changed or deleted since the sweep wrote it: run the "
+                    "same sweep again, it does what is missing"
+                )
+        return found
 
     def column(self, index: int) -> np.ndarray:
-        """One column, read from all files."""
-        name = self.job.columns[index].name
+        """One column, read from all files.
+
+        Raises
+        ------
+        ModelError
+            Where a file was changed after it was written.
+        """
         whole = self.job.empty(len(self.samples.values))[index]
-        for low in self._pieces():
-            read = self.parquet.read_table(self._file(low), columns=[name])[name].combine_chunks()
+        for low, read in self._read(self.job.columns[index].name):
             flat = read.flatten() if whole.ndim == 2 else read
             values = flat.to_numpy(zero_copy_only=False).reshape(-1, *whole.shape[1:])
             whole[low : low + len(values)] = values
@@ -122,9 +202,17 @@ class Store:
     @property
     def failures(self) -> dict[int, str]:
         """Sentence of every design that failed."""
+        return self._sentences("error")
+
+    @property
+    def doubts(self) -> dict[int, tuple[Doubt, ...]]:
+        """What is in doubt of every design of which something is."""
+        told = self._sentences("doubt")
+        return {n: tuple(as_doubt(one) for one in json.loads(text)) for n, text in told.items()}
+
+    def _sentences(self, name: str) -> dict[int, str]:
         found: dict[int, str] = {}
-        for low in self._pieces():
-            told = self.parquet.read_table(self._file(low), columns=["error"])["error"]
+        for low, told in self._read(name):
             if told.null_count < len(told):
                 found |= {low + n: text for n, text in enumerate(told.to_pylist()) if text}
         return found
@@ -133,37 +221,6 @@ class Store:
     def done(self) -> np.ndarray:
         """Which designs were analysed."""
         done = np.zeros(len(self.samples.values), dtype=bool)
-        for low in self._pieces():
-            done[low : low + self.size] = True
+        for low in range(0, len(done), self.size):
+            done[low : low + self.size] = self._sound(low)
         return done
-
-
-def _identity(job: Job, samples: Drawn, size: int) -> dict[str, Any]:
-    """What must be the same for answers to stand beside each other."""
-    system = job.system
-    functions = [getattr(f, "__qualname__", str(type(f))) for _, f in system.functions]
-    plan = [] if job.plan is None else [job.plan.s, job.plan.t, job.plan.given]
-    how = sorted((k, getattr(v, "tolist", lambda v=v: v)()) for k, v in job.how.items())
-    return {
-        "model": _digest(*system.layout.held().values(), system.par, system.mass, functions),
-        "parameters": [*samples.told],
-        "samples": _digest(samples.values),
-        "designs": len(samples.values),
-        "analysis": job.analysis,
-        "instants": _digest(job.before, *plan, how, system.mechanism.simulation),
-        "measures": [
-            [c.name, c.measure.of, unit, c.by, c.instant]
-            for c, unit in zip(job.columns, job.units, strict=True)
-        ],
-        "piece": size,
-        "version": __version__,
-    }
-
-
-def _digest(*parts: Any) -> str:
-    made = hashlib.sha256()
-    for part in parts:
-        array = np.ascontiguousarray(part) if isinstance(part, np.ndarray) else None
-        made.update(repr(part).encode() if array is None else array.tobytes())
-        made.update(b"|" if array is None else f"{array.shape}|".encode())
-    return made.hexdigest()

@@ -21,6 +21,7 @@ from mbody.testing.bench import (
     with_ground,
 )
 from mbody.testing.report import Array, Ledger, Report
+from mbody.testing.units import OtherUnits
 
 __all__ = ["check_joint", "unbalanced"]
 
@@ -42,7 +43,8 @@ def check_joint(
     Φ_q = ∂Φ/∂q, ν = −∂Φ/∂t and γ = Φ_q a − d²Φ/dt² are compared with differences; the reactions
     that a solution would tell sum to zero on both bodies and do no work on allowed velocities;
     nothing depends on the axes in which bodies are drawn, on their mass centres, or on the world's
-    place; the rows are independent; the element is frozen, copies and pickles.
+    place, or on the units of its numbers; the rows are independent; the element is frozen, copies
+    and pickles.
 
     Parameters
     ----------
@@ -88,13 +90,18 @@ def check_joint(
     axes, centres, world = stand.other_axes(rng), stand.other_centres(rng), stand.other_world(rng)
     redrawn, moved = stand.redrawn(axes, centres), stand.redrawn(world)
     tried = [stand.state(rng, times) for _ in range(states)]
+    units = OtherUnits(stand)
     with ledger:
+        if units.missing:
+            ledger.skip("units", units.missing)
         for n, state in enumerate(tried):
             ledger.where = stand.words(n, seed, state)
             _derivatives(ledger, stand, state, rng, times[1] - times[0])
         for n, state in enumerate(tried):
             ledger.where = stand.words(n, seed, state)
             _description(ledger, stand, state, redrawn, axes, centres)
+            if not units.missing:
+                _units(ledger, stand, state, units)
         for n, state in enumerate(tried):
             ledger.where = stand.words(n, seed, state)
             closed = stand.closed(state, rng)
@@ -172,6 +179,15 @@ def _description(
     )
     change, size = (np.abs(x).reshape(len(old.G), -1).max(axis=1) for x in (after - before, before))
     ledger.see("description", change / size, "the reaction" + text)
+
+
+def _units(ledger: Ledger, stand: Bench, state: State, units: OtherUnits) -> None:
+    """Φ with all numbers in other units."""
+    r, there = stand.rows(state), units.stand.rows(units.state(state))
+    kinds = "".join(stand.system.row_kinds)
+    size = np.maximum(np.abs(r.G * stand.unit).max(axis=1), np.abs(r.phi))
+    error = np.abs(units.rows(r.phi, kinds) - there.phi) / units.rows(size, kinds)
+    units.see(ledger, "units", float(error.max()), "Φ does not go along")
 
 
 def _rank(ledger: Ledger, stand: Bench, r: Rows) -> None:

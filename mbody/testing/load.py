@@ -18,6 +18,7 @@ from mbody.testing.bench import (
 )
 from mbody.testing.joint import unbalanced
 from mbody.testing.report import STEPS, Array, Ledger, Report, slope
+from mbody.testing.units import OtherUnits
 
 __all__ = ["check_load"]
 
@@ -34,9 +35,10 @@ def check_load(
     """Prove a load: action and reaction, frames, conservation, dissipation, copies.
 
     The forces on both bodies sum to zero; they do not depend on the axes in which bodies are drawn,
-    and go along when the whole world is moved. Springs and gravity must be conservative (of
-    symmetric stiffness), dampers must never give power; of other loads the report tells whether
-    they are and do.
+    and go along when the whole world is moved, and when its numbers are told in other units: a load
+    that has numbers by `number_field` must have declared what they measure. Springs and gravity
+    must be conservative (of symmetric stiffness), dampers must never give power; of other loads the
+    report tells whether they are and do.
 
     Parameters
     ----------
@@ -73,8 +75,10 @@ def check_load(
     ledger = Ledger(element, states, tolerance)
     stand = bench(element, rng, length, pushed=False)
     axes, world = stand.other_axes(rng), stand.other_world(rng)
-    redrawn, moved = stand.redrawn(axes), stand.redrawn(world)
+    redrawn, moved, units = stand.redrawn(axes), stand.redrawn(world), OtherUnits(stand)
     with ledger:
+        if units.missing:
+            ledger.skip("units", units.missing)
         for n in range(states):
             state = stand.state(rng, times)
             ledger.where = stand.words(n, seed, state)
@@ -89,6 +93,10 @@ def check_load(
             ledger.see("description", _change(stand, forces, there), text)
             _world(ledger, stand, state, forces, moved, world)
             _energy(ledger, stand, state, forces)
+            if not units.missing:
+                there = units.stand.forces(units.state(state))
+                error = _change(stand, units.forces(forces), there)
+                units.see(ledger, "units", error, "its forces do not go along")
         check_value(ledger, stand)
     return ledger.report()
 

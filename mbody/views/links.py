@@ -74,8 +74,7 @@ def mass_centre(sketch: Sketch, body: str) -> None:
     """The sign of a mass centre, where it is not at a joint."""
     centre = sketch.pose.centre(body)
     near = 1.2 * sketch.size("pin")
-    joints = joint_places(sketch)
-    if not sketch.pose.mass(body) or any(np.hypot(*(centre - p)) < near for p in joints):
+    if not sketch.pose.mass(body) or sketch.pose.at_joint(centre, near):
         return
     sketch.centres.append(centre)
     _tie(sketch, body, centre)
@@ -96,12 +95,6 @@ def _tie(sketch: Sketch, body: str, centre: Array) -> None:
     if np.hypot(*(centre - foot)) > 2.0 * sketch.size("link"):
         look: dict[str, Any] = {"dashes": (0, (2, 2)), "weight": 0.2}
         sketch.line([foot, centre], 0.8, SOFT, Z["path"], name=f"tie:{body}", **look)
-
-
-def joint_places(sketch: Sketch) -> list[Array]:
-    """The places of all joints on both their bodies."""
-    joints = sketch.pose.mechanism.joints
-    return [sketch.pose.place(joint, side) for joint in joints for side in "ij"]
 
 
 def link_label(sketch: Sketch, body: str) -> None:
@@ -156,10 +149,9 @@ def _mistaken(sketch: Sketch, place: Array, own: float, body: str) -> float:
 def points(sketch: Sketch, body: str) -> None:
     """Named points that no pin covers: a dot and the name."""
     pose = sketch.pose
-    taken = joint_places(sketch)
     for name in pose.mechanism[body].points:  # type: ignore[attr-defined]
         place = pose.point(f"{body}.{name}")
-        if any(np.hypot(*(place - other)) < sketch.size("pin") for other in taken):
+        if pose.at_joint(place, sketch.size("pin")):
             continue
         radius = 0.42 * sketch.size("pin")
         if not any(np.hypot(*(place - centre)) < radius for centre in sketch.centres):

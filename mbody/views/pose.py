@@ -17,7 +17,7 @@ from mbody.views.cylinders import barrel
 if TYPE_CHECKING:
     from mbody.couplings import Coupling
     from mbody.elements import Element
-    from mbody.histories import PointHistory
+    from mbody.histories import BodyHistory, PointHistory
     from mbody.solution import Solution
 
 __all__ = ["Pose", "heading", "pulleys", "wheels"]
@@ -51,20 +51,38 @@ class Pose:
             raise ModelError(f"there is no instant {instant!r}: give 0 to {count - 1}")
         self.run, self.k = run, range(count)[instant]
         self.mechanism, self.system = run.mechanism, run.system
+        self._bodies: dict[str, BodyHistory] = {}
         self.t = float(run.t[self.k])
+
+    @functools.cached_property
+    def joint_places(self) -> Array:
+        """The places of all joints on both their bodies (places, 2)."""
+        found = [self.place(joint, side) for joint in self.mechanism.joints for side in "ij"]
+        return np.array(found).reshape(-1, 2)
+
+    def at_joint(self, place: Array, near: float) -> bool:
+        """Whether a place is nearer to that of a joint than `near`."""
+        apart = self.joint_places - place
+        return bool((np.hypot(apart[:, 0], apart[:, 1]) < near).any())
 
     def centre(self, body: str) -> Array:
         """The mass centre of a body."""
-        history = self.run[body]
+        history = self.body(body)
         return np.array([history.x[self.k], history.y[self.k]])
 
     def angle(self, body: str) -> float:
         """The angle of a body's x axis [rad]."""
-        return float(self.run[body].angle[self.k])
+        return float(self.body(body).angle[self.k])
+
+    def body(self, name: str) -> BodyHistory:
+        """The motion of a body, taken out of the run once."""
+        if name not in self._bodies:
+            self._bodies[name] = self.run[name]
+        return self._bodies[name]
 
     def track(self, element: Element, field: str) -> Array:
         """Places (instants, 2) of an element's marker over the whole run."""
-        body = self.run[element.places()[field].body]
+        body = self.body(element.places()[field].body)
         x, y = self.system.numbers.arm(element, field)
         c, s = np.cos(body.angle), np.sin(body.angle)
         return np.column_stack([body.x + c * x - s * y, body.y + s * x + c * y])

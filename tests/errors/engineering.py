@@ -14,6 +14,7 @@ from mbody import (
     assemble,
     kinetostatics,
 )
+from mbody.doubts import Doubt, doubted
 from mbody.engineering import (
     energy_fluctuation,
     fluctuation,
@@ -61,6 +62,11 @@ def designs():
     return kinetostatics(system)
 
 
+def in_doubt():
+    """A turn that may have left its branch."""
+    return doubted(turn(), [Doubt("branch", "it may have leapt at t = 0.3 s", 0.3)])
+
+
 SCENARIOS = {
     "a fluctuation of one instant": lambda: fluctuation(run()),
     "a fluctuation of angles to and fro": lambda: energy_fluctuation(
@@ -73,6 +79,7 @@ SCENARIOS = {
     "a flywheel for no fluctuation": lambda: flywheel(turn(), 0.0),
     "a flywheel for per cent": lambda: flywheel(turn(), "2 %"),
     "a flywheel at rest": lambda: flywheel(turn(0.0), 0.02),
+    "a flywheel of a motion in doubt": lambda: flywheel(in_doubt(), 0.02),
     "a shaking force of kinematics": lambda: shaking_force(motion()),
     "a shaking force of a batch": lambda: shaking_force(batch()),
     "a shaking moment about a link": lambda: shaking_force(run(), "crank.A"),

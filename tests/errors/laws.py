@@ -67,6 +67,10 @@ SCENARIOS = {
     "a table that does not close": lambda: Table([0, 1], [0, 1], periodic=True),
     "a table of another end": lambda: Table([0, 1], [0, 1], end="free"),
     "a table of another outside": lambda: Table([0, 1], [0, 1], outside="wrap"),
+    "a table of another interpolation": lambda: Table([0, 1], [0, 1], interpolation="cubic"),
+    "a table of lines with an end": lambda: Table(
+        [0, 1], [0, 1], end="natural", interpolation="linear"
+    ),
     "a table asked outside": lambda: Table([0, 0.1, 0.2], [1, 2, 4])(np.array([0.1, 0.31, 0.5])),
     "a rise of another shape": lambda: Rise("quintic", 1, 0, 1),
     "a rise at once": lambda: Rise("3-4-5", 1, 0, 0),

@@ -8,10 +8,12 @@ from unittest import mock
 from mbody import (
     Body,
     Fixed,
+    Gravity,
     LengthCoupling,
     Marker,
     Mechanism,
     Revolute,
+    Spring,
     Term,
     assemble,
     free_body,
@@ -94,6 +96,13 @@ SCENARIOS = {
     "free bodies of a batch": lambda: members(batch()),
     "a free body that is not there": lambda: free_body(run(), "rod"),
     "free bodies at an instant that is not there": lambda: members(run(), 3),
+    "a load that is not there": lambda: run().load("spring"),
+    "a load on another body": lambda: kinetostatics(
+        four_bar(Spring("spring", "ground.O2", "rocker.B", stiffness=1.0))
+    ).load("spring", on="crank"),
+    "gravity on no body": lambda: kinetostatics(four_bar(Gravity("weight", y=-9.81))).load(
+        "weight"
+    ),
     "where a driver of an angle acts": lambda: run().told_at("motor"),
     "a frame without pandas": without_pandas,
     "a folder that is not there": lambda: run().to_csv("/nowhere/run.csv"),

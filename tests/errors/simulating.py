@@ -1,9 +1,10 @@
 """Free motion over time."""
 
+import contextlib
 import json
 import math
-import os
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -34,6 +35,9 @@ from mbody import (
     save_run,
     simulate,
 )
+from mbody.histories import Record
+from mbody.io.arrays import packed, unpacked
+from mbody.io.saved import OWNER
 from tests.errors.command import said
 from tests.errors.models import by_rocker, four_bar
 from tests.errors.results import batch
@@ -164,37 +168,53 @@ def light():
     return machine
 
 
-def saved(without="", **told):
-    """A file of a saved result, some of it told otherwise, or left out."""
+def at_home(act):
+    """Run in an empty folder, for sentences that tell a path."""
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        return act()
+
+
+def saved(without="", arrays=None, **told):
+    """A file of a saved result, some of it changed or left out, and sealed anew."""
 
     def read():
-        with tempfile.TemporaryDirectory() as folder:
-            here = os.getcwd()
-            os.chdir(folder)  # the sentence tells the path
-            try:
-                save_run(simulate(swing(), 0.1, instants=2), "run.npz")
-                with np.load("run.npz") as file:
-                    arrays = dict(file)
-                text = json.loads(arrays["told"].tobytes()) | told
-                arrays["told"] = np.frombuffer(json.dumps(text).encode(), dtype=np.uint8)
-                arrays.pop(without, None)
-                np.savez("run.npz", **arrays)
-                load_run("run.npz")
-            finally:
-                os.chdir(here)
+        save_run(simulate(swing(), 0.1, instants=2), "run.npz")
+        parts = unpacked("run.npz", OWNER)
+        text = json.loads(parts["told"].tobytes()) | told
+        parts["told"] = np.frombuffer(json.dumps(text).encode(), dtype=np.uint8)
+        parts.pop(without, None)
+        Path("run.npz").write_bytes(packed(parts | (arrays or {}), OWNER))
+        load_run("run.npz")
 
-    return read
+    return lambda: at_home(read)
+
+
+def unsealed():
+    """A file of which one bit was changed."""
+    save_run(simulate(swing(), 0.1, instants=2), "run.npz")
+    raw = bytearray(Path("run.npz").read_bytes())
+    raw[len(raw) // 2] ^= 1
+    Path("run.npz").write_bytes(raw)
+    load_run("run.npz")
+
+
+def lost_state():
+    """To go on from a state that is no number."""
+    run = simulate(swing(), 0.1, instants=2)
+    state = np.full_like(run.restart.state, np.nan)
+    simulate(swing(), 0.2, start=replace(run, restart=replace(run.restart, state=state)))
+
+
+def lost_positions():
+    """To go on from positions that are no numbers."""
+    run = simulate(swing(), 0.1, instants=2)
+    block = np.full_like(run.record.blocks[0], np.nan)
+    simulate(swing(), 0.2, start=replace(run, record=Record([block], 2, batch=False)))
 
 
 def garbled():
-    with tempfile.TemporaryDirectory() as folder:
-        here = os.getcwd()
-        os.chdir(folder)
-        try:
-            Path("run.npz").write_text("nothing of use")
-            load_run("run.npz")
-        finally:
-            os.chdir(here)
+    Path("run.npz").write_text("nothing of use")
+    load_run("run.npz")
 
 
 SCENARIOS = {
@@ -213,7 +233,18 @@ SCENARIOS = {
     "too many bodies for an implicit method": go(beads(), method="radau5"),
     "a batch that is saved": lambda: save_run(batch(), "run.npz"),
     "a saved result that there is not": lambda: load_run("nowhere.npz"),
-    "a saved result that is none": garbled,
+    "a saved result that is none": lambda: at_home(garbled),
+    "a saved result that was changed": lambda: at_home(unsealed),
+    "a saved result that is a folder": lambda: load_run("."),
+    "a saved result that is a number": lambda: load_run(3.5),
+    "a saved result with a time of its own": saved(arrays={"t": np.array([0.0, math.nan])}),
+    "a saved result of another model": saved(model="{}"),
+    "a saved result in a way that there is not": saved(way=["euler", 1e-8, 1e-8, 0.0]),
+    "a start at positions that are no numbers": lost_positions,
+    "a start without an instant": lambda: simulate(
+        swing(), 0.2, start=simulate(swing(), 0.1, instants=2).take([])
+    ),
+    "a state that is no number": lost_state,
     "a saved result of another time": saved(format=0),
     "a saved result of which a part is missing": saved("restart.y"),
     "loads that jump to and fro": lambda: simulate(

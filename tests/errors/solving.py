@@ -15,8 +15,10 @@ from mbody import (
     Gear,
     Gravity,
     LengthCoupling,
+    Marker,
     Mechanism,
     Prismatic,
+    RackPinion,
     Revolute,
     Spring,
     Table,
@@ -101,6 +103,16 @@ def parallelogram(start):
     return machine
 
 
+def two_drivers_in_line():
+    machine = parallelogram(0.5)
+    machine.add(
+        Body("wheel", guess=0.0),
+        Revolute("axle", Marker("ground", (0.0, 2.0)), "wheel"),
+        AngleDriver("other", "wheel", 0.0),
+    )
+    return machine
+
+
 def cylinder():
     machine = Mechanism("m", ground={"O": (0.0, 0.0)})
     machine.add(
@@ -167,6 +179,20 @@ def gears_apart():
     return machine
 
 
+def racked(height, radius=0.5):
+    """A pinion whose centre is that high above its rack."""
+    machine = Mechanism("rack", ground={"O": (0.0, height)})
+    machine.add(
+        Body("rack"),
+        Body("pinion"),
+        Revolute("O", "ground.O", "pinion"),
+        Prismatic("guide", "ground", "rack"),
+        RackPinion("mesh", "rack", "pinion", radius=radius),
+        AngleDriver("motor", "pinion", 0.0),
+    )
+    return machine
+
+
 def rope(length):
     """A rope between two places that are one."""
     machine = Mechanism("hoist", ground={"hook": (0.0, 0.0)})
@@ -179,6 +205,8 @@ def rope(length):
 
 SCENARIOS = {
     "gears that do not mesh": lambda: kinetostatics(gears_apart()),
+    "a rack on the wrong side": lambda: kinetostatics(racked(-0.5)),
+    "a rack that the pinion does not touch": lambda: kinetostatics(racked(0.6)),
     "a rope without a direction": lambda: kinetostatics(rope(1.0)),
     "an analysis of nothing": lambda: kinematics(None),
     "an analysis of a class": lambda: kinematics(Mechanism),
@@ -256,7 +284,9 @@ SCENARIOS = {
     "a start at a dead centre": lambda: kinematics(by_rocker(FOLDED)),
     "a start at the end of a stroke": lambda: kinematics(press(4.0)),
     "velocities at the end of a stroke": lambda: close_loops(press(4.0)),
-    "a change point under load": lambda: statics(parallelogram(0.0), t=[0.0, 0.5 * math.pi]),
+    "a change point with two drivers": lambda: kinematics(
+        two_drivers_in_line(), drive={"motor": [0.5, math.pi, 4.0], "other": [0.0, 0.5, 1.0]}
+    ),
     "a law that jumps": lambda: kinematics(by_law(lambda t: t + (t > 0.5) * 2.0), t=[0.0, 1.0]),
     "a design that cannot close": lambda: kinetostatics(batch(coupler_B_x=[3.0, 3.1, 10.0])),
     "a design with a dead centre": lambda: kinematics(

@@ -1,11 +1,23 @@
 """Sweeps: which designs, what is measured, where the answers go."""
 
+import contextlib
+import shutil
 import sys
+import tempfile
+from pathlib import Path
 from types import SimpleNamespace
 from unittest import mock
 
 import mbody
-from mbody.sweeps import Normal, Uniform, latin_hypercube, monte_carlo, sobol, together
+from mbody.io.seal import OPEN_SEAL
+from mbody.sweeps import (
+    Normal,
+    Uniform,
+    latin_hypercube,
+    monte_carlo,
+    sobol,
+    together,
+)
 from tests.errors.command import said
 from tests.errors.models import four_bar
 
@@ -71,11 +83,27 @@ def in_a_file():
         return with_arrow("results")
 
 
-def of_another_sweep():
-    manifest = mock.patch("pathlib.Path.read_text", return_value="{}")
-    there = mock.patch("pathlib.Path.exists", return_value=True)
-    with manifest, there, mock.patch("pathlib.Path.mkdir"):
+def with_manifest(text):
+    """A sweep to a folder whose manifest is this."""
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        Path("results").mkdir()
+        Path("results", "sweep.json").write_text(text)
         return with_arrow("results")
+
+
+def to_a_folder(meanwhile):
+    """A sweep to a folder in which something happens before the first piece is written."""
+    sweep()  # what it imports stays
+    empty = mock.patch("mbody.sweeps.store.Store._content", lambda *_: OPEN_SEAL)
+    begun = mock.patch("mbody.sweeps.store.Store._begin", meanwhile)
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder), empty, begun:
+        kept = with_arrow("results")
+        Path("results", "designs-000000000.parquet").unlink()
+        return kept["A.force"]
+
+
+def full(store, asked):
+    shutil.rmtree(store.folder)
 
 
 SCENARIOS = {
@@ -122,7 +150,11 @@ SCENARIOS = {
     "a table of a sweep without pandas": without_pandas,
     "a sweep to a folder without pyarrow": lambda: without("pyarrow", to="results"),
     "a sweep to a folder that is a file": in_a_file,
-    "a sweep to the folder of another": of_another_sweep,
+    "a sweep to the folder of another": lambda: with_manifest("{}"),
+    "a sweep to a folder with half a manifest": lambda: with_manifest("{"),
+    "a sweep to a folder that goes away": lambda: to_a_folder(full),
+    "a piece that goes away": lambda: to_a_folder(lambda store, asked: None),
+    "a sweep of a measure with a name of the table": lambda: sweep(measure={"error": "A.force"}),
     "a sweep on a cluster without distributed": lambda: without(
         "distributed", scheduler="tcp://10.0.0.5:8786"
     ),

@@ -10,6 +10,7 @@ from mbody import (
     Torque,
     Unknown,
     from_text,
+    makers,
     solve_for,
 )
 from tests.errors.command import said
@@ -83,12 +84,33 @@ SCENARIOS = {
     ),
     "nothing that bounds": ask(["brake", "motor.rate"], "motor.effort = 0", greatest="A.fx"),
     "too many side conditions": ask(
-        ["brake", "motor.rate", "motor.acceleration", "crank.mass"],
+        ["brake", "motor.acceleration", "push"],
+        machine=four_bar(Torque("brake", "rocker", value=1.0), Force("push", "coupler", 1.0)),
         side_conditions=[f"A.fx <= {n} N" for n in range(40)],
         greatest="A.fx",
     ),
     "no bound on that side": ask(
         ["brake"], side_conditions="motor.effort >= 0", greatest="motor.effort"
+    ),
+    "a greatest value at a dead centre": ask(
+        {"motor.value": {"low": -0.5, "high": 3.0}},
+        machine=makers.four_bar(2, 3, 1.5, 3.5, masses=(1, 1, 1), speed=5.0, start=0.5),
+        greatest="motor.effort",
+    ),
+    "a greatest value that nothing bounds": ask(
+        {"motor.rate": {"low": 1.0}}, least="-abs(motor.effort)", side_conditions="t >= 0 s"
+    ),
+    "one unknown that side conditions do not let be": ask(
+        "motor.value", side_conditions="rocker.angle >= 300 deg", least="A.force"
+    ),
+    "an unknown that never can be analysed": ask(
+        {"coupler.B.x": {"low": "50 m", "high": "60 m"}}, least="A.force"
+    ),
+    "several unknowns that nothing bounds": ask(
+        ["motor.rate", "brake"], side_conditions="t >= 0 s", greatest="motor.effort"
+    ),
+    "a solution beyond its bounds": ask(
+        {"brake": {"low": "1e6 N*m", "high": "2e6 N*m"}}, "motor.effort = 0"
     ),
     "side conditions that exclude each other": ask(
         "brake", side_conditions=["A.fx >= 9 N", "A.fx <= -9 N"], greatest="A.fx"

@@ -5,6 +5,7 @@ import sys
 import time
 import traceback
 from collections import Counter
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from random import Random
 
@@ -45,24 +46,30 @@ class Report:
         self.slowest = (0.0, "")
 
     def take(self, kind: str, text: str, is_json: bool) -> None:
-        """Check one input and count it."""
+        """Check one text and count it."""
+        raw = text.encode("utf-8", "surrogatepass")
+        ending = "txt" if kind == "formula" else "json" if is_json else "toml"
+        self.count(kind, lambda: check(kind, text, is_json), text[:60], raw, ending)
+
+    def count(
+        self, kind: str, attempt: Callable[[], bool], label: str, raw: bytes, ending: str
+    ) -> None:
+        """Check one input, by whatever says whether it is right, and count it."""
         start = time.perf_counter()
         try:
-            self.right[kind] += check(kind, text, is_json)
+            self.right[kind] += attempt()
         except Exception as error:
-            self.fail(kind, text, is_json, error)
+            self.fail(kind, raw, ending, error)
         self.inputs[kind] += 1
-        self.slowest = max(self.slowest, (time.perf_counter() - start, text[:60]))
+        self.slowest = max(self.slowest, (time.perf_counter() - start, label))
 
-    def fail(self, kind: str, text: str, is_json: bool, error: Exception) -> None:
+    def fail(self, kind: str, raw: bytes, ending: str, error: Exception) -> None:
         """Count a failure; the first of its kind is told, and its input saved."""
         at = traceback.extract_tb(error.__traceback__)[-1]
         place = f"{kind}: {type(error).__name__} at {Path(at.filename).name}:{at.lineno}"
         self.failures[place] += 1
         if self.failures[place] > 3:
             return
-        raw = text.encode("utf-8", "surrogatepass")
-        ending = "txt" if kind == "formula" else "json" if is_json else "toml"
         name = f"{kind}-{hashlib.sha256(raw).hexdigest()[:12]}.{ending}"
         self.folder.mkdir(parents=True, exist_ok=True)
         (self.folder / name).write_bytes(raw)
@@ -80,13 +87,20 @@ class Report:
         return "\n".join(lines if self.failures else [*lines, "no failure"])
 
 
-def fuzz(runs: int, seed: int, report: Report, kinds: list[str], every: float = 10.0) -> None:
-    """So many inputs; input n of a seed is always the same."""
-    weights, told = [KINDS[kind] for kind in kinds], time.perf_counter()
+def progress(runs: int, report: Report, every: float = 10.0) -> Iterator[int]:
+    """The numbers of the inputs, with a line now and then of how far it is."""
+    told = time.perf_counter()
     for n in range(runs):
-        random = Random(f"{seed}:{n}")
-        kind = random.choices(kinds, weights)[0]
-        report.take(kind, *made(kind, random))
+        yield n
         if time.perf_counter() - told > every:
             told = time.perf_counter()
             print(str(report).split("\n")[0], file=sys.stderr, flush=True)
+
+
+def fuzz(runs: int, seed: int, report: Report, kinds: list[str]) -> None:
+    """So many inputs; input n of a seed is always the same."""
+    weights = [KINDS[kind] for kind in kinds]
+    for n in progress(runs, report):
+        random = Random(f"{seed}:{n}")
+        kind = random.choices(kinds, weights)[0]
+        report.take(kind, *made(kind, random))

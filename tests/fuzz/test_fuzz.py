@@ -4,10 +4,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tests.fuzz import KINDS, mutate, plain, properties, strategies
+from tests.fuzz import KEPT, KINDS, mutate, plain, properties, strategies
 
 some = settings(max_examples=150, suppress_health_check=list(HealthCheck), derandomize=True)
 ROOT = Path(__file__).parents[2]
@@ -38,6 +39,21 @@ def test_plain_mutations(tmp_path):
     assert report.inputs.total() == 3000 and report.inputs.keys() == KINDS.keys()
     assert all(0 < report.right[kind] < report.inputs[kind] for kind in KINDS), report
     assert not report.failures, report
+
+
+def test_what_is_kept_in_files(tmp_path):
+    """A share of `python -m tests.fuzz --kept`."""
+    pytest.importorskip("pyarrow")
+    from tests.fuzz import kept
+
+    report = plain.Report(tmp_path)
+    kept.fuzz(200, 0, report, list(KEPT))
+    assert not report.failures, report
+    assert all(10 < report.inputs[kind] > report.right[kind] for kind in KEPT), report
+    # what somebody sealed anew may be whole, and most folders mend themselves
+    assert report.right["resealed"] and report.right["folder"] > report.inputs["folder"] // 3
+    # two parts that are the same may change places
+    assert report.right["saved"] < report.inputs["saved"] // 10, report
 
 
 def test_an_input_that_breaks_a_property_is_told_and_saved(tmp_path, monkeypatch, capsys):

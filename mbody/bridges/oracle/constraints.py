@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from mbody.bridges.jets import Jet
 from mbody.bridges.oracle.geometry import Geometry, Numbers
-from mbody.bridges.oracle.jets import Jet
+from mbody.bridges.reading import law_by_formula
 from mbody.couplings import Coupling
 from mbody.drivers import AngleDriver, CoordinateDriver, DistanceDriver
 from mbody.joints import (
@@ -32,6 +33,7 @@ STEP = 1e-30  # of the complex step
 
 def law_at(law: Law, t: Any) -> Any:
     """A law at a time that is a float, complex (f + f′ i Im t) or a jet."""
+    law = law_by_formula(law)
     if isinstance(t, Jet):
         return t.through(*law.derivatives(t.f))
     if isinstance(t, complex | np.complexfloating):
@@ -42,6 +44,7 @@ def law_at(law: Law, t: Any) -> Any:
 
 def law_around(law: Law, angle: Any) -> Any:
     """A law of one turn at angles that are floats, complex arrays or jets."""
+    law = law_by_formula(law)
     if isinstance(angle, Jet):
         return angle.through(*law.derivatives(angle.f % (2.0 * math.pi)))
     f, f1, _ = law.derivatives(np.real(angle) % (2.0 * math.pi))
@@ -178,7 +181,7 @@ class Constraints(Geometry):
             polar = self._angle(q_all, e.j.body) + e.j.angle + 0.5 * math.pi - axes
         else:
             polar = float(np.angle(d))
-        f, f1, _ = e.profile.derivatives((sense * polar) % (2.0 * math.pi))
+        f, f1, _ = law_by_formula(e.profile).derivatives((sense * polar) % (2.0 * math.pi))
         h, h1 = f + beyond, sense * f1
         if e.flat:  # the contour of a support function: (h + i h′) e^(iφ)
             touched = (h + 1j * h1) * np.exp(1j * polar)
@@ -194,7 +197,9 @@ class Constraints(Geometry):
     def _physics(self, e: CustomJoint, q: Any, v: Any, t: Any) -> tuple[Any, ...]:
         sides = (self.side(q, v, e.i.body), self.side(q, v, e.j.body))
         numbers: Any = Numbers(self)
-        return tuple(e.physics(*sides, np.array(e.parameters(numbers)), t))
+        (atom,) = e.atoms(numbers)
+        assert atom.function is not None
+        return tuple(atom.function(*sides, np.array(atom.parameters), t))
 
     def _custom_phi(self, e: CustomJoint, q: Any, t: Any) -> list[Any]:
         if q.ndim == 1:

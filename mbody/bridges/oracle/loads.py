@@ -11,6 +11,7 @@ from mbody.bodies import Body, Slender
 from mbody.bridges.oracle.constraints import STEP
 from mbody.bridges.oracle.geometry import Numbers
 from mbody.bridges.oracle.motion import Motion
+from mbody.bridges.reading import law_by_formula
 from mbody.elements import Marker
 from mbody.loads import (
     CustomLoad,
@@ -27,6 +28,11 @@ from mbody.loads import (
 )
 
 __all__ = ["Loads"]
+
+
+def value(law: Any, x: float) -> float:
+    """A law's value by the oracle's own formula."""
+    return float(law_by_formula(law)(x))
 
 
 class Loads(Motion):
@@ -87,9 +93,11 @@ class Loads(Motion):
                 off = normal @ (x + rx - x0, y + ry - y0)
                 grains.append((self.index[body.name], dm, rx, ry, off))
         if load.momentum is None:
-            omega = load.speed(t)
+            omega = value(load.speed, t)
         else:
-            omega = load.momentum(t) / (load.inertia + sum(dm * r * r for _, dm, _, _, r in grains))
+            omega = value(load.momentum, t) / (
+                load.inertia + sum(dm * r * r for _, dm, _, _, r in grains)
+            )
         for k, dm, rx, ry, off in grains:
             fx, fy = dm * omega**2 * off * normal
             f[k] += fx, fy, rx * fy - ry * fx
@@ -110,36 +118,38 @@ class Loads(Motion):
         at: Any = Numbers(self)
         if isinstance(load, CustomLoad):
             sides = (self.side(q, v, load.i.body), self.side(q, v, load.j.body))
-            six = load.physics(*sides, np.array(load.parameters(at)), t)
+            (action,) = load.actions(at)
+            assert action.function is not None
+            six = action.function(*sides, np.array(action.parameters), t)
             f[self.index[load.i.body]] += six[:3]
             f[self.index[load.j.body]] += six[3:]
         elif isinstance(load, Gravity):
             mass = np.diag(self.mass_matrix())[::3]
-            f[:-1, 0] += mass * load.x(t)
-            f[:-1, 1] += mass * load.y(t)
+            f[:-1, 0] += mass * value(load.x, t)
+            f[:-1, 1] += mass * value(load.y, t)
         elif isinstance(load, RotatingField):
             self._spin(load, q, t, f)
         elif isinstance(load, Force):
             angle = load.angle
             if load.follows:
                 angle += self._angle(q, load.at.body) + load.at.angle
-            size = load.value(t)
+            size = value(load.value, t)
             self._push(f, q, load.at, size * math.cos(angle), size * math.sin(angle))
         elif isinstance(load, Spring | Damper):
             u, length, rate = self._stretch(q, v, load)
             one: Any = load
             if isinstance(load, Spring):
                 x = length - load.free_length
-                tension = one.preload + one.stiffness * x if one.law is None else one.law(x)
+                tension = one.preload + one.stiffness * x if one.law is None else value(one.law, x)
             else:
-                tension = one.coefficient * rate if one.law is None else one.law(rate)
+                tension = one.coefficient * rate if one.law is None else value(one.law, rate)
             self._push(f, q, load.i, *(tension * u))
             self._push(f, q, load.j, *(-tension * u))
         elif isinstance(load, PistonPressure):
             angle = math.remainder(self._angle(q, load.cycle) + load.phase, 2.0 * math.pi)
             angle += 2.0 * math.pi if angle < 0.0 else 0.0
-            self._thrust(f, q, load, load.head_area * load.head(angle))
-            self._thrust(f, q, load, -load.rod_area * load.rod(angle))
+            self._thrust(f, q, load, load.head_area * value(load.head, angle))
+            self._thrust(f, q, load, -load.rod_area * value(load.rod, angle))
         elif isinstance(load, ValvedCylinder):
             x, rate = self._stroke(q, v, load)
             size = load.area * self._charge(load, load.near, load.far, x, rate)
@@ -151,13 +161,13 @@ class Loads(Motion):
             x = self._angle(q, load.body) - self._angle(q, load.by)
             rate = self._angle(v, load.body) - self._angle(v, load.by)
             if isinstance(load, Torque):
-                torque = load.value(t)
+                torque = value(load.value, t)
             elif isinstance(load, TorsionSpring):
                 x -= load.free_angle
-                back = load.preload + load.stiffness * x if load.law is None else load.law(x)
+                back = load.preload + load.stiffness * x if load.law is None else value(load.law, x)
                 torque = -back
             else:
-                torque = -(load.coefficient * rate if load.law is None else load.law(rate))
+                torque = -(load.coefficient * rate if load.law is None else value(load.law, rate))
             f[self.index[load.body], 2] += torque
             f[self.index[load.by], 2] -= torque
         else:

@@ -17,6 +17,7 @@ from mbody.bridges.pinocchio.forward import EPSILON, Forward, Undetermined
 from mbody.bridges.pinocchio.inverse import Forces, Inverse
 from mbody.bridges.pinocchio.model import Instant
 from mbody.bridges.pinocchio.motion import follow
+from mbody.bridges.reading import laws_of
 from mbody.bridges.rows import Ledger
 from mbody.bridges.tree import spanning_tree
 from mbody.elements import listed
@@ -173,8 +174,12 @@ class _Asked:
             ours = [part[good] for part in self.run.driven(driver.name)]
             if driver.rows == "a":
                 theirs[:, 0] = ours[0] + _nearest(theirs[:, 0] - ours[0])
+            by_law = laws_of(self.system, self.run, driver, good)
             for n, key in enumerate(("value", "rate", "acceleration")[: 1 if at_rest else 3]):
                 self.ledger.add(kinds[n], f"{driver.name}.{key}", ours[n], theirs[:, n])
+                if by_law is not None:
+                    name = f"{driver.name}.{key} by its law"
+                    self.ledger.add(kinds[n], name, ours[n], by_law[n])
 
     def _forces(self, found: list[tuple[Instant, Forces]], good: list[int]) -> None:
         """Every effort and every reaction that is determined; what is left in free joints."""

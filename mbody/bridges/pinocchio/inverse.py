@@ -16,6 +16,7 @@ import numpy as np
 from mbody.analysis.free_body import coupled
 from mbody.bridges.native_loads import NATIVE, gravity_of, wrenches
 from mbody.bridges.pinocchio.model import Instant, Twin
+from mbody.bridges.reading import reading
 from mbody.bridges.ties import HELD, Tie, ties
 from mbody.bridges.tree import Tree, tree_motion
 from mbody.checks import each_load_of
@@ -107,11 +108,11 @@ class Inverse:
         """The speed of a plane that turns, by momentum with Pinocchio's own moment of inertia."""
         if self.spin is None:
             return 0.0
-        law = self.system.law_of(self.spin, self.spin.given)
+        law = reading(self.system).law(self.spin, self.spin.given)
         if self.spin.given == "speed":
             return float(law(t))
         whole = twin.pin.crba(twin.model, twin.data, twin.full(q))[0, 0]
-        whole += float(self.system.values[f"{self.spin.name}.inertia"])
+        whole += float(reading(self.system)[f"{self.spin.name}.inertia"])
         return float(law(t)) / whole if whole else 0.0
 
     def acting(self, now: Instant, k: int) -> dict[str, Array]:
@@ -199,14 +200,14 @@ class Inverse:
         field = float(np.abs(self.twin.model.gravity.linear).max())
         top = 0.0
         for name, wrench in acting.items():
-            mass = float(self.system.mass[3 * self.system.bodies[name], 0])
+            mass, _ = reading(self.system).mass(name)
             swift = float(np.abs(now.bodies[name].acceleration[:2]).max()) + field
             top = max(top, mass * swift, *np.abs(wrench / [1.0, 1.0, self.system.length]).tolist())
         return top
 
     def _gap(self, name: str, rows: list[Tie]) -> Array:
         """How far a cut joint is open: the worst of its rows, lengths by the model's."""
-        apart = self.system.values.get(f"{name}.length", 0.0)
+        apart = reading(self.system).values.get(f"{name}.length", 0.0)
         worst = np.zeros(3)
         for row in rows:
             unit = 1.0 if row.torque else self.system.length

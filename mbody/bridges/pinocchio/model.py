@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from mbody.bodies import SecondMoments, Slender
+from mbody.bridges.reading import reading
 from mbody.bridges.tree import Branch, Frame, Tree
 from mbody.loads import RotatingField
 from mbody.system import System
@@ -76,7 +77,7 @@ class Twin:
 
     def _spin(self, field: RotatingField) -> None:
         """A first joint about the axis in the plane; the ground turns with it."""
-        at = self.system.numbers
+        at = reading(self.system)
         x, y = at.place(field, "axis")
         place = placement(Frame(float(x), float(y), float(at.angle(field, "axis"))))
         pin = self.pin
@@ -102,9 +103,9 @@ class Twin:
 
     def _inertia(self, name: str) -> Any:
         """In space: flat, as its `spread` says, else half of its moment about both axes."""
-        b = 3 * self.system.bodies[name]
-        mass, moment = float(self.system.mass[b, 0]), float(self.system.mass[b + 2, 0])
-        values, spread = self.system.values, getattr(self.system.mechanism[name], "spread", None)
+        at = reading(self.system)
+        (mass, moment), values = at.mass(name), at.values
+        spread = getattr(self.system.mechanism[name], "spread", None)
         xx = yy = 0.5 * moment
         xy = 0.0
         if isinstance(spread, Slender):

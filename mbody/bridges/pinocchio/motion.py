@@ -15,6 +15,7 @@ import numpy as np
 from mbody.bridges.native_loads import NATIVE
 from mbody.bridges.pinocchio.forward import Forward
 from mbody.bridges.pinocchio.model import Instant
+from mbody.bridges.reading import reading
 from mbody.bridges.ties import ties
 
 __all__ = ["Followed", "follow"]
@@ -156,14 +157,14 @@ class _Steps:
 
     def _change(self, driver: Any, t: float) -> float:
         """The acceleration that a driver's law asks for."""
-        return float(self.system.law_of(driver).derivatives(t)[2])
+        return float(reading(self.system).law(driver).derivatives(t)[2])
 
     def gap(self, q: Array) -> float:
         """How far the loops are open."""
         instant: Instant = self.forward.now(q, np.zeros_like(q), 0.0)
         worst = 0.0
         for joint in self.inverse.held:
-            apart = float(self.system.values.get(f"{joint.name}.length", 0.0))
+            apart = float(reading(self.system).values.get(f"{joint.name}.length", 0.0))
             for row in ties(self.system, joint, instant.bodies):
                 unit = 1.0 if row.torque else self.system.length
                 worst = max(worst, abs(row.value - apart) / unit)

@@ -14,6 +14,7 @@ from mbody.bridges.opinions import Inexpressible, Opinion, Row
 from mbody.bridges.pymunk.instants import Found, at_instants, kinematic
 from mbody.bridges.pymunk.motion import Trajectory, trajectory
 from mbody.bridges.pymunk.space import PRESSED, inexpressible
+from mbody.bridges.reading import reading
 from mbody.elements import listed
 from mbody.errors import ModelError, SolveError
 from mbody.joints import Fixed, Prismatic, Rolling
@@ -263,7 +264,7 @@ def _of_motion(run: Solution, moved: Trajectory, free: bool) -> _Compared:
         if run.energy is not None:
             ours = run.energy.kinetic[moved.instants]
             n = run.system.coordinates
-            momenta = run.system.mass[:n, 0] * np.abs(moved.values[:, n : 2 * n])
+            momenta = reading(run.system).masses.ravel() * np.abs(moved.values[:, n : 2 * n])
             # of each rate by itself, since in the sum they may cancel by chance
             left = (momenta * moved.spread[:, n : 2 * n]).sum(axis=1)
             theirs = moved.values[:, -1]

@@ -11,6 +11,7 @@ from mbody.analysis.free_body import coupled
 from mbody.bridges.pymunk.limits import limit
 from mbody.bridges.pymunk.space import Space, inexpressible
 from mbody.bridges.pymunk.steps import Stepper
+from mbody.bridges.reading import reading
 from mbody.joints import Joint
 from mbody.solution import Solution
 from mbody.system import System
@@ -110,7 +111,7 @@ def sizes_of(system: System, run: Solution) -> Sizes:
     if run.analysis == "statics":
         changes = np.zeros_like(changes)
     rate = max(float(np.abs(rates).max()), float(np.sqrt(np.abs(changes).max())))
-    own = system.mass[: system.coordinates, 0].reshape(-1, 3)[:, 0]
+    own = reading(system).masses[:, 0]
     mean = float(own[own > 0.0].mean()) if own.any() else 0.0
     force = max(
         (float(run.reaction(j.name).magnitude.max()) for j in run.mechanism.joints), default=0.0

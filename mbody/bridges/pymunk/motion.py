@@ -11,6 +11,7 @@ from mbody.bridges.pymunk.instants import LUMP, MANY, Sizes, kinematic, settled,
 from mbody.bridges.pymunk.limits import limit, order
 from mbody.bridges.pymunk.space import Space
 from mbody.bridges.pymunk.steps import Stepper, of_system
+from mbody.bridges.reading import reading
 from mbody.solution import Solution
 from mbody.system import System
 
@@ -221,7 +222,7 @@ class _Trial:
     def _once(self, space: Space, times: Array, finer: int) -> Array:
         """(instants, numbers) of one motion."""
         stepper, rows = self._stepper(space), []
-        own = self.system.mass[: self.system.coordinates, 0]
+        own = reading(self.system).masses.ravel()
         n = self.system.coordinates
         for begin, end in zip(times[:-1].tolist(), times[1:].tolist(), strict=True):
             steps = max(1, round((end - begin) / self.longest)) * finer

@@ -9,6 +9,7 @@ import numpy as np
 
 from mbody.bridges.opinions import Inexpressible
 from mbody.bridges.pymunk.parts import Part, SpringPart, damped, stretched
+from mbody.bridges.reading import reading
 from mbody.drivers import AngleDriver, CoordinateDriver, DistanceDriver
 from mbody.joints import Distance, Fixed, PinSlot, Prismatic, Revolute, Rolling
 from mbody.loads import Damper, Force, Gravity, Spring, Torque, TorsionDamper, TorsionSpring
@@ -34,7 +35,7 @@ def inexpressible(system: System) -> tuple[Inexpressible, ...]:
     found = []
     for joint in system.mechanism.joints:
         if isinstance(joint, Rolling):
-            arm = np.hypot(*system.numbers.arm(joint, "j"))
+            arm = np.hypot(*reading(system).arm(joint, "j"))
             line = joint.on_radius is None and joint.i.body == "ground"
             if not line or arm > CENTRED * system.length:
                 why = (
@@ -88,7 +89,7 @@ class Space:
         import pymunk
 
         self.pymunk, self.system = pymunk, system
-        self.at = system.numbers
+        self.at = reading(system)
         self.reach = REACH * system.length
         self.space = pymunk.Space()
         self.space.iterations, self.space.collision_slop = iterations, 0.0
@@ -113,7 +114,7 @@ class Space:
             self._load(n, load)
 
     def _masses(self, lump: float) -> tuple[Array, tuple[str, ...]]:
-        own = self.system.mass[: self.system.coordinates, 0].reshape(-1, 3).copy()
+        own = reading(self.system).masses.copy()
         least = lump * np.array([1.0, 1.0, self.system.length**2])
         none = own == 0.0
         own[none] = np.broadcast_to(least, own.shape)[none]

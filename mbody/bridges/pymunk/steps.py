@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from mbody.bridges.pymunk.space import Space
+from mbody.bridges.reading import reading
 from mbody.core.causes import each_load
 from mbody.errors import ModelError
-from mbody.laws import Law
 from mbody.loads import Force, Gravity, Torque
 from mbody.system import System
 
@@ -89,8 +89,8 @@ class Stepper:
         gravity = np.zeros((steps, 2))
         for load in self.gravity:
             for n, field in enumerate("xy"):
-                gravity[:, n] += _value(self.system.law_of(load, field), times, self.last)
-        laws = [self.system.law_of(load, "value") for load in self.pushes]
+                gravity[:, n] += _value(reading(self.system).law(load, field), times, self.last)
+        laws = [reading(self.system).law(load, "value") for load in self.pushes]
         pushes = [_value(law, times, self.last) for law in laws]
         aimed = [(n, part) for n, part in enumerate(self.space.drives) if part is not None]
         native = self.space.space
@@ -111,7 +111,7 @@ class Stepper:
 
     def _wrench(self, t: float, pose: Array, vel: Array, pushes: list[Any]) -> Array:
         """What is applied to every body (bodies, 3) at its mass centre, gravity left out."""
-        space, at = self.space, self.system.numbers
+        space, at = self.space, reading(self.system)
         found = np.zeros((space.count + 1, 3))
         found[:-1] = self.besides
         for load, value in zip(self.pushes, pushes, strict=True):
@@ -177,11 +177,11 @@ class Stepper:
 
 def of_system(system: System, times: Array, last: float) -> Array:
     """Values of the drivers (drivers, times) by their laws."""
-    values = [_value(system.law_of(d), times, last) for d in system.drivers]
+    values = [_value(reading(system).law(d), times, last) for d in system.drivers]
     return np.array(values).reshape(len(system.drivers), len(times))
 
 
-def _value(law: Law, times: Array, last: float) -> Array:
+def _value(law: Any, times: Array, last: float) -> Array:
     """A law at times, or at the last one of those after it, where it has no value then."""
     try:
         return np.broadcast_to(law(times), len(times))

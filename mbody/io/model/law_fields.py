@@ -24,7 +24,7 @@ from mbody.io.model.fields import Strict, entered_in, number, shape
 from mbody.io.model.kinds import LAWS
 from mbody.laws import SHAPES, Cam, Dwell, Law, Polynomial, Rise, Table
 from mbody.laws.base import dimension_by
-from mbody.laws.tables import End, Outside
+from mbody.laws.tables import End, Interpolation, Outside
 from mbody.units import Dimension, name_of
 
 __all__ = ["law"]
@@ -107,6 +107,7 @@ class _Coefficients:
 
 CHOICES = {("Rise", "shape"): SHAPES, ("Table", "end"): get_args(End)}
 CHOICES[("Table", "outside")] = get_args(Outside)
+CHOICES[("Table", "interpolation")] = get_args(Interpolation)
 
 
 def _numbers_of(cls: type[Law], dimension: Dimension, of: Dimension) -> type[BaseModel]:

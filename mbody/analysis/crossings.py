@@ -1,0 +1,106 @@
+"""Zero crossings between samples, by values and rates: no two pass unseen where a cubic shows them.
+
+Two crossings between two samples leave no change of sign, but an extremum, and its place is where
+the rate changes its sign: a cubic through values and rates of both ends (Hermite's) tells it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+__all__ = ["between", "extrema", "refined"]
+
+Array = np.ndarray
+#: Times, values and rates of one quantity, ascending.
+Samples = tuple[Array, Array, Array]
+
+#: Rounds in which samples are added; places converge quadratically, so that few are used.
+ROUNDS = 12
+#: An extremum this near to zero, in errors of the cubic that told it, may lie beyond it.
+UNSURE = 10.0
+#: Part of an interval in which an extremum is no longer told from its end.
+END = 1e-6
+
+
+def extrema(h: Array, a: Array, b: Array, da: Array, db: Array) -> tuple[Array, Array]:
+    """Where cubics are extreme within their intervals: parts of these (2, intervals), and the
+    values there; NaN where there is none.
+
+    Parameters
+    ----------
+    h : array (intervals,)
+        Lengths.
+    a, b, da, db : arrays (intervals,)
+        Values and rates at both ends.
+
+    >>> x, value = extrema(*np.array([[2.0], [0.1], [0.1], [-1.0], [1.0]]))
+    >>> x[:, 0], value[:, 0]
+    (array([0.5, nan]), array([-0.4,  nan]))
+    """
+    with np.errstate(all="ignore"):
+        p, q, d = h * da, h * db, b - a
+        # the slope p + 2 (3d − 2p − q) x + 3 (p + q − 2d) x², its roots by the stable formula
+        half, square = 3.0 * d - 2.0 * p - q, 3.0 * (p + q - 2.0 * d)
+        root = np.sqrt(half * half - square * p)
+        w = -(half + np.copysign(root, half))
+        x = np.array([w / square, p / w])
+        x[0] = np.where(square == 0.0, np.nan, x[0])
+        x[~((x > 0.0) & (x < 1.0))] = np.nan
+        x = np.sort(x, axis=0)
+        value = a + x * (p + x * (half + (square / 3.0) * x))
+    return x, value
+
+
+def refined(sample: Callable[[Array], tuple[Array, Array]], given: Samples, near: float) -> Samples:
+    """Samples with extrema added, until no cubic between two of them reaches beyond zero without
+    a sample there.
+
+    Parameters
+    ----------
+    sample : callable
+        Values and rates at times.
+    given : triple of arrays (instants,)
+        Times, values, rates.
+    near : float
+        Times nearer to each other than this are one.
+    """
+    t, g, r = given
+    fresh = np.ones(len(t) - 1, dtype=bool)  # intervals that are still to be looked at
+    unsure = np.full(len(t) - 1, np.inf)
+    for _ in range(ROUNDS):
+        h = np.diff(t)
+        places, told = extrema(h, g[:-1], g[1:], r[:-1], r[1:])
+        # what lies between both ends, on their side of zero, hides nothing
+        low, high = np.minimum(g[:-1], g[1:]), np.maximum(g[:-1], g[1:])
+        beyond = ((told < low) & (low > 0.0) & (told < unsure)) | (
+            (told > high) & (high < 0.0) & (-told < unsure)
+        )
+        # of ends on both sides, what goes back across zero on its way
+        back = (low <= 0.0) & (high >= 0.0) & ((told < low) | (told > high))
+        inner = (places > END) & (places < 1.0 - END) & (h > near) & fresh & (beyond | back)
+        if not inner.any():
+            break
+        row, column = np.nonzero(inner)
+        times = t[column] + places[row, column] * h[column]
+        values, rates = sample(times)
+        error = np.abs(values - told[row, column])
+        order = np.argsort(times, kind="stable")
+        at = np.searchsorted(t, times[order])
+        fresh = np.zeros(len(t) + len(times) - 1, dtype=bool)
+        bound = np.zeros_like(fresh, dtype=float)
+        t = np.insert(t, at, times[order])
+        g = np.insert(g, at, values[order])
+        r = np.insert(r, at, rates[order])
+        for k, off in zip(at + np.arange(len(at)), error[order], strict=True):
+            fresh[k - 1 : k + 1] = True
+            bound[k - 1 : k + 1] = np.maximum(bound[k - 1 : k + 1], UNSURE * off)
+        unsure = bound
+    return t, g, r
+
+
+def between(t: Array, g: Array) -> list[int]:
+    """Numbers of the intervals whose ends lie on two sides of zero, or end at it."""
+    a, b = g[:-1], g[1:]
+    return np.flatnonzero(((a > 0.0) & (b <= 0.0)) | ((a < 0.0) & (b >= 0.0))).tolist()

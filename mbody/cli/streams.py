@@ -1,0 +1,52 @@
+"""Standard output and errors that are closed, full, or read no more."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from typing import IO, Any
+
+__all__ = ["opened", "say", "silenced"]
+
+
+def opened() -> None:
+    """Give a process streams where it was started without: what is printed to a closed output is
+    refused by the system, and a file that is opened later does not take the place of either.
+    """
+    for number in (0, 1, 2):
+        try:
+            os.fstat(number)
+        except OSError:
+            # of output for reading only: printing fails, as it would to what is closed
+            kind = os.O_WRONLY if number == 2 else os.O_RDONLY
+            made = os.open(os.devnull, kind)
+            if made != number:
+                os.dup2(made, number)
+                os.close(made)
+    sys.stdin = sys.stdin or _stream(0, "r")
+    sys.stdout = sys.stdout or _stream(1, "w")
+    sys.stderr = sys.stderr or _stream(2, "w")
+
+
+def _stream(number: int, mode: str) -> IO[str]:
+    return open(number, mode, encoding="utf-8", errors="replace", closefd=False)
+
+
+def say(text: str, *, end: str = "\n") -> None:
+    """Print to standard error, where there is somebody who reads it."""
+    if sys.stderr is not None:
+        try:
+            print(text, end=end, file=sys.stderr, flush=True)
+        except (OSError, ValueError):
+            silenced(sys.stderr)
+
+
+def silenced(stream: Any = None) -> None:
+    """Lead a stream, by default standard output, to nowhere: what is left of it cannot be written,
+    and the end of the process would tell so once more.
+    """
+    with contextlib.suppress(OSError, ValueError, AttributeError):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, (sys.stdout if stream is None else stream).fileno())
+        os.close(nowhere)

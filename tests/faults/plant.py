@@ -1,0 +1,80 @@
+"""Planting a fault in a copy of the package, and asking the engines in a process of its own."""
+
+from __future__ import annotations
+
+import functools
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from tests.faults.catalogue import Fault
+
+__all__ = ["seen_by", "verdicts"]
+
+ROOT = Path(__file__).parents[2]
+
+ASK = """
+import json, sys
+import mbody
+from tests.faults.models import MODELS
+
+made = MODELS[sys.argv[1]]()
+run = mbody.kinetostatics(made, t=0.05)
+second = mbody.crosscheck(made, sys.argv[2], ours=run)
+print(json.dumps({name: one.agrees for name, one in second.opinions.items()}))
+"""
+
+
+def seen_by(fault: Fault) -> list[str]:
+    """Names of the engines that differ where the fault is planted.
+
+    Raises
+    ------
+    ValueError
+        Where the text to be changed does not stand in the file just once, or what was planted
+        keeps the engines from answering at all.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder)
+        shutil.copytree(
+            ROOT / "mbody", copy / "mbody", ignore=shutil.ignore_patterns("__pycache__")
+        )
+        shutil.copytree(ROOT / "tests" / "faults", copy / "tests" / "faults")
+        (copy / "tests" / "__init__.py").touch()
+        file = copy / "mbody" / fault.file
+        text = file.read_text("utf-8")
+        if text.count(fault.right) != 1:
+            raise ValueError(
+                f"{fault.name}: {fault.right!r} stands {text.count(fault.right)} times in "
+                f"{fault.file}"
+            )
+        file.write_text(text.replace(fault.right, fault.wrong), "utf-8")
+        return [name for name, agrees in _asked(copy, fault.model).items() if not agrees]
+
+
+@functools.cache
+def verdicts(model: str) -> dict[str, bool]:
+    """Which engines agree on a mechanism with nothing planted."""
+    return _asked(ROOT, model)
+
+
+def _asked(root: Path, model: str) -> dict[str, bool]:
+    # plain Python: nothing is compiled, and no cache is touched
+    settings = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(root), "MBODY_QUIET": "1"}
+    done = subprocess.run(
+        [sys.executable, "-c", ASK, model, "pinocchio"],
+        cwd=root,
+        env=settings,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
+    if done.returncode:
+        raise ValueError(done.stderr[-600:])
+    found: dict[str, bool] = json.loads(done.stdout)
+    return found

@@ -1,0 +1,242 @@
+"""Driven motions keep their branch: near other branches, through change points, over many turns."""
+
+import json
+import math
+import warnings
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import mbody
+from mbody import ModelWarning, assemble, gallery, kinematics, makers
+from mbody.analysis.closure import closed
+from mbody.analysis.instants import plan
+from mbody.analysis.rank import dense
+from mbody.analysis.runner import Runner
+from mbody.groups import diagonal_blocks
+from tests import near_grashof
+
+# -- near other branches ----------------------------------------------------------------------
+
+
+def test_near_grashof_linkages_keep_their_branch():
+    """Each topology three times, alone and in batches, at 5, 13, 37 and 361 instants; closed forms
+    by dyads are the truth. `python -m tests.near_grashof` is the long form.
+    """
+    found = near_grashof.campaign(3 * len(near_grashof.TOPOLOGIES), seed=3)
+    assert set(near_grashof.totals(found)) == {"followed"}, found
+    assert found["six-bar alike, 361, together: followed"] > 0
+
+
+def near_parallelogram(short, start=1.0, speed=10.0):
+    return makers.four_bar(1.0 - short, 3.0, 1.0, 3.0, start=start, speed=speed)
+
+
+def off_its_branch(short, run):
+    """Greatest angle of the coupler from its closed form."""
+    crank, at = 1.0 - short, run["crank"].angle
+    x, y = crank * np.cos(at), crank * np.sin(at)
+    apart = np.hypot(3.0 - x, y)
+    opening = np.arccos(np.clip((8.0 + apart**2) / (6.0 * apart), -1.0, 1.0))
+    wanted = np.arctan2(-y, 3.0 - x) + opening
+    return np.abs(np.angle(np.exp(1j * (run["coupler"].angle - wanted)))).max()
+
+
+@pytest.mark.parametrize("instants", [5, 13, 37, 361])
+@pytest.mark.parametrize("short", [1e-2, 1e-4, 1e-6, 1e-8, 1e-10])
+def test_near_parallelograms(short, instants):
+    run = kinematics(near_parallelogram(short), turn=True, instants=instants)
+    # the last correction of Newton's method, over the sine that is left of a pivot
+    assert off_its_branch(short, run) < 1e-12 / math.sqrt(short)
+    assert run.status == "completed" and not run.notes
+    # the crank is in line with the ground where the others nearly are, and places there are no
+    # farther apart than the way in which the branches bend, which goes as a root like a sine
+    angle = 1.0 + 10.0 * run.branch.t
+    assert abs(math.sin(angle)) < math.sqrt(short)
+    assert 0.2 * math.sqrt(short) < run.branch.least < 2.0 * math.sqrt(short)
+    assert run.checks.branch == run.branch
+    told = json.loads(json.dumps(run.data()))["checks"]["branch"]
+    assert told == {"least": run.branch.least, "t": run.branch.t}
+
+
+def test_the_distance_of_an_ordinary_linkage_on_both_paths():
+    """On lanes it is that of the instant at which the determinant of a group is least: another
+    place of a flat valley, so that it is a little greater.
+    """
+    machine = makers.four_bar(1.0, 3.0, 2.0, 3.5, speed=10.0)
+    lanes, steps = (kinematics(machine, turn=True, instants=n).branch for n in (361, 90))
+    assert 0.1 < steps.least < 1.0
+    assert steps.least <= lanes.least < 1.03 * steps.least
+    assert 10.0 * abs(lanes.t - steps.t) < 0.3
+
+
+def test_batches_beside_another_branch():
+    """Designs of which only some come near another branch, all on lanes or beside them."""
+    short = 10.0 ** np.linspace(-8.0, -2.0, 33)
+    system = assemble(near_parallelogram(1e-3)).with_values({"crank.A.x": 1.0 - short})
+    for instants in (2, 3, 37, 361):
+        run = kinematics(system, np.linspace(0.0, 0.2 * math.pi, instants))
+        for n, one in enumerate(short):
+            alone = kinematics(system.design(n), run.t)
+            off = np.abs(alone["coupler"].angle - run["coupler"].angle[n]).max()
+            assert off < 1e-11 / math.sqrt(one), (instants, one)
+
+
+# -- change points ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("instants", [5, 13, 37, 361])
+@pytest.mark.parametrize("short", [0.0, 1e-15, 1e-13])
+def test_what_is_no_nearer_than_rounding_is_passed_smoothly(short, instants):
+    run = kinematics(near_parallelogram(short), turn=True, instants=instants)
+    assert_allclose(run["rocker"].angle, run["crank"].angle, rtol=0, atol=1e-6)
+    (note,) = run.notes
+    assert note.startswith("the motion goes on smoothly through 2 change points")
+    assert "180 deg, t = 0.214159 s, of 'crank'; 360 deg, t = 0.528319 s" in note
+    assert "in 'O2', 'A', 'B', 'O4'" in note
+    assert run.status == "completed" and run.branch.least == 0.0
+    assert min(abs(run.branch.t - at) for at in (0.2141592654, 0.5283185307)) < 1e-9
+
+
+def test_change_points_of_a_batch_are_told():
+    system = assemble(near_parallelogram(0.0)).with_values({"crank.A.x": [0.9, 1.0, 0.95]})
+    run = kinematics(system, np.linspace(0.0, 0.6, 41))
+    assert run.notes == ("1 design goes on smoothly through change points, where branches meet: 1",)
+
+
+# -- many turns between two instants ----------------------------------------------------------
+
+
+@pytest.mark.parametrize("turns", [5, 20])
+def test_turns_between_two_instants(turns):
+    machine = makers.four_bar(1.0, 3.0, 2.0, 3.5, speed=2.0 * math.pi)
+    run = kinematics(machine, t=[0.0, turns])
+    assert_allclose(np.diff(run["crank"].angle), 2.0 * math.pi * turns, rtol=0, atol=1e-12)
+    for name in ("coupler", "rocker"):
+        assert abs(np.diff(run[name].angle)[0]) < 1e-13
+
+
+def turning():
+    """Models of the gallery whose driver makes a whole turn, with the time of one."""
+    for name in gallery.names():
+        machine = gallery.load(name)
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                time = kinematics(machine, turn=True, instants=2).t[-1]
+        except (mbody.ModelError, mbody.SolveError):
+            continue
+        if time > 0.0:
+            yield name, machine, time
+
+
+def test_ten_turns_of_the_gallery():
+    seen = 0
+    for name, machine, time in turning():
+        run = kinematics(machine, t=[0.0, 10.0 * time])
+        close = kinematics(machine, t=np.linspace(0.0, 10.0 * time, 721))
+        for body in run:
+            off = abs(run[body].angle[-1] - close[body].angle[-1])
+            assert off < 1e-11, (name, body)
+        seen += 1
+    assert seen >= 10
+
+
+# -- single instants --------------------------------------------------------------------------
+
+
+def test_single_instants_of_the_gallery_warn_of_no_branch_that_the_turn_has():
+    warned = []
+    for name, machine, time in turning():
+        for t in time * np.linspace(0.0, 1.0, 13):
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                run = kinematics(machine, t=[t])
+            if any(issubclass(one.category, ModelWarning) for one in caught):
+                warned.append((name, t))
+            assert not any("another branch" in note for note in run.notes)
+    assert not warned
+
+
+# -- groups on lanes --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["norton_fourbar", "stephenson_sixbar", "watt_sixbar", "mud_pump"])
+def test_pivots_of_a_group_make_its_determinant(name):
+    """By both choices of pivots, with its sign: against the determinants of dense blocks."""
+    machine = gallery.load(name)
+    system = assemble(machine)
+    run = kinematics(system, turn=True, instants=361)
+    runner = Runner(system, "kinematics")
+    start = closed(system, 0.0, {})
+    plans = runner.pivots_along(start, plan(system, None, None, True, 361))
+    n = system.coordinates
+    signs = []
+    for k in range(0, 361, 30):
+        work = system.work()
+        work.q[:n, 0] = run.record.table(slice(0, n))[k]
+        G = dense(system, work)[1]
+        _, whole = np.linalg.slogdet(G)
+        for square in plans:
+            numbers = {}
+            for place, target in zip(square.source, square.target, strict=True):
+                numbers[int(target)] = float(work.block[place, 0])
+            found = eliminated(square, numbers)
+            logs = [
+                math.log(abs(square.scale[g]))
+                + sum(math.log(abs(found[int(m)])) for m in pivots_of(square, g))
+                for g in range(len(square.scale))
+            ]
+            signs.append(
+                [
+                    np.sign(square.scale[g])
+                    * np.prod([np.sign(found[int(m)]) for m in pivots_of(square, g)])
+                    for g in range(len(square.scale))
+                ]
+            )
+            # constants apart the groups make the whole determinant: their product differs from it
+            # by the same factor everywhere
+            signs[-1].append(sum(logs) + whole)
+    table = np.array(signs, dtype=float)
+    assert (np.abs(np.diff(table[:, :-1], axis=0)) == 0.0).all()  # this motion keeps its branch
+    assert_allclose(table[:, -1], table[0, -1], rtol=0, atol=1e-9)
+
+
+def pivots_of(square, g):
+    return square.group[square.group_start[g] : square.group_start[g + 1]]
+
+
+def eliminated(square, numbers):
+    """The numbers of the LU, pivots inverted, as `factor_square` leaves them; in plain Python."""
+    F = {int(n): 0.0 for n in square.fill} | numbers
+    for k, pivot in enumerate(square.pivot):
+        F[int(pivot)] = 1.0 / F[int(pivot)]
+        for a in range(square.low_start[k], square.low_start[k + 1]):
+            low = F[int(square.low[a])] * F[int(pivot)]
+            for b in range(square.change_start[a], square.change_start[a + 1]):
+                F[int(square.change[b])] -= low * F[int(square.change_by[b])]
+    return F
+
+
+def test_diagonal_blocks_against_scipy():
+    sparse = pytest.importorskip("scipy.sparse")
+    from scipy.sparse import csgraph
+
+    rng = np.random.default_rng(5)
+    for _ in range(200):
+        size = int(rng.integers(1, 14))
+        pattern = rng.random((size, size)) < rng.uniform(0.05, 0.5)
+        found = diagonal_blocks(pattern)
+        matched = csgraph.maximum_bipartite_matching(sparse.csr_matrix(pattern), "column")
+        assert (found is None) == bool((matched < 0).any())
+        if found is None:
+            continue
+        rows, columns = found
+        # by another transversal: the blocks do not depend on it
+        labels = csgraph.connected_components(
+            sparse.csr_matrix(pattern[np.argsort(matched)]), connection="strong"
+        )[1]
+        same = columns[:, None] == columns[None, :]
+        assert (same == (labels[:, None] == labels[None, :])).all()
+        assert (rows == columns[matched]).all()

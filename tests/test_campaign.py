@@ -1,0 +1,63 @@
+"""A short form of the campaign: random mechanisms and analyses against independent truth."""
+
+import numpy as np
+import pytest
+
+import mbody
+from tests.campaign.analyses import ANALYSES, examine
+from tests.campaign.hunt import Tally, hunt
+from tests.campaign.linkage import random_linkage
+
+SEEDS = range(120)
+
+
+@pytest.mark.processor
+def test_nothing_is_silently_wrong():
+    tally = hunt(10**9, SEEDS.start, 1, None, most=len(SEEDS))
+    assert tally.failed == 0, str(tally)
+    assert tally.total("mechanisms") > 1000
+    # every analysis had its turn
+    assert set(ANALYSES) <= tally.counts.keys()
+
+
+@pytest.mark.parametrize("seed", range(0, 40, 5))
+def test_the_truth_is_true(seed):
+    """Its rates and accelerations are the derivatives of its positions."""
+    of = random_linkage(seed)
+    t, h = np.array([0.3 * of.span]), 1e-4 * of.span
+    before, here, after = (of.motion(t + shift) for shift in (-h, 0.0, h))
+    for name, rows in here.items():
+        size = max(1.0, np.abs(rows).max())
+        for n in (0, 1):
+            rate = (after[name][n] - before[name][n]) / (2.0 * h)
+            change = (after[name][3 + n] - before[name][3 + n]) / (2.0 * h)
+            # central differences of step h are off by h²/6 times the third derivative
+            assert abs(rate - rows[3 + n]) < 1e-4 * size
+            assert abs(change - rows[6 + n]) < 1e-4 * size
+
+
+def test_a_wrong_result_is_found(monkeypatch):
+    """The campaign sees what it hunts: a result that leaves its branch."""
+    seed = next(s for s in range(1000) if examine_name(s) == "turn")
+    assert examine(seed).silent == 0
+    right = mbody.kinetostatics
+
+    def wrong(model, **more):
+        run = right(model, **more)
+        run.record.blocks[0][:, 2, :] += 1e-3
+        return run
+
+    monkeypatch.setattr(mbody, "kinetostatics", wrong)
+    assert examine(seed).silent == 1
+
+
+def examine_name(seed):
+    return examine(seed).analysis
+
+
+def test_counts_add_up():
+    tally = Tally(0)
+    tally.add("turn", mechanisms=3, silent=1)
+    tally.add("free", mechanisms=2, doubted=1)
+    assert (tally.total("mechanisms"), tally.failed) == (5, 1)
+    assert "| turn | 3 | 0 | 0 | 1 | 0 | 0 |" in str(tally)
