@@ -17,7 +17,6 @@ from mbody.analysis.resuming import check_restart
 from mbody.analysis.start import state_of
 from mbody.certify import as_said, changed
 from mbody.core.output import PER_ATOM
-from mbody.doubts import doubted
 from mbody.energy import account, causes
 from mbody.errors import SolveError
 from mbody.events import Stop
@@ -89,8 +88,7 @@ def followed(
         gone, free_since = [*gone, *now], free_since | dict.fromkeys(now, until)
     if len(found) == 1 and not gone:
         return found[0]
-    doubts = [doubt for run in found for doubt in run.doubts]
-    return doubted(_joined(system, asked, found, free_since), doubts)
+    return _joined(system, asked, found, free_since)
 
 
 def _stops(asked: AskedMotion) -> list[str]:
