@@ -235,7 +235,8 @@ def test_rest_goes_out_with_the_least_constraint(torques):
     machine.add(
         *(Torque(f"T {n}", n, value=t) for n, t in zip(("crank", "rocker"), torques, strict=True))
     )
-    run = simulate(folded.asked(machine, {"crank": {"angle": 0.0}}))
+    # slow at first, so that its first part is as precise as 1e-9
+    run = simulate(folded.asked(machine, {"crank": {"angle": 0.0}}, rtol=1e-9))
     # the coupler's centre goes at half the sum, and it turns at half the difference, of the rates
     mass = np.diag([1.0 / 3.0, 1.0 / 3.0])
     mass += 2.0 * 0.25 * np.ones((2, 2)) + 2.0 / 3.0 * np.array([[0.25, -0.25], [-0.25, 0.25]])
@@ -247,7 +248,7 @@ def test_rest_goes_out_with_the_least_constraint(torques):
     assert run.status.startswith("doubtful: it begins in a singular position at t = 0 s, where 2")
     assert run.doubts[0].t == 0.0 and "crank" in run.doubts[0].elements
     # and it goes on along that branch: energy is kept
-    assert np.abs(run.energy.balance).max() < 1e-8 * run.energy.size
+    assert np.abs(run.energy.balance).max() < 1e-7 * run.energy.size
     ratio = run["rocker"].omega[1] / run["crank"].omega[1]
     assert ratio == pytest.approx(wanted[1] / wanted[0], abs=0.05)
 
@@ -396,7 +397,9 @@ def test_two_folded_linkages_of_which_one_rests():
 def test_the_gallery_of_windows_flat_and_at_rest():
     """Rods as long as the bases: the branches are ω₀ = 0 or all alike; all fall together."""
     machine = gallery.load("n_windows_2")
-    run = simulate(folded.asked(machine, {f"c{n}": {"angle": 0.0} for n in range(3)}, until=0.1))
+    run = simulate(
+        folded.asked(machine, {f"c{n}": {"angle": 0.0} for n in range(3)}, until=0.1, rtol=1e-9)
+    )
     assert {doubt.kind for doubt in run.doubts} - {"incomplete"} == {"singular"}
     alphas = [run[f"c{n}"].alpha[0] for n in range(3)]
     assert_allclose(alphas, alphas[0], rtol=1e-10)

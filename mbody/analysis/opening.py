@@ -288,8 +288,8 @@ class _Opening:
                 (w.value(np.array(1e-3)) - w.value(np.array(0.0))) @ part.a / (1e-3 * part.span)
             )
             pages[0, 2 * n : 3 * n] = first.a + first.late * onward
-        if c[0] == 0.0 and not self.first.growth:
-            pages[0, 3 * n :] = self._balanced(pages[0])
+        for k in np.flatnonzero((c < 1.0) & np.isfinite(pages[:, -1])):
+            pages[k, 3 * n :] = self._balanced(self.t + after[k], pages[k])
         for k in np.flatnonzero(c == 1.0):  # on the constraints to rounding, from here on
             self._at(self.t + part.span, pages[k, :n], pages[k, n : 2 * n])
             pages[k] = self.page[:, 0]
@@ -310,15 +310,15 @@ class _Opening:
             energy=account(system, output[:, : 2 * n, 0], gained, self.stops),
         )
 
-    def _balanced(self, page: Array) -> Array:
-        """Reactions of the first instant: limits in the part that depends on other rows, all else
-        from the balance of the loads there.
+    def _balanced(self, t: float, page: Array) -> Array:
+        """Reactions of an instant: interpolated in the part that depends on other rows, or nearly
+        so, all else from the balance of the loads there.
         """
         system, scale, n = self.system, self.first.scale, self.system.coordinates
         L, work, (atom, row, angle) = system.layout, self.work, system.row_table
         unit = np.where(angle, 1.0, 1.0 / system.length)
-        forces = Manifold(system, system.work(), self.t)
-        forces.work.time[:] = self.t
+        forces = Manifold(system, system.work(), t)
+        forces.work.time[:] = t
         laws_of_time(self.layout, forces.work)
         loads = forces.force(page[:n], page[n : 2 * n])
         work.q[:n, 0] = page[:n]
