@@ -242,7 +242,9 @@ class Curve:
             return None
         # along the tangent both may still be apart, across it they are not on one curve
         off = (near.place.q - target) / self.scale
-        if np.linalg.norm(off - (off @ near.along) * near.along) > max(1e-2 * abs(off @ near.along), CLOSES):
+        if np.linalg.norm(off - (off @ near.along) * near.along) > max(
+            1e-2 * abs(off @ near.along), CLOSES
+        ):
             return None
         place = self.manifold.place(target)
         return None if place is None else self.node(place, near.along)

@@ -9,6 +9,7 @@ zeros only.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -74,7 +75,7 @@ def out_of_turn(curve: Curve, walk: Walk, roots: Roots) -> list[Node]:
     if roots.jumps or roots.lifts or walk.corners or any(abs(r.slope) <= flat for r in roots.rests):
         return []
     rests = sorted(roots.rests, key=lambda node: curve.along(node, walk))
-    pairs = list(zip(rests[:-1], rests[1:], strict=True))
+    pairs = list(itertools.pairwise(rests))
     whole = abs(walk.nodes[-1].drive - walk.nodes[0].drive) <= 1e-9 * max(
         abs(node.drive) for node in walk.nodes
     )
@@ -93,7 +94,7 @@ class _Isolation:
         nodes = [self.snapped(node) for node in walk.nodes]
         if start and nodes[0].drive == 0.0:
             self.found.rests.append(nodes[0])
-        pairs = list(zip(nodes[:-1], nodes[1:], strict=True))
+        pairs = list(itertools.pairwise(nodes))
         sizes = [self.size(*pair) for pair in pairs]
         thirds = [6.0 * float(self.cubic(*pair)[3]) / self.size(*pair) ** 3 for pair in pairs]
         for n, (one, other) in enumerate(pairs):

@@ -1,10 +1,11 @@
-"""Search for rest positions on a manifold: walks over the free motions, Newton with damping.
+"""Search for rest positions on a manifold: walks, covers, and Newton's method with damping.
 
-One free motion is walked along both ways, and every change of sign of the drive is closed in on, so
-that positions are found whether stable or not. Of several free motions a fixed spread of starts is
-taken; from each Levenberg–Marquardt on |r|² finds the nearest rest position, and a descent along
-the drive a stable one. From every position that is found each leader is then walked round by
-itself, the others held, as a link of a chain that is turned over where it hangs.
+One free motion is walked along all round (`rest_curve`), and every zero of the drive isolated
+(`rest_roots`); the surface of two is covered with places (`rest_surface`). Of more free motions a
+fixed spread of starts is taken; from each Levenberg–Marquardt on |r|² finds the nearest rest
+position, and a descent along the drive a stable one. From every position that is found each leader
+is then walked round by itself, the others held, as a link of a chain that is turned over where it
+hangs.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy as np
 
 from mbody.analysis.free_motions import free_motions, leading, rates_of
 from mbody.analysis.manifold import Array, Manifold, Place
-from mbody.analysis.rest_curve import AWAY, Curve, Node, Walk
+from mbody.analysis.rest_curve import AWAY, Curve, Walk
 from mbody.analysis.rest_roots import out_of_turn, roots_of
 from mbody.analysis.rest_surface import SPACING, Cover
 
@@ -148,7 +149,9 @@ class Search:
         for thorough in (False, True):
             for place in cover.rests(self._solved, thorough):
                 self._keep(place)
-            new = [rest for rest in self.found if cover.near(cover.name(rest.place.q)).min() < SPACING]
+            new = [
+                rest for rest in self.found if cover.near(cover.name(rest.place.q)).min() < SPACING
+            ]
             if not cover.closed or any(rest.row for rest in new) or len(new) % 2 == 0:
                 break
         else:
