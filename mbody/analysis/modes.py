@@ -13,6 +13,7 @@ from mbody.analysis.eigenvalues import eigenvalues
 from mbody.analysis.equilibrium import Equilibrium, equilibrium
 from mbody.analysis.linearize import Linearization, linearize
 from mbody.analysis.manifold import Array
+from mbody.doubts import Doubt, status_of
 from mbody.errors import ModelError, SolveError
 from mbody.mechanism import Mechanism
 from mbody.solution import Solution
@@ -156,6 +157,8 @@ class Modes:
     t: float
     positions: tuple[ModesAt, ...] = field(repr=False)
     notes: tuple[str, ...] = ()
+    doubts: tuple[Doubt, ...] = ()
+    status: str = "completed"
 
     def __len__(self) -> int:
         return len(self.positions)
@@ -174,6 +177,8 @@ class Modes:
             "units": self.units.name,
             "t": self.t,
             "positions": [one.data() for one in self.positions],
+            "status": self.status,
+            "doubts": [doubt.data() for doubt in self.doubts],
             "notes": list(self.notes),
         }
 
@@ -239,10 +244,11 @@ def modes(
     ('unstable', 'grows')
     """
     notes: tuple[str, ...] = ()
+    doubts: tuple[Doubt, ...] = ()
     if at is None:
         found = equilibrium(model, free=free, starts=starts, t=t)
         rests: tuple[Equilibrium | Solution, ...] = found.positions
-        notes = found.notes
+        notes, doubts = found.notes, found.doubts
     else:
         if starts or t != 0.0:
             raise ModelError("at says the position and its time: leave out starts and t")
@@ -259,7 +265,8 @@ def modes(
         )
     positions = tuple(_modes_at(one) for one in linear)
     machine = linear[0].solution.mechanism
-    return Modes(machine.name, machine.units, linear[0].t, positions, notes)
+    status = status_of("completed", doubts)
+    return Modes(machine.name, machine.units, linear[0].t, positions, notes, doubts, status)
 
 
 def _modes_at(linear: Linearization) -> ModesAt:

@@ -39,7 +39,7 @@ def modes(asked: Any) -> int:
     when = 0.0 if asked.t is None else mechanism.number(asked.t, "time", "--t", "value")
     report = found(mechanism, free=asked.free, t=when)
     print(json.dumps(report.data(), ensure_ascii=False) if asked.json else report)
-    return 0
+    return 1 if report.doubts else 0
 
 
 def models(asked: Any) -> int:
