@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from mbody.analysis import places
 from mbody.analysis.free_motions import free_motions, leading, rates_of
 from mbody.analysis.manifold import Array, Manifold, Place
 from mbody.analysis.rest_curve import AWAY, Curve, Walk
@@ -155,7 +156,8 @@ class Search:
             if not cover.closed or any(rest.row for rest in new) or len(new) % 2 == 0:
                 break
         else:
-            self.ends.append(("odd", here))
+            if not self._ends_meet(cover):
+                self.ends.append(("odd", here))
         if cover.full:
             self.ends.append(("wide", cover.spots[-1].place))
         elif cover.rim and cover.driven_out():
@@ -163,6 +165,21 @@ class Search:
         elif cover.tells_turns_apart():
             self.ends.append(("turns", here))
         self._relax(here)
+
+    def _ends_meet(self, cover: Cover) -> bool:
+        """Whether the ends of some load may meet on the surface: there its force jumps, a cone of
+        the energy, which counts like a rest position where their number is even.
+        """
+        system, near = self.manifold.system, 2.0 * SPACING * self.manifold.system.length
+        for load in system.mechanism.loads:
+            if not (hasattr(load, "i") and hasattr(load, "j")):
+                continue
+            for spot in cover.spots:
+                pose = np.append(spot.place.q, np.zeros(3))
+                ends = [places.place(system, pose, load, side) for side in "ij"]
+                if np.linalg.norm(ends[0] - ends[1]) < near:
+                    return True
+        return False
 
     def _beside(self, here: Place) -> list[Place]:
         """Places around a singular one that have a single free motion; none where others have not.
