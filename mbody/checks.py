@@ -60,7 +60,7 @@ def each_load_of(solution: Solution, instant: int) -> np.ndarray:
     system, instants = solution.system, slice(instant, instant + 1 or None)
     output = np.empty((1, len(system.mechanism.loads), system.coordinates))
     motion = np.ascontiguousarray(_motion(solution, 0)[instants])
-    each_load(system.runtime(), system.work(), motion, solution.t[instants], output)
+    each_load(system.runtime(), system.work(), motion, np.array(solution.t[instants]), output)
     return output[0].reshape(-1, len(system.mechanism.bodies), 3)
 
 
@@ -68,7 +68,7 @@ def _audit(
     solution: Solution, design: int, instants: slice = slice(None)
 ) -> tuple[np.ndarray, Work]:
     """(instants, 5), as `mbody.core.audit` says, and the workspace as the last instant left it."""
-    system, t = solution.system, solution.t[instants]
+    system, t = solution.system, np.array(solution.t[instants])
     first = 3 * system.coordinates
     atoms = solution.record.table(slice(first, first + PER_ATOM * len(system.owners)))
     atoms = (atoms[design] if solution.record.batch else atoms)[instants]
@@ -77,7 +77,7 @@ def _audit(
     by_law = solution.given is None
     given = np.zeros((len(t), max(1, len(driven)), 3))
     if solution.given is not None:
-        given = solution.given[instants]
+        given = np.array(solution.given[instants])
     output, work = np.empty((len(t), 5)), system.work(designs=design)
     audit(
         system.runtime(),
@@ -115,7 +115,7 @@ def breakdown(solution: Solution, name: str, on: str | None) -> dict[str, Any]:
         system.work(),
         solution.soft,
         _motion(solution, 0),
-        solution.t,
+        np.array(solution.t),
         len(loads),
         output,
     )

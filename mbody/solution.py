@@ -23,6 +23,7 @@ from mbody.load_histories import LoadHistory, load_history
 from mbody.mechanism import Mechanism
 from mbody.momenta import Momentum, momentum
 from mbody.named import varied
+from mbody.read_only import locked
 from mbody.restart import Restart
 from mbody.system import System
 
@@ -73,6 +74,14 @@ class Solution:
     events: tuple[Occurrence, ...] = field(default=(), repr=False)
     restart: Restart | None = field(default=None, repr=False)
 
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self.__post_init__()  # arrays forget in a file that they are locked
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "t", locked(self.t))
+        object.__setattr__(self, "given", locked(self.given))
+
     def take(self, instants: Any) -> Solution:
         """Only some of the instants, by their numbers, in that order."""
         if self.record.batch:
@@ -110,7 +119,7 @@ class Solution:
             raise ModelError(f"there is no body {body!r} (there are: {known})", str(body))
         n3, b = self.system.coordinates, self.system.bodies[body]
         if body == "ground":
-            zero = np.zeros_like(self.record.take(0))
+            zero = locked(np.zeros_like(self.record.take(0)))
             return BodyHistory(body, *([zero] * 9))
         parts = [self.record.take(k * n3 + 3 * b + n) for k in range(3) for n in range(3)]
         return BodyHistory(body, *parts)
@@ -220,7 +229,7 @@ class Solution:
                 "reaction",
                 joint,
             )
-        press: Array = found.fx * normal[0] + found.fy * normal[1]
+        press: Array = locked(found.fx * normal[0] + found.fy * normal[1])
         return press
 
     def _joint(self, joint: str) -> Joint:
@@ -263,7 +272,8 @@ class Solution:
             raise ModelError(
                 f"{self.analysis} finds no forces, as of '{driver}': use kinetostatics", driver
             )
-        return -self._atom(self.system.atoms_of[driver][0], 0)
+        effort: Array = locked(-self._atom(self.system.atoms_of[driver][0], 0))
+        return effort
 
     def load(self, name: str, on: str | None = None) -> LoadHistory:
         """What a load does: its force and torque on a body, and the length, angle and rate that a
@@ -329,7 +339,8 @@ class Solution:
         for n, driver in enumerate(drivers):
             for k, part in enumerate(self.system.law_of(driver).derivatives(self.t)):
                 states[:, n, k] = part
-        return states
+        read: Array = locked(states)
+        return read
 
     def measure(self, of: Any) -> Array:
         """History (instants,) of a measured quantity: one of the mechanism's measures by name, a

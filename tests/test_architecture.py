@@ -21,6 +21,7 @@ LAYERS = (
         "_version",
         "errors",
         "doubts",
+        "read_only",
         "_cache",
         "_inner",
         "_jit",

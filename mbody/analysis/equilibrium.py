@@ -21,6 +21,7 @@ from mbody.assembler import assemble, with_numbers_of
 from mbody.errors import ModelError, SolveError
 from mbody.histories import BodyHistory, Reaction, Record
 from mbody.mechanism import Mechanism
+from mbody.read_only import lock
 from mbody.solution import Solution
 from mbody.system import System
 from mbody.units import UnitSystem
@@ -67,6 +68,9 @@ class Equilibrium:
     frequencies: tuple[float, ...]
     residual: float
     notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        lock(self)
 
     def __getitem__(self, body: str) -> BodyHistory:
         return self.solution[body]

@@ -19,6 +19,7 @@ from mbody.analysis.runner import Runner
 from mbody.errors import ModelError, SolveError
 from mbody.histories import BodyHistory, PointHistory, Reaction, Record
 from mbody.mechanism import Mechanism
+from mbody.read_only import lock
 from mbody.solution import Solution
 from mbody.system import System
 
@@ -68,6 +69,9 @@ class EquilibriumCurve:
     crossings: tuple[int, ...]
     solution: Solution = field(repr=False)
     notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        lock(self)
 
     @property
     def stable(self) -> Array:

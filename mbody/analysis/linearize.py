@@ -17,6 +17,7 @@ from mbody.analysis.rank import too_large
 from mbody.analysis.rest_search import ZERO
 from mbody.errors import ModelError, SolveError
 from mbody.mechanism import Mechanism
+from mbody.read_only import lock
 from mbody.solution import Solution
 from mbody.system import System
 
@@ -74,6 +75,9 @@ class Linearization:
     motions: tuple[FreeMotion, ...]
     solution: Solution = field(repr=False)
     notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        lock(self)
 
     @property
     def leaders(self) -> tuple[str, ...]:

@@ -11,6 +11,7 @@ import numpy as np
 from mbody.elements import listed
 from mbody.errors import ModelError, brief
 from mbody.loads import ValvedCylinder
+from mbody.read_only import lock
 from mbody.solution import Solution, as_solution
 
 __all__ = ["Indicator", "indicator"]
@@ -41,6 +42,9 @@ class Indicator:
     delivery: Array
     suction: Array
     power: Array
+
+    def __post_init__(self) -> None:
+        lock(self)
 
 
 def indicator(run: Solution, cylinder: str, *, opposite: bool = False) -> Indicator:
