@@ -6,6 +6,7 @@ import pytest
 
 import mbody
 
+PARAMETERS = """
 units = "{units}"
 [parameters]
 r   = "0.2 m"
