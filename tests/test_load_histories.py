@@ -44,7 +44,8 @@ class Pull(CustomLoad):
 def rod(**how):
     machine = Mechanism("rod", ground={"C": (0.0, 2.0)}, **how)
     machine.add(
-        Body("rod", mass=2.0, cg=(0.4, 0.1), points={"P": (1.0, 0.0)}), Revolute("O", "ground", "rod"),
+        Body("rod", mass=2.0, cg=(0.4, 0.1), points={"P": (1.0, 0.0)}),
+        Revolute("O", "ground", "rod"),
         AngleDriver("motor", "rod", "0.3 rad + 2 rad/s * t"),
         Spring("spring", "ground.C", "rod.P", stiffness=5.0, free_length=0.7, preload=2.0),
         Damper("damper", "rod.P", "ground.C", coefficient=3.0),
@@ -93,28 +94,23 @@ def test_measures_of_loads(name, analysis):
 
 
 def test_the_same_in_batches_and_sweeps():
-    system = mbody.assemble(rod()).with_values(
-        {"spring.stiffness": [5.0, 9.0], "rod.P.x": [1.0, 1.0]}
+    both = {"spring.stiffness": [5.0, 9.0], "rod.P.x": [1.0, 1.0]}
+    force = mbody.kinetostatics(mbody.assemble(rod()).with_values(both), t=T).measure(
+        "spring.force"
     )
-    run = mbody.kinetostatics(system, t=T)
-    np.testing.assert_allclose(run.measure("spring.force")[0], CLOSED["spring.force"], atol=1e-12)
-    np.testing.assert_allclose(
-        run.measure("spring.force")[1], 2.0 + 9.0 * (LENGTH - 0.7), atol=1e-12
-    )
+    np.testing.assert_allclose(force[0], CLOSED["spring.force"], atol=1e-12)
+    np.testing.assert_allclose(force[1], 2.0 + 9.0 * (LENGTH - 0.7), atol=1e-12)
     made = makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=10.0)
-    made.add(
-        Spring("spring", "ground", "rocker.B", stiffness=5.0),
-        TorsionSpring("t", "rocker", stiffness=1.0),
-    )
+    made.add(Spring("spring", "ground", "rocker.B", stiffness=5.0))
+    made.add(TorsionSpring("t", "rocker", stiffness=1.0))
     measures = ["peak(spring.force)", "last(spring.rate)", "first(t.torque)"]
     found = mbody.sweep(made, {"spring.stiffness": [5.0, 9.0]}, measure=measures, turn=True)
     for n, k in enumerate((5.0, 9.0)):
         one = mbody.kinetostatics(
             mbody.assemble(made).with_values({"spring.stiffness": k}), turn=True
         )
-        wanted = (
-            np.abs(one.load("spring").force).max(), one.load("spring").rate[-1], one.load("t").torque[0]
-        )  # fmt: skip
+        spring, twist = one.load("spring"), one.load("t")
+        wanted = np.abs(spring.force).max(), spring.rate[-1], twist.torque[0]
         np.testing.assert_allclose([found[m][n] for m in measures], wanted, rtol=1e-9)
 
 
@@ -163,7 +159,7 @@ def test_loads_in_data_and_events():
         Body("bob", mass=1.0, cg=(1.0, 0.0), guess=0.0), Revolute("O", "ground", "bob"),
         Gravity("g", y=-9.81), TorsionSpring("s", "bob", stiffness=2.0),
     )  # fmt: skip
-    met = mbody.simulate(swing, 1.0, events=[mbody.Event("there", "s.torque - 1 N*m")])
+    met = mbody.simulate(swing, 1.0, events=[mbody.Event("s.torque - 1 N*m", name="there")])
     assert [round(float(one.state.load("s").torque[0]), 9) for one in met.events][:1] == [1.0]
 
 
@@ -174,3 +170,12 @@ def test_a_point_that_is_called_origin_is_itself():
         AngleDriver("motor", "arm", 0.0),
     )  # fmt: skip
     assert mbody.kinematics(machine).measure("arm.origin.x")[0] == pytest.approx(2.0)
+
+
+def test_a_models_own_question_by_its_name():
+    machine = makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=10.0)
+    machine.add(Torque("brake", "rocker", value=1.0))
+    machine.questions["hold"] = mbody.Question("brake", "motor.effort = 0")
+    by_name = mbody.solve_for(machine, "hold")
+    assert by_name[0].run.effort("motor")[0] == pytest.approx(0.0, abs=1e-9)
+    assert by_name[0].values == mbody.solve_for(machine, "brake", "motor.effort = 0")[0].values
