@@ -24,6 +24,7 @@ from mbody.formulas.parse import LONGEST
 from mbody.io.model.build import build
 from mbody.io.model.fields import Context
 from mbody.io.model.lines import TEXTS
+from mbody.io.model.meant import meant_otherwise
 from mbody.io.model.report import raise_all, sentences
 from mbody.io.model.schema import json_schema, model
 from mbody.mechanism import Mechanism
@@ -124,7 +125,9 @@ def from_text(
     data = _parsed(text, is_json, name)
     if parameters:
         _set(data, parameters, name)
-    return built(data, text, is_json=is_json, name=name, folder=folder)
+    made = built(data, text, is_json=is_json, name=name, folder=folder)
+    made.remarks = meant_otherwise(data, made)
+    return made
 
 
 def built(
