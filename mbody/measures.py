@@ -211,15 +211,14 @@ def _dimension(mechanism: Mechanism, owner: str, key: str) -> Dimension:
             known = TORQUES if rows == "a" else PUSHES
         case Coupling(rows=rows):
             known = {"effort": "torque" if rows == "a" else "force"}
-        case Load() as load:
+        case load:
+            assert isinstance(load, Load)
             known = told_of(load)
             if not known:
                 raise FormulaError(
                     f"'{element}' acts on every body, it has no history of its own: measure what "
                     "it does to a body from Python, run.load(name, on=body)"
                 )
-        case _:
-            raise FormulaError(f"'{element}' has no history")
     if key not in known:
         raise FormulaError(f"'{owner}' has no '{key}' (it has: {', '.join(known)})")
     return dimension_of(known[key])

@@ -140,7 +140,7 @@ SCENARIOS = {
         f"meant: {name}": lambda key=key, text=text: Body("b", **{key: text})
         for name, (key, text) in MEANT.items()
     },
-    "a unit that is a parameter": lambda: parameter_m().add(Force("F", "crank", value="3 N*m")),
+    "a unit that is a parameter": lambda: parameter_m().add(Force("F", "crank", value="m*(3 N*m)")),
     "a unit that measures the same as a parameter": lambda: parameter_m("2 m").add(
         Torque("T", "crank", value="3 N*m")
     ),
