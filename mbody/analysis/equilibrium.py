@@ -22,6 +22,7 @@ from mbody.doubts import Doubt, doubted
 from mbody.errors import ModelError, SolveError
 from mbody.histories import BodyHistory, Reaction, Record
 from mbody.mechanism import Mechanism
+from mbody.read_only import lock
 from mbody.solution import Solution
 from mbody.system import System
 from mbody.units import UnitSystem
@@ -66,6 +67,9 @@ class Equilibrium:
     frequencies: tuple[float, ...]
     residual: float
     notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        lock(self)
 
     def __getitem__(self, body: str) -> BodyHistory:
         return self.solution[body]

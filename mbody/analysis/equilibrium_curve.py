@@ -22,6 +22,7 @@ from mbody.analysis.runner import Runner
 from mbody.errors import ModelError, SolveError
 from mbody.histories import BodyHistory, PointHistory, Reaction, Record
 from mbody.mechanism import Mechanism
+from mbody.read_only import lock
 from mbody.solution import Solution
 from mbody.system import System
 
@@ -75,6 +76,9 @@ class EquilibriumCurve:
     solution: Solution = field(repr=False)
     notes: tuple[str, ...] = ()
     kinds: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        lock(self)
 
     @property
     def stable(self) -> Array:
