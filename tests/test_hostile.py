@@ -112,7 +112,7 @@ TOML = {
         "[bodies.a.points]\n" + "".join(f"k{n} = [1]\n" for n in range(20_000)),
         "the list is too short",
     ),
-    "many operations": (entries("loads", f'{{ force = "{"+".join("t" * 190)}" }}', 1000), "30000"),
+    "many operations": (entries("loads", f'{{ force = "{"+".join("t" * 190)}" }}', 1000), "150000"),
     "a table law without points": (law("{ table = {} }"), "needs both x and y"),
     "a table law without values": (law("{ table = { x = [1, 2] } }"), "needs both x and y"),
     "an endless segment list": (
