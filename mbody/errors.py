@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -10,7 +11,15 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from mbody.solution import Solution
 
-__all__ = ["ModelError", "ModelWarning", "SolveError", "at_the_command", "brief", "remedy"]
+__all__ = [
+    "ModelError",
+    "ModelWarning",
+    "SolveError",
+    "angle_told",
+    "at_the_command",
+    "brief",
+    "remedy",
+]
 
 #: Whether the user reads a sentence at the command, not in Python.
 _AT_THE_COMMAND = ContextVar("at_the_command", default=False)
@@ -81,6 +90,18 @@ def at_the_command() -> Iterator[None]:
         yield
     finally:
         _AT_THE_COMMAND.reset(mark)
+
+
+def angle_told(value: float) -> str:
+    """An angle [rad] in the unit of where the user stands.
+
+    >>> angle_told(1.5707963267948966)
+    '1.5708 rad'
+    >>> with at_the_command():
+    ...     angle_told(1.5707963267948966)
+    '90 deg'
+    """
+    return remedy(python=f"{value:g} rad", command=f"{math.degrees(value):g} deg")
 
 
 def remedy(*, python: str, command: str) -> str:

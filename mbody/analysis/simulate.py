@@ -10,8 +10,8 @@ from mbody.analysis.close_loops import close_loops
 from mbody.analysis.closure import as_system
 from mbody.analysis.phases import followed
 from mbody.analysis.start import started, state_of
-from mbody.errors import ModelError
-from mbody.events import Event, Stop
+from mbody.errors import ModelError, brief
+from mbody.events import Event, Stop, as_events
 from mbody.mechanism import Mechanism
 from mbody.solution import Solution
 from mbody.system import System
@@ -35,7 +35,8 @@ def simulate(
     times: Any = None,
     events: Sequence[Event | Stop] | None = None,
     release: Mapping[str, float | str] | None = None,
-    progress: Callable[[float], None] | None = None,
+    stops: Sequence[Stop] | None = None,
+    progress: Callable[[float], None] | bool | None = None,
 ) -> Solution:
     """Motion of what is free under all loads: forward dynamics.
 
@@ -77,8 +78,10 @@ def simulate(
         those of the mechanism's `simulation`.
     release : mapping, optional
         When drivers let go, by name: from then on they have no effort.
-    progress : callable, optional
-        Called with the time reached, now and then.
+    stops : list of Stop, optional
+        More stops, besides those among the events.
+    progress : callable or bool, optional
+        Called with the time reached, now and then; True shows on standard error how far it is.
 
     Returns
     -------
@@ -114,6 +117,10 @@ def simulate(
     >>> float(abs(run.energy.balance).max()) < 1e-6
     True
     """
+    if not (progress is None or isinstance(progress, bool) or callable(progress)):
+        raise ModelError(
+            f"progress must be True or a function of the time reached, not {brief(progress)}"
+        )
     system = as_system(model)
     if system.batch is not None:
         raise ModelError("simulate takes one design: choose one of the batch with design(n)")
@@ -126,6 +133,10 @@ def simulate(
     elif guess is not None or rates is not None:
         raise ModelError("start says positions and rates: leave out guess and rates")
     first, _, _ = state_of(system, start)
+    if stops is not None:
+        if events is None:
+            events = () if own is None else own.events
+        events = (*as_events(events), *as_events(stops))
     asked = asked_motion(
         *(system, first, last, errors),
         method=method,
@@ -134,4 +145,8 @@ def simulate(
         events=events,
         release=release,
     )
-    return followed(system, start, asked, progress)
+    if progress is True:
+        from mbody.io.progress import shown
+
+        progress = shown(last)
+    return followed(system, start, asked, progress or None)
