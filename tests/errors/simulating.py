@@ -264,7 +264,7 @@ SCENARIOS = {
     "an end before the beginning at the command": said(
         ["simulate", "simple_pendulum", "--to", "-1"]
     ),
-    "instants and every": lambda: Simulation(1.0, instants=5, every=0.1),
+    "a description of instants and every": lambda: Simulation(1.0, instants=5, every=0.1),
     "more instants than memory holds": crowded,
     "a saved result of another time": saved(format=0),
     "a saved result of which a part is missing": saved("restart.y"),
