@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from mbody.events import Event, Occurrence, Stop
     from mbody.formulas import convert
     from mbody.histories import Reaction
-    from mbody.io.model import from_text, in_units, load, save, to_text
+    from mbody.io.model import Limits, from_text, in_units, load, save, to_text
     from mbody.io.saved import load_run, save_run
     from mbody.joints import (
         CamFollower,
@@ -102,7 +102,7 @@ _HOME = {
     "bridges.mjcf": "to_mjcf",
     "bodies": "Body Guess SecondMoments Slender deg rpm",
     "formulas": "convert",
-    "io.model": "from_text in_units load save to_text",
+    "io.model": "Limits from_text in_units load save to_text",
     "io.saved": "load_run save_run",
     "questions": "Ask Measure Question Unknown",
     "simulation": "Simulation",

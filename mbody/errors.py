@@ -2,12 +2,27 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from mbody.solution import Solution
 
-__all__ = ["ModelError", "ModelWarning", "SolveError", "brief"]
+__all__ = [
+    "ModelError",
+    "ModelWarning",
+    "SolveError",
+    "angle_told",
+    "at_the_command",
+    "brief",
+    "remedy",
+]
+
+#: Whether the user reads a sentence at the command, not in Python.
+_AT_THE_COMMAND = ContextVar("at_the_command", default=False)
 
 
 class ModelError(ValueError):
@@ -65,3 +80,44 @@ def brief(value: Any, most: int = 60) -> str:
     except Exception:  # a whole number of very many digits, or what has no name for itself
         text = f"<{type(value).__name__}>"
     return text if len(text) <= most else text[: most - 3] + "..."
+
+
+@contextmanager
+def at_the_command() -> Iterator[None]:
+    """Within, the remedies of sentences are words of the command and of model files."""
+    mark = _AT_THE_COMMAND.set(True)
+    try:
+        yield
+    finally:
+        _AT_THE_COMMAND.reset(mark)
+
+
+def angle_told(value: float) -> str:
+    """An angle [rad] in the unit of where the user stands.
+
+    >>> angle_told(1.5707963267948966)
+    '1.5708 rad'
+    >>> with at_the_command():
+    ...     angle_told(1.5707963267948966)
+    '90 deg'
+    """
+    return remedy(python=f"{value:g} rad", command=f"{math.degrees(value):g} deg")
+
+
+def remedy(*, python: str, command: str) -> str:
+    """What to try, in the words of where the user stands.
+
+    Parameters
+    ----------
+    python : str
+        With names of arguments; angles in radians.
+    command : str
+        With options of the command and keys of model files; angles in degrees.
+
+    >>> remedy(python="give until", command="give --to TIME")
+    'give until'
+    >>> with at_the_command():
+    ...     remedy(python="give until", command="give --to TIME")
+    'give --to TIME'
+    """
+    return command if _AT_THE_COMMAND.get() else python

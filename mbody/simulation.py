@@ -17,6 +17,8 @@ __all__ = ["ADAPTIVE", "EVEN", "METHODS", "STATE", "Simulation", "check_method"]
 ADAPTIVE = ("dop853", "dopri5", "radau5")
 EVEN = ("generalized-alpha", "rattle", "rattle4")
 METHODS = (*ADAPTIVE, *EVEN)
+#: Instants of a motion that are kept, unless something says how many, or how far apart.
+INSTANTS = 201
 #: What may be said of a body at the beginning of a motion, with its dimension; x and y are the
 #: origin of the link's axes.
 STATE = {
@@ -45,6 +47,8 @@ class Simulation:
         Length of the steps of methods that have one.
     instants : int
         How many are kept.
+    every : float or str, optional
+        Or how far they are apart.
     events : list of Event and Stop
         What is watched for.
     release : mapping
@@ -57,11 +61,12 @@ class Simulation:
     until: Any
     start: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     rtol: float = 1e-8
-    instants: int = 201
+    instants: int = INSTANTS
     events: Any = ()
     method: str = METHODS[0]
     step: Any = None
     release: Mapping[str, Any] = field(default_factory=dict)
+    every: Any = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.start, Mapping):
@@ -87,6 +92,10 @@ class Simulation:
         check_method(self.method)
         if self.step is not None:
             object.__setattr__(self, "step", _entered(self.step, "step"))
+        if self.every is not None:
+            object.__setattr__(self, "every", _entered(self.every, "every"))
+            if self.instants != INSTANTS:
+                raise ModelError("simulation: give instants or every, not both")
         if not isinstance(self.release, Mapping):
             raise ModelError(
                 f'simulation: release must be a table such as {{"motor": 2.0}}, not '

@@ -445,11 +445,13 @@ class Solution:
 
         return dataframe(self)
 
-    def to_csv(self, path: Any) -> None:
-        """Write the columns as comma-separated values, numbers in full precision."""
+    def to_csv(self, path: Any, angle: str = "rad") -> None:
+        """Write the columns as comma-separated values, numbers in full precision, angles in
+        ``"rad"`` or ``"deg"``.
+        """
         from mbody.io.tables import write_csv
 
-        write_csv(self, path)
+        write_csv(self, path, angle)
 
     def data(self, angle: str = "deg") -> dict[str, Any]:
         """The whole result as plain lists and texts, in the form that ``mbody … --json`` prints.

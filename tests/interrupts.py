@@ -53,7 +53,6 @@ class Told:
     def right(self) -> bool:
         """One line or none, and a status that says what happened."""
         lines = [line for line in self.err.splitlines() if "compiling" not in line]
-        told = self.status in (0, 1, 130, -signal.SIGINT)
         clean = not any(word in self.err for word in ("Traceback", "Exception ignored", "Fatal"))
         return not self.own or (
             clean and len(lines) <= 1 and self.status in (0, 1, 130, -signal.SIGINT)

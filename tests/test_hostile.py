@@ -97,7 +97,7 @@ TOML = {
     "tables in tables": ("name = " + "{a=" * 100_000, "nested too deep: at most 30"),
     "31 levels": ("name = " + "[" * 31 + "]" * 31, "nested too deep: at most 30"),
     "many keys": ("".join(f"k{n} = 1\n" for n in range(48_000)), "line 1: k0", "and 47980 more"),
-    "too many keys": ("".join(f"k{n} = 1\n" for n in range(80_000)), "more than 50000 values"),
+    "too many keys": ("".join(f"k{n} = 1\n" for n in range(310_000)), "more than 300000 values"),
     "many units that are none": (entries("parameters", '"1 zN"', 40_000), "and 39980 more"),
     "many wrong masses": (entries("bodies", "{ mass = -1 }"), "must not be negative", "and more"),
     "many wrong keys": (entries("bodies", "{ m = 1 }"), "bodies.e0.m", "and 8980 more"),
@@ -112,7 +112,7 @@ TOML = {
         "[bodies.a.points]\n" + "".join(f"k{n} = [1]\n" for n in range(20_000)),
         "the list is too short",
     ),
-    "many operations": (entries("loads", f'{{ force = "{"+".join("t" * 190)}" }}', 1000), "30000"),
+    "many operations": (entries("loads", f'{{ force = "{"+".join("t" * 190)}" }}', 1000), "150000"),
     "a table law without points": (law("{ table = {} }"), "needs both x and y"),
     "a table law without values": (law("{ table = { x = [1, 2] } }"), "needs both x and y"),
     "an endless segment list": (
@@ -152,7 +152,7 @@ JSON = {
     "NUL in a name": ('{"bodies": {"\\u0000": {}}}', "cannot be printed"),
     "NUL in a unit system": ('{"units": "\\u0000"}', "there is no unit system '\\x00'"),
     "many keys": (json.dumps({f"k{n}": 1 for n in range(45_000)}), "and 44980 more"),
-    "many values": (json.dumps({"name": [1] * 60_000}), "more than 50000 values"),
+    "many values": (json.dumps({"name": [1] * 310_000}), "more than 300000 values"),
     "a list for a name": (json.dumps({"name": [1] * 40_000}), "must be text, not [1, 1"),
 }
 
@@ -164,7 +164,7 @@ def test_json(case):
 
 
 def test_a_text_that_is_too_long():
-    refused("#" * 1_000_001, "has more than 1 MB")
+    refused("#" * 6_000_001, "has more than 6 MB")
 
 
 @pytest.mark.parametrize("text", [b"name = 'x'", None, 3, ["a"]])

@@ -36,7 +36,7 @@ def test_files_that_are_none(tmp_path):
     large = tmp_path / "large.toml"
     with large.open("wb") as stream:
         stream.truncate(100_000_000)
-    not_read(large, "has more than 1 MB")
+    not_read(large, "has more than 6 MB")
     utf16 = tmp_path / "utf16.toml"
     utf16.write_bytes("name = 'x'".encode("utf-16"))
     not_read(utf16, "is no text")

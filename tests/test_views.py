@@ -804,3 +804,16 @@ def test_the_pictures_are_those_of_the_gallery(anew):
 
 def test_the_readme_shows_them():
     assert pictures.parts(pictures.README.read_text("utf-8"))[1] == pictures.table()
+
+
+@pytest.mark.parametrize("size", [1e-9, 1e-3, 1.0, 1e4, 1e9])
+def test_every_sign_of_a_label_is_drawn(size, caplog, tmp_path):
+    """Numbers of any size stand beside symbols, whose fonts lack thin spaces and raised digits."""
+    masses = (0.1 * size, 0.3 * size, 0.2 * size)
+    lengths = (1000.0, 3000.0, 2000.0, 3500.0)
+    machine = mbody.makers.four_bar(*lengths, masses=masses, speed=10.0, units="mm-N-s")
+    machine.add(mbody.Torque("T_4", "rocker", value=12345.0 * size))
+    with caplog.at_level("WARNING", logger="matplotlib"):
+        figure = mbody.draw(mbody.kinetostatics(machine), forces=True)
+        figure.savefig(tmp_path / "four_bar.png")
+    assert not [one.message for one in caplog.records if "glyph" in one.message]

@@ -14,7 +14,7 @@ from mbody.analysis.statics import statics
 from mbody.assembler import assemble
 from mbody.drivers import AngleDriver, Driver
 from mbody.elements import listed
-from mbody.errors import ModelError, SolveError, brief
+from mbody.errors import ModelError, SolveError, angle_told, brief
 from mbody.formulas import Formula, FormulaError
 from mbody.laws import times_of
 from mbody.mechanism import Mechanism
@@ -202,7 +202,8 @@ def _time(system: System, driver: Driver, value: float) -> float:
     why: ModelError | None = None
     for place in places:
         try:
-            return float(times_of(law, [place], 0.0)[0])
+            shown = angle_told if isinstance(driver, AngleDriver) else "{:g}".format
+            return float(times_of(law, [place], 0.0, shown)[0])
         except ModelError as error:
             why = why or error
     raise ModelError(f"driver '{driver.name}' does not come there by its law: {why}", driver.name)

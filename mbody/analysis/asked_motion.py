@@ -11,7 +11,7 @@ import numpy as np
 
 from mbody.analysis.room import check_room
 from mbody.analysis.start import check_release, checked_events, parameters_of
-from mbody.errors import ModelError, brief
+from mbody.errors import ModelError, brief, remedy
 from mbody.events import Event, Stop, as_events
 from mbody.mechanism import Mechanism
 from mbody.restart import Way
@@ -53,7 +53,11 @@ def last_time(system: System, until: Any) -> float:
     """When the motion ends."""
     own = system.mechanism.simulation
     if until is None and own is None:
-        raise ModelError("simulate needs the last time: give until")
+        how = remedy(
+            python="give until",
+            command="give --to TIME, or the file a table [simulate] with until = …",
+        )
+        raise ModelError(f"simulate needs the last time: {how}")
     return system.mechanism.number(
         until if own is None or until is not None else own.until, "time", "simulate", "until"
     )
@@ -87,10 +91,12 @@ def asked_motion(
     own, unit = machine.simulation, machine.units.time
     if not last > first:
         raise ModelError(
-            f"until is {last:g} {unit}, the motion begins at {first:g} {unit}: give a later time"
+            f"{remedy(python='until', command='the last time')} is {last:g} {unit}, the motion "
+            f"begins at {first:g} {unit}: give a later time"
         )
     if own is not None:
-        kept = (own.instants, None, None) if all(one is None for one in kept) else kept
+        if all(one is None for one in kept):
+            kept = (own.instants if own.every is None else None, own.every, None)
         step = own.step if method is None and step is None else step
         method = own.method if method is None else method
         events = own.events if events is None else events
@@ -112,13 +118,14 @@ def _way(system: System, method: Any, errors: tuple[float, float], step: Any, wh
     if method in ADAPTIVE:
         if step is not None:
             raise ModelError(
-                f"the method '{method}' chooses its steps by rtol: leave out step, or take one of "
-                f"{', '.join(EVEN)}"
+                f"the method '{method}' chooses its steps by rtol: leave out "
+                f"{remedy(python='step', command='--step')}, or take one of {', '.join(EVEN)}"
             )
         return Way(method, *errors)
     unit = system.mechanism.units.time
     if step is None:
-        raise ModelError(f"the method '{method}' has steps of one length: give step, in {unit}")
+        how = remedy(python=f"step, in {unit}", command=f"--step H, in {unit}")
+        raise ModelError(f"the method '{method}' has steps of one length: give {how}")
     length = system.mechanism.number(step, "time", "simulate", "step")
     if not length > 0.0 or whole / length > MOST_STEPS:
         raise ModelError(

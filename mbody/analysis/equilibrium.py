@@ -19,7 +19,7 @@ from mbody.analysis.rest_words import Words
 from mbody.analysis.runner import Runner
 from mbody.assembler import assemble, with_numbers_of
 from mbody.doubts import Doubt, doubted
-from mbody.errors import ModelError, SolveError
+from mbody.errors import ModelError, SolveError, remedy
 from mbody.histories import BodyHistory, Reaction, Record
 from mbody.mechanism import Mechanism
 from mbody.read_only import lock
@@ -255,10 +255,11 @@ def search(system: System, starts: Sequence[Mapping[str, Any] | None], t: float)
         assert here is not None
         if not len(here.motions):
             names = [driver.name for driver in system.drivers]
-            remedy = f", or let a driver go, free={names[:1]}" if names else ""
+            how = remedy(python=f"free={names[:1]}", command=f"--free {names[0] if names else ''}")
+            or_else = f", or let a driver go, {how}" if names else ""
             raise SolveError(
                 f"nothing is free in '{system.mechanism.name}': it is held where it is; use "
-                f"statics{remedy}"
+                f"statics{or_else}"
             )
         if len(here.motions) > FREE:
             raise SolveError(

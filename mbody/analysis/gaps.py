@@ -10,7 +10,7 @@ from mbody.analysis.rank import Rank, dense, rank_of, smallest_gap, too_large
 from mbody.core.close import violation
 from mbody.core.layout import Work
 from mbody.elements import listed
-from mbody.errors import SolveError
+from mbody.errors import SolveError, angle_told
 from mbody.system import System
 
 __all__ = ["explain_gap", "refuse_near_redundant", "violations"]
@@ -159,12 +159,16 @@ def _out_of_reach(system: System, work: Work, off: np.ndarray, t: float) -> Solv
     n = int(off.argmax())
     driver, row = system.drivers[n], system.layout.driver_row[n]
     turns, units = driver.rows == "a", system.mechanism.units
-    unit = "rad" if turns else units.length
-    distance = float(off[n]) * (1.0 if turns else system.length)
+    asked, distance = float(work.signal[row, 0]), float(off[n])
+    if turns:
+        wanted, near = angle_told(asked), angle_told(float(f"{distance:.3g}"))
+    else:
+        wanted = f"{asked:.6g} {units.length}"
+        near = f"{distance * system.length:.3g} {units.length}"
     return SolveError(
-        f"driver '{driver.name}' cannot bring '{driver.bodies[1]}' to "
-        f"{float(work.signal[row, 0]):.6g} {unit} at t = {t:g} {units.time}: it comes within "
-        f"{distance:.3g} {unit} where the links are stretched; check lengths and the law",
+        f"driver '{driver.name}' cannot bring '{driver.bodies[1]}' to {wanted} at t = {t:g} "
+        f"{units.time}: it comes within {near} where the links are stretched; check lengths and "
+        "the law",
         driver.name,
     )
 

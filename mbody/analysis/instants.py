@@ -14,7 +14,7 @@ import numpy as np
 from mbody.analysis.room import check_room
 from mbody.drivers import AngleDriver, Driver
 from mbody.elements import Element, listed
-from mbody.errors import ModelError, SolveError, brief
+from mbody.errors import ModelError, SolveError, angle_told, brief, remedy
 from mbody.laws import Expression, Table, times_of
 from mbody.named import varied
 from mbody.system import System
@@ -259,8 +259,9 @@ def _turn(system: System, turn: str | bool, instants: int) -> Plan:
     if turn is True:
         if len(drivers) != 1:
             names = listed(d.name for d in drivers)
+            asked = remedy(python="turn=True", command="--over turn")
             raise ModelError(
-                f"turn=True goes with one driver, '{system.mechanism.name}' has {len(drivers)} "
+                f"{asked} goes with one driver, '{system.mechanism.name}' has {len(drivers)} "
                 f"({names}): " + ("name one of them" if drivers else "add one")
             )
         turn = drivers[0].name
@@ -272,7 +273,11 @@ def _turn(system: System, turn: str | bool, instants: int) -> Plan:
     driver = named[0]
     if not isinstance(driver, AngleDriver):
         raise ModelError(
-            f"driver '{driver.name}' drives no angle, it cannot turn: give times t, or drive",
+            f"driver '{driver.name}' drives no angle, it cannot turn: "
+            + remedy(
+                python="give times t, or drive",
+                command=f"give its lengths with --at {driver.name}=…, or times with --at t=…",
+            ),
             driver.name,
         )
     if isinstance(instants, bool) or not hasattr(instants, "__index__") or instants < 2:
@@ -288,7 +293,7 @@ def _turn(system: System, turn: str | bool, instants: int) -> Plan:
         # a driver at rest is turned slowly: positions without rates
         return _given(system, 0.0, {driver.name: values})
     try:
-        times = np.asarray(times_of(system.law_of(driver), values, 0.0))
+        times = np.asarray(times_of(system.law_of(driver), values, 0.0, angle_told))
     except ModelError as error:
         raise ModelError(
             f"driver '{driver.name}' does not make a whole turn by its law: {error}", driver.name

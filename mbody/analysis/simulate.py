@@ -14,8 +14,8 @@ from mbody.analysis.extrapolation import extrapolated
 from mbody.analysis.phases import followed
 from mbody.analysis.start import started, state_of
 from mbody.doubts import doubted
-from mbody.errors import ModelError, SolveError
-from mbody.events import Event, Stop
+from mbody.errors import ModelError, SolveError, brief
+from mbody.events import Event, Stop, as_events
 from mbody.mechanism import Mechanism
 from mbody.remarks import remarks
 from mbody.solution import Solution
@@ -40,7 +40,8 @@ def simulate(
     times: Any = None,
     events: Sequence[Event | Stop] | None = None,
     release: Mapping[str, float | str] | None = None,
-    progress: Callable[[float], None] | None = None,
+    stops: Sequence[Stop] | None = None,
+    progress: Callable[[float], None] | bool | None = None,
 ) -> Solution:
     """Motion of what is free under all loads: forward dynamics.
 
@@ -82,8 +83,10 @@ def simulate(
         those of the mechanism's `simulation`.
     release : mapping, optional
         When drivers let go, by name: from then on they have no effort.
-    progress : callable, optional
-        Called with the time reached, now and then.
+    stops : list of Stop, optional
+        More stops, besides those among the events.
+    progress : callable or bool, optional
+        Called with the time reached, now and then; True shows on standard error how far it is.
 
     Returns
     -------
@@ -119,6 +122,10 @@ def simulate(
     >>> float(abs(run.energy.balance).max()) < 1e-6
     True
     """
+    if not (progress is None or isinstance(progress, bool) or callable(progress)):
+        raise ModelError(
+            f"progress must be True or a function of the time reached, not {brief(progress)}"
+        )
     system = as_system(model)
     if system.batch is not None:
         raise ModelError("simulate takes one design: choose one of the batch with design(n)")
@@ -131,6 +138,10 @@ def simulate(
     elif guess is not None or rates is not None:
         raise ModelError("start says positions and rates: leave out guess and rates")
     first, _, _ = state_of(system, start)
+    if stops is not None:
+        if events is None:
+            events = () if own is None else own.events
+        events = (*as_events(events), *as_events(stops))
     asked = asked_motion(
         *(system, first, last, errors),
         method=method,
@@ -139,8 +150,12 @@ def simulate(
         events=events,
         release=release,
     )
+    if progress is True:
+        from mbody.io.progress import shown
+
+        progress = shown(last)
     try:
-        run = followed(system, start, asked, progress)
+        run = followed(system, start, asked, progress or None)
     except SolveError as error:
         if isinstance(error.solution, Solution):
             error.solution = _judged(error.solution, asked)

@@ -73,8 +73,9 @@ def check_simulation(mechanism: Mechanism, simulation: Simulation) -> None:
                     "or give a guess"
                 )
     checked_events(mechanism, simulation.events)
-    if simulation.step is not None:
-        _number(mechanism, simulation.step, "time", "step")
+    for name in ("step", "every"):
+        if getattr(simulation, name) is not None:
+            _number(mechanism, getattr(simulation, name), "time", name)
     check_release(mechanism, simulation.release)
 
 

@@ -13,7 +13,7 @@ from mbody._stop import STATUS, stop
 from mbody.cli.parser import parser
 from mbody.cli.streams import opened, say, silenced
 from mbody.cli.usage import UsageError
-from mbody.errors import ModelError, SolveError
+from mbody.errors import ModelError, SolveError, at_the_command
 
 __all__ = ["main"]
 
@@ -101,7 +101,8 @@ def _run(arguments: list[str]) -> int:
     # what answers is imported only now: help is there at once
     module, _, function = asked.answer.partition(".")
     answer: Callable[[Any], int] = getattr(import_module(f"mbody.cli.{module}"), function)
-    return answer(asked)
+    with at_the_command():
+        return answer(asked)
 
 
 def _tell(error: Exception, as_json: bool) -> None:

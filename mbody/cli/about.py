@@ -28,7 +28,9 @@ def equilibrium(asked: Any) -> int:
     mechanism = taken(asked)
     when = 0.0 if asked.t is None else mechanism.number(asked.t, "time", "--t", "value")
     report = found(mechanism, free=asked.free, t=when)
-    told = json.dumps(report.data(asked.angle), ensure_ascii=False) if asked.json else report
+    told = (
+        json.dumps(report.data(asked.angle or "deg"), ensure_ascii=False) if asked.json else report
+    )
     print(told)
     return 1 if report.doubts else 0
 

@@ -31,7 +31,7 @@ def analyse(asked: Any) -> int:
         raise ModelError("--equations shows one instant: say which, with --at")
     write(run, asked)
     if asked.json:
-        told = run.data(asked.angle)
+        told = run.data(asked.angle or "deg")
         if wants_equations:
             told["equations"] = run.equations().data()
         print(json.dumps(told, ensure_ascii=False, allow_nan=False))
@@ -94,11 +94,15 @@ def check_forms(asked: Any) -> None:
 
 def write(run: Solution, asked: Any) -> None:
     """The files that were asked for; what was written is told."""
+    angle = asked.angle or "rad"
     if asked.csv == "-":
         from mbody.io.tables import print_csv
 
-        print_csv(run, sys.stdout)
-    for path, write in ((asked.csv, run.to_csv), (asked.npz, run.to_npz)):
+        print_csv(run, sys.stdout, angle)
+    elif asked.csv:
+        run.to_csv(asked.csv, angle)
+    if asked.npz:
+        run.to_npz(asked.npz)
+    for path in (asked.csv, asked.npz):
         if path and path != "-":
-            write(path)
             say(f"wrote {path}: {len(run)} instants")

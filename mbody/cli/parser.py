@@ -161,7 +161,9 @@ def _json(command: argparse.ArgumentParser) -> None:
 
 def _angle(command: argparse.ArgumentParser) -> None:
     command.add_argument(
-        "--angle", choices=("deg", "rad"), default="deg", help="unit of angles in --json"
+        "--angle",
+        choices=("deg", "rad"),
+        help="unit of angles, without it deg in --json and rad in --csv",
     )
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import sys
-import time
 from collections.abc import Callable
 from typing import Any
 
@@ -13,13 +12,9 @@ from mbody.cli.analyse import check_forms, told_status, write
 from mbody.cli.models import taken
 from mbody.cli.streams import say
 from mbody.cli.usage import UsageError
+from mbody.io.progress import shown
 
 __all__ = ["simulate"]
-
-#: Seconds after which a long run shows how far it is, and between two such lines.
-PATIENCE, BETWEEN = 1.0, 0.2
-#: Signs of the bar.
-WIDTH = 32
 
 
 def simulate(asked: Any) -> int:
@@ -54,7 +49,7 @@ def simulate(asked: Any) -> int:
         save_run(run, asked.save)
         say(f"wrote {asked.save}: {len(run)} instants")
     if asked.json:
-        print(json.dumps(run.data(asked.angle), ensure_ascii=False, allow_nan=False))
+        print(json.dumps(run.data(asked.angle or "deg"), ensure_ascii=False, allow_nan=False))
     elif asked.csv != "-":
         print(run)
     return told_status(run, shown=asked.json or asked.csv != "-")
@@ -76,31 +71,11 @@ def _number(text: str, option: str) -> float:
 def _progress(asked: Any, until: float) -> Callable[[float], None]:
     """What shows on a terminal, after a while, how far a motion is, and stops it at Ctrl-C."""
     shows = not asked.json and sys.stderr is not None and sys.stderr.isatty()
-    begun = shown = time.monotonic()
-    first: float | None = None
+    show = shown(until) if shows else None
 
     def tell(t: float) -> None:
-        nonlocal shown, first
         stop.mark()
-        if not shows:
-            return
-        now = time.monotonic()
-        first = t if first is None else first
-        if t >= until and shown > begun:
-            say(f"\r{'':{WIDTH + 40}}\r", end="")
-        elif now - begun > PATIENCE and now - shown > BETWEEN:
-            shown = now
-            done = (t - first) / (until - first) if until > first else 1.0
-            say(f"\r{bar(done)}  t = {t:.6g} of {until:.6g}  ", end="")
+        if show is not None:
+            show(t)
 
     return tell
-
-
-def bar(done: float) -> str:
-    """A part as a bar.
-
-    >>> bar(0.5)
-    '████████████████················  50 %'
-    """
-    full = round(WIDTH * min(max(done, 0.0), 1.0))
-    return f"{'█' * full}{'·' * (WIDTH - full)} {100.0 * done:3.0f} %"

@@ -44,7 +44,7 @@ def solve(asked: Any) -> int:
             texts.append("\n".join([f"{mechanism.name}: {name}", "", NONE, str(error)]))
         else:
             failed |= bool(answer.doubts)
-            cases[name] = answer_data(answer, asked.angle)
+            cases[name] = answer_data(answer, asked.angle or "deg")
             texts.append(sheet(answer, name))
     if asked.json:
         told = {"mbody": __version__, "model": mechanism.name, "analysis": "solve", "cases": cases}

@@ -127,13 +127,14 @@ def fluctuation(run: Solution, driver: str | None = None) -> Fluctuation:
     return replace(found, **inherited(run))
 
 
-def energy_fluctuation(angle: Any, torque: Any) -> Fluctuation:
+def energy_fluctuation(angle: Any, torque: Any = None) -> Fluctuation:
     """The same of a torque given at angles: arrays (instants,), both ends of the cycle included.
 
     Parameters
     ----------
     angle : array_like (instants,)
-        Ever increasing or ever decreasing over whole turns [rad].
+        Ever increasing or ever decreasing over whole turns [rad]; or a result, whose `fluctuation`
+        is given.
     torque : array_like (instants,)
         [force·length].
 
@@ -146,6 +147,10 @@ def energy_fluctuation(angle: Any, torque: Any) -> Fluctuation:
     >>> round(energy_fluctuation(theta, 5.0 + 3.0 * np.sin(2.0 * theta)).fluctuation, 6)
     3.0
     """
+    if torque is None:
+        if isinstance(angle, Solution):
+            return fluctuation(angle)
+        raise ModelError("energy_fluctuation takes angles and torques, or a result: give both")
     angle, torque = (np.asarray(part, dtype=float) for part in (angle, torque))
     way = _way(angle)
     ends = torque[0] + 0.0, torque[-1] + 0.0  # without the sign of a zero

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbody.io.parts import force_floor
+from mbody.io.parts import ROUNDING, force_floor, swiftness
 from mbody.io.text import Column, number, table
 from mbody.measures import found_by, measured
+from mbody.questions import Measure
 from mbody.units import DIMENSIONS, Dimension
 
 if TYPE_CHECKING:
@@ -16,14 +17,32 @@ if TYPE_CHECKING:
 
 __all__ = ["measures"]
 
-FORCE, TORQUE = DIMENSIONS["force"], DIMENSIONS["torque"]
-
 
 def _floor(solution: Solution, dimension: Dimension) -> float:
-    """What of a measured force or torque is rounding; nothing is of other quantities."""
-    if not solution.has_forces or dimension not in (FORCE, TORQUE):
-        return 0.0
-    return force_floor(solution) * (solution.system.length if dimension == TORQUE else 1.0)
+    """What of a quantity is rounding beside the greatest of its kind in the mechanism; 0 of what
+    there is nothing to compare with.
+    """
+    length, swift = solution.system.length, swiftness(solution)
+    force = force_floor(solution) if solution.has_forces else 0.0
+    floors = {
+        "length": ROUNDING * length,
+        "angle": ROUNDING,
+        "velocity": ROUNDING * length * np.sqrt(swift),
+        "angular velocity": ROUNDING * np.sqrt(swift),
+        "acceleration": ROUNDING * length * swift,
+        "angular acceleration": ROUNDING * swift,
+        "force": force,
+        "torque": force * length,
+        "power": force * length * np.sqrt(swift),
+    }
+    return next((floor for name, floor in floors.items() if DIMENSIONS[name] == dimension), 0.0)
+
+
+def _cleared(solution: Solution, measure: Measure, values: np.ndarray) -> np.ndarray:
+    """Values with 0 for what is rounding, beside the mechanism or beside the greatest of them."""
+    plain, dimension, _ = measured(solution, Measure(measure.of))
+    floor = max(_floor(solution, dimension), ROUNDING * float(np.abs(plain).max()))
+    return np.where(np.abs(plain) <= floor, 0.0, values)
 
 
 def measures(solution: Solution) -> list[str]:
@@ -44,11 +63,8 @@ def measures(solution: Solution) -> list[str]:
         values, dimension, unit = measured(solution, measure)
         if dimension == DIMENSIONS["angle"] and not measure.unit:
             values, unit = np.degrees(values), "deg"
-        floor = 0.0 if measure.unit else _floor(solution, dimension)
-        told = tuple(
-            number(v if abs(v) > floor else 0.0)
-            for v in (np.fmin.reduce(values, axis=None), np.fmax.reduce(values, axis=None))
-        )
+        values = _cleared(solution, measure, values)
+        told = number(np.fmin.reduce(values, axis=None)), number(np.fmax.reduce(values, axis=None))
         for key, cell in zip(("least", "greatest", "unit"), (*told, unit), strict=True):
             cells[key].append(cell)
     columns = [

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
@@ -19,7 +20,7 @@ from mbody.events import Occurrence
 from mbody.histories import Record
 from mbody.io.arrays import Unreadable, packed, unpacked
 from mbody.io.files import writing
-from mbody.io.model import from_text, to_text
+from mbody.io.model import Limits, from_text, to_text
 from mbody.io.saved_parts import array, check_told, pages, want
 from mbody.restart import Restart, Way
 from mbody.solution import Solution, as_solution
@@ -31,6 +32,8 @@ __all__ = ["load_run", "save_run"]
 FORMAT = 2
 #: Whose seal a file carries.
 OWNER = "mbody saved result"
+#: A model is no larger than the file that it stands in, which was looked at as a whole.
+UNLIMITED = Limits(*[math.inf] * 3)
 #: What it must tell of itself.
 NEEDED = (
     *("model", "values", "analysis", "soft", "dependencies", "notes", "status", "stats", "events"),
@@ -160,7 +163,7 @@ def _system(told: Mapping[str, Any]) -> System:
     model, values = told["model"], told["values"]
     want(isinstance(model, str), "its model is no text")
     try:
-        system = assemble(from_text(model, is_json=True))
+        system = assemble(from_text(model, is_json=True, limits=UNLIMITED))
         numbers = isinstance(values, dict) and all(type(v) is float for v in values.values())
         want(numbers and values.keys() == system.values.keys(), "its numbers are not of its model")
         return with_numbers_of(system, values)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -12,6 +11,9 @@ from mbody.analysis.asked import ANALYSES
 from mbody.core.output import PER_ATOM
 from mbody.io.arrays import Unreadable
 from mbody.system import System
+
+#: Numbers that a float holds.
+MOST = 1e300
 
 __all__ = ["array", "check_told", "pages", "want"]
 
@@ -81,7 +83,8 @@ def check_told(told: Mapping[str, Any], system: System) -> None:
 
 
 def _number(value: Any) -> bool:
-    return type(value) in (int, float) and math.isfinite(value)
+    # a whole number may be too large for a float
+    return type(value) in (int, float) and abs(value) < MOST
 
 
 def _texts(value: Any) -> bool:

@@ -170,6 +170,7 @@ class _Summary:
         mean = np.nansum((efforts * weight).reshape(len(chosen), -1), axis=1)
         square = np.nansum((efforts**2 * weight).reshape(len(chosen), -1), axis=1)
         kind = self.unit("torque" if turns else "force")
+        floor = force_floor(self.solution) * (self.solution.system.length if turns else 1.0)
         columns = [
             Column(
                 "TORQUES" if turns else "DRIVERS",
@@ -177,17 +178,21 @@ class _Summary:
                 text=True,
             ),
             Column("driver", [d.name for d in chosen], text=True),
-            Column("least", numbers(np.fmin.reduce(flat, axis=1)), kind),
-            Column("greatest", numbers(np.fmax.reduce(flat, axis=1)), kind),
-            Column("mean", numbers(mean), kind),
-            Column("rms", numbers(np.sqrt(square)), kind),
+            Column("least", numbers(np.fmin.reduce(flat, axis=1), floor), kind),
+            Column("greatest", numbers(np.fmax.reduce(flat, axis=1), floor), kind),
+            Column("mean", numbers(mean, floor), kind),
+            Column("rms", numbers(np.sqrt(square), floor), kind),
         ]
         if self.moves and self.states is not None:
             number_of = {driver.name: n for n, driver in enumerate(self.mechanism.drivers)}
             rates = np.array([self.states[:, number_of[d.name], 1] for d in chosen])
             rates = rates[:, None, :] if self.batch else rates
             power = np.fmax.reduce(np.abs(efforts * rates).reshape(len(chosen), -1), axis=1)
-            columns.append(Column("peak power", numbers(power), self.unit("power")))
+            columns.append(
+                Column(
+                    "peak power", numbers(power, floor * np.abs(rates).max()), self.unit("power")
+                )
+            )
         over = "time" if self._by_time() else "the instants"
         return [*table(columns), f"mean and rms over {over}"]
 

@@ -11,6 +11,7 @@ from mbody.doubts import certificate
 from mbody.errors import ModelError
 from mbody.io.files import writing
 from mbody.measures import found_by, measured
+from mbody.units import DIMENSIONS
 
 if TYPE_CHECKING:
     from mbody.solution import Solution
@@ -30,7 +31,7 @@ MOTION = {
 }
 
 
-def columns(solution: Solution) -> dict[str, np.ndarray]:
+def columns(solution: Solution, angle: str = "rad") -> dict[str, np.ndarray]:
     """All histories of one motion by column name, each with its unit.
 
     Time first, then nine columns a body (mass centre and angle), three a joint (force and torque
@@ -41,6 +42,8 @@ def columns(solution: Solution) -> dict[str, np.ndarray]:
     ----------
     solution : Solution
         Of one design.
+    angle : str
+        Unit of angles, ``"deg"`` or ``"rad"``; rates are in rad always.
 
     Returns
     -------
@@ -72,9 +75,13 @@ def columns(solution: Solution) -> dict[str, np.ndarray]:
         for key, dimension in MOTION.items():
             if "acceleration" in dimension and solution.analysis == "close_loops":
                 continue  # it finds velocities, no accelerations
-            table[f"{body.name}.{key} [{unit(dimension)}]"] = getattr(history, key)
+            values = getattr(history, key)
+            if dimension == "angle" and angle == "deg":
+                table[f"{body.name}.{key} [deg]"] = np.degrees(values)
+            else:
+                table[f"{body.name}.{key} [{unit(dimension)}]"] = values
     if not solution.has_forces:
-        return table | _measures(solution)
+        return table | _measures(solution, angle)
     unique = uniqueness(solution)
     for joint in mechanism.joints:
         reaction = solution.reaction(joint.name)
@@ -88,7 +95,7 @@ def columns(solution: Solution) -> dict[str, np.ndarray]:
         effort = unit("torque" if kind == "a" else "force")
         table[f"{name}.effort [{effort}]"] = solution.effort(name)
         table |= unique.get(name, {})
-    return table | _measures(solution)
+    return table | _measures(solution, angle)
 
 
 def uniqueness(solution: Solution) -> dict[str, dict[str, np.ndarray]]:
@@ -111,13 +118,15 @@ def uniqueness(solution: Solution) -> dict[str, dict[str, np.ndarray]]:
     }
 
 
-def _measures(solution: Solution) -> dict[str, np.ndarray]:
-    """The measured quantities of the mechanism, angles in rad unless it says otherwise."""
+def _measures(solution: Solution, angle: str) -> dict[str, np.ndarray]:
+    """The measured quantities of the mechanism, in their own units where they have some."""
     found = {}
     for name, measure in solution.mechanism.measures.items():
         if not found_by(solution, measure):
             continue
-        values, _, unit = measured(solution, measure)
+        values, dimension, unit = measured(solution, measure)
+        if dimension == DIMENSIONS["angle"] and not measure.unit and angle == "deg":
+            values, unit = np.degrees(values), "deg"
         found[f"{name} [{unit}]" if unit else name] = values
     return found
 
@@ -160,7 +169,7 @@ def dataframe(solution: Solution) -> Any:
     return frame
 
 
-def write_csv(solution: Solution, path: Any) -> None:
+def write_csv(solution: Solution, path: Any, angle: str = "rad") -> None:
     """Write the columns as comma-separated values, UTF-8, one header line, a line an instant.
 
     Every number is written with as many digits as bring back the same number.
@@ -171,6 +180,8 @@ def write_csv(solution: Solution, path: Any) -> None:
         Of one design.
     path : str or path-like
         The file; one that exists is replaced.
+    angle : str
+        Unit of angles, ``"deg"`` or ``"rad"``.
 
     Raises
     ------
@@ -189,12 +200,12 @@ def write_csv(solution: Solution, path: Any) -> None:
     """
     columns(solution)  # refuses what has no columns before a file is touched
     with writing(path) as file:
-        print_csv(solution, file)
+        print_csv(solution, file, angle)
 
 
-def print_csv(solution: Solution, stream: Any) -> None:
+def print_csv(solution: Solution, stream: Any, angle: str = "rad") -> None:
     """The same to a stream of text."""
-    table = columns(solution)
+    table = columns(solution, angle)
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(table)
     # floats as repr gives them: the shortest exact text

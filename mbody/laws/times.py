@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,9 @@ LONGEST = 1024  # scales of a Python function that are looked through
 REMEDY = "ask for values before that, or change the law or the start"
 
 
-def times_of(law: Law, values: Any, t0: float) -> FloatArray:
+def times_of(
+    law: Law, values: Any, t0: float, told: Callable[[float], str] = "{:g}".format
+) -> FloatArray:
     """Times, increasing from `t0`, at which a law takes increasing or decreasing values.
 
     f(tᵢ) = valuesᵢ by bracketing and safeguarded Newton steps on all values together, in closed
@@ -37,6 +40,8 @@ def times_of(law: Law, values: Any, t0: float) -> FloatArray:
         All increasing or all decreasing (equal neighbours are allowed), from f(t0) onwards.
     t0 : float
         Where the search begins.
+    told : callable, optional
+        How a value stands in a sentence, with its unit.
 
     Returns
     -------
@@ -66,15 +71,15 @@ def times_of(law: Law, values: Any, t0: float) -> FloatArray:
     if (steps > 0.0).any() and (steps < 0.0).any():
         i = int(np.flatnonzero(steps * np.sign(steps[steps != 0.0][0]) < 0.0)[0])
         raise ModelError(
-            f"the values must all increase or all decrease, but {wanted[i + 1]:g} "
-            f"follows {wanted[i]:g}: ask for each stretch by itself"
+            f"the values must all increase or all decrease, but {told(wanted[i + 1])} "
+            f"follows {told(wanted[i])}: ask for each stretch by itself"
         )
     begin = law(t0)
     size = max(abs(begin), float(np.max(np.abs(wanted))))
     sign = 1.0 if wanted[-1] - begin >= 0.0 else -1.0
     if float(np.min(sign * (wanted - begin))) < -CLOSE * size:
         raise ModelError(
-            f"the law is at {begin:g} at t = {t0:g}, already past {wanted[0]:g}: "
+            f"the law is at {told(begin)} at t = {t0:g}, already past {told(wanted[0])}: "
             "start earlier, or from a later value"
         )
     # from here on the law and the values increase
@@ -82,7 +87,7 @@ def times_of(law: Law, values: Any, t0: float) -> FloatArray:
     if rest[-1] <= CLOSE * size:
         return np.full(wanted.size, t0)
     if isinstance(law, Constant | ConstantSpeed | ConstantAcceleration):
-        return _accelerated(law, sign, rest, t0, begin, wanted[-1], CLOSE * size)
+        return _accelerated(law, sign, rest, t0, begin, wanted[-1], CLOSE * size, told)
     if isinstance(law, Function):
         nodes = _sampled(law, sign, begin, float(rest[-1]), t0)
         reached = np.array([checked(law.function, t) for t in nodes.tolist()])
@@ -99,35 +104,54 @@ def times_of(law: Law, values: Any, t0: float) -> FloatArray:
         ended = int(back[0])
     if rest[-1] > gain[: ended + 1].max() + CLOSE * size:
         at, asked = float(nodes[ended]), float(wanted[-1])
-        raise ModelError(_why(law, at, t0, begin, sign * gain[ended] + begin, asked, back.size > 0))
+        raise ModelError(
+            _why(law, at, t0, begin, sign * gain[ended] + begin, asked, back.size > 0, told)
+        )
     return _solve(law, sign, begin, rest, nodes[: ended + 1], gain[: ended + 1])
 
 
 def _why(
-    law: Law, at: float, t0: float, begin: float, reached: float, asked: float, back: bool
+    law: Law,
+    at: float,
+    t0: float,
+    begin: float,
+    reached: float,
+    asked: float,
+    back: bool,
+    told: Callable[[float], str],
 ) -> str:
     """The sentence for a value that is not reached."""
     if back and at == t0:
         return (
-            f"the law runs the other way from t = {t0:g}, where it is {begin:g}: it does not "
-            f"reach {asked:g}; {REMEDY}"
+            f"the law runs the other way from t = {t0:g}, where it is {told(begin)}: it does not "
+            f"reach {told(asked)}; {REMEDY}"
         )
     if back:
         return (
-            f"the law turns back at t = {at:g} where it has reached {reached:g}; it does not "
-            f"reach {asked:g}: {REMEDY}"
+            f"the law turns back at t = {at:g} where it has reached {told(reached)}; it does not "
+            f"reach {told(asked)}: {REMEDY}"
         )
     if reached == begin:
-        return f"the law stays at {begin:g} from t = {t0:g}: it does not reach {asked:g}; {REMEDY}"
+        return (
+            f"the law stays at {told(begin)} from t = {t0:g}: it does not reach {told(asked)}; "
+            f"{REMEDY}"
+        )
     more = ", or give a larger scale" if isinstance(law, Function) else ""
     return (
-        f"the law goes no further than {reached:g}, at t = {at:g}; it does not reach "
-        f"{asked:g}: {REMEDY}{more}"
+        f"the law goes no further than {told(reached)}, at t = {at:g}; it does not reach "
+        f"{told(asked)}: {REMEDY}{more}"
     )
 
 
 def _accelerated(
-    law: Law, sign: float, rest: FloatArray, t0: float, begin: float, asked: float, close: float
+    law: Law,
+    sign: float,
+    rest: FloatArray,
+    t0: float,
+    begin: float,
+    asked: float,
+    close: float,
+    told: Callable[[float], str],
 ) -> FloatArray:
     """Closed form: rest = v τ + a τ²/2 with τ = 2 rest/(v + √(v² + 2 a rest))."""
     _, v, a = (sign * d for d in law.derivatives(t0))
@@ -135,11 +159,11 @@ def _accelerated(
         v = 0.0  # a start at the turning point, but for rounding
     if v < 0.0 or (v == 0.0 and a <= 0.0):
         stays = v == 0.0 and a == 0.0
-        raise ModelError(_why(law, t0, t0, begin, begin, asked, not stays))
+        raise ModelError(_why(law, t0, t0, begin, begin, asked, not stays, told))
     square = v * v + 2.0 * a * rest
     if a < 0.0 and rest[-1] + v * v / (2.0 * a) > close:
         reached = begin - sign * v * v / (2.0 * a)
-        raise ModelError(_why(law, t0 - v / a, t0, begin, reached, asked, True))
+        raise ModelError(_why(law, t0 - v / a, t0, begin, reached, asked, True, told))
     below = v + np.sqrt(np.maximum(square, 0.0))
     return t0 + 2.0 * rest / np.where(below > 0.0, below, 1.0)
 

@@ -15,7 +15,7 @@ import numpy as np
 from mbody.views.shapes import direction
 from mbody.views.style import FONTS, INK, MATHS, SIZE
 
-__all__ = ["Label", "Places", "beside", "extent", "symbolic", "together"]
+__all__ = ["Label", "Places", "beside", "drawable", "extent", "symbolic", "together"]
 
 Array = np.ndarray
 
@@ -62,7 +62,7 @@ def extent(text: str, size: float, italic: bool = False) -> tuple[float, float]:
     )
     if not text.strip():
         return 0.0, 0.0
-    bounds = TextPath((0, 0), text, size=size, prop=font).get_extents()
+    bounds = TextPath((0, 0), drawable(text), size=size, prop=font).get_extents()
     return float(bounds.width), max(float(bounds.height), 0.7 * size)
 
 
@@ -76,6 +76,23 @@ def symbolic(name: str) -> str:
         letter, index = name[0], name[1:].lstrip("_")
         return f"${letter}_{{{index}}}$" if index else f"${letter}$"
     return name.replace("$", r"\$")
+
+
+_SMALL = re.compile(r"[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+")
+_LOWERED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+
+
+def drawable(text: str) -> str:
+    r"""A text with signs that its fonts have: where a part of it is mathematics, all of it is set
+    by those of mathematics, which lack thin spaces and raised digits.
+
+    >>> drawable("20\u2009000 N"), drawable("$T_{12}$ = 20\u2009000 N"), drawable("$F$ = 5·10⁻⁷ N")
+    ('20\u2009000 N', '$T_{12}$ = 20$\\,$000 N', '$F$ = 5·10$^{-7}$ N')
+    """
+    if not re.search(r"(?<!\\)\$", text):
+        return text
+    raised = _SMALL.sub(lambda part: f"$^{{{part[0].translate(_LOWERED)}}}$", text)
+    return raised.replace("\u2009", r"$\,$")
 
 
 def together(names: Sequence[str]) -> str:

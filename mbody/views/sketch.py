@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.views.labels import Label, Places, beside, extent
+from mbody.views.labels import Label, Places, beside, drawable, extent
 from mbody.views.shapes import arc, box, direction, hatching, unique
 from mbody.views.style import GROUND, INK, LINK, PAPER, SIZE, Z
 
@@ -302,7 +302,7 @@ class Sketch:
         drawn = self.axes.text(
             float(at[0]),
             float(at[1]),
-            label.text,
+            drawable(label.text),
             **{
                 "size": label.size,
                 "color": label.color,

@@ -26,6 +26,8 @@ WORDS = {
     "a parameter that is no formula": ["kinematics", "hoekens", "--set", "a=4 mm +"],
     "a unit system that is not there": ["kinematics", "hoekens", "--units", "parsec"],
     "a file that cannot be written": ["kinematics", "hoekens", "--csv", "/no/where.csv"],
+    "a length that is to turn": ["kinematics", "scissor_lift", "--over", "turn"],
+    "a turn of nothing that drives": ["kinematics", "simple_pendulum", "--over", "turn"],
     "equations of a turn": ["kinetostatics", "hoekens", "--over", "turn", "--equations"],
 }
 
@@ -36,6 +38,7 @@ def said(words):
 
 
 SCENARIOS = {
+    "a rest of what is held": said(["equilibrium", "norton_fourbar"]),
     **{name: said(words) for name, words in WORDS.items()},
     "two forms at one place": said(["kinematics", "norton_fourbar", "--json", "--csv", "-"]),
 }

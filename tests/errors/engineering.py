@@ -68,6 +68,7 @@ def in_doubt():
 
 
 SCENARIOS = {
+    "a fluctuation of half of a diagram": lambda: energy_fluctuation([0.0, 1.0]),
     "a fluctuation of one instant": lambda: fluctuation(run()),
     "a fluctuation of angles to and fro": lambda: energy_fluctuation(
         [0.0, 3.0, 2.0, TURN], [1.0, 2.0, 2.0, 1.0]

@@ -7,8 +7,8 @@ import tempfile
 from pathlib import Path
 from unittest import mock
 
-from mbody import Body, CustomLoad, Mechanism, Torque, load, save
-from mbody.io.model import from_text, in_units, read, to_text
+from mbody import Body, CustomLoad, Limits, Mechanism, Torque, cli, load, save
+from mbody.io.model import from_text, in_units, to_text
 from tests.errors.models import by_law, four_bar
 
 ARM = """\
@@ -151,6 +151,20 @@ def with_table(content, name="a.csv", largest=None):
     return go
 
 
+def with_limits(text):
+    def go():
+        with mock.patch.dict("os.environ", MBODY_LIMITS=text):
+            from_text("")
+
+    return go
+
+
+def too_large_for_the_command():
+    """The same at the command, which names the variable of its environment."""
+    with mock.patch.dict("os.environ", MBODY_LIMITS="1e-6"):
+        cli._run(["check", "hoekens"])
+
+
 def refused():
     """A file that this user may not read; to root nothing is forbidden."""
     with mock.patch("os.stat", side_effect=PermissionError(13, "Permission denied")):
@@ -177,7 +191,19 @@ def in_other_units(law):
 SCENARIOS = {
     **{name: lambda text=text: from_text(text) for name, text in TEXTS.items()},
     **{name: lambda text=text: from_text(text, is_json=True) for name, text in JSON.items()},
-    "a text that is too long": lambda: from_text("#" * (read.LARGEST + 1)),
+    "a text that is too long": lambda: from_text("#" * 6_000_001),
+    "a text of more values than are allowed": lambda: from_text(
+        "name = 'x'\nunits = 'SI'", limits=Limits(values=2)
+    ),
+    "a model that is too large to be read again": lambda: save(
+        four_bar(), "mine.toml", limits=Limits(operations=1, values=10)
+    ),
+    "a model of too many bytes to be read again": lambda: save(
+        four_bar(), "mine.toml", limits=Limits(size=100)
+    ),
+    "limits that are none": lambda: from_text("", limits=3),
+    "limits below nothing": lambda: Limits(size=-1),
+    "limits of the environment that are none": with_limits("much"),
     "other parameters": lambda: from_text("[parameters]\na = 1", parameters={"b": 2}),
     "other parameters of none": lambda: from_text(ARM, parameters={"b": 2}),
     "another parameter that is none": lambda: from_text(
@@ -190,7 +216,8 @@ SCENARIOS = {
     "a file that may not be read": refused,
     "a file of a very long name": lambda: load("x" * 300 + ".toml"),
     "a file of a name that no file has": lambda: load("a\0b.toml"),
-    "a file that is too large": with_file("mine.toml", b"#" * (read.LARGEST + 1)),
+    "a file that is too large": with_file("mine.toml", b"#" * 6_000_001),
+    "a file that is too large for the command": too_large_for_the_command,
     "a file of bytes": with_file("mine.toml", b"name = '\xff'"),
     "a file that is wrong": with_file(
         "mine.json", '{\n"bodies": {"arm": {"mass": "2 N"}}}', "mine.json"

@@ -6,6 +6,7 @@ import math
 import tempfile
 from dataclasses import replace
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 
@@ -31,6 +32,7 @@ from mbody import (
     close_loops,
     from_text,
     gallery,
+    kinematics,
     load_run,
     save_run,
     simulate,
@@ -198,6 +200,12 @@ def unsealed():
     load_run("run.npz")
 
 
+def crowded():
+    """Very many instants, on a machine of a known size."""
+    with mock.patch("mbody.analysis.room.memory", lambda: 16e9):
+        kinematics(four_bar(), turn=True, instants=10**9)
+
+
 def lost_state():
     """To go on from a state that is no number."""
     run = simulate(swing(), 0.1, instants=2)
@@ -245,6 +253,19 @@ SCENARIOS = {
         swing(), 0.2, start=simulate(swing(), 0.1, instants=2).take([])
     ),
     "a state that is no number": lost_state,
+    "progress that is a number": lambda: simulate(swing(), 0.1, progress=5),
+    "a motion without an end at the command": said(["simulate", "norton_fourbar"]),
+    "steps of a method that has none at the command": said(
+        ["simulate", "simple_pendulum", "--to", "1", "--step", "0.1"]
+    ),
+    "a method without its step at the command": said(
+        ["simulate", "simple_pendulum", "--to", "1", "--method", "rattle"]
+    ),
+    "an end before the beginning at the command": said(
+        ["simulate", "simple_pendulum", "--to", "-1"]
+    ),
+    "a description of instants and every": lambda: Simulation(1.0, instants=5, every=0.1),
+    "more instants than memory holds": crowded,
     "a saved result of another time": saved(format=0),
     "a saved result of which a part is missing": saved("restart.y"),
     "loads that jump to and fro": lambda: simulate(

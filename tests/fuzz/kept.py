@@ -6,6 +6,7 @@ A folder of a sweep gives the numbers of the sweep to the last bit, or one sente
 """
 
 import contextlib
+import copy
 import functools
 import io
 import json
@@ -207,7 +208,7 @@ def words(random: Random, told: dict[str, Any]) -> None:
     elif isinstance(table[key], float) and random.random() < 0.6:
         table[key] = random.choice(NUMBERS)
     else:
-        table[key] = random.choice(corpus.VALUES)
+        table[key] = copy.deepcopy(random.choice(corpus.VALUES))
 
 
 def forged(random: Random, raw: bytes, other: bytes) -> bytes:

@@ -157,7 +157,8 @@ class _Writer:
             notes.append(
                 f"{', '.join(repr(one) for one in self.stand_ins)}: very small masses and inertias "
                 f"stand for none ({STAND_IN:g} of the greatest, {POINT:g} of a point's), since "
-                "MuJoCo moves no body without"
+                "MuJoCo moves no body without; where loads pull at these alone its steps are "
+                "unstable: give them masses before the file is run freely"
             )
         return Exported(
             text="",

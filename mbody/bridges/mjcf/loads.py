@@ -107,7 +107,8 @@ class Elements(Closures):
             self.notes.append(f"'{name}' is a motor, its law of time is not in the file")
         else:
             tag = "general"
-            given = {"biastype": "affine", "gainprm": "0", "biasprm": numbers(unit, value, 0, 0)}
+            # its control adds to the value, so that one of 0 is no dead part of the file
+            given = {"biastype": "affine", "gainprm": "1", "biasprm": numbers(unit, value, 0, 0)}
         if type(load) is Torque:
             if not self._turned(load, tag, load.body, load.by, given):
                 self.laws.pop(name, None)

@@ -150,7 +150,7 @@ def _questions(given: Any, mechanism: Mechanism) -> list[Problem]:
             stops = [Stop(name=name, **_set(one)) for name, one in entry.stops.items()]
             mechanism.simulation = Simulation(
                 *(entry.until, start, entry.rtol, entry.instants, [*events, *stops]),
-                *(entry.method, entry.step, entry.release),
+                *(entry.method, entry.step, entry.release, entry.every),
             )
             check_simulation(mechanism, mechanism.simulation)
         except ModelError as error:

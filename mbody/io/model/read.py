@@ -23,6 +23,7 @@ from mbody.formulas.parameters import Parameters, let_in, with_unit_of
 from mbody.formulas.parse import LONGEST
 from mbody.io.model.build import build
 from mbody.io.model.fields import Context
+from mbody.io.model.limits import Limits, limits_of
 from mbody.io.model.lines import TEXTS
 from mbody.io.model.meant import meant_otherwise
 from mbody.io.model.report import raise_all, sentences
@@ -30,12 +31,9 @@ from mbody.io.model.schema import json_schema, model
 from mbody.mechanism import Mechanism
 from mbody.units import Dimension, UnitSystem, unit_system
 
-__all__ = ["LARGEST", "built", "load", "from_text", "text_of"]
+__all__ = ["built", "check_size", "load", "from_text", "text_of"]
 
-LARGEST = 1_000_000  # bytes of a model file
 DEEPEST = 30  # tables in tables
-MOST = 50_000  # numbers, texts, lists and tables in all
-MOST_SIGNS = 30_000  # operators, brackets and commas of formulas in all
 LONGEST_KEY = 20  # parts of a dotted key
 LONGEST_NUMBER = 2000  # bits of a whole number: more than a double holds
 
@@ -52,7 +50,12 @@ class _Refused(ValueError):
     """What is wrong with a file, to stand behind its name."""
 
 
-def load(path: str | os.PathLike[str], parameters: Mapping[str, Any] | None = None) -> Mechanism:
+def load(
+    path: str | os.PathLike[str],
+    parameters: Mapping[str, Any] | None = None,
+    *,
+    limits: Limits | None = None,
+) -> Mechanism:
     """The mechanism of a model file, TOML or (by its ending) JSON.
 
     Parameters
@@ -61,6 +64,8 @@ def load(path: str | os.PathLike[str], parameters: Mapping[str, Any] | None = No
         Of the file.
     parameters : mapping, optional
         Other values for parameters of the file, numbers or text.
+    limits : Limits, optional
+        How large the file may be; by default 6 MB, or what ``MBODY_LIMITS`` makes of it.
 
     Raises
     ------
@@ -69,13 +74,18 @@ def load(path: str | os.PathLike[str], parameters: Mapping[str, Any] | None = No
 
     Notes
     -----
-    Files of at most 1 MB are read. ``mbody schema`` prints what may stand in them.
+    What `save` has written is read with the same limits. ``mbody schema`` prints what may stand in
+    a file.
     """
     file = Path(path)
-    text = text_of(file)
-    is_json = file.suffix.lower() == ".json"
+    text = text_of(file, limits)
     return from_text(
-        text, is_json=is_json, parameters=parameters, name=_short(file.name), folder=file.parent
+        text,
+        is_json=file.suffix.lower() == ".json",
+        parameters=parameters,
+        name=_short(file.name),
+        folder=file.parent,
+        limits=limits,
     )
 
 
@@ -86,6 +96,7 @@ def from_text(
     parameters: Mapping[str, Any] | None = None,
     name: str = "model",
     folder: Path | None = None,
+    limits: Limits | None = None,
 ) -> Mechanism:
     """The mechanism of a model that is text.
 
@@ -101,6 +112,8 @@ def from_text(
         What errors call it.
     folder : Path, optional
         Where tables that it names lie; without it none are read.
+    limits : Limits, optional
+        How large it may be.
 
     Raises
     ------
@@ -118,11 +131,10 @@ def from_text(
     """
     if not isinstance(text, str):
         raise ModelError(f"{name}: a model is text, not {brief(text)}")
-    if len(text) > LARGEST:
-        raise ModelError(
-            f"{name}: it has more than {LARGEST // 1_000_000} MB, which no model needs"
-        )
-    data = _parsed(text, is_json, name)
+    most = limits_of(limits)
+    if (sentence := most.over(f"{name}: it", size=len(text))) is not None:
+        raise ModelError(sentence)
+    data = _parsed(text, is_json, name, most)
     if parameters:
         _set(data, parameters, name)
     made = built(data, text, is_json=is_json, name=name, folder=folder)
@@ -157,7 +169,7 @@ def built(
     return mechanism
 
 
-def text_of(file: Path) -> str:
+def text_of(file: Path, limits: Limits | None = None) -> str:
     """The text of an ordinary file of bounded size.
 
     Raises
@@ -165,13 +177,13 @@ def text_of(file: Path) -> str:
     ModelError
         When it cannot be read, is too large, or no text.
     """
-    name = _short(str(file))
+    name, most = _short(str(file)), limits_of(limits)
     try:
-        kind = os.stat(file).st_mode
+        kind, size = os.stat(file).st_mode, os.stat(file).st_size
         raw = b""
-        if stat.S_ISREG(kind):
+        if stat.S_ISREG(kind) and size <= most.size:
             with file.open("rb") as stream:
-                raw = stream.read(LARGEST + 1)
+                raw = stream.read(size + 1)
     except FileNotFoundError:
         raise ModelError(f"there is no file '{name}'") from None
     except PermissionError:
@@ -183,8 +195,8 @@ def text_of(file: Path) -> str:
         raise ModelError(f"'{name}' is a folder: name a model file in it")
     if not stat.S_ISREG(kind):
         raise ModelError(f"'{name}' is no ordinary file: give a model file")
-    if len(raw) > LARGEST:
-        raise ModelError(f"'{name}' has more than {LARGEST // 1_000_000} MB, which no model needs")
+    if (sentence := most.over(f"'{name}'", size=max(size, len(raw)))) is not None:
+        raise ModelError(sentence)
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -200,7 +212,7 @@ def _short(name: str) -> str:
     return name.encode(errors="backslashreplace").decode()
 
 
-def _parsed(text: str, is_json: bool, name: str) -> dict[str, Any]:
+def _parsed(text: str, is_json: bool, name: str, limits: Limits) -> dict[str, Any]:
     """The tables of a text."""
     kind = "JSON" if is_json else "TOML"
     try:
@@ -211,7 +223,7 @@ def _parsed(text: str, is_json: bool, name: str) -> dict[str, Any]:
             data = tomllib.loads(text)
         if not isinstance(data, dict):
             raise _Refused(f"a model is a table, not {type(data).__name__}")
-        _check_size(data)
+        _check_size(data, limits)
     except RecursionError:
         raise ModelError(f"{name}: tables are nested too deep: at most {DEEPEST}") from None
     except (tomllib.TOMLDecodeError, json.JSONDecodeError) as error:
@@ -255,7 +267,7 @@ def _refused(word: str) -> Any:
     raise _Refused(f"{word} is no number of a model: numbers must be finite")
 
 
-def _check_size(data: dict[str, Any]) -> None:
+def _check_size(data: dict[str, Any], limits: Limits) -> None:
     """Refuse tables in tables without end, very many values, and values that nothing can hold."""
     count, signs = 1, 0
     level: list[Any] = [data]
@@ -266,16 +278,15 @@ def _check_size(data: dict[str, Any]) -> None:
                 _signs_of(table)
             below += table.values() if isinstance(table, dict) else table
         count += len(below)
-        if count > MOST:
-            raise _Refused(f"it has more than {MOST} values, which no model needs")
         signs += _signs_of(value for value in below if isinstance(value, str))
-        if signs > MOST_SIGNS:
-            raise _Refused(f"its formulas have more than {MOST_SIGNS} operations in all")
         if any(isinstance(v, int) and v.bit_length() > LONGEST_NUMBER for v in below):
             raise _Refused(ENDLESS)
         level = [value for value in below if isinstance(value, (dict, list))]
     if level:
         raise _Refused(f"tables are nested too deep: at most {DEEPEST}")
+    # all is counted first, so that the limits that the sentence names are enough
+    if (sentence := limits.over("it", values=count, operations=signs)) is not None:
+        raise _Refused(sentence)
 
 
 def _signs_of(texts: Iterable[str]) -> int:
@@ -290,6 +301,22 @@ def _signs_of(texts: Iterable[str]) -> int:
             raise _Refused(f"the text {brief(text)} holds half a character") from None
         signs += len(_SIGNS.findall(text)) if len(text) <= LONGEST else 0
     return signs
+
+
+def check_size(data: dict[str, Any], size: int, limits: Limits, name: str) -> None:
+    """Refuse what `load` would refuse for its size, before it is written.
+
+    Raises
+    ------
+    ModelError
+    """
+    sentence = limits.over(f"'{name}'", size=size)
+    try:
+        _check_size(data, limits)
+    except _Refused as error:
+        sentence = f"'{name}': {error}"
+    if sentence is not None:
+        raise ModelError(f"{sentence}; else the file could be written but not read")
 
 
 def _set(data: dict[str, Any], parameters: Mapping[str, Any], name: str) -> None:

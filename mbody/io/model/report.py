@@ -15,6 +15,19 @@ __all__ = ["ENOUGH", "Problem", "raise_all", "sentences"]
 MOST = 20  # problems that are told
 ENOUGH = 80  # that are looked at, and put in order; the others are counted
 LONGEST = 600  # characters of a sentence
+TABLES = ("bodies", *SECTIONS, "ground", "gravity", "parameters", "measures", "ask", "simulate")
+#: What others call the sections of a file.
+OTHER_WORDS = {
+    **dict.fromkeys(("links", "link", "body", "members", "parts", "rigid_bodies"), "bodies"),
+    **dict.fromkeys(("pins", "joint", "constraints", "pairs", "connections"), "joints"),
+    **dict.fromkeys(("motors", "motor", "driver", "actuators", "inputs"), "drivers"),
+    **dict.fromkeys(("forces", "load", "springs", "dampers", "torques"), "loads"),
+    **dict.fromkeys(("belts", "ropes", "coupling"), "couplings"),
+    **dict.fromkeys(("frame", "fixed", "base", "world"), "ground"),
+    **dict.fromkeys(("variables", "constants", "params", "parameter"), "parameters"),
+    **dict.fromkeys(("outputs", "measure", "sensors", "quantities"), "measures"),
+    **dict.fromkeys(("simulation", "motion", "run"), "simulate"),
+}
 
 Path = tuple[Any, ...]
 
@@ -90,17 +103,21 @@ def _cut(sentence: str) -> str:
 
 
 def _unknown(key: Any, known: list[str], table: Any) -> str:
-    """Why a key is refused: a second kind of element, a slip of the pen, or one too many."""
+    """Why a key is refused: a second kind of element, a slip of the pen, another word for a
+    section, or one too many.
+    """
     kinds = next((kinds for kinds in SECTIONS.values() if key in kinds), {})
     given = table if isinstance(table, dict) else {}
     first = next((kind for kind in kinds if kind in given and kind != key), None)
     if first is not None:
         return f"names a second kind of element beside '{first}': keep one of them"
+    meant = OTHER_WORDS.get(str(key).lower(), "")
     close = difflib.get_close_matches(str(key)[:100], known, 1)
-    if close:
-        return f"there is no such key, did you mean '{close[0]}'?"
-    left = [word for word in known if word not in given]
-    return f"there is no such key (there are: {', '.join(left[:12])})"
+    if meant in known or close:
+        return f"there is no such key, did you mean '{meant if meant in known else close[0]}'?"
+    # the tables of a file are what somebody looks for who has another word for one
+    left = sorted((w for w in known if w not in given), key=lambda word: word not in TABLES)
+    return f"there is no such key (there are: {', '.join(left[:MOST])})"
 
 
 def _at(data: Any, path: Path) -> Any:

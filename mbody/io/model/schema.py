@@ -215,6 +215,7 @@ class SimulateIn(of.Strict):
     instants: StrictInt = 201
     method: Literal[METHODS] = METHODS[0]
     step: of.number(DIMENSIONS["time"]) | None = None
+    every: of.number(DIMENSIONS["time"]) | None = None
     release: dict[of.name_in, of.number(DIMENSIONS["time"])] = Field(default_factory=dict)
     events: dict[of.name_in, EventIn] = Field(default_factory=dict)
     stops: dict[of.name_in, StopIn] = Field(default_factory=dict)

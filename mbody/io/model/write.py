@@ -20,6 +20,8 @@ from mbody.errors import ModelError
 from mbody.formulas import Formula, FormulaError, evaluate, parse
 from mbody.io.model.cells import alike, plain, short_angle, word
 from mbody.io.model.kinds import LAWS, SECTIONS, kind_of, section_of
+from mbody.io.model.limits import Limits, limits_of
+from mbody.io.model.read import check_size
 from mbody.io.model.toml import toml
 from mbody.io.model.write_questions import formulas_asked, questions
 from mbody.laws import Cam, Constant, Dwell, Law, Polynomial
@@ -34,18 +36,30 @@ ANGLE = DIMENSIONS["angle"]
 WORDS = {cls: word for word, cls in LAWS.items()}
 
 
-def save(mechanism: Mechanism, path: str | os.PathLike[str]) -> None:
+def save(
+    mechanism: Mechanism, path: str | os.PathLike[str], *, limits: Limits | None = None
+) -> None:
     """Write a mechanism to a model file, TOML or (by its ending) JSON; `load` reads it back.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    path : str or Path
+    limits : Limits, optional
+        How large the file may be, as of `load`.
 
     Raises
     ------
     ModelError
-        When it holds Python code, which no file carries, or the file cannot be written.
+        When it holds Python code, which no file carries, `load` would refuse it for its size, or
+        the file cannot be written.
     """
-    file = Path(path)
-    text = to_text(mechanism, as_json=file.suffix.lower() == ".json")
+    file, data = Path(path), as_data(mechanism)
+    text = _text(data, file.suffix.lower() == ".json")
     try:
-        file.write_text(text, encoding="utf-8")
+        raw = text.encode()
+        check_size(data, len(raw), limits_of(limits), file.name)
+        file.write_bytes(raw)
     except OSError as error:
         raise ModelError(f"the file '{file}' cannot be written: {error.strerror}") from None
     except UnicodeEncodeError as error:
@@ -73,7 +87,10 @@ def to_text(mechanism: Mechanism, *, as_json: bool = False) -> str:
     points = { A = [100, 0] }
     <BLANKLINE>
     """
-    data = as_data(mechanism)
+    return _text(as_data(mechanism), as_json)
+
+
+def _text(data: dict[str, Any], as_json: bool) -> str:
     return json.dumps(data, indent=2, ensure_ascii=False) + "\n" if as_json else toml(data)
 
 

@@ -39,7 +39,7 @@ def formulas_asked(mechanism: Mechanism) -> Iterator[Formula]:
                 if isinstance(value, Formula):
                     yield value.of(DIMENSIONS[STATE[key]])
         motion = mechanism.simulation
-        for time in (motion.until, motion.step, *motion.release.values()):
+        for time in (motion.until, motion.step, motion.every, *motion.release.values()):
             if isinstance(time, Formula):
                 yield time.of(DIMENSIONS["time"])
         for event in mechanism.simulation.events:
@@ -83,8 +83,9 @@ def questions(writer: _Writer) -> dict[str, Any]:
             if getattr(asked, key) != getattr(Simulation(1.0), key):
                 data["simulate"][key] = getattr(asked, key)
         time = DIMENSIONS["time"]
-        if asked.step is not None:
-            data["simulate"]["step"] = writer.wanted(asked.step, time)
+        for key in ("step", "every"):
+            if getattr(asked, key) is not None:
+                data["simulate"][key] = writer.wanted(getattr(asked, key), time)
         if asked.release:
             times = {name: writer.wanted(t, time) for name, t in asked.release.items()}
             data["simulate"]["release"] = times
