@@ -82,7 +82,7 @@ def each_load_of(solution: Solution, instant: int) -> np.ndarray:
     system, instants = solution.system, slice(instant, instant + 1 or None)
     output = np.empty((1, len(system.mechanism.loads), system.coordinates))
     motion = np.ascontiguousarray(_motion(solution, 0)[instants])
-    each_load(system.runtime(), system.work(), motion, solution.t[instants], output)
+    each_load(system.runtime(), system.work(), motion, np.array(solution.t[instants]), output)
     return output[0].reshape(-1, len(system.mechanism.bodies), 3)
 
 
@@ -92,7 +92,7 @@ def _audit(
     """(instants, 5), as `mbody.core.audit` says, and the workspace as the last instant left it;
     `gone`: numbers of drivers whose rows are not looked at.
     """
-    system, t = solution.system, solution.t[instants]
+    system, t = solution.system, np.array(solution.t[instants])
     first = 3 * system.coordinates
     atoms = solution.record.table(slice(first, first + PER_ATOM * len(system.owners)))
     atoms = (atoms[design] if solution.record.batch else atoms)[instants]
@@ -101,7 +101,7 @@ def _audit(
     by_law = solution.given is None
     given = np.zeros((len(t), max(1, len(driven)), 3))
     if solution.given is not None:
-        given = solution.given[instants]
+        given = np.array(solution.given[instants])
     output, work = np.empty((len(t), 5)), system.work(designs=design)
     work.soft[2 * system.layout.driver_node[np.asarray(gone, dtype=np.int64)]] = 0.0
     audit(
@@ -140,7 +140,7 @@ def breakdown(solution: Solution, name: str, on: str | None) -> dict[str, Any]:
         system.work(),
         solution.soft,
         _motion(solution, 0),
-        solution.t,
+        np.array(solution.t),
         len(loads),
         output,
     )

@@ -10,6 +10,7 @@ import numpy as np
 
 from mbody.laws import Constant
 from mbody.loads import Damper, Gravity, RotatingField, Spring, TorsionDamper, TorsionSpring
+from mbody.read_only import lock
 
 if TYPE_CHECKING:
     from mbody.loads import Load
@@ -52,6 +53,13 @@ class Energy:
     dissipated: Array
     balance: Array
     by: dict[str, Array]
+
+    def __post_init__(self) -> None:
+        lock(self)
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        lock(self)  # arrays forget in a file that they are locked
 
     @property
     def size(self) -> float:

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mbody.read_only import lock
+
 __all__ = ["BodyHistory", "BranchDistance", "Checks", "PointHistory", "Reaction", "Record"]
 
 Array = np.ndarray
@@ -29,16 +31,20 @@ class Record:
         self.blocks, self.count, self.batch = blocks, count, batch
 
     def take(self, row: int) -> Array:
-        """History of one row: (instants,), or (designs, instants) of a batch."""
+        """History of one row, read-only: (instants,), or (designs, instants) of a batch."""
         if self.batch:
-            return np.concatenate([block[:, row, :].T for block in self.blocks])[: self.count]
-        return self._pieces(self.blocks[0])[:, row, :].T.reshape(-1)[: self.count]
+            whole = np.concatenate([block[:, row, :].T for block in self.blocks])[: self.count]
+        else:
+            whole = self._pieces(self.blocks[0])[:, row, :].T.reshape(-1)[: self.count]
+        whole.flags.writeable = False  # a view of what is kept
+        return whole
 
     def some(self, first: int, count: int) -> list[Array]:
         """Histories of rows that follow each other, as of `take`."""
         if self.batch:
             return [self.take(row) for row in range(first, first + count)]
         rows = self._pieces(self.blocks[0])[:, first : first + count, :]
+        rows.flags.writeable = False
         return [row[: self.count] for row in rows.transpose(1, 2, 0).reshape(count, -1)]
 
     def table(self, rows: slice) -> Array:
@@ -91,6 +97,9 @@ class PointHistory:
     ax: Array
     ay: Array
 
+    def __post_init__(self) -> None:
+        lock(self)
+
 
 @dataclass(frozen=True)
 class Reaction:
@@ -110,6 +119,9 @@ class Reaction:
     fy: Array
     torque: Array
     unique: tuple[bool, bool, bool] | None = (True, True, True)
+
+    def __post_init__(self) -> None:
+        lock(self)
 
     @property
     def magnitude(self) -> Array:

@@ -13,6 +13,7 @@ from mbody.ends import column
 from mbody.errors import ModelError
 from mbody.loads import CustomLoad, Damper, Load, Spring, TorsionDamper, TorsionSpring
 from mbody.loads._base import Turning
+from mbody.read_only import lock
 
 if TYPE_CHECKING:
     from mbody.solution import Solution
@@ -59,6 +60,9 @@ class LoadHistory:
     length: Array | None = None
     angle: Array | None = None
     rate: Array | None = None
+
+    def __post_init__(self) -> None:
+        lock(self)
 
 
 def told_of(load: Load) -> dict[str, str]:
@@ -172,10 +176,11 @@ def _forces(solution: Solution, load: Load, body: str) -> tuple[Array, Array, Ar
     cause = [each.name for each in system.mechanism.loads].index(load.name)
     column = 3 * system.bodies[body]
     found = np.empty((len(pages), len(solution.t), 3))
+    t = np.array(solution.t)
     for design, page in enumerate(pages):
         output = np.empty((len(solution.t), len(system.mechanism.loads), system.coordinates))
         work = system.work(designs=design if system.batch is not None else 0)
-        each_load(system.runtime(), work, np.ascontiguousarray(page), solution.t, output)
+        each_load(system.runtime(), work, np.ascontiguousarray(page), t, output)
         found[design] = output[:, cause, column : column + 3]
     whole = np.moveaxis(found, 2, 0)
     fx, fy, torque = whole if batch else whole[:, 0]

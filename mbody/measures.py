@@ -15,6 +15,8 @@ from mbody.elements import listed
 from mbody.errors import ModelError, brief
 from mbody.formulas import FormulaError, Scope, Valued, evaluate, parse, parse_unit, told
 from mbody.joints import Joint
+from mbody.load_histories import told_of
+from mbody.loads import Load
 from mbody.mechanism import Mechanism
 from mbody.named import DRIVEN
 from mbody.questions import Measure
@@ -30,6 +32,8 @@ MOTION = {
     **dict.fromkeys(("ax", "ay"), "acceleration"),
 }
 TURNING = {"angle": "angle", "omega": "angular velocity", "alpha": "angular acceleration"}
+#: The origin of a link's axes, unless it has a point of that name.
+ORIGIN = "origin"
 FORCES = {"fx": "force", "fy": "force", "force": "force", "torque": "torque"}
 TORQUES = {"effort": "torque", "power": "power"} | {key: of[0] for key, of in DRIVEN.items()}
 PUSHES = {"effort": "force", "power": "power"} | {key: of[1] for key, of in DRIVEN.items()}
@@ -44,8 +48,10 @@ def measured(solution: Solution, measure: Measure | str) -> tuple[np.ndarray, Di
         Of any analysis; forces only of one that finds them.
     measure : Measure or str
         Such as ``"coupler.P.y - ground.O2.y"``: of bodies x, y, angle, their rates vx, vy, omega
-        and ax, ay, alpha; of points x to ay; of joints fx, fy, torque (on body j) and force, the
-        magnitude; of drivers effort, power, value, rate and acceleration; ``t``; the parameters.
+        and ax, ay, alpha; of points x to ay, ``coupler.origin`` being that of the link's axes; of
+        joints fx, fy, torque (on body j) and force, the magnitude; of loads the same, of springs
+        and dampers their tension and length or their torque and angle, and the rate; of drivers
+        effort, power, value, rate and acceleration; ``t``; the parameters.
 
     Returns
     -------
@@ -184,8 +190,8 @@ class _Histories(dict[str, Valued]):
 
 
 def _dimension(mechanism: Mechanism, owner: str, key: str) -> Dimension:
-    """What the history `key` of a body, a point, a joint or a driver measures; FormulaError where
-    there is none.
+    """What the history `key` of a body, a point, a joint, a load or a driver measures;
+    FormulaError where there is none.
     """
     element, _, point = owner.partition(".")
     if element != "ground" and element not in mechanism:
@@ -194,7 +200,7 @@ def _dimension(mechanism: Mechanism, owner: str, key: str) -> Dimension:
     match mechanism[element]:
         case Body(points=points):
             known = MOTION if point else MOTION | TURNING
-            if point and point not in points:
+            if point and point != ORIGIN and point not in points:
                 told_points = listed(points)
                 raise FormulaError(f"'{element}' has no point '{point}' (it has: {told_points})")
         case _ if point:
@@ -205,8 +211,14 @@ def _dimension(mechanism: Mechanism, owner: str, key: str) -> Dimension:
             known = TORQUES if rows == "a" else PUSHES
         case Coupling(rows=rows):
             known = {"effort": "torque" if rows == "a" else "force"}
-        case _:
-            raise FormulaError(f"'{element}' is a load, which has no history of its own")
+        case load:
+            assert isinstance(load, Load)
+            known = told_of(load)
+            if not known:
+                raise FormulaError(
+                    f"'{element}' acts on every body, it has no history of its own: measure what "
+                    "it does to a body from Python, run.load(name, on=body)"
+                )
     if key not in known:
         raise FormulaError(f"'{owner}' has no '{key}' (it has: {', '.join(known)})")
     return dimension_of(known[key])
@@ -217,15 +229,19 @@ def _bodies(mechanism: Mechanism) -> str:
 
 
 def _history(run: Solution, owner: str, key: str) -> np.ndarray:
-    """The history of a body, a point, a joint or a driver."""
+    """The history of a body, a point, a joint, a load or a driver."""
     element, _, point = owner.partition(".")
     if point:
-        return np.asarray(getattr(run.point(owner), key))
+        body: Any = run.mechanism[element]
+        at_origin = point == ORIGIN and point not in body.points
+        return np.asarray(getattr(run.point(element if at_origin else owner), key))
     if element in run.system.bodies:
         return np.asarray(getattr(run[element], key))
     if any(joint.name == element for joint in run.mechanism.joints):
         reaction = run.reaction(element)
         return np.asarray(reaction.magnitude if key == "force" else getattr(reaction, key))
+    if isinstance(run.mechanism[element], Load):
+        return np.asarray(getattr(run.load(element), key))
     if key in DRIVEN:
         return run.driven(element)[list(DRIVEN).index(key)]
     effort = run.effort(element)

@@ -96,6 +96,8 @@ class Mechanism:
         self.formulas: dict[str, Formula] = {}
         #: Parameters that stand where a system cannot change them.
         self.fixed_parameters: set[str] = set()
+        #: What was perhaps meant otherwise where it was read from a file, for the notes of results.
+        self.remarks: tuple[str, ...] = ()
         self.g = self.units.g if g is None else self._turning(g)
         if self.g <= 0.0:
             raise ModelError(

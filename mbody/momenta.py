@@ -9,6 +9,7 @@ import numpy as np
 
 from mbody.elements import Marker
 from mbody.errors import ModelError
+from mbody.read_only import lock
 
 if TYPE_CHECKING:
     from mbody.solution import Solution
@@ -39,6 +40,9 @@ class Momentum:
     angular: Array
     mass: Any
     centre: tuple[Array, Array]
+
+    def __post_init__(self) -> None:
+        lock(self)
 
 
 def momentum(run: Solution, about: Any = (0.0, 0.0)) -> Momentum:

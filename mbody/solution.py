@@ -24,6 +24,7 @@ from mbody.load_histories import LoadHistory, load_history
 from mbody.mechanism import Mechanism
 from mbody.momenta import Momentum, momentum
 from mbody.named import varied
+from mbody.read_only import locked
 from mbody.restart import Restart
 from mbody.system import System
 
@@ -78,6 +79,14 @@ class Solution:
     released: Mapping[str, float] = field(default_factory=dict, repr=False)
     branch: BranchDistance | None = None
 
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self.__post_init__()  # arrays forget in a file that they are locked
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "t", locked(self.t))
+        object.__setattr__(self, "given", locked(self.given))
+
     def take(self, instants: Any) -> Solution:
         """Only some of the instants, by their numbers, in that order; doubts that begin after the
         last of them are left out.
@@ -127,7 +136,7 @@ class Solution:
             raise ModelError(f"there is no body {body!r} (there are: {known})", str(body))
         n3, b = self.system.coordinates, self.system.bodies[body]
         if body == "ground":
-            zero = np.zeros_like(self.record.take(0))
+            zero = locked(np.zeros_like(self.record.take(0)))
             return BodyHistory(body, *([zero] * 9))
         parts = [self.record.take(k * n3 + 3 * b + n) for k in range(3) for n in range(3)]
         return BodyHistory(body, *parts)
@@ -237,7 +246,7 @@ class Solution:
                 "reaction",
                 joint,
             )
-        press: Array = found.fx * normal[0] + found.fy * normal[1]
+        press: Array = locked(found.fx * normal[0] + found.fy * normal[1])
         return press
 
     def _joint(self, joint: str) -> Joint:
@@ -288,7 +297,8 @@ class Solution:
         is the power given to the mechanism. Of a coupling the same of its value, which has no rate.
         """
         self._efforts(driver)
-        return -self._atom(self.system.atoms_of[driver][0], 0)
+        effort: Array = locked(-self._atom(self.system.atoms_of[driver][0], 0))
+        return effort
 
     def _efforts(self, driver: str) -> None:
         """Refuse what has no effort."""
@@ -366,7 +376,8 @@ class Solution:
         for n, driver in enumerate(drivers):
             for k, part in enumerate(self.system.law_of(driver).derivatives(self.t)):
                 states[:, n, k] = part
-        return states
+        read: Array = locked(states)
+        return read
 
     def measure(self, of: Any) -> Array:
         """History (instants,) of a measured quantity: one of the mechanism's measures by name, a

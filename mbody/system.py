@@ -21,6 +21,7 @@ from mbody.joints import Distance
 from mbody.laws import Law
 from mbody.mechanism import Mechanism
 from mbody.own_code import is_plain_field, plain_field
+from mbody.read_only import locked
 
 __all__ = ["System", "polar_points"]
 
@@ -37,7 +38,7 @@ class System:
         Index lists of the kernels.
     values : dict
         All changeable numbers by dotted name, and the parameters, each a float or an array
-        (batch,).
+        (batch,); read-only, as `formulas`: `with_values` makes a system of other numbers.
     formulas : dict
         What numbers are made of parameters, by dotted name; a number that is given a value of its
         own leaves it.
@@ -65,6 +66,10 @@ class System:
     plans: dict[str, Any] = field(repr=False)
     functions: tuple[tuple[str, Callable[..., Any] | None], ...] = field(repr=False)
     _compile: Callable[[dict[str, Any]], tuple[np.ndarray, np.ndarray]] = field(repr=False)
+
+    def __post_init__(self) -> None:
+        for name in ("values", "formulas"):
+            object.__setattr__(self, name, locked(getattr(self, name)))
 
     @functools.cached_property
     def bodies(self) -> dict[str, int]:

@@ -254,11 +254,11 @@ def scan(case: Case, measures: list[str]) -> tuple[Array, Array]:
     return u, found
 
 
-def holds(run: mbody.Solution, text: str) -> float:
-    """By how much a side condition holds, as a part of its limit's size."""
-    left, sign, right = text.split(" ", 2) if not text.startswith("max") else _split(text)
+def holds(run: mbody.Solution, text: str, floor: float) -> float:
+    """By how much a side condition holds, as a part of its limit's size, at least the floor."""
+    left, sign, right = _split(text)
     a, b = float(run.measure(left)[0]), float(run.measure(right)[0])
-    return (b - a if sign == "<=" else a - b) / max(abs(a), abs(b), 1e-300)
+    return (b - a if sign == "<=" else a - b) / max(abs(a), abs(b), floor)
 
 
 def _split(text: str) -> tuple[str, str, str]:
@@ -297,7 +297,9 @@ def verdict(case: Case) -> tuple[str, str, float]:
     else:
         top = float(value[good].max())
     spread = float(np.ptp(value[np.isfinite(value)])) if np.isfinite(value).any() else 0.0
-    size = Trials(case.machine, Question(case.unknown, "t = 0")).size_of(case.measure)
+    trials = Trials(case.machine, Question(case.unknown, "t = 0"))
+    floors = {side: 1e-3 * trials.size_of(_split(side)[0]) for side in case.sides}
+    size = trials.size_of(case.measure)
     rounding = ROUNDING * size
     floor = TOLERANCE * (spread + abs(top) if good.any() else 1.0) + rounding
     again = plain(case, where, link_poses(best.run))
@@ -307,7 +309,7 @@ def verdict(case: Case) -> tuple[str, str, float]:
     if good.any():
         text += f" at {u[good][value[good].argmax()]:.9g}"
     wrong = sign * best.objective < top - floor or off > TOLERANCE * (abs(told) + spread) + rounding
-    wrong |= any(holds(again, side) < -1e-8 for side in case.sides)
+    wrong |= any(holds(again, side, floors[side]) < -1e-8 for side in case.sides)
     wrong |= not case.low - 1e-9 <= where <= case.high + 1e-9 and case.bounded
     if answer.doubts:
         return ("doubted, and wrong" if wrong else "doubted"), f"{text}; {answer.status}", spent

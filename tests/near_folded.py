@@ -53,7 +53,11 @@ def machine(
     coupler = math.atan2(-y, d - x) + side * inner
     rocker = math.atan2(y + b * math.sin(coupler), x + b * math.cos(coupler) - d)
     made = Mechanism("near another branch", ground={"O": (0.0, 0.0), "Q": (d, 0.0)})
-    for name, length, angle in (("crank", a, crank), ("coupler", b, coupler), ("rocker", c, rocker)):
+    for name, length, angle in (
+        ("crank", a, crank),
+        ("coupler", b, coupler),
+        ("rocker", c, rocker),
+    ):
         made.add(
             Body(
                 name,

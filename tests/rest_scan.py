@@ -179,7 +179,7 @@ def _circuit(rng: np.random.Generator, a: float, b: float, c: float, d: float) -
 
 
 def _four_bar_lengths(rng: np.random.Generator) -> tuple[float, float, float, float]:
-    """Of crank, coupler, rocker and ground: they close, and no three make the fourth but for 1e-3."""
+    """Of crank, coupler, rocker and ground: they close, and fold flat nowhere by 1e-3."""
     while True:
         a, b, c, d = (float(v) for v in 10.0 ** rng.uniform(-0.5, 0.5, 4))
         signs = itertools.product((-1.0, 1.0), repeat=3)
@@ -214,7 +214,9 @@ def four_bar(rng: np.random.Generator, hanging: bool = False) -> Linkage:
     made = Linkage(Mechanism("random four-bar", ground={"D": (d, 0.0)}), poses, start)
     guess = made.angles(*start)
     lengths = {"crank": a, "coupler": b, "rocker": c}
-    points: dict[str, dict[str, tuple[float, float]]] = {n: {"E": (v, 0.0)} for n, v in lengths.items()}
+    points: dict[str, dict[str, tuple[float, float]]] = {
+        n: {"E": (v, 0.0)} for n, v in lengths.items()
+    }
     if hanging:
         points["coupler"]["H"] = (hx, hy)
         lengths["rod"], points["rod"] = rod, {}
@@ -282,7 +284,9 @@ def trolley(rng: np.random.Generator) -> Linkage:
     heavy = sum(mass for mass, _ in made.weights.values())
     k, at = float(10.0 ** rng.uniform(0.0, 1.0) * heavy * g / b), rng.uniform(-1.0, 1.0) * along
     made.springs.append((("block", 0.0, 0.0), ("ground", *(float(v) for v in at)), k, 0.0))
-    made.machine.add(Spring("held", Marker("block", (0.0, 0.0)), Marker("ground", made.springs[0][1][1:]), k))
+    made.machine.add(
+        Spring("held", Marker("block", (0.0, 0.0)), Marker("ground", made.springs[0][1][1:]), k)
+    )
     _loads(rng, made, {"block": b, "rod": b})
     made.slides = True
     return made
@@ -351,7 +355,9 @@ def scan_surface(made: Linkage) -> tuple[list[tuple[float, ...]], bool]:
 def apart(one: dict[str, float], other: dict[str, float]) -> float:
     """The greatest difference of two positions, whole turns left out."""
     return max(
-        abs(one[k] - other[k]) if k.endswith(".x") else abs(math.remainder(one[k] - other[k], 2 * math.pi))
+        abs(one[k] - other[k])
+        if k.endswith(".x")
+        else abs(math.remainder(one[k] - other[k], 2 * math.pi))
         for k in one
     )
 

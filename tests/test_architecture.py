@@ -22,6 +22,7 @@ LAYERS = (
         "_stop",
         "errors",
         "doubts",
+        "read_only",
         "_cache",
         "_inner",
         "_jit",

@@ -215,8 +215,15 @@ def test_units_behind_names_and_brackets():
     # a parameter that is called as a unit: the word right behind a number is the unit
     assert worth("2*m + m", m=3.0).value == 9.0
     assert worth("2 m", m=3.0).dimension == DIMENSIONS["length"]
-    with pytest.raises(FormulaError, match=r"'m' in 'N·m' is a unit and a parameter"):
-        worth("2 N*m", m=3.0)
+    # and so is what is joined to it without a space; apart it is the parameter
+    assert worth("2 N*m", m=3.0).dimension == DIMENSIONS["torque"]
+    assert worth("20 N/m", m=3.0).dimension == DIMENSIONS["stiffness"]
+    assert worth("20 N/m", m="3 kg").value == 20.0
+    assert worth("20 N / m", m="4 kg") == Valued(5.0, DIMENSIONS["acceleration"])
+    assert worth("20 N * m", m=3.0) == Valued(60.0, DIMENSIONS["force"])
+    # a length that is called m cannot be told from metres by what comes out
+    with pytest.raises(FormulaError, match=r"'m' in 'N·m' is a unit, and a parameter that"):
+        worth("2 N*m", m="3 m")
 
 
 def test_trees():

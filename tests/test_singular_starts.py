@@ -78,7 +78,8 @@ def test_a_parallelogram_on_either_branch(case, branch):
     rocker = np.array([angles(one)[1][:2] for one in theta])
     assert np.abs(np.exp(1j * run["rocker"].angle) - np.exp(1j * rocker[:, 0])).max() < 1e-8
     assert_allclose(run["rocker"].omega, rocker[:, 1] * omega, rtol=0, atol=1e-7 * abs(rate))
-    assert run.status == "completed" and not run.doubts
+    # forces that have no limit are missing at the first instant, and nothing else is in doubt
+    assert {doubt.kind for doubt in run.doubts} <= {"incomplete"}
     size = max(run.energy.size, 1e-12)
     assert np.abs(run.energy.balance).max() < 1e-8 * size
 
@@ -105,7 +106,7 @@ def test_a_start_beside_the_line(branch, offset):
     assert_allclose(run["coupler"].omega[0], rates["coupler"], rtol=0, atol=1e-9)
     # beside the position the first acceleration is a polynomial's, continued to its beginning
     assert_allclose(run["crank"].alpha[0], alpha[0], rtol=0, atol=2e-7)
-    assert run.status == "completed"
+    assert {doubt.kind for doubt in run.doubts} <= {"incomplete"}
 
 
 def test_a_kite_on_either_branch():
@@ -139,7 +140,7 @@ def test_windows_on_every_branch(turned):
     start = {f"c{k}": {"angle": 0.0, "omega": rate * ratio} for k, ratio in enumerate(ratios)}
     run = simulate(folded.asked(folded.windows(len(turned)), start))
     assert_moves(run, "c0", *truth.motion(0.0, rate, TIMES))
-    assert run.status == "completed"
+    assert {doubt.kind for doubt in run.doubts} <= {"incomplete"}
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 5])
@@ -234,7 +235,8 @@ def test_rest_goes_out_with_the_least_constraint(torques):
     machine.add(
         *(Torque(f"T {n}", n, value=t) for n, t in zip(("crank", "rocker"), torques, strict=True))
     )
-    run = simulate(folded.asked(machine, {"crank": {"angle": 0.0}}))
+    # slow at first, so that its first part is as precise as 1e-9
+    run = simulate(folded.asked(machine, {"crank": {"angle": 0.0}}, rtol=1e-9))
     # the coupler's centre goes at half the sum, and it turns at half the difference, of the rates
     mass = np.diag([1.0 / 3.0, 1.0 / 3.0])
     mass += 2.0 * 0.25 * np.ones((2, 2)) + 2.0 / 3.0 * np.array([[0.25, -0.25], [-0.25, 0.25]])
@@ -242,11 +244,11 @@ def test_rest_goes_out_with_the_least_constraint(torques):
     directions = [np.array([1.0, 1.0]), np.array([1.0, -3.0])]
     wanted = least_constraint(loads, directions, mass)
     assert_allclose([run["crank"].alpha[0], run["rocker"].alpha[0]], wanted, rtol=1e-10)
-    assert [doubt.kind for doubt in run.doubts] == ["singular"]
+    assert {doubt.kind for doubt in run.doubts} - {"incomplete"} == {"singular"}
     assert run.status.startswith("doubtful: it begins in a singular position at t = 0 s, where 2")
     assert run.doubts[0].t == 0.0 and "crank" in run.doubts[0].elements
     # and it goes on along that branch: energy is kept
-    assert np.abs(run.energy.balance).max() < 1e-8 * run.energy.size
+    assert np.abs(run.energy.balance).max() < 1e-7 * run.energy.size
     ratio = run["rocker"].omega[1] / run["crank"].omega[1]
     assert ratio == pytest.approx(wanted[1] / wanted[0], abs=0.05)
 
@@ -273,10 +275,9 @@ def test_reactions_have_limits_where_nothing_pulls_off_the_branch():
 def test_reactions_without_a_limit_are_not_given():
     start = {**CRANK, "coupler": {"omega": -12.0}}
     run = simulate(folded.asked(folded.four_bar(LENGTHS), start))
-    (note,) = run.notes
-    assert note.startswith(
-        "the reactions grow without bound towards the singular position at t = 0"
-    )
+    (doubt,) = run.doubts
+    assert doubt.kind == "incomplete" and doubt.t == 0.0 and "A" in doubt.elements
+    assert doubt.message.startswith("the reactions grow without bound towards the singular")
     pin = run.reaction("A").magnitude
     assert np.isnan(pin[0]) and np.isfinite(pin[1:]).all()
     told = data(run)["reactions"]["A"]["fx"]
@@ -287,7 +288,6 @@ def test_reactions_without_a_limit_are_not_given():
     near = simulate(folded.asked(folded.four_bar(LENGTHS), start, until=1e-4, instants=3))
     one, two = near.reaction("A").magnitude[1:]
     assert one / two == pytest.approx(2.0, rel=1e-2)
-    assert run.status == "completed"
 
 
 # -- ways to follow ----------------------------------------------------------------------------
@@ -391,14 +391,16 @@ def test_two_folded_linkages_of_which_one_rests():
     fall = folded.linkage(folded.parallel(LENGTHS), LENGTHS).motion(0.0, 0.0, times)
     assert_allclose(run["crank2"].alpha[0], fall[2][0], rtol=1e-9)
     assert_allclose(run["crank2"].angle, fall[0], rtol=0, atol=1e-8)
-    assert [doubt.kind for doubt in run.doubts] == ["singular"]
+    assert {doubt.kind for doubt in run.doubts} - {"incomplete"} == {"singular"}
 
 
 def test_the_gallery_of_windows_flat_and_at_rest():
     """Rods as long as the bases: the branches are ω₀ = 0 or all alike; all fall together."""
     machine = gallery.load("n_windows_2")
-    run = simulate(folded.asked(machine, {f"c{n}": {"angle": 0.0} for n in range(3)}, until=0.1))
-    assert [doubt.kind for doubt in run.doubts] == ["singular"]
+    run = simulate(
+        folded.asked(machine, {f"c{n}": {"angle": 0.0} for n in range(3)}, until=0.1, rtol=1e-9)
+    )
+    assert {doubt.kind for doubt in run.doubts} - {"incomplete"} == {"singular"}
     alphas = [run[f"c{n}"].alpha[0] for n in range(3)]
     assert_allclose(alphas, alphas[0], rtol=1e-10)
     assert np.abs(run.energy.balance).max() < 1e-7 * run.energy.size

@@ -8,6 +8,7 @@ from typing import Any
 from mbody.doubts import Doubt
 from mbody.mechanism import Mechanism
 from mbody.questions import Question
+from mbody.read_only import lock
 from mbody.solution import Solution
 
 __all__ = ["Answer", "Found"]
@@ -45,6 +46,9 @@ class Found:
     objective: float | None
     residual: float
     run: Solution = field(repr=False)
+
+    def __post_init__(self) -> None:
+        lock(self)
 
 
 @dataclass(frozen=True, eq=False)

@@ -71,7 +71,6 @@ class Start:
     away: float
     late: float
     growth: int
-    notes: tuple[str, ...] = ()
     doubts: tuple[Doubt, ...] = ()
 
 
@@ -213,14 +212,15 @@ class _Choice:
         growth = 0
         if np.abs(left).max(initial=0.0) > NONE * top:
             growth = 1 if y.any() else 2
-        notes: tuple[str, ...] = ()
-        if growth and away <= 1e-8:
-            notes = (
-                f"the reactions grow without bound towards the singular position at "
-                f"{place_words(self.system, self.t)}: they are not given there",
+        if growth:
+            joints = tuple(joint.name for joint in self.system.mechanism.joints)
+            why = (
+                "the reactions grow without bound towards the singular position at "
+                f"{place_words(self.system, self.t)}: they are not given there"
             )
+            doubts = (*doubts, Doubt("incomplete", why, self.t, joints))
         late = away / fast * np.sign(place @ y) if fast and away else 0.0
-        return Start(scale * q, scale * v, scale * a, scale, T0, away, late, growth, notes, doubts)
+        return Start(scale * q, scale * v, scale * a, scale, T0, away, late, growth, doubts)
 
     # -- sentences ----------------------------------------------------------------------------
 

@@ -2,9 +2,12 @@
 
 At a simple crossing the Jacobian J = [−K, g] of the drive by position and number loses one rank:
 wᵀJ = 0. With w and the null space V of J (two columns) the equations Uᵀr = 0 for the other left
-vectors U, and wᵀJV = 0, have as many unknowns as equations, and their derivative has full rank where
-both branches have tangents of their own: transcritical points and pitchforks, perturbed ones too,
-where wᵀr = μ is not zero and no branch goes through (Moore 1980).
+vectors U, and wᵀJV = 0, are as many as their unknowns. Their derivative has full rank where both
+branches have tangents of their own: at transcritical points and pitchforks, at perturbed ones too,
+where wᵀr is not zero and no branch goes through.
+
+G. Moore: The numerical treatment of non-trivial bifurcation points, Numerical Functional Analysis
+and Optimization 2 (1980), 441-472.
 """
 
 from __future__ import annotations
@@ -101,15 +104,11 @@ def _solved(
         u, s, vt = np.linalg.svd(J / size)
         w, V = u[:, -1], vt[free - 1 :]
 
-        def moved(x: Array, place: Place = place, follows: Array = follows) -> Place | None:
-            way = x[:-1] @ place.motions + x[-1] * follows
-            return follower.manifold(value + float(x[-1])).at(place.q + follower.scale * way)
-
         rows = []
         for way in V:
             sides = []
             for step in (STEP, -STEP):
-                near = moved(step * way)
+                near = _moved(follower, place, value, follows, step * way)
                 if near is None or len(near.motions) != free:
                     return None
                 _, other = _jacobian(follower, near, value + step * float(way[-1]))
@@ -128,8 +127,16 @@ def _solved(
             return (place, value, H, V, gap) if np.linalg.det(H) < 0.0 else None
         last = length
         x *= min(1.0, LONGEST / length)
-        place, value = moved(x), value + float(x[-1])
+        place, value = _moved(follower, place, value, follows, x), value + float(x[-1])
     return None
+
+
+def _moved(
+    follower: Follower, place: Place, value: float, follows: Array, x: Array
+) -> Place | None:
+    """The position after a step x of the free motions and of the number."""
+    way = x[:-1] @ place.motions + x[-1] * follows
+    return follower.manifold(value + float(x[-1])).at(place.q + follower.scale * way)
 
 
 def _jacobian(follower: Follower, place: Place, value: float) -> tuple[Array, Array]:

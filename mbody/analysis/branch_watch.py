@@ -74,7 +74,7 @@ class BranchWatch:
             state[PASSING], state[NEXT] = t, 0.99 * ahead.clear
         elif ahead.crossing is not None:
             at = ahead.crossing
-            state[PASSING] = max(t, at.t + 0.5 * (at.t - t))
+            state[PASSING], state[NEXT] = max(t, at.t + 0.5 * (at.t - t)), step
             self.open = (at,) if at.t > t else ()
         elif step < HOPELESS * self.whole:
             self._give_up(t, step, ahead.elements)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -16,12 +15,14 @@ from mbody.analysis.lifting import lifting
 from mbody.analysis.manifold import Array, Manifold, Place
 from mbody.analysis.rank import DENSE, too_large
 from mbody.analysis.rest_search import ZERO, Rest, Search
+from mbody.analysis.rest_words import Words
 from mbody.analysis.runner import Runner
 from mbody.assembler import assemble, with_numbers_of
 from mbody.doubts import Doubt, doubted
 from mbody.errors import ModelError, SolveError
 from mbody.histories import BodyHistory, Reaction, Record
 from mbody.mechanism import Mechanism
+from mbody.read_only import lock
 from mbody.solution import Solution
 from mbody.system import System
 from mbody.units import UnitSystem
@@ -31,8 +32,6 @@ __all__ = ["Equilibria", "Equilibrium", "equilibrium", "released", "search", "st
 #: Free motions up to which rest positions are sought; 30 take some ten seconds, and of 60 a descent
 #: no longer ends.
 FREE = 40
-#: Free motions beyond which the spread of starts is thin.
-FEW = 2
 #: A part of the stiffness below which it counts as symmetric, or an eigenvalue as real.
 UNEVEN = 1e-6
 
@@ -68,6 +67,9 @@ class Equilibrium:
     frequencies: tuple[float, ...]
     residual: float
     notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        lock(self)
 
     def __getitem__(self, body: str) -> BodyHistory:
         return self.solution[body]
@@ -172,7 +174,7 @@ def equilibrium(
     Returns
     -------
     Equilibria
-        Stable positions first, then in the order in which they were met.
+        Stable positions first, then the nearest to the start first.
 
     Raises
     ------
@@ -184,11 +186,16 @@ def equilibrium(
 
     Notes
     -----
-    A single free motion is walked along both ways, 16 model lengths or radians, so that unstable
-    positions are found as well as stable ones; positions on other branches of assembly are found
-    from `starts` on them. Of several free motions, up to 40, the search goes from a fixed spread of
-    starts, and from each position that it finds on by turning over one leader after the other; it
-    may miss some. Its cost grows by the cube of their number, and 30 take ten seconds.
+    A single free motion is walked all round, or both ways as far as it goes. Between neighbouring
+    places the drive is a cubic, by its values and slopes, within an error that is measured; steps
+    are divided until each has a certain number of zeros, so that all positions on the curve of the
+    start are found, stable or not. Where distances in the constraints pass zero, as of a weight
+    that is drawn through its pulley, the walk turns over with them. The surface of two free motions
+    is covered with places, and Newton's method begins wherever a zero may be in reach. Positions
+    on other circuits of assembly are found from `starts` on them. Of more free motions, up to 40,
+    the search goes from a fixed spread of starts, and from each position that it finds on by
+    turning over one leader after the other; it may miss some. Its cost grows by the cube of their
+    number, and 30 take ten seconds. What may be missing is said by `doubts` of kind "incomplete".
 
     Examples
     --------
@@ -278,123 +285,17 @@ class _Found:
         """All rest positions."""
         rests = self.search.found
         if not rests:
-            raise self.nothing()
+            raise Words(self.system, self.search).nothing()
         found = [self.one(rest) for rest in rests]
         order = {"stable": 0, "neutral": 1, "unstable": 2}
         found.sort(key=lambda one: order[one.stability])
         free = max(len(one.motions) for one in found)
-        self.notes += [note for note in self._facts() if note not in self.notes]
+        words = Words(self.system, self.search)
+        self.notes += [note for note in words.facts() if note not in self.notes]
         every = Equilibria(
             self.mechanism.name, self.mechanism.units, self.t, tuple(found), tuple(self.notes)
         )
-        return doubted(every, self._doubts(free))
-
-    def _facts(self) -> list[str]:
-        """What was passed, and what bounds the motion."""
-        found = []
-        for _, walk in self.search.walks:
-            for place in walk.corners:
-                where, _ = self.where(place)
-                found.append(
-                    f"at {where} a distance that is held is zero: the motion is followed through it"
-                )
-            for place in walk.crossings:
-                where, _ = self.where(place)
-                found.append(
-                    f"at {where} branches of the motion meet: only the one that goes on smoothly "
-                    "was searched; begin on others with starts"
-                )
-        for why, place in self.search.ends:
-            if why == "no value":
-                where, _ = self.where(place)
-                found.append(f"beyond {where} a load has no value: the search ends there")
-        for place in self.search.jumps:
-            where, _ = self.where(place)
-            found.append(
-                f"at {where} loads jump and drive it back from both sides: it may stay there, but "
-                "no forces balance"
-            )
-        return found
-
-    def _doubts(self, free: int) -> list[Doubt]:
-        """Why rest positions may be missing."""
-        search, found = self.search, []
-
-        def add(place: Place, words: str) -> None:
-            where, leader = self.where(place)
-            found.append(Doubt("incomplete", words.format(where), elements=(leader,)))
-
-        if free > FEW:
-            leaders = tuple(motion.leader for motion in self.motions_of(search.found[0].place))
-            words = (
-                f"{free} free motions: sought from a fixed spread of starts, and by turning over "
-                "one leader after the other; further rest positions may be missed; begin near "
-                "them with starts"
-            )
-            found.append(Doubt("incomplete", words, elements=leaders))
-        for place in search.unsure:
-            add(
-                place,
-                "how many rest positions there are near {} is not certain: begin there with starts",
-            )
-        for why, place in search.ends:
-            if why == "long":
-                add(
-                    place,
-                    "the free motion was followed as far as {} and goes on: rest positions "
-                    "beyond may be missing; begin there with starts",
-                )
-            elif why == "stuck":
-                add(
-                    place,
-                    "the free motion could not be followed beyond {}: rest positions beyond may be "
-                    "missing; begin there with starts",
-                )
-            elif why == "wound":
-                add(
-                    place,
-                    "loads tell whole turns apart: sought up to {}, and half a turn back; rest "
-                    "positions beyond may be missing; begin there with starts",
-                )
-            elif why == "odd":
-                add(
-                    place,
-                    "an odd number of rest positions was found on the closed surface of positions "
-                    "around {}: one at least is missing; begin elsewhere with starts",
-                )
-            elif why == "wide":
-                add(
-                    place,
-                    "the two free motions were searched as far as {} and go on: rest positions "
-                    "beyond may be missing; begin there with starts",
-                )
-            elif why == "turns":
-                add(
-                    place,
-                    "loads tell whole turns apart: one turn was searched around {}; rest positions "
-                    "in others may be missing; begin there with starts",
-                )
-        for place in search.odd:
-            add(
-                place,
-                "stable and unstable positions do not alternate near {}: one may be missing; begin "
-                "there with starts",
-            )
-        return found
-
-    def motions_of(self, place: Place) -> tuple[FreeMotion, ...]:
-        """The free motions at a place, with their leaders."""
-        return free_motions(self.system, np.append(place.q, np.zeros(3)), place.motions)
-
-    def where(self, place: Place, lead: FreeMotion | None = None) -> tuple[str, str]:
-        """A place in words, by what a leader does, and that leader."""
-        lead = self.motions_of(place)[0] if lead is None else lead
-        b = self.system.bodies[lead.leader]
-        pose = np.round(place.q[3 * b : 3 * b + 3] / self.manifold.scale[:3], 2) + 0.0
-        if lead.turns:
-            return f"{math.degrees(pose[2]):.0f} deg of '{lead.leader}'", lead.leader
-        x, y = self.system.length * pose[:2]
-        return f"({x:.3g}, {y:.3g}) {self.mechanism.units.length} of '{lead.leader}'", lead.leader
+        return doubted(every, words.doubts(free))
 
     def one(self, rest: Rest) -> Equilibrium:
         """One rest position with its forces and its stiffness."""
@@ -431,41 +332,6 @@ class _Found:
         rates = rates_of(self.system, motions).reshape(len(motions), -1)
         basis = rates / self.manifold.scale @ place.motions.T
         return np.asarray(basis @ K @ basis.T)
-
-    def nothing(self) -> SolveError:
-        """The sentence where no rest position was found."""
-        name, units = self.mechanism.name, self.mechanism.units
-        search = self.search
-        gone, least = search.ran_away, search.least
-        if gone is not None:
-            far = (gone.q / self.manifold.scale).reshape(-1, 3)[:, :2]
-            body = self.mechanism.bodies[int(np.abs(far).max(axis=1).argmax())].name
-            return SolveError(
-                f"no rest position of '{name}': its loads drive '{body}' away without end; hold "
-                "it, by a spring or a stop, or drive it",
-                body,
-            )
-        if search.jumps:
-            where, body = self.where(search.jumps[0])
-            return SolveError(
-                f"no rest position of '{name}': its loads drive it from both sides to {where}, "
-                "where a distance is zero or a load jumps, so that no forces balance; put a stop "
-                "there, or change its loads",
-                body,
-            )
-        assert least is not None
-        motions = self.motions_of(least)
-        ways = [rates_of(self.system, [one]).reshape(-1) / self.manifold.scale for one in motions]
-        left = [float(least.force @ way) for way in ways]
-        # the leader that is driven most; a least drive is flat: more digits would be noise
-        n = int(np.argmax(np.abs(left)))
-        where, leader = self.where(least, motions[n])
-        unit = units.of("torque") if motions[n].turns else units.of("force")
-        return SolveError(
-            f"no rest position of '{name}' was met: what drives it is least at {where}, where "
-            f"{abs(left[n]):.3g} {unit} are left; begin elsewhere with starts, or change its loads",
-            leader,
-        )
 
 
 def stability_of(rest: Rest, mass: Array) -> tuple[str, tuple[float, ...], list[str]]:

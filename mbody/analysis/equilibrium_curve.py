@@ -15,11 +15,14 @@ from mbody.analysis.continuation import FIRST, LONGEST, SHORTEST, STRAIGHT, Foll
 from mbody.analysis.equilibrium import Equilibrium, released, search, stability_of
 from mbody.analysis.instants import by_time
 from mbody.analysis.manifold import Array, Manifold, Place
-from mbody.analysis.rest_search import AWAY, Rest, Search
+from mbody.analysis.rest_curve import AWAY
+from mbody.analysis.rest_search import Rest, Search
+from mbody.analysis.rest_words import Words
 from mbody.analysis.runner import Runner
 from mbody.errors import ModelError, SolveError
 from mbody.histories import BodyHistory, PointHistory, Reaction, Record
 from mbody.mechanism import Mechanism
+from mbody.read_only import lock
 from mbody.solution import Solution
 from mbody.system import System
 
@@ -73,6 +76,9 @@ class EquilibriumCurve:
     solution: Solution = field(repr=False)
     notes: tuple[str, ...] = ()
     kinds: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        lock(self)
 
     @property
     def stable(self) -> Array:
@@ -248,7 +254,7 @@ def _start(system: System, start: Any, t: float) -> tuple[Place, Manifold]:
         found = search(system, [None], t)
         rests = found.search.found
         if not rests:
-            raise found.nothing()
+            raise Words(system, found.search).nothing()
         words = [stability_of(r, found.manifold.mass(r.place.motions))[0] for r in rests]
         return rests[words.index("stable") if "stable" in words else 0].place, found.manifold
     else:

@@ -18,6 +18,7 @@ from mbody.analysis.rest_search import ZERO
 from mbody.doubts import Inherited, certificate, inherited
 from mbody.errors import ModelError, SolveError
 from mbody.mechanism import Mechanism
+from mbody.read_only import lock
 from mbody.solution import Solution
 from mbody.system import System
 
@@ -74,6 +75,9 @@ class Linearization(Inherited):
     drive: Array
     motions: tuple[FreeMotion, ...]
     solution: Solution = field(repr=False)
+
+    def __post_init__(self) -> None:
+        lock(self)
 
     @property
     def leaders(self) -> tuple[str, ...]:

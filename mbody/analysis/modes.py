@@ -16,6 +16,7 @@ from mbody.analysis.manifold import Array
 from mbody.doubts import Inherited, certificate, inherited
 from mbody.errors import ModelError, SolveError
 from mbody.mechanism import Mechanism
+from mbody.read_only import lock
 from mbody.solution import Solution
 from mbody.system import System
 from mbody.units import UnitSystem
@@ -50,6 +51,9 @@ class Mode:
     amplitudes: Array = field(repr=False)
     leader: str
     shape: dict[str, Array] = field(repr=False)
+
+    def __post_init__(self) -> None:
+        lock(self)
 
     @property
     def natural_frequency(self) -> float:

@@ -18,13 +18,15 @@ from mbody.analysis.asked_motion import AskedMotion
 from mbody.analysis.branch_choice import Start, chosen_motion
 from mbody.analysis.closure import SOFT, raise_user_error
 from mbody.analysis.first_steps import CORRECTIONS
+from mbody.analysis.manifold import Manifold
+from mbody.analysis.rank import dense
 from mbody.analysis.start import watched
 from mbody.analysis.undefined import valueless
+from mbody.core.close import laws_of_time
 from mbody.core.layout import Work
 from mbody.core.output import PER_ATOM
 from mbody.core.progress import PROGRESS, TIME
 from mbody.core.slopes import begin
-from mbody.doubts import doubted
 from mbody.energy import account, causes
 from mbody.errors import SolveError
 from mbody.events import Stop
@@ -55,6 +57,8 @@ WATCHED = 33
 #: Nearer than this to the singular position the first accelerations are those there, and their
 #: change since then, which is more precise than the polynomial, continued back to its beginning.
 AT = 1e-6
+#: Rows with a singular value below this part of the greatest depend on others at a first instant.
+OWN = 5e-2
 
 
 @dataclass(frozen=True, eq=False)
@@ -277,11 +281,15 @@ class _Opening:
         pages[:, n : 2 * n] = first.v + part.span * w.value(c, 1) @ part.a
         pages[:, 2 * n : 3 * n] = w.value(c) @ part.a
         pages[:, 3 * n :] = self._reactions(part, c)
+        if self.first.growth and c[0] == 0.0:
+            pages[0, 3 * n :] = np.nan
         if c[0] == 0.0 and first.away <= AT:
             onward = (
                 (w.value(np.array(1e-3)) - w.value(np.array(0.0))) @ part.a / (1e-3 * part.span)
             )
             pages[0, 2 * n : 3 * n] = first.a + first.late * onward
+        for k in np.flatnonzero((c < 1.0) & np.isfinite(pages[:, -1])):
+            pages[k, 3 * n :] = self._balanced(self.t + after[k], pages[k])
         for k in np.flatnonzero(c == 1.0):  # on the constraints to rounding, from here on
             self._at(self.t + part.span, pages[k, :n], pages[k, n : 2 * n])
             pages[k] = self.page[:, 0]
@@ -289,18 +297,46 @@ class _Opening:
         gained = np.hstack([gained, np.zeros((len(after), len(self.stops)))])
         output = pages[:, :, None]
         before = self.start.notes if self.start.analysis == "close_loops" else ()
-        run = Solution(
+        return Solution(
             system=system,
             analysis="simulate",
             t=self.t + after,
             record=Record([output], len(after), batch=False),
             given=None,
             soft=self.soft,
-            notes=(*before, *first.notes),
+            notes=before,
+            doubts=first.doubts,
             stats={"steps": 1, "rejected": 0, "careful": 1, "evaluations": part.evaluations},
             energy=account(system, output[:, : 2 * n, 0], gained, self.stops),
         )
-        return doubted(run, first.doubts)
+
+    def _balanced(self, t: float, page: Array) -> Array:
+        """Reactions of an instant: interpolated in the part that depends on other rows, or nearly
+        so, all else from the balance of the loads there.
+        """
+        system, scale, n = self.system, self.first.scale, self.system.coordinates
+        L, work, (atom, row, angle) = system.layout, self.work, system.row_table
+        unit = np.where(angle, 1.0, 1.0 / system.length)
+        forces = Manifold(system, system.work(), t)
+        forces.work.time[:] = t
+        laws_of_time(self.layout, forces.work)
+        loads = forces.force(page[:n], page[n : 2 * n])
+        work.q[:n, 0] = page[:n]
+        G = dense(system, work)[1]
+        lam = page[3 * n :].reshape(-1, PER_ATOM)[:, :2].copy()
+        rows = lam[atom, row] / unit
+        left = loads - system.mass[:n, 0] * scale * page[2 * n : 3 * n] - G.T @ rows
+        u, sizes, vt = np.linalg.svd(G, full_matrices=False)
+        rank = int((sizes > OWN * sizes[0]).sum())
+        rows = unit * (rows + u[:, :rank] @ ((vt[:rank] @ left) / sizes[:rank]))
+        lam[atom, row] = rows
+        block = work.block[: 12 * L.nodes, 0].reshape(-1, 2, 2, 3)[L.atom_node, 1]
+        force = -np.einsum("erk,er->ek", block, lam)
+        ax, ay = (work.par[L.atom_arm + k, 0] for k in range(2))
+        c, s = work.turn[2 * L.atom_j, 0], work.turn[2 * L.atom_j + 1, 0]
+        px, py = c * ax - s * ay, s * ax + c * ay
+        torque = force[:, 2] - (px * force[:, 1] - py * force[:, 0])
+        return np.column_stack([lam, force[:, :2], torque]).ravel()
 
     def _reactions(self, part: Part, c: Array) -> Array:
         """Limits of the reactions; where they grow without bound, with the time that they do not

@@ -17,7 +17,6 @@ from mbody.analysis.resuming import check_restart
 from mbody.analysis.start import state_of
 from mbody.certify import as_said, changed
 from mbody.core.output import PER_ATOM
-from mbody.doubts import doubted
 from mbody.energy import account, causes
 from mbody.errors import SolveError
 from mbody.events import Stop
@@ -82,15 +81,14 @@ def followed(
         if run.restart is not None:
             run = changed(run, restart=replace(run.restart, released=tuple(gone)))
         found.append(run)
-        if run.t[-1] < until:  # it ended, or was stopped
+        if run.t[-1] < until:  # it ended before: in doubt a motion goes on
             break
         start, restart = run, None
         now = [name for name, t in later.items() if t == until]
         gone, free_since = [*gone, *now], free_since | dict.fromkeys(now, until)
     if len(found) == 1 and not gone:
         return found[0]
-    doubts = [doubt for run in found for doubt in run.doubts]
-    return doubted(_joined(system, asked, found, free_since), doubts)
+    return _joined(system, asked, found, free_since)
 
 
 def _stops(asked: AskedMotion) -> list[str]:
@@ -144,6 +142,11 @@ def _joined(
         for run in found
         for key in run.stats or {}
     }
+    nearest = min(
+        (run.branch for run in found if run.branch is not None),
+        key=lambda one: one.least,
+        default=None,
+    )
     return replace(
         last,
         system=system,
@@ -156,6 +159,7 @@ def _joined(
         stats=stats,
         released=released,
         events=tuple(one for run in found for one in run.events),
+        branch=nearest,
     )
 
 

@@ -9,6 +9,7 @@ zeros only.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -22,13 +23,13 @@ __all__ = ["Roots", "out_of_turn", "roots_of"]
 X = np.linspace(0.0, 1.0, 33)
 #: The error of a cubic, as a multiple of what neighbours or the middle show.
 SURE = 6.0
-#: Parts of a unit error beside the ends, and what its slope is at most.
-BAND, BAND_SLOPE = 16.0 * (X * (1.0 - X)) ** 2, 12.0
+#: An error of one in the middle is 16 x²(1−x)² beside it, and its slope 12 at most.
+BAND, BAND_SLOPE = 16.0, 12.0
 #: An interval below this, in radians or model lengths, is not divided further.
 SMALLEST = 1e-7
 #: Nodes that divisions of one walk add at most.
 MOST = 3000
-#: A drive below this part of the greatest of a walk, and an error below it, is rounding.
+#: A drive below this part of the greatest of a walk is rounding.
 ROUNDING = 1e-12
 
 
@@ -74,7 +75,7 @@ def out_of_turn(curve: Curve, walk: Walk, roots: Roots) -> list[Node]:
     if roots.jumps or roots.lifts or walk.corners or any(abs(r.slope) <= flat for r in roots.rests):
         return []
     rests = sorted(roots.rests, key=lambda node: curve.along(node, walk))
-    pairs = list(zip(rests[:-1], rests[1:], strict=True))
+    pairs = list(itertools.pairwise(rests))
     whole = abs(walk.nodes[-1].drive - walk.nodes[0].drive) <= 1e-9 * max(
         abs(node.drive) for node in walk.nodes
     )
@@ -93,7 +94,7 @@ class _Isolation:
         nodes = [self.snapped(node) for node in walk.nodes]
         if start and nodes[0].drive == 0.0:
             self.found.rests.append(nodes[0])
-        pairs = list(zip(nodes[:-1], nodes[1:], strict=True))
+        pairs = list(itertools.pairwise(nodes))
         sizes = [self.size(*pair) for pair in pairs]
         thirds = [6.0 * float(self.cubic(*pair)[3]) / self.size(*pair) ** 3 for pair in pairs]
         for n, (one, other) in enumerate(pairs):
@@ -139,7 +140,7 @@ class _Isolation:
             self._root(one, other)
             return
         size = float(np.abs((other.place.q - one.place.q) / self.curve.scale).max())
-        if size < SMALLEST or error < self.zero:
+        if size < SMALLEST:
             self._small(one, other)
             return
         middle = between(self.curve, one, other, 0.5) if self.left else None
@@ -160,11 +161,12 @@ class _Isolation:
 
     def _certain(self, cubic: Array, ends: tuple[float, float], error: float) -> int:
         """How many zeros the drive has, 0 or 1; −1 where that is not certain."""
-        powers = X[:, None] ** np.arange(4)
+        x = np.sort(np.append(X, _turning(cubic)))
+        powers = x[:, None] ** np.arange(4)
         p = powers @ cubic
         p[0], p[-1] = ends
         slope = powers[:, :3] @ (cubic[1:] * [1.0, 2.0, 3.0])
-        open_ = np.abs(p) <= error * BAND + self.zero
+        open_ = np.abs(p) <= error * BAND * (x * (1.0 - x)) ** 2 + self.zero
         steep = np.abs(slope) > BAND_SLOPE * error
         # the zero lies between places: both sides of a change of sign belong to it
         signs = np.sign(p)
@@ -223,12 +225,29 @@ class _Isolation:
         """An interval whose zeros no longer part: a double root, a jump, or what is left of one."""
         if one.drive * other.drive < 0.0 or other.drive == 0.0:
             self._root(one, other)
-        elif 0.0 < min(abs(one.drive), abs(other.drive)) <= 100.0 * self.zero:
-            best = min((one, other), key=lambda node: abs(node.drive))
-            rests = self.found.rests
-            apart = self.curve.manifold.apart
-            if not any(apart(best.place.q, rest.place.q) < 1e-4 for rest in rests):
-                rests.append(best)
+            return
+        nodes = [one, other]
+        for x in _turning(self.cubic(one, other)):
+            node = between(self.curve, one, other, float(x))
+            nodes += [node] if node is not None else []
+        # of a drive that touches zero the place where it is least
+        best = min(nodes, key=lambda node: abs(node.slope))
+        if abs(best.drive) > 100.0 * self.zero:
+            return
+        apart = self.curve.manifold.apart
+        if not any(apart(best.place.q, rest.place.q) < 1e-4 for rest in self.found.rests):
+            self.found.rests.append(best)
+
+
+def _turning(cubic: Array) -> Array:
+    """Where a cubic is greatest or least within its interval."""
+    a, b, c = 3.0 * cubic[3], cubic[2], cubic[1]  # a x² + 2 b x + c = 0
+    square = b * b - a * c
+    if square < 0.0:
+        return np.zeros(0)
+    q = -(b + np.copysign(np.sqrt(square), b))
+    found = np.array([q / a if a else np.inf, c / q if q else np.inf])
+    return found[(found > 0.0) & (found < 1.0)]
 
 
 def _zero(cubic: Array) -> float:

@@ -1,10 +1,11 @@
-"""Search for rest positions on a manifold: walks over the free motions, Newton with damping.
+"""Search for rest positions on a manifold: walks, covers, and Newton's method with damping.
 
-One free motion is walked along both ways, and every change of sign of the drive is closed in on, so
-that positions are found whether stable or not. Of several free motions a fixed spread of starts is
-taken; from each Levenberg–Marquardt on |r|² finds the nearest rest position, and a descent along
-the drive a stable one. From every position that is found each leader is then walked round by
-itself, the others held, as a link of a chain that is turned over where it hangs.
+One free motion is walked along all round (`rest_curve`), and every zero of the drive isolated
+(`rest_roots`); the surface of two is covered with places (`rest_surface`). Of more free motions a
+fixed spread of starts is taken; from each Levenberg–Marquardt on |r|² finds the nearest rest
+position, and a descent along the drive a stable one. From every position that is found each leader
+is then walked round by itself, the others held, as a link of a chain that is turned over where it
+hangs.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from mbody.analysis import places
 from mbody.analysis.free_motions import free_motions, leading, rates_of
 from mbody.analysis.manifold import Array, Manifold, Place
 from mbody.analysis.rest_curve import AWAY, Curve, Walk
@@ -154,7 +156,8 @@ class Search:
             if not cover.closed or any(rest.row for rest in new) or len(new) % 2 == 0:
                 break
         else:
-            self.ends.append(("odd", here))
+            if not self._ends_meet(cover):
+                self.ends.append(("odd", here))
         if cover.full:
             self.ends.append(("wide", cover.spots[-1].place))
         elif cover.rim and cover.driven_out():
@@ -162,6 +165,21 @@ class Search:
         elif cover.tells_turns_apart():
             self.ends.append(("turns", here))
         self._relax(here)
+
+    def _ends_meet(self, cover: Cover) -> bool:
+        """Whether the ends of some load may meet on the surface: there its force jumps, a cone of
+        the energy, which counts like a rest position where their number is even.
+        """
+        system, near = self.manifold.system, 2.0 * SPACING * self.manifold.system.length
+        for load in system.mechanism.loads:
+            if not (hasattr(load, "i") and hasattr(load, "j")):
+                continue
+            for spot in cover.spots:
+                pose = np.append(spot.place.q, np.zeros(3))
+                ends = [places.place(system, pose, load, side) for side in "ij"]
+                if np.linalg.norm(ends[0] - ends[1]) < near:
+                    return True
+        return False
 
     def _beside(self, here: Place) -> list[Place]:
         """Places around a singular one that have a single free motion; none where others have not.

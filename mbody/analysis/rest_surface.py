@@ -1,8 +1,8 @@
 """The surface of closed positions of two free motions, covered by places, and its rest positions.
 
-Places are added beside others until none is left that is further than a spacing from all. Each of
-them has a drive r and a stiffness K, and its neighbours show how far r − K y misses the drive beside
-it: where that, taken twice, leaves no zero in reach, there is none; elsewhere Newton's method begins.
+Places are added beside others until none is left that is further than a spacing from all. Each has
+a drive r and a stiffness K, and its neighbours show how far r − K y misses the drive beside it:
+where that, taken twice, leaves no zero in reach, there is none; elsewhere Newton's method begins.
 On a closed surface rest positions with det K > 0 and det K < 0 differ in number by its Euler
 characteristic, which is even: so their number is even.
 """
@@ -30,8 +30,8 @@ MOST, FAR = 2400, 8.0
 SURE = 2.0
 #: Least cosine between the tangent planes of neighbours.
 LEVEL = 0.8
-#: How far a search goes from where it begins, and how near to a rest position its first step must end
-#: that is taken for one that leads there, in reaches of the place.
+#: In reaches of a place: how far a search goes, and how near to a rest position its first step
+#: must end to be taken for one that leads there.
 AROUND, BESIDE = 2.0, 0.4
 
 Solver = Callable[[Place, Callable[[Place], bool]], Place]

@@ -32,6 +32,8 @@ Corner = tuple[Affine, tuple[int, ...]]
 STARTS, IDLE = 40, 16
 #: Combinations of side conditions that are tried.
 MOST = 2000
+#: Part of its diagonal below which a pivot leaves few digits.
+WEAK = 1e-6
 #: Part of the size that a quantity may have in a mechanism that is rounding.
 NOISE = 1e-12
 #: What makes a formula bend where probes may not look.
@@ -203,6 +205,11 @@ class Search:
             self._doubt(
                 f"the {word} '{self.question.objective}' is only come near to: {self._at(best.u)} "
                 "is the edge of what can be analysed, and nothing beyond it is compared"
+            )
+        elif self.trials.pivot(np.array([best.u])) < WEAK:
+            self._doubt(
+                f"the {word} '{self.question.objective}' is at {self._at(best.u)}, so near to a "
+                "singular position that few of its digits are sure: keep away from it by a bound"
             )
         if best.rough:
             self._doubt(

@@ -35,7 +35,8 @@ def solve_for(
     mechanism : Mechanism
         Driven so that no freedom is left; a driver whose effort is to be zero holds what is free.
     unknowns : Question, or str, Unknown, list of them, or mapping
-        A whole question; or what is to be found, in a mapping with starts or with
+        A whole question; the name of one of the mechanism's own (``solve_for(machine, "hold")``
+        for [solve.hold] of a file); or what is to be found, in a mapping with starts or with
         ``{"start", "low", "high", "unit"}``. See `Unknown` for the names.
     conditions, side_conditions, greatest, least, at, analysis
         As of `Question`.
@@ -77,7 +78,10 @@ def solve_for(
     if not isinstance(mechanism, Mechanism):
         raise ModelError(f"solve_for takes a Mechanism, not {brief(mechanism)}")
     question = unknowns
-    if not isinstance(unknowns, Question):
+    own = isinstance(unknowns, str) and mechanism.questions.get(unknowns)
+    if own and not (conditions or greatest or least):
+        question = own
+    elif not isinstance(unknowns, Question):
         question = Question(
             unknowns, conditions, side_conditions, greatest, least, analysis, at or {}
         )

@@ -45,14 +45,15 @@ SMALLEST, SMALL = 2.0**-10, 2.0**-2
 @dataclass(frozen=True)
 class Reached:
     """A trial that succeeded: what was found, the poses of the links, the sign of det Φ_q (0 where
-    it is not looked at), which is another one on the branch beyond a singular position, and whether
-    rows depend on each other.
+    it is not looked at), which is another one on the branch beyond a singular position, whether
+    rows depend on each other, and the least pivot as a part of its diagonal.
     """
 
     run: Solution
     poses: Poses
     side: float
     redundant: bool
+    ratio: float = 1.0
 
     def leaps_from(self, near: Reached) -> bool:
         """Whether the branch of a place nearby may have been left on the way."""
@@ -230,6 +231,13 @@ class Trials:
             return str(error)
         return ""
 
+    def pivot(self, u: Array) -> float:
+        """The least pivot of the trial nearest to a place, as a part of its diagonal; 1 where rows
+        are redundant, whose pivots tell nothing.
+        """
+        near = self.known[self._nearest(u)]
+        return 1.0 if near.redundant else near.ratio
+
     def _system(self, u: Array) -> System:
         return self.system.with_values({k: v[0] for k, v in self._values(u[None]).items()})
 
@@ -292,7 +300,7 @@ class Trials:
         except Stuck:
             raise SolveError(f"'{system.mechanism.name}' cannot be analysed there") from None
         run = runner.solution(start, instant, Record([block], 1, batch=False))
-        return Reached(run, link_poses(run), side, redundant)
+        return Reached(run, link_poses(run), side, redundant, float(start.ratio))
 
     def told(self, run: Solution, relations: list[Relation], objective: str) -> Array:
         """right − left of every relation, then the objective: (relations + 1,)."""

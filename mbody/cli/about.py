@@ -30,7 +30,7 @@ def equilibrium(asked: Any) -> int:
     report = found(mechanism, free=asked.free, t=when)
     told = json.dumps(report.data(asked.angle), ensure_ascii=False) if asked.json else report
     print(told)
-    return 0
+    return 1 if report.doubts else 0
 
 
 def modes(asked: Any) -> int:

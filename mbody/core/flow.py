@@ -249,7 +249,8 @@ def flow(
             state[REJECTED] += 1
             state[NEXT] = 0.5 * h
             if t > state[DOUBTED]:
-                state[DOUBTED], state[ASKING] = t + h, 0.3 * h
+                # an ordinary step is tried shorter first
+                state[DOUBTED], state[ASKING] = t + h, (2.0 if careful else 0.3) * h
             if h < state[ASKING]:
                 return BRANCH
             continue

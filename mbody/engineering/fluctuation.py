@@ -13,6 +13,7 @@ from mbody.drivers import AngleDriver
 from mbody.elements import listed
 from mbody.errors import ModelError, brief
 from mbody.laws import Table
+from mbody.read_only import lock
 from mbody.solution import Solution, as_solution
 
 __all__ = ["Fluctuation", "energy_fluctuation", "fluctuation", "the_motor"]
@@ -55,6 +56,9 @@ class Fluctuation(Inherited):
     greatest: float
     at_least: float
     at_greatest: float
+
+    def __post_init__(self) -> None:
+        lock(self)
 
     @property
     def fluctuation(self) -> float:

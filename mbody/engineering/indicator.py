@@ -12,6 +12,7 @@ from mbody.doubts import Inherited, inherited
 from mbody.elements import listed
 from mbody.errors import ModelError, brief
 from mbody.loads import ValvedCylinder
+from mbody.read_only import lock
 from mbody.solution import Solution, as_solution
 
 __all__ = ["Indicator", "indicator"]
@@ -42,6 +43,9 @@ class Indicator(Inherited):
     delivery: Array
     suction: Array
     power: Array
+
+    def __post_init__(self) -> None:
+        lock(self)
 
 
 def indicator(run: Solution, cylinder: str, *, opposite: bool = False) -> Indicator:

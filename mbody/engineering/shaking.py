@@ -13,6 +13,7 @@ from mbody.drivers import Driver
 from mbody.elements import Marker, as_marker
 from mbody.ends import torque_told
 from mbody.errors import ModelError
+from mbody.read_only import lock
 from mbody.solution import Solution, as_solution
 
 __all__ = ["ShakingForce", "shaking_force"]
@@ -39,6 +40,9 @@ class ShakingForce(Inherited):
     fx_inertia: Array
     fy_inertia: Array
     moment_inertia: Array
+
+    def __post_init__(self) -> None:
+        lock(self)
 
     @property
     def magnitude(self) -> Array:

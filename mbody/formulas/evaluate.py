@@ -6,7 +6,7 @@ comes out is in the unit that plain numbers of its field have.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
@@ -27,7 +27,16 @@ from mbody.units import (
     unit_system,
 )
 
-__all__ = ["Scope", "Valued", "evaluate", "measured", "stands_only", "told", "written_out"]
+__all__ = [
+    "Scope",
+    "Valued",
+    "evaluate",
+    "measured",
+    "stands_only",
+    "taken_for_units",
+    "told",
+    "written_out",
+]
 
 ANGLE = DIMENSIONS["angle"]
 SPELT_OUT = 4  # letters
@@ -134,14 +143,24 @@ def evaluate(node: Node, scope: Scope, *, with_units: bool = False) -> Valued:
 
 
 def _check_names(node: Node, scope: Scope) -> None:
+    """What is joined to a unit without a space is a unit. It cannot be told from a parameter of
+    that name that measures the same, and neither can the result.
+    """
+    for symbol, part in taken_for_units(node, scope):
+        unit = SYMBOLS.get(symbol)
+        if unit is not None and scope.names[symbol].dimension == unit.dimension:
+            raise FormulaError(
+                f"'{symbol}' in '{part.unit.symbol}' is a unit, and a parameter that measures the "
+                f"same, {told(unit.dimension)}: write '* ({symbol})' for the parameter, or name it "
+                "otherwise"
+            )
+
+
+def taken_for_units(node: Node, scope: Scope) -> Iterator[tuple[str, Measured]]:
+    """Symbols joined to units that parameters are called by, too."""
     for part in walk(node):
         if isinstance(part, Measured):
-            both = [symbol for symbol in part.symbols[1:] if symbol in scope.names]
-            if both:
-                raise FormulaError(
-                    f"'{both[0]}' in '{part.unit.symbol}' is a unit and a parameter: write '* "
-                    f"({both[0]})' for the parameter, or name it otherwise"
-                )
+            yield from ((s, part) for s in part.symbols[1:] if s in scope.names)
 
 
 class _Evaluation:

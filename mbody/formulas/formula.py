@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.formulas.evaluate import Scope, Valued, evaluate, measured, told
+from mbody.formulas.evaluate import Scope, Valued, evaluate, measured, taken_for_units, told
 from mbody.formulas.parse import VARIABLES, FormulaError, parse, shown
 from mbody.formulas.tree import Measured, Negative, Node, Plain
 from mbody.units import DIMENSIONS, NUMBER, Dimension, of_quantity
@@ -99,11 +99,25 @@ class Formula:
             For a name that stands for nothing, units that do not fit, or a number that is none.
         """
         found = evaluate(self.tree, scope)
-        value = found.value * self.scale(found)
+        value = found.value * self._scaled(found, scope)
         if not np.isfinite(value).all():
             bad = np.ravel(value)[~np.isfinite(np.ravel(value))][0]
             raise FormulaError(f"{shown(self.text)} comes to {bad}, it must be finite")
         return float(value) if np.ndim(value) == 0 else value
+
+    def _scaled(self, found: Valued, scope: Scope) -> float:
+        """The scale, with a word about units that are called as parameters where it is refused."""
+        try:
+            return self.scale(found)
+        except FormulaError as error:
+            both = next(taken_for_units(self.tree, scope), None)
+            if both is None:
+                raise
+            raise FormulaError(
+                f"{error}; '{both[0]}' in '{both[1].unit.symbol}' is the unit, as all that is "
+                f"joined to a unit without a space: write '* ({both[0]})' or '/ ({both[0]})' for "
+                "the parameter"
+            ) from None
 
     def scale(self, found: Valued) -> float:
         """What a value of this formula is multiplied by to be what the field takes: one, but for

@@ -9,12 +9,12 @@ from typing import Any
 from mbody.errors import ModelError
 from mbody.formulas import door
 from mbody.formulas.evaluate import Scope, Valued, evaluate
-from mbody.formulas.formula import Formula
+from mbody.formulas.formula import Formula, read
 from mbody.formulas.parse import FUNCTIONS, VARIABLES, FormulaError, parse, shown
-from mbody.formulas.tree import Name
-from mbody.units import UnitSystem
+from mbody.formulas.tree import Measured, Name
+from mbody.units import DIMENSIONS, SYMBOLS, Dimension, UnitSystem
 
-__all__ = ["Parameters", "let_in"]
+__all__ = ["Parameters", "let_in", "with_unit_of"]
 
 LONGEST = 40
 KEPT = {*FUNCTIONS, *VARIABLES, "pi"}
@@ -128,3 +128,30 @@ def let_in(name: Any, value: Any) -> float | Formula:
             f"the name '{name}' is kept for formulas: call the parameter otherwise", name
         )
     return door.let_in(value, None, f"parameter '{name}'", name)
+
+
+def with_unit_of(value: Any, dimension: Dimension, units: UnitSystem, angle: str) -> Any:
+    """Another value of a parameter that measures something: a plain number in the unit that plain
+    numbers of that dimension have, as ``"0.25 m"`` for 0.25; anything else as it is.
+
+    >>> from mbody.units import unit_system
+    >>> with_unit_of("0.25", DIMENSIONS["length"], unit_system("SI"), "deg").text
+    '0.25 m'
+    """
+    text = f"{value!r}" if isinstance(value, (int, float)) else value
+    if not isinstance(text, str):
+        return value
+    formula = read(text, None)
+    if formula.names or formula.has_units(Scope(units)):
+        return value
+    unit = units.unit(dimension)
+    if dimension == DIMENSIONS["angle"]:
+        unit = SYMBOLS[angle]
+    text = f"{formula.text if formula.literal else f'({formula.text})'} {unit.symbol}"
+    try:
+        made = read(text, None)
+        if evaluate(made.tree, Scope(units)).dimension == dimension:
+            return made
+    except FormulaError:  # a unit that is spelt otherwise than formulas are
+        pass
+    return Formula(text, None, tree=Measured(formula.tree, unit, ()))

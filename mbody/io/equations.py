@@ -17,6 +17,7 @@ from mbody.io.equation_lines import lines
 from mbody.io.parts import force_names, heading, link_names
 from mbody.io.text import angles, number
 from mbody.joints import Distance, Fixed, Prismatic, Revolute
+from mbody.read_only import lock
 
 if TYPE_CHECKING:
     from mbody.couplings import Coupling
@@ -75,6 +76,9 @@ class Equations:
     values: Array
     rank: int
     heading: tuple[str, ...] = field(repr=False)
+
+    def __post_init__(self) -> None:
+        lock(self)
 
     @property
     def residual(self) -> Array:

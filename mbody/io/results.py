@@ -1,10 +1,10 @@
 """Results as data: one form for every analysis, the same in Python, JSON and on the command line.
 
 ``{"mbody", "model", "analysis", "units", "t", "bodies", "points", "reactions", "efforts",
-"unique_efforts", "measures", "checks", "status", "doubts", "notes"}``. Every list has one entry an
-instant. x and y of a body are its mass centre. Reactions act on body j by body i, in world axes, at
-the joint's place on j. omega and alpha are in rad and the time unit always, angles in the unit that
-"units" says.
+"unique_efforts", "loads", "measures", "checks", "status", "doubts", "notes"}``. Every list has one
+entry an instant. x and y of a body are its mass centre. Reactions act on body j by body i, in world
+axes, at the joint's place on j. omega and alpha are in rad and the time unit always, angles in the
+unit that "units" says.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from mbody._version import __version__
 from mbody.doubts import certificate
 from mbody.errors import ModelError
 from mbody.io.files import writing
+from mbody.load_histories import told_of
 from mbody.measures import found_by, measured
 from mbody.units import DIMENSIONS
 
@@ -87,6 +88,7 @@ def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
         "reactions": _reactions(solution),
         "efforts": {each.name: _list(solution.effort(each.name)) for each in giving},
         "unique_efforts": {each.name: solution.unique_effort(each.name) for each in giving},
+        "loads": _loads(solution, turned),
         "measures": measures,
         "checks": {
             "constraint": _number(solution.checks.constraint),
@@ -144,6 +146,20 @@ def _reactions(solution: Solution) -> dict[str, Any]:
         sides = {"i": reaction.by, "j": reaction.on}
         unique = {"unique": list(reaction.unique or (None, None, None))}
         found[joint.name] = {**sides, **_fields(reaction, ("fx", "fy", "torque")), **unique}
+    return found
+
+
+def _loads(solution: Solution, turned: float) -> dict[str, Any]:
+    """Forces of loads, and what springs and dampers go by; not of what acts on every body."""
+    found = {}
+    for load in solution.mechanism.loads:
+        keys = tuple(told_of(load))
+        if keys:
+            history = solution.load(load.name)
+            own = _fields(history, keys)
+            if "angle" in own:
+                own["angle"] = _list(np.asarray(history.angle) * turned)
+            found[load.name] = {"on": history.on, "by": history.by, **own}
     return found
 
 

@@ -214,7 +214,7 @@ class Table(Law):
         >>> Table([0, 1, 1.1, 2], [0, 0, 5, 5], interpolation="pchip").beyond() is None
         True
         >>> [round(v, 3) for v in Table([0, 1, 1.1, 2], [0, 0, 5, 5]).beyond()]
-        [1.432, 8.917]
+        [0.425, -18.981]
         """
         places, values = self._extremes
         y = np.asarray(self.y)

@@ -137,6 +137,10 @@ class _Noted(Record):
         self.rows.add(row)
         return np.zeros((1, 1))
 
+    def table(self, rows: slice) -> np.ndarray:
+        self.rows |= set(range(*rows.indices(rows.stop)))
+        return np.zeros((1, 1, rows.stop - (rows.start or 0)))
+
 
 class _Kept(Record):
     """A record of only some rows: (rows, designs, instants)."""
@@ -147,6 +151,10 @@ class _Kept(Record):
 
     def take(self, row: int) -> np.ndarray:
         return np.asarray(self.rows[self.index[row]])
+
+    def table(self, rows: slice) -> np.ndarray:
+        wanted = [self.index[row] for row in range(*rows.indices(rows.stop))]
+        return np.ascontiguousarray(np.moveaxis(self.rows[wanted], 0, 2))
 
 
 def prepared(

@@ -12,6 +12,7 @@ import numpy as np
 from mbody.doubts import Doubt
 from mbody.elements import listed
 from mbody.errors import ModelError
+from mbody.read_only import locked
 from mbody.sweeps.samples import Drawn
 from mbody.system import System
 
@@ -92,7 +93,8 @@ class Sweep:
         """Name and values of every axis: the parameters of a grid, else the number of the
         design.
         """
-        return self.samples.axes or {"design": np.arange(len(self))}
+        axes: dict[str, np.ndarray] = locked(self.samples.axes or {"design": np.arange(len(self))})
+        return axes
 
     def axes_of(self, name: str) -> tuple[str, ...]:
         """Names of the axes of ``sweep[name]``; of a history the last one is ``"instant"``."""
@@ -112,13 +114,13 @@ class Sweep:
             raise ModelError(
                 f"the sweep measured no {name!r} (it measured: {listed(self.names)})", str(name)
             )
-        return self.kept.column(self.names.index(name))
+        return np.asarray(locked(self.kept.column(self.names.index(name))))
 
     def parameter(self, name: str) -> np.ndarray:
         """Values of a parameter: (designs,)."""
         for names in (self.samples.told, self.samples.names):
             if name in names:
-                return np.asarray(self.samples.values[:, names.index(name)])
+                return np.asarray(locked(self.samples.values[:, names.index(name)]))
         raise ModelError(
             f"{name!r} is no parameter of the sweep (there are: {listed(self.samples.told)})",
             str(name),

@@ -6,6 +6,7 @@ from mbody import (
     AngleDriver,
     Body,
     ConstantSpeed,
+    Force,
     Mechanism,
     ModelError,
     Spring,
@@ -110,8 +111,8 @@ def scaled(**parameters):
     return add
 
 
-def parameter_m():
-    machine = Mechanism("m", parameters={"m": 2.0})
+def parameter_m(value=2.0):
+    machine = Mechanism("m", parameters={"m": value})
     machine.add(Body("crank"))
     return machine
 
@@ -139,7 +140,10 @@ SCENARIOS = {
         f"meant: {name}": lambda key=key, text=text: Body("b", **{key: text})
         for name, (key, text) in MEANT.items()
     },
-    "a unit that is a parameter": lambda: parameter_m().add(Torque("T", "crank", value="3 N*m")),
+    "a unit that is a parameter": lambda: parameter_m().add(Force("F", "crank", value="m*(3 N*m)")),
+    "a unit that measures the same as a parameter": lambda: parameter_m("2 m").add(
+        Torque("T", "crank", value="3 N*m")
+    ),
     "a guess by no parameter": lambda: Mechanism("m").add(Body("b", guess="2*q")),
     "a number of a law": lambda: motor(ConstantSpeed("60 deg", "25 kg")),
     "a law of time by itself": lambda: by_itself("2*x", "time"),

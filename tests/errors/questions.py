@@ -14,6 +14,7 @@ MEASURES = {
     "a quantity that a joint has not": "A.x",
     "a quantity that a driver has not": "motor.angle",
     "a load": "brake.value",
+    "gravity": "weight.fx",
     "a length and an angle": "crank.x + crank.angle",
     "a body alone": "crank",
     "a point of a joint": "A.P.x",
@@ -52,9 +53,10 @@ def _arm(law):
 
 
 def loaded():
-    from mbody import Torque, kinetostatics
+    from mbody import Gravity, Torque, kinetostatics
 
-    return kinetostatics(four_bar(Torque("brake", "rocker", value=1.0)))
+    brake, weight = Torque("brake", "rocker", value=1.0), Gravity("weight", y=-9.81)
+    return kinetostatics(four_bar(brake, weight))
 
 
 SCENARIOS = {

@@ -10,6 +10,7 @@ from mbody import (
     Distance,
     Force,
     Gravity,
+    LengthCoupling,
     Marker,
     Mechanism,
     Prismatic,
@@ -17,6 +18,7 @@ from mbody import (
     RotatingField,
     SecondMoments,
     Spring,
+    Term,
     Torque,
     TorsionSpring,
     assemble,
@@ -50,6 +52,17 @@ def slider(*more):
     """A block on a rail along x."""
     machine = Mechanism("slider")
     machine.add(Body("block", mass=2.0), Prismatic("rail", "ground", "block"), *more)
+    return machine
+
+
+def pulleys():
+    """Two guided weights on one rope over two points; the heavier draws the other one up."""
+    machine = Mechanism("pulleys", ground={"L": (-0.75, 0.0), "R": (0.75, 0.0)})
+    for name, end, x, mass in (("a", "L", -0.75, 1.7), ("b", "R", 0.75, 2.6)):
+        rail = Marker("ground", (x, 0.0), 0.5 * math.pi), Marker(name, (0.0, 0.0), 0.5 * math.pi)
+        machine.add(Body(name, mass=mass, guess=(x, -2.0, 0.0)), Prismatic(f"rail{end}", *rail))
+    ends = [Term(1.0, distance=(f"ground.{end}", name)) for end, name in (("L", "a"), ("R", "b"))]
+    machine.add(LengthCoupling("rope", ends, 4.0), Gravity("gravity", y=-9.81))
     return machine
 
 
@@ -148,6 +161,7 @@ SCENARIOS = {
     ),
     "a torque that is too large": lambda: equilibrium(pendulum(Torque("push", "rod", value=12.0))),
     "a force without an end": lambda: equilibrium(slider(Force("push", "block", 3.0))),
+    "weights that a rope draws into a pulley": lambda: equilibrium(pulleys()),
     "a force round and round": lambda: equilibrium(
         swing(Whirl("whirl", "ground.A", "seat"), Gravity("gravity", x=0.1))
     ),

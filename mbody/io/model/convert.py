@@ -39,7 +39,11 @@ def in_units(mechanism: Mechanism, units: str | UnitSystem) -> Mechanism:
     24.0
     """
     system = unit_system(units)
-    return mechanism if system == mechanism.units else built(_Converter(mechanism, system).whole())
+    if system == mechanism.units:
+        return mechanism
+    made = built(_Converter(mechanism, system).whole())
+    made.remarks = mechanism.remarks
+    return made
 
 
 class _Converter(Writer):

@@ -19,14 +19,16 @@ import pydantic
 
 from mbody.elements import listed
 from mbody.errors import ModelError, brief
-from mbody.formulas.parameters import let_in
+from mbody.formulas.parameters import Parameters, let_in, with_unit_of
 from mbody.formulas.parse import LONGEST
 from mbody.io.model.build import build
 from mbody.io.model.fields import Context
 from mbody.io.model.lines import TEXTS
+from mbody.io.model.meant import meant_otherwise
 from mbody.io.model.report import raise_all, sentences
 from mbody.io.model.schema import json_schema, model
 from mbody.mechanism import Mechanism
+from mbody.units import Dimension, UnitSystem, unit_system
 
 __all__ = ["LARGEST", "built", "load", "from_text", "text_of"]
 
@@ -123,7 +125,9 @@ def from_text(
     data = _parsed(text, is_json, name)
     if parameters:
         _set(data, parameters, name)
-    return built(data, text, is_json=is_json, name=name, folder=folder)
+    made = built(data, text, is_json=is_json, name=name, folder=folder)
+    made.remarks = meant_otherwise(data, made)
+    return made
 
 
 def built(
@@ -289,9 +293,12 @@ def _signs_of(texts: Iterable[str]) -> int:
 
 
 def _set(data: dict[str, Any], parameters: Mapping[str, Any], name: str) -> None:
-    """Put other values in the place of parameters of the model."""
+    """Put other values in the place of parameters of the model; a plain number for one that has a
+    unit is in the file's unit of what that measures.
+    """
     table = data.get("parameters")
     known = table if isinstance(table, dict) else {}
+    before, units = _dimensions(data)
     for key, value in parameters.items():
         if key not in known:
             there = f"there are: {listed(known, 12)}" if known else "there are none"
@@ -300,4 +307,19 @@ def _set(data: dict[str, Any], parameters: Mapping[str, Any], name: str) -> None
             let_in(key, value)
         except ModelError as error:
             raise ModelError(f"{name}: {error}", key) from None
+        dimension = before.get(key)
+        if dimension is not None:
+            value = with_unit_of(value, dimension, units, str(data.get("angle", "deg")))
         known[key] = value
+
+
+def _dimensions(data: Mapping[str, Any]) -> tuple[dict[str, Dimension], UnitSystem]:
+    """Dimensions of the parameters that have units, as the file has them; what is wrong in it is
+    told where it is read.
+    """
+    try:
+        units = unit_system(data.get("units", "SI"))
+        names = Parameters(data["parameters"], units).scope().names
+    except (ModelError, KeyError):
+        return {}, unit_system("SI")
+    return {name: v.dimension for name, v in names.items() if v.dimension is not None}, units

@@ -1,0 +1,61 @@
+"""Arrays and mappings that a result hands out: they can be read, and not changed by accident."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any, NoReturn
+
+import numpy as np
+
+__all__ = ["ReadOnly", "lock", "locked"]
+
+
+class ReadOnly(dict[str, Any]):
+    """A dict that cannot be changed; ``dict(it)`` is a copy that can.
+
+    >>> ReadOnly({"crank.mass": 1.0})["crank.mass"] = 2.0
+    Traceback (most recent call last):
+    ...
+    TypeError: it is read-only: make a copy by dict(...), or other numbers by with_values(...)
+    """
+
+    def _refuse(self, *_: Any, **__: Any) -> NoReturn:
+        raise TypeError(
+            "it is read-only: make a copy by dict(...), or other numbers by with_values(...)"
+        )
+
+    __setitem__ = __delitem__ = __ior__ = _refuse
+    update = setdefault = pop = popitem = clear = _refuse
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return locked, (dict(self),)  # arrays forget in a file that they are locked
+
+
+def locked(value: Any) -> Any:
+    """The same array as a view that cannot be written to, a tuple of such, a dict of such as
+    `ReadOnly`; anything else as it is.
+
+    >>> a = np.zeros(3)
+    >>> locked(a)[0] = 1.0
+    Traceback (most recent call last):
+    ...
+    ValueError: assignment destination is read-only
+    """
+    if isinstance(value, np.ndarray):
+        view = value.view()
+        view.flags.writeable = False
+        return view
+    if type(value) is tuple and any(isinstance(part, np.ndarray) for part in value):
+        return tuple(locked(part) for part in value)
+    if isinstance(value, Mapping) and not isinstance(value, ReadOnly):
+        return ReadOnly({key: locked(part) for key, part in value.items()})
+    return value
+
+
+def lock(result: Any) -> None:
+    """Lock every array and every dict among the fields of a frozen dataclass, in place."""
+    for field in dataclasses.fields(result):
+        value = getattr(result, field.name)
+        if isinstance(value, (np.ndarray, dict, tuple)):
+            object.__setattr__(result, field.name, locked(value))
