@@ -155,7 +155,7 @@ def follow(
             if watched and (mode == 2 or longest == 0.0):
                 back_watched = math.copysign(look_back(L, W, w, soft, last), h)
             tried = max(tried, abs(h))
-        fresh, across = True, False
+        across = False
         while True:
             if k > 0:
                 if h != 0.0:
@@ -202,7 +202,7 @@ def follow(
             if not good or found == UNSURE:
                 whole = longest if longest > 0.0 else tried
                 h = 0.5 * h
-                pace, fresh = abs(h), False
+                pace = abs(h)
                 if pace <= SHORTEST * whole or here + h == here or at_end:
                     state[1], state[7] = here, 1.0 if good else 0.0
                     first_of(W, last)
@@ -229,10 +229,8 @@ def follow(
             if abs(left) <= 1e-14 * (abs(s[k]) + abs(here)) or h == 0.0:
                 here = s[k]
                 break
-            # a step that was refused before is not doubled at once
-            if fresh and abs(h) >= 0.99 * pace:
+            if abs(h) >= pace:
                 pace = 2.0 * abs(h)
-            fresh = True
             h = sized(left, pace)
         finish(L, W, w, mode, given, k, still)
         if with_loads:
@@ -248,13 +246,8 @@ def follow(
 
 @inline
 def sized(left, pace):
-    """The next step of what is left: all of it, half of it, or as the pace is."""
-    h = left
-    if abs(left) > 2.0 * pace:
-        h = math.copysign(pace, left)
-    elif abs(left) > pace:
-        h = 0.5 * left
-    return h
+    """The next step of what is left: all of it, or as the pace is."""
+    return left if abs(left) <= pace else math.copysign(pace, left)
 
 
 @njit
