@@ -124,7 +124,8 @@ class Eventful(Course):
 
     def _save(self) -> Saved:
         parts = (self.y, self.K[0], self.P[0], self.state, self.page, self.total, self.work.near)
-        return Saved(*(part.copy() for part in parts), self.watch.held)
+        y, K, P, state, page, total, near = (part.copy() for part in parts)
+        return Saved(y, K, P, state, page, total, near, self.watch.held)
 
     def _restore(self, saved: Saved) -> None:
         """Go back, or ahead; the count of evaluations goes on."""
