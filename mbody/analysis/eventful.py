@@ -11,7 +11,6 @@ import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
-from typing import Any
 
 import numpy as np
 
@@ -147,8 +146,8 @@ class Eventful(Course):
 
     def _save(self) -> Saved:
         parts = (self.y, self.K[0], self.P[0], self.state, self.page, self.total, self.work.near)
-        every: list[Any] = [*(part.copy() for part in parts), self.watch.held]
-        return Saved(*every)
+        y, K, P, state, page, total, near = (part.copy() for part in parts)
+        return Saved(y, K, P, state, page, total, near, self.watch.held)
 
     def _restore(self, saved: Saved) -> None:
         """Go back, or ahead; the count of evaluations goes on."""
