@@ -27,8 +27,8 @@ Array = np.ndarray
 T = TypeVar("T")
 
 #: Greatest violation of a constraint, as a part of 1 + the greatest coordinate in model lengths and
-#: radians. Over the gallery, some 250 random and near-singular linkages and chains of 300 links at most
-#: 2e-15 of it is met, at change points that are interpolated 6e-13.
+#: radians. Over the gallery, some 250 random and near-singular linkages and chains of 300 links at
+#: most 2e-15 of it is met, at change points that are interpolated 6e-13.
 OPEN = 1e-10
 #: Greatest part of forces, and of power, that is left over: of the same at most 1e-12 beside
 #: what `ROUNDED` explains.
