@@ -12,6 +12,7 @@ import numpy as np
 from mbody.certify import Certified, as_said, changed
 from mbody.checks import breakdown, checks, residuals
 from mbody.core.output import PER_ATOM
+from mbody.couplings import Coupling
 from mbody.doubts import Doubt
 from mbody.elements import Marker, as_marker, listed
 from mbody.ends import column, ends, told_at, torque_told
@@ -250,18 +251,17 @@ class Solution:
         return press
 
     def _joint(self, joint: str) -> Joint:
-        joints = {element.name: element for element in self.mechanism.joints}
-        if joint in [coupling.name for coupling in self.mechanism.couplings]:
+        machine = self.mechanism
+        element = machine[joint] if isinstance(joint, str) and joint in machine else None
+        if isinstance(element, Coupling):
             raise ModelError(
                 f"'{joint}' is a coupling of several bodies, it has no reaction between two: ask "
                 "for its effort",
                 joint,
             )
-        if not isinstance(joint, str) or joint not in joints:
-            raise ModelError(
-                f"there is no joint {joint!r} (there are: {listed(joints)})", str(joint)
-            )
-        element = joints[joint]
+        if not isinstance(element, Joint):
+            known = listed(one.name for one in machine.joints)
+            raise ModelError(f"there is no joint {joint!r} (there are: {known})", str(joint))
         if not self.has_forces:
             raise ModelError(
                 f"{self.analysis} finds no forces, as of '{joint}': use kinetostatics", joint
