@@ -13,6 +13,7 @@ from mbody.analysis.equilibrium import released
 from mbody.analysis.eventful import Eventful
 from mbody.analysis.start import state_of
 from mbody.core.output import PER_ATOM
+from mbody.core.progress import PROGRESS
 from mbody.doubts import doubted
 from mbody.energy import account, causes
 from mbody.errors import SolveError
@@ -86,6 +87,8 @@ def _restart(
     """Where to take up a motion of the same system, followed in the same way."""
     found = start.restart
     if found is None or found.way != way or found.released != tuple(gone) or stops:
+        return None
+    if len(found.state) != PROGRESS:  # of another version
         return None
     ours, theirs = system.values, start.system.values
     same = start.system is system or (
