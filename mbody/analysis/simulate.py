@@ -103,7 +103,8 @@ def simulate(
     bend in which one passes near is resolved, a change point is passed by the smooth continuation
     with a note, and what cannot be made certain is a doubt, as are a balance of energy out of
     proportion to the tolerance and an inertia that vanishes for want of masses (`doubts`);
-    `checks.branch` tells how near the motion came to a singular position, and when. Ctrl-C leaves what was done, with a status that says so.
+    `checks.branch` tells how near the motion came to a singular position, and when. Ctrl-C
+    leaves what was done, with a status that says so.
     Crossings of one event that are closer together than a quarter of a step, and than a part in 400
     of the motion, may pass unseen.
 
