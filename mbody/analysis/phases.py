@@ -17,6 +17,7 @@ from mbody.analysis.resuming import check_restart
 from mbody.analysis.start import state_of
 from mbody.certify import as_said, changed
 from mbody.core.output import PER_ATOM
+from mbody.core.progress import PROGRESS
 from mbody.energy import account, causes
 from mbody.errors import SolveError
 from mbody.events import Stop
@@ -101,6 +102,8 @@ def _restart(
     """Where to take up a motion of the same system, followed in the same way."""
     found = start.restart
     if found is None or found.way != way or found.released != tuple(gone) or stops:
+        return None
+    if len(found.state) != PROGRESS:  # of another version
         return None
     ours, theirs = system.values, start.system.values
     same = start.system is system or (

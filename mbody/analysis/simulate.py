@@ -105,7 +105,12 @@ def simulate(
     Notes
     -----
     Singular positions (change points, dead centres under inertia) are passed at any tolerance;
-    redundant joints are ordinary. Ctrl-C leaves what was done, with a status that says so.
+    redundant joints are ordinary. Every step is watched for other branches of the constraints: a
+    bend in which one passes near is resolved, a change point is passed by the smooth continuation
+    with a note, and what cannot be made certain is a doubt, as are a balance of energy out of
+    proportion to the tolerance and an inertia that vanishes for want of masses (`doubts`);
+    `checks.branch` tells how near the motion came to a singular position, and when. Ctrl-C
+    leaves what was done, with a status that says so.
     Events are looked for by values and rates at four samples a step and 400 of the motion, or more:
     two crossings between two of them are found by the extremum that lies between them.
 
