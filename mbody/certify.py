@@ -37,6 +37,8 @@ LEFT = 1e-9
 #: each: of the square of the greatest one, as a part of the loads, at most 6e-16 is met, down to
 #: 1e-8 rad from a dead centre.
 ROUNDED = 1e-13
+#: Slower than this part of what forces would make of it, a mechanism stands: its power is rounding.
+STILL = 1e-12
 
 
 @dataclass(frozen=True)
@@ -151,9 +153,16 @@ def _limits(
     carried = np.where(known, _carried(system, pages) / (top or 1.0), 0.0)
     yield "{} of the forces are out of balance", part, LEFT + ROUNDED * carried**2
     # a joint of the user that moves by itself gives power of which nothing is known
-    if not (system.layout.atom_kind == KINDS.index("user")).any():
+    own = (system.layout.atom_kind == KINDS.index("user")).any()
+    if not own and flowing > STILL * top * system.length * _pace(system, top):
         share = np.where(known, np.abs(power) / (flowing or 1.0), unknown)
         yield "{} of the power is out of balance", share, LEFT
+
+
+def _pace(system: System, top: float) -> float:
+    """How fast forces of that size would set the masses going [1/time]; none without masses."""
+    whole = float(system.mass[: system.coordinates : 3].sum(axis=0).max(initial=0.0))
+    return float(np.sqrt(top / (whole * system.length))) if whole else 0.0
 
 
 def _carried(system: System, pages: Array) -> Any:

@@ -7,14 +7,14 @@ import math
 import numpy as np
 
 from mbody.analysis.steppers import stepper
-from mbody.core.progress import NEXT, PROGRESS, TIME
+from mbody.core.progress import NEXT, PROGRESS, TIME, UNLIMITED
 from mbody.energy import causes
 from mbody.errors import ModelError
 from mbody.restart import Restart
 from mbody.simulation import EVEN, METHODS
 from mbody.system import System
 
-__all__ = ["check_restart"]
+__all__ = ["check_restart", "finite"]
 
 #: Lengths of its next step that the state may lie before the last instant; it lies one before.
 BEFORE = 10.0
@@ -42,6 +42,14 @@ def check_restart(system: System, restart: Restart, last: float) -> None:
         )
 
 
+def finite(state: np.ndarray) -> np.ndarray:
+    """The numbers of a state that must be finite: some are infinite where nothing limits them."""
+    found = state.copy()
+    open_ones = list(UNLIMITED)
+    found[open_ones] = np.where(np.isinf(found[open_ones]), 0.0, found[open_ones])
+    return found
+
+
 def _unfit(system: System, restart: Restart, last: float) -> str | None:
     """What is wrong with it."""
     way, width = restart.way, 2 * system.coordinates
@@ -58,7 +66,7 @@ def _unfit(system: System, restart: Restart, last: float) -> str | None:
         part = getattr(restart, name)
         if part.shape != (size,) or part.dtype != np.float64:
             return f"'{name}' has not {size} numbers"
-        if not np.isfinite(part).all():
+        if not (np.isfinite(finite(part)) if name == "state" else np.isfinite(part)).all():
             return f"'{name}' holds what is no finite number"
     if len(own) != len(restart.own):
         return f"'own' has {len(restart.own)} parts in place of {len(own)}"

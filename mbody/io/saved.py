@@ -11,13 +11,14 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.equilibrium import released
-from mbody.analysis.resuming import check_restart
+from mbody.analysis.resuming import check_restart, finite
 from mbody.assembler import assemble, with_numbers_of
+from mbody.core.progress import PROGRESS
 from mbody.doubts import as_doubt
 from mbody.energy import Energy
 from mbody.errors import ModelError, SolveError, brief
 from mbody.events import Occurrence
-from mbody.histories import Record
+from mbody.histories import BranchDistance, Record
 from mbody.io.arrays import Unreadable, packed, unpacked
 from mbody.io.files import writing
 from mbody.io.model import Limits, from_text, to_text
@@ -37,6 +38,7 @@ UNLIMITED = Limits(*[math.inf] * 3)
 #: What it must tell of itself.
 NEEDED = (
     *("model", "values", "analysis", "soft", "dependencies", "notes", "status", "stats", "events"),
+    *("ending", "doubts", "branch", "let_go"),
 )
 ENERGIES = tuple(part.name for part in fields(Energy) if part.name != "by")
 ARRAYS = tuple(part.name for part in fields(Restart) if part.name not in ("way", "own", "released"))
@@ -87,6 +89,7 @@ def save_run(run: Solution, path: Any) -> None:
         "status": run.status,
         "ending": run.ending,
         "doubts": [doubt.data() for doubt in run.doubts],
+        "branch": None if run.branch is None else [run.branch.least, run.branch.t],
         "let_go": dict(run.released),
         "stats": run.stats,
     }
@@ -187,7 +190,12 @@ def _solution(
         names = [f"own.{k}" for k in range(sum(key[:4] == "own." for key in arrays))]
         want(all(name in arrays for name in names), "a part of 'own' is missing")
         own = tuple(arrays[name] for name in names)
-        parts = {name: array(arrays, f"restart.{name}", (None,)) for name in ARRAYS}
+        parts = {
+            name: array(arrays, f"restart.{name}", (None,), finite=name != "state")
+            for name in ARRAYS
+        }
+        fits = len(parts["state"]) == PROGRESS and np.isfinite(finite(parts["state"])).all()
+        want(bool(fits), "'restart.state' holds what is no finite number")
         way = Way(told["way"][0], *map(float, told["way"][1:]))
         restart = Restart(way, **parts, own=own, released=tuple(told["released"]))
         _check_restart(system, restart, float(t[-1]))
@@ -212,9 +220,10 @@ def _solution(
         soft=soft,
         dependencies=told["dependencies"],
         notes=tuple(told["notes"]),
-        status=told.get("ending", told["status"]),
-        doubts=tuple(as_doubt(one) for one in told.get("doubts", ())),
-        released=told.get("let_go", {}),
+        status=told["ending"],
+        doubts=tuple(as_doubt(one) for one in told["doubts"]),
+        branch=None if told["branch"] is None else BranchDistance(*told["branch"]),
+        released=told["let_go"],
         stats=told["stats"],
         energy=energy,
         events=events,

@@ -9,6 +9,7 @@ import numpy as np
 
 from mbody.analysis.asked import ANALYSES
 from mbody.core.output import PER_ATOM
+from mbody.doubts import KINDS
 from mbody.io.arrays import Unreadable
 from mbody.system import System
 
@@ -30,9 +31,10 @@ def array(
     shape: tuple[int | None, ...],
     *,
     open: bool = False,
+    finite: bool = True,
 ) -> np.ndarray:
     """An array of floats of that shape, None where any size will do; finite, but that `open` ones
-    may lack numbers (NaN), as at an instant that has no answer.
+    may lack numbers (NaN), as at an instant that has no answer. Where not `finite`, others judge.
     """
     want(name in arrays, f"'{name}' is missing")
     found = arrays[name]
@@ -40,7 +42,7 @@ def array(
     fits = found.ndim == len(shape) and all(size is None or own == size for own, size in sizes)
     want(fits and found.dtype == np.float64, f"'{name}' is of another size or kind")
     sound = ~np.isinf(found) if open else np.isfinite(found)
-    want(bool(sound.all()), f"'{name}' holds what is no finite number")
+    want(not finite or bool(sound.all()), f"'{name}' holds what is no finite number")
     return found
 
 
@@ -58,6 +60,14 @@ def check_told(told: Mapping[str, Any], system: System) -> None:
     want(_number(told["soft"]) and told["soft"] >= 0.0, "'soft' is no number")
     want(_texts(told["notes"]), "'notes' are no texts")
     want(isinstance(told["status"], str), "'status' is no text")
+    want(isinstance(told["ending"], str), "'ending' is no text")
+    want(isinstance(told["doubts"], list), "'doubts' are no list")
+    want(all(_doubt(one) for one in told["doubts"]), "'doubts' are of another kind")
+    branch = told["branch"]
+    pair = isinstance(branch, list) and len(branch) == 2 and all(map(_number, branch))
+    want(branch is None or pair, "'branch' is no distance with its instant")
+    gone = told["let_go"]
+    want(isinstance(gone, dict) and all(map(_number, gone.values())), "'let_go' are no times")
     stats = told["stats"]
     counts = isinstance(stats, dict) and all(type(n) is int for n in stats.values())
     want(stats is None or counts, "'stats' are no counts")
@@ -67,8 +77,10 @@ def check_told(told: Mapping[str, Any], system: System) -> None:
         want(
             isinstance(open_parts, dict) and joints <= {*open_parts}, "'dependencies' lack a joint"
         )
-        parts = open_parts.values()
-        want(all(_three(part) for part in parts), "'dependencies' are no truths")
+        # a reaction has three parts, an effort one
+        sizes = {name: 3 if name in joints else 1 for name in open_parts}
+        sound = all(_truths(part, sizes[name]) for name, part in open_parts.items())
+        want(sound, "'dependencies' are no truths")
     events = told["events"]
     sound = isinstance(events, list) and all(_event(one) for one in events)
     want(sound, "'events' are no names, times and truths")
@@ -91,8 +103,16 @@ def _texts(value: Any) -> bool:
     return isinstance(value, list) and all(isinstance(part, str) for part in value)
 
 
-def _three(value: Any) -> bool:
-    return isinstance(value, Sequence) and [type(part) for part in value] == [bool] * 3
+def _truths(value: Any, count: int) -> bool:
+    return isinstance(value, Sequence) and [type(part) for part in value] == [bool] * count
+
+
+def _doubt(value: Any) -> bool:
+    if not isinstance(value, dict) or value.keys() != {"kind", "t", "elements", "message"}:
+        return False
+    timed = value["t"] is None or _number(value["t"])
+    words = value["kind"] in KINDS and isinstance(value["message"], str)
+    return words and timed and _texts(value["elements"])
 
 
 def _event(value: Any) -> bool:

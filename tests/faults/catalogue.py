@@ -210,8 +210,8 @@ FAULTS = (
         "efforts: the sign of the multiplier",
         *(
             "solution.py",
-            "return -self._atom(self.system.atoms_of[driver][0], 0)",
-            "return self._atom(self.system.atoms_of[driver][0], 0)",
+            "locked(-self._atom(self.system.atoms_of[driver][0], 0))",
+            "locked(self._atom(self.system.atoms_of[driver][0], 0))",
         ),
         "linkage",
     ),
