@@ -348,9 +348,9 @@ class Runner:
         where = self.place(driver, stuck.place, plan, design)
         body = driver.bodies[1]
         if not too_large(system):
-            gone = vanishing(
-                system, start.work.past[: system.coordinates, 0], f"{where} of '{body}'"
-            )
+            one = system if system.batch is None else system.design(design)
+            q = start.work.past[: system.coordinates, 0]
+            gone = vanishing(one, q, f"{where} of '{body}'")
             if gone is not None:
                 gone.solution = so_far
                 return gone

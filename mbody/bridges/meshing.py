@@ -168,7 +168,8 @@ def _of_term(system: System, run: Solution, coupling: Any, n: int) -> Rates:
     if term.angle is not None:
         one, base = run[term.angle], run[term.relative_to]
         w, alpha = one.omega - base.omega, one.alpha - base.alpha
-        rates: Rates = w, alpha, np.abs(w), np.abs(alpha)
+        # what turns evenly has accelerations that are rounding beside ω²
+        rates: Rates = w, alpha, np.abs(w), np.abs(alpha) + w * w
     else:
         pair = _TermPair(system, run, coupling, n)
         if term.distance is not None:

@@ -160,7 +160,8 @@ def designs(of: Linkage, rng: np.random.Generator) -> Finding:
     machine = of.mechanism("designs")
     machine.add(*acting.elements)
     changed: dict[str, Array] = dict(of.values)
-    spread = min(SPREAD, 0.1 * min(of.margins))
+    # numbers that differ by more could open a group between the places that are looked at
+    spread = min(SPREAD, 0.02 * min(of.margins))
     for key in [key for key in of.values if key.endswith((".C.x", ".mass", "_rod.length"))]:
         part = 1.0 + spread * rng.uniform(-1.0, 1.0, (DESIGNS, 1))
         part[0] = 1.0
@@ -168,7 +169,7 @@ def designs(of: Linkage, rng: np.random.Generator) -> Finding:
     for key, source in of.ties.items():
         changed[key] = changed[source]
     with np.errstate(invalid="ignore"):
-        whole = of.motion(of.times[None, ::2], changed)
+        whole = of.motion(of.times[None, :], changed)
     good = np.isfinite(sum(rows.sum(axis=(0, -1)) for rows in whole.values()))
     good = np.broadcast_to(good, (DESIGNS,))
     changed = {k: v[good] if np.ndim(v) else v for k, v in changed.items()}
