@@ -55,6 +55,9 @@ SHORTEST = 2.0**-40
 KINK = 2.0**-20
 #: An instant is at a change point that is no farther from it than this part of the way to it.
 AT = 1e-3
+#: So many steps one after the other that are shorter than this part of the longest one lead nowhere:
+#: rounding decides what the watch sees. Bends down to margins of 1e-8 take some hundred longer ones.
+CRAWLED, CRAWL = 2000, 2.0**-16
 ITERATIONS = 12
 
 
@@ -144,6 +147,7 @@ def follow(
     back, back_watched, quintic, last = 1.0, 1.0, 0.0, 0
     # the longest step, or the first that was tried; what the last refusal leaves of a step
     longest, tried, pace = 0.0, 0.0, 1e300
+    crawled = 0
     here = s[0]
     for k in range(s.shape[0]):
         left = s[k] - here
@@ -199,11 +203,11 @@ def follow(
                 if not across and abs(2.0 * place * h) <= abs(left):
                     h, across = 2.0 * place * h, True
                     continue
-            if not good or found == UNSURE:
+            if not good or found == UNSURE or crawled > CRAWLED:
                 whole = longest if longest > 0.0 else tried
                 h = 0.5 * h
                 pace = abs(h)
-                if pace <= SHORTEST * whole or here + h == here or at_end:
+                if pace <= SHORTEST * whole or here + h == here or at_end or crawled > CRAWLED:
                     state[1], state[7] = here, 1.0 if good else 0.0
                     first_of(W, last)
                     return STUCK
@@ -218,6 +222,7 @@ def follow(
                     nearest[0], nearest[1], nearest[2] = 0.0, here + place * h, float(k)
                 here += h
                 longest = max(longest, abs(h))
+                crawled = crawled + 1 if abs(h) <= CRAWL * longest else 0
                 last = behind(L, W, w, last)
                 shift(L, W)
                 back, back_watched, quintic = h, h, 0.0 if kink or mode == 2 else 1.0

@@ -25,6 +25,8 @@ Array = Any
 POSITION, RATE, CHANGE, FORCE = 1e-10, 1e-9, 1e-6, 1e-6
 #: Designs of one topology that are analysed side by side, and how much their numbers differ.
 DESIGNS, SPREAD = 60, 0.02
+#: Places of a turn at which a design must close.
+FINE = 5761
 
 
 @dataclass(frozen=True)
@@ -168,9 +170,10 @@ def designs(of: Linkage, rng: np.random.Generator) -> Finding:
         changed[key] = of.values[key] * part
     for key, source in of.ties.items():
         changed[key] = changed[source]
+    fine = np.linspace(0.0, of.span, FINE)
     with np.errstate(invalid="ignore"):
-        whole = of.motion(of.times[None, :], changed)
-    good = np.isfinite(sum(rows.sum(axis=(0, -1)) for rows in whole.values()))
+        whole = of.poses(fine[None, :], changed)
+    good = np.isfinite(sum((pose.c + pose.s).sum(axis=-1) for pose in whole.values()))
     good = np.broadcast_to(good, (DESIGNS,))
     changed = {k: v[good] if np.ndim(v) else v for k, v in changed.items()}
     count = int(good.sum())
