@@ -37,7 +37,7 @@ def test_the_truth_is_true(seed):
 
 
 def test_a_wrong_result_is_found(monkeypatch):
-    """The campaign sees what it hunts: numbers that are off, even where the result doubts itself."""
+    """The campaign sees what it hunts: numbers that are off, also of a result that is doubtful."""
     seed = next(s for s in range(1000) if examine_name(s) == "turn")
     assert examine(seed).silent == 0
     right = mbody.kinetostatics
