@@ -109,6 +109,9 @@ SCENARIOS = {
     "several unknowns that nothing bounds": ask(
         ["motor.rate", "brake"], side_conditions="t >= 0 s", greatest="motor.effort"
     ),
+    "several unknowns that side conditions do not let be": ask(
+        ["motor.value", "brake"], side_conditions="rocker.angle >= 300 deg", least="A.force"
+    ),
     "a solution beyond its bounds": ask(
         {"brake": {"low": "1e6 N*m", "high": "2e6 N*m"}}, "motor.effort = 0"
     ),
