@@ -475,11 +475,12 @@ class Search:
         names = [one.unknown.name for one in self.wanted]
         weights = np.abs(error.direction)
         loose = [n for n, w in zip(names, weights, strict=True) if w > 1e-3 * weights.max()]
-        texts = listed(self.question.conditions)
+        texts, one = listed(self.question.conditions), len(self.question.conditions) == 1
+        verb, them = ("holds", "that") if one else ("hold", "them")
         if error.solvable:
-            said, why = f"{texts} hold for any {listed(loose)}", "nothing determines it"
+            said, why = f"{texts} {verb} for any {listed(loose)}", "nothing determines it"
         else:
-            said, why = f"nothing meets {texts}", f"no value of {listed(loose)} changes them"
+            said, why = f"nothing meets {texts}", f"no value of {listed(loose)} changes {them}"
         return SolveError(f"{said}: {why}; take unknowns that they depend on")
 
     def _nothing(self, start: Array) -> str:
