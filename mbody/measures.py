@@ -85,15 +85,16 @@ def measured(solution: Solution, measure: Measure | str) -> tuple[np.ndarray, Di
     return np.broadcast_to(np.asarray(value, dtype=float), shape), dimension, unit
 
 
-def check_measure(mechanism: Mechanism, measure: Measure) -> None:
-    """Refuse a measure that names what the mechanism has not, or whose units do not fit.
+def check_measure(mechanism: Mechanism, measure: Measure) -> str:
+    """Refuse a measure that names what the mechanism has not, or whose units do not fit; of others
+    the unit that values are in.
 
     Raises
     ------
     ModelError
         Such as `measured` raises later.
     """
-    _valued(measure, _Histories(mechanism, lambda *name: 1.0))
+    return _valued(measure, _Histories(mechanism, lambda *name: 1.0))[2]
 
 
 def sides(solution: Solution, left: str, right: str) -> tuple[np.ndarray, np.ndarray]:

@@ -188,7 +188,10 @@ def test_what_is_made_of_a_result_inherits_its_doubts(doubtful):
     ):
         assert made.doubts[0] == DOUBT and made.status == doubtful.status
         assert DOUBT.message in made.notes
-    with pytest.warns(mbody.ModelWarning, match="flywheel: it may have leapt"):
+    with pytest.warns(
+        mbody.ModelWarning,
+        match="flywheel: the motion that gives its size is doubtful: it may have leapt",
+    ):
         mbody.engineering.flywheel(doubtful, 0.02)
     swing = gallery.load("simple_pendulum")
     rest = mbody.equilibrium(swing)[0]

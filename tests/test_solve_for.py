@@ -422,7 +422,7 @@ def test_numbers_of_something_else_are_told_where_the_file_is_read(lines, words)
 def test_a_condition_that_always_holds_determines_nothing():
     """A pin carries no torque at any speed: no list of speeds, a sentence."""
     engine = gallery.load("slider_crank")
-    with pytest.raises(SolveError, match="hold for any 'speed': nothing determines it"):
+    with pytest.raises(SolveError, match="holds for any 'speed': nothing determines it"):
         solve_for(engine, "speed", "B.torque = 0 N m")
 
 

@@ -179,8 +179,8 @@ class _Choice:
             return None
         raise SolveError(
             f"no motion of '{self.system.mechanism.name}' has the velocities of the start at "
-            f"{place_words(self.system, self.t)}: the position is singular, and of all velocities "
-            "that joints allow to first order only those of its branches go on"
+            f"{place_words(self.system, self.t)}: the position is singular, where joints allow "
+            "those velocities to first order only"
             f"{nearest_words(self.system, here, nearest(here, y))}"
         )
 

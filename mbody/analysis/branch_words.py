@@ -74,7 +74,7 @@ def nearest_words(system: System, here: Singular, y: Array | None) -> str:
     """The nearest velocities that a motion has, as the end of a sentence."""
     if y is None:
         return ""
-    return f"; the nearest are {rate_words(system, here.velocity(y))}"
+    return f"; begin with the nearest that one has, {rate_words(system, here.velocity(y))}"
 
 
 def rate_words(system: System, v: Array) -> str:

@@ -199,6 +199,8 @@ def climbed(rows: Rows, equations: int, wanted: Sequence[Wanted], sign: float) -
         met = hill.met(place)
         if met is not None and met[1] <= HOLDS:
             others.append((met[0], place))
+        elif met is not None:
+            nearest = min(nearest, (met[1], place), key=lambda pair: pair[0])
     if not ends and not others:
         return Climbed(None, nearest[1])
     top, best = max(ends + others, key=lambda pair: pair[0])

@@ -33,6 +33,7 @@ from mbody.core.progress import DONE, FREEST, MET, MORE, NEAR, NEXT, SLOPES, TIM
 from mbody.errors import SolveError
 from mbody.events import Event, Occurrence, Stop
 from mbody.histories import Record
+from mbody.measures import check_measure
 from mbody.restart import Way
 from mbody.solution import Solution
 from mbody.system import System
@@ -433,10 +434,13 @@ class Eventful(Course):
         self._record(stop, t, before, self.page)
 
     def _beyond(self, stop: Stop, at: Slope) -> SolveError:
-        unit = self.system.mechanism.units.time
+        mechanism = self.system.mechanism
+        own = check_measure(mechanism, watched(mechanism, stop))
         return SolveError(
-            f"at t = {self.state[TIME]:.6g} {unit} the motion is beyond the stop '{stop.name}': "
-            f"'{stop.of}' is {at.value:.6g}; begin where it is not negative",
+            f"at t = {self.state[TIME]:.6g} {mechanism.units.time} the motion is beyond the stop "
+            f"'{stop.name}': '{stop.of}' is "
+            + f"{at.value:.6g} {own}".rstrip()
+            + "; begin where it is not negative",
             stop.name,
         )
 

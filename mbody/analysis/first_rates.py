@@ -238,8 +238,8 @@ def _several(
 def _none(system: System, here: Singular, t: float, given: Rates) -> SolveError:
     where = (
         f"no motion of '{system.mechanism.name}' has the rates of the start: its position at "
-        f"{place_words(system, t)} is singular, where joints allow velocities to first order "
-        "that do not go on"
+        f"{place_words(system, t)} is singular, where joints allow those rates to first order "
+        "only"
     )
     for n in range(len(given.p) - 1, -1, -1):
         left = given.without(n)
@@ -253,7 +253,7 @@ def _none(system: System, here: Singular, t: float, given: Rates) -> SolveError:
             told = ", ".join(one.with_value(system, one.value) for one in left.said[:NAMED])
             return SolveError(
                 f"{where}; with {told or 'the drivers'}, {name} can be {values}, not "
-                f"{given.said[n].value:.6g}",
+                f"{given.said[n].value:.6g}: give a rate that a motion has",
                 given.said[n].body,
             )
     P, p = _conditions(here, given)

@@ -12,7 +12,7 @@ import numpy as np
 
 from mbody.analysis.answers import Answer, Found
 from mbody.analysis.climb import climbed
-from mbody.analysis.extremum import Unbounded, extremum
+from mbody.analysis.extremum import Extremum, Unbounded, extremum
 from mbody.analysis.relations import Relation, check_question, relations
 from mbody.analysis.roots import HOLDS, Affine, Singular, about, affine, newton, scan, spread
 from mbody.analysis.trials import Trials
@@ -149,10 +149,11 @@ class Search:
             if not one.allows(part):
                 value, unit = one.told(float(part), self.mechanism)
                 low, high = (one.told(bound, self.mechanism)[0] for bound in one.bounds)
+                between = f"{low:g} to {high:g} {unit}".rstrip()
                 raise SolveError(
                     f"{listed(self.question.conditions)} holds at '{one.unknown.name}' = "
                     f"{value:.6g} {unit}".rstrip()
-                    + f" alone, beyond its bounds {low:g} to {high:g}: widen them"
+                    + f" alone, beyond its bounds {between}: widen them"
                 )
 
     def _refined(self, straight: Affine, u: Array, rows: Sequence[int]) -> Affine:
@@ -192,9 +193,15 @@ class Search:
         where = f"{self._at(best.low)} to {self._at(best.high)}"
         if best.u is None:
             raise SolveError(self._nowhere(best.nearest, where))
-        low, high = one.bounds
+        self._remark(best, where)
+        return next(filter(self._runs, np.array(best.inwards)[:, None]), np.array([best.u]))
+
+    def _remark(self, best: Extremum, where: str) -> None:
+        """Say what of the range of the one unknown was not searched, and what is not sure."""
+        assert best.u is not None
+        low, high = self.wanted[0].bounds
         if best.low > low or best.high < high:
-            self.notes.append(f"{one.unknown.name} was searched from {where}")
+            self.notes.append(f"{self.wanted[0].unknown.name} was searched from {where}")
         for a, b in best.gaps:
             self.notes.append(
                 f"between {self._at(a)} and {self._at(b)} the mechanism cannot be analysed: "
@@ -216,7 +223,6 @@ class Search:
                 f"'{self.question.objective}' changes too fast between samples: its {word} value "
                 "may be a local one; give narrower bounds"
             )
-        return next(filter(self._runs, np.array(best.inwards)[:, None]), np.array([best.u]))
 
     def _runs(self, u: Array) -> bool:
         """Whether the whole analysis can be made at a place."""
@@ -236,17 +242,19 @@ class Search:
         sign = 1.0 if self.question.greatest else -1.0
         found = climbed(self.rows, len(self.equations), self.wanted, sign)
         if found.u is None:
-            nearest = found.nearest
-            raise SolveError(self._infeasible(*self._worst(nearest)))
+            raise SolveError(self._infeasible(*self._worst(found.nearest)))
         if found.endless:
             raise SolveError(self._unbounded())
         if not found.sure:
-            self._doubt(
-                f"the {self._word} '{self.question.objective}' may be a local one: of "
-                f"{found.starts} climbs from different starts {found.agreeing} end at this value; "
-                "give narrower bounds, or another start"
-            )
+            self._doubt_local(found.starts, found.agreeing)
         return found.u
+
+    def _doubt_local(self, starts: int, agreeing: int) -> None:
+        self._doubt(
+            f"the {self._word} '{self.question.objective}' may be a local one: of {starts} climbs "
+            f"from different starts {agreeing} end at this value; give narrower bounds, or another "
+            "start"
+        )
 
     @property
     def _word(self) -> str:
@@ -422,7 +430,7 @@ class Search:
             return self._unreached()
         return (
             "nothing meets all conditions and side conditions together: where the others hold "
-            f"'{text}' is broken{where}"
+            f"'{text}' is broken{where}; loosen one of them, or the bounds"
         )
 
     def _nowhere(self, nearest: float, where: str) -> str:
@@ -433,7 +441,7 @@ class Search:
         name = self.wanted[0].unknown.name
         return (
             f"no value of '{name}' from {where} meets all side conditions: the nearest breaks "
-            f"'{text}'{short}"
+            f"'{text}'{short}; loosen it, or the bounds"
         )
 
     def _unreached(self) -> str:
@@ -467,12 +475,13 @@ class Search:
         names = [one.unknown.name for one in self.wanted]
         weights = np.abs(error.direction)
         loose = [n for n, w in zip(names, weights, strict=True) if w > 1e-3 * weights.max()]
-        texts = listed(self.question.conditions)
+        texts, one = listed(self.question.conditions), len(self.question.conditions) == 1
+        verb, them = ("holds", "that") if one else ("hold", "them")
         if error.solvable:
-            return SolveError(f"{texts} hold for any {listed(loose)}: nothing determines it")
-        return SolveError(
-            f"nothing meets {texts}: no value of {listed(loose)} changes what is left of them"
-        )
+            said, why = f"{texts} {verb} for any {listed(loose)}", "nothing determines it"
+        else:
+            said, why = f"nothing meets {texts}", f"no value of {listed(loose)} changes {them}"
+        return SolveError(f"{said}: {why}; take unknowns that they depend on")
 
     def _nothing(self, start: Array) -> str:
         """Why no solution was found."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import copy
 import warnings
 from dataclasses import dataclass, replace
@@ -176,10 +177,8 @@ class Trials:
     def _first(self, first: Solution) -> Reached:
         """The design as it stands."""
         poses = link_poses(first)
-        try:
-            return self._reached(self.places[0], poses)
-        except (ModelError, SolveError):
-            return Reached(first, poses, 0.0, redundant=bool(first.soft))
+        as_it_stands = Reached(first, poses, 0.0, redundant=bool(first.soft))
+        return self._from(self.places[0], poses) or as_it_stands
 
     # -- trials -------------------------------------------------------------------------------
 
@@ -213,11 +212,12 @@ class Trials:
                 pass  # one by one, so that the others are told
         found = np.full((2, len(us), len(relations) + 1), np.nan)
         for n, u in enumerate(us):
-            try:
-                run = self._trial(u)
-                found[:, n] = np.array(self._whole(run, relations, objective, 1))[:, 0]
-            except (ModelError, SolveError):
-                self.failed = u
+            with contextlib.suppress(ModelError, SolveError):
+                there = self._trial(u)
+                if there is not None:
+                    found[:, n] = np.array(self._whole(there, relations, objective, 1))[:, 0]
+                    continue
+            self.failed = u
         return found[0], found[1]
 
     @property
@@ -244,37 +244,39 @@ class Trials:
     def _nearest(self, u: Array) -> int:
         return int(np.abs(self.places - u).sum(axis=1).argmin())
 
-    def _trial(self, u: Array) -> Solution:
+    def _trial(self, u: Array) -> Solution | None:
         """The analysis with one set of values, on the branch of the start where positions depend
         on them: one goes there from the nearest place known, in parts where one step would leap.
+        None where it cannot be made, or that branch does not come there.
         """
         if self.steady:
-            return self._reached(u, self.known[0].poses).run
+            there = self._from(u, self.known[0].poses)
+            return None if there is None else there.run
         nearest = self._nearest(u)
         near, begin = self.known[nearest], self.places[nearest]
-        direct = there = self._from(u, near)
+        direct = there = self._from(u, near.poses)
         done, part = 0.0, 1.0
         while there is None or there.leaps_from(near):
             part *= 0.5
             # without any progress a gap is in the way, which no small step passes
             if part < (SMALLEST if done or there else SMALL):
                 break
-            there = self._from(begin + (done + part) * (u - begin), near)
+            there = self._from(begin + (done + part) * (u - begin), near.poses)
             if there is not None and not there.leaps_from(near):
                 done += part
                 near = self._kept(there, begin + done * (u - begin))
-                there, part = self._from(u, near), 1.0 - done
+                there, part = self._from(u, near.poses), 1.0 - done
         else:
             return self._kept(there, u).run
         # beyond a gap in which loops do not close its side is all that is known of a branch
         if direct is not None and direct.side and direct.side == self.known[0].side:
             return self._kept(direct, u).run
-        raise SolveError(f"'{self.system.mechanism.name}' does not come there on its branch")
+        return None
 
-    def _from(self, u: Array, near: Reached) -> Reached | None:
-        """What is found there from a place nearby; None where nothing is."""
+    def _from(self, u: Array, poses: Poses) -> Reached | None:
+        """What is found there from the poses of a place nearby; None where nothing is."""
         try:
-            return self._reached(u, near.poses)
+            return self._reached(u, poses)
         except (ModelError, SolveError):
             return None
 
@@ -283,22 +285,26 @@ class Trials:
         self.places = np.vstack([self.places, u])
         return there
 
-    def _reached(self, u: Array, poses: Poses) -> Reached:
-        """The analysis from one guess, without other starts."""
+    def _reached(self, u: Array, poses: Poses) -> Reached | None:
+        """The analysis from one guess, without other starts; None where loops do not close near
+        it, the position is singular, or the analysis comes no further.
+        """
         system = self._system(u)
         start = closed_near(system, self.time, poses)
+        if start is None:
+            return None
         check_determined(system, start, self.question.analysis)
         redundant = bool(start.soft)
         nearly = not redundant and start.ratio < SUSPICIOUS
         if self.known and (nearly or redundant > self.known[0].redundant):
-            raise SolveError(f"'{system.mechanism.name}' stands at a singular position")
+            return None
         regular = system.rows == system.coordinates and not start.soft and not too_large(system)
         side = float(np.linalg.slogdet(dense(system, start.work)[1])[0]) if regular else 0.0
         runner, instant = Runner(system, self.question.analysis), by_time(system, self._times)
         try:
             block = runner.scalar(start, instant)
         except Stuck:
-            raise SolveError(f"'{system.mechanism.name}' cannot be analysed there") from None
+            return None
         run = runner.solution(start, instant, Record([block], 1, batch=False))
         return Reached(run, link_poses(run), side, redundant, float(start.ratio))
 

@@ -74,5 +74,9 @@ def flywheel(run: Solution, coefficient: float, driver: str | None = None) -> fl
         )
     found = fluctuation(run, name)
     if found.doubts:  # a number can carry none
-        warnings.warn(f"flywheel: {found.doubts[0].message}", ModelWarning, stacklevel=2)
+        warnings.warn(
+            f"flywheel: the motion that gives its size is doubtful: {found.doubts[0].message}",
+            ModelWarning,
+            stacklevel=2,
+        )
     return found.fluctuation / (float(coefficient) * speed**2)

@@ -62,9 +62,15 @@ def designs():
     return kinetostatics(system)
 
 
+LEAPT = (
+    "from t = 0.3 s on it is not certain on which branch the motion goes on: rows of 'A' come to "
+    "depend on each other there; begin a little beside"
+)
+
+
 def in_doubt():
     """A turn that may have left its branch."""
-    return doubted(turn(), [Doubt("branch", "it may have leapt at t = 0.3 s", 0.3)])
+    return doubted(turn(), [Doubt("branch", LEAPT, 0.3)])
 
 
 SCENARIOS = {

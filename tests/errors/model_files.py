@@ -161,8 +161,8 @@ def with_limits(text):
 
 def too_large_for_the_command():
     """The same at the command, which names the variable of its environment."""
-    with mock.patch.dict("os.environ", MBODY_LIMITS="1e-6"):
-        cli._run(["check", "hoekens"])
+    with folder("mine.toml", ARM), mock.patch.dict("os.environ", MBODY_LIMITS="1e-6"):
+        cli._run(["check", "mine.toml"])
 
 
 def refused():

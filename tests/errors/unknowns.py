@@ -1,5 +1,7 @@
 """Unknowns and the conditions that they are to meet."""
 
+from unittest import mock
+
 from mbody import (
     AngleDriver,
     Body,
@@ -40,6 +42,13 @@ def braked(**more):
 
 def ask(*args, machine=None, **more):
     return lambda: solve_for(machine or braked(), *args, **more)
+
+
+def hopeless():
+    """No value of the unknowns makes it later; two starts tell that as well as a dozen."""
+    few = mock.patch.multiple("mbody.analysis.climb", STARTS=1, SAMPLES=2)
+    with few:
+        solve_for(braked(), ["motor.rate", "brake"], side_conditions="t >= 1 s", least="A.force")
 
 
 def arm():
@@ -109,6 +118,7 @@ SCENARIOS = {
     "several unknowns that nothing bounds": ask(
         ["motor.rate", "brake"], side_conditions="t >= 0 s", greatest="motor.effort"
     ),
+    "several unknowns that side conditions do not let be": hopeless,
     "a solution beyond its bounds": ask(
         {"brake": {"low": "1e6 N*m", "high": "2e6 N*m"}}, "motor.effort = 0"
     ),
