@@ -22,9 +22,11 @@ from mbody.core.path import behind, predict, step
 from mbody.core.watch import (
     CHANGE_AHEAD,
     MIDDLE,
+    NEAR,
     SOUND,
     UNSURE,
     beyond,
+    ends_smoothly,
     glance,
     look_back,
     mark,
@@ -144,6 +146,8 @@ def follow(
     back, back_watched, quintic, last = 1.0, 1.0, 0.0, 0
     # the longest step, or the first that was tried; what the last refusal leaves of a step
     longest, tried, pace = 0.0, 0.0, 1e300
+    # greatest inverse part at the last place
+    was = 1.0
     here = s[0]
     for k in range(s.shape[0]):
         left = s[k] - here
@@ -179,7 +183,8 @@ def follow(
                 if soft != 0.0:
                     mark(L, W, soft)
                 if watched:
-                    nearest[0] = 1.0 / glance(L, W, 1, soft)
+                    was = glance(L, W, 1, soft)
+                    nearest[0] = 1.0 / was
                     nearest[1], nearest[2] = here, 0.0
                 last = behind(L, W, w, last)
                 break
@@ -193,6 +198,8 @@ def follow(
                 whole = longest if longest > 0.0 else tried
                 kink = abs(h) <= KINK * whole and first <= 1e-6 and weakest(L, W) > 1e-8
                 good = good or kink
+                if good and not kink and found == SOUND and max(worst, was) * NEAR > 1.0:
+                    found = SOUND if ends_smoothly(L, W, w, h, soft) else UNSURE
             at_end = False
             if good and found == CHANGE_AHEAD and abs(place - 0.5) > MIDDLE:
                 found, at_end = UNSURE, abs(place * h - left) <= AT * abs(left)
@@ -216,7 +223,7 @@ def follow(
                 if found == CHANGE_AHEAD:
                     pass_by(L, W, here + place * h, last, state, passed)
                     nearest[0], nearest[1], nearest[2] = 0.0, here + place * h, float(k)
-                here += h
+                here, was = here + h, worst
                 longest = max(longest, abs(h))
                 last = behind(L, W, w, last)
                 shift(L, W)
