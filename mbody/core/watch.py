@@ -39,8 +39,8 @@ __all__ = [
 #: Greatest second difference of a part over a step, as a part of the smaller one at its ends. Four
 #: would be a step across, 1 is one of half the width w.
 SHARP = 1.0
-#: The same for h times what the rate of a part at the end of a step h differs from its mean over the
-#: step: again four would be a step across, and a step that `SHARP` lets pass has 1 on a parabola.
+#: The same for h times what the rate of a part at the end of a step h differs from its mean over
+#: the step: again four would be a step across; what `SHARP` lets pass has 1 on a parabola.
 SHARP_END = 2.0
 #: The rate at the end is looked at where a part is less than this.
 NEAR = 1e-2
