@@ -29,6 +29,34 @@ def test_near_grashof_linkages_keep_their_branch():
     assert found["six-bar alike, 361, together: followed"] > 0
 
 
+#: Its second dyad is nearly stretched twice, 18 degrees of the crank apart: between these places
+#: the sine is below 0.011, and three places on a step of 10 degrees saw no bend.
+TWICE_NEAR = near_grashof.Linkage(
+    topology="six-bar on the rocker",
+    start=2.170464941497653,
+    margin=2.5321616632591663e-07,
+    ground=[-1.899954271174379 - 2.135130084895872j, 2.916665612844022 - 0.5454724377378226j],
+    dyads=[
+        near_grashof.Dyad(
+            (2.935100322788452, 2.3286913162417426),
+            -1,
+            (1.3824615339472897 + 0.8234571928079968j, 1.0834824543126387 + 1.4093126696540836j),
+        ),
+        near_grashof.Dyad(
+            (2.8863700685932914, 3.963459293724564),
+            -1,
+            (0.3822979718776348 + 0.26003159393273706j, 1.1385570147094344 + 1.158122247382445j),
+        ),
+    ],
+    near=1,
+)
+
+
+@pytest.mark.parametrize("instants", [*range(2, 75), 361])
+def test_two_places_near_another_branch_close_to_each_other(instants):
+    assert near_grashof.alone(TWICE_NEAR, instants) == "followed"
+
+
 def near_parallelogram(short, start=1.0, speed=10.0):
     return makers.four_bar(1.0 - short, 3.0, 1.0, 3.0, start=start, speed=speed)
 

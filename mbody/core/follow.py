@@ -22,9 +22,11 @@ from mbody.core.path import behind, predict, step
 from mbody.core.watch import (
     CHANGE_AHEAD,
     MIDDLE,
+    NEAR,
     SOUND,
     UNSURE,
     beyond,
+    ends_smoothly,
     glance,
     look_back,
     mark,
@@ -55,8 +57,8 @@ SHORTEST = 2.0**-40
 KINK = 2.0**-20
 #: An instant is at a change point that is no farther from it than this part of the way to it.
 AT = 1e-3
-#: So many steps one after the other that are shorter than this part of the longest one lead nowhere:
-#: rounding decides what the watch sees. Bends down to margins of 1e-8 take some hundred longer ones.
+#: So many steps one after the other that are shorter than this part of the longest one lead
+#: nowhere: rounding decides what the watch sees. Bends of a margin of 1e-8 take some hundred.
 CRAWLED, CRAWL = 2000, 2.0**-16
 ITERATIONS = 12
 
@@ -148,6 +150,8 @@ def follow(
     # the longest step, or the first that was tried; what the last refusal leaves of a step
     longest, tried, pace = 0.0, 0.0, 1e300
     crawled = 0
+    # greatest inverse part at the last place
+    was = 1.0
     here = s[0]
     for k in range(s.shape[0]):
         left = s[k] - here
@@ -183,7 +187,8 @@ def follow(
                 if soft != 0.0:
                     mark(L, W, soft)
                 if watched:
-                    nearest[0] = 1.0 / glance(L, W, 1, soft)
+                    was = glance(L, W, 1, soft)
+                    nearest[0] = 1.0 / was
                     nearest[1], nearest[2] = here, 0.0
                 last = behind(L, W, w, last)
                 break
@@ -197,6 +202,8 @@ def follow(
                 whole = longest if longest > 0.0 else tried
                 kink = abs(h) <= KINK * whole and first <= 1e-6 and weakest(L, W) > 1e-8
                 good = good or kink
+                if good and not kink and found == SOUND and max(worst, was) * NEAR > 1.0:
+                    found = SOUND if ends_smoothly(L, W, w, h, soft) else UNSURE
             at_end = False
             if good and found == CHANGE_AHEAD and abs(place - 0.5) > MIDDLE:
                 found, at_end = UNSURE, abs(place * h - left) <= AT * abs(left)
@@ -220,7 +227,7 @@ def follow(
                 if found == CHANGE_AHEAD:
                     pass_by(L, W, here + place * h, last, state, passed)
                     nearest[0], nearest[1], nearest[2] = 0.0, here + place * h, float(k)
-                here += h
+                here, was = here + h, worst
                 longest = max(longest, abs(h))
                 crawled = crawled + 1 if abs(h) <= CRAWL * longest else 0
                 last = behind(L, W, w, last)

@@ -8,7 +8,9 @@ how far the branches stay apart. A step from one branch to another goes from one
 to the other, so that it is no shorter than |x|, and the second difference of p is then at least
 four times the smaller p at its ends. A step is accepted where for every node it is no greater than
 that p: so steps shrink with the distance to other branches, and an even number of changes within
-one step is excluded like a single one, whichever groups of links change.
+one step is excluded like a single one, whichever groups of links change. Near a meeting the rate
+of p at the end of the step is compared as well: where two meetings follow each other closely, p is
+concave between them, and three places alone would let a step pass that ends behind the second.
 
 On lanes the LU of the square Φ_q gives the determinant of each diagonal block (Assur group) with
 its sign. There a step is accepted where no sign changes and the second difference of each
@@ -22,6 +24,8 @@ e₀ e₁ e₂ is a sum of products of two.
 
 from __future__ import annotations
 
+import math
+
 from mbody._jit import inline, kernel, njit
 from mbody._lanes import larger, ld, select_le, smaller, st
 from mbody.core.factor import VANISHED, factor
@@ -29,12 +33,17 @@ from mbody.core.rows import rows, turns
 
 __all__ = [
     *("CHANGE_AHEAD", "MIDDLE", "SOUND", "UNSURE", "beyond", "glance", "look_back", "mark"),
-    *("nearness", "shift", "sides_kept", "verdict"),
+    *("NEAR", "ends_smoothly", "nearness", "shift", "sides_kept", "verdict"),
 ]
 
 #: Greatest second difference of a part over a step, as a part of the smaller one at its ends. Four
 #: would be a step across, 1 is one of half the width w.
 SHARP = 1.0
+#: The same for h times what the rate of a part at the end of a step h differs from its mean over
+#: the step: again four would be a step across; what `SHARP` lets pass has 1 on a parabola.
+SHARP_END = 2.0
+#: The rate at the end is looked at where a part is less than this.
+NEAR = 1e-2
 #: A part below this belongs to a change point, if the parabola through three places has its least
 #: value ahead and that is below the part `EXACT` of the last one: the branches are then less than
 #: 2e-6 apart (as sines), which is what rounding leaves of positions there.
@@ -110,11 +119,7 @@ def look_back(L, W, w, soft, last):
     `last` of W.past; returns how far behind it is. Leaves W.q there.
     """
     size = W.q.shape[0]
-    far = 0.0
-    for b in range(L.bodies):
-        for n in range(3):
-            v = W.past[last + size + 3 * b + n, 0]
-            far = max(far, abs(v) if n == 2 else abs(v) / W.size[0, 0])
+    far = fastest(L, W, W.past, last + size)
     back = BEFORE / far if far > 0.0 else 1.0
     for n in range(3 * L.bodies):
         W.q[n, 0] = W.past[last + n, 0] - back * W.past[last + size + n, 0]
@@ -123,6 +128,50 @@ def look_back(L, W, w, soft, last):
     factor(L, W, w, soft, VANISHED)
     glance(L, W, 0, soft)
     return back
+
+
+@inline
+def fastest(L, W, v, o):
+    """Greatest rate of a coordinate, in model lengths and radians; rates from row o of v on."""
+    far = 0.0
+    for b in range(L.bodies):
+        for n in range(3):
+            rate = abs(v[o + 3 * b + n, 0])
+            far = max(far, rate if n == 2 else rate / W.size[0, 0])
+    return far
+
+
+@njit
+def ends_smoothly(L, W, w, h, soft):
+    """Whether the rate of every part at the end of a step h fits its mean over the step.
+
+    The end is the place W.q with the rates W.v and the new page; the factor is made again there.
+    """
+    far = fastest(L, W, W.v, 0)
+    if not far * abs(h) > 2.0 * BEFORE:
+        return True
+    back = math.copysign(BEFORE / far, h)
+    for n in range(3 * L.bodies):
+        W.q[n, 0] -= back * W.v[n, 0]
+    turns(L, W, w)
+    rows(L, W, w, True, None)
+    factor(L, W, w, soft, VANISHED)
+    smooth = True
+    for k in range(L.nodes):
+        a, c, b = W.diagonal[2 * k, 0], W.diagonal[2 * k + 1, 0], W.cross[k, 0]
+        e = (a * c - b * b) * (W.pivot[3 * k, 0] * W.pivot[3 * k + 2, 0])
+        e1, e2 = W.watch[L.nodes + k, 0], W.watch[2 * L.nodes + k, 0]
+        if not (e > 0.5 and e1 > 0.5 and e2 > 0.5):
+            continue
+        p1, p2 = 1.0 / e1, 1.0 / e2
+        bend = (p2 - 1.0 / e) * (h / back) - (p2 - p1)
+        smooth = smooth and abs(bend) <= SHARP_END * min(p1, p2)
+    for n in range(3 * L.bodies):
+        W.q[n, 0] += back * W.v[n, 0]
+    turns(L, W, w)
+    rows(L, W, w, True, None)
+    factor(L, W, w, soft, VANISHED)
+    return smooth
 
 
 @njit
