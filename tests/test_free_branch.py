@@ -9,7 +9,7 @@ import mbody
 from mbody import Body, Gravity, Mechanism, Revolute, gallery
 from mbody.analysis.energy_doubts import energy_doubts
 from mbody.sweeps import Uniform, monte_carlo
-from tests import near_folded
+from tests import folded, near_folded
 
 MARGINS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 
@@ -82,6 +82,21 @@ def test_a_parallelogram_crosses_through_its_fold():
     assert run.checks.branch.least == 0.0
     assert run.checks.branch.t == pytest.approx(fold, abs=1e-6)
     assert f"at t = {fold:.5}"[:11] in run.notes[0]
+
+
+@pytest.mark.parametrize("rtol", [1e-12, 1e-13])
+@pytest.mark.parametrize("angle", [0.5, 0.8, 1.0, 1.3, 1.6])
+def test_change_points_are_passed_at_errors_near_rounding(angle, rtol):
+    lengths = (1.0, 2.0, 1.0, 2.0)
+    branch = folded.antiparallel(lengths)
+    coupler, rocker = branch(angle)
+    machine = folded.four_bar(lengths, guess=(angle, coupler[0], rocker[0]))
+    start = {"crank": {"angle": angle, "omega": 10.0}}
+    run = mbody.simulate(folded.asked(machine, start, until=0.4, rtol=rtol))
+    assert not run.doubts and run.checks.branch.least == 0.0
+    theta, _, _ = folded.linkage(branch, lengths).motion(angle, 10.0, run.t)
+    # scipy's own steps are at 1e-13; near the position rounding is magnified some hundred times
+    np.testing.assert_allclose(run["crank"].angle, theta, rtol=0, atol=1e-10)
 
 
 # -- energy -----------------------------------------------------------------------------------

@@ -16,6 +16,7 @@ from mbody.core.progress import (
     LEAST,
     LEAST_AT,
     LIGHTER,
+    MEETING,
     NEXT,
     PASSING,
     TIME,
@@ -38,6 +39,9 @@ FIRST = 0.3
 AGAIN = 0.1
 #: A step of this part of the whole motion that may still meet one is made in doubt.
 HOPELESS = 1e-9
+#: A step over a change point may be so many times the one that was asked about; it is longer by
+#: this part, for rounding.
+FARTHER, LITTLE = 4.0, 1e-9
 #: Inertia is looked at again where the part of the energy that stands in for it has so grown.
 MORE_OF_IT = 10.0
 #: A body takes part in a motion with this part of the fastest.
@@ -52,7 +56,7 @@ class BranchWatch:
         self.open: tuple[Crossing, ...] = ()
         self.crossings: tuple[Crossing, ...] = ()
         self.doubts: tuple[Doubt, ...] = ()
-        state[PASSING] = state[DOUBTED] = -np.inf
+        state[PASSING] = state[DOUBTED] = state[MEETING] = -np.inf
         state[LEAST], state[LIGHTER] = np.inf, LIGHT
         self.begun = np.zeros(0)
 
@@ -74,7 +78,9 @@ class BranchWatch:
             state[PASSING], state[NEXT] = t, 0.99 * ahead.clear
         elif ahead.crossing is not None:
             at = ahead.crossing
-            state[PASSING], state[NEXT] = max(t, at.t + 0.5 * (at.t - t)), step
+            over = 2.0 * (at.t - t)
+            state[PASSING], state[MEETING] = max(t, at.t + 0.5 * (at.t - t)), at.t
+            state[NEXT] = over * (1.0 + LITTLE) if step < over < FARTHER * step else step
             self.open = (at,) if at.t > t else ()
         elif step < HOPELESS * self.whole:
             self._give_up(t, step, ahead.elements)

@@ -195,7 +195,7 @@ def look_ahead(
         for part in HORIZONS:
             far = part * within
             ahead = rows.at(x + far * way + 0.5 * far**2 * bent)[1]
-            if least > CERTAIN * np.linalg.norm(ahead[:, :n] - G[:, :n], 2):
+            if least > CERTAIN * _at_most(ahead[:, :n] - G[:, :n]):
                 return Ahead(clear=part * step)
         found = _nearest(rows, x, rank, parts, 8.0 * within)
         if found is None:
@@ -273,19 +273,36 @@ def _singular(
                 _between(u[:, kept:], rows.at(x + d)[1] - rows.at(x - d)[1], vt[kept:])
                 for d in STEP * vt[kept:]
             ]
-            flat = np.array(turned).reshape(len(turned), -1).T / (2.0 * STEP)
+            flat = _inverse(np.array(turned).reshape(len(turned), -1) / (2.0 * STEP))
         last = worst
-        z = -np.linalg.lstsq(flat, left.ravel(), rcond=1e-6)[0]
+        z = -np.einsum("an,n->a", flat, left.ravel())
         x = x + z @ vt[kept:] - (off + along @ z) @ vt[:kept]
         if not np.linalg.norm(x - begun) <= reach:
             return None
     return None
 
 
+def _inverse(F: Array) -> Array:
+    """The inverse of Fᵀ in the sense of least squares, F (unknowns, equations): one for several
+    iterations.
+    """
+    return np.asarray(np.linalg.pinv(np.einsum("an,bn->ab", F, F), 1e-12, hermitian=True) @ F)
+
+
 def _between(U: Array, G: Array, N: Array) -> Array:
     """Uᵀ G Nᵀ of a matrix with few entries: libraries of dense algebra stall beside other jobs."""
     row, column = np.nonzero(G)
-    return np.asarray(np.einsum("ka,k,bk->ab", U[row], G[row, column], N[:, column]))
+    if not len(row):
+        return np.zeros((U.shape[1], len(N)))
+    begin = np.flatnonzero(np.diff(row, prepend=-1))
+    own = np.add.reduceat(G[row, column][:, None] * N.T[column], begin, axis=0)
+    return np.asarray(np.einsum("ra,rb->ab", U[row[begin]], own))
+
+
+def _at_most(G: Array) -> float:
+    """A bound of the greatest singular value: the root of both norms by sums."""
+    size = np.abs(G)
+    return float(np.sqrt(size.sum(axis=0).max() * size.sum(axis=1).max()))
 
 
 def _owners(system: System, U: Array) -> tuple[str, ...]:

@@ -32,10 +32,11 @@ __all__ = [
 
 #: A rate may be so many times that of the neighbouring gaps; in the bend of a branch that passes
 #: another one, which steps must resolve, this many times.
-STEEPER, BEND = 2.5, 10.0
+STEEPER, BEND = 3.0, 10.0
 #: Between two samples no body turns by more than this [rad] where distances vary by more than that
-#: part of the greatest: they rise from zero to their greatest value, as a sine does, in π/2.
-SWEEP, VARIED = 0.6, 0.2
+#: part of the greatest: they rise from zero to their greatest value, as a sine does, in π/2 by
+#: which one body turns from another, and two may turn against each other, faster than in the mean.
+SWEEP, VARIED = 0.4, 0.2
 #: Where what stands in for missing masses has this part of the kinetic energy, the motion depends
 #: on it; elsewhere corrections by the residual take it away.
 LIGHT = 1e-3

@@ -36,6 +36,7 @@ from mbody.core.progress import (
     LIGHTER,
     LONGEST,
     LOST,
+    MEETING,
     MORE,
     NEAR,
     NEXT,
@@ -70,6 +71,15 @@ STAGES_AGAIN, ENDS_AGAIN = 3.0, 8.0
 SAFETY = 0.8
 #: In careful steps this much: the more of them, the nearer to the position some of them come.
 NEARBY = 0.9
+#: Accelerations are certain to this part, over the square of the distance from a singular position
+#: as a part of what it was; and the square that counts at least, for nearer ones are of no use.
+ROUNDING, NEAREST = 4e-16, 1e-8
+#: A step ends before a singular position that is known at this part of the way to it, or, where it
+#: may be as long as the way, as far behind it as it began before. One of these that is refused is
+#: made this much shorter.
+BEFORE, TWICE, BACK = 0.5, 2.0, 0.2
+#: Ways to it that are shorter than this part of the time are not aimed at.
+AIMED = 1e-9
 #: So many steps in a row that stability holds, less so many that it does not, are stiff.
 STIFF_STEPS, CALM_STEPS = 15.0, 6.0
 
@@ -137,6 +147,20 @@ def steepness(h, y, near, K, s, end, scale):
     return h * math.sqrt(turned / apart) if apart > 0.0 else 0.0
 
 
+@njit
+def aimed(t, h, until, state):
+    """The length h of a careful step, changed so that neither its end nor a stage lies at the
+    singular position that is known: all nodes of the methods keep a tenth of the step from its
+    middle. Returns whether there is one ahead, too, and whether the step goes over it.
+    """
+    way = state[MEETING] - t
+    if not way > AIMED * max(abs(t), abs(until)) or t + TWICE * way >= until:
+        return h, False, False
+    if h >= way:
+        return TWICE * way, True, True
+    return min(h, BEFORE * way), True, False
+
+
 @kernel
 def flow(
     L, W, method, soft, regular, passes, rtol, atol, scale, until, steps, patient, y, K, P, work,
@@ -167,11 +191,13 @@ def flow(
         clipped = t + h >= until - 1e-14 * abs(until)
         if clipped and state[LAST_ONE] < 0.5:
             return LAST
+        careful, known, over = state[NEAR] > 0.5, False, False
         if clipped:
             h = until - t
+        elif careful:
+            h, known, over = aimed(t, h, until, state)
         if h < 1e-13 * max(abs(t), abs(until)) and not clipped:
             return SMALL
-        careful = state[NEAR] > 0.5
         more = passes if careful else regular
         good, astray, least, least_at = True, False, state[PIVOT], t
         for s in range(1, end_slope):
@@ -194,9 +220,9 @@ def flow(
                 astray = astray or close or far > CONE * apart
         if not good:
             state[REJECTED] += 1
-            state[NEXT] = 0.5 * h
+            state[NEXT] = (BACK if over else 0.5) * h
             continue
-        if astray and state[STAGE_TRIES] < STAGES_AGAIN:
+        if astray and not known and state[STAGE_TRIES] < STAGES_AGAIN:
             state[STAGE_TRIES] += 1.0
             state[NEXT] = 0.91 * h
             continue
@@ -219,13 +245,15 @@ def flow(
             for row in range(3, 5):
                 for half in range(2):
                     tangential(L, W, w, work[row, half * n3 : (half + 1) * n3])
-        e3, e5 = 0.0, 0.0
+        e3, e5, noise = 0.0, 0.0, 0.0
+        if careful:
+            noise = ROUNDING * h * swift / max(least / state[FREEST], NEAREST)
         for n in range(n6):
-            size = atol * scale[n] + rtol * max(abs(y[n]), abs(end[n]))
+            size = (atol + noise) * scale[n] + rtol * max(abs(y[n]), abs(end[n]))
             e3 += (work[3, n] / size) ** 2
             e5 += (work[4, n] / size) ** 2
         if not (e5 < 1e300) or not good:
-            state[NEXT] = (0.5 if careful else 0.25) * h
+            state[NEXT] = (BACK if over else 0.5 if careful else 0.25) * h
             state[REJECTED] += 1
             if h < 1e-12 * max(abs(t), abs(until)):
                 return LOST
@@ -235,7 +263,7 @@ def flow(
         growth = 6.0 if error < 1e-9 else min(6.0, safety * error ** (-1.0 / method.order))
         if error > 1.0:
             state[REJECTED] += 1
-            state[NEXT] = h * max(0.2, growth)
+            state[NEXT] = h * (BACK if over else max(0.2, growth))
             continue
         if not (careful or early):
             _, _, good = slope(L, W, t + h, end, K[end_slope], P[end_slope], soft, regular, True)
@@ -254,7 +282,11 @@ def flow(
             if h < state[ASKING]:
                 return BRANCH
             continue
-        if part < BEHIND * state[FREEST] and state[END_TRIES] < ENDS_AGAIN and not clipped:
+        if (
+            part < BEHIND * state[FREEST]
+            and state[END_TRIES] < ENDS_AGAIN
+            and not (clipped or known)
+        ):
             # a step begins badly at a singular position: end after it, or before
             state[END_TRIES] += 1
             state[NEXT] = h * (1.2 if state[END_TRIES] < 5.0 else 0.5)

@@ -6,7 +6,7 @@ __all__ = [
     *("TIME", "NEXT", "STEPS", "REJECTED", "CAREFUL", "SLOPES", "MET", "NEAR", "PIVOT"),
     *("STAGE_TRIES", "FREEST", "LONGEST", "END_TRIES", "STIFF", "CALM", "TANGENTS"),
     *("ERROR", "FRESH", "LAST_ONE", "LEAST", "LEAST_AT", "PASSING", "DOUBTED", "ASKING"),
-    *("FREED", "LIGHTER", "PROGRESS", "UNLIMITED"),
+    *("FREED", "LIGHTER", "MEETING", "PROGRESS", "UNLIMITED"),
     *("BRANCH", "DONE", "LAST", "LOST", "MORE", "PASSAGE", "SMALL", "STEEP", "WEAK"),
 ]
 
@@ -31,9 +31,11 @@ PASSING, DOUBTED, ASKING = 21, 22, 23
 #: The part of the kinetic energy that masses have which stand in for none, and above which part the
 #: steps pause.
 FREED, LIGHTER = 24, 25
+#: When the singular position that is known is met.
+MEETING = 26
 #: How many there are; and those that are infinite where nothing limits them.
-PROGRESS = 26
-UNLIMITED = (LEAST, PASSING, DOUBTED, LIGHTER)
+PROGRESS = 27
+UNLIMITED = (LEAST, PASSING, DOUBTED, LIGHTER, MEETING)
 
 #: What steps end with: all done; there is more to do; the step has vanished; a slope was no
 #: number; explicit steps are held short by stiffness; the next step is the last one, if it may be;
