@@ -32,6 +32,7 @@ from mbody import (
 )
 from mbody.cli import main
 from tests.rest_scan import judge, summary
+from validation.porter_governor import build as porter
 
 UPRIGHT = Marker("ground", (0.0, 0.0), 0.5 * math.pi)
 g = 9.81
@@ -271,6 +272,71 @@ def test_two_crossings_of_two_free_motions():
     assert_allclose(curve.values[list(curve.crossings)], np.sqrt(np.sort(squares)), rtol=1e-10)
     assert curve.kinds == ("pitchfork", "pitchfork")
     assert curve.data()["kinds"] == ["pitchfork", "pitchfork"]
+
+
+def governor(radius, sleeve=18.0, force=0.0):
+    """Porter's, of 6 kg balls and 0.3 m arms: where it hangs, branches of its motion meet."""
+    machine = porter(radius, sleeve=sleeve, held=False)
+    machine.add(Force("push", "arm_r.B", force))
+    return machine
+
+
+@pytest.mark.parametrize(
+    ("radius", "sleeve", "span"),
+    [
+        (0.25, 18.0, (20.0, 5.0)),  # the branch that leans, through to the other side
+        (0.29, 18.0, (20.0, 5.0)),
+        (0.25, 18.0, (12.0, 5.0)),
+        (0.25, 40.0, (25.0, 5.0)),
+        (0.25, 0.0, (20.0, 4.0)),
+        (0.02, 18.0, (5.0, 20.0)),  # the branch that hangs: two stiffnesses vanish at once
+        (0.02, 18.0, (20.0, 5.0)),
+    ],
+)
+def test_a_crossing_where_the_motion_branches_too(radius, sleeve, span):
+    """ω² = (m + M) g / (m l): more is free there than nearby."""
+    hangs = radius < 0.1
+    start = {"arm_r": 0.0, "arm_l": 0.0, "link_r": 0.0, "link_l": 0.0} if hangs else None
+    machine = governor(radius, sleeve)
+    curve = equilibrium_curve(machine, "field.speed", span, start=start)
+    lifts = math.sqrt((6.0 + sleeve) * g / (6.0 * 0.3))
+    # a polynomial of eight points around it errs by 1e-11, corrections by 1e-12 over the slope
+    assert_allclose(curve.values[list(curve.crossings)], [lifts], rtol=1e-10)
+    assert curve.kinds == ("multiple",) and not curve.folds
+    (n,) = curve.crossings
+    assert abs(curve["arm_r"].angle[n]) < 1e-9
+    leans = curve["arm_r"].angle[[0, -1]]
+    assert np.abs(leans).max() < 1e-9 if hangs else leans[0] * leans[1] < -0.1
+    # no crawling: steps are at most a tenth of a span, and only the last is cut
+    assert np.diff(curve.arclength)[:-1].min() > 1e-3
+    assert curve.status == "completed" and curve.doubts == ()
+
+
+@pytest.mark.parametrize("force", [1.0, 1e-3])
+def test_branches_that_a_small_force_parts_do_not_cross(force):
+    """A push outwards: the branch on its side goes on to low speeds, and crosses nothing."""
+    curve = equilibrium_curve(governor(0.25, force=force), "field.speed", (20.0, 5.0))
+    assert not curve.crossings and not curve.folds
+    assert (curve["arm_r"].angle > 0.0).all() and curve.values[-1] == 5.0
+    # half the sleeve hangs on each arm: moments about the pivots of both arms
+    theta, speed = curve["arm_r"].angle, curve.values
+    moment = (
+        2.0 * 6.0 * speed**2 * 0.3 * np.sin(theta) * np.cos(theta)
+        + force * np.cos(theta)
+        - 2.0 * 24.0 * g * np.sin(theta)
+    )
+    assert_allclose(moment, 0.0, atol=1e-8)
+
+
+def test_a_curve_that_ends_before_its_span_is_in_doubt():
+    curve = equilibrium_curve(governor(0.25), "field.speed", (20.0, 5.0), points=5)
+    (doubt,) = curve.doubts
+    assert doubt.kind == "incomplete" and "5 points were not enough" in doubt.message
+    assert curve.status == f"doubtful: {doubt.message}" and curve.notes == (doubt.message,)
+    told = json.loads(json.dumps(curve.data(), allow_nan=False))
+    assert (told["status"], told["notes"]) == (curve.status, list(curve.notes))
+    assert told["doubts"] == [doubt.data()]
+    assert doubt.message[:20] in str(curve)
 
 
 # -- other processors ----------------------------------------------------------------------------

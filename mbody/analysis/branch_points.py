@@ -12,6 +12,7 @@ and Optimization 2 (1980), 441-472.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +21,7 @@ from mbody.analysis.continuation import Follower, Point
 from mbody.analysis.manifold import Array, Place
 from mbody.errors import ModelError
 
-__all__ = ["GAP", "Crossing", "crossing"]
+__all__ = ["GAP", "Crossing", "crossing", "together"]
 
 #: Step of the differences of J; they only steer Newton's method and tell the kind of crossing.
 STEP = 1e-3
@@ -32,6 +33,11 @@ GAP = 1e-10
 #: A curvature of the drive along the position, as a part of the greatest, that is none: then one
 #: branch turns round in the crossing, as a pitchfork does. Differences leave STEP² of it.
 NONE = 1e-4
+#: Points of the curve around a crossing of more branches: a step turns by 0.2 rad at most, and the
+#: polynomial through eight of them errs by 1e-11.
+NODES = 8
+#: Distance from it, along the curve, at which it is looked whether branches meet.
+NEAR = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +49,7 @@ class Crossing:
     point : Point
         On the curve that is followed.
     kind : str
-        ``"pitchfork"`` or ``"transcritical"``.
+        ``"pitchfork"``, ``"transcritical"`` or ``"multiple"``.
     gap : float
         What is left of the drive, as a part of its second derivatives: the square of how far
         branches are apart, zero where they cross.
@@ -56,6 +62,36 @@ class Crossing:
 
 def crossing(follower: Follower, here: Point, there: Point) -> Crossing | None:
     """The crossing between two points of a curve; None where there is none near."""
+
+    def side(point: Point) -> float:
+        return point.side * (point.size / here.size) ** len(point.place.motions)
+
+    return _simple(follower, here, there) or _multiple(follower, here, there, side)
+
+
+def together(
+    follower: Follower, here: Point, there: Point, which: Sequence[int]
+) -> Crossing | None:
+    """Where an even number of stiffnesses, numbered by `which`, pass zero at once between two
+    points: each of them crosses, and the determinant keeps its sign. None where they pass it one by
+    one.
+    """
+    numbers = list(which)
+    found = _multiple(follower, here, there, lambda point: float(point.stiffnesses[numbers].sum()))
+    if found is None:
+        return None
+    # the distance to where each passes zero, as the greatest went between the ends
+    length, K = there.arc - here.arc, found.point.stiffness
+    left = np.linalg.eigvalsh(0.5 * (K + K.T))  # of rounding alone K is not symmetric
+    if len(left) != len(here.stiffnesses):
+        return None
+    went = np.abs(there.stiffnesses[numbers] - here.stiffnesses[numbers])
+    apart = float((np.abs(left[numbers]) * length / went).max())
+    return found if apart**2 <= GAP else None
+
+
+def _simple(follower: Follower, here: Point, there: Point) -> Crossing | None:
+    """A crossing of two branches, by Newton's method."""
     one, other = abs(here.side), abs(there.side)
     part = one / (one + other) if one + other else 0.5
     value = (1.0 - part) * here.value + part * there.value
@@ -78,8 +114,57 @@ def crossing(follower: Follower, here: Point, there: Point) -> Crossing | None:
     direction = last * here.direction + first * there.direction
     direction /= np.linalg.norm(direction)
     stiffness = follower.manifold(value).stiffness(place)
-    point = Point(place, value, direction, stiffness, arc, 0.0)
+    point = Point(place, value, direction, stiffness, arc, 0.0, here.size)
     return Crossing(point, _kind(H, V), gap)
+
+
+def _multiple(
+    follower: Follower, here: Point, there: Point, of: Callable[[Point], float]
+) -> Crossing | None:
+    """A crossing in which more branches meet, where `of` passes zero, between points of the curve
+    around it: in it, where all that a step goes by vanishes, the last digits alone would lead.
+    """
+    length = there.arc - here.arc
+
+    def at(part: float) -> tuple[float, Array] | None:
+        """What passes zero, and number and position, at a part of the step."""
+        point = follower.ahead(here, 0.5 * (1.0 + part) * length)
+        if point is None:
+            return None
+        return of(point), np.append(point.value, (point.place.q - here.place.q) / follower.scale)
+
+    nodes = np.polynomial.chebyshev.chebpts1(NODES)
+    found = [at(part) for part in nodes]
+    known = [n for n in range(NODES) if found[n] is not None]
+    if len(known) < NODES - 1:  # one may lie in the crossing itself
+        return None
+    rows = [one for one in found if one is not None]
+    way = nodes[known]
+    sides = np.polynomial.Chebyshev.fit(way, [side for side, _ in rows], len(way) - 1, (-1.0, 1.0))
+    zeros = [z.real for z in sides.roots() if abs(z.imag) < 1e-6 and abs(z.real) <= 1.0]
+    if len(zeros) != 1:
+        return None
+    part = float(zeros[0])
+
+    # beside it what passes zero goes by the distance, or by √(distance² + gap) past each other
+    beside = NEAR / length
+    near = at(part - beside), at(part + beside)
+    slope = float(sides.deriv()(part))
+    if near[0] is None or near[1] is None or not slope:
+        return None
+    gap = abs((near[1][0] - near[0][0]) / (2.0 * beside * slope) - 1.0) * NEAR**2
+    fit = np.polynomial.chebyshev.chebfit(way, np.array([row for _, row in rows]), len(way) - 1)
+    middle = np.asarray(np.polynomial.chebyshev.chebval(part, fit))
+    value = float(middle[0])
+    place = follower.manifold(value).at(here.place.q + follower.scale * middle[1:])
+    if place is None:
+        return None
+    arc = here.arc + 0.5 * (1.0 + part) * length
+    direction = 0.5 * (1.0 - part) * here.direction + 0.5 * (1.0 + part) * there.direction
+    direction /= np.linalg.norm(direction)
+    stiffness = follower.manifold(value).stiffness(place)
+    point = Point(place, value, direction, stiffness, arc, 0.0, here.size)
+    return Crossing(point, "multiple", gap)
 
 
 def _kind(H: Array, V: Array) -> str:

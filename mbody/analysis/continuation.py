@@ -7,6 +7,7 @@ of the drive with p. Arclength is without units: lengths by the model length, p 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -46,8 +47,10 @@ class Point:
     arc : float
         Arclength from the first point.
     side : float
-        Determinant of the equations of a step, scaled: its sign changes where another branch
+        Determinant of the equations of a step, by their size: its sign changes where another branch
         crosses, and there alone.
+    size : float
+        The greatest of K and of the change of the drive with the number.
     """
 
     place: Place
@@ -56,6 +59,7 @@ class Point:
     stiffness: Array
     arc: float
     side: float
+    size: float
 
     @property
     def stiffnesses(self) -> Array:
@@ -138,7 +142,7 @@ class Follower:
         if before is not None and direction @ before < 0.0:
             direction, way = -direction, -way
         side = float(np.linalg.det(np.vstack([np.column_stack([-K, change]) / size, way])))
-        return Point(here, value, direction, K, arc, side)
+        return Point(here, value, direction, K, arc, side, size)
 
     def ahead(self, here: Point, step: float) -> Point | None:
         """The point of the curve at that distance along the direction of another."""
@@ -203,15 +207,8 @@ class Follower:
                 return self.point(place, value, here.direction, here.arc + abs(part))
         return None
 
-    def between(self, here: Point, there: Point, which: int | None) -> Point:
-        """Where the curve turns round between two points, or a stiffness passes zero (Illinois).
-
-        `which` numbers the stiffness; None is for the turning.
-        """
-
-        def of(point: Point) -> float:
-            return float(point.direction[-1] if which is None else point.stiffnesses[which])
-
+    def between(self, here: Point, there: Point, of: Callable[[Point], float]) -> Point:
+        """Where what changes its sign between two points of the curve passes zero (Illinois)."""
         low, high = here, there
         first, last = of(low), of(high)
         top = max(abs(first), abs(last))

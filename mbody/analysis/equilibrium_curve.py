@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from mbody.analysis.branch_points import GAP, crossing
+from mbody.analysis.branch_points import GAP, crossing, together
 from mbody.analysis.closure import as_system, closed
 from mbody.analysis.continuation import FIRST, LONGEST, SHORTEST, STRAIGHT, Follower, Point
 from mbody.analysis.equilibrium import Equilibrium, released, search, stability_of
@@ -19,6 +19,7 @@ from mbody.analysis.rest_curve import AWAY
 from mbody.analysis.rest_search import Rest, Search
 from mbody.analysis.rest_words import Words
 from mbody.analysis.runner import Runner
+from mbody.doubts import Doubt, Inherited, certificate, doubted
 from mbody.errors import ModelError, SolveError
 from mbody.histories import BodyHistory, PointHistory, Reaction, Record
 from mbody.mechanism import Mechanism
@@ -37,7 +38,7 @@ LEAST = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
-class EquilibriumCurve:
+class EquilibriumCurve(Inherited):
     """Rest positions along a curve: arrays (points,) by name, like a solution's over instants.
 
     Attributes
@@ -59,11 +60,19 @@ class EquilibriumCurve:
         Points at which another branch crosses.
     kinds : tuple of str
         Of each crossing: ``"pitchfork"`` where one of the branches turns round in it,
-        ``"transcritical"`` where none does, ``"multiple"`` where more than two branches meet.
+        ``"transcritical"`` where none does, ``"multiple"`` where more than two branches meet, as
+        at a position where branches of the motion itself meet.
     solution : Solution
         Statics of all points as a batch of designs, one instant each.
+    status : str
+        ``"completed"``, or ``"doubtful: …"`` with the first doubt.
+    doubts : tuple of Doubt
+        Where the curve ends before its span does, where it may have gone over to another branch,
+        and what is in doubt of the statics. Points are balanced as parts of the greatest load,
+        since sums of forces may vanish: what is left beside those sums is said by
+        ``solution.doubts`` alone.
     notes : tuple of str
-        Where and why the curve ends.
+        Where and why the curve ends, and the sentences of the doubts.
     """
 
     parameter: str
@@ -74,7 +83,6 @@ class EquilibriumCurve:
     folds: tuple[int, ...]
     crossings: tuple[int, ...]
     solution: Solution = field(repr=False)
-    notes: tuple[str, ...] = ()
     kinds: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -123,7 +131,7 @@ class EquilibriumCurve:
                 }
                 for body in bodies
             },
-            "notes": list(self.notes),
+            **certificate(self),
         }
 
     def __str__(self) -> str:
@@ -284,6 +292,7 @@ class _Tracer:
         self.crossed: list[Point] = []
         self.kinds: list[str] = []
         self.notes: list[str] = []
+        self.doubts: list[Doubt] = []
 
     def traced(self, place: Place, value: float) -> EquilibriumCurve:
         """The curve from its first place on."""
@@ -298,15 +307,25 @@ class _Tracer:
             if there is None or bend < STRAIGHT:
                 step *= 0.5
                 if step < SHORTEST:
-                    self.notes.append(f"it cannot be followed beyond {self._where(here)}")
+                    self._stops(here)
                     break
                 continue
             if not 0.0 <= there.value <= 1.0:
-                self._end(here, 1.0 if there.value > 1.0 else 0.0)
+                if not self._end(here, 1.0 if there.value > 1.0 else 0.0):
+                    if step > LEAST:
+                        step *= 0.5
+                        continue
+                    self._stops(here)
                 break
-            if not self._between(here, there) and step > LEAST:
-                step *= 0.5  # it leapt from one branch to another that does not cross
-                continue
+            if not self._between(here, there):
+                if step > LEAST:
+                    step *= 0.5  # it leapt from one branch to another that does not cross
+                    continue
+                said = (
+                    f"near {self._where(there)} branches come so near each other that the curve "
+                    "may have gone over to another one: change a number a little, and compare"
+                )
+                self.doubts.append(Doubt("branch", said))
             self.path.append(there)
             if self._round(there):
                 self.notes.append("it closes on itself")
@@ -318,7 +337,8 @@ class _Tracer:
                 step = min(2.0 * step, LONGEST)
             here = there
         else:
-            self.notes.append(f"{self.points} points were not enough: give more points")
+            said = f"{self.points} points were not enough: give more points"
+            self.doubts.append(Doubt("incomplete", said))
         return self._curve()
 
     def _where(self, point: Point) -> str:
@@ -331,12 +351,23 @@ class _Tracer:
         near = max(apart, abs(first.value - there.value)) < 0.6 * LONGEST
         return parts > 10 and near and bool(first.direction @ there.direction > STRAIGHT)
 
-    def _end(self, here: Point, value: float) -> None:
-        """The last point, where the number leaves its span."""
+    def _stops(self, here: Point) -> None:
+        """The curve ends at a point within its span."""
+        said = (
+            f"it cannot be followed beyond {self._where(here)}: give a rest position beyond it as "
+            "start of another curve"
+        )
+        self.doubts.append(Doubt("incomplete", said))
+
+    def _end(self, here: Point, value: float) -> bool:
+        """The last point, where the number leaves its span; whether it is on the same branch."""
+        if here.value == value:
+            return True
         last = self.follower.at_end(here, value)
-        if last is not None and last.arc > here.arc:
-            self._between(here, last)
-            self.path.append(last)
+        if last is None or not last.arc > here.arc or not self._between(here, last):
+            return False
+        self.path.append(last)
+        return True
 
     def _between(self, here: Point, there: Point) -> bool:
         """Folds and crossings between neighbours; whether both are on one branch."""
@@ -347,7 +378,7 @@ class _Tracer:
             self._crossed(found.point, found.kind)
             return True
         if here.direction[-1] * there.direction[-1] < 0.0:
-            turned = self.follower.between(here, there, None)
+            turned = self.follower.between(here, there, lambda point: float(point.direction[-1]))
             self.path.append(turned)
             self.turned.append(turned)
             return True
@@ -355,8 +386,10 @@ class _Tracer:
         alike = len(one) == len(other)
         changed = [n for n in range(len(one)) if alike and one[n] * other[n] < 0.0]
         if changed:
-            # an even number at once: each crosses, the determinant keeps its sign
-            self._crossed(self.follower.between(here, there, changed[0]), "multiple")
+            found = together(self.follower, here, there, changed)
+            if found is None:
+                return False
+            self._crossed(found.point, found.kind)
         return True
 
     def _crossed(self, point: Point, kind: str) -> None:
@@ -376,7 +409,8 @@ class _Tracer:
         for point in (*self.turned, *self.crossed):
             words[path.index(point)] = "neutral"
         system = follower.system.with_values({follower.parameter: values})
-        return EquilibriumCurve(
+        solution = _statics(system, [point.place.q for point in path], self.t)
+        curve = EquilibriumCurve(
             parameter=follower.parameter,
             values=values,
             arclength=np.array([point.arc for point in path]),
@@ -385,9 +419,11 @@ class _Tracer:
             folds=tuple(path.index(point) for point in self.turned),
             crossings=tuple(path.index(point) for point in self.crossed),
             kinds=tuple(self.kinds),
-            solution=_statics(system, [point.place.q for point in path], self.t),
+            solution=solution,
             notes=tuple(self.notes),
         )
+        of_statics = (doubt for doubt in solution.doubts if doubt.kind != "residual")
+        return doubted(curve, (*self.doubts, *of_statics))
 
 
 def _unit(system: System, name: str) -> str:
