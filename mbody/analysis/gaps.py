@@ -20,6 +20,8 @@ SEARCHED, CANDIDATES = 60, 8
 #: Rows that are held are closed within this, in model lengths and radians.
 HELD = 1e-6
 #: A gap below this, in model lengths and radians, may be an error of lengths that should agree;
+#: A gap below this, in model lengths and radians, is rounding of joints that fit.
+ROUNDING = 1e-14
 #: rows are then dependent but for this part of the greatest singular value.
 SLIGHT, NEARLY = 1e-3, 3e-3
 #: How far beside a position the gap is looked at again; a row takes part in a dependency with this
@@ -109,7 +111,7 @@ def refuse_near_redundant(system: System, work: Work, start: np.ndarray) -> None
         if not np.isfinite(dense(system, work)[1]).all():  # a distance of 0
             return
         gap = np.abs(smallest_gap(system, work, driven)[:joints])
-        if not 0.0 < gap.max() < SLIGHT:
+        if not ROUNDING < gap.max() < SLIGHT:
             return
         report = rank_of(dense(system, work)[1][:joints], NEARLY)
         if not report.redundant or report.free < max(1, drivers):
