@@ -112,7 +112,7 @@ def test_a_unit_is_known_by_its_symbol():
     ("text", "dimension", "expected"),
     [
         ("5 arcmin", "angle", 5 * math.pi / 180 / 60),
-        ("2 gradian", "angle", math.pi / 100),
+        ("2 arcminute", "angle", 0.0005817764173314432),
         ("3 mrad", "angle", 0.003),
         ("6 arcsec/s", "angular velocity", math.pi / 180 / 600),
         ("4 cycle/s", "angular velocity", 8 * math.pi),
