@@ -324,3 +324,16 @@ def times_within(mechanism: Mechanism, turn: float, count: int) -> np.ndarray:
     way = np.linspace(0.0, turn, count)
     v, a = law.speed, law.acceleration
     return 2.0 * way / (v + np.sqrt(v * v + 2.0 * a * way))
+
+
+def held_bar() -> Mechanism:
+    """P at 1 m and Q at 2 m of a bar that a driver holds: O.fy = −(P + Q), effort −(P + 2 Q)."""
+    machine = Mechanism("bar")
+    machine.add(
+        Body("bar", points={"A": (1.0, 0.0), "B": (2.0, 0.0)}),
+        Revolute("O", "ground", "bar"),
+        AngleDriver("hold", "bar", 0.0),
+        Force("P", "bar.A", 0.0, angle=math.pi / 2.0),
+        Force("Q", "bar.B", 0.0, angle=math.pi / 2.0),
+    )
+    return machine

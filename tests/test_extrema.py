@@ -10,7 +10,6 @@ import mbody
 from mbody import (
     AngleDriver,
     Body,
-    Force,
     Mechanism,
     Revolute,
     SolveError,
@@ -21,6 +20,7 @@ from mbody import (
     solve_for,
 )
 from tests import extrema_scan
+from tests.linkages import held_bar
 
 
 def reviewed():
@@ -139,37 +139,24 @@ def test_a_force_that_grows_without_bound():
 # -- bounds, kinks ----------------------------------------------------------------------------
 
 
-def bar():
-    """P at 1 m and Q at 2 m of a bar that a driver holds: O.fy = −(P + Q), effort −(P + 2 Q)."""
-    machine = Mechanism("bar")
-    machine.add(
-        Body("bar", points={"A": (1.0, 0.0), "B": (2.0, 0.0)}),
-        Revolute("O", "ground", "bar"),
-        AngleDriver("hold", "bar", 0.0),
-        Force("P", "bar.A", 0.0, angle=math.pi / 2.0),
-        Force("Q", "bar.B", 0.0, angle=math.pi / 2.0),
-    )
-    return machine
-
-
 def test_bounds_of_loads_bind():
     """Linear: the corners of the box, and of the box with a side condition."""
     box = [Unknown("P", low=-2.0, high=3.0), Unknown("Q", low=-1.0, high=5.0)]
-    answer = solve_for(bar(), box, greatest="O.fy")
+    answer = solve_for(held_bar(), box, greatest="O.fy")
     assert answer.straight and answer[0].objective == pytest.approx(3.0, rel=1e-12)
     side = "hold.effort <= 2 N*m"  # P + 2 Q >= −2
-    answer = solve_for(bar(), box, side_conditions=side, greatest="O.fy")
+    answer = solve_for(held_bar(), box, side_conditions=side, greatest="O.fy")
     assert answer[0].unknowns == pytest.approx({"P": -2.0, "Q": 0.0}, abs=1e-12)
     assert answer[0].binding == (side,)
     with pytest.raises(SolveError, match="beyond its bounds"):
-        solve_for(bar(), Unknown("P", low=1.0, high=2.0), "hold.effort = 0")
+        solve_for(held_bar(), Unknown("P", low=1.0, high=2.0), "hold.effort = 0")
 
 
 @pytest.mark.parametrize("kink", [3.0, -40.0, 700.0])
 def test_a_kink_is_found(kink):
     """|P − kink| is least at the kink, wherever probes of linearity look."""
     unknown = Unknown("P", low=-50.0, high=800.0)
-    found = solve_for(bar(), unknown, least=f"abs(O.fy + {kink!r} N)")[0]
+    found = solve_for(held_bar(), unknown, least=f"abs(O.fy + {kink!r} N)")[0]
     assert found.objective == pytest.approx(0.0, abs=1e-6)
     assert found.unknowns["P"] == pytest.approx(kink, abs=1e-6)
 
@@ -230,7 +217,7 @@ def test_two_angles():
 def test_two_loads_that_cancel():
     """P + Q = 0 leaves the pin nothing, and P + 2 Q >= 10 can be met."""
     found = solve_for(
-        bar(),
+        held_bar(),
         ["P", "Q"],
         side_conditions="hold.effort <= -10 N*m",  # P + 2 Q >= 10
         least="O.force*O.force",

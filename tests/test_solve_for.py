@@ -37,6 +37,7 @@ from mbody import (
     solve_for,
     to_text,
 )
+from tests.linkages import held_bar
 
 # -- straight in the unknowns -----------------------------------------------------------------
 
@@ -159,14 +160,7 @@ def test_vehicle(driven, brake, height):
 
 def test_least_and_greatest_of_a_linear_programme():
     """Two forces on a bar with bounds: the corners of a polygon by hand."""
-    bar = Mechanism("bar")
-    bar.add(
-        Body("bar", points={"A": (1.0, 0.0), "B": (2.0, 0.0)}),
-        Revolute("O", "ground", "bar"),
-        AngleDriver("hold", "bar", 0.0),
-        Force("P", "bar.A", 0.0, angle=math.pi / 2.0),
-        Force("Q", "bar.B", 0.0, angle=math.pi / 2.0),
-    )
+    bar = held_bar()
     # hold.effort = −(P + 2 Q), O.fy (on the bar) = −(P + Q)
     sides = ["O.fy >= -3 N", "hold.effort >= -5 N*m", "O.fy <= 1 N", "hold.effort <= 4 N*m"]
     corners = [(force, torque) for force in (-3.0, 1.0) for torque in (-5.0, 4.0)]

@@ -13,7 +13,7 @@ import numpy as np
 from mbody.analysis.closure import Closed, check_determined, closed
 from mbody.analysis.instants import BY_DRIVER, BY_TIME, Plan
 from mbody.analysis.runner import Runner, Stuck
-from mbody.certify import as_said
+from mbody.certify import as_said, changed
 from mbody.core.output import PER_ATOM
 from mbody.doubts import Doubt
 from mbody.errors import SolveError
@@ -71,10 +71,9 @@ def through_change_points(
     found = runner.solution(beginning, asked, Record([merged], len(asked.s), batch=False))
     note = f"{len(singular)} of {len(asked.s)} instants are change points, given as limits"
     # what the residuals say of it is not asked yet: they know of no forces that are missing
-    object.__setattr__(found, "notes", (*as_said(found).notes, note))
-    if missing:
-        object.__setattr__(found, "doubts", (_incomplete(runner, asked, missing),))
-    return found
+    said = as_said(found)
+    doubts = (*said.doubts, *((_incomplete(runner, asked, missing),) if missing else ()))
+    return changed(found, notes=(*said.notes, note), doubts=doubts)
 
 
 def _incomplete(runner: Runner, asked: Plan, missing: dict[int, list[str]]) -> Doubt:

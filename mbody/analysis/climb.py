@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -103,7 +103,7 @@ class _Hill:
         """The end of a climb; None where it does not end."""
         from scipy.optimize import minimize
 
-        def part(name: str, rows: slice | int, factor: Array | float):  # type: ignore[no-untyped-def]
+        def part(name: str, rows: slice | int, factor: Array | float) -> Callable[[Array], Array]:
             def asked(u: Array) -> Array:
                 self.look(u)
                 found: Array = (getattr(self, name)[rows].T * factor).T

@@ -17,7 +17,7 @@ from mbody.analysis.steppers import Memory, stepper
 from mbody.analysis.undefined import adjusted, branching, stuck, undetermined, valueless, weightless
 from mbody.analysis.uniqueness import open_reactions, told_open
 from mbody.analysis.vanishing import GONE, vanishing
-from mbody.certify import as_said
+from mbody.certify import as_said, changed
 from mbody.core.layout import stand_ins
 from mbody.core.output import PER_ATOM
 from mbody.core.progress import (
@@ -336,8 +336,7 @@ class Course:
         notes += tuple(pulled(found, self._between()))
         if self.soft:
             notes += told_open(found.dependencies)
-        object.__setattr__(found, "notes", notes)
-        object.__setattr__(found, "branch", self.watch.least(last))
+        found = changed(found, notes=notes, branch=self.watch.least(last))
         return doubted(found, self.watch.doubts)
 
     def _between(self) -> Mapping[str, Held] | None:

@@ -15,7 +15,7 @@ from mbody.analysis.closure import Closed, as_system, check_determined, closed
 from mbody.analysis.dead_centres import DeadCentre, with_ends
 from mbody.analysis.instants import BY_DRIVER, BY_TIME, Plan, by_time, plan
 from mbody.analysis.runner import Runner, Stuck
-from mbody.certify import as_said
+from mbody.certify import as_said, changed
 from mbody.errors import ModelError, ModelWarning, SolveError
 from mbody.histories import Record
 from mbody.mechanism import Mechanism
@@ -53,7 +53,7 @@ def driven(
         found = found.take(np.arange(before, len(found)))
     pulling = runner.pulled(start, asked, found)
     if pulling:
-        object.__setattr__(found, "notes", (*as_said(found).notes, *pulling))
+        found = changed(found, notes=(*as_said(found).notes, *pulling))
     return found
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 from mbody.analysis.asked_motion import AskedMotion, asked_motion, last_time, tolerances
@@ -13,6 +12,7 @@ from mbody.analysis.energy_doubts import energy_doubts
 from mbody.analysis.extrapolation import extrapolated
 from mbody.analysis.phases import followed
 from mbody.analysis.start import started, state_of
+from mbody.certify import as_said, changed
 from mbody.doubts import doubted
 from mbody.errors import ModelError, SolveError, brief
 from mbody.events import Event, Stop, as_events
@@ -171,7 +171,8 @@ def simulate(
 def _judged(run: Solution, asked: AskedMotion) -> Solution:
     """The motion with what its description, its laws and its energy give to say."""
     system = run.system
-    said = [note for note in remarks(system.mechanism, system.plans) if note not in run.notes]
-    found = replace(run, notes=(*run.notes, *said)) if said else run
+    notes = as_said(run).notes
+    said = [note for note in remarks(system.mechanism, system.plans) if note not in notes]
+    found = changed(run, notes=(*notes, *said)) if said else run
     doubts = [*extrapolated(found), *energy_doubts(found, asked.way.method, asked.way.rtol)]
     return doubted(found, doubts)

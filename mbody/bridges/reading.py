@@ -112,7 +112,7 @@ class Reading:
     def _number(self, formula: Any) -> float | None:
         """The value of a formula; None where it is not read anew."""
         found = evaluated(formula.text, self._parameters, self.mechanism)
-        if found is None or isinstance(found[0], Jet):
+        if found is None:
             return None
         value, measured = found
         if not measured and not formula.names and formula.dimension == DIMENSIONS["angle"]:
@@ -263,10 +263,19 @@ def _written(
     law: Expression, parameters: dict[str, Any], mechanism: Mechanism, turning: bool
 ) -> PlainLaw | None:
     """A formula's law by its text; None where it is not read anew."""
-    first = evaluated(law.text, parameters, mechanism, Jet(0.37, 1.0))
-    if first is None or (turning and not first[1]):
+    found = parsed(law.text, parameters, mechanism)
+    if found is None or (turning and not found[1]):
         return None
-    return PlainLaw(lambda x: evaluated(law.text, parameters, mechanism, x)[0])  # type: ignore[index]
+    tree, names = found[0], _names(parameters)
+
+    def at(x: Any) -> Any:
+        return _value(tree, {**names, "t": x, "x": x})
+
+    try:
+        at(Jet(0.37, 1.0))
+    except Exception:  # a function that jets have not
+        return None
+    return PlainLaw(at)
 
 
 # -- formulas ---------------------------------------------------------------------------------
@@ -319,7 +328,7 @@ def scale(unit: str, mechanism: Mechanism) -> float:
 
 
 def evaluated(
-    text: str, parameters: dict[str, Any], mechanism: Mechanism, variable: Any = None
+    text: str, parameters: dict[str, Any], mechanism: Mechanism
 ) -> tuple[Any, bool] | None:
     """A formula's value in the units of the mechanism, and whether units stand in it; None for what
     Python and pint do not read.
@@ -328,6 +337,19 @@ def evaluated(
     >>> machine = mbody.Mechanism("in inches", units="in-lbf-s")
     >>> round(evaluated("2*a + 25.4 mm", {"a": 3.0}, machine)[0], 12)
     7.0
+    """
+    found = parsed(text, parameters, mechanism)
+    try:
+        return None if found is None else (_value(found[0], _names(parameters)), found[1])
+    except Exception:  # whatever a name that is none, or a number that is none, raises
+        return None
+
+
+def parsed(
+    text: str, parameters: dict[str, Any], mechanism: Mechanism
+) -> tuple[ast.expr, bool] | None:
+    """A formula as Python's tree, units being numbers in it, and whether there were any; None for
+    what Python and pint do not read.
     """
     measured, own = False, {*parameters, *_FUNCTIONS, "t", "x", "pi"}
 
@@ -346,13 +368,14 @@ def evaluated(
 
     try:
         plain = _MEASURED.sub(bracketed, text.translate(_PRETTY)).replace("^", "**")
-        names = {**parameters, **_FUNCTIONS, "pi": math.pi}
-        if variable is not None:
-            names |= {"t": variable, "x": variable}
-        tree = ast.parse(plain.strip(), mode="eval")
-        return _value(tree.body, names), measured
-    except Exception:  # whatever Python's parser, pint or a name that is none raise
+        return ast.parse(plain.strip(), mode="eval").body, measured
+    except Exception:  # whatever Python's parser or pint raise
         return None
+
+
+def _names(parameters: dict[str, Any]) -> dict[str, Any]:
+    """What names in a formula stand for."""
+    return {**parameters, **_FUNCTIONS, "pi": math.pi}
 
 
 def _value(node: ast.AST, names: dict[str, Any]) -> Any:
