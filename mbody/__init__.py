@@ -15,49 +15,25 @@ from typing import TYPE_CHECKING, Any
 from mbody._version import __version__
 
 if TYPE_CHECKING:
-    from mbody import engineering, gallery, laws, makers, sweeps, testing
-    from mbody.analysis import (
-        close_loops,
-        equilibrium,
-        equilibrium_curve,
-        free_body,
-        kinematics,
-        kinetostatics,
-        linearize,
-        members,
-        mobility,
-        modes,
-        reach,
-        simulate,
-        solve_for,
-        statics,
-    )
-    from mbody.assembler import assemble
-    from mbody.bodies import Body, Guess, SecondMoments, Slender, deg, rpm
-    from mbody.bridges.crosscheck import Crosscheck, crosscheck
-    from mbody.bridges.mjcf import to_mjcf
-    from mbody.couplings import AngleCoupling, LengthCoupling, Term
-    from mbody.doubts import Doubt
-    from mbody.drivers import AngleDriver, CoordinateDriver, DistanceDriver
-    from mbody.elements import Marker, Polar, number_field, polar
+    from mbody import engineering, gallery, laws, sweeps, testing
+    from mbody.analysis.driven.driver_range import reach
+    from mbody.analysis.driven.free_body import free_body, members
+    from mbody.analysis.driven.kinematics import kinematics
+    from mbody.analysis.driven.kinetostatics import kinetostatics
+    from mbody.analysis.driven.statics import statics
+    from mbody.analysis.dynamics.simulate import simulate
+    from mbody.analysis.equilibria.equilibrium import equilibrium
+    from mbody.analysis.equilibria.equilibrium_curve import equilibrium_curve
+    from mbody.analysis.freedom.mobility import mobility
+    from mbody.analysis.initial.close_loops import close_loops
+    from mbody.analysis.inverse.solve_for import solve_for
+    from mbody.analysis.linear.linearize import linearize
+    from mbody.analysis.linear.modes import modes
+    from mbody.engines.crosscheck import Crosscheck, crosscheck
+    from mbody.engines.mjcf import to_mjcf
     from mbody.errors import ModelError, ModelWarning, SolveError
-    from mbody.events import Event, Occurrence, Stop
-    from mbody.formulas import convert
-    from mbody.histories import Reaction
-    from mbody.io.model import Limits, from_text, in_units, load, save, to_text
-    from mbody.io.saved import load_run, save_run
-    from mbody.joints import (
-        CamFollower,
-        CustomJoint,
-        Distance,
-        Fixed,
-        Gear,
-        PinSlot,
-        Prismatic,
-        RackPinion,
-        Revolute,
-        Rolling,
-    )
+    from mbody.files.model import Limits, from_text, in_units, load, save, to_text
+    from mbody.files.saved import load_run, save_run
     from mbody.laws import (
         Cam,
         Constant,
@@ -70,7 +46,25 @@ if TYPE_CHECKING:
         Rise,
         Table,
     )
-    from mbody.loads import (
+    from mbody.makers import makers
+    from mbody.model.body import Body, Guess, SecondMoments, Slender, deg, rpm
+    from mbody.model.coupling import AngleCoupling, LengthCoupling, Term
+    from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
+    from mbody.model.element import Marker, Polar, number_field, polar
+    from mbody.model.event import Event, Occurrence, Stop
+    from mbody.model.joints import (
+        CamFollower,
+        CustomJoint,
+        Distance,
+        Fixed,
+        Gear,
+        PinSlot,
+        Prismatic,
+        RackPinion,
+        Revolute,
+        Rolling,
+    )
+    from mbody.model.loads import (
         CustomLoad,
         Damper,
         Force,
@@ -83,47 +77,62 @@ if TYPE_CHECKING:
         TorsionSpring,
         ValvedCylinder,
     )
-    from mbody.mechanism import Mechanism
-    from mbody.momenta import momentum
-    from mbody.questions import Ask, Measure, Question, Unknown
-    from mbody.simulation import Simulation
-    from mbody.solution import Solution
+    from mbody.model.mechanism import Mechanism
+    from mbody.model.simulation import Simulation
+    from mbody.model.study import Ask, Measure, Question, Unknown
+    from mbody.quantities import convert
+    from mbody.solution.doubts import Doubt
+    from mbody.solution.histories import Reaction
+    from mbody.solution.momentum import momentum
+    from mbody.solution.solution import Solution
     from mbody.sweeps.run import sweep
-    from mbody.system import System
+    from mbody.system.assembler import assemble
+    from mbody.system.system import System
     from mbody.views import draw, plot
 
 
 # where each public name lives: loaded when it is asked for, so that `import mbody` costs nothing
 _HOME = {
-    "analysis": "close_loops equilibrium equilibrium_curve free_body kinematics kinetostatics "
-    "linearize members mobility modes reach simulate solve_for statics",
-    "assembler": "assemble",
-    "bridges.crosscheck": "Crosscheck crosscheck",
-    "bridges.mjcf": "to_mjcf",
-    "bodies": "Body Guess SecondMoments Slender deg rpm",
-    "formulas": "convert",
-    "io.model": "Limits from_text in_units load save to_text",
-    "io.saved": "load_run save_run",
-    "questions": "Ask Measure Question Unknown",
-    "simulation": "Simulation",
-    "couplings": "AngleCoupling LengthCoupling Term",
-    "drivers": "AngleDriver CoordinateDriver DistanceDriver",
-    "doubts": "Doubt",
-    "elements": "Marker Polar number_field polar",
+    "analysis.initial.close_loops": "close_loops",
+    "analysis.equilibria.equilibrium": "equilibrium",
+    "analysis.equilibria.equilibrium_curve": "equilibrium_curve",
+    "analysis.driven.free_body": "free_body members",
+    "analysis.driven.kinematics": "kinematics",
+    "analysis.driven.kinetostatics": "kinetostatics",
+    "analysis.driven.statics": "statics",
+    "analysis.driven.driver_range": "reach",
+    "analysis.linear.linearize": "linearize",
+    "analysis.linear.modes": "modes",
+    "analysis.freedom.mobility": "mobility",
+    "analysis.dynamics.simulate": "simulate",
+    "analysis.inverse.solve_for": "solve_for",
+    "system.assembler": "assemble",
+    "engines.crosscheck": "Crosscheck crosscheck",
+    "engines.mjcf": "to_mjcf",
+    "model.body": "Body Guess SecondMoments Slender deg rpm",
+    "quantities": "convert",
+    "files.model": "Limits from_text in_units load save to_text",
+    "files.saved": "load_run save_run",
+    "model.study": "Ask Measure Question Unknown",
+    "model.simulation": "Simulation",
+    "model.coupling": "AngleCoupling LengthCoupling Term",
+    "model.driver": "AngleDriver CoordinateDriver DistanceDriver",
+    "solution.doubts": "Doubt",
+    "model.element": "Marker Polar number_field polar",
     "errors": "ModelError ModelWarning SolveError",
-    "events": "Event Occurrence Stop",
-    "joints": "CamFollower CustomJoint Distance Fixed Gear PinSlot Prismatic RackPinion Revolute "
-    "Rolling",
+    "model.event": "Event Occurrence Stop",
+    "model.joints": "CamFollower CustomJoint Distance Fixed Gear PinSlot Prismatic RackPinion "
+    "Revolute Rolling",
     "laws": "Cam Constant ConstantAcceleration ConstantSpeed Dwell Function Harmonic Polynomial "
     "Rise Table",
-    "loads": "CustomLoad Damper Force Gravity PistonPressure RotatingField Spring Torque "
+    "model.loads": "CustomLoad Damper Force Gravity PistonPressure RotatingField Spring Torque "
     "TorsionDamper TorsionSpring ValvedCylinder",
-    "mechanism": "Mechanism",
-    "momenta": "momentum",
-    "histories": "Reaction",
-    "solution": "Solution",
+    "model.mechanism": "Mechanism",
+    "solution.momentum": "momentum",
+    "solution.histories": "Reaction",
+    "solution.solution": "Solution",
     "sweeps.run": "sweep",
-    "system": "System",
+    "system.system": "System",
     "views": "draw plot",
 }
 _MODULES = ("engineering", "gallery", "laws", "makers", "sweeps", "testing")

@@ -2,7 +2,7 @@
 
 import sys
 
-from mbody._stop import stop
+from mbody.cli.interrupts import stop
 
 __all__ = ["run"]
 

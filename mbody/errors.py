@@ -9,7 +9,7 @@ from contextvars import ContextVar
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from mbody.solution import Solution
+    from mbody.solution.solution import Solution
 
 __all__ = [
     "ModelError",

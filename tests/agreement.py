@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from mbody.bridges.oracle import Reference
-from mbody.solution import Solution
+from mbody.engines.oracle import Reference
+from mbody.solution.solution import Solution
 
 
 def assert_agrees(oracle: Reference, run: Solution, k: int) -> dict[str, dict[str, Any]]:

@@ -29,13 +29,13 @@ from mbody import (
     Torque,
     Unknown,
     gallery,
-    makers,
     solve_for,
 )
-from mbody.analysis.asked import Ask, asked
-from mbody.analysis.trials import Trials
-from mbody.ends import link_poses
-from mbody.measures import measured
+from mbody.analysis.driven.requests import Ask, asked
+from mbody.analysis.inverse.trials import Trials
+from mbody.makers import makers
+from mbody.solution.measures import measured
+from mbody.solution.places import link_poses
 
 Array = np.ndarray
 

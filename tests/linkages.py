@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from mbody.bodies import Body, Guess
-from mbody.bridges.oracle import Reference
-from mbody.drivers import AngleDriver
-from mbody.elements import Marker, polar
-from mbody.joints import Distance, Fixed, Prismatic, Revolute
+from mbody.engines.oracle import Reference
 from mbody.laws import ConstantAcceleration, Harmonic, Polynomial
-from mbody.loads import (
+from mbody.model.body import Body, Guess
+from mbody.model.driver import AngleDriver
+from mbody.model.element import Marker, polar
+from mbody.model.joints import Distance, Fixed, Prismatic, Revolute
+from mbody.model.loads import (
     Damper,
     Force,
     Gravity,
@@ -25,7 +25,7 @@ from mbody.loads import (
     TorsionDamper,
     TorsionSpring,
 )
-from mbody.mechanism import Mechanism
+from mbody.model.mechanism import Mechanism
 
 LEAST_TURN = 0.4  # rad
 

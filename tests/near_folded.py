@@ -18,7 +18,7 @@ import numpy as np
 
 import mbody
 from mbody import Body, Gravity, Mechanism, Revolute, Simulation, SolveError
-from mbody.solution import Solution
+from mbody.solution.solution import Solution
 
 #: Method, tolerance or step, and how often it is drawn.
 WAYS = [

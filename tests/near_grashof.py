@@ -23,7 +23,7 @@ import numpy as np
 
 import mbody
 from mbody import AngleDriver, Body, ConstantSpeed, Mechanism, Revolute, SolveError
-from mbody.system import System
+from mbody.system.system import System
 
 INSTANTS = (5, 13, 37, 361)
 SPEED = 2.0

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import mbody
 from mbody import gallery
-from mbody.analysis.asked import asked
-from mbody.questions import Ask
+from mbody.analysis.driven.requests import asked
+from mbody.model.study import Ask
 from mbody.views import draw, save
 
 ROOT = Path(__file__).parents[1]

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from mbody import _cache
+from mbody.compiler import cache
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "mbody"
@@ -241,10 +241,10 @@ def stale(path: str, source: str, stamped: set[str]) -> list[str]:
 
 
 def test_the_cache_is_filed_under_all_that_is_compiled(sources):
-    stamped = {f"mbody/{file.relative_to(PACKAGE).as_posix()}" for file in _cache._sources()}
+    stamped = {f"mbody/{file.relative_to(PACKAGE).as_posix()}" for file in cache._sources()}
     assert sum(len(list(compiled(source))) for source in sources.values()) > 100
     report([text for path, source in sources.items() for text in stale(path, source, stamped)])
-    source = "from mbody.bodies import deg\n@njit\ndef f(x): return deg(x)\n"
+    source = "from mbody.model.body import deg\n@njit\ndef f(x): return deg(x)\n"
     assert len(stale("mbody/core/a.py", source, {"mbody/core/a.py"})) == 1
     assert len(stale("mbody/analysis/a.py", source, stamped)) == 2
 
@@ -267,17 +267,33 @@ def test_import_mbody_loads_nothing_heavy():
     [
         (
             "joints/a.py",
-            "import numpy\nfrom mbody.mechanism import M",
-            "2: joints → mbody.mechanism.M",
+            "import numpy\nfrom mbody.model.mechanism import M",
+            "2: joints → mbody.model.mechanism.M",
         ),
-        ("joints/a.py", "from mbody.loads.spring import S", "1: joints → mbody.loads.spring.S"),
+        (
+            "joints/a.py",
+            "from mbody.model.loads.spring import S",
+            "1: joints → mbody.model.loads.spring.S",
+        ),
         ("joints/a.py", "from mbody import Mechanism", "1: joints → mbody.Mechanism"),
         ("loads/a.py", "import os", "1: loads → os"),
-        ("loads/a.py", "def f():\n    from .. import bodies", "2: loads → mbody.bodies"),
-        ("core/rows.py", "from ..bodies import Body", "1: core → mbody.bodies.Body"),
-        ("core/rows.py", "from mbody.mechanism import M", "1: core → mbody.mechanism.M"),
-        ("mechanism.py", "def f():\n    import mbody.assembler", "2: mechanism → mbody.assembler"),
-        ("makers.py", "from mbody.analysis import simulate", "1: makers → mbody.analysis.simulate"),
+        ("loads/a.py", "def f():\n    from .. import bodies", "2: loads → mbody.model.body"),
+        ("kernels/constraints.py", "from ..bodies import Body", "1: core → mbody.model.body.Body"),
+        (
+            "kernels/constraints.py",
+            "from mbody.model.mechanism import M",
+            "1: core → mbody.model.mechanism.M",
+        ),
+        (
+            "mechanism.py",
+            "def f():\n    import mbody.system.assembler",
+            "2: mechanism → mbody.system.assembler",
+        ),
+        (
+            "makers.py",
+            "from mbody.analysis import simulate",
+            "1: makers → mbody.analysis.dynamics.simulate",
+        ),
         ("views/plot.py", "from mbody.cli import main", "1: views → mbody.cli.main"),
         (
             "views/plot.py",
@@ -296,12 +312,12 @@ def test_the_checker_catches(path, source, arrow):
 @pytest.mark.parametrize(
     ("path", "source"),
     [
-        ("joints/a.py", "if TYPE_CHECKING:\n    from mbody.mechanism import Mechanism"),
+        ("joints/a.py", "if TYPE_CHECKING:\n    from mbody.model.mechanism import Mechanism"),
         ("joints/a.py", "from collections.abc import Callable\nfrom ._shared import arm"),
-        ("joints/__init__.py", "from .a import A\nfrom mbody.joints.b import B"),
-        ("core/rows.py", "from mbody.joints import revolute\nfrom . import kkt"),
+        ("model/joints/__init__.py", "from .a import A\nfrom mbody.model.joints.b import B"),
+        ("kernels/constraints.py", "from mbody.model.joints import revolute\nfrom . import kkt"),
         ("_cache.py", "from mbody import errors"),
-        ("makers.py", "from mbody.mechanism import Mechanism"),
+        ("makers.py", "from mbody.model.mechanism import Mechanism"),
         ("solution.py", "def to_pandas(self):\n    import pandas"),
         ("__init__.py", "from .analysis import simulate"),
     ],
@@ -311,7 +327,10 @@ def test_the_checker_allows(path, source):
 
 
 def test_the_checker_catches_a_ring():
-    ring = {"mbody/core/a.py": "from . import b", "mbody/core/b.py": "\nfrom mbody.core.a import f"}
+    ring = {
+        "mbody/core/a.py": "from . import b",
+        "mbody/core/b.py": "\nfrom mbody.kernels.a import f",
+    }
     assert sorted(cycle(ring)) == [
         "mbody/core/a.py:1: mbody/core/a.py → mbody/core/b.py: closes a ring",
         "mbody/core/b.py:2: mbody/core/b.py → mbody/core/a.py: closes a ring",

@@ -27,14 +27,14 @@ from mbody import (
     close_loops,
     kinematics,
     kinetostatics,
-    makers,
     polar,
     statics,
 )
-from mbody._lanes import LANES
-from mbody.analysis.runner import Runner
-from mbody.bridges.oracle import Reference
+from mbody.analysis.driven.runner import Runner
+from mbody.compiler.lanes import LANES
+from mbody.engines.oracle import Reference
 from mbody.laws import ConstantAcceleration, Polynomial
+from mbody.makers import makers
 
 DESIGNS = 2 * LANES + 9
 # uneven, with an instant given twice

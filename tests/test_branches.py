@@ -9,12 +9,13 @@ import pytest
 from numpy.testing import assert_allclose
 
 import mbody
-from mbody import ModelWarning, assemble, gallery, kinematics, makers
-from mbody.analysis.closure import closed
-from mbody.analysis.instants import plan
-from mbody.analysis.rank import dense
-from mbody.analysis.runner import Runner
-from mbody.groups import diagonal_blocks
+from mbody import ModelWarning, assemble, gallery, kinematics
+from mbody.analysis.driven.runner import Runner
+from mbody.analysis.driven.time_grid import plan
+from mbody.analysis.position.assembly_analysis import closed
+from mbody.makers import makers
+from mbody.system.assur_groups import diagonal_blocks
+from mbody.system.rank import dense
 from tests import near_grashof
 
 # -- near other branches ----------------------------------------------------------------------

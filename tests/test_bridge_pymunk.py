@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mbody
-import mbody.bridges.pymunk as bridge
+import mbody.engines.pymunk as bridge
 from mbody import (
     AngleDriver,
     Body,
@@ -27,14 +27,14 @@ from mbody import (
     Torque,
     TorsionSpring,
     gallery,
-    makers,
 )
-from mbody.bridges.pymunk import MARGIN, opinion
-from mbody.bridges.pymunk.instants import kinematic
-from mbody.bridges.pymunk.limits import limit
-from mbody.bridges.pymunk.motion import trajectory
-from mbody.bridges.pymunk.space import Space
-from mbody.bridges.pymunk.steps import Stepper, of_system
+from mbody.engines.pymunk import MARGIN, opinion
+from mbody.engines.pymunk.instants import kinematic
+from mbody.engines.pymunk.limits import limit
+from mbody.engines.pymunk.motion import trajectory
+from mbody.engines.pymunk.space import Space
+from mbody.engines.pymunk.steps import Stepper, of_system
+from mbody.makers import makers
 from tests.linkages import random_linkage, times_within
 
 pytest.importorskip("pymunk")

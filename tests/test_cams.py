@@ -28,7 +28,7 @@ from mbody import (
     Torque,
     deg,
 )
-from mbody.bridges.oracle import Reference
+from mbody.engines.oracle import Reference
 from tests.agreement import assert_agrees
 
 # closed loops leave 1e-13 of their size, forces the same times a condition below 10

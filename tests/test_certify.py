@@ -13,14 +13,14 @@ import pytest
 
 import mbody
 from mbody import cli, gallery
-from mbody.analysis.asked import asked_of
-from mbody.analysis.free_body import members
-from mbody.assembler import assemble
-from mbody.bridges.oracle import Reference
-from mbody.certify import residual_doubts
-from mbody.doubts import Doubt, doubted, inherited, succeeded
-from mbody.histories import Record
-from mbody.questions import Ask
+from mbody.analysis.driven.free_body import members
+from mbody.analysis.driven.requests import asked_of
+from mbody.engines.oracle import Reference
+from mbody.model.study import Ask
+from mbody.solution.certificate import residual_doubts
+from mbody.solution.doubts import Doubt, doubted, inherited, succeeded
+from mbody.solution.histories import Record
+from mbody.system.assembler import assemble
 from tests.linkages import random_linkage, times_within
 from tests.test_oracle import motion_of
 
@@ -215,7 +215,7 @@ def run_command(*arguments):
 
 
 def test_the_command_ends_with_1_on_doubt(doubtful, monkeypatch):
-    monkeypatch.setattr("mbody.analysis.asked.asked", lambda *given: doubtful)
+    monkeypatch.setattr("mbody.analysis.driven.requests.asked", lambda *given: doubtful)
     status, out, _ = run_command("kinetostatics", "slider_crank", "--json")
     assert status == 1 and json.loads(out)["doubts"] == [DOUBT.data()]
     status, out, err = run_command("kinetostatics", "slider_crank", "--csv", "-")

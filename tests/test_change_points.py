@@ -20,10 +20,10 @@ from mbody import (
     assemble,
     kinematics,
     kinetostatics,
-    makers,
     statics,
 )
-from mbody.bridges.oracle import Reference
+from mbody.engines.oracle import Reference
+from mbody.makers import makers
 
 pytestmark = pytest.mark.processor
 

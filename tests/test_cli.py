@@ -70,7 +70,8 @@ def test_a_second_process_compiles_nothing():
         "import sys; from mbody.cli import main; status = main(['demo']);"
         "import mbody; from mbody.gallery import load;"
         "mbody.kinetostatics(load('norton_fourbar'), turn=True, instants=400).breakdown('A');"
-        "from mbody._jit import compilations; print(status, compilations(), file=sys.stderr)"
+        "from mbody.compiler.jit import compilations;"
+        "print(status, compilations(), file=sys.stderr)"
     )
     assert python("-m", "mbody", "warmup").returncode == 0
     second = python("-c", code)
@@ -80,13 +81,13 @@ def test_a_second_process_compiles_nothing():
 #: Prints the kernels of the core that `mbody warmup` has left uncompiled.
 LEFT_COLD = """
 import importlib, pkgutil
-import mbody.core
-from mbody._jit import Entry
+import mbody.kernels
+from mbody.compiler.jit import Entry
 from mbody.cli.warmup import warmup
 warmup()
-for module in pkgutil.iter_modules(mbody.core.__path__):
-    for name, one in vars(importlib.import_module(f"mbody.core.{module.name}")).items():
-        here = getattr(one, "__module__", "") == f"mbody.core.{module.name}"
+for module in pkgutil.iter_modules(mbody.kernels.__path__):
+    for name, one in vars(importlib.import_module(f"mbody.kernels.{module.name}")).items():
+        here = getattr(one, "__module__", "") == f"mbody.kernels.{module.name}"
         if here and type(one) is Entry and not one.signatures:
             print("cold:", name)
 """

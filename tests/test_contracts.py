@@ -49,11 +49,11 @@ from mbody import (
     TorsionSpring,
     ValvedCylinder,
 )
-from mbody.core.forces import KINDS as ACTION_KINDS
-from mbody.core.output import PER_ATOM
-from mbody.core.rows import KINDS
-from mbody.elements import number_field
+from mbody.kernels.constraints import KINDS
+from mbody.kernels.forces import KINDS as ACTION_KINDS
+from mbody.kernels.output import PER_ATOM
 from mbody.laws import Cam, ConstantSpeed, Function, Harmonic, Polynomial, Rise, Table
+from mbody.model.element import number_field
 from mbody.testing import Check, Report, check_joint, check_load
 
 ROOT = Path(__file__).parents[1]
@@ -590,7 +590,7 @@ import traceback
 import numpy as np
 
 import mbody
-from mbody.core import rows
+from mbody.kernels import rows
 from mbody.testing import check_joint, check_load
 
 assert rows.rows.__class__.__name__ == "function", "this must run without compiler"

@@ -29,7 +29,7 @@ from mbody import (
     Term,
     Torque,
 )
-from mbody.bridges.oracle import Reference
+from mbody.engines.oracle import Reference
 from tests.agreement import assert_agrees
 from tests.test_oracle import accelerations
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody.bridges.crosscheck import ALWAYS, ENGINES, installed
-from mbody.bridges.opinions import Inexpressible, Opinion, Row
-from mbody.bridges.rows import Ledger
-from mbody.bridges.tree import spanning_tree, tree_motion
+from mbody.engines.crosscheck import ALWAYS, ENGINES, installed
+from mbody.engines.ledger import Ledger
+from mbody.engines.opinion import Inexpressible, Opinion, Row
+from mbody.engines.spanning_tree import spanning_tree, tree_motion
 from tests.linkages import random_linkage, times_within
 from validation.crosschecks import PAGE, row
 
@@ -441,8 +441,8 @@ def test_the_command_prints_json_and_tells_by_its_status():
 
 
 def test_the_command_ends_with_one_where_they_differ(monkeypatch, capsys):
-    from mbody.bridges import balance
     from mbody.cli import main
+    from mbody.engines import balance
 
     bad = Opinion("balance", (Row("A.fx", 1.0, 2.0, 1.0, 1e-9, "rounding"),))
     monkeypatch.setattr(balance, "opinion", lambda system, run: bad)
@@ -453,7 +453,7 @@ def test_the_command_ends_with_one_where_they_differ(monkeypatch, capsys):
 def test_an_engine_that_cannot_be_loaded_is_told(monkeypatch):
     """Of those that are installed: the others judge all the same."""
     monkeypatch.setattr(
-        "mbody.bridges.crosscheck.installed", lambda: ("balance", "oracle", "pinocchio")
+        "mbody.engines.crosscheck.installed", lambda: ("balance", "oracle", "pinocchio")
     )
     monkeypatch.setitem(sys.modules, "pinocchio", None)
     found = mbody.crosscheck(mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=10.0))

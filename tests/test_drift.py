@@ -20,9 +20,9 @@ from mbody import (
     Spring,
     Torque,
     TorsionDamper,
-    makers,
 )
-from mbody._lanes import LANES
+from mbody.compiler.lanes import LANES
+from mbody.makers import makers
 from mbody.sweeps import Uniform, monte_carlo, together
 
 COUNT, INSTANTS = 40, 9

@@ -19,9 +19,9 @@ from mbody import (
     Simulation,
     TorsionDamper,
     from_text,
-    makers,
     simulate,
 )
+from mbody.makers import makers
 
 pytestmark = pytest.mark.processor
 

@@ -25,9 +25,9 @@ from mbody import (
     Revolute,
     Torque,
 )
-from mbody.bridges.oracle import Reference
-from mbody.io.equations import equations, system_of_equations
-from mbody.io.text import WIDTH
+from mbody.engines.oracle import Reference
+from mbody.sheets.equations import equations, system_of_equations
+from mbody.sheets.table import WIDTH
 from tests.linkages import random_linkage
 from tests.test_errors import says
 from validation.grubler_paradox import build as three_cranks
@@ -55,7 +55,7 @@ def solved(system, run, k=0):
         )
     found = dict(zip(system.unknowns, system.values, strict=True))
     for joint in run.mechanism.joints:
-        name, on = mbody.io.parts.force_names(run.mechanism)[joint.name]
+        name, on = mbody.sheets.names.force_names(run.mechanism)[joint.name]
         reaction = run.reaction(joint.name, on)
         if isinstance(joint, Revolute | Fixed) and "," not in name:
             pair = found[f"{name}x"], found[f"{name}y"]

@@ -32,12 +32,12 @@ from mbody import (
     equilibrium_curve,
     from_text,
     gallery,
-    makers,
     statics,
     to_text,
 )
-from mbody.bridges.oracle import Reference
 from mbody.cli import main
+from mbody.engines.oracle import Reference
+from mbody.makers import makers
 
 pytestmark = pytest.mark.processor
 

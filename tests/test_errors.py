@@ -40,7 +40,7 @@ from mbody import (
     TorsionSpring,
     ValvedCylinder,
 )
-from mbody.elements import Element
+from mbody.model.element import Element
 from tests.errors import describing
 from tests.errors.catalogue import told
 from tests.errors.models import crank_alone

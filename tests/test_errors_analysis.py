@@ -30,9 +30,9 @@ from mbody import (
     close_loops,
     kinematics,
     kinetostatics,
-    makers,
     statics,
 )
+from mbody.makers import makers
 from tests.errors import solving
 from tests.errors.catalogue import told
 from tests.errors.models import (

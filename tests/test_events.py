@@ -27,8 +27,8 @@ from mbody import (
     simulate,
     to_text,
 )
-from mbody.analysis.crossings import between, extrema, refined
-from mbody.analysis.eventful import closed_in
+from mbody.analysis.dynamics.events import closed_in
+from mbody.analysis.dynamics.zero_crossings import between, extrema, refined
 
 G = 9.81
 

@@ -24,13 +24,13 @@ from mbody import (
     Torque,
     assemble,
     kinetostatics,
-    makers,
 )
-from mbody.formulas import FormulaError, Scope, Valued, evaluate, parse, read, text_of
-from mbody.formulas.tree import Binary, Call, Measured, Name, Negative, Plain
 from mbody.laws import Expression, Function, Polynomial, compiled, law, times_of
 from mbody.laws.machine import DEEPEST, LONGEST, OPERATIONS
-from mbody.units import DIMENSIONS, NUMBER
+from mbody.makers import makers
+from mbody.quantities import FormulaError, Scope, Valued, evaluate, parse, read, text_of
+from mbody.quantities.tree import Binary, Call, Measured, Name, Negative, Plain
+from mbody.quantities.units import DIMENSIONS, NUMBER
 
 PI = math.pi
 EPS = 2.3e-16
@@ -594,9 +594,9 @@ def test_the_text_of_a_number_that_no_decimals_write():
 
 PLAIN = """
 import numpy as np
-from mbody.formulas import Scope, read
+from mbody.quantities import Scope, read
 from mbody.laws import compiled
-from mbody.units import NUMBER
+from mbody.quantities.units import NUMBER
 texts = ["exp(-x)*sin(5*x)^2/(1 + x^3)", "atan2(sin(x), cos(2*x)) + asin(x/3)", "x^x - tan(x)",
          "hypot(x, 1) - log(1 + x)*sqrt(x)", "min(x, 0.5) + max(abs(x - 0.3), x)^1.5", "-acos(x/2)"]
 laws = [compiled(read(text, None), Scope(), NUMBER)[0] for text in texts]

@@ -16,9 +16,9 @@ from mbody import (
     Torque,
     Unknown,
     cli,
-    makers,
     solve_for,
 )
+from mbody.makers import makers
 from tests import extrema_scan
 from tests.linkages import held_bar
 

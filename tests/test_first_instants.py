@@ -24,12 +24,12 @@ from mbody import (
     kinematics,
     kinetostatics,
     load,
-    makers,
     mobility,
     simulate,
 )
-from mbody.bridges.oracle import Reference
-from mbody.drivers import CoordinateDriver
+from mbody.engines.oracle import Reference
+from mbody.makers import makers
+from mbody.model.driver import CoordinateDriver
 from tests.errors import starting
 
 MOVING = ("andrews_squeezer", "double_pendulum", "free_fourbar", "simple_pendulum")

@@ -27,7 +27,9 @@ from mbody import (
     kinetostatics,
     polar,
 )
-from mbody.formulas import (
+from mbody.files.model.read import built
+from mbody.files.model.write import as_data
+from mbody.quantities import (
     FUNCTIONS,
     FormulaError,
     Parameters,
@@ -38,11 +40,9 @@ from mbody.formulas import (
     parse_unit,
     read,
 )
-from mbody.formulas.pending import formulas_in, is_pending
-from mbody.formulas.tree import Binary, Measured, Name, Negative, Plain
-from mbody.io.model.read import built
-from mbody.io.model.write import as_data
-from mbody.units import DIMENSIONS, known, name_of, unit_system
+from mbody.quantities.deferred import formulas_in, is_pending
+from mbody.quantities.tree import Binary, Measured, Name, Negative, Plain
+from mbody.quantities.units import DIMENSIONS, known, name_of, unit_system
 from tests.linkages import random_linkage, times_within
 from tests.test_errors import says
 

@@ -24,9 +24,9 @@ from mbody import (
     Term,
     mobility,
 )
-from mbody.bridges.oracle import Reference
-from mbody.io.text import WIDTH
-from mbody.makers import bar
+from mbody.engines.oracle import Reference
+from mbody.makers.makers import bar
+from mbody.sheets.table import WIDTH
 from tests.linkages import random_linkage
 from tests.test_errors import says
 from tests.test_sizes import chain

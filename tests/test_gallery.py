@@ -12,8 +12,8 @@ from numpy.testing import assert_allclose
 import mbody
 from mbody import gallery
 from mbody.errors import ModelError
-from mbody.formulas import read
-from mbody.io.model import from_text, to_text
+from mbody.files.model import from_text, to_text
+from mbody.quantities import read
 
 pytestmark = pytest.mark.processor
 

@@ -6,9 +6,9 @@ import threading
 import pytest
 
 from mbody import Body, Mechanism, ModelError
-from mbody.formulas import FormulaError, Scope, convert, parse, read
-from mbody.io.model import from_text, in_units, to_text
-from mbody.units import DIMENSIONS, SYMBOLS
+from mbody.files.model import from_text, in_units, to_text
+from mbody.quantities import FormulaError, Scope, convert, parse, read
+from mbody.quantities.units import DIMENSIONS, SYMBOLS
 from tests.fuzz.properties import guarded, sentence
 
 BODY = "[bodies]\na = {}\n"

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from mbody import Mechanism, ModelError, cli
-from mbody.io.model import load, save
+from mbody.files.model import load, save
 from tests.fuzz.properties import guarded, sentence
 from tests.test_hostile import BODY, HEX, LONG, entries, law
 

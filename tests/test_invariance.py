@@ -30,13 +30,13 @@ from mbody import (
     Revolute,
     Torque,
     kinetostatics,
-    makers,
     statics,
 )
-from mbody.bodies import Guess
-from mbody.elements import Marker, Polar
-from mbody.joints import Joint
-from mbody.loads import Damper, Spring, TorsionDamper, TorsionSpring
+from mbody.makers import makers
+from mbody.model.body import Guess
+from mbody.model.element import Marker, Polar
+from mbody.model.joints import Joint
+from mbody.model.loads import Damper, Spring, TorsionDamper, TorsionSpring
 from tests.linkages import random_linkage, times_within
 
 LINKAGES = [

@@ -16,9 +16,9 @@ import numpy as np
 import pytest
 from llvmlite import binding
 
-import mbody._cache as cache
-import mbody._jit as jit
-import mbody._user as user
+import mbody.compiler.cache as cache
+import mbody.compiler.callbacks as user
+import mbody.compiler.jit as jit
 
 MODULES = ("_cache", "_inner", "_jit", "_user", "_lanes_type", "_lanes", "_bundle")
 
@@ -61,8 +61,8 @@ RUN = """\
     import json
     import numpy as np
     from mbody import _jit as jit
-    from mbody._lanes import LANES, aligned
-    from mbody._user import failure, register
+    from mbody.compiler.lanes import LANES, aligned
+    from mbody.compiler.callbacks import failure, register
     from mbody._trial import Work, ask, turn
 
     work = Work(rows=aligned(2, LANES), more=aligned(2, LANES))
@@ -157,7 +157,7 @@ def test_a_second_process_compiles_nothing(warm):
 
 
 USE = """\
-    from mbody._jit import compilations, kernel
+    from mbody.compiler.jit import compilations, kernel
     from mbody._helper import scaled
 
     @kernel
@@ -184,7 +184,7 @@ def test_a_function_of_kernels_is_kept_without_machine_code(warm):
 def test_a_changed_interface_of_numba_costs_only_time(warm):
     code = """\
         import sys
-        sys.modules["mbody._inner"] = None
+        sys.modules["mbody.compiler.linking"] = None
         """
     done = warm.process(_dedent(code) + _dedent(RUN), MBODY_CACHE_DIR=str(warm.root / "plainly"))
     result = json.loads(done.stdout)
@@ -203,7 +203,7 @@ class Library:
 
 
 def test_code_is_linked_whatever_the_order():
-    from mbody._inner import take_in
+    from mbody.compiler.linking import take_in
 
     whole = "declare i64 @f()\ndefine i64 @main() { %x = call i64 @f() ret i64 %x }"
     needs_g = "declare i64 @g()\ndefine linkonce_odr i64 @f() { %x = call i64 @g() ret i64 %x }"
@@ -309,8 +309,8 @@ def test_an_interrupt_at_the_door_is_kept(warm):
     code = """\
         import signal
         import numpy as np
-        from mbody._jit import njit
-        from mbody._user import call_user, failure, register
+        from mbody.compiler.jit import njit
+        from mbody.compiler.callbacks import call_user, failure, register
 
         @njit(cache=False)
         def spin(n, handle, x, y):

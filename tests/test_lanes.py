@@ -6,9 +6,9 @@ import pickle
 import numpy as np
 import pytest
 
-from mbody._bundle import Bundle, Ints, Rows, Stacks
-from mbody._jit import PLAIN, inline, kernel, njit
-from mbody._lanes import (
+from mbody.compiler.bundle import Bundle, Ints, Rows, Stacks
+from mbody.compiler.jit import PLAIN, inline, kernel, njit
+from mbody.compiler.lanes import (
     LANES,
     aligned,
     count,

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.interpolate import CubicSpline
 
-from mbody import _user
+from mbody.compiler import callbacks
 from mbody.errors import ModelError
 from mbody.laws import (
     LAW_KINDS,
@@ -135,11 +135,11 @@ def test_kernel_reads_its_own_rows_lane_and_table(example):
 
 @pytest.mark.parametrize("example", [e for e in EXAMPLES if e.kind == "user"])
 def test_a_function_is_asked_by_its_handle(example):
-    handle, found = _user.register(example.hook()), np.empty(3)
+    handle, found = callbacks.register(example.hook()), np.empty(3)
     try:
-        assert _user.call_user(handle, np.array([0.37]), found) == 0
+        assert callbacks.call_user(handle, np.array([0.37]), found) == 0
     finally:
-        _user.release(handle)
+        callbacks.release(handle)
     assert tuple(found) == example.derivatives(0.37)
 
 
@@ -453,13 +453,13 @@ def test_errors_of_a_function_are_not_swallowed():
     broken = Function(broken_function)
     with pytest.raises(RuntimeError, match=r"no entry for 0\.4"):
         broken.derivatives(0.4)
-    handle = _user.register(broken.hook())
+    handle = callbacks.register(broken.hook())
     try:
-        assert _user.call_user(handle, np.array([0.4]), np.empty(3)) == 1
+        assert callbacks.call_user(handle, np.array([0.4]), np.empty(3)) == 1
         with pytest.raises(RuntimeError, match=r"no entry for 0\.4"):
-            _user.raise_failure(handle)
+            callbacks.raise_failure(handle)
     finally:
-        _user.release(handle)
+        callbacks.release(handle)
 
 
 ACCELERATED = ConstantAcceleration(0.0, 25.0, -40.0)

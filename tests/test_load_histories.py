@@ -22,8 +22,8 @@ from mbody import (
     Torque,
     TorsionDamper,
     TorsionSpring,
-    makers,
 )
+from mbody.makers import makers
 
 T = np.linspace(0.0, 1.0, 7)
 ANGLE, OMEGA = 0.3 + 2.0 * T, 2.0

@@ -32,14 +32,14 @@ from mbody import (
     from_text,
     kinematics,
     kinetostatics,
-    makers,
     polar,
     statics,
     to_text,
 )
-from mbody.analysis.asked import asked
-from mbody.measures import measured
-from mbody.units import name_of
+from mbody.analysis.driven.requests import asked
+from mbody.makers import makers
+from mbody.quantities.units import name_of
+from mbody.solution.measures import measured
 from tests.test_errors import says
 
 ROUNDED = 2.3e-16

@@ -26,11 +26,11 @@ from mbody import (
     gallery,
     simulate,
 )
-from mbody.analysis.course import Course
-from mbody.core.methods import order_5, order_8
-from mbody.core.progress import LAST_ONE, NEXT, TIME
-from mbody.restart import Way
-from mbody.simulation import EVEN, METHODS
+from mbody.analysis.dynamics.integration import Course
+from mbody.kernels.step_state import LAST_ONE, NEXT, TIME
+from mbody.kernels.tableaus import order_5, order_8
+from mbody.model.simulation import EVEN, METHODS
+from mbody.solution.restart import Way
 
 G, LENGTH, FIRST = 9.81, 1.0, 2.0
 STEPS = dict.fromkeys(EVEN, 2e-3)

@@ -33,9 +33,9 @@ from mbody import (
     cli,
     gallery,
 )
-from mbody.analysis.asked import asked
-from mbody.bridges.mjcf import to_mjcf
-from mbody.bridges.mujoco import opinion
+from mbody.analysis.driven.requests import asked
+from mbody.engines.mjcf import to_mjcf
+from mbody.engines.mujoco import opinion
 from mbody.laws import ConstantSpeed, Harmonic
 from tests.linkages import random_linkage, times_within
 

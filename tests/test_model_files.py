@@ -54,14 +54,14 @@ from mbody import (
     gallery,
     in_units,
     kinetostatics,
-    makers,
     polar,
     to_text,
 )
-from mbody.io.model import json_schema
-from mbody.io.model.write import as_data
+from mbody.files.model import json_schema
+from mbody.files.model.write import as_data
 from mbody.laws import SHAPES
-from mbody.units import unit_system
+from mbody.makers import makers
+from mbody.quantities.units import unit_system
 from tests.linkages import random_linkage, times_within
 from tests.test_errors import says
 

@@ -29,12 +29,12 @@ from mbody import (
     in_units,
     kinetostatics,
     linearize,
-    makers,
     modes,
     momentum,
     simulate,
 )
 from mbody.cli import main
+from mbody.makers import makers
 
 pytestmark = pytest.mark.processor
 

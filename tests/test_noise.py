@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import Measure, cli, gallery, makers
-from mbody.analysis.asked import asked
+from mbody import Measure, cli, gallery
+from mbody.analysis.driven.requests import asked
+from mbody.makers import makers
 
 
 def line(run, first):

@@ -27,8 +27,8 @@ from mbody import (
     assemble,
     from_text,
 )
-from mbody.analysis.asked import asked
-from mbody.questions import Ask
+from mbody.analysis.driven.requests import asked
+from mbody.model.study import Ask
 
 G, UP = 9.81, 0.5 * math.pi
 

@@ -39,17 +39,17 @@ from mbody import (
     close_loops,
     kinematics,
     kinetostatics,
-    makers,
     statics,
 )
-from mbody._lanes import LANES
-from mbody.analysis.closure import closed
-from mbody.analysis.instants import plan
-from mbody.analysis.runner import Runner
-from mbody.bridges.oracle import Reference
-from mbody.core.motion import free_motion
-from mbody.elements import Marker
-from mbody.histories import Record
+from mbody.analysis.driven.runner import Runner
+from mbody.analysis.driven.time_grid import plan
+from mbody.analysis.position.assembly_analysis import closed
+from mbody.compiler.lanes import LANES
+from mbody.engines.oracle import Reference
+from mbody.kernels.accelerations import free_motion
+from mbody.makers import makers
+from mbody.model.element import Marker
+from mbody.solution.histories import Record
 from tests.linkages import random_linkage, times_within
 
 POSITION, MOTION, FORCE = 1e-13, 1e-11, 1e-10

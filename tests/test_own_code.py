@@ -23,7 +23,7 @@ from mbody import (
     TorsionSpring,
     number_field,
 )
-from mbody.elements import law_field
+from mbody.model.element import law_field
 from mbody.testing import check_joint, check_load
 from tests.errors.own_code import Loose, LooseChange, LooseRates, LooseTimes, Remembers
 

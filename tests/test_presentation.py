@@ -10,8 +10,8 @@ import pytest
 import mbody
 from mbody import AngleDriver, Body, DistanceDriver, Mechanism, Revolute
 from mbody.errors import ModelError
-from mbody.io.parts import force_names
-from mbody.io.text import WIDTH, Column, angles, number, numbers, polars, table
+from mbody.sheets.names import force_names
+from mbody.sheets.table import WIDTH, Column, angles, number, numbers, polars, table
 from validation.norton_fourbar import PRINT, build
 
 

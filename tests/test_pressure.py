@@ -29,10 +29,10 @@ from mbody import (
     ValvedCylinder,
     engineering,
     kinetostatics,
-    makers,
     statics,
 )
-from mbody._lanes import LANES
+from mbody.compiler.lanes import LANES
+from mbody.makers import makers
 from tests.linkages import random_linkage, times_within
 from tests.test_oracle import assert_checked, assert_forces, assert_motion, forces_of
 
@@ -89,7 +89,7 @@ def pressed(seed, loops, more):
     ids=str,
 )
 def test_kinetostatics_and_statics(linkage):
-    from mbody.bridges.oracle import Reference
+    from mbody.engines.oracle import Reference
 
     machine, t = pressed(*linkage)
     oracle, some = Reference(machine), slice(None, None, 40)

@@ -18,11 +18,11 @@ from mbody import (
     Revolute,
     SolveError,
     gallery,
-    makers,
     reach,
 )
-from mbody.analysis import dead_centres
-from mbody.analysis.reach import Reach
+from mbody.analysis.driven import dead_centres
+from mbody.analysis.driven.driver_range import Reach
+from mbody.makers import makers
 
 pytestmark = pytest.mark.processor
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import Gravity, Spring, engineering, makers
+from mbody import Gravity, Spring, engineering
+from mbody.makers import makers
 
 
 def machine():

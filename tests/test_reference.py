@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from mbody.bodies import Body, deg, rpm
-from mbody.bridges.jets import Jet
-from mbody.bridges.oracle import Reference
-from mbody.drivers import AngleDriver, CoordinateDriver, DistanceDriver
-from mbody.elements import Marker, polar
-from mbody.joints import CustomJoint, Distance, Fixed, Prismatic, Revolute
+from mbody.engines.oracle import Reference
+from mbody.engines.taylor import Jet
 from mbody.laws import ConstantSpeed, Harmonic, Polynomial
-from mbody.loads import (
+from mbody.model.body import Body, deg, rpm
+from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
+from mbody.model.element import Marker, polar
+from mbody.model.joints import CustomJoint, Distance, Fixed, Prismatic, Revolute
+from mbody.model.loads import (
     CustomLoad,
     Damper,
     Force,
@@ -24,7 +24,7 @@ from mbody.loads import (
     TorsionDamper,
     TorsionSpring,
 )
-from mbody.mechanism import Mechanism
+from mbody.model.mechanism import Mechanism
 from tests.linkages import random_linkage, times_within
 from validation.norton_fourbar import build, newton_euler
 

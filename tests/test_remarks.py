@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import Body, Mechanism, Revolute, Table, gallery, makers
-from mbody.remarks import remarks
+from mbody import Body, Mechanism, Revolute, Table, gallery
+from mbody.makers import makers
+from mbody.model.remarks import remarks
 
 FILE = """
 units = "{units}"

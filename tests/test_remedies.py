@@ -3,19 +3,9 @@
 import pytest
 
 import mbody
-from mbody import (
-    AngleDriver,
-    Body,
-    Event,
-    ModelError,
-    Revolute,
-    Simulation,
-    Stop,
-    cli,
-    gallery,
-    makers,
-)
-from mbody.io.model import from_text, to_text
+from mbody import AngleDriver, Body, Event, ModelError, Revolute, Simulation, Stop, cli, gallery
+from mbody.files.model import from_text, to_text
+from mbody.makers import makers
 
 ARM = """
 [bodies.a]
@@ -113,8 +103,8 @@ def test_what_is_no_progress_is_told(progress):
 
 
 def test_progress_may_be_shown(capsys, monkeypatch):
-    monkeypatch.setattr("mbody.io.progress.PATIENCE", -1.0)
-    monkeypatch.setattr("mbody.io.progress.BETWEEN", -1.0)
+    monkeypatch.setattr("mbody.analysis.dynamics.progress.PATIENCE", -1.0)
+    monkeypatch.setattr("mbody.analysis.dynamics.progress.BETWEEN", -1.0)
     machine = gallery.load("double_pendulum")
     plain = mbody.simulate(machine, 30.0, progress=False)
     assert capsys.readouterr().err == ""

@@ -27,10 +27,10 @@ from mbody import (
     TorsionSpring,
     equilibrium,
     equilibrium_curve,
-    makers,
     to_text,
 )
 from mbody.cli import main
+from mbody.makers import makers
 from tests.rest_scan import judge, summary
 from validation.porter_governor import build as porter
 

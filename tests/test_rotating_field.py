@@ -27,7 +27,7 @@ from mbody import (
     statics,
     to_text,
 )
-from mbody.bridges.oracle import Reference
+from mbody.engines.oracle import Reference
 from tests.linkages import random_linkage, times_within
 from tests.test_oracle import FORCE, assert_forces, forces_of, motion_of
 

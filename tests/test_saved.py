@@ -12,9 +12,9 @@ import pytest
 
 import mbody
 from mbody import ModelError, gallery
-from mbody.io.arrays import packed, unpacked
-from mbody.io.saved import OWNER
-from mbody.simulation import EVEN, METHODS
+from mbody.files.arrays import packed, unpacked
+from mbody.files.saved import OWNER
+from mbody.model.simulation import EVEN, METHODS
 from tests.fuzz.properties import guarded
 
 
@@ -189,7 +189,7 @@ def test_a_state_of_another_time_is_refused():
 
 def bomb(compression, shape, content):
     """A sealed file with a member whose header says more than there is, or that is compressed."""
-    from mbody.io.seal import OPEN_SEAL, seal
+    from mbody.files.seal import OPEN_SEAL, seal
 
     room, member = io.BytesIO(), io.BytesIO()
     head = {"descr": "<f8", "fortran_order": False, "shape": shape}

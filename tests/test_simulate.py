@@ -30,10 +30,10 @@ from mbody import (
     cli,
     from_text,
     gallery,
-    makers,
     simulate,
     to_text,
 )
+from mbody.makers import makers
 from tests.linkages import random_linkage
 
 G = 9.81
@@ -362,7 +362,7 @@ def test_a_second_process_compiles_nothing():
     simulate(gallery.load("free_fourbar"), 0.1)
     code = (
         "import mbody; mbody.simulate(mbody.gallery.load('free_fourbar'), 0.1); "
-        "from mbody._jit import compilations; print(compilations())"
+        "from mbody.compiler.jit import compilations; print(compilations())"
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert run.stdout.split() == ["0"], run.stderr

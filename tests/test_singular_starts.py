@@ -22,10 +22,10 @@ from mbody import (
     gallery,
     simulate,
 )
-from mbody.analysis.branch_choice import chosen_motion
-from mbody.assembler import assemble
-from mbody.histories import Record
-from mbody.io.results import data
+from mbody.analysis.dynamics.branch_choice import chosen_motion
+from mbody.files.results import data
+from mbody.solution.histories import Record
+from mbody.system.assembler import assemble
 from tests import folded
 from tests.test_change_points import three_cranks
 

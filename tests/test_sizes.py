@@ -23,10 +23,10 @@ from mbody import (
     assemble,
     close_loops,
     kinetostatics,
-    makers,
 )
-from mbody._lanes import LANES
-from mbody.core.motion import free_motion
+from mbody.compiler.lanes import LANES
+from mbody.kernels.accelerations import free_motion
+from mbody.makers import makers
 
 MANY = 1000
 G = 9.81
@@ -225,7 +225,8 @@ def test_kinetostatics_of_a_thousand(make, size, instants):
 def operations(system):
     """Multiplications of one evaluation of free motion, a division taken as eight of them.
 
-    By `core.rows`, `core.factor` and `core.motion`: sine and cosine of a body and its weight; the
+    By `kernels.constraints`, `kernels.schur_ldl` and `kernels.accelerations`: sine and cosine of a
+    body and its weight; the
     rows of an atom; of a node 36 to form its diagonal, 22 to invert it, 6 to solve, 24 for products
     with G and its transpose; of a formed block 18; of a block of the factor 14, and 8 to solve; of
     an update 8; and 12 of a slot. Counted with numbers that count: 181 a link of the chain, 570 of

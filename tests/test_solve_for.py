@@ -33,10 +33,10 @@ from mbody import (
     from_text,
     gallery,
     in_units,
-    makers,
     solve_for,
     to_text,
 )
+from mbody.makers import makers
 from tests.linkages import held_bar
 
 # -- straight in the unknowns -----------------------------------------------------------------

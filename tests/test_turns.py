@@ -21,8 +21,8 @@ from mbody import (
     Simulation,
     Term,
     TorsionSpring,
-    makers,
 )
+from mbody.makers import makers
 
 TURN = 2.0 * math.pi
 TURNS = (-3, -1, 1, 2)

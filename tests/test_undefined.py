@@ -21,10 +21,8 @@ from mbody import (
     assemble,
     gallery,
     kinematics,
-    makers,
 )
-from mbody.analysis.start import started
-from mbody.analysis.undefined import (
+from mbody.analysis.driven.diagnosis import (
     adjusted,
     branching,
     stuck,
@@ -32,6 +30,8 @@ from mbody.analysis.undefined import (
     valueless,
     weightless,
 )
+from mbody.analysis.initial.initial_state import started
+from mbody.makers import makers
 
 G = 9.81
 

@@ -41,8 +41,8 @@ from mbody import (
     convert,
     polar,
 )
-from mbody.formulas import FormulaError, Scope, evaluate, parse, parse_unit, read
-from mbody.units import (
+from mbody.quantities import FormulaError, Scope, evaluate, parse, parse_unit, read
+from mbody.quantities.units import (
     DIMENSIONS,
     NUMBER,
     SYMBOLS,

@@ -47,11 +47,11 @@ from mbody import (
     gallery,
     kinematics,
     kinetostatics,
-    makers,
 )
-from mbody.analysis.asked import asked
-from mbody.io.parts import force_names
-from mbody.questions import Ask
+from mbody.analysis.driven.requests import asked
+from mbody.makers import makers
+from mbody.model.study import Ask
+from mbody.sheets.names import force_names
 from mbody.views import draw, plot, save
 from mbody.views.backend import ENDINGS
 from mbody.views.cycle import SMOOTH, cycle

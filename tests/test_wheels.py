@@ -25,7 +25,7 @@ from mbody import (
     SolveError,
     Torque,
 )
-from mbody.bridges.oracle import Reference
+from mbody.engines.oracle import Reference
 from tests.agreement import assert_agrees
 from tests.errors.solving import gears_apart
 

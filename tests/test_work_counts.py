@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import _jit, gallery
+from mbody import gallery
+from mbody.compiler import jit
 from tests.work_counts import allocations, plain, table
 from tests.work_counts.workloads import CALLS, MOTIONS, calls_from_python, made
 
-compiled = pytest.mark.skipif(_jit.PLAIN, reason="NUMBA_DISABLE_JIT is set")
+compiled = pytest.mark.skipif(jit.PLAIN, reason="NUMBA_DISABLE_JIT is set")
 ACCEPTED = table.accepted()
 
 

@@ -19,7 +19,7 @@ from benchmarks.frame import OURS, Asked, Row, timed
 from benchmarks.peers import by_hand
 from benchmarks.planar import planar
 from benchmarks.questions import bodies
-from mbody.core.motion import free_motion, repeat
+from mbody.kernels.accelerations import free_motion, repeat
 
 __all__ = ["TITLE", "measure"]
 

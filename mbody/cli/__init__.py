@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from importlib import import_module
 from typing import Any
 
-from mbody._stop import STATUS, stop
+from mbody.cli.interrupts import STATUS, stop
 from mbody.cli.parser import parser
 from mbody.cli.streams import opened, say, silenced
 from mbody.cli.usage import UsageError
@@ -108,7 +108,7 @@ def _run(arguments: list[str]) -> int:
 def _tell(error: Exception, as_json: bool) -> None:
     """An error as a sentence, or as data."""
     if as_json:
-        from mbody.io.results import error_data
+        from mbody.files.results import error_data
 
         print(json.dumps(error_data(error), ensure_ascii=False))
     else:

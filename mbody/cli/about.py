@@ -14,7 +14,7 @@ __all__ = ["check", "equilibrium", "models", "modes", "schema", "show"]
 
 def check(asked: Any) -> int:
     """Degrees of freedom, redundant rows and free motions of a model."""
-    from mbody.analysis import mobility
+    from mbody.analysis.freedom.mobility import mobility
 
     report = mobility(taken(asked))
     print(json.dumps(report.data(), ensure_ascii=False) if asked.json else report)
@@ -23,7 +23,7 @@ def check(asked: Any) -> int:
 
 def equilibrium(asked: Any) -> int:
     """Rest positions of a model."""
-    from mbody.analysis import equilibrium as found
+    from mbody.analysis.equilibria.equilibrium import equilibrium as found
 
     mechanism = taken(asked)
     when = 0.0 if asked.t is None else mechanism.number(asked.t, "time", "--t", "value")
@@ -37,7 +37,7 @@ def equilibrium(asked: Any) -> int:
 
 def modes(asked: Any) -> int:
     """Frequencies, damping and shapes of small motions about the rest positions of a model."""
-    from mbody.analysis import modes as found
+    from mbody.analysis.linear.modes import modes as found
 
     mechanism = taken(asked)
     when = 0.0 if asked.t is None else mechanism.number(asked.t, "time", "--t", "value")
@@ -49,7 +49,7 @@ def modes(asked: Any) -> int:
 def models(asked: Any) -> int:
     """The models of the gallery, with title, source and what to look at."""
     from mbody import gallery
-    from mbody.io.text import paragraph
+    from mbody.sheets.table import paragraph
 
     found = {name: _headed(gallery.path(name)) for name in gallery.names()}
     if asked.json:
@@ -75,7 +75,7 @@ def _headed(path: Path) -> dict[str, str]:
 
 def show(asked: Any) -> int:
     """The file of a model, as it is."""
-    from mbody.io.model.read import text_of
+    from mbody.files.model.read import text_of
 
     print(text_of(path_of(asked.model)), end="")
     return 0
@@ -83,7 +83,7 @@ def show(asked: Any) -> int:
 
 def schema(asked: Any) -> int:
     """The JSON Schema of model files."""
-    from mbody.io.model import json_schema
+    from mbody.files.model import json_schema
 
     print(json.dumps(json_schema(), indent=2, ensure_ascii=False))
     return 0

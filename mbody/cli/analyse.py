@@ -9,19 +9,19 @@ from typing import TYPE_CHECKING, Any
 from mbody.cli.models import named_values, taken
 from mbody.cli.streams import say
 from mbody.cli.usage import UsageError
-from mbody.doubts import succeeded
 from mbody.errors import ModelError
+from mbody.solution.doubts import succeeded
 
 if TYPE_CHECKING:
-    from mbody.questions import Ask
-    from mbody.solution import Solution
+    from mbody.model.study import Ask
+    from mbody.solution.solution import Solution
 
 __all__ = ["analyse", "check_forms", "question", "told_status", "write"]
 
 
 def analyse(asked: Any) -> int:
     """Run an analysis and show what was asked for."""
-    from mbody.analysis.asked import asked as solved
+    from mbody.analysis.driven.requests import asked as solved
 
     check_forms(asked)
     mechanism = taken(asked)
@@ -54,8 +54,8 @@ def told_status(result: Any, shown: bool = True) -> int:
 
 def question(asked: Any, own: Ask | None) -> Ask | None:
     """The instants that the arguments ask for, where they leave it open what the model asks."""
-    from mbody.formulas import FormulaError, read
-    from mbody.questions import Ask
+    from mbody.model.study import Ask
+    from mbody.quantities import FormulaError, read
 
     if asked.at and asked.over:
         raise UsageError("give --at or --over, not both")
@@ -96,7 +96,7 @@ def write(run: Solution, asked: Any) -> None:
     """The files that were asked for; what was written is told."""
     angle = asked.angle or "rad"
     if asked.csv == "-":
-        from mbody.io.tables import print_csv
+        from mbody.files.tables import print_csv
 
         print_csv(run, sys.stdout, angle)
     elif asked.csv:

@@ -14,7 +14,7 @@ __all__ = ["crosscheck"]
 
 def crosscheck(asked: Any) -> int:
     """Check a model against other engines; 1 where one of them differs."""
-    from mbody.bridges.crosscheck import crosscheck as checked
+    from mbody.engines.crosscheck import crosscheck as checked
 
     against = None
     if asked.against is not None:

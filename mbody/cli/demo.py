@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from mbody.solution import Solution
+    from mbody.solution.solution import Solution
 
 __all__ = ["PRINTED", "demo"]
 
@@ -23,7 +23,7 @@ PRINTED = {
 
 def demo(asked: Any = None) -> int:
     """Norton's four-bar, and the book's answers beside ours."""
-    from mbody.analysis import kinetostatics
+    from mbody.analysis.driven.kinetostatics import kinetostatics
     from mbody.gallery import load
 
     print(*_comparison(kinetostatics(load("norton_fourbar_printed"))), "", sep="\n")
@@ -34,7 +34,7 @@ def demo(asked: Any = None) -> int:
 
 def _comparison(run: Solution) -> list[str]:
     """The book's answers, ours with its rounded masses, and the differences."""
-    from mbody.io.text import Column, paragraph, table
+    from mbody.sheets.table import Column, paragraph, table
 
     force, torque = (run.mechanism.units.of(kind) for kind in ("force", "torque"))
     rows: list[tuple[str, str, str, str, str, str]] = []
@@ -80,7 +80,7 @@ def _comparison(run: Solution) -> list[str]:
 
 def _answers(run: Solution, name: str) -> list[float]:
     """A torque, or components, magnitude and direction [deg] of a force, by its textbook name."""
-    from mbody.io.parts import force_names
+    from mbody.sheets.names import force_names
 
     element, on = next(
         (e, on) for e, (known, on) in force_names(run.mechanism).items() if known == name

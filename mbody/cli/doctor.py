@@ -44,7 +44,7 @@ def doctor(asked: Any) -> int:
 def examine() -> dict[str, Any]:
     """Versions, the cache of the kernels, and whether mbody is ready."""
     from mbody import __version__
-    from mbody._cache import cache_folder
+    from mbody.compiler.cache import cache_folder
 
     needed = {name: _version(name) for name in NEEDED}
     checked = (
@@ -71,7 +71,7 @@ def kernel_check() -> dict[str, Any]:
     "agrees", "error"}``. The first run on a machine compiles them.
     """
     try:
-        from mbody.analysis import kinetostatics
+        from mbody.analysis.driven.kinetostatics import kinetostatics
         from mbody.gallery import load
 
         value = float(kinetostatics(load("norton_fourbar")).effort("motor")[0])

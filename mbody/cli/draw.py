@@ -11,9 +11,9 @@ from mbody.cli.streams import say
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from mbody.mechanism import Mechanism
-    from mbody.questions import Ask
-    from mbody.solution import Solution
+    from mbody.model.mechanism import Mechanism
+    from mbody.model.study import Ask
+    from mbody.solution.solution import Solution
 
 __all__ = ["draw", "plot"]
 
@@ -47,7 +47,7 @@ def plot(asked: Any) -> int:
 
 
 def _solved(mechanism: Mechanism, analysis: str, wanted: Ask | None) -> Solution:
-    from mbody.analysis.asked import asked as solved
+    from mbody.analysis.driven.requests import asked as solved
 
     return solved(mechanism, analysis, wanted)
 

@@ -12,8 +12,8 @@ __all__ = ["export"]
 
 def export(asked: Any) -> int:
     """Write a model in the form of another program; what is not in it is told on stderr."""
-    from mbody.bridges.mjcf import to_mjcf
-    from mbody.io.files import writing
+    from mbody.engines.mjcf import to_mjcf
+    from mbody.files.files import writing
 
     made = to_mjcf(taken(asked))
     if asked.output is None:

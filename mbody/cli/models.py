@@ -10,7 +10,7 @@ from mbody.cli.usage import UsageError
 from mbody.errors import ModelError
 
 if TYPE_CHECKING:
-    from mbody.mechanism import Mechanism
+    from mbody.model.mechanism import Mechanism
 
 __all__ = ["named_values", "path_of", "taken"]
 
@@ -23,7 +23,7 @@ def taken(asked: Any) -> Mechanism:
     ModelError
         Where there is no such model, or it is none.
     """
-    from mbody.io.model import in_units, load
+    from mbody.files.model import in_units, load
 
     mechanism = load(path_of(asked.model), parameters=named_values(asked.set, "--set"))
     return in_units(mechanism, asked.units) if asked.units else mechanism

@@ -7,19 +7,19 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-from mbody._stop import stop
+from mbody.analysis.dynamics.progress import shown
 from mbody.cli.analyse import check_forms, told_status, write
+from mbody.cli.interrupts import stop
 from mbody.cli.models import taken
 from mbody.cli.streams import say
 from mbody.cli.usage import UsageError
-from mbody.io.progress import shown
 
 __all__ = ["simulate"]
 
 
 def simulate(asked: Any) -> int:
     """Follow the motion and show it; 1 where it was stopped, or is in doubt."""
-    from mbody.analysis import simulate as followed
+    from mbody.analysis.dynamics.simulate import simulate as followed
 
     check_forms(asked)
     mechanism = taken(asked)
@@ -37,14 +37,14 @@ def simulate(asked: Any) -> int:
             raise UsageError(f"--instants takes a whole number, not {asked.instants[:40]!r}")
         options["instants"] = int(asked.instants)
     if asked.begun is not None:
-        from mbody.io.saved import load_run
+        from mbody.files.saved import load_run
 
         options["start"] = load_run(asked.begun)
     run = followed(mechanism, asked.to, **options)
     stop.done()
     write(run, asked)
     if asked.save is not None:
-        from mbody.io.saved import save_run
+        from mbody.files.saved import save_run
 
         save_run(run, asked.save)
         say(f"wrote {asked.save}: {len(run)} instants")

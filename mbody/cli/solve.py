@@ -6,8 +6,8 @@ import json
 from typing import Any
 
 from mbody.cli.models import taken
-from mbody.elements import listed
 from mbody.errors import ModelError, SolveError
+from mbody.model.element import listed
 
 __all__ = ["solve"]
 
@@ -17,9 +17,9 @@ NONE = "no solution:"
 def solve(asked: Any) -> int:
     """Answer one question of a model, or all of them; 1 where one has none, or a doubt."""
     from mbody._version import __version__
-    from mbody.analysis.solve_for import solve_for
-    from mbody.io.answers import answer_data, sheet
-    from mbody.io.results import error_data
+    from mbody.analysis.inverse.solve_for import solve_for
+    from mbody.files.results import error_data
+    from mbody.sheets.answers import answer_data, sheet
 
     mechanism = taken(asked)
     questions = mechanism.questions

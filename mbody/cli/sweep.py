@@ -6,8 +6,8 @@ import csv
 import json
 from typing import TYPE_CHECKING, Any
 
-from mbody._stop import stop
 from mbody.cli.analyse import question, told_status
+from mbody.cli.interrupts import stop
 from mbody.cli.models import named_values, taken
 from mbody.cli.streams import say
 from mbody.cli.usage import UsageError
@@ -45,7 +45,7 @@ def sweep(asked: Any) -> int:
 
 def _values(name: str, text: str) -> Any:
     """What a parameter takes: from one value to another in so many, or one after the other."""
-    from mbody.formulas import FormulaError, read
+    from mbody.quantities import FormulaError, read
     from mbody.sweeps import Steps
 
     try:
@@ -85,7 +85,7 @@ def _plain(value: Any) -> Any:
 
 def _write(found: Sweep, path: str) -> None:
     """A line for each design; of histories a column for each instant."""
-    from mbody.io.files import writing
+    from mbody.files.files import writing
 
     table: dict[str, Any] = {}
     for name, column in found.columns().items():

@@ -11,7 +11,7 @@ __all__ = ["warmup"]
 
 def warmup(asked: Any = None) -> int:
     """Compile all kernels by using every analysis on small models."""
-    from mbody._jit import compilations
+    from mbody.compiler.jit import compilations
 
     whole = time.perf_counter()
     for title, step in _steps():
@@ -26,21 +26,19 @@ def warmup(asked: Any = None) -> int:
 
 
 def _steps() -> Iterator[tuple[str, Callable[[], object]]]:
-    from mbody.analysis import (
-        close_loops,
-        equilibrium,
-        free_body,
-        kinematics,
-        kinetostatics,
-        linearize,
-        simulate,
-        statics,
-    )
-    from mbody.assembler import assemble
+    from mbody.analysis.driven.free_body import free_body
+    from mbody.analysis.driven.kinematics import kinematics
+    from mbody.analysis.driven.kinetostatics import kinetostatics
+    from mbody.analysis.driven.statics import statics
+    from mbody.analysis.dynamics.simulate import simulate
+    from mbody.analysis.equilibria.equilibrium import equilibrium
+    from mbody.analysis.initial.close_loops import close_loops
+    from mbody.analysis.linear.linearize import linearize
     from mbody.gallery import load
     from mbody.laws import Function
-    from mbody.loads import Torque
+    from mbody.model.loads import Torque
     from mbody.sweeps import sweep
+    from mbody.system.assembler import assemble
 
     model, swing = load("norton_fourbar"), load("simple_pendulum")
     times = [0.0, 0.01, 0.02]

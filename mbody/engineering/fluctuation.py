@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from mbody.doubts import Inherited, inherited
-from mbody.drivers import AngleDriver
-from mbody.elements import listed
 from mbody.errors import ModelError, brief
 from mbody.laws import Table
-from mbody.read_only import lock
-from mbody.solution import Solution, as_solution
+from mbody.model.driver import AngleDriver
+from mbody.model.element import listed
+from mbody.solution.doubts import Inherited, inherited
+from mbody.solution.solution import Solution, as_solution
+from mbody.system.read_only import lock
 
 __all__ = ["Fluctuation", "energy_fluctuation", "fluctuation", "the_motor"]
 

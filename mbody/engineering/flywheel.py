@@ -10,7 +10,7 @@ import numpy as np
 
 from mbody.engineering.fluctuation import fluctuation, the_motor
 from mbody.errors import ModelError, ModelWarning
-from mbody.solution import Solution
+from mbody.solution.solution import Solution
 
 __all__ = ["flywheel"]
 

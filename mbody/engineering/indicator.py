@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from mbody.doubts import Inherited, inherited
-from mbody.elements import listed
 from mbody.errors import ModelError, brief
-from mbody.loads import ValvedCylinder
-from mbody.read_only import lock
-from mbody.solution import Solution, as_solution
+from mbody.model.element import listed
+from mbody.model.loads import ValvedCylinder
+from mbody.solution.doubts import Inherited, inherited
+from mbody.solution.solution import Solution, as_solution
+from mbody.system.read_only import lock
 
 __all__ = ["Indicator", "indicator"]
 

@@ -6,15 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.analysis.free_body import coupled, driven
-from mbody.checks import loaded
-from mbody.doubts import Inherited, inherited
-from mbody.drivers import Driver
-from mbody.elements import Marker, as_marker
-from mbody.ends import torque_told
+from mbody.analysis.driven.free_body import coupled, driven
 from mbody.errors import ModelError
-from mbody.read_only import lock
-from mbody.solution import Solution, as_solution
+from mbody.model.driver import Driver
+from mbody.model.element import Marker, as_marker
+from mbody.solution.checks import loaded
+from mbody.solution.doubts import Inherited, inherited
+from mbody.solution.places import torque_told
+from mbody.solution.solution import Solution, as_solution
+from mbody.system.read_only import lock
 
 __all__ = ["ShakingForce", "shaking_force"]
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from mbody.errors import ModelError
 
 if TYPE_CHECKING:
-    from mbody.mechanism import Mechanism
+    from mbody.model.mechanism import Mechanism
 
 __all__ = ["load", "names", "path"]
 
@@ -69,6 +69,6 @@ def load(name: str, parameters: Mapping[str, Any] | None = None) -> Mechanism:
     >>> load("rotating_mass", {"m": "5 lb"})["link"].mass
     2.26796185
     """
-    from mbody.io import model  # only here: names are there without what reads them
+    from mbody.files import model  # only here: names are there without what reads them
 
     return model.load(path(name), parameters)

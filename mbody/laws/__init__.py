@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.formulas import VARIABLES, Formula, FormulaError, read, told
 from mbody.laws.base import Law, finite
 from mbody.laws.cams import Cam, Dwell, Rise
 from mbody.laws.compiled import compiled
@@ -33,7 +32,8 @@ from mbody.laws.function import Function
 from mbody.laws.kernels import LAW_KINDS, SHAPES, evaluate, law
 from mbody.laws.tables import Table
 from mbody.laws.times import times_of
-from mbody.units import DIMENSIONS, Dimension
+from mbody.quantities import VARIABLES, Formula, FormulaError, read, told
+from mbody.quantities.units import DIMENSIONS, Dimension
 
 __all__ = [
     "LAW_KINDS",

@@ -12,12 +12,12 @@ from typing import Any, ClassVar, TypeAlias, overload
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.formulas import Formula, FormulaError
-from mbody.formulas.door import NotANumber, NotFinite, entered
-from mbody.formulas.formula import checked
-from mbody.formulas.pending import is_pending, substituted
 from mbody.laws.kernels import LAW_KINDS, FloatArray, evaluate
-from mbody.units import DIMENSIONS, Dimension
+from mbody.quantities import Formula, FormulaError
+from mbody.quantities.deferred import is_pending, substituted
+from mbody.quantities.formula import checked
+from mbody.quantities.number import NotANumber, NotFinite, entered
+from mbody.quantities.units import DIMENSIONS, Dimension
 
 __all__ = [
     "FloatArray",
@@ -108,7 +108,7 @@ def finite_array(values: Any, owner: str, field: str) -> FloatArray:
 def dimension_by(powers: tuple[int, int, int], value: Dimension, argument: Dimension) -> Dimension:
     """The dimension of a number of a law from the powers of its `term`.
 
-    >>> from mbody.units import name_of
+    >>> from mbody.quantities.units import name_of
     >>> name_of(dimension_by((1, -1, 0), DIMENSIONS["angle"], DIMENSIONS["time"]))
     'angular velocity'
     """

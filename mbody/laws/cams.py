@@ -11,10 +11,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.formulas.pending import is_pending
 from mbody.laws.base import FloatArray, Law, let_in, measured, term
 from mbody.laws.kernels import SHAPES
-from mbody.units import Dimension
+from mbody.quantities.deferred import is_pending
+from mbody.quantities.units import Dimension
 
 __all__ = ["Cam", "Dwell", "Rise"]
 

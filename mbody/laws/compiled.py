@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 
-from mbody.formulas.evaluate import Scope, Valued, evaluate, stands_only, written_out
-from mbody.formulas.formula import Formula
-from mbody.formulas.parse import FormulaError, shown
-from mbody.formulas.text import text_of
-from mbody.formulas.tree import Binary, Call, Measured, Name, Negative, Node, Plain
 from mbody.laws.base import Law
 from mbody.laws.elementary import Polynomial
 from mbody.laws.expression import Expression, waiting
 from mbody.laws.machine import DEEPEST, LONGEST, OPERATIONS
-from mbody.units import DIMENSIONS, Dimension
+from mbody.quantities.evaluate import Scope, Valued, evaluate, stands_only, written_out
+from mbody.quantities.formula import Formula
+from mbody.quantities.parse import FormulaError, shown
+from mbody.quantities.text import text_of
+from mbody.quantities.tree import Binary, Call, Measured, Name, Negative, Node, Plain
+from mbody.quantities.units import DIMENSIONS, Dimension
 
 __all__ = ["compiled"]
 
@@ -54,7 +54,7 @@ def compiled(formula: Formula, scope: Scope, argument: Dimension) -> tuple[Law, 
     A product of sums, as ``(t - 2)*(t - 3)`` or ``(t - 2)^2``, stays as it was written: multiplied
     out, it would lose digits near its zeros.
 
-    >>> from mbody.formulas import read
+    >>> from mbody.quantities import read
     >>> text = "60 deg + 25 rad/s*t - 20 rad/s^2*t^2"
     >>> law, _ = compiled(read(text, DIMENSIONS["angle"]), Scope(), DIMENSIONS["time"])
     >>> law.derivatives(0.5)

@@ -11,7 +11,7 @@ import numpy as np
 
 from mbody.errors import ModelError
 from mbody.laws.base import FloatArray, Law, let_in_all, measured, term
-from mbody.units import Dimension
+from mbody.quantities.units import Dimension
 
 __all__ = ["Constant", "ConstantAcceleration", "ConstantSpeed", "Harmonic", "Polynomial"]
 

@@ -13,7 +13,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from mbody._jit import kernel, njit
+from mbody.compiler.jit import kernel, njit
 from mbody.laws.machine import expression
 
 __all__ = ["LAW_KINDS", "SHAPES", "OUTSIDE", "TOLERANCE", "evaluate", "law", "thomas"]

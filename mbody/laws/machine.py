@@ -19,7 +19,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-from mbody._jit import PLAIN, inline, njit
+from mbody.compiler.jit import PLAIN, inline, njit
 
 __all__ = ["DEEPEST", "LONGEST", "OPERATIONS", "expression"]
 

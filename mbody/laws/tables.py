@@ -14,7 +14,7 @@ from mbody.errors import ModelError
 from mbody.laws.base import FloatArray, Law, let_in_all, term
 from mbody.laws.kernels import OUTSIDE
 from mbody.laws.slopes import of_pchip, of_periodic_spline, of_spline
-from mbody.units import DIMENSIONS, Dimension
+from mbody.quantities.units import DIMENSIONS, Dimension
 
 __all__ = ["End", "Interpolation", "Outside", "Table"]
 

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from mbody.errors import ModelError, brief
-from mbody.measures import check_measure
-from mbody.mechanism import Mechanism
-from mbody.questions import Measure
+from mbody.model.mechanism import Mechanism
+from mbody.model.study import Measure
+from mbody.solution.measures import check_measure
 
 __all__ = ["REDUCTIONS", "Column", "columns_of", "reduced"]
 

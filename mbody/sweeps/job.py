@@ -8,26 +8,26 @@ from typing import Any
 
 import numpy as np
 
-from mbody._lanes import LANES
-from mbody.analysis.asked import ANALYSES, asked_of, way_of
-from mbody.analysis.closure import check_determined, closed
-from mbody.analysis.contacts import unfit
-from mbody.analysis.designs import Course, closed_poses, course_of, on_lanes
-from mbody.analysis.drifting import Drift, drift_of, drifted
-from mbody.analysis.instants import Plan, check_reach, plan
-from mbody.analysis.runner import Runner
-from mbody.analysis.simulate import simulate
-from mbody.analysis.turns import by_springs
-from mbody.doubts import Doubt
-from mbody.elements import listed
+from mbody.analysis.driven.contacts import unfit
+from mbody.analysis.driven.lanes import Course, closed_poses, course_of, on_lanes
+from mbody.analysis.driven.requests import ANALYSES, asked_of, way_of
+from mbody.analysis.driven.runner import Runner
+from mbody.analysis.driven.time_grid import Plan, check_reach, plan
+from mbody.analysis.dynamics.lanes import Drift, drift_of, drifted
+from mbody.analysis.dynamics.simulate import simulate
+from mbody.analysis.position.assembly_analysis import check_determined, closed
+from mbody.analysis.position.whole_turns import by_springs
+from mbody.compiler.lanes import LANES
 from mbody.errors import ModelError, SolveError
-from mbody.histories import Record
-from mbody.measures import measured
-from mbody.named import varied
-from mbody.questions import Ask
-from mbody.solution import Solution
+from mbody.model.element import listed
+from mbody.model.numbers import varied
+from mbody.model.study import Ask
+from mbody.solution.doubts import Doubt
+from mbody.solution.histories import Record
+from mbody.solution.measures import measured
+from mbody.solution.solution import Solution
 from mbody.sweeps.columns import Column, reduced
-from mbody.system import System
+from mbody.system.system import System
 
 __all__ = ["Job", "Part", "answered", "prepared"]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbody.doubts import Doubt
+from mbody.solution.doubts import Doubt
 from mbody.sweeps.job import Job, Part
 
 __all__ = ["Memory"]

@@ -9,12 +9,12 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from mbody.doubts import Doubt
-from mbody.elements import listed
 from mbody.errors import ModelError
-from mbody.read_only import locked
+from mbody.model.element import listed
+from mbody.solution.doubts import Doubt
 from mbody.sweeps.samples import Drawn
-from mbody.system import System
+from mbody.system.read_only import locked
+from mbody.system.system import System
 
 __all__ = ["Kept", "Sweep"]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from mbody.analysis.closure import as_system
+from mbody.analysis.position.assembly_analysis import as_system
 from mbody.errors import ModelError
-from mbody.mechanism import Mechanism
+from mbody.model.mechanism import Mechanism
 from mbody.sweeps.cluster import connected, on_cluster
 from mbody.sweeps.columns import columns_of
 from mbody.sweeps.job import BLOCK, Job, prepared
@@ -16,7 +16,7 @@ from mbody.sweeps.result import Sweep
 from mbody.sweeps.samples import Samples, drawn
 from mbody.sweeps.store import Store
 from mbody.sweeps.threads import cores, on_threads
-from mbody.system import System
+from mbody.system.system import System
 
 __all__ = ["sweep"]
 

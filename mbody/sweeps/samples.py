@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from mbody.errors import ModelError, brief
-from mbody.formulas import Formula, FormulaError
-from mbody.formulas.door import entered
-from mbody.named import dimension_named
+from mbody.model.numbers import dimension_named
+from mbody.quantities import Formula, FormulaError
+from mbody.quantities.number import entered
 from mbody.sweeps.tolerances import Scatter
-from mbody.system import System
+from mbody.system.system import System
 
 __all__ = [
     *(

@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from mbody.doubts import Doubt, as_doubt
 from mbody.errors import ModelError
-from mbody.io.seal import OPEN_SEAL, seal, sealed
+from mbody.files.seal import OPEN_SEAL, seal, sealed
+from mbody.solution.doubts import Doubt, as_doubt
 from mbody.sweeps.identity import digest_of, identity
 from mbody.sweeps.job import Job, Part
 from mbody.sweeps.pieces import clear, write_whole

@@ -14,18 +14,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mbody.analysis.closure import raise_user_error
-from mbody.assembler import assemble
-from mbody.bodies import Body, SecondMoments
-from mbody.core.audit import audit
-from mbody.core.causes import breakdown
-from mbody.core.close import laws_of_time, violation
-from mbody.core.output import PER_ATOM
-from mbody.elements import Element, Marker, Point, Polar
+from mbody.analysis.position.assembly_analysis import raise_user_error
+from mbody.kernels.load_breakdown import breakdown
+from mbody.kernels.loop_closure import laws_of_time, violation
+from mbody.kernels.output import PER_ATOM
+from mbody.kernels.residuals import audit
 from mbody.laws import Function
-from mbody.loads import Force, Load
-from mbody.mechanism import Mechanism
-from mbody.system import System
+from mbody.model.body import Body, SecondMoments
+from mbody.model.element import Element, Marker, Point, Polar
+from mbody.model.loads import Force, Load
+from mbody.model.mechanism import Mechanism
+from mbody.system.assembler import assemble
+from mbody.system.system import System
 from mbody.testing.report import Array, Ledger
 
 __all__ = ["Bench", "Frame", "Rows", "State", "bench", "check_value", "mentioned", "rotation"]

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from mbody.drivers import Driver
-from mbody.joints import Joint
+from mbody.model.driver import Driver
+from mbody.model.joints import Joint
 from mbody.testing.bench import (
     Bench,
     Frames,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbody.loads import Damper, Gravity, Load, Spring, TorsionDamper, TorsionSpring
+from mbody.model.loads import Damper, Gravity, Load, Spring, TorsionDamper, TorsionSpring
 from mbody.testing.bench import (
     Bench,
     Frames,

@@ -10,8 +10,8 @@ from typing import NoReturn
 
 import numpy as np
 
-from mbody.elements import Element
 from mbody.errors import SolveError
+from mbody.model.element import Element
 
 __all__ = ["Check", "Ledger", "Report", "slope"]
 

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from mbody.elements import Element
 from mbody.laws import Cam, Function, Law, Table
-from mbody.named import dimension_named
+from mbody.model.element import Element
+from mbody.model.numbers import dimension_named
+from mbody.quantities.units import DIMENSIONS, Dimension
 from mbody.testing.bench import Bench, State
 from mbody.testing.report import Array, Ledger
-from mbody.units import DIMENSIONS, Dimension
 
 __all__ = ["OtherUnits"]
 

@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mbody.errors import ModelError
-from mbody.io.files import writing
+from mbody.files.files import writing
 from mbody.views.style import FONTS, MATHS, SIZE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from mbody.solution import Solution
+    from mbody.solution.solution import Solution
 
 __all__ = ["blank", "check_ending", "one_design", "save", "styled"]
 

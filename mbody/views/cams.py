@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from mbody.joints import CamFollower
+    from mbody.model.joints import CamFollower
     from mbody.views.pose import Pose
 
 __all__ = ["base_circle", "face", "outline"]

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.analysis.asked import asks_for
-from mbody.questions import Ask
+from mbody.analysis.driven.requests import asks_for
+from mbody.model.study import Ask
 
 if TYPE_CHECKING:
-    from mbody.mechanism import Mechanism
+    from mbody.model.mechanism import Mechanism
 
 __all__ = ["SMOOTH", "cycle", "times"]
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbody.loads import PistonPressure, ValvedCylinder
+from mbody.model.loads import PistonPressure, ValvedCylinder
 from mbody.views.labels import symbolic
 from mbody.views.shapes import box, direction, hatching
 from mbody.views.style import INK, LINK, WHEEL, Z

@@ -7,14 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbody.analysis import close_loops, kinematics, kinetostatics
-from mbody.analysis.asked import asked
-from mbody.drivers import Driver
+from mbody.analysis.driven.kinematics import kinematics
+from mbody.analysis.driven.kinetostatics import kinetostatics
+from mbody.analysis.driven.requests import asked
+from mbody.analysis.initial.close_loops import close_loops
 from mbody.errors import ModelError, SolveError
-from mbody.io.parts import force_floor, force_names
-from mbody.mechanism import Mechanism
-from mbody.solution import Solution
-from mbody.system import System
+from mbody.model.driver import Driver
+from mbody.model.mechanism import Mechanism
+from mbody.sheets.names import force_floor, force_names
+from mbody.solution.solution import Solution
+from mbody.system.system import System
 from mbody.views.backend import blank, one_design, styled
 from mbody.views.cycle import SMOOTH, times
 from mbody.views.frame import framed, rounded_number

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.drivers import AngleDriver
-from mbody.loads import Gravity
+from mbody.model.driver import AngleDriver
+from mbody.model.loads import Gravity
 from mbody.views.labels import Label
 from mbody.views.style import INK, LOAD, SIZE, SOFT, Z
 

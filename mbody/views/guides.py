@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbody.joints import PinSlot, Prismatic
+from mbody.model.joints import PinSlot, Prismatic
 from mbody.views.shapes import direction
 
 if TYPE_CHECKING:

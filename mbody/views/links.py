@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.joints import CamFollower, Fixed, Joint, PinSlot, Prismatic
+from mbody.model.joints import CamFollower, Fixed, Joint, PinSlot, Prismatic
 from mbody.views.guides import guide, travel
 from mbody.views.labels import Label, Places, symbolic
 from mbody.views.pose import heading, wheels

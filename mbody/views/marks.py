@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.drivers import AngleDriver, CoordinateDriver, Driver
-from mbody.io.parts import force_names
-from mbody.loads import (
+from mbody.model.driver import AngleDriver, CoordinateDriver, Driver
+from mbody.model.loads import (
     Damper,
     Force,
     Gravity,
@@ -28,6 +27,7 @@ from mbody.loads import (
     TorsionSpring,
     ValvedCylinder,
 )
+from mbody.sheets.names import force_names
 from mbody.views.cylinders import barrel_symbol
 from mbody.views.frame import rounded_number
 from mbody.views.labels import symbolic

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.drivers import AngleDriver
 from mbody.errors import ModelError
-from mbody.io.text import cut
-from mbody.measures import found_by, measured
-from mbody.units import DIMENSIONS, Dimension, name_of
+from mbody.model.driver import AngleDriver
+from mbody.quantities.units import DIMENSIONS, Dimension, name_of
+from mbody.sheets.table import cut
+from mbody.solution.measures import found_by, measured
 from mbody.views.backend import blank, one_design, styled
 from mbody.views.labels import extent
 from mbody.views.style import CURVES, INK, PAPER, SIZE, SOFT
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from mbody.solution import Solution
+    from mbody.solution.solution import Solution
 
 __all__ = ["plot"]
 

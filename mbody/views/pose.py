@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.joints import CamFollower, Gear, Joint, RackPinion, Revolute, Rolling
-from mbody.loads import PistonPressure, ValvedCylinder
+from mbody.model.joints import CamFollower, Gear, Joint, RackPinion, Revolute, Rolling
+from mbody.model.loads import PistonPressure, ValvedCylinder
 from mbody.views.cams import outline
 from mbody.views.cylinders import barrel
 
 if TYPE_CHECKING:
-    from mbody.couplings import Coupling
-    from mbody.elements import Element
-    from mbody.histories import BodyHistory, PointHistory
-    from mbody.solution import Solution
+    from mbody.model.coupling import Coupling
+    from mbody.model.element import Element
+    from mbody.solution.histories import BodyHistory, PointHistory
+    from mbody.solution.solution import Solution
 
 __all__ = ["Pose", "heading", "pulleys", "wheels"]
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.couplings import Coupling
+from mbody.model.coupling import Coupling
 from mbody.views.labels import symbolic
 from mbody.views.pose import heading, pulleys
 from mbody.views.shapes import direction

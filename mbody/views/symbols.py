@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.joints import (
+from mbody.model.joints import (
     CamFollower,
     Distance,
     Fixed,
@@ -35,7 +35,7 @@ from mbody.views.shapes import box, direction, rounded
 from mbody.views.style import INK, LINK, PAPER, PLATE, SOFT, WHEEL, Z
 
 if TYPE_CHECKING:
-    from mbody.elements import Element
+    from mbody.model.element import Element
     from mbody.views.sketch import Sketch
 
 __all__ = ["joint_symbol", "outward"]

@@ -32,7 +32,7 @@ from mbody import (
     Rolling,
     Term,
 )
-from mbody.elements import Marker
+from mbody.model.element import Marker
 
 __all__ = ["Linkage", "Unfit", "random_linkage"]
 

@@ -6,7 +6,7 @@ from unittest import mock
 import numpy as np
 
 import mbody
-from mbody.bridges.pymunk import opinion
+from mbody.engines.pymunk import opinion
 from tests.errors.models import four_bar
 
 

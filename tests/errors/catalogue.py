@@ -11,7 +11,7 @@ from unittest import mock
 
 from mbody.cli.usage import UsageError
 from mbody.errors import ModelError, ModelWarning, SolveError
-from mbody.formulas import FormulaError
+from mbody.quantities import FormulaError
 from tests.errors import (
     assembling,
     bridges_pymunk,

@@ -28,10 +28,10 @@ from mbody import (
     Torque,
     TorsionDamper,
     assemble,
-    makers,
     polar,
 )
-from mbody.loads import TorsionSpring
+from mbody.makers import makers
+from mbody.model.loads import TorsionSpring
 from tests.errors.models import crank_alone
 
 NAN, INF = math.nan, math.inf

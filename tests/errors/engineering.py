@@ -14,7 +14,6 @@ from mbody import (
     assemble,
     kinetostatics,
 )
-from mbody.doubts import Doubt, doubted
 from mbody.engineering import (
     energy_fluctuation,
     fluctuation,
@@ -22,6 +21,7 @@ from mbody.engineering import (
     indicator,
     shaking_force,
 )
+from mbody.solution.doubts import Doubt, doubted
 from tests.errors.models import four_bar
 from tests.errors.results import batch, motion, run
 

@@ -14,9 +14,9 @@ from mbody import (
     Torque,
     convert,
 )
-from mbody.formulas import FormulaError, Scope, read
 from mbody.laws import compiled
-from mbody.units import DIMENSIONS
+from mbody.quantities import FormulaError, Scope, read
+from mbody.quantities.units import DIMENSIONS
 from tests.errors.models import crank_alone
 
 #: Text that is no formula.

@@ -4,7 +4,7 @@ import sys
 from unittest import mock
 
 from mbody import assemble, kinematics, kinetostatics, to_mjcf
-from mbody.bridges.mujoco import opinion
+from mbody.engines.mujoco import opinion
 from tests.errors.command import said
 from tests.errors.models import four_bar
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from unittest import mock
 
 from mbody import Body, CustomLoad, Limits, Mechanism, Torque, cli, load, save
-from mbody.io.model import from_text, in_units, to_text
+from mbody.files.model import from_text, in_units, to_text
 from tests.errors.models import by_law, four_bar
 
 ARM = """\
@@ -144,7 +144,7 @@ def with_file(name, content, model="mine.toml"):
 def with_table(content, name="a.csv", largest=None):
     def go():
         with folder("a.csv", content) as there:
-            limit = mock.patch("mbody.io.model.beside.LARGEST", largest or 10_000_000)
+            limit = mock.patch("mbody.files.model.beside.LARGEST", largest or 10_000_000)
             with limit:
                 from_text(TABLE % name, folder=there)
 

@@ -15,8 +15,8 @@ from mbody import (
     Revolute,
     Spring,
     Torque,
-    makers,
 )
+from mbody.makers import makers
 
 CRANK, COUPLER, ROCKER, GROUND = LENGTHS = 1.0, 3.0, 2.0, 3.5
 

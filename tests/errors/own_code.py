@@ -16,7 +16,7 @@ from mbody import (
     simulate,
     solve_for,
 )
-from mbody.elements import number_field
+from mbody.model.element import number_field
 from tests.errors.models import by_law, four_bar, no_oil, with_own
 
 #: Where a user's function may stand.

@@ -1,7 +1,7 @@
 """Measures, and the instants that a mechanism or a command asks for."""
 
 from mbody import AngleDriver, Ask, ConstantAcceleration, ConstantSpeed, Measure
-from mbody.analysis.asked import asked
+from mbody.analysis.driven.requests import asked
 from tests.errors.models import by_law, four_bar
 from tests.errors.results import run
 

@@ -37,9 +37,9 @@ from mbody import (
     save_run,
     simulate,
 )
-from mbody.histories import Record
-from mbody.io.arrays import packed, unpacked
-from mbody.io.saved import OWNER
+from mbody.files.arrays import packed, unpacked
+from mbody.files.saved import OWNER
+from mbody.solution.histories import Record
 from tests.errors.command import said
 from tests.errors.models import by_rocker, four_bar
 from tests.errors.results import batch
@@ -202,7 +202,7 @@ def unsealed():
 
 def crowded():
     """Very many instants, on a machine of a known size."""
-    with mock.patch("mbody.analysis.room.memory", lambda: 16e9):
+    with mock.patch("mbody.analysis.driven.memory_limit.memory", lambda: 16e9):
         kinematics(four_bar(), turn=True, instants=10**9)
 
 

@@ -10,18 +10,18 @@ from tests.errors.catalogue import PACKAGE
 CONSTRUCTORS = {"ModelError", "SolveError", "UsageError", "FormulaError", "NotANumber", "NotFinite"}
 #: Functions that make sentences, or parts of them, without making the error.
 MAKERS = {
-    "analysis/closure.py": {"_too_few", "_say_branch"},
-    "analysis/dead_centres.py": {"_told"},
-    "formulas/evaluate.py": {"told", "stands_only"},
-    "formulas/formula.py": {"_meant"},
-    "formulas/parse.py": {"why_stray"},
-    "hooks.py": {"__call__"},
-    "io/model/read.py": {"_where", "_check_keys", "_unique", "_refused"},
-    "io/model/report.py": {"_sentence", "_unknown"},
-    "joints/custom.py": {"physics"},
+    "analysis/position/assembly_analysis.py": {"_too_few", "_say_branch"},
+    "analysis/driven/dead_centres.py": {"_told"},
+    "quantities/evaluate.py": {"told", "stands_only"},
+    "quantities/formula.py": {"_meant"},
+    "quantities/parse.py": {"why_stray"},
+    "system/hooks.py": {"__call__"},
+    "files/model/read.py": {"_where", "_check_keys", "_unique", "_refused"},
+    "files/model/report.py": {"_sentence", "_unknown"},
+    "model/joints/custom.py": {"physics"},
     "laws/times.py": {"_why"},
-    "loads/custom.py": {"physics"},
-    "system.py": {"_no_such_value"},
+    "model/loads/custom.py": {"physics"},
+    "system/system.py": {"_no_such_value"},
 }
 
 

@@ -29,11 +29,11 @@ from mbody import (
     close_loops,
     kinematics,
     kinetostatics,
-    makers,
     mobility,
     reach,
     statics,
 )
+from mbody.makers import makers
 from tests.errors.models import FOLDED, STRETCHED, by_law, by_rocker, chain, four_bar
 
 NAN = math.nan

@@ -24,10 +24,10 @@ from mbody import (
     close_loops,
     gallery,
     kinematics,
-    makers,
     simulate,
 )
-from mbody.histories import Record
+from mbody.makers import makers
+from mbody.solution.histories import Record
 from tests.errors.models import four_bar
 
 

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 from unittest import mock
 
 import mbody
-from mbody.io.seal import OPEN_SEAL
+from mbody.files.seal import OPEN_SEAL
 from mbody.sweeps import (
     Normal,
     Uniform,

@@ -12,9 +12,9 @@ from mbody import (
     Torque,
     Unknown,
     from_text,
-    makers,
     solve_for,
 )
+from mbody.makers import makers
 from tests.errors.command import said
 from tests.errors.models import four_bar
 
@@ -46,7 +46,7 @@ def ask(*args, machine=None, **more):
 
 def hopeless():
     """No value of the unknowns makes it later; two starts tell that as well as a dozen."""
-    few = mock.patch.multiple("mbody.analysis.climb", STARTS=1, SAMPLES=2)
+    few = mock.patch.multiple("mbody.analysis.inverse.several_unknowns", STARTS=1, SAMPLES=2)
     with few:
         solve_for(braked(), ["motor.rate", "brake"], side_conditions="t >= 1 s", least="A.force")
 

@@ -32,30 +32,34 @@ class Fault:
 FAULTS = (
     Fault(
         "arm: place of the mass centre left out",
-        *("elements.py", "        return x - cx, y - cy", "        return x, y - cy"),
+        *("model/element.py", "        return x - cx, y - cy", "        return x, y - cy"),
         "linkage",
     ),
     Fault(
         "polar points: sine for cosine",
-        "elements.py",
+        "model/element.py",
         "            return r * np.cos(angle), r * np.sin(angle)",
         "            return r * np.cos(angle), r * np.cos(angle)",
         "polar",
     ),
     Fault(
         "units: a pound force of 4.45 N",
-        *("units/symbols.py", '("lbf", _LBF, 0', '("lbf", Fraction(445, 100), 0'),
+        *("quantities/units/symbols.py", '("lbf", _LBF, 0', '("lbf", Fraction(445, 100), 0'),
         "units",
     ),
     Fault(
         "units: an inch of 25 mm",
-        *("units/symbols.py", '_IN, _FT = Fraction("0.0254")', '_IN, _FT = Fraction("0.025")'),
+        *(
+            "quantities/units/symbols.py",
+            '_IN, _FT = Fraction("0.0254")',
+            '_IN, _FT = Fraction("0.025")',
+        ),
         "units",
     ),
     Fault(
         "units: a degree of 1/181 of π",
         *(
-            "units/symbols.py",
+            "quantities/units/symbols.py",
             '("deg degree degrees °", Fraction(1, 180)',
             '("deg degree degrees °", Fraction(1, 181)',
         ),
@@ -64,7 +68,7 @@ FAULTS = (
     Fault(
         "weights: a mass as large as the weight",
         *(
-            "assembler.py",
+            "system/assembler.py",
             "weight is None else weight / self.mechanism.g",
             "weight is None else weight",
         ),
@@ -73,7 +77,7 @@ FAULTS = (
     Fault(
         "masses: half the moment of inertia",
         *(
-            "assembler.py",
+            "system/assembler.py",
             'numbers[f"{body.name}.inertia"]]',
             '0.5 * numbers[f"{body.name}.inertia"]]',
         ),
@@ -81,45 +85,49 @@ FAULTS = (
     ),
     Fault(
         "revolute: centripetal acceleration the other way",
-        *("joints/revolute.py", "(0.0, 0.0), (dax, day)", "(0.0, 0.0), (-dax, day)"),
+        *("model/joints/revolute.py", "(0.0, 0.0), (dax, day)", "(0.0, 0.0), (-dax, day)"),
         "linkage",
     ),
     Fault(
         "revolute: a lever arm of the Jacobian a hundredth too long",
-        *("joints/revolute.py", "blocks = (1.0, 0.0, -piy,", "blocks = (1.0, 0.0, -1.01 * piy,"),
+        *(
+            "model/joints/revolute.py",
+            "blocks = (1.0, 0.0, -piy,",
+            "blocks = (1.0, 0.0, -1.01 * piy,",
+        ),
         "linkage",
     ),
     Fault(
         "prismatic: Coriolis acceleration halved",
-        *("joints/prismatic.py", "- 2.0 * w * (nx * dvy", "- 1.0 * w * (nx * dvy"),
+        *("model/joints/prismatic.py", "- 2.0 * w * (nx * dvy", "- 1.0 * w * (nx * dvy"),
         "sliders",
     ),
     Fault(
         "distance: acceleration across the rod left out",
-        *("joints/distance.py", "f[2] - across * across / length -", "f[2] -"),
+        *("model/joints/distance.py", "f[2] - across * across / length -", "f[2] -"),
         "extras",
     ),
     Fault(
         "pin in slot: Coriolis acceleration halved",
-        *("joints/coordinate.py", "- 2.0 * w * (ux * dvy", "- 1.0 * w * (ux * dvy"),
+        *("model/joints/coordinate.py", "- 2.0 * w * (ux * dvy", "- 1.0 * w * (ux * dvy"),
         "slot",
     ),
     Fault(
         "gear: the ratio upside down",
-        "joints/gear.py",
+        "model/joints/gear.py",
         '*at.arm(element, "j"), i, j, phase]',
         '*at.arm(element, "j"), j, i, phase]',
         "gears",
     ),
     Fault(
         "rack: a pitch radius a tenth too large",
-        *("joints/rack.py", "w, r = i[7], p[6]", "w, r = i[7], 1.1 * p[6]"),
+        *("model/joints/rack.py", "w, r = i[7], p[6]", "w, r = i[7], 1.1 * p[6]"),
         "rack",
     ),
     Fault(
         "roller: second derivative of the profile left out",
         *(
-            "joints/cam.py",
+            "model/joints/cam.py",
             "rest = length * w * w - f[2] * rate * rate -",
             "rest = length * w * w -",
         ),
@@ -128,7 +136,7 @@ FAULTS = (
     Fault(
         "fixed angle: of the markers the wrong way round",
         *(
-            "joints/fixed.py",
+            "model/joints/fixed.py",
             'at.angle(self, "j") - at.angle(self, "i")',
             'at.angle(self, "i") - at.angle(self, "j")',
         ),
@@ -137,7 +145,7 @@ FAULTS = (
     Fault(
         "coupling: acceleration of a term without its factor",
         *(
-            "core/rows.py",
+            "kernels/constraints.py",
             "ld(W.gamma, 2 * k, w) + c * gamma[0], w)",
             "ld(W.gamma, 2 * k, w) + gamma[0], w)",
         ),
@@ -145,7 +153,7 @@ FAULTS = (
     ),
     Fault(
         "polynomial law: acceleration halved",
-        *("core/forces.py", "f2 = f2 * t + 2.0 * f1", "f2 = f2 * t + f1"),
+        *("kernels/forces.py", "f2 = f2 * t + 2.0 * f1", "f2 = f2 * t + f1"),
         "linkage",
     ),
     Fault(
@@ -155,13 +163,13 @@ FAULTS = (
     ),
     Fault(
         "spring: stretch from twice the free length",
-        *("loads/spring.py", "(length - p[4]) + rate", "(length - 2.0 * p[4]) + rate"),
+        *("model/loads/spring.py", "(length - p[4]) + rate", "(length - 2.0 * p[4]) + rate"),
         "spring",
     ),
     Fault(
         "spring: pull on j at the arm of i",
         *(
-            "core/forces.py",
+            "kernels/forces.py",
             "pjy * fx - pjx * fy)\n\n\n@inline\ndef press",
             "pjy * fx - pix * fy)\n\n\n@inline\ndef press",
         ),
@@ -169,38 +177,42 @@ FAULTS = (
     ),
     Fault(
         "damper: rate across, not along",
-        *("loads/spring.py", "rate * (ux * dvx + uy * dvy)", "rate * (ux * dvy + uy * dvx)"),
+        *("model/loads/spring.py", "rate * (ux * dvx + uy * dvy)", "rate * (ux * dvy + uy * dvx)"),
         "damper",
     ),
     Fault(
         "torsion spring: free angle the other way",
-        *("loads/torsion.py", "(j[2] - i[2] - p[0])", "(j[2] - i[2] + p[0])"),
+        *("model/loads/torsion.py", "(j[2] - i[2] - p[0])", "(j[2] - i[2] + p[0])"),
         "twist",
     ),
     Fault(
         "torque: nothing on the other body",
-        *("core/forces.py", "ld(W.force, 3 * i + 2, w) - t, w)", "ld(W.force, 3 * i + 2, w), w)"),
+        *(
+            "kernels/forces.py",
+            "ld(W.force, 3 * i + 2, w) - t, w)",
+            "ld(W.force, 3 * i + 2, w), w)",
+        ),
         "torque",
     ),
     Fault(
         "force: its arm's sign",
-        *("loads/force.py", "px * fy - py * fx", "px * fy + py * fx"),
+        *("model/loads/force.py", "px * fy - py * fx", "px * fy + py * fx"),
         "force",
     ),
     Fault(
         "following force: turned backwards",
-        *("loads/force.py", "(c * p[2] - s * p[3])", "(c * p[2] + s * p[3])"),
+        *("model/loads/force.py", "(c * p[2] - s * p[3])", "(c * p[2] + s * p[3])"),
         "force",
     ),
     Fault(
         "gravity: weight in y a tenth too large",
-        *("loads/gravity.py", "return m * fx, m * fy", "return m * fx, 1.1 * m * fy"),
+        *("model/loads/gravity.py", "return m * fx, m * fy", "return m * fx, 1.1 * m * fy"),
         "linkage",
     ),
     Fault(
         "reactions: torque told about the wrong side of a wheel",
         *(
-            "ends.py",
+            "solution/places.py",
             "torque - (offset[0] * fy - offset[1] * fx)",
             "torque + (offset[0] * fy - offset[1] * fx)",
         ),
@@ -209,7 +221,7 @@ FAULTS = (
     Fault(
         "efforts: the sign of the multiplier",
         *(
-            "solution.py",
+            "solution/solution.py",
             "locked(-self._atom(self.system.atoms_of[driver][0], 0))",
             "locked(self._atom(self.system.atoms_of[driver][0], 0))",
         ),

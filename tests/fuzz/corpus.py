@@ -5,7 +5,7 @@ import json
 import tomllib
 
 from mbody import gallery
-from mbody.units import SYMBOLS
+from mbody.quantities.units import SYMBOLS
 
 NAMES = ("a", "b", "crank", "coupler", "rocker", "ground", "A", "B", "motor", "p", "q", "t", "x")
 UNITS = (*SYMBOLS, "furlong", "nonsense", "kelvin", "mW", "µrad", "%", "")

@@ -12,7 +12,7 @@ from random import Random
 
 import atheris
 
-with atheris.instrument_imports(include=["mbody.formulas", "mbody.io.model"]):
+with atheris.instrument_imports(include=["mbody.quantities", "mbody.files.model"]):
     from tests.fuzz import corpus, mutate
     from tests.fuzz.plain import Report, made
 

@@ -22,10 +22,11 @@ from unittest import mock
 import numpy as np
 
 import mbody
-from mbody import ModelError, SolveError, gallery, makers
-from mbody.io.arrays import packed, unpacked
-from mbody.io.saved import OWNER
-from mbody.io.seal import OPEN_SEAL, seal
+from mbody import ModelError, SolveError, gallery
+from mbody.files.arrays import packed, unpacked
+from mbody.files.saved import OWNER
+from mbody.files.seal import OPEN_SEAL, seal
+from mbody.makers import makers
 from mbody.sweeps import Uniform, monte_carlo
 from tests.fuzz import KEPT, corpus, properties
 from tests.fuzz.plain import Report, progress

@@ -4,8 +4,8 @@ import json
 from random import Random
 from typing import Any
 
-from mbody.io.model import json_schema
-from mbody.io.model.toml import toml
+from mbody.files.model import json_schema
+from mbody.files.model.toml import toml
 from tests.fuzz import corpus
 
 SCHEMA = json_schema()

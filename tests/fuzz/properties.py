@@ -7,13 +7,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 from mbody import Mechanism, ModelError
-from mbody.compared import whole
 from mbody.errors import ModelWarning
-from mbody.formulas import FormulaError, Scope, Valued, parse, read, text_of
-from mbody.formulas.formula import Formula
-from mbody.io.model import from_text, in_units, to_text
+from mbody.files.model import from_text, in_units, to_text
 from mbody.laws import compiled
-from mbody.units import DIMENSIONS, unit_system
+from mbody.model.identity import whole
+from mbody.quantities import FormulaError, Scope, Valued, parse, read, text_of
+from mbody.quantities.formula import Formula
+from mbody.quantities.units import DIMENSIONS, unit_system
 
 LONGEST = 20_000  # bytes of a message
 SLOW = 20  # seconds

@@ -4,7 +4,7 @@ import re
 import sys
 from collections import defaultdict
 
-from mbody import _jit
+from mbody.compiler import jit
 
 #: Functions of C's library that a kernel may call: of numbers, without memory of their own.
 MATHEMATICS = {
@@ -25,9 +25,9 @@ def kernels():
     return {
         part.py_func.__name__: part
         for name, module in list(sys.modules.items())
-        if name.startswith(("mbody.core", "mbody.laws"))
+        if name.startswith(("mbody.kernels", "mbody.laws"))
         for part in list(vars(module).values())
-        if type(part) is _jit.Entry
+        if type(part) is jit.Entry
     }
 
 

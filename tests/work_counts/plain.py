@@ -14,15 +14,15 @@ ROOT = Path(__file__).parents[2]
 
 #: What is counted, by the name of the count: module and function.
 COUNTED = {
-    "factorisations": ("core.factor", "factor"),
-    "solutions": ("core.factor", "solve"),
-    "rows": ("core.rows", "rows"),
-    "loads": ("core.forces", "forces"),
-    "corrections": ("core.instant", "newton"),
-    "LU on lanes": ("core.square", "factor_square"),
-    "solutions on lanes": ("core.square", "solve_square"),
-    "double solutions on lanes": ("core.square", "solve_both"),
-    "transposed solutions on lanes": ("core.square", "solve_transposed"),
+    "factorisations": ("kernels.schur_ldl", "factor"),
+    "solutions": ("kernels.schur_ldl", "solve"),
+    "rows": ("kernels.constraints", "rows"),
+    "loads": ("kernels.forces", "forces"),
+    "corrections": ("kernels.position_velocity", "newton"),
+    "LU on lanes": ("kernels.square_lu", "factor_square"),
+    "solutions on lanes": ("kernels.square_lu", "solve_square"),
+    "double solutions on lanes": ("kernels.square_lu", "solve_both"),
+    "transposed solutions on lanes": ("kernels.square_lu", "solve_transposed"),
 }
 
 

@@ -13,11 +13,12 @@ import numpy as np
 
 import mbody
 from benchmarks import models
-from mbody import _cache, gallery
-from mbody.analysis.closure import closed
-from mbody.analysis.designs import closed_poses, course_of, on_lanes
-from mbody.analysis.instants import plan
-from mbody.analysis.runner import Runner
+from mbody import gallery
+from mbody.analysis.driven.lanes import closed_poses, course_of, on_lanes
+from mbody.analysis.driven.runner import Runner
+from mbody.analysis.driven.time_grid import plan
+from mbody.analysis.position.assembly_analysis import closed
+from mbody.compiler import cache
 
 machine = functools.cache(gallery.load)
 
@@ -202,7 +203,7 @@ def modules():
     for found in pkgutil.walk_packages(mbody.__path__, "mbody."):
         if not found.name.endswith("__main__"):
             importlib.import_module(found.name)
-    kernels = {path.resolve() for path in _cache._sources()}
+    kernels = {path.resolve() for path in cache._sources()}
     for name, module in sorted(sys.modules.items()):
         file = getattr(module, "__file__", None)
         if name.partition(".")[0] == "mbody" and file and Path(file).resolve() not in kernels:

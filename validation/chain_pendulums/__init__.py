@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 import mbody
-from mbody import Gravity, Mechanism, Revolute, Simulation, makers
+from mbody import Gravity, Mechanism, Revolute, Simulation
+from mbody.makers import makers
 from validation.case import Row, Source
 from validation.extrapolation import followed
 

@@ -6,8 +6,8 @@ import numpy as np
 
 import mbody
 from mbody import AngleDriver, Body, ConstantSpeed, Gravity, Mechanism, Revolute, deg
-from mbody.analysis.closure import closed
-from mbody.analysis.rank import dense, rank_of
+from mbody.analysis.position.assembly_analysis import closed
+from mbody.system.rank import dense, rank_of
 from validation.case import Row, Source
 from validation.extrapolation import followed
 

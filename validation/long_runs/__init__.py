@@ -8,7 +8,7 @@ import numpy as np
 
 import mbody
 from mbody import AngleDriver, gallery
-from mbody.ends import link_poses
+from mbody.solution.places import link_poses
 from validation import oscillators
 from validation.case import Row, Source
 

@@ -11,7 +11,7 @@ import numpy as np
 
 import mbody
 from mbody import gallery
-from mbody.analysis.modes import ModesAt
+from mbody.analysis.linear.modes import ModesAt
 from validation import porter_governor
 from validation.case import Row, Source
 

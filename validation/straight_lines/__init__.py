@@ -88,7 +88,7 @@ def chebyshev() -> Mechanism:
 build = peaucellier
 
 
-def tracer(system: mbody.System, theta: np.ndarray | float) -> mbody.solution.PointHistory:
+def tracer(system: mbody.System, theta: np.ndarray | float) -> mbody.solution.solution.PointHistory:
     """Motion of the point P of a four-bar at unit speed, on the branch that has P above at 180°."""
     path = np.append(math.pi, theta)
     P = mbody.kinematics(system, drive={"motor": (path, 1.0, 0.0)}).point("coupler.P")

@@ -1,0 +1,1 @@
+"""Driven motion: kinematics, kinetostatics and statics along the instants of the drivers."""

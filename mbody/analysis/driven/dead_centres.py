@@ -1,0 +1,270 @@
+"""How far a driver can go from a closed position: the dead centres on both sides.
+
+The motion is followed until it can no further. The joints alone leave one freedom there; along it
+the driven coordinate x has a turning point, x′ = 0, which Newton's method finds on the curve of
+closed positions. x changes with the square of the way to that point, so it is right to rounding.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mbody.analysis.position.assembly_analysis import Closed, drivers
+from mbody.errors import SolveError
+from mbody.kernels.continuation import DONE, LOST, follow
+from mbody.kernels.output import PER_ATOM
+from mbody.system.rank import dense, jacobian
+from mbody.system.system import System
+
+__all__ = ["DeadCentre", "Ends", "ends", "with_ends"]
+
+#: Way along a length, in model lengths, after which it is said to have no end.
+FAR = 1e3
+#: Places on a way at which it is looked at: a prime, so that none is where branches meet, a whole
+#: part of a turn away from the start.
+ON_THE_WAY = 61
+#: Rows up to which the end is looked for by dense matrices; beyond, the path's own end is told.
+LARGEST = 300
+#: Singular value of the joints, as a part of the greatest, below which branches meet there.
+MEETING = 1e-6
+#: First step along the curve, and the greatest one, in model lengths and radians.
+STEP, LONGEST = 1e-4, 0.05
+#: x′ that is none: rounding of a unit vector times Φ_q.
+FLAT = 1e-13
+#: Where branches meet in the turning point: how far before it places are taken, in radians or model
+#: lengths; least singular value of the joints at the last; degree of the polynomial; how many.
+BEFORE, REGULAR, DEGREE, PLACES = 0.05, 5e-4, 12, 60
+ITERATIONS = 30
+
+
+@dataclass(frozen=True)
+class Ends:
+    """Where a driver is, and how far it can go without leaving its branch.
+
+    Attributes
+    ----------
+    value, low, high : float
+        [rad] or [length]; infinite where there is no end, of an angle within a turn.
+    """
+
+    value: float
+    low: float
+    high: float
+
+
+class DeadCentre(SolveError):
+    """A dead centre in the way, before it is told how far the driver can go at all."""
+
+    def __init__(self, sentence: str, remedy: str, driver: Any, solution: Any) -> None:
+        super().__init__(f"{sentence}; {remedy}", driver.name, solution)
+        self.parts, self.driver = (sentence, remedy), driver
+
+
+def with_ends(stop: DeadCentre, system: System, start: Closed) -> SolveError:
+    """The sentence of a dead centre with those on both sides of the start."""
+    sentence, remedy = stop.parts
+    told = _told(system, start, stop.driver)
+    return SolveError(f"{sentence}; {told}{remedy}", stop.element, stop.solution)
+
+
+def _told(system: System, start: Closed, driver: Any) -> str:
+    """From where to where the one driver can go; empty where that has no ends."""
+    found = ends(system, start, driver) if len(system.drivers) == 1 else None
+    if found is None or not np.isfinite([found.low, found.high]).all():
+        return ""
+    body = driver.bodies[1]
+    if driver.rows != "a":
+        unit = system.mechanism.units.length
+        return f"'{body}' can move from {found.low:.10g} to {found.high:.10g} {unit}; "
+    low, high = np.degrees([found.low, found.high])
+    # the other name of the same place, where they are on both sides of the zero
+    same = f" ({high - 360.0:.10g} deg)" if 0.0 < low <= 180.0 < high < 360.0 else ""
+    return f"'{body}' can turn from {low:.10g} deg to {high:.10g} deg{same}; "
+
+
+def ends(system: System, start: Closed, driver: Any) -> Ends:
+    """How far one driver can go from a closed position, the others held."""
+    curve = _Curve(system, start, driver)
+    return Ends(curve.value, curve.end(-1.0), curve.end(1.0))
+
+
+class _Curve:
+    """The closed positions that a driver goes through."""
+
+    def __init__(self, system: System, start: Closed, driver: Any) -> None:
+        self.system, self.start, self.driver = system, start, driver
+        self.which = [d.name for d in system.drivers].index(driver.name)
+        self.work = start.work
+        n, first = system.coordinates, system.rows - len(system.drivers)
+        self.row = first + self.which
+        self.size = np.tile([system.length, system.length, 1.0], n // 3)
+        self.unit = 1.0 if driver.rows == "a" else system.length
+        # the signals may be those of another instant: where the drivers are, the position says
+        asked = np.array([float(start.work.signal[row, 0]) for _, row in drivers(system)])
+        self.asked = float(asked[self.which])
+        self.values = asked + jacobian(system, start.work)[0][first:]
+        self.value = float(self.values[self.which])
+
+    def end(self, way: float) -> float:
+        """The value beyond which it cannot go, in that sense."""
+        if self.driver.rows == "a":
+            spans = [2.0 * math.pi]
+        else:
+            spans = [self.system.length * 10.0**k for k in range(1, round(math.log10(FAR)) + 1)]
+        for span in spans:
+            found = self._followed(way * span)
+            if found is not None:
+                return found
+        return way * math.inf
+
+    def _followed(self, change: float) -> float | None:
+        """Where the driver stops on its way; None where it does not."""
+        stopped, places = self._path(change)
+        if self.system.rows > LARGEST:
+            return stopped
+        if stopped is None:
+            return None
+        way = math.copysign(1.0, change)
+        found = self._turning(places[-1], way)
+        if found is None:
+            found = self._extrapolated(stopped, way)
+        return stopped if found is None else found
+
+    def _path(self, change: float) -> tuple[float | None, np.ndarray]:
+        """Follow the motion by so much: where it stopped, None where it did not, and the positions
+        on the way (places, coordinates).
+        """
+        system, L = self.system, self.system.runtime()
+        n = system.coordinates
+        work = system.work()
+        work.q[:n], work.time[:] = self.start.work.q[:n, :1], self.start.work.time[:, :1]
+        count, steps = len(self.values), np.arange(ON_THE_WAY + 1)
+        given = np.zeros((len(steps), count, 3))
+        given[:, :, 0] = self.values
+        given[:, self.which, 0] += change * steps / ON_THE_WAY
+        s = given[:, 0, 0].copy() if count == 1 else steps.astype(float)
+        ahead = np.zeros((len(steps), count))
+        ahead[:-1, self.which] = change / ON_THE_WAY
+        output = np.empty((len(steps), 3 * n + PER_ATOM * len(system.owners), 1))
+        state, nearest = np.zeros(8), np.zeros(3)
+        passed = np.empty((0, 1 + n))
+        places = work.q[:n, 0].reshape(-1, 3)
+        reach = max(np.abs(places[:, :2]).max() / system.length, np.abs(places[:, 2]).max())
+        state[5] = 1.0 + reach + abs(change) / self.unit
+        times = np.full(len(steps), float(work.time[0, 0]))
+        mode = 1 if count == 1 else 2
+        soft = self.start.soft
+        code = follow(
+            *(L, work, soft, mode, s, times, given, ahead, False, False, True),
+            *(output, state, nearest, passed),
+        )
+        q = output[: int(state[0]), :n, 0]
+        if code == DONE:
+            return None, q
+        if code == LOST:
+            return self.value, self.start.work.q[:n].T.copy()
+        at = float(state[1])
+        stopped = at if count == 1 else self.value + at * change / ON_THE_WAY
+        return stopped, np.vstack([q, work.past[:n, 0]])
+
+    # -- the turning point, in model lengths and radians
+
+    def _rows(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Φ and Φ_q without units."""
+        work, n = self.work, self.system.coordinates
+        kept = work.q[:n].copy()
+        work.q[:n, 0] = q
+        found = dense(self.system, work)
+        work.q[:n] = kept
+        return found
+
+    def _closed(self, q: np.ndarray) -> np.ndarray | None:
+        """The nearest position at which all but the driver's row hold."""
+        for _ in range(ITERATIONS):
+            phi, G = self._rows(q)
+            others = np.arange(len(phi)) != self.row
+            step = np.linalg.lstsq(G[others], -phi[others], rcond=1e-10)[0]
+            q = q + self.size * step
+            if np.abs(step).max() < 1e-14 * (1.0 + np.abs(q / self.size).max()):
+                return q
+        return None
+
+    def _slope(
+        self, q: np.ndarray, ahead: np.ndarray | None, least: float = MEETING
+    ) -> tuple[float, np.ndarray] | None:
+        """x′ along the curve and its direction, on from `ahead`; None where branches meet."""
+        _, G = self._rows(q)
+        others = np.arange(len(G)) != self.row
+        _, sizes, vt = np.linalg.svd(G[others])
+        if sizes[len(q) - 2] < least * sizes[0]:
+            return None
+        along = vt[len(q) - 1]
+        if ahead is not None and along @ ahead < 0.0:
+            along = -along
+        return float(G[self.row] @ along), along
+
+    def _turning(self, q: np.ndarray, way: float) -> float | None:
+        """x at the turning point near q; None where none is found."""
+        here = self._closed(q)
+        found = None if here is None else self._slope(here, None)
+        if here is None or found is None:
+            return None
+        slope, along = found
+        if slope * way < 0.0:
+            slope, along = -slope, -along
+        step = STEP
+        for _ in range(ITERATIONS):
+            there = self._closed(here + self.size * along * step)
+            found = None if there is None else self._slope(there, along)
+            if there is None or found is None:
+                return None
+            bend = (found[0] - slope) / step
+            here, (slope, along) = there, found
+            if abs(slope) < FLAT or bend == 0.0:
+                break
+            step = -slope / bend
+            if abs(step) > LONGEST:
+                step = math.copysign(LONGEST, step)
+        if abs(slope) > 1e3 * FLAT:
+            return None
+        phi, _ = self._rows(here)
+        return self.asked + float(phi[self.row]) * self.unit
+
+    def _extrapolated(self, stopped: float, way: float) -> float | None:
+        """x at a turning point in which branches meet, too: from the places before it, as a
+        polynomial along the curve, beyond which the turning point is a small part of them away.
+        """
+        x = stopped - way * min(BEFORE * self.unit, abs(stopped - self.value))
+        q = self._path(x - self.value)[1][-1]
+        found = self._slope(q, None)
+        if found is None:
+            return None
+        slope, first = found
+        along = first = first if slope * way > 0.0 else -first
+        # x falls with the square of the way that is left
+        stride = 2.0 * abs(stopped - x) / (self.unit * abs(slope)) / PLACES
+        origin, step = q, stride
+        places: list[tuple[float, float]] = []
+        while step > stride / PLACES and len(places) < 3 * PLACES:
+            phi, _ = self._rows(q)
+            places.append((float((q - origin) / self.size @ first), float(phi[self.row])))
+            while step > stride / PLACES:
+                there = self._closed(q + self.size * along * step)
+                found = None if there is None else self._slope(there, along, REGULAR)
+                if there is not None and found is not None and found[0] * way > 0.0:
+                    q, along = there, found[1]
+                    break
+                step *= 0.5
+        p, values = np.array(places).T
+        if len(p) < 2 * DEGREE:
+            return None
+        fit = np.polynomial.Polynomial.fit(p, values, DEGREE)
+        roots = fit.deriv().roots()
+        near = roots.real[(np.abs(roots.imag) < 1e-6) & (roots.real > p[-1])]
+        if not near.size or near.min() - p[-1] > 0.2 * np.ptp(p):
+            return None
+        return self.asked + float(fit(near.min())) * self.unit

@@ -1,0 +1,262 @@
+"""Why a motion cannot begin, or go on, where it is: what has no value, no inertia, or no way on.
+
+Each function looks at one instant with dense matrices and memory of its own; a motion asks them
+only at its beginning, and where it fails.
+"""
+
+from __future__ import annotations
+
+from dataclasses import fields
+
+import numpy as np
+
+from mbody.analysis.position.assembly_analysis import raise_user_error
+from mbody.analysis.position.tangent_space import MASSLESS, Array, Manifold, Place
+from mbody.errors import SolveError
+from mbody.kernels.load_breakdown import each_load
+from mbody.kernels.loop_closure import laws_of_time
+from mbody.laws import Expression
+from mbody.model.element import listed
+from mbody.system.layout import Work
+from mbody.system.rank import dense, rank_of, too_large
+from mbody.system.system import System
+
+__all__ = [
+    "adjusted",
+    "branching",
+    "inertialess",
+    "stuck",
+    "undetermined",
+    "valueless",
+    "weightless",
+]
+
+#: A force along a motion without inertia below this part of the greatest is rounding.
+NO_PUSH = 1e-9
+#: A motion has no inertia where this part of it is of what stands in for missing masses.
+LENT = 0.1
+#: How far, in radians and model lengths, and how fast in natural rates, such a motion is tried.
+TRIED = 0.3
+#: Rows whose least singular value is below this part of the greatest come to depend on each other;
+#: steps vanish much nearer to that than this, and ordinary mechanisms are far from it.
+DEPENDENT = 1e-3
+#: A row takes part in a dependency with this part of the greatest.
+TAKES_PART = 0.1
+#: Joints that a sentence names.
+MOST = 4
+#: Rates below this part of the natural rate are rest.
+STILL = 1e-9
+#: How far a position beside another is, in model lengths and radians.
+BESIDE = 0.02
+#: Changes of a start below this, in model lengths, radians and parts of the fastest rate, are not
+#: told: a start written down with six digits.
+TOLD = 1e-5
+#: Rates that move less than this over the whole motion, likewise, are rounding.
+ROUNDED = 1e-12
+
+
+def valueless(system: System, work: Work, t: float, q: Array, v: Array) -> SolveError:
+    """The sentence of a load that has no value at an instant: q, v (coordinates,)."""
+    loads = system.mechanism.loads
+    found = _loads(system, work, t, q, v)
+    bad = [load.name for load, force in zip(loads, found, strict=True) if np.isnan(force).any()]
+    name = bad[0] if bad else "?"
+    why = "its law does not reach so far; extend it, or let it hold its last value"
+    for field in fields(system.mechanism[name]) if bad else ():
+        law = getattr(system.mechanism[name], field.name)
+        if isinstance(law, Expression):
+            why = f"'{law.text}' is not defined there; choose a formula that is, by max or min"
+    unit = system.mechanism.units.time
+    return SolveError(f"load '{name}' has no value at t = {t:.6g} {unit}: {why}", name)
+
+
+def undetermined(system: System, t: float, q: Array, v: Array) -> SolveError | None:
+    """The sentence of a free motion whose accelerations nothing tells; None where there is none.
+
+    A body without mass that is free, or one without inertia about its mass centre that is free to
+    turn, and that loads turn: here, or where it is turned and turns a little. What nothing turns is
+    left alone, as a ball that is a point.
+    """
+    bodies = system.mechanism.bodies
+    own = system.mass[: system.coordinates, 0].reshape(-1, 3)
+    if too_large(system) or own.all():
+        return None
+    work = _at(system, t, q)
+    motions = rank_of(dense(system, work)[1]).motions
+    if not len(motions):
+        return None
+    scale = _scale(system)
+    mass = system.mass[: system.coordinates, 0] * scale**2
+    inertia, shapes = np.linalg.eigh((motions * mass) @ motions.T)
+    ways = shapes[:, inertia <= MASSLESS * max(float(mass.max()), 1e-300)].T @ motions
+    for way in ways:
+        body = bodies[int(np.abs(way.reshape(-1, 3)).max(axis=1).argmax())]
+        if body.massless:
+            return SolveError(
+                f"the motion of '{body.name}' is not determined: it is free and has no mass; give "
+                "it mass and inertia, or guide it by a joint",
+                body.name,
+            )
+        if _pushed(system, t, q, v, way):
+            return SolveError(
+                f"the motion of '{body.name}' is not determined: it is free to turn, loads turn "
+                "it, and it has no inertia; give it one, or hold its angle",
+                body.name,
+            )
+    return None
+
+
+def inertialess(system: System, t: float, q: Array) -> int:
+    """How many free motions have no inertia at q (coordinates,), beside what stands in for it."""
+    own = system.mass[: system.coordinates, 0]
+    if too_large(system) or own.all():
+        return 0
+    motions = rank_of(dense(system, _at(system, t, q))[1]).motions
+    if not len(motions):
+        return 0
+    work, scale = system.work(masses=True), _scale(system)
+    slots = 3 * system.layout.body_slot[:, None] + np.arange(3)
+    share = work.share[system.layout.body_slot, 0][:, None]
+    whole = 1.0 / (work.weight[slots, 0] * share)
+    mass, lent = (motions * (own * scale**2)) @ motions.T, whole.ravel() - own
+    lent = (motions * (lent * scale**2)) @ motions.T
+    ways = np.linalg.cholesky(mass + lent)
+    part = np.linalg.solve(ways, np.linalg.solve(ways, lent).T)
+    return int((np.linalg.eigvalsh(0.5 * (part + part.T)) > LENT).sum())
+
+
+def weightless(system: System) -> SolveError | None:
+    """The sentence of a mechanism without any mass; None where there is one."""
+    if system.mass[: system.coordinates, 0].any() or not system.mechanism.bodies:
+        return None
+    return SolveError(
+        f"no body of '{system.mechanism.name}' has mass, so that no loads set it in motion: give "
+        "masses, or follow its drivers by kinetostatics"
+    )
+
+
+def _pushed(system: System, t: float, q: Array, v: Array, way: Array) -> bool:
+    """Whether loads drive a motion without inertia, here or a little along it."""
+    places, scale, work = [(q, v)], _scale(system), system.work()
+    if not system.user_handles():  # users' functions may know no such places
+        whole = _loads(system, work, t, q, v).sum(axis=0) * scale
+        mass = float((system.mass[: system.coordinates, 0] * scale**2).max())
+        rate = TRIED * np.sqrt(np.abs(whole).max() / mass) if mass else 0.0
+        places += [
+            (q + sign * TRIED * scale * way, v + sign * rate * scale * way) for sign in (1.0, -1.0)
+        ]
+    for place, rates in places:
+        forces = _loads(system, work, t, place, rates) * scale
+        if np.abs(forces @ way).max(initial=0.0) > NO_PUSH * np.abs(forces).max(initial=0.0):
+            return True
+    return False
+
+
+def stuck(system: System, t: float, q: Array) -> SolveError | None:
+    """The sentence of a motion that a driver leads into a dead centre; None where its rows are far
+    from depending on each other, or no driver has a part in that.
+    """
+    if too_large(system) or not system.drivers:
+        return None
+    G = dense(system, _at(system, t, q))[1]
+    if not np.isfinite(G).all():
+        return None
+    u, sizes, _ = np.linalg.svd(G)
+    if len(sizes) < len(G) or sizes[-1] > DEPENDENT * sizes[0]:
+        return None
+    part = np.abs(u[:, len(sizes) - 1])
+    order = np.argsort(-part)[: int((part > TAKES_PART * part.max()).sum())]
+    taking = dict.fromkeys(system.owners[system.row_table[0][n]][0].name for n in order)
+    driving = [driver for driver in system.drivers if driver.name in taking]
+    if not driving:
+        return None
+    joints = [name for name in taking if name not in {driver.name for driver in driving}]
+    driver, body = driving[0].name, driving[0].bodies[-1]
+    return SolveError(
+        f"the motion cannot go on at t = {t:.6g} {system.mechanism.units.time}: '{driver}' leads "
+        f"'{body}' into a dead centre, where rates and forces at {listed(joints, MOST)} grow "
+        "without bound; stop it before, or drive another body",
+        driver,
+    )
+
+
+def branching(system: System, t: float, q: Array, v: Array) -> tuple[str, ...]:
+    """A sentence where a motion begins at rest in a position from which branches go out, and its
+    loads set it in motion; else none.
+
+    At rest a position in which more is free to first order than nearby has no one motion: the one
+    that follows the accelerations of least force is one of several.
+    """
+    if too_large(system):
+        return ()
+    manifold = Manifold(system, _at(system, t, q), t)
+    here = manifold.place(q)
+    if here is None or not len(here.motions):
+        return ()
+    top = manifold.largest(q)
+    natural = np.sqrt(top / float((system.mass[: len(q), 0] * manifold.scale**2).max()))
+    if np.abs(v / manifold.scale).max() > STILL * natural or here.size <= NO_PUSH * top:
+        return ()
+    nearby = _nearby(manifold, here)
+    if nearby >= len(here.motions):
+        return ()
+    return (
+        f"it begins at rest in a singular position: {len(here.motions)} motions are free there to "
+        f"first order, {nearby} nearby; branches meet, and the loads do not tell which one is "
+        "taken: this is one of them; give it a rate, or begin a little beside",
+    )
+
+
+def adjusted(system: System, given: Array, found: Array, whole: float = np.inf) -> tuple[str, ...]:
+    """A sentence where positions and rates that were given (2·coordinates,) had to be changed so
+    that the constraints hold; else none. `whole`: how long the motion goes on.
+    """
+    names = [body.name for body in system.mechanism.bodies]
+    n, units = system.coordinates, system.mechanism.units
+    moved, changed = ((found - given) / np.tile(_scale(system), 2)).reshape(2, -1, 3)
+    slow = ROUNDED / (TOLD * (whole or np.inf))
+    swift = max(float(np.abs(given[n:] / _scale(system)).max()), slow)
+    parts = []
+    if (far := np.hypot(moved[:, 0], moved[:, 1])).max() > TOLD:
+        way = system.length * far.max()
+        parts.append(f"'{names[int(far.argmax())]}' was moved by {way:.3g} {units.length}")
+    if (turned := np.abs(moved[:, 2])).max() > TOLD:
+        angle = np.degrees(turned.max())
+        parts.append(f"'{names[int(turned.argmax())]}' was turned by {angle:.3g} deg")
+    if np.abs(changed).max() > TOLD * swift:
+        b, k = divmod(int(np.abs(changed).argmax()), 3)
+        before, after = (float(part[n + 3 * b + k]) for part in (given, found))
+        rate, unit = ("vx", "vy", "omega")[k], units.of("velocity" if k < 2 else "angular velocity")
+        parts.append(f"{rate} of '{names[b]}' is {after:.6g} {unit}, not {before:.6g}")
+    if not parts:
+        return ()
+    return (f"the start was changed so that joints and drivers hold: {', '.join(parts)}",)
+
+
+def _nearby(manifold: Manifold, here: Place) -> int:
+    """How many motions are free beside a place, at least."""
+    beside = [manifold.moved(here, BESIDE * way) for way in here.motions]
+    return min((len(p.motions) for p in beside if p is not None), default=len(here.motions))
+
+
+def _at(system: System, t: float, q: Array) -> Work:
+    """A workspace at an instant, its signals set."""
+    work = system.work()
+    work.time[:] = t
+    laws_of_time(system.runtime(), work)
+    raise_user_error(system)
+    work.q[: len(q), 0] = q
+    return work
+
+
+def _loads(system: System, work: Work, t: float, q: Array, v: Array) -> Array:
+    """Each load alone on the coordinates: (loads, coordinates)."""
+    found = np.empty((1, len(system.mechanism.loads), system.coordinates))
+    motion = np.concatenate([q, v, np.zeros(len(q))])[None]
+    each_load(system.runtime(), work, motion, np.array([t]), found)
+    raise_user_error(system)
+    return np.asarray(found[0])
+
+
+def _scale(system: System) -> Array:
+    return np.tile([system.length, system.length, 1.0], system.layout.bodies)

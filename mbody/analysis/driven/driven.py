@@ -1,0 +1,119 @@
+"""Close the loops at the first instant and follow the motion through all of them."""
+
+from __future__ import annotations
+
+import functools
+import warnings
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from mbody.analysis.driven.batch import batch
+from mbody.analysis.driven.change_points import through_change_points
+from mbody.analysis.driven.dead_centres import DeadCentre, with_ends
+from mbody.analysis.driven.runner import Runner, Stuck
+from mbody.analysis.driven.time_grid import BY_DRIVER, BY_TIME, Plan, by_time, plan
+from mbody.analysis.position.assembly_analysis import Closed, as_system, check_determined, closed
+from mbody.errors import ModelError, ModelWarning, SolveError
+from mbody.model.mechanism import Mechanism
+from mbody.solution.certificate import as_said, changed
+from mbody.solution.histories import Record
+from mbody.solution.solution import Solution
+from mbody.system.system import System
+
+__all__ = ["driven"]
+
+#: Way of a driver [rad, length] that is not followed to see whether a position is meant.
+FAR = 1e3
+#: Positions closer than this are one, in model lengths and radians.
+SAME = 1e-6
+
+
+def driven(
+    model: Mechanism | System,
+    analysis: str,
+    t: Any,
+    drive: Mapping[str, Any] | None,
+    turn: str | bool | None,
+    instants: int | None,
+    guess: Mapping[str, Any] | None,
+    before: int = 0,
+) -> Solution:
+    """Run a driven analysis: on lanes where there are many instants, else step by step. The first
+    so many instants `before` those that are asked for lead there, and are left out.
+    """
+    system = as_system(model)
+    asked = plan(system, t, drive, turn, instants)
+    runner = Runner(system, analysis)
+    meant = None if guess else functools.partial(_as_from_start, runner, asked)
+    start = closed(system, float(asked.t[0]), asked.first(system), guess, meant=meant)
+    found = _followed(runner, start, asked)
+    if before:
+        found = found.take(np.arange(before, len(found)))
+    pulling = runner.pulled(start, asked, found)
+    if pulling:
+        found = changed(found, notes=(*as_said(found).notes, *pulling))
+    return found
+
+
+def _as_from_start(runner: Runner, asked: Plan, found: Closed) -> bool:
+    """Whether a first position is that of the motion which begins at t = 0, where the description's
+    guesses are; not where that cannot be told.
+    """
+    system, drivers = runner.system, runner.system.drivers
+    if system.batch is not None or not drivers:
+        return False
+    try:
+        begin = np.array([system.law_of(driver).derivatives(0.0) for driver in drivers])
+        end = begin.copy()
+        if asked.mode == BY_TIME:
+            end[:, 0] = [system.law_of(driver)(asked.t[0]) for driver in drivers]
+            way = by_time(system, np.array([0.0, asked.t[0]]))
+        else:
+            end[:, 0] = asked.given[0, :, 0]
+            given = np.stack([begin, end])
+            s = given[:, 0, 0] if asked.mode == BY_DRIVER else np.array([0.0, 1.0])
+            way = Plan(asked.mode, np.ascontiguousarray(s), np.zeros(2), given)
+        if (np.abs(end - begin)[:, 0] > FAR).any() or (end[:, 0] == begin[:, 0]).all():
+            return False
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", ModelWarning)
+            start = closed(system, 0.0, {})
+        q = Runner(system, runner.analysis).scalar(start, way, loads=False)[-1, :, 0]
+    except (ModelError, SolveError, ModelWarning, Stuck):
+        return False
+    n = system.coordinates
+    off = (q[:n] - found.work.q[:n, 0]).reshape(-1, 3)
+    turned = np.abs(np.exp(1j * off[:, 2]) - 1.0).max()
+    return bool(max(np.abs(off[:, :2]).max() / system.length, turned) < SAME)
+
+
+def _followed(runner: Runner, start: Closed, asked: Plan) -> Solution:
+    """The motion at all instants of the plan."""
+    system = runner.system
+    if system.batch is not None:
+        return batch(runner, start, asked)
+    try:
+        check_determined(system, start, runner.analysis)
+    except SolveError as error:
+        return through_change_points(runner, start, asked, {0}, error)
+    try:
+        return _single(runner, start, asked)
+    except DeadCentre as stop:
+        raise with_ends(stop, system, start) from None
+
+
+def _single(runner: Runner, start: Closed, asked: Plan) -> Solution:
+    block = runner.lanes(start, asked)
+    if block is None:
+        try:
+            block = runner.scalar(start, asked)
+        except Stuck as stuck:
+            error = runner.explain(stuck, start, asked)
+            # an instant at which branches meet is reached as a limit, where the path goes on
+            near = abs(stuck.place - asked.s[stuck.done]) <= 1e-3 * np.ptp(asked.s)
+            if not near:
+                raise error from None
+            return through_change_points(runner, start, asked, {stuck.done}, error)
+    return runner.solution(start, asked, Record([block], len(asked.s), batch=False))

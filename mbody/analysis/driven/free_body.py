@@ -1,0 +1,315 @@
+"""Free bodies: every force on one link, and what kind of member it is by them."""
+
+from __future__ import annotations
+
+import math
+import operator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mbody.errors import ModelError
+from mbody.kernels.output import PER_ATOM
+from mbody.model.element import listed
+from mbody.solution.checks import each_load_of, loaded
+from mbody.solution.doubts import Several
+from mbody.solution.solution import Solution, as_solution
+from mbody.system.rank import jacobian
+
+__all__ = ["Member", "Wrench", "coupled", "driven", "free_body", "members"]
+
+#: What is below this part of the greatest force of the mechanism is none.
+NONE = 1e-9
+#: Lines that meet at an angle of less [rad] are parallel.
+PARALLEL = 1e-6
+
+
+@dataclass(frozen=True)
+class Wrench:
+    """A force with its torque, on one body.
+
+    Attributes
+    ----------
+    cause : str
+        Name of the joint, coupling, driver or load; "inertia" of d'Alembert's.
+    kind : str
+        "joint", "coupling", "driver", "load" or "inertia".
+    x, y : float
+        The place that it is told at, world axes [length].
+    fx, fy : float
+        The force, world axes [force].
+    torque : float
+        About that place [force·length].
+    """
+
+    cause: str
+    kind: str
+    x: float
+    y: float
+    fx: float
+    fy: float
+    torque: float
+
+    @property
+    def force(self) -> float:
+        """√(fx² + fy²) [force]."""
+        return math.hypot(self.fx, self.fy)
+
+    @property
+    def line(self) -> tuple[float, float]:
+        """A point of the line on which the force alone would have that torque [length]."""
+        square = self.fx * self.fx + self.fy * self.fy
+        return self.x + self.torque * self.fy / square, self.y - self.torque * self.fx / square
+
+
+@dataclass(frozen=True)
+class Member:
+    """A link, named by the forces that act on it.
+
+    Attributes
+    ----------
+    body : str
+    kind : str
+        "unloaded", "two-force", "three-force", "two forces and a couple", or "general".
+    forces : tuple of Wrench
+        Those that are not zero.
+    meeting : pair of float, or None
+        Of a three-force member: the point M in which the three lines meet [length]; None where they
+        are parallel, and of other members.
+    tension : float or None
+        Of a two-force member: the force that pulls its two places apart [force]; negative where it
+        is pressed.
+    words : str
+        The same as a sentence.
+    """
+
+    body: str
+    kind: str
+    forces: tuple[Wrench, ...]
+    meeting: tuple[float, float] | None
+    tension: float | None
+    words: str
+
+
+def free_body(solution: Solution, body: str, instant: int = 0) -> Several[Wrench]:
+    """Every force on one body at an instant: its free-body diagram; they are in equilibrium.
+
+    Parameters
+    ----------
+    solution : Solution
+        Of kinetostatics or statics, of one design.
+    body : str
+        A moving body.
+    instant : int
+        Which of its instants; negative ones count from the end.
+
+    Returns
+    -------
+    tuple of Wrench, with `status`, `doubts` and `notes` of the solution
+        Of the joints at their places, of loads and drivers at the mass centre, then d'Alembert's
+        inertia force and torque; those that are not there are zero.
+
+    Raises
+    ------
+    ModelError
+        For an analysis without forces, a batch, or a body or an instant that there is not.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> run = mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 1, 1), speed=2.0))
+    >>> forces = free_body(run, "coupler")
+    >>> [force.cause for force in forces]
+    ['A', 'B', 'inertia']
+    >>> abs(sum(force.fx for force in forces)) < 1e-12
+    True
+    """
+    k = _checked(solution, body, instant)
+    return Several.of(solution, _forces(solution, body, k, each_load_of(solution, k)))
+
+
+def members(solution: Solution, instant: int = 0) -> Several[Member]:
+    """Every moving link with the kind of member that it is, such as a two-force member.
+
+    Two forces alone on a body lie on one line; three meet in one point, or are parallel.
+
+    Parameters
+    ----------
+    solution : Solution
+        Of kinetostatics or statics, of one design.
+    instant : int
+        Which of its instants; negative ones count from the end.
+
+    Returns
+    -------
+    tuple of Member, with `status`, `doubts` and `notes` of the solution
+        One a moving body, in the order of the description.
+
+    Raises
+    ------
+    ModelError
+        For an analysis without forces, a batch, or an instant that there is not.
+
+    Notes
+    -----
+    R. L. Norton, Design of Machinery; F. P. Beer and E. R. Johnston, Statics, chapter 4.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5)
+    >>> machine.add(mbody.Torque("load", "rocker", value=10.0))
+    >>> [member.kind for member in members(mbody.statics(machine))]
+    ['two forces and a couple', 'two-force', 'two forces and a couple']
+    """
+    k = _checked(solution, None, instant)
+    loads = each_load_of(solution, k)
+    found = {
+        body.name: list(_forces(solution, body.name, k, loads))
+        for body in solution.mechanism.bodies
+    }
+    greatest = max((force.force for row in found.values() for force in row), default=0.0)
+    length = solution.system.length
+    unit = (solution.mechanism.units.of("force"), solution.mechanism.units.of("length"))
+    told = (_member(name, row, max(greatest, 1e-300), length, unit) for name, row in found.items())
+    return Several.of(solution, told)
+
+
+def _checked(solution: Solution, body: str | None, instant: Any) -> int:
+    """The instant's place in the solution; refuses what has no free bodies."""
+    solution = as_solution(solution)
+    if not solution.has_forces:
+        raise ModelError(f"{solution.analysis} finds no forces: use kinetostatics or statics")
+    if solution.record.batch:
+        raise ModelError(
+            f"free bodies are of one design, this is a batch of {solution.record.count} designs: "
+            "analyse one of them, system.design(n)"
+        )
+    known = [one.name for one in solution.mechanism.bodies]
+    if body is not None and body not in known:
+        raise ModelError(f"there is no moving body {body!r} (there are: {listed(known)})", body)
+    count = len(solution)
+    whole = hasattr(instant, "__index__") and not isinstance(instant, bool)
+    if not whole or not -count <= instant < count:
+        raise ModelError(f"there is no instant {instant!r}: give a whole number, 0 to {count - 1}")
+    return operator.index(instant) % count
+
+
+def _forces(solution: Solution, body: str, instant: int, loads: np.ndarray) -> Any:
+    """The wrenches on a body, zero ones too."""
+    machine, at = solution.mechanism, solution[body]
+    x, y = float(at.x[instant]), float(at.y[instant])
+    for joint in machine.joints:
+        if body in (joint.i.body, joint.j.body):
+            reaction = solution.reaction(joint.name, on=body)
+            place = solution.told_at(joint.name)
+            parts = (*place, reaction.fx, reaction.fy, reaction.torque)
+            yield Wrench(joint.name, "joint", *(float(part[instant]) for part in parts))
+    for coupling in machine.couplings:
+        if body in coupling.bodies:
+            parts = coupled(solution, coupling.name, instant)[solution.system.bodies[body]].tolist()
+            yield Wrench(coupling.name, "coupling", x, y, *parts)
+    for driver in machine.drivers:
+        if body in driver.bodies:
+            yield _driven(solution, driver.name, body, instant)
+    for n, load in enumerate(machine.loads):
+        fx, fy, torque = loads[n, solution.system.bodies[body]].tolist()
+        if fx or fy or torque:
+            yield Wrench(load.name, "load", x, y, fx, fy, torque)
+    fx, fy, torque = (float(part[instant]) for part in solution.inertia(body))
+    if solution.analysis == "statics":
+        fx = fy = torque = 0.0
+    yield Wrench("inertia", "inertia", x, y, fx, fy, torque)
+
+
+def coupled(solution: Solution, coupling: str, instant: int) -> np.ndarray:
+    """What a coupling does to the bodies (bodies, 3): forces at the mass centres, and torques."""
+    system = solution.system
+    G = jacobian(system, loaded(solution, instant))[1]
+    row = int(np.flatnonzero(system.row_table[0] == system.atoms_of[coupling][0])[0])
+    # an effort is −λ, and what rows do to coordinates is −Φ_qᵀ λ
+    return np.asarray(G[row].reshape(-1, 3) * solution.effort(coupling)[instant])
+
+
+def driven(solution: Solution, driver: str) -> np.ndarray:
+    """Force and torque of a driver on its body j, at its place there (instants, 3)."""
+    first = 3 * solution.system.coordinates + PER_ATOM * solution.system.atoms_of[driver][0]
+    return np.column_stack([solution.record.take(first + n) for n in (2, 3, 4)])
+
+
+def _driven(solution: Solution, driver: str, body: str, instant: int) -> Wrench:
+    """What a driver does to one of its two bodies, at its place on j."""
+    element: Any = solution.mechanism[driver]
+    fx, fy, torque = driven(solution, driver)[instant].tolist()
+    sign = 1.0 if element.bodies[1] == body else -1.0
+    if "j" in element.places():
+        place = solution.told_at(driver)
+    else:
+        place = solution[element.bodies[1]].x, solution[element.bodies[1]].y
+    x, y = (float(part[instant]) for part in place)
+    return Wrench(driver, "driver", x, y, sign * fx, sign * fy, sign * torque)
+
+
+def _member(
+    body: str, row: list[Wrench], greatest: float, length: float, unit: tuple[str, str]
+) -> Member:
+    """The kind of member that a body is by the forces on it."""
+    forces = [one for one in row if one.force > NONE * greatest]
+    couples = [
+        one
+        for one in row
+        if one.force <= NONE * greatest and abs(one.torque) > NONE * greatest * length
+    ]
+    told = listed(one.cause for one in (*forces, *couples))
+    kind, meeting, tension = "general", None, None
+    if not forces and not couples:
+        kind, words = "unloaded", f"'{body}' carries nothing"
+    elif len(forces) == 2 and not couples:
+        kind = "two-force"
+        tension = _tension(*forces)
+        what = "pulled" if tension > 0.0 else "pressed"
+        words = (
+            f"'{body}' is a two-force member, {what} with {forces[0].force:.6g} {unit[0]}: {told} "
+            "act along one line"
+        )
+        if not tension:
+            words = f"'{body}' is a two-force member: {told} act at one place"
+    elif len(forces) == 3 and not couples:
+        kind, meeting = "three-force", _meeting(forces, length)
+        where = "are parallel"
+        if meeting is not None:
+            where = f"meet in M = ({meeting[0]:.6g} {unit[1]}, {meeting[1]:.6g} {unit[1]})"
+        words = f"'{body}' is a three-force member: the lines of {told} {where}"
+    elif len(forces) == 2:
+        kind = "two forces and a couple"
+        words = f"'{body}' carries two forces and a couple: {told}"
+    else:
+        words = f"'{body}' carries {told}"
+    return Member(body, kind, tuple((*forces, *couples)), meeting, tension, words)
+
+
+def _tension(a: Wrench, b: Wrench) -> float:
+    """The force that pulls the places of two opposite forces apart."""
+    (ax, ay), (bx, by) = a.line, b.line
+    if a.kind == b.kind == "joint":
+        (ax, ay), (bx, by) = (a.x, a.y), (b.x, b.y)
+    along = b.fx * (bx - ax) + b.fy * (by - ay)
+    apart = math.hypot(bx - ax, by - ay)
+    return along / apart if apart > 0.0 else 0.0
+
+
+def _meeting(forces: list[Wrench], length: float) -> tuple[float, float] | None:
+    """Where the lines of three forces in equilibrium meet: of the two that cross most steeply."""
+    pairs = [(forces[m], forces[n]) for m in range(3) for n in range(m)]
+    a, b = max(pairs, key=lambda pair: abs(_sine(*pair)))
+    if abs(_sine(a, b)) < PARALLEL:
+        return None
+    (ax, ay), (bx, by) = a.line, b.line
+    s = ((bx - ax) * b.fy - (by - ay) * b.fx) / (a.fx * b.fy - a.fy * b.fx)
+    return ax + s * a.fx, ay + s * a.fy
+
+
+def _sine(a: Wrench, b: Wrench) -> float:
+    """Sine of the angle between two forces."""
+    return (a.fx * b.fy - a.fy * b.fx) / (a.force * b.force)

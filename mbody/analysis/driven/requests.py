@@ -1,0 +1,232 @@
+"""An analysis at the instants that a description or a command asks for."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from mbody.analysis.driven.driven import driven
+from mbody.analysis.driven.kinematics import kinematics
+from mbody.analysis.driven.kinetostatics import kinetostatics
+from mbody.analysis.driven.statics import statics
+from mbody.errors import ModelError, SolveError, angle_told, brief
+from mbody.laws import times_of
+from mbody.model.driver import AngleDriver, Driver
+from mbody.model.element import listed
+from mbody.model.mechanism import Mechanism
+from mbody.model.study import Ask
+from mbody.quantities import Formula, FormulaError
+from mbody.quantities.units import DIMENSIONS
+from mbody.solution.solution import Solution
+from mbody.system.assembler import assemble
+from mbody.system.system import System
+
+__all__ = ["ANALYSES", "asked", "asked_of", "asks_for", "check_ask", "way_of"]
+
+ANALYSES = {"kinematics": kinematics, "kinetostatics": kinetostatics, "statics": statics}
+
+#: Part of a turn within which a value is where the law begins, not a turn later.
+HERE = 1e-12
+
+
+def asked(mechanism: Mechanism, analysis: str, ask: Ask | None = None) -> Solution:
+    """A driven analysis at the instants asked for.
+
+    The motion is followed from t = 0, so that the guesses of the bodies, which say the branch at
+    the beginning, hold for every instant.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Driven so that no freedom is left.
+    analysis : str
+        "kinematics", "kinetostatics" or "statics".
+    ask : Ask, optional
+        By default what the mechanism itself asks, else t = 0.
+
+    Raises
+    ------
+    ModelError
+        For a driver that there is not, or a value that its law never takes.
+    SolveError
+        As of the analysis.
+
+    >>> import mbody
+    >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5, start=0.5, speed=10.0)
+    >>> run = asked(machine, "kinematics", Ask(at={"crank": "90 deg"}))
+    >>> round(float(np.degrees(run["crank"].angle[0])), 6)
+    90.0
+    """
+    return asked_of(assemble(mechanism), analysis, ask or mechanism.ask or Ask())
+
+
+def asked_of(system: System, analysis: str, ask: Ask) -> Solution:
+    """The same of a system, with the numbers that it has."""
+    verb = ANALYSES[analysis]
+    how, before = way_of(system, ask)
+    if not before:
+        return verb(system, **how)
+    try:
+        t, drive = how.get("t"), how.get("drive")
+        return driven(system, analysis, t, drive, None, None, None, before)
+    except SolveError:
+        # where the beginning cannot be reached the instants may stand by themselves
+        if "t" in how:
+            return verb(system, t=how["t"][before:])
+        return verb(system, drive={name: v[before:] for name, v in how["drive"].items()})
+
+
+def way_of(system: System, ask: Ask) -> tuple[dict[str, Any], int]:
+    """The arguments of an analysis, and how many instants before those that are asked for it is to
+    begin.
+    """
+    if ask.over:
+        return {"turn": True if ask.over == "turn" else ask.over, "instants": ask.instants}, 0
+    if not ask.at:
+        return {}, 0
+    wanted = _instants(system, ask)
+    if "t" in wanted:
+        return {"t": np.concatenate([[0.0], wanted["t"]])}, 1
+    return {"drive": {d.name: _before(system, d, wanted) for d in system.drivers}}, 1
+
+
+def asks_for(mechanism: Mechanism, name: str) -> str:
+    """The dimension of the values that are asked for by that name: of t, of a driver.
+
+    Raises
+    ------
+    ModelError
+        For a driver that there is not.
+    """
+    if name == "t":
+        return "time"
+    return "angle" if _driver(mechanism, name).rows == "a" else "length"
+
+
+def check_ask(mechanism: Mechanism, ask: Ask) -> None:
+    """Refuse a question that no analysis of the mechanism could answer.
+
+    Raises
+    ------
+    ModelError
+        For a driver that there is not, or a value of another dimension.
+    """
+    for name, row in ask.at.items():
+        if name == "t" and len(ask.at) > 1:
+            raise ModelError("ask: give t or values of drivers, not both")
+        _values(mechanism, name, row)
+    drivers = [_driver(mechanism, name).name for name in ask.at if name != "t"]
+    if len(set(drivers)) < len(drivers):
+        raise ModelError(f"ask: {listed(ask.at)} are one driver: name it once")
+    counts = {name: len(row) for name, row in ask.at.items() if len(row) > 1}
+    if len(set(counts.values())) > 1:
+        told = " and ".join(f"{count} of '{name}'" for name, count in counts.items())
+        raise ModelError(f"ask: there are {told}: give as many values of each, or one")
+    if ask.over not in ("", "turn"):
+        _driver(mechanism, ask.over)
+
+
+def _before(system: System, driver: Driver, wanted: dict[str, np.ndarray]) -> np.ndarray:
+    """Values of a driver, its own beginning first."""
+    begin = float(system.law_of(driver)(0.0))
+    count = max(len(values) for values in wanted.values())
+    values = np.broadcast_to(wanted.get(driver.name, np.array([begin])), count)
+    return np.concatenate([[begin], values])
+
+
+def _instants(system: System, ask: Ask) -> dict[str, np.ndarray]:
+    """Times, or values of drivers that rest, by name."""
+    mechanism = system.mechanism
+    check_ask(mechanism, ask)
+    if "t" in ask.at:
+        return {"t": _values(mechanism, "t", ask.at["t"])}
+    wanted: dict[str, np.ndarray] = {}
+    for name, row in ask.at.items():
+        wanted[_driver(mechanism, name).name] = _values(mechanism, name, row)
+    moving = [d for d in system.drivers if not _rests(system, d)]
+    named = [d for d in moving if d.name in wanted]
+    if not moving:
+        return wanted
+    if not named:
+        raise ModelError(
+            f"ask: '{next(iter(wanted))}' rests while '{moving[0].name}' moves: say where "
+            f"'{moving[0].name}' is, or give t",
+            moving[0].name,
+        )
+    times = np.array([_time(system, named[0], value) for value in wanted[named[0].name]])
+    times = np.broadcast_to(times, max(len(values) for values in wanted.values()))
+    for driver in system.drivers:
+        if driver.name in wanted and driver is not named[0]:
+            _check_meets(system, driver, wanted[driver.name], named[0], times)
+    return {"t": times}
+
+
+def _rests(system: System, driver: Driver) -> bool:
+    """Whether a driver never moves; a law that begins with a dwell, or gently, does."""
+    law = system.law_of(driver)
+    return law.kind == "polynomial" and not any(law.parameters(law.numbers())[1:])
+
+
+def _driver(mechanism: Mechanism, name: str) -> Driver:
+    """The driver of that name, or the one that drives the body of that name."""
+    found = [d for d in mechanism.drivers if name in (d.name, getattr(d, "body", None))]
+    if not found:
+        known = listed(d.name for d in mechanism.drivers)
+        raise ModelError(
+            f"there is no driver {brief(name)} (there are: {known}), and t is time", name
+        )
+    return found[0]
+
+
+def _values(mechanism: Mechanism, name: str, row: Any) -> np.ndarray:
+    wanted = DIMENSIONS[asks_for(mechanism, name)]
+    try:
+        return np.array(
+            [v.of(wanted).value(mechanism.scope) if isinstance(v, Formula) else v for v in row]
+        )
+    except FormulaError as error:
+        raise ModelError(f"'{name}': {error}", name) from None
+
+
+def _time(system: System, driver: Driver, value: float) -> float:
+    """When the law of a driver takes a value, for an angle at the first turn that has it."""
+    law = system.law_of(driver)
+    begin, rate, change = law.derivatives(0.0)
+    places = [value]
+    if isinstance(driver, AngleDriver):
+        # where the law begins too gently its derivatives do not tell the sense
+        sense = math.copysign(1.0, rate or change or 1.0)
+        places = [begin + s * _further(s * (value - begin)) for s in (sense, -sense)]
+    why: ModelError | None = None
+    for place in places:
+        try:
+            shown = angle_told if isinstance(driver, AngleDriver) else "{:g}".format
+            return float(times_of(law, [place], 0.0, shown)[0])
+        except ModelError as error:
+            why = why or error
+    raise ModelError(f"driver '{driver.name}' does not come there by its law: {why}", driver.name)
+
+
+def _further(way: float) -> float:
+    """The way that is left to an angle [rad] when one goes on in the same sense, 0 … 2π."""
+    further = math.fmod(way, 2.0 * math.pi)
+    further += 2.0 * math.pi if further < -HERE else 0.0
+    return 0.0 if 2.0 * math.pi - further < HERE else max(further, 0.0)
+
+
+def _check_meets(
+    system: System, driver: Driver, values: np.ndarray, leader: Driver, times: np.ndarray
+) -> None:
+    """Refuse values of a second driver that its law does not have at the times of the first."""
+    there = system.law_of(driver)(times)
+    apart = there - values
+    if driver.rows == "a":  # at any turn
+        apart = np.remainder(apart + math.pi, 2.0 * math.pi) - math.pi
+    if np.abs(apart).max() > 1e-9 * (1.0 + np.abs(there).max()):
+        raise ModelError(
+            f"by its law '{driver.name}' is at {there[0]:g} when '{leader.name}' is where you "
+            "want it: name one of them, or give t",
+            driver.name,
+        )

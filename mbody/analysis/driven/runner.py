@@ -1,0 +1,440 @@
+"""Running the kernels over the instants of one system: the scalar path, the lanes, the stops."""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+
+from mbody.analysis.driven.branch_record import Branches, meeting
+from mbody.analysis.driven.contacts import Held, check_fits, holding, low_between, one_sided, pulled
+from mbody.analysis.driven.dead_centres import DeadCentre
+from mbody.analysis.driven.diagnosis import valueless
+from mbody.analysis.driven.extrapolation import extrapolated
+from mbody.analysis.driven.time_grid import (
+    BY_DRIVER,
+    BY_INSTANT,
+    BY_TIME,
+    Plan,
+    by_time,
+    check_laws,
+)
+from mbody.analysis.driven.uniqueness import open_reactions, told_open
+from mbody.analysis.position.assembly_analysis import Closed, drivers, raise_user_error
+from mbody.analysis.position.vanishing_distances import vanishing
+from mbody.compiler.lanes import LANES
+from mbody.errors import SolveError
+from mbody.kernels.continuation import DONE, STUCK, follow
+from mbody.kernels.continuation_lanes import march
+from mbody.kernels.loop_closure import violation
+from mbody.kernels.output import PER_ATOM
+from mbody.model.remarks import remarks
+from mbody.solution.doubts import doubted
+from mbody.solution.histories import Record
+from mbody.solution.solution import Solution
+from mbody.system.layout import Work
+from mbody.system.pivoting import Plans, plan_squares, room
+from mbody.system.rank import dense, too_large
+from mbody.system.system import System
+
+__all__ = ["Runner", "Stuck"]
+
+#: Instants from which lanes pay for their seeds.
+MANY = 6 * LANES
+#: Positions of a motion at which its pivots are looked at, and numbers of Φ_q there, at most.
+SAMPLES, NUMBERS = 721, 4_000_000
+#: Change points of one motion that are told apart.
+CHANGES = 256
+#: Rate of a body beside that of the driver from which on it is a dead centre that is near.
+RUNS_AWAY = 1e3
+#: Lanes must meet within this, in model lengths and radians.
+SEAM = 1e-8
+#: Samples of forces that have one sense: of a whole motion, and of a step.
+OF_ALL, OF_A_STEP = 200, 8
+#: Unbalanced part of the loads above which there is no equilibrium.
+UNBALANCED = 1e-7
+
+
+class Stuck(Exception):
+    """The path could not be followed to an instant of the plan."""
+
+    def __init__(
+        self, code: int, done: int, place: float, output: np.ndarray, unsure: bool
+    ) -> None:
+        super().__init__(code)
+        self.code, self.done, self.place, self.output = code, done, place, output
+        #: whether it is the branch that is uncertain from there on
+        self.unsure = unsure
+
+
+class Runner:
+    """One analysis of one system over one plan of instants.
+
+    Where the reactions leave more of the loads than the part `unbalanced`, it is an error.
+    """
+
+    def __init__(self, system: System, analysis: str, unbalanced: float = UNBALANCED) -> None:
+        self.system, self.analysis, self.unbalanced = system, analysis, unbalanced
+        self.loads = analysis != "kinematics"
+        self.still = analysis == "statics"
+        self.layout = system.runtime()
+        self.rows = 3 * system.coordinates + PER_ATOM * len(system.owners)
+        self.branches = Branches(system)
+        #: Steps of the last motion on the scalar path.
+        self.steps = 0
+
+    def reach(self, start: Closed, plan: Plan) -> float:
+        """Greatest coordinate in model lengths and radians, to which rounding is relative."""
+        q = start.work.q[: self.system.coordinates, 0].reshape(-1, 3)
+        turned = np.abs(plan.s).max() if plan.mode == BY_DRIVER else 0.0
+        size = np.abs(q[:, :2]).max() / self.system.length
+        return float(1.0 + max(size, np.abs(q[:, 2]).max(), turned))
+
+    def scalar(
+        self,
+        start: Closed,
+        plan: Plan,
+        *,
+        loads: bool | None = None,
+        reach: float | None = None,
+        design: int = 0,
+        watched: bool = True,
+    ) -> np.ndarray:
+        """All instants of the plan on the scalar path: (instants, rows, 1); `watched` makes sure of
+        the branch.
+
+        Raises `Stuck` where the path ends; leaves the position in `start` as it was.
+        """
+        q = start.work.q.copy()
+        output = np.empty((len(plan.s), self.rows, 1))
+        state, nearest = np.zeros(8), np.zeros(3)
+        passed = np.empty((CHANGES, 1 + self.system.coordinates))
+        state[5] = self.reach(start, plan) if reach is None else reach
+        with_loads = self.loads if loads is None else loads
+        code = follow(
+            self.layout,
+            start.work,
+            start.soft,
+            plan.mode,
+            plan.s,
+            plan.t,
+            plan.given,
+            plan.chords if plan.mode == BY_INSTANT else np.zeros((1, 1)),
+            with_loads,
+            self.still,
+            watched,
+            output,
+            state,
+            nearest,
+            passed,
+        )
+        start.work.q[:] = q
+        if watched:
+            count = min(int(state[6]), CHANGES)
+            self.branches.followed(plan, nearest, passed[:count], design)
+        self.steps = int(state[3])
+        if code != DONE:
+            raise Stuck(code, int(state[0]), float(state[1]), output, bool(state[7]))
+        if with_loads and not state[4] < self.unbalanced:
+            raise_user_error(self.system)
+            if np.isnan(state[4]):
+                n = self.system.coordinates
+                k = int(np.flatnonzero(np.isnan(output[:, 3 * n :, 0]).any(axis=1))[0])
+                q, v = output[k, :n, 0], output[k, n : 2 * n, 0]
+                raise valueless(self.system, start.work, float(plan.t[k]), q, v)
+            raise SolveError(
+                f"reactions leave {state[4]:.2g} of the loads of '{self.system.mechanism.name}' "
+                "unbalanced: its position is singular, or it can still move"
+            )
+        return output
+
+    def lanes(self, start: Closed, plan: Plan) -> np.ndarray | None:
+        """All instants on lanes: (steps, rows, lanes); None where that does not pay.
+
+        A lane that cannot be trusted goes the scalar path; where lanes do not meet, there is None.
+        """
+        count = len(plan.s)
+        simple = not (start.soft or self.system.has_user_code or plan.mode == BY_INSTANT)
+        if count < MANY or not simple or self.system.plans.get("pivots", ()) is None:
+            return None
+        index, reach = _pieces(count), self.reach(start, plan)
+        # a seed on another branch is none that the lane before it meets
+        try:
+            few = plan.take(index[0])
+            seeds = self.scalar(start, few, loads=False, reach=reach, watched=False)[:, :, 0]
+        except Stuck:
+            return None
+        n = self.system.coordinates
+        work = self.system.work(LANES)
+        work.q[:n] = seeds[:, :n].T
+        if self.pivots(work) is None:
+            return None
+        given = np.zeros((2, LANES))
+        if plan.mode == BY_DRIVER:
+            rates = plan.given[index, 0, 1:]
+            given = np.ascontiguousarray(rates.transpose(0, 2, 1)).reshape(-1, LANES)
+        s = plan.s[index]
+        t = s if plan.t is plan.s else plan.t[index]
+        output, bad = self.march(work, plan, s, t, given, reach)
+        for lane in np.flatnonzero(bad[0]):
+            piece = Closed(self.system.work(), start.soft)
+            piece.work.q[:n, 0] = seeds[lane, :n]
+            try:
+                output[:, :, lane] = self.scalar(piece, plan.take(index[:, lane]))[:, :, 0]
+            except Stuck:
+                return None
+        gap = np.abs(output[-1, :n, :-1] - seeds[1:, :n].T)
+        gap.reshape(-1, 3, LANES - 1)[:, :2] /= self.system.length
+        if not gap.max() <= SEAM * reach:
+            return None
+        self.branches.on_lanes(output, bad, t, np.zeros(LANES, dtype=np.int64))
+        return output
+
+    def march(
+        self, work: Any, plan: Plan, s: np.ndarray, t: np.ndarray, given: np.ndarray, reach: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Run the lane kernel from the positions in `work`: (steps, rows, lanes), and what `march`
+        tells of the lanes: (3, lanes).
+        """
+        output = np.empty((len(s), self.rows, LANES))
+        bad = np.zeros((3, LANES))
+        pivots = self.pivots(work)
+        if pivots is None:  # every lane goes the scalar path
+            bad[0] = 1.0
+            return output, bad
+        march(
+            self.layout,
+            *pivots,
+            work,
+            *room(pivots, LANES),
+            plan.mode,
+            np.ascontiguousarray(s),
+            np.ascontiguousarray(t),
+            given,
+            reach,
+            self.loads,
+            self.still,
+            output,
+            bad,
+        )
+        return output, bad
+
+    def pivots(self, work: Any) -> Plans | None:
+        """Pivots of the square Φ_q, chosen once for a topology by the positions of the lanes."""
+        plans = self.system.plans
+        if "pivots" not in plans:
+            places = work.q[: self.system.coordinates].T
+            plans["pivots"] = plan_squares(self.layout, *self._near(work), self._blocks(places))
+        found: Plans | None = plans["pivots"]
+        return found
+
+    def pivots_along(self, start: Closed, plan: Plan) -> Plans | None:
+        """Pivots that are good all along a motion, where there are such."""
+        n = self.system.coordinates
+        count = max(2, min(len(plan.s), SAMPLES, NUMBERS // n**2))
+        some = np.unique(np.linspace(0, len(plan.s) - 1, count).astype(np.int64))
+        try:
+            found = self.scalar(start, plan.take(some), loads=False, watched=False)[:, :n, 0]
+        except Stuck:
+            found = start.work.q[:n].T
+        return plan_squares(self.layout, *self._near(start.work), self._blocks(found))
+
+    def _blocks(self, places: np.ndarray) -> list[np.ndarray]:
+        """The blocks of Φ_q at positions (positions, coordinates)."""
+        blocks = []
+        for q in places:
+            sample = self.system.work()
+            sample.q[: len(q), 0] = q
+            violation(self.layout, sample)
+            blocks.append(sample.block[:, 0].copy())
+        return blocks
+
+    def _near(self, work: Any) -> tuple[Work, Work]:
+        """Workspaces near the first lane's position, and a little off, of other numbers."""
+        samples = []
+        for shift in (0.0, 0.1):
+            sample = self.system.work()
+            sample.q[:] = work.q[:, :1] + shift * np.sin(np.arange(len(work.q)))[:, None]
+            sample.q[self.system.coordinates :] = 0.0
+            sample.par[:] += shift * np.cos(np.arange(len(sample.par)))[:, None]
+            violation(self.layout, sample)
+            samples.append(sample)
+        return samples[0], samples[1]
+
+    def solution(
+        self, start: Closed, plan: Plan, record: Record, status: str = "completed"
+    ) -> Solution:
+        """What was computed, as the user gets it; wheels that do not fit are an error."""
+        dependencies = open_reactions(self.system, start.rank) if start.soft else None
+        notes = [*start.notes, *remarks(self.system.mechanism, self.system.plans)]
+        notes += told_open(dependencies) if start.soft and self.loads else ()
+        found = Solution(
+            system=self.system,
+            analysis=self.analysis,
+            t=plan.t,
+            record=record,
+            given=None if plan.mode == BY_TIME else plan.given,
+            soft=start.soft,
+            dependencies=dependencies,
+            notes=(*notes, *self.branches.notes(lambda one: self.where(one.s, plan, one.design))),
+            status=status,
+            branch=self.branches.distance,
+        )
+        check_fits(found)
+        return doubted(found, extrapolated(found))
+
+    def pulled(self, start: Closed, plan: Plan, found: Solution) -> list[str]:
+        """Sentences of contacts that pull and ropes that push, over the instants of `found`, and,
+        where these lie on a motion over time that the plan follows, between them.
+        """
+        sided = one_sided(self.system) if self.loads else []
+        times, between = found.t, None
+        if sided and plan.mode == BY_TIME and self.system.batch is None and len(times) > 1:
+            between = self._between(start, plan, found, sided)
+        return pulled(found, between) if sided else []
+
+    def _between(
+        self, start: Closed, plan: Plan, found: Solution, sided: list[Any]
+    ) -> dict[str, Held] | None:
+        """Forces of contacts and ropes between the instants: evenly, so many a step of the motion,
+        then again where three of them show that they may fall lower.
+        """
+        low, high = float(found.t.min()), float(found.t.max())
+        if not high > low:
+            return None
+        count, run = max(OF_ALL, OF_A_STEP * self.steps), found
+        if len(found.t) < count:
+            even = np.linspace(low, high, count)
+            run = self._sampled(start, plan, np.unique(np.append(found.t, even))) or found
+        held = {one.name: holding(run, one) for one in sided}
+        lowest = [low_between(one.t, one.force) for one in held.values()]
+        closer = np.unique(np.concatenate(lowest))
+        more = self._sampled(start, plan, closer) if closer.size else None
+        if more is not None:
+            for one in sided:
+                a, b = held[one.name], holding(more, one)
+                parts = (("t", a.t, b.t), ("force", a.force, b.force), ("size", a.size, b.size))
+                held[one.name] = Held(**{key: np.append(*both) for key, *both in parts})
+        return held
+
+    def _sampled(self, start: Closed, plan: Plan, t: np.ndarray) -> Solution | None:
+        """The motion at other times than those of a plan by time, which it begins like; None where
+        it cannot be followed to them.
+        """
+        begin = float(plan.t[0])
+        other = by_time(self.system, np.ascontiguousarray(np.append(begin, t)))
+        steps = self.steps
+        try:
+            block = self.lanes(start, other)
+            block = self.scalar(start, other) if block is None else block
+        except (Stuck, SolveError):
+            return None
+        finally:
+            self.steps = steps
+        record = Record([block], len(other.s), batch=False)
+        run = Solution(self.system, self.analysis, other.t, record, None, soft=start.soft)
+        return run.take(np.arange(1, len(other.s)))
+
+    def explain(self, stuck: Stuck, start: Closed, plan: Plan, design: int = 0) -> SolveError:
+        """The sentence of a path that ended: a user's function, a law, a dead centre."""
+        system = self.system
+        raise_user_error(system)
+        if plan.mode == BY_TIME:
+            check_laws(system, plan.t)
+        so_far = None
+        if stuck.done and system.batch is None:
+            record = Record([stuck.output[: stuck.done]], stuck.done, batch=False)
+            part = plan.take(np.arange(stuck.done))
+            so_far = self.solution(start, part, record, f"stopped: after {stuck.done} instants")
+        driver = drivers(system)[0][0]
+        where = self.place(driver, stuck.place, plan, design)
+        body = driver.bodies[1]
+        if not too_large(system):
+            one = system if system.batch is None else system.design(design)
+            q = start.work.past[: system.coordinates, 0]
+            gone = vanishing(one, q, f"{where} of '{body}'")
+            if gone is not None:
+                gone.solution = so_far
+                return gone
+        singular = stuck.code == STUCK and (stuck.unsure or self._singular(start))
+        if singular and not self._runs_away(start, driver, stuck.place, plan, design):
+            work = system.work()
+            work.q[:] = start.work.past[: len(work.q)]
+            told = ", ".join(repr(name) for name in meeting(system, work))
+            remedy = "stop before, or change a length so that they stay apart"
+            if abs(stuck.place - plan.s[stuck.done]) <= 1e-3 * np.ptp(plan.s):
+                remedy = "leave that instant out, the motion goes through there between others"
+            return SolveError(
+                f"branches of '{system.mechanism.name}' meet at {where} of '{body}', driven by "
+                f"'{driver.name}', in {told}: on which of them the motion goes on is not certain; "
+                f"{remedy}",
+                driver.name,
+                so_far,
+            )
+        if singular:
+            size = len(start.work.q)
+            rates = np.abs(start.work.past[size + 2 : size + system.coordinates : 3, 0])
+            rates[system.bodies[body]] = 0.0
+            fastest = system.mechanism.bodies[int(rates.argmax())].name
+            sentence = (
+                f"dead centre at {where} of '{body}': driver '{driver.name}' cannot drive it any "
+                "further"
+            )
+            return DeadCentre(sentence, f"drive '{fastest}', or stop before", driver, so_far)
+        sentence = (
+            f"the motion of '{system.mechanism.name}' cannot be followed beyond {where} of "
+            f"'{body}': does the law of '{driver.name}' jump there?"
+        )
+        return SolveError(sentence, driver.name, so_far)
+
+    def _runs_away(self, start: Closed, driver: Any, s: float, plan: Plan, design: int) -> bool:
+        """Whether something moves without bound by the driver at the last place, as it does at a
+        dead centre, and not where branches only meet.
+        """
+        system, size = self.system, len(start.work.q)
+        rate = 1.0
+        if plan.mode == BY_TIME:
+            rate = float(system.law_of(driver, design=design).derivatives(s)[1])
+        elif plan.mode == BY_INSTANT:
+            rate = float(np.abs(plan.chords).max())
+        rates = start.work.past[size : size + system.coordinates, 0].reshape(-1, 3)
+        fastest = max(np.abs(rates[:, :2]).max() / system.length, np.abs(rates[:, 2]).max())
+        unit = 1.0 if driver.rows == "a" else system.length
+        return bool(fastest > RUNS_AWAY * abs(rate) / unit)
+
+    def where(self, s: float, plan: Plan, design: int = 0) -> str:
+        """A place of the path in words: of the first driver, with its body."""
+        driver = self.system.drivers[0]
+        return f"{self.place(driver, s, plan, design)} of '{driver.bodies[1]}'"
+
+    def _singular(self, start: Closed) -> bool:
+        """Whether Φ_q is nearly singular at the last place that was reached."""
+        if too_large(self.system):
+            return True
+        work = start.work
+        q = work.q.copy()
+        work.q[:] = work.past[: len(q)]
+        sizes = np.linalg.svd(dense(self.system, work)[1], compute_uv=False)
+        work.q[:] = q
+        return bool(sizes[-1] < 1e-3 * sizes[0])
+
+    def place(self, driver: Any, s: float, plan: Plan, design: int = 0) -> str:
+        """Value of a driver at path parameter s, with its unit, and the time."""
+        value, time = s, ""
+        if plan.mode == BY_TIME:
+            value = self.system.law_of(driver, design=design)(s)
+            time = f", t = {s:.6g} {self.system.mechanism.units.time},"
+        elif plan.mode == BY_INSTANT:
+            value = float(np.interp(s, plan.s, plan.given[:, 0, 0]))
+        if driver.rows == "a":
+            return f"{np.degrees(value):.4g} deg{time}"
+        return f"{value:.6g} {self.system.mechanism.units.length}{time}"
+
+
+@functools.lru_cache(maxsize=16)
+def _pieces(count: int) -> np.ndarray:
+    """Which instant every lane takes at every step; the last step is the next lane's first."""
+    steps = -(-count // LANES)
+    index = steps * np.arange(LANES)[None, :] + np.arange(steps + 1)[:, None]
+    return np.minimum(index, count - 1)

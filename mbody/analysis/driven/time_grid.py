@@ -1,0 +1,303 @@
+"""Which instants an analysis is asked for, and how the drivers move between them."""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields
+from numbers import Real
+from typing import Any
+
+import numpy as np
+
+from mbody.analysis.driven.memory_limit import check_room
+from mbody.errors import ModelError, SolveError, angle_told, brief, remedy
+from mbody.laws import Expression, Table, times_of
+from mbody.model.driver import AngleDriver, Driver
+from mbody.model.element import Element, listed
+from mbody.model.numbers import varied
+from mbody.system.system import System
+
+__all__ = [
+    "BY_DRIVER",
+    "BY_INSTANT",
+    "BY_TIME",
+    "Plan",
+    "by_time",
+    "check_laws",
+    "check_reach",
+    "plan",
+]
+
+#: Instants of a whole turn, both ends included, unless the caller says how many.
+TURN = 361
+
+BY_TIME, BY_DRIVER, BY_INSTANT = 0, 1, 2
+
+#: Laws that need not have a value everywhere.
+LIMITED = (Expression, Table)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Instants of an analysis.
+
+    Attributes
+    ----------
+    mode : int
+        What the path parameter is: time, the value of the one driver, or the number of the instant.
+    s, t : arrays (instants,)
+        Path parameter and time of every instant.
+    given : array (instants, drivers, 3)
+        Value, rate and acceleration of every driver.
+    """
+
+    mode: int
+    s: np.ndarray
+    t: np.ndarray
+    given: np.ndarray
+
+    def take(self, index: np.ndarray) -> Plan:
+        """Only some of the instants, in that order."""
+        given = self.given if self.mode == BY_TIME else np.ascontiguousarray(self.given[index])
+        s = np.ascontiguousarray(self.s[index])
+        t = s if self.t is self.s else np.ascontiguousarray(self.t[index])
+        return Plan(self.mode, s, t, given)
+
+    def first(self, system: System, k: int = 0) -> dict[str, float]:
+        """Values of the drivers at instant k, where the laws do not say them."""
+        if self.mode == BY_TIME:
+            return {}
+        names = [driver.name for driver in system.mechanism.drivers]
+        return dict(zip(names, self.given[k, :, 0].tolist(), strict=True))
+
+    @property
+    def chords(self) -> np.ndarray:
+        """Change of every driver's value from each instant to the next, (instants, drivers)."""
+        values = self.given[:, :, 0]
+        return np.ascontiguousarray(np.diff(values, axis=0, append=values[-1:]))
+
+
+def by_time(system: System, times: np.ndarray) -> Plan:
+    """Instants at which the laws say everything."""
+    return Plan(BY_TIME, times, times, np.zeros((1, len(system.mechanism.drivers), 3)))
+
+
+def plan(
+    system: System,
+    t: Any,
+    drive: Mapping[str, Any] | None,
+    turn: str | bool | None,
+    instants: int | None,
+) -> Plan:
+    """The instants for what the user asked: times, driver values given directly, or a whole turn.
+
+    Raises
+    ------
+    ModelError
+        For times or values that are not finite or do not fit together, a driver that does not
+        exist, a turn of a driver that drives no angle, a law that turns back before the end, a
+        table that ends before the times do, or a formula without a value at one of them.
+    SolveError
+        When a user's law failed.
+    """
+    if drive is not None and not isinstance(drive, Mapping):
+        raise ModelError(f'drive must be a dict such as {{"motor": 0.5}}, not {drive!r}')
+    if turn is False:
+        turn = None
+    if turn is not None and (t is not None or drive is not None):
+        raise ModelError(f"turn goes alone: leave out {'t' if t is not None else 'drive'}")
+    if instants is not None and turn is None:
+        raise ModelError("instants goes with turn; times and driver values say how many they are")
+    if turn is not None:
+        asked = _turn(system, turn, TURN if instants is None else instants)
+    elif drive:
+        asked = _given(system, 0.0 if t is None else t, drive)
+    else:
+        asked = by_time(system, _numbers(0.0 if t is None else t, "t"))
+    check_reach(system, asked.t, drive or {})
+    return asked
+
+
+def _numbers(value: Any, name: str, element: str | None = None) -> np.ndarray:
+    try:
+        array = np.atleast_1d(np.asarray(value))
+        plain = array.dtype.kind in "iuf"
+        if not (plain or all(isinstance(v, Real) and not isinstance(v, bool) for v in array.flat)):
+            raise TypeError
+        array = array.astype(np.float64)
+    except (TypeError, ValueError):
+        raise ModelError(
+            f"{name} must be a number or an array of them, not {value!r}", element
+        ) from None
+    if not array.size:
+        raise ModelError(f"{name} is empty: give at least one number", element)
+    if array.ndim != 1:
+        raise ModelError(
+            f"{name} must be a number or one row of them, not of shape {array.shape}", element
+        )
+    bad = np.flatnonzero(~np.isfinite(array))
+    if bad.size:
+        which = f"{name}[{bad[0]}]" if array.size > 1 else name
+        raise ModelError(f"{which} is {array[bad[0]]}, it must be finite", element)
+    return np.ascontiguousarray(array)
+
+
+def _law(
+    system: System, driver: Driver, times: np.ndarray, design: int | None = None
+) -> np.ndarray:
+    """(instants, 3) of a driver's law."""
+    which = "" if design is None else f"design {design} of the batch: "
+    try:
+        law = system.law_of(driver, design=design)
+        found = np.stack(np.broadcast_arrays(*law.derivatives(times)), axis=-1)
+    except ModelError as error:
+        raise ModelError(
+            f"{which}the law of driver '{driver.name}': {error}", driver.name
+        ) from None
+    except Exception as error:
+        raise _failed(driver, error) from error
+    bad = np.argwhere(~np.isfinite(found))
+    if bad.size:
+        word = ("value", "rate", "acceleration")[bad[0, 1]]
+        raise ModelError(
+            f"{which}the law of driver '{driver.name}', {law}, has an infinite {word} at "
+            f"t = {times[bad[0, 0]]:g} {system.mechanism.units.time}: begin after it, or choose "
+            "another law",
+            driver.name,
+        )
+    return found
+
+
+def _failed(driver: Driver, error: Exception) -> SolveError:
+    """The sentence for what a user's law raised."""
+    return SolveError(
+        f"the function of '{driver.name}' failed: {type(error).__name__}: {error}", driver.name
+    )
+
+
+def _designs(system: System, element: Element, field: str) -> Iterable[int | None]:
+    """The designs that a law differs between; one None where it is the same for all."""
+    own = system.batch is not None and varied(system.values, element, field)
+    return range(int(system.batch or 1)) if own else (None,)
+
+
+def check_reach(system: System, times: np.ndarray, drive: Mapping[str, Any]) -> None:
+    """Refuse times at which a table or a formula of a driver or of a load has no value."""
+    for driver in system.mechanism.drivers:
+        if driver.name not in drive and isinstance(getattr(driver, "law", None), LIMITED):
+            for design in _designs(system, driver, "law"):
+                _law(system, driver, times, design)
+    for load in system.mechanism.loads:
+        for field in fields(load):
+            # the law of a spring is one of its stretch, that of a pressure one of an angle
+            of_time = field.metadata.get("of") == "time"
+            if of_time and isinstance(getattr(load, field.name), LIMITED):
+                for design in _designs(system, load, field.name):
+                    _load(system, load, field.name, times, design)
+
+
+def _load(system: System, load: Element, field: str, times: np.ndarray, design: int | None) -> None:
+    """Raise the sentence of a load whose law has no value at one of the times."""
+    try:
+        system.law_of(load, field, design)(times)
+    except ModelError as error:
+        which = "" if design is None else f"design {design} of the batch: "
+        raise ModelError(f"{which}the {field} of load '{load.name}': {error}", load.name) from None
+
+
+def check_laws(system: System, times: np.ndarray) -> None:
+    """Raise the sentence of a driver whose law has no value at one of the times."""
+    for driver in system.mechanism.drivers:
+        for design in _designs(system, driver, "law"):
+            _law(system, driver, times, design)
+
+
+def _given(system: System, t: Any, drive: Mapping[str, Any]) -> Plan:
+    drivers = system.mechanism.drivers
+    known = {driver.name: n for n, driver in enumerate(drivers)}
+    parts: dict[str, list[np.ndarray]] = {}
+    for name, value in drive.items():
+        if name not in known:
+            raise ModelError(f"there is no driver {name!r} (there are: {listed(known)})", str(name))
+        values = value if isinstance(value, tuple) else (value,)
+        if not 1 <= len(values) <= 3:
+            raise ModelError(
+                f"driver '{name}' takes a value, or (value, rate, acceleration), not "
+                f"{len(values)} of them",
+                name,
+            )
+        words = ("value", "rate", "acceleration")
+        parts[name] = [
+            _numbers(v, f"{word} of driver '{name}'", name)
+            for v, word in zip(values, words, strict=False)
+        ]
+    times = _numbers(t, "t")
+    sizes = {len(a) for arrays in parts.values() for a in arrays} | {len(times)}
+    if len(sizes - {1}) > 1:
+        raise ModelError(
+            f"driver values and times have different numbers of instants, {sorted(sizes - {1})}: "
+            "give as many of each, or one"
+        )
+    count = max(sizes)
+    times = np.ascontiguousarray(np.broadcast_to(times, count))
+    given = np.zeros((count, len(drivers), 3))
+    for name, n in known.items():
+        if name in parts:
+            for k, array in enumerate(parts[name]):
+                given[:, n, k] = array
+        else:
+            given[:, n] = _law(system, drivers[n], times)
+    if len(drivers) == 1:
+        return Plan(BY_DRIVER, np.ascontiguousarray(given[:, 0, 0]), times, given)
+    return Plan(BY_INSTANT, np.arange(count, dtype=np.float64), times, given)
+
+
+def _turn(system: System, turn: str | bool, instants: int) -> Plan:
+    drivers = system.mechanism.drivers
+    if turn is True:
+        if len(drivers) != 1:
+            names = listed(d.name for d in drivers)
+            asked = remedy(python="turn=True", command="--over turn")
+            raise ModelError(
+                f"{asked} goes with one driver, '{system.mechanism.name}' has {len(drivers)} "
+                f"({names}): " + ("name one of them" if drivers else "add one")
+            )
+        turn = drivers[0].name
+    named = [d for d in drivers if turn in (d.name, getattr(d, "body", None))]
+    if not named:
+        known = listed(d.name for d in drivers)
+        told = f"there is no driver {brief(turn)} to turn (there are: {known})"
+        raise ModelError(told, str(turn))
+    driver = named[0]
+    if not isinstance(driver, AngleDriver):
+        raise ModelError(
+            f"driver '{driver.name}' drives no angle, it cannot turn: "
+            + remedy(
+                python="give times t, or drive",
+                command=f"give its lengths with --at {driver.name}=…, or times with --at t=…",
+            ),
+            driver.name,
+        )
+    if isinstance(instants, bool) or not hasattr(instants, "__index__") or instants < 2:
+        raise ModelError(f"a turn needs at least 2 instants, a whole number, not {instants!r}")
+    instants = operator.index(instants)
+    check_room(system, instants)
+    if system.batch is not None:
+        raise ModelError("a turn of a batch of designs: give times or driver values instead")
+    start, speed, change = _law(system, driver, np.zeros(1))[0].tolist()
+    sense = math.copysign(1.0, speed or change or 1.0)
+    values = start + sense * np.linspace(0.0, 2.0 * math.pi, instants)
+    if speed == 0.0 and change == 0.0:
+        # a driver at rest is turned slowly: positions without rates
+        return _given(system, 0.0, {driver.name: values})
+    try:
+        times = np.asarray(times_of(system.law_of(driver), values, 0.0, angle_told))
+    except ModelError as error:
+        raise ModelError(
+            f"driver '{driver.name}' does not make a whole turn by its law: {error}", driver.name
+        ) from None
+    except Exception as error:
+        raise _failed(driver, error) from error
+    return by_time(system, times)

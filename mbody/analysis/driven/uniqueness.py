@@ -1,0 +1,58 @@
+"""Which reactions redundant constraints leave open (Wojtyra 2005; Wojtyra and Frączek 2013)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbody.kernels.constraints import KINDS
+from mbody.model.element import listed
+from mbody.system.rank import Rank
+from mbody.system.system import System
+
+__all__ = ["open_reactions", "told_open"]
+
+#: A part of a dependency below this is rounding.
+SMALL = 1e-7
+#: Elements that a note names.
+NAMED = 8
+
+
+def open_reactions(system: System, report: Rank | None) -> dict[str, list[bool]] | None:
+    """For every joint, whether fx, fy and the torque are open, for every driver and coupling
+    whether its effort is; None without a rank report.
+
+    Multipliers may be changed by any combination of the dependencies without changing the motion;
+    a reaction is determined where no such change reaches it.
+    """
+    if report is None:
+        return None
+    touched = np.abs(report.dependencies).max(axis=0, initial=0.0) > SMALL
+    atom, _, is_angle = system.row_table
+    result = {}
+    for joint in system.mechanism.joints:
+        own = np.isin(atom, system.atoms_of[joint.name])
+        lengths, angles = touched[own & ~is_angle], touched[own & is_angle]
+        # the two rows of a pin are its world components; other rows reach both
+        pin = system.layout.atom_kind[system.atoms_of[joint.name][0]] == KINDS.index("revolute")
+        fx, fy = (lengths[0], lengths[1]) if pin else (lengths.any(),) * 2
+        result[joint.name] = [bool(fx), bool(fy), bool(angles.any())]
+    for element in (*system.mechanism.drivers, *system.mechanism.couplings):
+        own = np.isin(atom, system.atoms_of[element.name])
+        result[element.name] = [bool(touched[own].any())]
+    return result
+
+
+def told_open(found: dict[str, list[bool]] | None) -> tuple[str, ...]:
+    """A sentence that names what redundant rows leave open; none where everything is determined."""
+    if found is None:
+        return ("rows are redundant; which reactions are unique was not looked at",)
+    reactions = [name for name, parts in found.items() if len(parts) > 1 and any(parts)]
+    efforts = [name for name, parts in found.items() if len(parts) == 1 and any(parts)]
+    told = [f"the reactions of {listed(reactions, NAMED)}"] if reactions else []
+    told += [f"the efforts of {listed(efforts, NAMED)}"] if efforts else []
+    if not told:
+        return ()
+    return (
+        f"rows are redundant: {' and '.join(told)} are not unique, those of least norm are given; "
+        "take off what repeats, or give it play",
+    )

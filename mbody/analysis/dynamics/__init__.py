@@ -1,0 +1,1 @@
+"""Forward dynamics: free motion over time, events, impacts, release of drivers."""

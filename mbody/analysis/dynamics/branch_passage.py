@@ -1,0 +1,165 @@
+"""How a free motion passes singular positions that its steps come near: what is decided, and what
+is said of it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbody.analysis.driven.diagnosis import inertialess
+from mbody.analysis.singular.nearby_singularity import Crossing, crossing_note, look_ahead
+from mbody.kernels.singularity_monitor import LIGHT
+from mbody.kernels.step_state import (
+    ASKING,
+    DOUBTED,
+    FREED,
+    LEAST,
+    LEAST_AT,
+    LIGHTER,
+    MEETING,
+    NEXT,
+    PASSING,
+    TIME,
+)
+from mbody.model.element import listed
+from mbody.solution.doubts import Doubt
+from mbody.solution.histories import BranchDistance
+from mbody.system.system import System
+
+__all__ = ["BranchWatch", "Crossed"]
+
+Array = np.ndarray
+#: Change points ahead, those behind, doubts.
+Crossed = tuple[tuple[Crossing, ...], tuple[Crossing, ...], tuple[Doubt, ...]]
+
+#: A step that may meet a singular position is asked about at first when it is this part of the one
+#: that was refused, as the kernel has it.
+FIRST = 0.3
+#: It is asked about again when it is this part of that.
+AGAIN = 0.1
+#: A step of this part of the whole motion that may still meet one is made in doubt.
+HOPELESS = 1e-9
+#: A step over a change point may be so many times the one that was asked about; it is longer by
+#: this part, for rounding.
+FARTHER, LITTLE = 4.0, 1e-9
+#: Inertia is looked at again where the part of the energy that stands in for it has so grown.
+MORE_OF_IT = 10.0
+#: A body takes part in a motion with this part of the fastest.
+TAKES_PART = 0.1
+
+
+class BranchWatch:
+    """Decides for one motion; `state` is that of its steps."""
+
+    def __init__(self, system: System, soft: bool, state: Array, whole: float) -> None:
+        self.system, self.soft, self.state, self.whole = system, soft, state, whole
+        self.open: tuple[Crossing, ...] = ()
+        self.crossings: tuple[Crossing, ...] = ()
+        self.doubts: tuple[Doubt, ...] = ()
+        state[PASSING] = state[DOUBTED] = state[MEETING] = -np.inf
+        state[LEAST], state[LIGHTER] = np.inf, LIGHT
+        self.begun = np.zeros(0)
+
+    @property
+    def held(self) -> Crossed:
+        """What is known until now, to come back to."""
+        return self.open, self.crossings, self.doubts
+
+    @held.setter
+    def held(self, known: Crossed) -> None:
+        self.open, self.crossings, self.doubts = known
+
+    def decide(self, y: Array, slope: Array) -> None:
+        """How the next steps pass what is near, from the state y and its slope (2·coordinates,)."""
+        state, n = self.state, len(y) // 2
+        t, step = float(state[TIME]), 2.0 * float(state[NEXT])
+        ahead = look_ahead(self.system, t, y[:n], y[n:], slope[n:], step / FIRST, self.soft)
+        if ahead.clear:
+            state[PASSING], state[NEXT] = t, 0.99 * ahead.clear
+        elif ahead.crossing is not None:
+            at = ahead.crossing
+            over = 2.0 * (at.t - t)
+            state[PASSING], state[MEETING] = max(t, at.t + 0.5 * (at.t - t)), at.t
+            state[NEXT] = over * (1.0 + LITTLE) if step < over < FARTHER * step else step
+            self.open = (at,) if at.t > t else ()
+        elif step < HOPELESS * self.whole:
+            self._give_up(t, step, ahead.elements)
+        elif ahead.bend < np.inf:
+            state[DOUBTED], state[ASKING] = ahead.bend + max(ahead.bend - t, step), 0.0
+        else:
+            state[ASKING] = AGAIN * step
+
+    def _give_up(self, t: float, step: float, elements: tuple[str, ...]) -> None:
+        unit = self.system.mechanism.units.time
+        who = f" of {listed(elements, 4)}" if elements else ""
+        self.state[PASSING] = t + 100.0 * step
+        self.doubts += (
+            Doubt(
+                "branch",
+                f"from t = {t:.6g} {unit} on it is not certain on which branch the motion goes on: "
+                f"rows{who} come to depend on each other there; begin a little beside, or change a "
+                "length by more than its rounding",
+                t,
+                elements,
+            ),
+        )
+
+    def note(self, y: Array) -> None:
+        """See whether change points that were seen are behind, at the state y."""
+        t = float(self.state[TIME])
+        if not self.open or t <= self.state[PASSING]:
+            return
+        n = len(y) // 2
+        scale = np.tile([self.system.length, self.system.length, 1.0], n // 3)
+        for one in self.open:
+            found = one.passed(t, y[:n] / scale, y[n:] / scale)
+            if found is not None:
+                self.crossings += (found,)
+        self.open = ()
+
+    def weigh(self, y: Array) -> None:
+        """See whether the inertia of the free motion vanishes at the state y, where masses that
+        stand in for none take much of the energy.
+        """
+        state, n = self.state, len(y) // 2
+        if state[FREED] <= state[LIGHTER]:
+            return
+        t, state[LIGHTER] = float(state[TIME]), MORE_OF_IT * float(state[FREED])
+        always = inertialess(self.system, t, self.begun)
+        if inertialess(self.system, t, y[:n]) <= always:
+            return
+        state[LIGHTER] = np.inf
+        names = _without_mass(self.system, y[n:])
+        who = f"{listed(names, 4)} {'has' if len(names) == 1 else 'have'} no mass"
+        message = (
+            f"at t = {t:.6g} {self.system.mechanism.units.time} the inertia of the free motion "
+            f"vanishes, for {who}: how the motion goes on from there is not determined; give mass "
+            "and inertia"
+        )
+        self.doubts += (Doubt("inertia", message, t, names),)
+
+    def notes(self, last: float) -> tuple[str, ...]:
+        """The sentence of the change points that were passed until `last`, if there are any."""
+        found = [one for one in self.crossings if one.t <= last]
+        return (crossing_note(found, self.system.mechanism.units.time),) if found else ()
+
+    def least(self, last: float) -> BranchDistance | None:
+        """How near the motion came to another branch."""
+        found = [one for one in self.crossings if one.t <= last]
+        if found:
+            return BranchDistance(0.0, found[0].t)
+        if not np.isfinite(self.state[LEAST]):
+            return None
+        return BranchDistance(float(np.sqrt(self.state[LEAST])), float(self.state[LEAST_AT]))
+
+
+def _without_mass(system: System, v: Array) -> tuple[str, ...]:
+    """Bodies without mass that move at the rates v (coordinates,), the fastest first."""
+    scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+    fast = np.abs(v / scale).reshape(-1, 3).max(axis=1)
+    order = np.argsort(-fast)
+    bodies = system.mechanism.bodies
+    own = system.mass[: len(v), 0].reshape(-1, 3)
+    return tuple(
+        bodies[b].name for b in order if not own[b].any() and fast[b] > TAKES_PART * fast.max()
+    )

@@ -1,0 +1,173 @@
+"""What is asked of a motion: the words of the call, else those of the description, made numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mbody.analysis.driven.memory_limit import check_room
+from mbody.analysis.initial.initial_state import check_release, checked_events, parameters_of
+from mbody.errors import ModelError, brief, remedy
+from mbody.model.event import Event, Stop, as_events
+from mbody.model.mechanism import Mechanism
+from mbody.model.simulation import ADAPTIVE, EVEN, METHODS, check_method
+from mbody.solution.restart import Way
+from mbody.system.system import System
+
+__all__ = ["AskedMotion", "asked_motion", "last_time", "tolerances"]
+
+#: Steps of one motion, at most, and instants that are kept.
+MOST_STEPS, MOST_INSTANTS = 1e9, 10_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class AskedMotion:
+    """A motion that is asked for.
+
+    Attributes
+    ----------
+    first : float
+        Time of the first instant.
+    times : array
+        The instants that are kept; the last one ends the motion.
+    way : Way
+        How it is followed.
+    events : dict
+        What is watched for, with the restitution of each stop.
+    release : dict
+        When drivers let go, by name, ascending.
+    """
+
+    first: float
+    times: np.ndarray
+    way: Way
+    events: dict[Event | Stop, float]
+    release: dict[str, float]
+
+
+def last_time(system: System, until: Any) -> float:
+    """When the motion ends."""
+    own = system.mechanism.simulation
+    if until is None and own is None:
+        how = remedy(
+            python="give until",
+            command="give --to TIME, or the file a table [simulate] with until = …",
+        )
+        raise ModelError(f"simulate needs the last time: {how}")
+    return system.mechanism.number(
+        until if own is None or until is not None else own.until, "time", "simulate", "until"
+    )
+
+
+def tolerances(system: System, rtol: Any, atol: Any) -> tuple[float, float]:
+    """Relative and absolute error."""
+    own = system.mechanism.simulation
+    if rtol is None:
+        rtol = 1e-8 if own is None else own.rtol
+    for name, value in (("rtol", rtol), ("atol", rtol if atol is None else atol)):
+        if not isinstance(value, int | float) or not 1e-14 <= value <= 0.1:
+            raise ModelError(f"{name} is {value!r}: give a number from 1e-14 to 0.1")
+    return float(rtol), float(rtol if atol is None else atol)
+
+
+def asked_motion(
+    system: System,
+    first: float,
+    last: float,
+    errors: tuple[float, float],
+    *,
+    method: Any,
+    step: Any,
+    kept: tuple[Any, Any, Any],
+    events: Any,
+    release: Any,
+) -> AskedMotion:
+    """The motion from `first` to `last`; `kept` are instants, every and times."""
+    machine = system.mechanism
+    own, unit = machine.simulation, machine.units.time
+    if not last > first:
+        raise ModelError(
+            f"{remedy(python='until', command='the last time')} is {last:g} {unit}, the motion "
+            f"begins at {first:g} {unit}: give a later time"
+        )
+    if own is not None:
+        if all(one is None for one in kept):
+            kept = (own.instants if own.every is None else None, own.every, None)
+        step = own.step if method is None and step is None else step
+        method = own.method if method is None else method
+        events = own.events if events is None else events
+        release = own.release if release is None else release
+    times = _times(machine, first, last, *kept)
+    check_room(system, len(times))
+    return AskedMotion(
+        first,
+        times,
+        _way(system, METHODS[0] if method is None else method, errors, step, last - first),
+        checked_events(machine, as_events(() if events is None else events), parameters_of(system)),
+        _release(system, {} if release is None else release),
+    )
+
+
+def _way(system: System, method: Any, errors: tuple[float, float], step: Any, whole: float) -> Way:
+    """How the motion is followed."""
+    check_method(method)
+    if method in ADAPTIVE:
+        if step is not None:
+            raise ModelError(
+                f"the method '{method}' chooses its steps by rtol: leave out "
+                f"{remedy(python='step', command='--step')}, or take one of {', '.join(EVEN)}"
+            )
+        return Way(method, *errors)
+    unit = system.mechanism.units.time
+    if step is None:
+        how = remedy(python=f"step, in {unit}", command=f"--step H, in {unit}")
+        raise ModelError(f"the method '{method}' has steps of one length: give {how}")
+    length = system.mechanism.number(step, "time", "simulate", "step")
+    if not length > 0.0 or whole / length > MOST_STEPS:
+        raise ModelError(
+            f"step is {length:g} {unit}: give a positive time, for at most {MOST_STEPS:.0e} steps"
+        )
+    return Way(method, *errors, length)
+
+
+def _release(system: System, given: Any) -> dict[str, float]:
+    """When drivers let go, in the order of time."""
+    if not isinstance(given, Mapping):
+        raise ModelError(f'release must be a table such as {{"motor": 2.0}}, not {given!r}')
+    times = check_release(system.mechanism, given)
+    return dict(sorted(times.items(), key=lambda one: one[1]))
+
+
+def _times(
+    machine: Mechanism, first: float, last: float, instants: Any, every: Any, times: Any
+) -> np.ndarray:
+    """The instants that are kept, ascending, from the first to the last."""
+    if sum(given is not None for given in (instants, every, times)) > 1:
+        raise ModelError("give one of instants, every and times")
+    unit = machine.units.time
+    if times is not None:
+        try:
+            kept = np.unique(np.asarray(times, dtype=float).reshape(-1))
+        except (TypeError, ValueError):
+            raise ModelError(f"times must be numbers, in {unit}, not {brief(times)}") from None
+        if not kept.size or not np.isfinite(kept).all() or kept[0] < first or kept[-1] > last:
+            raise ModelError(f"times must lie between {first:g} and {last:g} {unit}")
+        return kept
+    if every is not None:
+        step = machine.number(every, "time", "simulate", "every")
+        if not step > 0.0 or (last - first) / step > MOST_INSTANTS:
+            raise ModelError(f"every is {step:g}: give a positive time, for at most 1e7 instants")
+        count = math.floor((last - first) / step * (1.0 + 1e-12))
+        kept = first + step * np.arange(count + 1)
+        if last - kept[-1] > 1e-9 * step:
+            kept = np.append(kept, last)
+        kept[-1] = min(kept[-1], last)
+        return kept
+    count = 201 if instants is None else instants
+    if isinstance(count, bool) or not isinstance(count, int) or not 2 <= count <= MOST_INSTANTS:
+        raise ModelError(f"instants must be a whole number from 2 to 1e7, not {instants!r}")
+    return np.linspace(first, last, count)

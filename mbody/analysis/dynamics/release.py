@@ -1,0 +1,179 @@
+"""A motion in phases: between them drivers let go."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from mbody.analysis.driven.contacts import one_sided
+from mbody.analysis.dynamics.events import Eventful
+from mbody.analysis.dynamics.integration import Course
+from mbody.analysis.dynamics.options import AskedMotion
+from mbody.analysis.dynamics.restart_checks import check_restart
+from mbody.analysis.dynamics.singular_start import opening
+from mbody.analysis.equilibria.equilibrium import released
+from mbody.analysis.initial.initial_state import state_of
+from mbody.errors import SolveError
+from mbody.kernels.output import PER_ATOM
+from mbody.kernels.step_state import PROGRESS
+from mbody.model.event import Stop
+from mbody.solution.certificate import as_said, changed
+from mbody.solution.energy import account, causes
+from mbody.solution.histories import Record
+from mbody.solution.restart import Restart, Way
+from mbody.solution.solution import Solution
+from mbody.system.system import System
+
+__all__ = ["followed"]
+
+Array = np.ndarray
+
+#: What a motion depends on; what else a description asks may differ.
+PARTS = ("units", "ground", "bodies", "joints", "couplings", "drivers", "loads")
+
+
+def followed(
+    system: System,
+    start: Solution,
+    asked: AskedMotion,
+    progress: Callable[[float], None] | None,
+) -> Solution:
+    """The motion from the last instant of `start`, as one result of the whole system; what had let
+    go there stays so.
+    """
+    own = {driver.name for driver in system.drivers}
+    gone = [name for name in start.released if name in own]
+    free_since = {name: start.released[name] for name in gone}
+    gone += [name for name, t in asked.release.items() if t <= asked.first and name not in gone]
+    free_since |= {name: asked.first for name in gone if name not in free_since}
+    last = float(asked.times[-1])
+    later = {name: t for name, t in asked.release.items() if asked.first < t < last}
+    later = {name: t for name, t in later.items() if name not in gone}
+    restart = _restart(system, start, asked.way, gone, bool(_stops(asked)))
+    found: list[Solution] = []
+    for until in [*sorted(set(later.values())), last]:
+        free = released(system, gone) if gone else system
+        begun = opening(free, start, asked, until) if restart is None else None
+        if begun is not None:
+            found.append(begun)
+            start = begun
+            if begun.t[-1] >= until:
+                now = [name for name, t in later.items() if t == until]
+                gone, free_since = [*gone, *now], free_since | dict.fromkeys(now, until)
+                continue
+        _, q, v = state_of(free, start)
+        first = float(start.t[-1])
+        times = asked.times[(asked.times >= first) & (asked.times <= until)]
+        wanted = np.append(times, until) if not times.size or times[-1] < until else times
+        course = (
+            Eventful(free, start, asked.way, asked.events)
+            if asked.events or one_sided(free)
+            else Course(free, start, asked.way)
+        )
+        try:
+            run = course.run(first, q, v, wanted, progress, restart)
+        except SolveError as error:
+            reached = [one for one in (*found, error.solution) if one is not None and len(one)]
+            if reached and gone:
+                error.solution = _joined(system, asked, reached, free_since)
+            raise
+        if run.restart is not None:
+            run = changed(run, restart=replace(run.restart, released=tuple(gone)))
+        found.append(run)
+        if run.t[-1] < until:  # it ended before: in doubt a motion goes on
+            break
+        start, restart = run, None
+        now = [name for name, t in later.items() if t == until]
+        gone, free_since = [*gone, *now], free_since | dict.fromkeys(now, until)
+    if len(found) == 1 and not gone:
+        return found[0]
+    return _joined(system, asked, found, free_since)
+
+
+def _stops(asked: AskedMotion) -> list[str]:
+    return [event.name for event in asked.events if isinstance(event, Stop)]
+
+
+def _restart(
+    system: System, start: Solution, way: Way, gone: Sequence[str], stops: bool
+) -> Restart | None:
+    """Where to take up a motion of the same system, followed in the same way."""
+    found = start.restart
+    if found is None or found.way != way or found.released != tuple(gone) or stops:
+        return None
+    if len(found.state) != PROGRESS:  # of another version
+        return None
+    ours, theirs = system.values, start.system.values
+    same = start.system is system or (
+        all(getattr(start.mechanism, part) == getattr(system.mechanism, part) for part in PARTS)
+        and all(np.array_equal(ours[name], theirs[name]) for name in ours)
+    )
+    if same:
+        check_restart(released(system, gone) if gone else system, found, float(start.t[-1]))
+    return found if same else None
+
+
+def _joined(
+    system: System, asked: AskedMotion, found: Sequence[Solution], released: Mapping[str, float]
+) -> Solution:
+    """One result of all phases; a driver that has let go has no effort."""
+    last, stops = found[-1], _stops(asked)
+    whole = causes(system, stops)
+    t, pages, works = [], [], []
+    before = np.zeros(len(whole))
+    for run in found:
+        keep = np.isin(run.t, asked.times)
+        if run is last:
+            keep[-1] = True
+        else:
+            keep &= run.t < run.t[-1]
+        names = causes(run.system, stops)
+        places = [whole.index(name) for name in names]
+        work = np.tile(before, (len(run), 1))
+        for place, name in zip(places, names, strict=True):
+            work[:, place] += run.energy.by.get(name, 0.0) if run.energy else 0.0
+        before = work[-1].copy()
+        t.append(run.t[keep])
+        pages.append(_widened(system, run)[keep])
+        works.append(work[keep])
+    output, gained = np.concatenate(pages), np.concatenate(works)
+    said = [as_said(run) for run in found]
+    stats = {
+        key: sum((run.stats or {}).get(key, 0) for run in found)
+        for run in found
+        for key in run.stats or {}
+    }
+    nearest = min(
+        (run.branch for run in found if run.branch is not None),
+        key=lambda one: one.least,
+        default=None,
+    )
+    return replace(
+        last,
+        system=system,
+        t=np.concatenate(t),
+        record=Record([output], len(output), batch=False),
+        energy=account(system, output[:, : 2 * system.coordinates, 0], gained, stops),
+        status=said[-1].status,
+        doubts=tuple(dict.fromkeys(doubt for one in said for doubt in one.doubts)),
+        notes=tuple(dict.fromkeys(note for one in said for note in one.notes)),
+        stats=stats,
+        released=released,
+        events=tuple(one for run in found for one in run.events),
+        branch=nearest,
+    )
+
+
+def _widened(system: System, run: Solution) -> Array:
+    """Pages of a phase as those of the whole system."""
+    block = run.record.blocks[0]
+    n3 = 3 * system.coordinates
+    wide = np.zeros((len(run), n3 + PER_ATOM * len(system.owners), 1))
+    wide[:, :n3] = block[:, :n3]
+    here = {(element.name, part): e for e, (element, part) in enumerate(system.owners)}
+    for e, (element, part) in enumerate(run.system.owners):
+        row, old = n3 + PER_ATOM * here[element.name, part], n3 + PER_ATOM * e
+        wide[:, row : row + PER_ATOM] = block[:, old : old + PER_ATOM]
+    return wide

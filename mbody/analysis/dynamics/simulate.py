@@ -1,0 +1,178 @@
+"""The verb `simulate`: free motion under loads, over time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from mbody.analysis.driven.extrapolation import extrapolated
+from mbody.analysis.dynamics.energy_balance import energy_doubts
+from mbody.analysis.dynamics.options import AskedMotion, asked_motion, last_time, tolerances
+from mbody.analysis.dynamics.release import followed
+from mbody.analysis.initial.close_loops import close_loops
+from mbody.analysis.initial.initial_state import started, state_of
+from mbody.analysis.position.assembly_analysis import as_system
+from mbody.errors import ModelError, SolveError, brief
+from mbody.model.event import Event, Stop, as_events
+from mbody.model.mechanism import Mechanism
+from mbody.model.remarks import remarks
+from mbody.solution.certificate import as_said, changed
+from mbody.solution.doubts import doubted
+from mbody.solution.solution import Solution
+from mbody.system.system import System
+
+__all__ = ["simulate"]
+
+
+def simulate(
+    model: Mechanism | System,
+    until: float | str | None = None,
+    *,
+    start: Solution | None = None,
+    guess: Mapping[str, Any] | None = None,
+    rates: Mapping[str, float] | None = None,
+    method: str | None = None,
+    rtol: float | None = None,
+    atol: float | None = None,
+    step: float | str | None = None,
+    instants: int | None = None,
+    every: float | str | None = None,
+    times: Any = None,
+    events: Sequence[Event | Stop] | None = None,
+    release: Mapping[str, float | str] | None = None,
+    stops: Sequence[Stop] | None = None,
+    progress: Callable[[float], None] | bool | None = None,
+) -> Solution:
+    """Motion of what is free under all loads: forward dynamics.
+
+    M a + Φ_qᵀ λ = f with Φ(q, t) = 0, by default by an explicit Runge–Kutta method of order 8 with
+    control of the error; every step ends on Φ = 0 and Φ_q v = ν to rounding. Drivers, where there
+    are any, follow their laws until they let go.
+
+    Parameters
+    ----------
+    model : Mechanism or System
+        With any number of free motions; massless bodies are ordinary where joints guide them.
+    until : float or str, optional
+        The last time, met exactly; by default what the mechanism itself asks, as all that follows.
+    start : Solution, optional
+        Whose last instant is the first one here: of `close_loops`, of an analysis at an instant, or
+        of another `simulate`; a motion of the same mechanism in the same way goes on bit for bit as
+        if it had not ended, unless there are stops. By default the `simulation` of the mechanism
+        says it, else the loops are closed from the guesses, at rest, at t = 0.
+    guess, rates : mapping, optional
+        As of `close_loops`: first positions, and angular velocities, of bodies by name.
+    method : str, optional
+        ``"dop853"`` (the default) and ``"dopri5"``, explicit, of order 8 and 5; ``"radau5"``,
+        implicit, of order 5, for stiff loads; of steps of one length ``"generalized-alpha"`` (order
+        2, spectral radius 0.9), ``"rattle"`` and ``"rattle4"`` (order 2 and 4, symmetric and
+        symplectic: energy stays bounded over any time).
+    rtol, atol : float
+        Error of a step, as a part of each coordinate and of the model's size; `atol` is `rtol` if
+        it is not given.
+    step : float or str, optional
+        Length of the steps of methods that have one.
+    instants : int, optional
+        How many instants are kept, both ends included, by default 201; or
+    every : float, optional
+        how far they are apart, or
+    times : array, optional
+        which ones they are.
+    events : list of Event and Stop, optional
+        Zero crossings that are recorded or end the motion, and stops that are struck; by default
+        those of the mechanism's `simulation`.
+    release : mapping, optional
+        When drivers let go, by name: from then on they have no effort.
+    stops : list of Stop, optional
+        More stops, besides those among the events.
+    progress : callable or bool, optional
+        Called with the time reached, now and then; True shows on standard error how far it is.
+
+    Returns
+    -------
+    Solution
+        Motion, reactions, efforts at every instant; `energy`, the account of energy with its
+        balance; `events`, an `Occurrence` each; `stats`, the counts of the steps; `status`.
+
+    Raises
+    ------
+    ModelError
+        For times or a start that do not fit the mechanism.
+    SolveError
+        Where loops do not close, the motion is not determined, a user's function fails, or the
+        steps vanish; it carries what was computed before.
+
+    Notes
+    -----
+    Singular positions (change points, dead centres under inertia) are passed at any tolerance;
+    redundant joints are ordinary. Every step is watched for other branches of the constraints: a
+    bend in which one passes near is resolved, a change point is passed by the smooth continuation
+    with a note, and what cannot be made certain is a doubt, as are a balance of energy out of
+    proportion to the tolerance and an inertia that vanishes for want of masses (`doubts`);
+    `checks.branch` tells how near the motion came to a singular position, and when. Ctrl-C
+    leaves what was done, with a status that says so.
+    Events are looked for by values and rates at four samples a step and 400 of the motion, or more:
+    two crossings between two of them are found by the extremum that lies between them.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> swing = mbody.Mechanism("pendulum")
+    >>> swing.add(
+    ...     mbody.Body("bob", mass=1.0, cg=(1.0, 0.0), guess=0.0),
+    ...     mbody.Revolute("O", "ground", "bob"),
+    ...     mbody.Gravity("gravity", y=-9.81),
+    ... )
+    >>> run = mbody.simulate(swing, 2.0)
+    >>> float(abs(run.energy.balance).max()) < 1e-6
+    True
+    """
+    if not (progress is None or isinstance(progress, bool) or callable(progress)):
+        raise ModelError(
+            f"progress must be True or a function of the time reached, not {brief(progress)}"
+        )
+    system = as_system(model)
+    if system.batch is not None:
+        raise ModelError("simulate takes one design: choose one of the batch with design(n)")
+    own = system.mechanism.simulation
+    last, errors = last_time(system, until), tolerances(system, rtol, atol)
+    if start is None and own is not None and guess is None and rates is None:
+        start = started(system, own)
+    elif start is None:
+        start = close_loops(system, guess=guess, rates=rates)
+    elif guess is not None or rates is not None:
+        raise ModelError("start says positions and rates: leave out guess and rates")
+    first, _, _ = state_of(system, start)
+    if stops is not None:
+        if events is None:
+            events = () if own is None else own.events
+        events = (*as_events(events), *as_events(stops))
+    asked = asked_motion(
+        *(system, first, last, errors),
+        method=method,
+        step=step,
+        kept=(instants, every, times),
+        events=events,
+        release=release,
+    )
+    if progress is True:
+        from mbody.analysis.dynamics.progress import shown
+
+        progress = shown(last)
+    try:
+        run = followed(system, start, asked, progress or None)
+    except SolveError as error:
+        if isinstance(error.solution, Solution):
+            error.solution = _judged(error.solution, asked)
+        raise
+    return _judged(run, asked)
+
+
+def _judged(run: Solution, asked: AskedMotion) -> Solution:
+    """The motion with what its description, its laws and its energy give to say."""
+    system = run.system
+    notes = as_said(run).notes
+    said = [note for note in remarks(system.mechanism, system.plans) if note not in notes]
+    found = changed(run, notes=(*notes, *said)) if said else run
+    doubts = [*extrapolated(found), *energy_doubts(found, asked.way.method, asked.way.rtol)]
+    return doubted(found, doubts)

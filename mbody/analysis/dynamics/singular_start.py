@@ -1,0 +1,353 @@
+"""How a motion goes out of a singular position: its first part, along the branch that it takes.
+
+At the position itself the equations of motion have no one solution, and steps that begin there
+begin with wrong slopes. So the first part is a polynomial (collocation): the accelerations are
+those of the branch at nodes beside the position, where the rows are independent, and the state is
+their integral. Accelerations, reactions and powers at the first instant are limits.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+
+from mbody.analysis.driven.diagnosis import valueless
+from mbody.analysis.dynamics.branch_choice import Start, chosen_motion
+from mbody.analysis.dynamics.initial_step import CORRECTIONS
+from mbody.analysis.dynamics.options import AskedMotion
+from mbody.analysis.initial.initial_state import watched
+from mbody.analysis.position.assembly_analysis import SOFT, raise_user_error
+from mbody.analysis.position.tangent_space import Manifold
+from mbody.errors import SolveError
+from mbody.kernels.loop_closure import laws_of_time
+from mbody.kernels.output import PER_ATOM
+from mbody.kernels.state_derivative import begin
+from mbody.kernels.step_state import PROGRESS, TIME
+from mbody.model.event import Stop
+from mbody.solution.energy import account, causes
+from mbody.solution.histories import Record
+from mbody.solution.measures import measured
+from mbody.solution.solution import Solution
+from mbody.system.layout import Work
+from mbody.system.rank import dense
+from mbody.system.system import System
+
+__all__ = ["opening"]
+
+Array = np.ndarray
+
+#: Nodes of the polynomial, and the first of them as a part of the whole.
+NODES, FIRST = 9, Fraction(3, 20)
+#: How far the first part goes, in radians and model lengths: near enough for the polynomial (its
+#: error falls with the ninth power), far enough for the rows at its nodes to be independent.
+FAR = 0.4
+#: What the last term of the polynomial may be, as a part of the accelerations, and how often the
+#: part is halved for that, for iterations that do not settle, and for an event within it.
+SMALL, HALVED = 1e-9, 24
+#: Iterations, and the change of accelerations, as a part of them, at which they have settled.
+ITERATIONS, SETTLED = 60, 1e-13
+#: Where they no longer fall, changes below this part are rounding: of a part of the mechanism that
+#: begins at rest beside one that moves, and so is still near its singular position.
+ROUNDING = 1e-6
+#: Samples of the first part at which events are watched for.
+WATCHED = 33
+#: Nearer than this to the singular position the first accelerations are those there, and their
+#: change since then, which is more precise than the polynomial, continued back to its beginning.
+AT = 1e-6
+#: Rows with a singular value below this part of the greatest depend on others at a first instant.
+OWN = 5e-2
+
+
+@dataclass(frozen=True, eq=False)
+class Weights:
+    """Of a polynomial through NODES values on [0, 1].
+
+    Attributes
+    ----------
+    at : array (nodes,)
+        The nodes.
+    powers : array (nodes, nodes)
+        Coefficient k of the polynomial that is one at node j: [k, j].
+    last : array (nodes,)
+        Of the last Chebyshev polynomial over the nodes.
+    """
+
+    at: Array
+    powers: Array
+    last: Array
+
+    def value(self, c: Array, order: int = 0) -> Array:
+        """Weights (…, nodes) of the value at c, of its first or second integral from 0."""
+        c = np.asarray(c, dtype=float)[..., None]
+        k = np.arange(NODES)
+        own: Array = c ** (k + order)
+        for n in range(1, order + 1):
+            own = own / (k + n)
+        return np.asarray(own @ self.powers)
+
+
+@functools.lru_cache(maxsize=1)
+def weights() -> Weights:
+    """In rational numbers, since a Vandermonde matrix in floating point would lose eight digits."""
+    # near the extrema of Chebyshev's polynomial on [FIRST, 1], which makes extrapolation to 0 mild
+    spread = [round(1000 * np.cos(np.pi * n / (NODES - 1))) for n in range(NODES - 1, -1, -1)]
+    middle, half = (1 + FIRST) / 2, (1 - FIRST) / 2
+    nodes = [middle + half * Fraction(part, 1000) for part in spread]
+    powers = [[Fraction(0)] * NODES for _ in range(NODES)]
+    for j, node in enumerate(nodes):
+        own = [Fraction(1)]
+        for other in nodes[:j] + nodes[j + 1 :]:
+            low, high = [-other * c for c in own] + [Fraction(0)], [Fraction(0), *own]
+            own = [(a + b) / (node - other) for a, b in zip(low, high, strict=True)]
+        for k, c in enumerate(own):
+            powers[k][j] = c
+    last = [float(c * half ** (NODES - 1) / 2 ** (NODES - 2)) for c in powers[-1]]
+    return Weights(
+        np.array([float(node) for node in nodes]),
+        np.array([[float(c) for c in row] for row in powers]),
+        np.array(last),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """The first part of a motion: values at its nodes.
+
+    Attributes
+    ----------
+    span : float
+        How long it is.
+    a : array (nodes, coordinates)
+    reactions : array (nodes, PER_ATOM · atoms)
+    powers : array (nodes, causes)
+    evaluations : int
+    """
+
+    span: float
+    a: Array
+    reactions: Array
+    powers: Array
+    evaluations: int
+
+
+def opening(system: System, start: Solution, asked: AskedMotion, until: float) -> Solution | None:
+    """The first part of a motion whose start is singular; None where it is not.
+
+    Raises
+    ------
+    SolveError
+        For velocities that no motion has, or that several branches have.
+    """
+    found = chosen_motion(system, start)
+    if found is None:
+        return None
+    return _Opening(system, start, found, asked, until).solution()
+
+
+class _Opening:
+    def __init__(
+        self, system: System, start: Solution, first: Start, asked: AskedMotion, until: float
+    ) -> None:
+        self.system, self.start, self.first, self.asked = system, start, first, asked
+        self.t, self.longest = float(start.t[-1]), until - float(start.t[-1])
+        self.layout = system.runtime()
+        self.work: Work = system.work(masses=True)
+        free = len(first.T0)
+        self.soft = SOFT * (system.rows > system.coordinates - free)
+        n = 2 * system.coordinates
+        self.K, self.y = np.zeros((1, n)), np.zeros(n)
+        self.P = np.zeros((1, len(causes(system))))
+        self.page = np.empty((3 * system.coordinates + PER_ATOM * len(system.owners), 1))
+        self.state = np.zeros(PROGRESS)
+        self.stops = [event.name for event in asked.events if isinstance(event, Stop)]
+
+    def solution(self) -> Solution:
+        """The instants of the first part that are kept, and its end."""
+        part = self._part()
+        for _ in range(HALVED):
+            run = self._kept(part, np.linspace(0.0, part.span, WATCHED))
+            if not self._crossed(run):
+                break
+            part = self._tried(0.5 * part.span)
+        end = self.t + min(part.span, self.longest)
+        times = self.asked.times[(self.asked.times >= self.t) & (self.asked.times < end)]
+        return self._kept(part, np.append(times, end) - self.t)
+
+    def _crossed(self, run: Solution) -> bool:
+        """Whether an event that is watched for may be within the first part."""
+        for event in self.asked.events:
+            value = measured(run, watched(self.system.mechanism, event))[0]
+            signs = np.sign(value[1:])
+            if (signs != signs[0]).any():
+                return True
+        return False
+
+    # -- the polynomial -----------------------------------------------------------------------
+
+    def _part(self) -> Part:
+        """As long as the polynomial allows."""
+        first, scale = self.first, self.first.scale
+        swift, pull = (float(np.abs(one / scale).max()) for one in (first.v, first.a))
+        # swift t + pull t²/2 = FAR
+        span = 2.0 * FAR / (swift + np.sqrt(swift * swift + 2.0 * pull * FAR))
+        if span > self.longest:  # what comes later is of use: nodes are farther off
+            try:
+                return self._tried(float(span))
+            except SolveError:
+                return self._tried(self.longest)
+        return self._tried(float(span))
+
+    def _tried(self, span: float) -> Part:
+        """The same, shortened where it is too long."""
+        best: tuple[float, Part] | None = None
+        for _ in range(HALVED):
+            found = self._settled(span)
+            if found is not None:
+                top = np.abs(found.a / self.first.scale).max()
+                off = np.abs(weights().last @ found.a / self.first.scale).max()
+                if off <= SMALL * top:
+                    return found
+                if best is None or off < best[0]:
+                    best = float(off), found
+                elif off > 2.0 * best[0]:  # rounding has begun to grow
+                    break
+            span *= 0.5
+        if best is not None:
+            return best[1]
+        raise SolveError(
+            f"the motion cannot be followed out of the singular position at t = {self.t:.6g} "
+            f"{self.system.mechanism.units.time}: the loads jump there, or are too stiff; begin a "
+            "little beside it"
+        )
+
+    def _settled(self, span: float) -> Part | None:
+        """Accelerations at the nodes that agree with the motion that they make; None where the
+        iteration does not settle, or leaves the branch.
+        """
+        first, w = self.first, weights()
+        once, twice = span * w.value(w.at, 1), span**2 * w.value(w.at, 2)
+        n, size = self.system.coordinates, len(w.at)
+        a = np.tile(first.a, (size, 1))
+        reactions = np.empty((size, len(self.page) - 3 * n))
+        powers = np.empty((size, self.P.shape[1]))
+        last = np.inf
+        for iteration in range(ITERATIONS):
+            v = first.v + once @ a
+            q = first.q + span * w.at[:, None] * first.v + twice @ a
+            new = np.empty_like(a)
+            for node in range(size):
+                if not self._at(self.t + span * w.at[node], q[node], v[node]):
+                    return None
+                moved = np.abs((self.y[:n] - q[node]) / first.scale).max()
+                if iteration > 1 and moved > 0.05 * np.abs((q[node] - first.q) / first.scale).max():
+                    return None
+                new[node], powers[node] = self.K[0, n:], self.P[0]
+                reactions[node] = self.page[3 * n :, 0]
+            change = np.abs((new - a) / first.scale).max()
+            a = new
+            top = np.abs(a / first.scale).max()
+            if not change < 1e3 * max(top, np.abs(first.v / first.scale).max() / span):
+                return None
+            if change <= SETTLED * top or (change <= ROUNDING * top and change > 0.5 * last):
+                return Part(span, a, reactions, powers, size * (iteration + 1))
+            last = change
+        return None
+
+    def _at(self, t: float, q: Array, v: Array) -> bool:
+        """Slope, powers and page at a state, projected; whether the loops close there."""
+        n = self.system.coordinates
+        self.y[:n], self.y[n:], self.state[TIME] = q, v, t
+        good = begin(
+            *(self.layout, self.work, self.soft, CORRECTIONS, self.y, self.K, self.P),
+            *(self.page, self.state),
+        )
+        raise_user_error(self.system)
+        if good and not np.isfinite(self.K).all():
+            raise valueless(self.system, self.system.work(), t, self.y[:n], self.y[n:])
+        return bool(good)
+
+    # -- what is kept -------------------------------------------------------------------------
+
+    def _kept(self, part: Part, after: Array) -> Solution:
+        """The motion at times after the start."""
+        system, first, w = self.system, self.first, weights()
+        n = system.coordinates
+        c = after / part.span
+        pages = np.empty((len(after), len(self.page)))
+        pages[:, :n] = first.q + after[:, None] * first.v + part.span**2 * w.value(c, 2) @ part.a
+        pages[:, n : 2 * n] = first.v + part.span * w.value(c, 1) @ part.a
+        pages[:, 2 * n : 3 * n] = w.value(c) @ part.a
+        pages[:, 3 * n :] = self._reactions(part, c)
+        if self.first.growth and c[0] == 0.0:
+            pages[0, 3 * n :] = np.nan
+        if c[0] == 0.0 and first.away <= AT:
+            onward = (
+                (w.value(np.array(1e-3)) - w.value(np.array(0.0))) @ part.a / (1e-3 * part.span)
+            )
+            pages[0, 2 * n : 3 * n] = first.a + first.late * onward
+        for k in np.flatnonzero((c < 1.0) & np.isfinite(pages[:, -1])):
+            pages[k, 3 * n :] = self._balanced(self.t + after[k], pages[k])
+        for k in np.flatnonzero(c == 1.0):  # on the constraints to rounding, from here on
+            self._at(self.t + part.span, pages[k, :n], pages[k, n : 2 * n])
+            pages[k] = self.page[:, 0]
+        gained = part.span * w.value(c, 1) @ part.powers
+        gained = np.hstack([gained, np.zeros((len(after), len(self.stops)))])
+        output = pages[:, :, None]
+        before = self.start.notes if self.start.analysis == "close_loops" else ()
+        return Solution(
+            system=system,
+            analysis="simulate",
+            t=self.t + after,
+            record=Record([output], len(after), batch=False),
+            given=None,
+            soft=self.soft,
+            notes=before,
+            doubts=first.doubts,
+            stats={"steps": 1, "rejected": 0, "careful": 1, "evaluations": part.evaluations},
+            energy=account(system, output[:, : 2 * n, 0], gained, self.stops),
+        )
+
+    def _balanced(self, t: float, page: Array) -> Array:
+        """Reactions of an instant: interpolated in the part that depends on other rows, or nearly
+        so, all else from the balance of the loads there.
+        """
+        system, scale, n = self.system, self.first.scale, self.system.coordinates
+        L, work, (atom, row, angle) = system.layout, self.work, system.row_table
+        unit = np.where(angle, 1.0, 1.0 / system.length)
+        forces = Manifold(system, system.work(), t)
+        forces.work.time[:] = t
+        laws_of_time(self.layout, forces.work)
+        loads = forces.force(page[:n], page[n : 2 * n])
+        work.q[:n, 0] = page[:n]
+        G = dense(system, work)[1]
+        lam = page[3 * n :].reshape(-1, PER_ATOM)[:, :2].copy()
+        rows = lam[atom, row] / unit
+        left = loads - system.mass[:n, 0] * scale * page[2 * n : 3 * n] - G.T @ rows
+        u, sizes, vt = np.linalg.svd(G, full_matrices=False)
+        rank = int((sizes > OWN * sizes[0]).sum())
+        rows = unit * (rows + u[:, :rank] @ ((vt[:rank] @ left) / sizes[:rank]))
+        lam[atom, row] = rows
+        block = work.block[: 12 * L.nodes, 0].reshape(-1, 2, 2, 3)[L.atom_node, 1]
+        force = -np.einsum("erk,er->ek", block, lam)
+        ax, ay = (work.par[L.atom_arm + k, 0] for k in range(2))
+        c, s = work.turn[2 * L.atom_j, 0], work.turn[2 * L.atom_j + 1, 0]
+        px, py = c * ax - s * ay, s * ax + c * ay
+        torque = force[:, 2] - (px * force[:, 1] - py * force[:, 0])
+        return np.column_stack([lam, force[:, :2], torque]).ravel()
+
+    def _reactions(self, part: Part, c: Array) -> Array:
+        """Limits of the reactions; where they grow without bound, with the time that they do not
+        grow with, and none at the position itself.
+        """
+        w, power = weights(), self.first.growth
+        late = self.first.late / part.span
+        if not power:
+            return w.value(c) @ part.reactions
+        even = w.value(c) @ ((w.at + late)[:, None] ** power * part.reactions)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found = even / ((c + late) ** power)[:, None]
+        found[c + late <= 0.0] = np.nan
+        return np.asarray(found)

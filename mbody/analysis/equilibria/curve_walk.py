@@ -1,0 +1,341 @@
+"""The curve of closed positions of a single free motion, walked along, and what drives it there.
+
+Arclength s is that of all coordinates, lengths by the model length. With the unit tangent t(s) the
+drive is g = t·f, and g′ = −K exactly (λ held, see `manifold`), away from rest too: t′ is across the
+curve and f − Φ_qᵀλ along it. So every place of the walk gives g and its slope.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mbody.analysis.position.tangent_space import Array, Manifold, Place
+
+__all__ = ["STRIDE", "Curve", "Node", "Walk", "between"]
+
+#: Step of a walk, in model lengths and radians of the fastest coordinate; where the curve is
+#: straight steps grow. No whole part of a turn, so that places of symmetry are not met exactly.
+STRIDE, GROWTH = 0.1973, 1.9
+#: Greatest angle between neighbouring tangents [rad], and the one below which steps grow.
+TURN, STRAIGHT = 0.35, 0.01
+#: A rate of an angle below this is none.
+STILL = 1e-9
+#: Steps each way, and the distance in model lengths beyond which bodies have run away.
+STEPS, AWAY = 120, 1e3
+#: A step below this part of a stride meets a corner, a branch point or an end.
+SHORTEST = 1e-5
+#: Distance behind a corner at which the walk goes on, in model lengths.
+BEHIND = 1e-6
+#: Positions that agree to this are one, where a walk comes back to its beginning.
+CLOSES, SAME = 1e-7, 1e-5
+
+
+@dataclass(frozen=True, eq=False)
+class Node:
+    """A place of the walk.
+
+    Attributes
+    ----------
+    place : Place
+        Angles go on over whole turns.
+    along : array (coordinates,)
+        Unit tangent in the sense of the walk.
+    drive, slope : float
+        g and dg/ds.
+    side : float
+        Sign of the determinant of the independent rows and the tangent: it changes where another
+        branch is crossed, and there alone.
+    """
+
+    place: Place
+    along: Array
+    drive: float
+    slope: float
+    side: float
+
+
+@dataclass
+class Walk:
+    """One way along the curve.
+
+    Attributes
+    ----------
+    nodes : list of Node
+        In order; the first is the start.
+    smooth : list of bool
+        Of each interval between neighbours: false where it has a corner.
+    closed : bool
+        Whether it came back to its beginning, whole turns left out.
+    end : str
+        Why it ended before: "far" away, at its "reach", after too many steps ("long"), where a load
+        has "no value", or where no step goes on ("stuck"); empty where it closed.
+    crossings, corners : list of Place
+        Where branches meet that it went through, and where a distance in the constraints is zero.
+    """
+
+    nodes: list[Node]
+    smooth: list[bool] = field(default_factory=list)
+    closed: bool = False
+    end: str = ""
+    crossings: list[Place] = field(default_factory=list)
+    corners: list[Place] = field(default_factory=list)
+
+
+class Curve:
+    """The curve through one place whose motions are a single one."""
+
+    def __init__(self, manifold: Manifold, start: Place) -> None:
+        self.manifold, self.scale = manifold, manifold.scale
+        self.rows = independent(start.rows)
+        self.start = self.node(start, forward(start.motions[0]))
+
+    def node(self, place: Place, along: Array) -> Node:
+        """What the drive does at a place; along is near the tangent there."""
+        found = along @ place.motions.T @ place.motions
+        along = found / np.linalg.norm(found)
+        slope = float(along @ self.manifold.change(place, along))
+        side = float(np.linalg.slogdet(np.vstack([place.rows[self.rows], along]))[0])
+        return Node(place, along, float(place.force @ along), slope, side)
+
+    def walk(self, sign: float, reach: float = np.inf) -> Walk:
+        """From the start on in the sense of the tangent, or against it, no further than `reach`."""
+        first = self.start
+        here = Node(first.place, sign * first.along, sign * first.drive, first.slope, 0.0)
+        here = self.node(here.place, here.along)
+        walk = Walk([here])
+        length, bend, gone = STRIDE, np.zeros(len(here.along)), 0.0
+        for _ in range(STEPS):
+            there, length, why = self._step(here, bend, length)
+            smooth = there is not None
+            if there is None:
+                there = self._across(here)
+                bend, length = np.zeros(len(here.along)), STRIDE
+            elif why == "crossing":
+                walk.crossings.append(there.place)
+            if there is None:
+                walk.end = why
+                return walk
+            last = self._closing(first.place, here, there, sign) if smooth else None
+            if last is not None and len(walk.nodes) > 2:
+                walk.nodes.append(last)
+                walk.smooth.append(True)
+                walk.closed = True
+                return walk
+            walk.nodes.append(there)
+            walk.smooth.append(smooth)
+            way = float(np.linalg.norm((there.place.q - here.place.q) / self.scale))
+            gone += way
+            if self._far(there) or gone > reach:
+                walk.end = "far" if gone <= reach else "reach"
+                return walk
+            if not smooth:
+                walk.corners.append(here.place)
+            else:
+                bend = (there.along - here.along) / way
+                # a straight way is gone along in growing steps; what turns comes round
+                still = np.abs(there.along[2::3]).max() < STILL
+                straight = np.linalg.norm(there.along - here.along) < STRAIGHT
+                if still and straight and length < 0.1 * AWAY:
+                    length *= GROWTH
+                else:
+                    length = min(2.0 * length, STRIDE)
+            here = there
+        walk.end = "long"
+        return walk
+
+    def gone(self, walk: Walk) -> Array:
+        """How far along a walk its nodes are."""
+        q = np.array([node.place.q for node in walk.nodes]) / self.scale
+        return np.append(0.0, np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1)))
+
+    def along(self, node: Node, walk: Walk) -> float:
+        """How far along a walk a node is."""
+        way = np.array([(one.place.q - walk.nodes[0].place.q) / self.scale for one in walk.nodes])
+        own = (node.place.q - walk.nodes[0].place.q) / self.scale
+        gone = self.gone(walk)
+        near = int(np.linalg.norm(way - own, axis=1).argmin())
+        return float(gone[near] + (own - way[near]) @ walk.nodes[near].along)
+
+    def passes(self, walk: Walk, place: Place) -> bool:
+        """Whether a walk goes through a place, whole turns left out."""
+        for one, other in zip(walk.nodes[:-1], walk.nodes[1:], strict=True):
+            chord = (other.place.q - one.place.q) / self.scale
+            to = (place.q - one.place.q) / self.scale
+            to[2::3] = np.remainder(to[2::3] + np.pi, 2.0 * np.pi) - np.pi
+            part = float(to @ chord / (chord @ chord))
+            if not -0.01 < part < 1.01 or np.linalg.norm(to) > 2.0 * np.linalg.norm(chord):
+                continue
+            near = between(self, one, other, part)
+            if near is not None and self.manifold.apart(near.place.q, place.q) < SAME:
+                return True
+        return False
+
+    def balanced_beyond(self, walk: Walk) -> bool:
+        """Whether positions whole turns beyond a closed walk, and beyond half a turn before it, may
+        rest: where loads tell turns apart they change by as much with every turn.
+        """
+        turns = walk.nodes[-1].place.q - walk.nodes[0].place.q
+        drives = np.array([node.drive for node in walk.nodes])
+        forces = [self.manifold.force(node.place.q + turns) for node in walk.nodes]
+        pairs = zip(walk.nodes, forces, strict=True)
+        more = np.array([float(force @ node.along) for node, force in pairs]) - drives
+        gone = self.gone(walk)
+        before = gone < 0.5 * gone[-1]
+        sign = np.sign(more)
+        beyond = (drives + more) * sign, -(drives - 2.0 * more) * sign, -(drives - more) * sign
+        return not all((part > 0.0).all() for part in (*beyond[:2], beyond[2][before]))
+
+    def _far(self, here: Node) -> bool:
+        way = (here.place.q - self.start.place.q) / self.scale
+        return float(np.abs(way.reshape(-1, 3)[:, :2]).max(initial=0.0)) > AWAY
+
+    def _step(self, here: Node, bend: Array, length: float) -> tuple[Node | None, float, str]:
+        """The next node, the step that led there, and what is to be said; None where none closes
+        whose tangent goes on.
+        """
+        why = "stuck"
+        fastest = float(np.abs(here.along).max())
+        while length > SHORTEST * STRIDE:
+            step = length / fastest
+            curved = np.linalg.norm(bend) * step < TURN
+            way = step * here.along + (0.5 * step**2 * bend if curved else 0.0)
+            there = self.manifold.moved(here.place, way)
+            if there is not None and len(there.motions):
+                onward = there.motions.T @ (there.motions @ here.along)
+                gone = (there.q - here.place.q) / self.scale
+                straight = np.linalg.norm(onward) > np.cos(TURN) and gone @ here.along > 0.7 * step
+                if straight:
+                    node = self.node(there, onward)
+                    if node.side * here.side >= 0.0:
+                        return node, length, ""
+                    if length < 100.0 * SHORTEST * STRIDE:
+                        return node, length, "crossing"
+                    why = "crossing"
+            elif there is None and self._without_value(here, way):
+                why = "no value"
+            length *= 0.5
+        return None, length, why
+
+    def _without_value(self, here: Node, way: Array) -> bool:
+        """Whether a load has no value where a step leads."""
+        q = self.manifold.closed(here.place.q + self.scale * way)
+        return q is not None and not np.isfinite(self.manifold.force(q)).all()
+
+    def _closing(self, first: Place, here: Node, there: Node, sign: float) -> Node | None:
+        """The node at which the walk is at its beginning again, if that lies in this step."""
+        turns = np.zeros(len(first.q))
+        turns[2::3] = 2.0 * np.pi * np.round((here.place.q - first.q)[2::3] / (2.0 * np.pi))
+        target = first.q + turns
+        chord = (there.place.q - here.place.q) / self.scale
+        size = float(np.linalg.norm(chord))
+        to = (target - here.place.q) / self.scale
+        part = float(to @ chord) / size**2
+        start = sign * self.start.along
+        if not (0.0 < part <= 1.0 and start @ here.along > 0.5):
+            return None
+        if np.linalg.norm(to - part * chord) > 0.2 * size:
+            return None
+        near = between(self, here, there, part)
+        if near is None or np.abs((near.place.q - target) / self.scale).max() > 0.02 * size:
+            return None
+        # along the tangent both may still be apart, across it they are not on one curve
+        off = (near.place.q - target) / self.scale
+        if np.linalg.norm(off - (off @ near.along) * near.along) > max(
+            1e-2 * abs(off @ near.along), CLOSES
+        ):
+            return None
+        place = self.manifold.place(target)
+        return None if place is None else self.node(place, near.along)
+
+    def _across(self, here: Node) -> Node | None:
+        """The first place behind a corner: where a distance in the constraints passes zero its
+        direction turns over, and so does the curve.
+        """
+        scale, manifold = self.scale, self.manifold
+        # walk up to the corner: the last place that goes on straight
+        length = STRIDE
+        corner = here
+        while length > BEHIND:
+            there = manifold.moved(corner.place, length * corner.along / np.abs(corner.along).max())
+            if there is not None and len(there.motions) == 1:
+                node = self.node(there, corner.along)
+                gone = (there.q - corner.place.q) / scale
+                if node.along @ corner.along > np.cos(TURN) and gone @ corner.along > 0.5 * length:
+                    corner = node
+                    continue
+            length *= 0.5
+        fastest = corner.along / np.abs(corner.along).max()
+        before = corner.place.rows.reshape(len(corner.place.rows), -1, 3)
+        beyond = corner.place.q + scale * fastest * 4.0 * BEHIND
+        after = manifold.rows(beyond)[1].reshape(before.shape)
+        dots = (before * after).sum(axis=2)
+        sizes = np.linalg.norm(before, axis=2) * np.linalg.norm(after, axis=2)
+        turned = np.argwhere((dots < -0.5 * sizes) & (sizes > 0.0))
+        for body in dict.fromkeys(int(b) for _, b in turned):
+            held = np.zeros(len(corner.along))
+            held[3 * body : 3 * body + 3] = fastest[3 * body : 3 * body + 3]
+            size = float(held @ held)
+            if size < 1e-12:
+                continue
+            q = beyond.copy()
+            for _ in range(30):
+                phi, G = manifold.rows(q)
+                off = float(held @ ((q - beyond) / scale))
+                if not (np.isfinite(phi).all() and np.isfinite(G).all()):
+                    break
+                step = np.linalg.lstsq(np.vstack([G, held]), -np.append(phi, off), rcond=1e-12)[0]
+                q = q + scale * step
+                if np.abs(step).max() < 1e-14:
+                    break
+            place = manifold.at(q)
+            if place is None or len(place.motions) != 1:
+                continue
+            way = (place.q - corner.place.q) / scale
+            if np.abs(way).max() > 100.0 * BEHIND or not abs(way @ held) > BEHIND * size:
+                continue
+            onward = place.motions[0] * np.sign(place.motions[0] @ held)
+            return self.node(place, onward)
+        return None
+
+
+def forward(motion: Array) -> Array:
+    """A direction with its greatest part positive; of equal ones the last, an angle where there is
+    one. A null space has no sense of its own, and one processor gives the other.
+    """
+    sizes = np.abs(motion)
+    equal = np.flatnonzero(sizes > 0.999 * sizes.max())
+    return np.asarray(motion * np.sign(motion[equal[-1]]))
+
+
+def independent(rows: Array) -> list[int]:
+    """Numbers of rows that span all of them, the greatest parts first."""
+    left = rows.copy()
+    found: list[int] = []
+    for _ in range(min(rows.shape)):
+        sizes = np.linalg.norm(left, axis=1)
+        n = int(sizes.argmax())
+        if sizes[n] < 1e-6:
+            break
+        found.append(n)
+        way = left[n] / sizes[n]
+        left = left - np.outer(left @ way, way)
+    return sorted(found)
+
+
+def between(curve: Curve, one: Node, other: Node, part: float) -> Node | None:
+    """The node at a part of the way between two neighbours, from the cubic through both."""
+    scale = curve.scale
+    chord = (other.place.q - one.place.q) / scale
+    size = float(np.linalg.norm(chord))
+    way = chord / size
+    first, last = (size * node.along / float(node.along @ way) for node in (one, other))
+    x = part
+    q = (x * x * (3.0 - 2.0 * x)) * chord + x * (1.0 - x) ** 2 * first - x * x * (1.0 - x) * last
+    place = curve.manifold.moved(one.place, q)
+    if place is None or not len(place.motions):
+        return None
+    along = 6.0 * x * (1.0 - x) * chord + (1.0 - x) * (1.0 - 3.0 * x) * first
+    along = along + x * (3.0 * x - 2.0) * last
+    return curve.node(place, along / np.linalg.norm(along))

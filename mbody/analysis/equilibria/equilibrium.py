@@ -1,0 +1,373 @@
+"""The analysis `equilibrium`: where a mechanism with free motions rests, and whether it stays."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mbody.analysis.driven.runner import Runner
+from mbody.analysis.driven.time_grid import by_time, plan
+from mbody.analysis.equilibria.lift_off import lifting
+from mbody.analysis.equilibria.search import ZERO, Rest, Search
+from mbody.analysis.equilibria.sentences import Words
+from mbody.analysis.freedom.free_motions import FreeMotion, free_motions, rates_of
+from mbody.analysis.position.assembly_analysis import as_system, closed
+from mbody.analysis.position.tangent_space import Array, Manifold, Place
+from mbody.errors import ModelError, SolveError, remedy
+from mbody.model.mechanism import Mechanism
+from mbody.quantities.units import UnitSystem
+from mbody.solution.doubts import Doubt, doubted
+from mbody.solution.histories import BodyHistory, Reaction, Record
+from mbody.solution.solution import Solution
+from mbody.system.assembler import assemble, with_numbers_of
+from mbody.system.rank import DENSE, too_large
+from mbody.system.read_only import lock
+from mbody.system.system import System
+
+__all__ = ["Equilibria", "Equilibrium", "equilibrium", "released", "search", "stability_of"]
+
+#: Free motions up to which rest positions are sought; 30 take some ten seconds, and of 60 a descent
+#: no longer ends.
+FREE = 40
+#: A part of the stiffness below which it counts as symmetric, or an eigenvalue as real.
+UNEVEN = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Equilibrium:
+    """One rest position.
+
+    Attributes
+    ----------
+    solution : Solution
+        Statics there: the position, every joint force, the effort of drivers that hold.
+    stability : str
+        ``"stable"``, ``"unstable"`` or ``"neutral"`` (no force to first order).
+    stiffness : array (free, free)
+        K = −∂f/∂q along the free motions, joint forces held: [torque/rad] or [force/length] by what
+        the leaders do.
+    motions : tuple of FreeMotion
+        The free motions that it is told in.
+    frequencies : tuple of float
+        Natural frequencies [rad/time] of a stable position whose free motions all have inertia,
+        damping left out; empty for others.
+    residual : float
+        What drives it still, as a part of the greatest load, or of how fast the loads change.
+    notes : tuple of str
+        Sentences.
+    """
+
+    solution: Solution
+    stability: str
+    stiffness: Array
+    motions: tuple[FreeMotion, ...]
+    frequencies: tuple[float, ...]
+    residual: float
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        lock(self)
+
+    def __getitem__(self, body: str) -> BodyHistory:
+        return self.solution[body]
+
+    def reaction(self, joint: str, on: str | None = None) -> Reaction:
+        """Force and torque of a joint, as `Solution.reaction`."""
+        return self.solution.reaction(joint, on)
+
+    def data(self, angle: str = "deg") -> dict[str, Any]:
+        """The same as plain lists and texts, ready for JSON."""
+        return {
+            "stability": self.stability,
+            "stiffness": self.stiffness.tolist(),
+            "motions": [motion.data() for motion in self.motions],
+            "frequencies": list(self.frequencies),
+            "residual": self.residual,
+            "notes": list(self.notes),
+            "statics": self.solution.data(angle),
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Equilibria:
+    """The rest positions that were found, stable ones first; ``print`` shows them as a table.
+
+    Attributes
+    ----------
+    positions : tuple of Equilibrium
+        Stable ones first.
+    status : str
+        ``"completed"``, or ``"doubtful: …"`` with the first doubt.
+    doubts : tuple of Doubt
+        Why some rest positions may be missing.
+    notes : tuple of str
+        Sentences, those of the doubts among them.
+    """
+
+    mechanism: str
+    units: UnitSystem
+    t: float
+    positions: tuple[Equilibrium, ...] = field(repr=False)
+    notes: tuple[str, ...] = ()
+    doubts: tuple[Doubt, ...] = ()
+    status: str = "completed"
+
+    @property
+    def stable(self) -> tuple[Equilibrium, ...]:
+        """Those to which it comes back by itself."""
+        return tuple(one for one in self.positions if one.stability == "stable")
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+    def __iter__(self) -> Iterator[Equilibrium]:
+        return iter(self.positions)
+
+    def __getitem__(self, index: int) -> Equilibrium:
+        return self.positions[index]
+
+    def data(self, angle: str = "deg") -> dict[str, Any]:
+        """Everything as a plain dict of numbers, text, lists and dicts, ready for JSON."""
+        return {
+            "model": self.mechanism,
+            "analysis": "equilibrium",
+            "units": self.units.name,
+            "t": self.t,
+            "positions": [one.data(angle) for one in self.positions],
+            "status": self.status,
+            "doubts": [doubt.data() for doubt in self.doubts],
+            "notes": list(self.notes),
+        }
+
+    def __str__(self) -> str:
+        from mbody.sheets.equilibrium import sheet
+
+        return sheet(self)
+
+
+def equilibrium(
+    model: Mechanism | System,
+    *,
+    free: str | Sequence[str] = (),
+    starts: Mapping[str, Any] | Sequence[Mapping[str, Any]] = (),
+    t: float = 0.0,
+) -> Equilibria:
+    """Rest positions of a mechanism with free motions, joint forces there, and their stability.
+
+    Nᵀ f = 0 at a closed position, N spanning its free motions: springs, gravity, fields and other
+    loads balance. Stable where the tangent stiffness −Nᵀ ∂(f − Φ_qᵀ λ)/∂q N is positive definite.
+
+    Parameters
+    ----------
+    model : Mechanism or System
+        With free motions; drivers, if there are any, hold what their laws say at t.
+    free : str or sequence of str, optional
+        Drivers that let go.
+    starts : mapping or sequence of mappings, optional
+        Further guesses to begin from: by body an angle [rad] or (x, y, angle) of the link axes.
+    t : float
+        Time at which the laws of drivers and loads are taken.
+
+    Returns
+    -------
+    Equilibria
+        Stable positions first, then the nearest to the start first.
+
+    Raises
+    ------
+    ModelError
+        For drivers, starts or times that are none, or a batch of designs.
+    SolveError
+        When the loops do not close, nothing is free, or no rest position is found: with the least
+        force that is left, and where.
+
+    Notes
+    -----
+    A single free motion is walked all round, or both ways as far as it goes. Between neighbouring
+    places the drive is a cubic, by its values and slopes, within an error that is measured; steps
+    are divided until each has a certain number of zeros, so that all positions on the curve of the
+    start are found, stable or not. Where distances in the constraints pass zero, as of a weight
+    that is drawn through its pulley, the walk turns over with them. The surface of two free motions
+    is covered with places, and Newton's method begins wherever a zero may be in reach. Positions
+    on other circuits of assembly are found from `starts` on them. Of more free motions, up to 40,
+    the search goes from a fixed spread of starts, and from each position that it finds on by
+    turning over one leader after the other; it may miss some. Its cost grows by the cube of their
+    number, and 30 take ten seconds. What may be missing is said by `doubts` of kind "incomplete".
+
+    Examples
+    --------
+    >>> import mbody
+    >>> machine = mbody.Mechanism("pendulum")
+    >>> machine.add(mbody.Body("rod", mass=2.0, cg=(0.5, 0.0)))
+    >>> machine.add(mbody.Revolute("O", "ground", "rod"))
+    >>> machine.add(mbody.Gravity("gravity", y=-9.81))
+    >>> for rest in equilibrium(machine):
+    ...     print(rest.stability, round(float(np.degrees(rest["rod"].angle[0]))))
+    stable -90
+    unstable 90
+    """
+    system = released(as_system(model), free)
+    if system.batch is not None:
+        raise ModelError("equilibrium takes one design: choose one of the batch with design(n)")
+    asked = plan(system, t, None, None, None)
+    if len(asked.t) != 1:
+        raise ModelError(f"equilibrium takes one time, not {len(asked.t)}")
+    return search(system, guesses(starts), float(asked.t[0])).equilibria()
+
+
+def released(system: System, free: str | Sequence[str]) -> System:
+    """The system without some of its drivers, with the same numbers."""
+    names = tuple(free) if isinstance(free, (list, tuple, set)) else (free,)
+    if not names:
+        return system
+    return with_numbers_of(assemble(system.mechanism.without(*names)), system.values)
+
+
+def guesses(starts: Any) -> list[Mapping[str, Any] | None]:
+    """The guesses to begin from, the description's own first."""
+    given = [starts] if isinstance(starts, Mapping) else starts
+    if not isinstance(given, (list, tuple)) or not all(isinstance(g, Mapping) for g in given):
+        raise ModelError(
+            f'starts must be guesses such as [{{"crank": 0.3}}, {{"crank": 2.0}}], not {starts!r}'
+        )
+    return [None, *given]
+
+
+def search(system: System, starts: Sequence[Mapping[str, Any] | None], t: float) -> _Found:
+    """Look for rest positions from some guesses."""
+    found, notes = None, []
+    for guess in starts:
+        start = closed(system, t, {}, guess)
+        notes += [note for note in start.notes if note not in notes]
+        if too_large(system):
+            raise SolveError(
+                f"equilibrium of '{system.mechanism.name}': {system.rows} rows of "
+                f"{system.coordinates} coordinates are too many, it takes up to {DENSE} rows"
+            )
+        manifold = Manifold(system, start.work, t)
+        here = manifold.place(start.work.q[: system.coordinates, 0].copy())
+        if here is None:
+            # a load without a value: statics says which, and why
+            Runner(system, "statics").scalar(start, by_time(system, np.array([t])))
+        assert here is not None
+        if not len(here.motions):
+            names = [driver.name for driver in system.drivers]
+            how = remedy(python=f"free={names[:1]}", command=f"--free {names[0] if names else ''}")
+            or_else = f", or let a driver go, {how}" if names else ""
+            raise SolveError(
+                f"nothing is free in '{system.mechanism.name}': it is held where it is; use "
+                f"statics{or_else}"
+            )
+        if len(here.motions) > FREE:
+            raise SolveError(
+                f"equilibrium of '{system.mechanism.name}': {len(here.motions)} free motions are "
+                f"too many for its search, it takes up to {FREE}: hold some of them by drivers"
+            )
+        if found is None:
+            found = _Found(system, t, Search(manifold))
+        found.search.around(here)
+    assert found is not None
+    found.notes = notes
+    return found
+
+
+class _Found:
+    """Makes results of what a search found."""
+
+    def __init__(self, system: System, t: float, search: Search) -> None:
+        self.system, self.t, self.search = system, t, search
+        self.mechanism, self.manifold = system.mechanism, search.manifold
+        self.notes: list[str] = []
+
+    def equilibria(self) -> Equilibria:
+        """All rest positions."""
+        rests = self.search.found
+        if not rests:
+            raise Words(self.system, self.search).nothing()
+        found = [self.one(rest) for rest in rests]
+        order = {"stable": 0, "neutral": 1, "unstable": 2}
+        found.sort(key=lambda one: order[one.stability])
+        free = max(len(one.motions) for one in found)
+        words = Words(self.system, self.search)
+        self.notes += [note for note in words.facts() if note not in self.notes]
+        every = Equilibria(
+            self.mechanism.name, self.mechanism.units, self.t, tuple(found), tuple(self.notes)
+        )
+        return doubted(every, words.doubts(free))
+
+    def one(self, rest: Rest) -> Equilibrium:
+        """One rest position with its forces and its stiffness."""
+        place, system = rest.place, self.system
+        pose = np.append(place.q, np.zeros(3))
+        start = closed(system, self.t, {}, None, pose=pose)
+        asked = by_time(system, np.array([self.t]))
+        # balanced already, as a part of the greatest load: their sums may vanish
+        runner = Runner(system, "statics", unbalanced=np.inf)
+        record = Record([runner.scalar(start, asked)], 1, batch=False)
+        motions = free_motions(system, pose, place.motions)
+        word, frequencies, notes = stability_of(rest, self.manifold.mass(place.motions))
+        if rest.row:
+            notes.append("one of a row of rest positions: nothing drives it back along them")
+        if rest.singular:
+            notes.append(
+                "singular position: more is free here, to first order, than nearby; branches of "
+                "the motion meet"
+            )
+        if word == "stable":
+            notes += lifting(self.manifold, rest)
+        return Equilibrium(
+            solution=runner.solution(start, asked, record),
+            stability=word,
+            stiffness=self.in_leaders(place, motions, rest.stiffness),
+            motions=motions,
+            frequencies=frequencies,
+            residual=place.size / rest.top if rest.top else 0.0,
+            notes=tuple(notes),
+        )
+
+    def in_leaders(self, place: Place, motions: Sequence[FreeMotion], K: Array) -> Array:
+        """The stiffness for unit rates of the leaders."""
+        rates = rates_of(self.system, motions).reshape(len(motions), -1)
+        basis = rates / self.manifold.scale @ place.motions.T
+        return np.asarray(basis @ K @ basis.T)
+
+
+def stability_of(rest: Rest, mass: Array) -> tuple[str, tuple[float, ...], list[str]]:
+    """Word, natural frequencies and sentences of a rest position.
+
+    Notes
+    -----
+    A symmetric stiffness is judged by its eigenvalues. One that is not, as of loads that follow a
+    body, is judged by those of M⁻¹K, which tell flutter too; where a free motion has no inertia,
+    by its own.
+    """
+    K = rest.stiffness
+    zero = ZERO * max(float(np.abs(K).max(initial=0.0)), rest.top)
+    massive = bool(np.linalg.eigvalsh(mass).min() > 1e-12 * np.abs(mass).max())
+    if np.abs(K - K.T).max() <= UNEVEN * float(np.abs(K).max()) + zero:
+        sizes = np.linalg.eigvalsh(0.5 * (K + K.T))
+        word = "neutral"
+        if sizes.min() < -zero:
+            word = "unstable"
+        elif sizes.min() > zero:
+            word = "stable"
+        if word != "stable" or not massive:
+            return word, (), []
+        squares = np.linalg.eigvals(np.linalg.solve(mass, 0.5 * (K + K.T))).real
+        return word, tuple(np.sqrt(np.sort(squares)).tolist()), []
+    told = "its stiffness is not symmetric: the loads have no potential"
+    roots = np.linalg.eigvals(np.linalg.solve(mass, K) if massive else K)
+    top = float(np.abs(roots).max())
+    if (np.abs(roots.imag) > UNEVEN * top).any() and massive:
+        return "unstable", (), [f"{told}, and it flutters"]
+    if not massive:
+        told += "; a free motion has no inertia, so that only divergence is looked for, no flutter"
+    if roots.real.min() < -UNEVEN * top:
+        return "unstable", (), [told]
+    if roots.real.min() <= UNEVEN * top:
+        return "neutral", (), [told]
+    frequencies = tuple(np.sqrt(np.sort(roots.real)).tolist()) if massive else ()
+    return "stable", frequencies, [told]

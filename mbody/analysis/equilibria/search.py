@@ -1,0 +1,434 @@
+"""Search for rest positions on a manifold: walks, covers, and Newton's method with damping.
+
+One free motion is walked along all round (`rest_curve`), and every zero of the drive isolated
+(`rest_roots`); the surface of two is covered with places (`rest_surface`). Of more free motions a
+fixed spread of starts is taken; from each Levenberg–Marquardt on |r|² finds the nearest rest
+position, and a descent along the drive a stable one. From every position that is found each leader
+is then walked round by itself, the others held, as a link of a chain that is turned over where it
+hangs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mbody.analysis.equilibria.curve_roots import out_of_turn, roots_of
+from mbody.analysis.equilibria.curve_walk import AWAY, Curve, Walk
+from mbody.analysis.equilibria.surface_cover import SPACING, Cover
+from mbody.analysis.freedom.free_motions import free_motions, leading, rates_of
+from mbody.analysis.position import joint_places
+from mbody.analysis.position.tangent_space import Array, Manifold, Place
+
+__all__ = ["AWAY", "BALANCED", "ZERO", "Rest", "Search"]
+
+#: Step of a walk, in model lengths and radians, and how many each way.
+STRIDE, STRIDES = 0.2, 80
+#: Distances of the starts along each of several free motions.
+DISTANCES = (0.8, 1.8, 3.0)
+#: Random directions for each of several free motions, starts in all by free motion, and ways at
+#: least: a start costs the square of the free motions and more.
+RANDOM, MOST, LEAST = 3, 120, 2
+#: Walks of single leaders, by free motion: those of four links of a chain, from all 16 positions.
+WALKS = 256
+#: Step of such a walk; it ends where the others can be held to less than this part.
+LEAP, LEADS = 0.4, 1e-3
+#: Iterations of a search and of a descent, and the longest step of one.
+ITERATIONS, DESCENT, LONGEST = 100, 60, 0.4
+#: A step below this is rounding.
+SMALL = 1e-13
+#: A drive below this part of the greatest force is none: 1e-13 is left where there is rest, 1e-9
+#: may be beside a singular position, where forces have no bound.
+BALANCED = 1e-10
+#: Positions nearer to each other than this are the same: a double root is found to half the digits.
+SAME = 1e-5
+#: Forces and stiffnesses that agree to this part are alike.
+ALIKE = 1e-4
+#: A stiffness below this part of the greatest load is none.
+ZERO = 1e-8
+
+
+def unit(way: Array) -> Array:
+    """A direction with the rate one of its fastest coordinate."""
+    return np.asarray(way / np.abs(way).max())
+
+
+@dataclass(frozen=True, eq=False)
+class Rest:
+    """A rest position.
+
+    Attributes
+    ----------
+    stiffness : array (free, free)
+        In the free directions of the place.
+    top : float
+        What its forces are measured by, as a torque; see `Manifold.scale_of`.
+    row : bool
+        Whether it is one of a row without end, along which no force arises.
+    singular : bool
+        Whether more is free here, to first order, than nearby: branches of the motion meet.
+    """
+
+    place: Place
+    stiffness: Array
+    top: float
+    row: bool
+    singular: bool = False
+
+
+@dataclass
+class Search:
+    """What was found from all starts.
+
+    Attributes
+    ----------
+    found : list of Rest
+        Rest positions, no two the same, in the order in which they were met.
+    least : Place or None
+        Where the drive was least, as a part of the greatest load.
+    ran_away : Place or None
+        Where a descent left all bounds.
+    jumps, unsure, odd : list of Place
+        Of single free motions: where loads drive from both sides and nothing balances, where no
+        number of rest positions is certain, and beside which stable and unstable ones do not
+        alternate.
+    ends : list of (str, Place)
+        Why and where a walk along a single free motion ended that does not close; "wound" where
+        further turns may have rest positions too.
+    walks : list of (Curve, Walk)
+        Along single free motions.
+    """
+
+    manifold: Manifold
+    found: list[Rest] = field(default_factory=list)
+    least: Place | None = None
+    ran_away: Place | None = None
+    jumps: list[Place] = field(default_factory=list)
+    unsure: list[Place] = field(default_factory=list)
+    odd: list[Place] = field(default_factory=list)
+    ends: list[tuple[str, Place]] = field(default_factory=list)
+    walks: list[tuple[Curve, Walk]] = field(default_factory=list)
+    origin: Array = field(default_factory=lambda: np.zeros(0))
+    _ratio: float = np.inf
+
+    def nearest(self, here: Place) -> None:
+        """The rest position that is nearest to one place."""
+        self.origin = here.q
+        self._settle(here)
+
+    def around(self, here: Place) -> None:
+        """Search from one place along its free motions."""
+        self.origin = here.q
+        single = [here] if len(here.motions) == 1 else self._beside(here)
+        for place in single:
+            if not any(curve.passes(walk, place) for curve, walk in self.walks):
+                self._walk(place)
+        if single:
+            return
+        self._try(here)
+        if any(rest.row and not rest.stiffness.any() for rest in self.found):
+            return  # nothing drives it anywhere
+        if len(here.motions) == 2:
+            self._cover(here)
+            return
+        for start in self._spread(here):
+            self._try(start)
+        self._each_leader(len(here.motions))
+
+    def _cover(self, here: Place) -> None:
+        """All rest positions of two free motions: where Newton's method may end that begins at
+        places all over their surface.
+        """
+        pose = np.append(here.q, np.zeros(3))
+        system = self.manifold.system
+        rates = rates_of(system, free_motions(system, pose, here.motions)).reshape(2, -1)
+        # leaders have a sense of their own, a null space has not
+        frame = np.linalg.qr((rates / self.manifold.scale).T)[0].T
+        cover = Cover(self.manifold, here, frame)
+        for thorough in (False, True):
+            for place in cover.rests(self._solved, thorough):
+                self._keep(place)
+            new = [
+                rest for rest in self.found if cover.near(cover.name(rest.place.q)).min() < SPACING
+            ]
+            if not cover.closed or any(rest.row for rest in new) or len(new) % 2 == 0:
+                break
+        else:
+            if not self._ends_meet(cover):
+                self.ends.append(("odd", here))
+        if cover.full:
+            self.ends.append(("wide", cover.spots[-1].place))
+        elif cover.rim and cover.driven_out():
+            self.ends.append(("wide", cover.rim[0].place))
+        elif cover.tells_turns_apart():
+            self.ends.append(("turns", here))
+        self._relax(here)
+
+    def _ends_meet(self, cover: Cover) -> bool:
+        """Whether the ends of some load may meet on the surface: there its force jumps, a cone of
+        the energy, which counts like a rest position where their number is even.
+        """
+        system, near = self.manifold.system, 2.0 * SPACING * self.manifold.system.length
+        for load in system.mechanism.loads:
+            if not (hasattr(load, "i") and hasattr(load, "j")):
+                continue
+            for spot in cover.spots:
+                pose = np.append(spot.place.q, np.zeros(3))
+                ends = [joint_places.place(system, pose, load, side) for side in "ij"]
+                if np.linalg.norm(ends[0] - ends[1]) < near:
+                    return True
+        return False
+
+    def _beside(self, here: Place) -> list[Place]:
+        """Places around a singular one that have a single free motion; none where others have not.
+
+        There branches of the motion meet, so that more is free to first order than nearby.
+        """
+        ways = [sign * way for way in here.motions for sign in (1.0, -1.0)]
+        found = [self.manifold.moved(here, 0.5 * STRIDE * unit(way)) for way in ways]
+        return [place for place in found if place is not None and len(place.motions) == 1]
+
+    def _spread(self, here: Place) -> list[Place]:
+        """Starts along every free motion, both ways, and along random mixtures of them."""
+        free = len(here.motions)
+        random = np.random.default_rng(0)
+        mixed = random.normal(size=(RANDOM * free, free))
+        ways = [*np.eye(free), *-np.eye(free), *mixed, *-mixed]
+        found: list[Place] = []
+        few = max(MOST // free // len(DISTANCES), LEAST)
+        for way in ways[:few]:
+            place: Place | None = here
+            along = unit(way @ here.motions)
+            gone = 0.0
+            for distance in DISTANCES:
+                while place is not None and gone < distance:
+                    place, along = self._step(place, along, STRIDE)
+                    gone += STRIDE
+                if place is not None:
+                    found.append(place)
+        return found
+
+    def _step(self, here: Place, along: Array, length: float) -> tuple[Place | None, Array]:
+        """The next place of a walk and the direction there; a shorter step where it does not close,
+        None at an end. Directions are those of the fastest coordinate, whose rate is one: so is a
+        step of many bodies as long as one of few.
+        """
+        for _ in range(4):
+            there = self.manifold.moved(here, length * along)
+            if there is not None and len(there.motions):
+                onward = along @ there.motions.T @ there.motions
+                if np.linalg.norm(onward) > 0.5 * np.linalg.norm(along):
+                    return there, unit(onward)
+            length *= 0.5
+        return None, along
+
+    def _walk(self, here: Place) -> None:
+        """All rest positions along a single free motion: both ways from a place, or all round."""
+        curve = Curve(self.manifold, here)
+        if max(abs(curve.start.drive), abs(curve.start.slope)) == 0.0:
+            self._keep(here)
+            return
+        onward = curve.walk(1.0)
+        again = onward.nodes[-1].place
+        # turns of a torsion spring are different positions
+        alike = float(np.abs(again.force - here.force).max())
+        round_ = onward.closed and alike <= ALIKE * self.manifold.scale_of(here)
+        walks = [onward]
+        if onward.closed and not round_:
+            walks.append(curve.walk(-1.0, 0.5 * float(curve.gone(onward)[-1])))
+            if curve.balanced_beyond(onward):
+                self.ends.append(("wound", again))
+        elif not round_:
+            walks.append(curve.walk(-1.0))
+        self.walks += [(curve, walk) for walk in walks]
+        met: list[tuple[float, Place]] = []
+        for walk in walks:
+            roots = roots_of(curve, walk, start=walk is onward and not round_)
+            whole = float(curve.gone(walk)[-1]) if round_ else np.inf
+            for rest in roots.rests:
+                gone = curve.along(rest, walk)
+                place = rest.place
+                if whole - gone < gone:  # nearer the other way round
+                    back = self.manifold.place(place.q - (again.q - here.q))
+                    gone, place = whole - gone, back or place
+                met.append((gone, place))
+            self.jumps += [node.place for node in roots.jumps]
+            self.odd += [node.place for node in out_of_turn(curve, walk, roots)]
+            self.unsure += [node.place for node in roots.unsure]
+            if walk.end not in ("", "far", "reach"):
+                self.ends.append((walk.end, walk.nodes[-1].place))
+        known = list(self.found)
+        # what is met first comes first, whichever way; one that is met twice is one
+        for _, place in sorted(met, key=lambda pair: round(pair[0], 6)):
+            self._keep(place, known)
+        if not met:
+            nodes = [node for walk in walks for node in walk.nodes]
+            self._settle(min(nodes, key=lambda node: abs(node.drive)).place)
+        if not round_:
+            self._try(here)
+
+    def _each_leader(self, free: int) -> None:
+        """Walk every leader by itself from every rest position, those included that it leads to."""
+        walks = WALKS // free
+        for rest in self.found:  # grows on the way
+            if rest.singular or len(rest.place.motions) != free:
+                continue
+            system, pose = self.manifold.system, np.append(rest.place.q, np.zeros(3))
+            motions = free_motions(system, pose, rest.place.motions)
+            ways = rates_of(system, motions).reshape(free, -1) / self.manifold.scale
+            parts = leading(system, motions, ways)
+            for n, way in enumerate(ways):
+                if not walks:
+                    return
+                walks -= 1
+                self._lead(rest.place, way, np.delete(parts, n, axis=0))
+
+    def _lead(self, start: Place, way: Array, held: Array) -> None:
+        """Rest positions from where the drive along a way changes its sign; the other leaders do
+        not move, held (free − 1, coordinates) being what they do.
+        """
+        none = BALANCED * self.manifold.largest(start.q)
+        for sign in (1.0, -1.0):
+            here, along, last = start, sign * unit(way), 0.0
+            for n in range(STRIDES):
+                there = self.manifold.moved(here, LEAP * along)
+                if there is None or there.motions.shape != start.motions.shape:
+                    break
+                sizes, vt = np.linalg.svd(held @ there.motions.T)[1:]
+                if not sizes[-1] > LEADS * sizes[0] or self._is_away(there):
+                    break
+                onward = vt[-1] @ there.motions
+                along = unit(onward) * np.sign(onward @ along)
+                drive = float(there.push @ along)
+                if abs(drive) > none:
+                    if last * drive < 0.0:
+                        self._settle(there if abs(drive) < abs(last) else here)
+                    last = drive
+                here = there
+                if n > 2 and self.manifold.apart(here.q, start.q) < 0.6 * LEAP:
+                    return  # once round
+
+    def _try(self, start: Place) -> None:
+        """The nearest rest position, and a stable one."""
+        self._settle(start)
+        relaxed = self._relax(start)
+        if relaxed is not None:
+            self._settle(relaxed)
+
+    def _settle(self, here: Place) -> None:
+        """Keep the rest position that is nearest, or what is left where there is none."""
+        self._keep(self._solved(here))
+
+    def _solved(self, here: Place, inside: Callable[[Place], bool] | None = None) -> Place:
+        """Levenberg–Marquardt on the drive: the place where it ends, or where it is no longer
+        `inside`.
+        """
+        damping = 1e-3
+        for _ in range(ITERATIONS):
+            if here.size == 0.0 or not len(here.motions):
+                break
+            if inside is not None and not inside(here):
+                break
+            K = self.manifold.stiffness(here)
+            if not np.isfinite(K).all():
+                break
+            size = max(float(np.abs(K).max()), 1e-300)
+            A = np.vstack([K, np.sqrt(damping) * size * np.eye(len(K))])
+            step = np.linalg.lstsq(A, np.append(here.drive, 0.0 * here.drive), rcond=1e-14)[0]
+            step *= min(1.0, LONGEST / max(float(np.linalg.norm(step)), 1e-300))
+            there = self.manifold.moved(here, step @ here.motions)
+            length = float(np.linalg.norm(step))
+            if there is not None and there.size < here.size:
+                slow = there.size > 0.5 * here.size
+                here, damping = there, max(0.1 * damping, 1e-15)
+                if length < SMALL or (length < 1e-9 and slow):
+                    break
+            else:
+                damping = max(10.0 * damping, 1e-12)
+                if length < 1e-9 or damping > 1e9:
+                    break
+        return here
+
+    def _relax(self, here: Place) -> Place | None:
+        """Along the drive to where it ends: a stable rest position, as far as there is one."""
+        reach = LONGEST
+        for _ in range(DESCENT):
+            if self._is_away(here):
+                self.ran_away = here
+                return None
+            K = self.manifold.stiffness(here)
+            if not (len(here.motions) and np.isfinite(K).all()):
+                return None
+            values, vectors = np.linalg.eigh(0.5 * (K + K.T))
+            stiff = np.maximum(np.abs(values), 1e-3 * max(np.abs(values).max(), here.size))
+            if not stiff.all():
+                return here
+            step = vectors @ ((vectors.T @ here.drive) / stiff)
+            length = float(np.linalg.norm(step))
+            if length < 1e-6:
+                return here
+            step *= min(1.0, reach / length)
+            along = step @ here.motions
+            there = self.manifold.moved(here, along)
+            # not so far that the drive turns round: the loads would take work back
+            if there is None or there.push @ along < -0.5 * (here.push @ along):
+                reach = 0.5 * min(reach, length)
+                if reach < 1e-7:
+                    return here
+                continue
+            here, reach = there, min(2.0 * reach, max(LONGEST, 0.5 * self._far(there)))
+        return here
+
+    def _far(self, here: Place) -> float:
+        """Greatest way of a mass centre from where the search began, in model lengths."""
+        way = (here.q - self.origin) / self.manifold.scale
+        return float(np.abs(way.reshape(-1, 3)[:, :2]).max(initial=0.0))
+
+    def _is_away(self, here: Place) -> bool:
+        return self._far(here) > AWAY
+
+    def _keep(self, here: Place, known: Sequence[Rest] | None = None) -> None:
+        """Keep a rest position that is new among `known`, by default all that are found; of places
+        that do not rest the one with the least drive.
+        """
+        top = self.manifold.scale_of(here)
+        if here.size > BALANCED * top or self._is_away(here):
+            ratio = here.size / top
+            if ratio < self._ratio and not self._is_away(here):
+                self.least, self._ratio = here, ratio
+            return
+        for other in self.found if known is None else known:
+            alike = np.abs(other.place.force - here.force).max() <= ALIKE * top
+            if alike and self.manifold.apart(other.place.q, here.q) < SAME:
+                return
+        rest = self._rest(here, top)
+        if not (rest.row and any(self._same_row(rest, other) for other in self.found)):
+            self.found.append(rest)
+
+    def _rest(self, here: Place, top: float) -> Rest:
+        """What holds at a rest position."""
+        K = self.manifold.stiffness(here)
+        sizes, vt = np.linalg.svd(K)[1:]
+        none = sizes <= ZERO * max(top, float(np.abs(K).max(initial=0.0)))
+        row = False
+        for way in vt[none]:
+            there = self.manifold.moved(here, STRIDE * way @ here.motions)
+            if there is not None:
+                there = self._solved(there)
+                apart = self.manifold.apart(there.q, here.q)
+                row |= there.size <= BALANCED * top and apart > 0.1 * STRIDE
+        beside = [self.manifold.moved(here, 0.1 * STRIDE * way) for way in here.motions]
+        singular = any(p is not None and len(p.motions) < len(here.motions) for p in beside)
+        return Rest(here, K, top, row, singular)
+
+    def _same_row(self, one: Rest, other: Rest) -> bool:
+        """Whether two positions without restoring force look alike but for where they are."""
+        if not (other.row and len(one.stiffness) == len(other.stiffness)):
+            return False
+        sizes = [np.linalg.eigvals(rest.stiffness) for rest in (one, other)]
+        forces = [np.linalg.norm(rest.place.force.reshape(-1, 3)[:, :2]) for rest in (one, other)]
+        apart = float(np.abs(np.sort_complex(sizes[0]) - np.sort_complex(sizes[1])).max())
+        scale = max(one.top, float(np.abs(sizes[0]).max()))
+        return max(apart, float(abs(forces[0] - forces[1]))) <= ALIKE * scale

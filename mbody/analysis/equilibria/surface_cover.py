@@ -1,0 +1,245 @@
+"""The surface of closed positions of two free motions, covered by places, and its rest positions.
+
+Places are added beside others until none is left that is further than a spacing from all. Each has
+a drive r and a stiffness K, and its neighbours show how far r − K y misses the drive beside it:
+where that, taken twice, leaves no zero in reach, there is none; elsewhere Newton's method begins.
+On a closed surface rest positions with det K > 0 and det K < 0 differ in number by its Euler
+characteristic, which is even: so their number is even.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mbody.analysis.position.tangent_space import Array, Manifold, Place
+
+__all__ = ["Cover", "Spot"]
+
+#: Distance of neighbours in radians and model lengths of the fastest coordinate, the part of it at
+#: which places are the same, and the least.
+SPACING, SAME, LEAST = 0.4, 0.7, 0.05
+#: Ways to go from each place.
+WAYS = 8
+#: Places at most, and how far from the start in model lengths.
+MOST, FAR = 2400, 8.0
+#: The error of r − K y, as a multiple of what neighbours show.
+SURE = 2.0
+#: Least cosine between the tangent planes of neighbours.
+LEVEL = 0.8
+#: In reaches of a place: how far a search goes, and how near to a rest position its first step
+#: must end to be taken for one that leads there.
+AROUND, BESIDE = 2.0, 0.4
+
+Solver = Callable[[Place, Callable[[Place], bool]], Place]
+
+
+@dataclass(frozen=True, eq=False)
+class Spot:
+    """A place of the cover.
+
+    Attributes
+    ----------
+    frame : array (2, coordinates)
+        Orthonormal free directions, carried along from the first place.
+    reach : float
+        Distance of its neighbours.
+    """
+
+    place: Place
+    frame: Array
+    reach: float
+    drive: Array
+    stiffness: Array
+    name: Array = field(repr=False)
+
+
+class Cover:
+    """Places all over the surface that a start lies on."""
+
+    def __init__(self, manifold: Manifold, start: Place, frame: Array) -> None:
+        self.manifold, self.scale, self.start = manifold, manifold.scale, start
+        self.spots: list[Spot] = []
+        self.rim: list[Spot] = []
+        self.full = self.wound = False
+        self._names = np.empty((MOST, 4 * (len(start.q) // 3)))
+        self._reaches = np.empty(MOST)
+        self._add(self._spot(start, frame, SPACING))
+        self._grow()
+
+    @property
+    def closed(self) -> bool:
+        """Whether the surface is covered whole."""
+        return not (self.full or self.rim)
+
+    def _spot(self, place: Place, frame: Array, reach: float) -> Spot:
+        u, _, vt = np.linalg.svd(frame @ place.motions.T)
+        turn = u @ vt
+        K = turn @ self.manifold.stiffness(place) @ turn.T
+        return Spot(place, turn @ place.motions, reach, turn @ place.drive, K, self.name(place.q))
+
+    def name(self, q: Array) -> Array:
+        """A position by numbers that whole turns leave alone."""
+        pose = (q / self.scale).reshape(-1, 3)
+        parts = [pose[:, 0], pose[:, 1], np.cos(pose[:, 2]), np.sin(pose[:, 2])]
+        return np.concatenate(parts)
+
+    def _add(self, spot: Spot) -> None:
+        n = len(self.spots)
+        self._names[n], self._reaches[n] = spot.name, spot.reach
+        self.spots.append(spot)
+
+    def near(self, name: Array) -> Array:
+        """How far every place is."""
+        return np.asarray(np.abs(self._names[: len(self.spots)] - name).max(axis=1))
+
+    def _taken(self, name: Array, reach: float) -> bool:
+        """Whether a place is there already."""
+        own = np.minimum(self._reaches[: len(self.spots)], reach)
+        return bool((self.near(name) < SAME * own).any())
+
+    def _grow(self) -> None:
+        waiting = deque(self.spots)
+        angles = np.arange(WAYS) * (2.0 * np.pi / WAYS)
+        while waiting:
+            spot = waiting.popleft()
+            for angle in angles:
+                way = np.cos(angle) * spot.frame[0] + np.sin(angle) * spot.frame[1]
+                way /= np.abs(way).max()
+                there = self._beside(spot, way)
+                if there is None:
+                    continue
+                if len(self.spots) == MOST:
+                    self.full = True
+                    return
+                self._add(there)
+                if self._far(there):
+                    self.rim.append(there)
+                else:
+                    waiting.append(there)
+
+    def _beside(self, spot: Spot, way: Array) -> Spot | None:
+        """A new place in a direction; None where one is there already, or none closes."""
+        reach = min(2.0 * spot.reach, SPACING)
+        while reach > LEAST:
+            # the guess says mostly whether the place is new; closing it is dear
+            if self._taken(self.name(spot.place.q + self.scale * reach * way), 0.8 * reach):
+                return None
+            there = self.manifold.moved(spot.place, reach * way)
+            if there is not None and len(there.motions) == 2:
+                level = np.linalg.svd(spot.frame @ there.motions.T)[1]
+                gone = float(np.abs((there.q - spot.place.q) / self.scale).max())
+                if level[-1] > LEVEL and 0.5 * reach < gone < 1.6 * reach:
+                    if self._taken(self.name(there.q), reach):
+                        return None
+                    return self._spot(there, spot.frame, reach)
+            reach *= 0.5
+        return None
+
+    def _far(self, spot: Spot) -> bool:
+        way = (spot.place.q - self.start.q) / self.scale
+        return float(np.abs(way.reshape(-1, 3)[:, :2]).max(initial=0.0)) > FAR
+
+    def driven_out(self) -> bool:
+        """Whether loads drive outward somewhere on the rim of what was covered."""
+        for spot in self.rim:
+            way = ((spot.place.q - self.start.q) / self.scale).reshape(-1, 3).copy()
+            way[:, 2] = 0.0
+            outward = spot.frame.T @ (spot.frame @ way.reshape(-1))
+            if spot.place.force @ outward > 1e-9 * float(np.abs(spot.place.force).max(initial=0.0)):
+                return True
+        return False
+
+    def tells_turns_apart(self) -> bool:
+        """Whether a whole turn of some body changes the loads, as of a torsion spring."""
+        first = self.spots[0].place
+        top = self.manifold.scale_of(first)
+        for body in range(len(first.q) // 3):
+            angles = np.array([spot.place.q[3 * body + 2] for spot in self.spots])
+            if np.ptp(angles) < 1.9 * np.pi:
+                continue  # it does not turn round
+            q = first.q.copy()
+            q[3 * body + 2] += 2.0 * np.pi
+            if np.abs(self.manifold.force(q) - first.force).max() > 1e-6 * top:
+                return True
+        return False
+
+    def rests(self, solved: Solver, thorough: bool = False) -> list[Place]:
+        """Where Newton's method ends that begins wherever a zero may be in reach, and leaves off
+        where it goes further than that.
+        """
+        found: list[tuple[Array, float, Place]] = []
+        # the nearest first: the others are then known to lead there too
+        open_ = [spot for spot in self.spots if not self._excluded(spot)]
+        for spot in sorted(open_, key=_step):
+            if not thorough and self._leads_to(spot, found):
+                continue
+
+            def inside(place: Place, spot: Spot = spot) -> bool:
+                return bool(np.abs(self.name(place.q) - spot.name).max() < AROUND * spot.reach)
+
+            place = solved(spot.place, inside)
+            if inside(place):
+                K = self.manifold.stiffness(place)
+                found.append((self.name(place.q), float(np.linalg.det(K)), place))
+        return [place for _, _, place in found]
+
+    def _excluded(self, spot: Spot) -> bool:
+        """Whether no zero lies within reach of a place."""
+        apart = self.near(spot.name)
+        beside = np.flatnonzero((apart > 0.0) & (apart < 1.6 * spot.reach))
+        bend, longest = 0.0, 0.0
+        for n in beside:
+            other = self.spots[n]
+            way = (other.place.q - spot.place.q) / self.scale
+            way[2::3] = np.remainder(way[2::3] + np.pi, 2.0 * np.pi) - np.pi
+            y = spot.frame @ way
+            u, _, vt = np.linalg.svd(spot.frame @ other.frame.T)
+            missed = (u @ vt) @ other.drive - (spot.drive - spot.stiffness @ y)
+            length = float(np.linalg.norm(y))
+            bend = max(bend, float(np.linalg.norm(missed)) / length**2)
+            longest = max(longest, length)
+        if len(beside) < 3:
+            return False
+        # places are no further than that from the nearest of the cover
+        reach = 0.75 * longest
+        return _least(spot.drive, spot.stiffness, reach) > SURE * bend * reach**2
+
+    def _leads_to(self, spot: Spot, found: list[tuple[Array, float, Place]]) -> bool:
+        """Whether a place only leads to a rest position that is found: one step ends beside it, and
+        no change of sign of det K lies between, beyond which there may be another.
+        """
+        det = float(np.linalg.det(spot.stiffness))
+        if det == 0.0:
+            return False
+        y = np.linalg.solve(spot.stiffness, spot.drive)
+        if np.abs(y @ spot.frame).max() > AROUND * spot.reach:
+            return False
+        name = self.name(spot.place.q + self.scale * (y @ spot.frame))
+        return any(
+            other * det > 0.0 and np.abs(name - one).max() < BESIDE * spot.reach
+            for one, other, _ in found
+        )
+
+
+def _step(spot: Spot) -> float:
+    """Length of Newton's step from a place."""
+    return float(np.linalg.norm(np.linalg.lstsq(spot.stiffness, spot.drive, rcond=1e-12)[0]))
+
+
+def _least(r: Array, K: Array, reach: float) -> float:
+    """The least |r − K y| of |y| up to reach."""
+    y = np.linalg.lstsq(K, r, rcond=1e-12)[0]
+    if np.linalg.norm(y) <= reach:
+        return float(np.linalg.norm(r - K @ y))
+    u, s, _ = np.linalg.svd(K)
+    part = u.T @ r
+    low, high = 0.0, float(np.linalg.norm(part) * s[0] / reach) + 1e-300
+    for _ in range(40):  # the multiplier of |y| = reach
+        middle = 0.5 * (low + high)
+        long = float(np.linalg.norm(s * part / (s**2 + middle))) > reach
+        low, high = (middle, high) if long else (low, middle)
+    return float(np.linalg.norm(part - s * (s * part / (s**2 + high))))

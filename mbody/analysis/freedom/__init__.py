@@ -1,0 +1,1 @@
+"""Mobility: how many ways a mechanism can move, and which."""

@@ -1,0 +1,1 @@
+"""Initial conditions: consistent first positions and velocities."""

@@ -1,0 +1,361 @@
+"""How a motion begins: bodies exactly where, and as fast as, a description says."""
+
+from __future__ import annotations
+
+import math
+import weakref
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from mbody.analysis.initial.close_loops import close_loops
+from mbody.analysis.initial.initial_positions import Spot, fitted_note, fitted_places, misplaced
+from mbody.analysis.initial.initial_velocities import branch_rates, fitting_rates
+from mbody.analysis.position.assembly_analysis import closed, drivers, set_drive
+from mbody.analysis.position.initial_guess import placed
+from mbody.analysis.singular.branch_sentences import Rate
+from mbody.analysis.singular.branches import BESIDE
+from mbody.analysis.singular.singular_positions import SUSPECT, singular
+from mbody.errors import ModelError
+from mbody.kernels.output import PER_ATOM
+from mbody.model.driver import AngleDriver, CoordinateDriver
+from mbody.model.element import Marker, listed
+from mbody.model.event import Event, Stop, check_restitution
+from mbody.model.mechanism import Mechanism
+from mbody.model.simulation import STATE, Simulation
+from mbody.model.study import Measure
+from mbody.quantities import Formula, FormulaError, read
+from mbody.quantities.units import DIMENSIONS
+from mbody.solution.histories import Record
+from mbody.solution.measures import check_measure
+from mbody.solution.places import link_poses
+from mbody.solution.solution import Solution
+from mbody.system.assembler import assemble, with_numbers_of
+from mbody.system.rank import too_large
+from mbody.system.system import System
+
+__all__ = [
+    *("check_release", "check_simulation", "checked_events", "holding", "said", "started"),
+    *("state_of", "watched"),
+]
+
+#: Name of a driver; body, coordinate and direction; value and rate.
+Said = tuple[str, tuple[str, str, float], Any, Any]
+
+#: A coordinate, its rate, and the direction in which it is measured.
+PAIRS = (("angle", "omega", 0.0), ("x", "vx", 0.0), ("y", "vy", 0.5 * math.pi))
+RATES = {place: rate for place, rate, _ in PAIRS}
+#: What a stop may be made of.
+COORDINATES = ("x", "y", "angle")
+
+
+def check_simulation(mechanism: Mechanism, simulation: Simulation) -> None:
+    """Refuse a motion that begins with what the mechanism has not.
+
+    Raises
+    ------
+    ModelError
+    """
+    bodies = {body.name: body for body in mechanism.bodies}
+    _number(mechanism, simulation.until, "time", "until")
+    for body, given in simulation.start.items():
+        if body not in bodies:
+            known = ", ".join(bodies)
+            raise ModelError(f"simulation: there is no body '{body}' to start (there are: {known})")
+        for key, value in given.items():
+            _number(mechanism, value, STATE[key], f"start.{body}.{key}")
+        guess = bodies[body].guess
+        for place, rate, _ in PAIRS:
+            if rate in given and place not in given and getattr(guess, place) is None:
+                raise ModelError(
+                    f"simulation: start.{body} has {rate} without {place}: say where it begins, "
+                    "or give a guess"
+                )
+    checked_events(mechanism, simulation.events)
+    for name in ("step", "every"):
+        if getattr(simulation, name) is not None:
+            _number(mechanism, getattr(simulation, name), "time", name)
+    check_release(mechanism, simulation.release)
+
+
+def checked_events(
+    mechanism: Mechanism,
+    events: Iterable[Event | Stop],
+    parameters: Mapping[str, float] | None = None,
+) -> dict[Event | Stop, float]:
+    """Events as the mechanism can have them, with the restitution of each stop; `parameters` as a
+    system has them.
+
+    Raises
+    ------
+    ModelError
+        For a name that is taken, a quantity that there is not, or a stop of what is no coordinate.
+    """
+    found: dict[Event | Stop, float] = {}
+    for event in events:
+        what = "stop" if isinstance(event, Stop) else "event"
+        if event.name in mechanism:
+            taken = type(mechanism[event.name]).__name__
+            raise ModelError(
+                f"{what} '{event.name}': the name is taken by a {taken}: choose another", event.name
+            )
+        try:
+            check_measure(mechanism, watched(mechanism, event))
+        except ModelError as error:
+            told = str(error).removeprefix("measure ")
+            raise ModelError(f"{what} '{event.name}': {told}", event.name) from None
+        found[event] = 0.0
+        if isinstance(event, Stop):
+            _check_coordinate(mechanism, event)
+            name = f"{event.name}.restitution"
+            value = _number(mechanism, event.restitution, "number", name, parameters)
+            check_restitution(value, event.name)
+            found[event] = value
+    return found
+
+
+def watched(mechanism: Mechanism, event: Event | Stop) -> Measure:
+    """What is to be zero: one of the mechanism's measures by its name, or a formula."""
+    return mechanism.measures.get(event.of) or Measure(event.of)
+
+
+def _check_coordinate(mechanism: Mechanism, stop: Stop) -> None:
+    """Refuse a stop of what an impact does not leave as it is."""
+    coordinates = []
+    for name in sorted(read(watched(mechanism, stop).of, None).names - mechanism.parameters.keys()):
+        owner, _, key = name.rpartition(".")
+        if not owner:
+            continue
+        if key not in COORDINATES:
+            raise ModelError(
+                f"stop '{stop.name}': '{name}' is no coordinate: take x, y and angle of bodies and "
+                "points",
+                stop.name,
+            )
+        coordinates.append(name)
+    if not coordinates:
+        raise ModelError(
+            f"stop '{stop.name}': '{stop.of}' has no coordinate: name x, y or angle of a body or a "
+            "point",
+            stop.name,
+        )
+
+
+#: The first instant of motions that were asked for, as long as their systems live.
+_BEGUN: weakref.WeakKeyDictionary[System, tuple[Simulation, Solution]] = weakref.WeakKeyDictionary()
+
+
+def started(system: System, simulation: Simulation) -> Solution:
+    """The first instant of a motion: bodies held where it says, moving as it says.
+
+    Raises
+    ------
+    ModelError
+        As `check_simulation`.
+    SolveError
+        Where the loops do not close so, or no velocities agree.
+    """
+    check_simulation(system.mechanism, simulation)
+    known, found = _BEGUN.get(system, (None, None))
+    if found is None or known is not simulation:
+        found = _begun(system, simulation)
+        _BEGUN[system] = simulation, found
+    return found
+
+
+def _begun(system: System, simulation: Simulation) -> Solution:
+    if too_large(system):
+        return _by_drivers(system, simulation)
+    t, q, notes = 0.0, *_places(system, simulation)
+    start = closed(system, t, {}, pose=q)
+    work = start.work
+    rates = [
+        Rate(body, RATES[place], float(speed))
+        for _, (body, place, _), _, speed in said(system, simulation, rates=True, poses={})
+    ]
+    here = None
+    if start.soft or start.ratio < SUSPECT:
+        own = system.work()
+        own.q[:], own.signal[:], own.time[:] = work.q, work.signal, work.time
+        here = singular(system, own, t, BESIDE)
+    if here is None:
+        v, more = fitting_rates(system, work, rates)
+    else:
+        v, more = branch_rates(system, here, t, work.q[: system.coordinates, 0], rates)
+    n = system.coordinates
+    page = np.zeros((1, 3 * n + PER_ATOM * len(system.owners), 1))
+    page[0, :n], page[0, n : 2 * n, 0] = work.q[:n], v
+    record = Record([page], 1, batch=False)
+    every = (*notes, *start.notes, *more)
+    return Solution(
+        system, "close_loops", np.array([t]), record, None, soft=start.soft, notes=every
+    )
+
+
+def _places(system: System, simulation: Simulation) -> tuple[np.ndarray, tuple[str, ...]]:
+    """The first position (coordinates + 3,), and notes."""
+    things = said(system, simulation, rates=False, poses={})
+    own = {
+        body: {key: value for _, (name, key, _), value, _ in things if name == body}
+        for body in simulation.start
+    }
+    if things and system.rows + len(things) > system.coordinates:
+        work = system.work()
+        set_drive(system, work, 0.0, {})
+        drive = {d.name: float(work.signal[row, 0]) for d, row in drivers(system)}
+        guess = {body: _pose(system, body, places) for body, places in own.items()}
+        first = placed(system, {k: v for k, v in guess.items() if v is not None}, drive)
+        sure = [one for one in things if one[1][1] in simulation.start[one[1][0]]]
+        for some in (things, sure):
+            spots = [Spot(body, key, float(value)) for _, (body, key, _), value, _ in some]
+            found = fitted_places(system, work, spots, first) if spots else None
+            if found is not None and found.near:
+                return found.q, fitted_note(system, spots, found)
+        if found is not None and system.rows + len(sure) > system.coordinates:
+            raise misplaced(system, spots, found)
+        things = sure or things
+    held = holding(system, things)
+    start = closed(held, 0.0, {name: float(value) for name, _, value, _ in things})
+    return start.work.q[:, 0].copy(), tuple(start.notes)
+
+
+def _pose(system: System, body: str, places: Mapping[str, Any]) -> Any:
+    """The guess of a body by what is said of it; None where that does not matter."""
+    if "angle" not in places:
+        return None
+    if "x" in places and "y" in places:
+        return (float(places["x"]), float(places["y"]), float(places["angle"]))
+    return float(places["angle"])
+
+
+def _by_drivers(system: System, simulation: Simulation) -> Solution:
+    """Of a mechanism that is too large for dense matrices: drivers hold what is said."""
+    found = _held(system, simulation, rates=False)
+    if any(rate in given for given in simulation.start.values() for _, rate, _ in PAIRS):
+        found = _held(system, simulation, rates=True, guess=link_poses(found))
+    return found
+
+
+def _held(system: System, simulation: Simulation, *, rates: bool, guess: Any = None) -> Solution:
+    """The loops closed with drivers in place of what is said: of places, or of what has a rate."""
+    poses = guess or {}
+    things = said(system, simulation, rates=rates, poses=poses)
+    drive = {name: (value, rate) for name, _, value, rate in things}
+    return close_loops(holding(system, things), drive=drive or None, guess=guess)
+
+
+def said(
+    system: System,
+    simulation: Simulation,
+    *,
+    rates: bool,
+    poses: Mapping[str, Any],
+) -> list[Said]:
+    """What is held at the start: name, (body, coordinate, direction), value and rate.
+
+    Parameters
+    ----------
+    system : System
+        Of a batch values and rates are arrays where they differ.
+    rates : bool
+        What has a rate, else what has a place or a rate, which is then zero.
+    poses : mapping
+        Of link axes, (x, y, angle) by body, in place of what is said.
+    """
+    mechanism, values = system.mechanism, parameters_of(system)
+    bodies = {body.name: body for body in mechanism.bodies}
+    found = []
+    for body, given in simulation.start.items():
+        own = bodies[body].guess
+        for place, rate, direction in PAIRS:
+            if (rate if rates else place) not in given and not (rates is False and rate in given):
+                continue
+            value = given.get(place, getattr(own, place))
+            if poses:
+                value = dict(zip(("x", "y", "angle"), poses[body], strict=True))[place]
+            value = _number(mechanism, value, STATE[place], f"start.{body}.{place}", values)
+            speed = given.get(rate, 0.0) if rates else 0.0
+            speed = _number(mechanism, speed, STATE[rate], f"start.{body}.{rate}", values)
+            found.append((f"{body} {place} at the start", (body, place, direction), value, speed))
+    return found
+
+
+def holding(system: System, things: list[Said]) -> System:
+    """The system with a driver, last of all, for each thing that is `said`."""
+    held = system.mechanism.copied()
+    for name, (body, place, direction), value, _ in things:
+        if place == "angle":
+            held.add(AngleDriver(name, body, value))
+        else:
+            held.add(CoordinateDriver(name, Marker("ground", (0.0, 0.0), direction), body, value))
+    return with_numbers_of(assemble(held), system.values)
+
+
+def _number(
+    mechanism: Mechanism,
+    value: Any,
+    dimension: str,
+    name: str,
+    parameters: Mapping[str, Any] | None = None,
+) -> Any:
+    """A number of a simulation in the units of the mechanism; parameters as a system has them."""
+    found = mechanism.number(value, dimension, "simulation", name)
+    if isinstance(value, Formula) and parameters:
+        scope = mechanism.parameters.scope(parameters)
+        try:
+            found = value.of(DIMENSIONS[dimension]).value(scope)
+        except FormulaError as error:
+            raise ModelError(f"simulation: {name}: {error}") from None
+    return found
+
+
+def parameters_of(system: System) -> dict[str, Any]:
+    """The parameters as the system has them; of a batch arrays where they differ."""
+    own = {name: system.values[name] for name in system.mechanism.parameters}
+    return {name: value if np.ndim(value) else float(value) for name, value in own.items()}
+
+
+def check_release(mechanism: Mechanism, given: Mapping[str, Any]) -> dict[str, float]:
+    """When drivers let go, by name.
+
+    Raises
+    ------
+    ModelError
+        For what is no driver, or no time.
+    """
+    drivers = [driver.name for driver in mechanism.drivers]
+    for name in given:
+        if name not in drivers:
+            known = listed(drivers) or "none"
+            raise ModelError(f"there is no driver {name!r} to let go (there are: {known})")
+    return {name: _number(mechanism, t, "time", f"release.{name}") for name, t in given.items()}
+
+
+def state_of(system: System, start: Any) -> tuple[float, np.ndarray, np.ndarray]:
+    """Time, positions and rates of the last instant of a solution."""
+    if not isinstance(start, Solution):
+        raise ModelError(f"start must be a Solution, not {start!r}")
+    if start.record.batch:
+        raise ModelError("start is a batch of designs: give one, of system.design(n)")
+    theirs = start.system.bodies
+    missing = [name for name in system.bodies if name not in theirs]
+    if missing:
+        raise ModelError(f"start has no body {listed(missing)}: give a motion of the same bodies")
+    own, other = system.mechanism.units, start.mechanism.units
+    if own != other:
+        raise ModelError(
+            f"start is in {other.name}, '{system.mechanism.name}' in {own.name}: ask for both in "
+            "the same units"
+        )
+    if not len(start):
+        raise ModelError("start has no instant to begin from: give a motion that has one")
+    last = start.record.table(slice(0, 2 * start.system.coordinates))[-1]
+    if not np.isfinite([*last, start.t[-1]]).all():
+        raise ModelError(
+            "start has positions or rates at its last instant that are no finite numbers: give a "
+            "motion that was found"
+        )
+    places = [theirs[body.name] for body in system.mechanism.bodies]
+    q, v = last.reshape(2, -1, 3)[:, places].reshape(2, -1)
+    return float(start.t[-1]), q, v

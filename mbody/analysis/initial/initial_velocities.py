@@ -1,0 +1,278 @@
+"""First velocities by what is said of them: rates that fit joints and drivers, and belong to a
+branch of the motion where the position is singular.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbody.analysis.singular.branch_sentences import (
+    Rate,
+    nearest_words,
+    place_words,
+    undecided,
+    values_of,
+)
+from mbody.analysis.singular.branches import SAID, along, fits, frame, nearest, norm, onto
+from mbody.analysis.singular.quadratic_cones import is_flat, solutions, tangent
+from mbody.analysis.singular.singular_positions import Singular
+from mbody.errors import SolveError
+from mbody.model.element import listed
+from mbody.system.layout import Work
+from mbody.system.rank import dense, shortest
+from mbody.system.system import System
+
+__all__ = ["branch_rates", "fitting_rates", "no_velocities"]
+
+Array = np.ndarray
+
+#: A singular value below this part of the greatest is zero.
+ZERO = 1e-9
+#: What agrees, and what differs by rounding of four digits, as parts of the fastest rate.
+AGREES, ROUNDED = 1e-9, 1e-3
+#: A row takes part in a contradiction with this part of the greatest; elements that are named.
+TAKES_PART, NAMED = 0.1, 4
+
+
+@dataclass(frozen=True, eq=False)
+class Rates:
+    """Rates that are said, as conditions P v = p on velocities without units of length."""
+
+    said: Sequence[Rate]
+    P: Array
+    p: Array
+
+    def without(self, n: int) -> Rates:
+        """All but one."""
+        left = [k for k in range(len(self.p)) if k != n]
+        return Rates([self.said[k] for k in left], self.P[left], self.p[left])
+
+
+def rates_of(system: System, q: Array, said: Sequence[Rate]) -> Rates:
+    """Conditions of what is said, at a position (coordinates,)."""
+    P, p = np.zeros((len(said), system.coordinates)), np.zeros(len(said))
+    for n, rate in enumerate(said):
+        P[n], p[n] = rate.row(system, q), rate.value
+        if rate.key != "omega":
+            p[n] /= system.length
+    return Rates(said, P, p)
+
+
+def fitting_rates(
+    system: System, work: Work, said: Sequence[Rate]
+) -> tuple[Array, tuple[str, ...]]:
+    """Velocities (coordinates,) that have the rates and move least beside, and notes.
+
+    Parameters
+    ----------
+    work : Work
+        A workspace at a closed position, its signals set.
+
+    Raises
+    ------
+    SolveError
+        Where joints and drivers do not allow the rates.
+    """
+    q = work.q[: system.coordinates, 0].copy()
+    given = rates_of(system, q, said)
+    G = dense(system, work)[1]
+    atom, row, angle = system.row_table
+    nu = work.nu[2 * system.layout.atom_node[atom] + row, 0]
+    nu = nu * np.where(angle, 1.0, 1.0 / system.length)
+    scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+    A, b = np.vstack([G, given.P]), np.append(nu, given.p)
+    v = np.linalg.lstsq(A, b, rcond=ZERO)[0]
+    off = A @ v - b
+    fast = max(float(np.abs(b).max(initial=0.0)), float(np.abs(v).max(initial=0.0)))
+    if np.abs(off).max(initial=0.0) <= AGREES * fast:
+        return scale * v, ()
+    # what joints and drivers impose holds, rates as nearly as may be
+    own = np.linalg.lstsq(G, nu, rcond=ZERO)[0]
+    _, sizes, vt = np.linalg.svd(G)
+    free = vt[int((sizes > ZERO * sizes.max(initial=1e-300)).sum()) :]
+    way = shortest(given.P @ free.T, given.p - given.P @ own, ZERO)
+    v = own + way @ free
+    if np.abs(G @ v - nu).max(initial=0.0) > 1e-6 * fast:  # drivers themselves do not agree
+        raise no_velocities(system, nu)
+    met = given.P @ v
+    changed = [n for n in range(len(said)) if abs(met[n] - given.p[n]) > AGREES * fast]
+    if np.abs(met - given.p).max() <= ROUNDED * fast:
+        return scale * v, _fitted(system, said, met - given.p)
+    part = np.abs(off[: len(G)])
+    taking = dict.fromkeys(
+        system.owners[atom[n]][0].name
+        for n in np.argsort(-part)
+        if part[n] > TAKES_PART * part.max(initial=0.0)
+    )
+    fitted = listed_rates(system, [said[n] for n in changed], met[changed])
+    told = ", ".join(f"{said[n].value:.6g}" for n in changed[:NAMED])
+    raise SolveError(
+        f"the rates of the start do not fit {_elements(list(taking))}: the nearest velocities that "
+        f"fit have {fitted}, not {told}; give those, or leave out rates that follow from others",
+        next(iter(taking), None),
+    )
+
+
+def branch_rates(
+    system: System, here: Singular, t: float, q: Array, said: Sequence[Rate]
+) -> tuple[Array, tuple[str, ...]]:
+    """Velocities (coordinates,) of the one branch that has the rates at a singular position.
+
+    Raises
+    ------
+    SolveError
+        Where no branch has the rates, or several have: with the rate that tells them apart.
+    """
+    given = rates_of(system, q, said)
+    if here.steady and not given.p.any():
+        return np.zeros(len(q)), ()
+    points, complete, flat = _points(here, given)
+    if len(points) == 1 and complete:
+        return here.rows.scale * _velocity(here, given, points[0]), ()
+    if points:
+        raise _several(system, here, t, given, points, complete)
+    near = _rounded(here, given)
+    if near is not None:
+        v = here.rows.scale * _velocity(here, given, near, exact=False)
+        words = nearest_words(system, here, near).removeprefix("; the nearest are ")
+        return v, (f"the rates of the start were fitted to a branch of the motion: {words}",)
+    if not flat:
+        raise undecided(system, t)
+    raise _none(system, here, t, given)
+
+
+def _conditions(here: Singular, given: Rates) -> tuple[Array, Array]:
+    """The rates, and that of the clock, as conditions on y."""
+    P, p = given.P @ here.ways.T, given.p
+    if here.clock.any():
+        P, p = np.vstack([P, here.clock]), np.append(p, 1.0)
+    return P, p
+
+
+def _points(here: Singular, given: Rates) -> tuple[list[Array], bool, bool]:
+    """y of every branch that has the rates, the place of the start looked at."""
+    P, p = _conditions(here, given)
+    base = shortest(P, p, 1e-7)
+    # away from the singular position rates of first order are off by as much
+    away = norm(here.y)
+    if np.abs(P @ base - p).max(initial=0.0) > (AGREES + 10.0 * away) * np.abs(p).max():
+        return [], True, True
+    found = solutions(here.A, P, P @ base)
+    points = [y for y in found.points if fits(here, tangent(here.A, y))]
+    if not points and away:
+        near = onto(here.A, base, here.clock)
+        if near is not None and norm(near - base) <= 10.0 * away * norm(base):
+            points = [near] if fits(here, tangent(here.A, near)) else []
+    return points, found.complete, found.flat
+
+
+def _velocity(here: Singular, given: Rates, y: Array, *, exact: bool = True) -> Array:
+    """Rates (coordinates,) without units at the place of the start, beside the singular one."""
+    T = tangent(here.A, y)
+    place = along(T, here) if is_flat(here.A, T) else np.zeros(len(y))
+    if not place.any():
+        return np.asarray(y @ here.ways)
+    _, ways = frame(here, T, place)
+    if not exact:
+        return np.asarray((T @ y) @ ways)
+    P, p = given.P @ ways.T, given.p
+    if here.clock.any():
+        P, p = np.vstack([P, T @ here.clock]), np.append(p, 1.0)
+    return np.asarray(shortest(P, p, 1e-7) @ ways)
+
+
+def _rounded(here: Singular, given: Rates) -> Array | None:
+    """Velocities of a branch that differ from the rates by rounding of digits; None of none."""
+    P, p = _conditions(here, given)
+    base = shortest(P, p, 1e-7)
+    near = onto(here.A, base, here.clock)
+    if near is None or not fits(here, tangent(here.A, near)):
+        return None
+    return near if np.abs(P @ near - p).max() <= SAID * np.abs(p).max() else None
+
+
+# -- sentences --------------------------------------------------------------------------------
+
+
+def _fitted(system: System, said: Sequence[Rate], off: Array) -> tuple[str, ...]:
+    """By how much rates were changed."""
+    worst = int(np.abs(off).argmax())
+    size = _units(system, said[worst], abs(float(off[worst])))
+    unit = said[worst].with_value(system, size).rpartition(" ")[2]
+    return (
+        f"the rates of the start were fitted to joints and drivers: by {size:.2g} {unit} at most, "
+        f"of {said[worst].name}",
+    )
+
+
+def listed_rates(system: System, said: Sequence[Rate], values: Array) -> str:
+    """Such as "block.vx = 0.1 m/s, belt.vx = 0.1 m/s"."""
+    told = [
+        one.with_value(system, _units(system, one, value))
+        for one, value in zip(said[:NAMED], values, strict=False)
+    ]
+    return ", ".join(told) + (f" and {len(said) - NAMED} more" if len(said) > NAMED else "")
+
+
+def _units(system: System, rate: Rate, value: float) -> float:
+    return float(value) * (1.0 if rate.key == "omega" else system.length)
+
+
+def _elements(names: list[str]) -> str:
+    return listed(names, NAMED) or "the joints"
+
+
+def _several(
+    system: System, here: Singular, t: float, given: Rates, points: list[Array], complete: bool
+) -> SolveError:
+    rates = values_of(system, here, [_velocity(here, given, y) for y in points], given.said)
+    count = f"{len(points)}" if complete else f"at least {len(points)}"
+    told = ", ".join(one.with_value(system, one.value) for one in given.said[:NAMED])
+    what = f"have the rates that are given ({told})" if told else "follow the drivers"
+    ask = "a rate that tells" if len(rates) == 1 else "rates that tell"
+    return SolveError(
+        f"the start of '{system.mechanism.name}' at {place_words(system, t)} is a singular "
+        f"position, where branches of the motion meet, and {count} of them {what}: give {ask} "
+        f"them apart, {', '.join(rates)}",
+        rates[0].partition(".")[0],
+    )
+
+
+def _none(system: System, here: Singular, t: float, given: Rates) -> SolveError:
+    where = (
+        f"no motion of '{system.mechanism.name}' has the rates of the start: its position at "
+        f"{place_words(system, t)} is singular, where joints allow those rates to first order "
+        "only"
+    )
+    for n in range(len(given.p) - 1, -1, -1):
+        left = given.without(n)
+        if not left.p.any() and here.steady:
+            continue
+        points, complete, _ = _points(here, left)
+        if points and complete:
+            vs = [_velocity(here, left, y) for y in points]
+            (rate,) = values_of(system, here, vs, left.said, given.said[n])
+            name, _, values = rate.partition(" = ")
+            told = ", ".join(one.with_value(system, one.value) for one in left.said[:NAMED])
+            return SolveError(
+                f"{where}; with {told or 'the drivers'}, {name} can be {values}, not "
+                f"{given.said[n].value:.6g}: give a rate that a motion has",
+                given.said[n].body,
+            )
+    P, p = _conditions(here, given)
+    base = shortest(P, p, 1e-7)
+    return SolveError(f"{where}{nearest_words(system, here, nearest(here, base))}")
+
+
+def no_velocities(system: System, nu: Array) -> SolveError:
+    """The sentence of drivers that no velocities follow; nu (rows,) without units of length."""
+    # what moves at all are drivers: the fastest is the one to speak of
+    name = system.owners[system.row_table[0][int(np.abs(nu).argmax())]][0].name
+    return SolveError(
+        f"no velocities agree with '{name}' at this position: it stands at a dead centre, or "
+        "drivers contradict each other; close the loops elsewhere",
+        name,
+    )

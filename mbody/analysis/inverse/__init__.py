@@ -1,0 +1,1 @@
+"""Inverse problems: unknown numbers of a description that meet conditions."""

@@ -1,0 +1,95 @@
+"""Answers of questions: the solutions that were found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from mbody.model.mechanism import Mechanism
+from mbody.model.study import Question
+from mbody.solution.doubts import Doubt
+from mbody.solution.solution import Solution
+from mbody.system.read_only import lock
+
+__all__ = ["Answer", "Found"]
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """One solution of a question.
+
+    Attributes
+    ----------
+    unknowns : dict
+        Value of every unknown by name, in the unit that `units` says.
+    units : dict
+        Unit of every unknown.
+    conditions : dict
+        What is left of every condition, right − left, by its text, in the units of the mechanism.
+    side_conditions : dict
+        By how much every side condition holds, by its text; zero where it binds.
+    binding : tuple of str
+        The side conditions that bind.
+    objective : float or None
+        The greatest or least value, in the units of the mechanism.
+    residual : float
+        The greatest of what is left of the conditions, as a part of their terms.
+    run : Solution
+        The analysis with these values: motion, reactions, efforts, measures of the one instant.
+    """
+
+    unknowns: dict[str, float]
+    units: dict[str, str]
+    conditions: dict[str, float]
+    side_conditions: dict[str, float]
+    binding: tuple[str, ...]
+    objective: float | None
+    residual: float
+    run: Solution = field(repr=False)
+
+    def __post_init__(self) -> None:
+        lock(self)
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """All solutions of a question that were found, those nearest to the start first.
+
+    Attributes
+    ----------
+    question : Question
+    solutions : tuple of Found
+    straight : bool
+        Whether all is linear in the unknowns: the solution is then the only one.
+    notes : tuple of str
+        What is to be known of the search, as its range; doubts stand here as well.
+    status : str
+        ``"completed"``, or ``"doubtful: …"`` with the first doubt.
+    doubts : tuple of Doubt
+        Why a greatest or least value may be a local one, or a result is in doubt.
+    """
+
+    mechanism: Mechanism
+    question: Question
+    solutions: tuple[Found, ...]
+    straight: bool
+    notes: tuple[str, ...] = ()
+    status: str = "completed"
+    doubts: tuple[Doubt, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.solutions)
+
+    def __getitem__(self, index: int) -> Found:
+        return self.solutions[index]
+
+    def data(self, angle: str = "deg") -> dict[str, Any]:
+        """The solutions as plain dicts, ready for JSON."""
+        from mbody.sheets.answers import answer_data
+
+        return answer_data(self, angle)
+
+    def __str__(self) -> str:
+        from mbody.sheets.answers import sheet
+
+        return sheet(self)

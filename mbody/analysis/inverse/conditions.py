@@ -1,0 +1,165 @@
+"""Conditions between measured quantities: equations and inequalities as text."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbody.analysis.driven.requests import check_ask
+from mbody.errors import ModelError, brief
+from mbody.model.driver import Driver
+from mbody.model.mechanism import Mechanism
+from mbody.model.numbers import meant, plain
+from mbody.model.study import Ask, Measure, Question, Unknown
+from mbody.quantities import convert
+from mbody.quantities.units import DIMENSIONS
+from mbody.solution.measures import check_measure, checked_sides, sides
+from mbody.solution.solution import Solution
+
+__all__ = ["Relation", "check_question", "relation", "relations"]
+
+_SIGN = re.compile(r"<=|>=|==|[=<>≤≥]")
+
+
+@dataclass(frozen=True)
+class Relation:
+    """left = right, or left <= right.
+
+    Attributes
+    ----------
+    text : str
+        As it was written; an absolute value below a bound makes two relations of one text.
+    left, right : str
+        Formulas of histories.
+    equal : bool
+        Whether it is an equation.
+    """
+
+    text: str
+    left: str
+    right: str
+    equal: bool
+
+    def unit(self, mechanism: Mechanism) -> str:
+        """The unit of what is left of it; refuses names that the mechanism has not, and sides that
+        do not measure the same.
+        """
+        return mechanism.units.of(checked_sides(mechanism, self.text, self.left, self.right))
+
+    def __call__(self, run: Solution) -> tuple[np.ndarray, np.ndarray]:
+        """right − left and the size of its terms, of every design: arrays (designs,)."""
+        left, right = sides(run, self.left, self.right)
+        a, b = (np.reshape(part, (-1, len(run)))[:, -1] for part in (left, right))
+        return b - a, np.maximum(np.abs(a), np.abs(b))
+
+
+def relation(text: str, *, equal: bool) -> list[Relation]:
+    """The relations that a text says.
+
+    Raises
+    ------
+    ModelError
+        Where it is none.
+
+    >>> [(r.left, r.right) for r in relation("abs(A.fx) <= 2 N", equal=False)]
+    [('A.fx', '2 N'), ('-(A.fx)', '2 N')]
+    """
+    signs = _SIGN.findall(text)
+    wanted = "an equation such as 'motor.effort = 0'"
+    if not equal:
+        wanted = "an inequality such as 'road.fy >= 0'"
+    if len(signs) != 1 or (signs[0] in ("=", "==")) != equal:
+        raise ModelError(f"{brief(text, 100)} is not {wanted}")
+    left, right = (part.strip() for part in text.split(signs[0]))
+    if not left or not right:
+        raise ModelError(f"{brief(text, 100)} is not {wanted}: a side of it is empty")
+    if signs[0] in (">", ">=", "≥"):
+        left, right = right, left
+    inner = _magnitude(left)
+    if equal or not inner:
+        return [Relation(text, left, right, equal)]
+    return [Relation(text, inner, right, False), Relation(text, f"-({inner})", right, False)]
+
+
+def _magnitude(text: str) -> str:
+    """What stands in ``abs(…)``, where that is all; else nothing."""
+    if not (text.startswith("abs(") and text.endswith(")")):
+        return ""
+    depth = 0
+    for n, sign in enumerate(text):
+        depth += (sign == "(") - (sign == ")")
+        if depth == 0 and sign == ")" and n < len(text) - 1:
+            return ""
+    return text[4:-1].strip()
+
+
+def relations(question: Question) -> tuple[list[Relation], list[Relation]]:
+    """The conditions of a question, and its side conditions."""
+    equations = [one for text in question.conditions for one in relation(text, equal=True)]
+    sides = [one for text in question.side_conditions for one in relation(text, equal=False)]
+    return equations, sides
+
+
+def _check_unknown(mechanism: Mechanism, unknown: Unknown) -> None:
+    """Refuse what is none of its numbers, and bounds and a unit of something else."""
+    dimension = meant(mechanism, unknown.name)[1]
+    for given in (unknown.start, unknown.low, unknown.high):
+        if given is not None:
+            plain(mechanism, unknown.name, given, dimension)
+    if unknown.unit and dimension is not None:
+        try:
+            convert(1.0, mechanism.units.of(dimension), unknown.unit)
+        except ModelError as error:
+            raise ModelError(f"unknown '{unknown.name}': {error}", unknown.name) from None
+
+
+def _is_bounded(mechanism: Mechanism, unknown: Unknown) -> bool:
+    """Whether an unknown has a bound, or is the angle of a driver, the same after a turn."""
+    if unknown.low is not None or unknown.high is not None:
+        return True
+    name, dimension = meant(mechanism, unknown.name)
+    owner, _, key = name.partition(".")
+    return (
+        key == "value" and dimension == DIMENSIONS["angle"] and isinstance(mechanism[owner], Driver)
+    )
+
+
+def check_question(mechanism: Mechanism, question: Question) -> None:
+    """Refuse a question that names what the mechanism has not, gives numbers of something else, or
+    has too few conditions.
+
+    Raises
+    ------
+    ModelError
+    """
+    equations, sides = relations(question)
+    check_ask(mechanism, Ask(at=question.at))
+    for unknown in question.unknowns:
+        _check_unknown(mechanism, unknown)
+    for one in (*equations, *sides):
+        one.unit(mechanism)
+    if question.objective:
+        check_measure(mechanism, Measure(question.objective))
+    wanted, given = len(question.unknowns), len(equations)
+    if question.objective and given >= wanted:
+        raise ModelError(
+            f"{wanted} unknowns and {given} conditions leave nothing to be greatest or least: "
+            "leave out conditions, or ask without"
+        )
+    if (
+        question.objective
+        and not sides
+        and not any(_is_bounded(mechanism, one) for one in question.unknowns)
+    ):
+        raise ModelError(
+            f"nothing bounds '{question.objective}': give side conditions, or bounds of the "
+            "unknowns"
+        )
+    if not question.objective and given != wanted:
+        raise ModelError(
+            f"{wanted} unknown{'s' * (wanted > 1)} want as many conditions, there "
+            f"{'is' if given == 1 else 'are'} {given}: add or leave out some, or say what is to be "
+            "greatest"
+        )

@@ -1,0 +1,1 @@
+"""Small motions: linearised equations, modes, eigenvalues."""

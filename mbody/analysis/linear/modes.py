@@ -1,0 +1,338 @@
+"""`modes`: natural frequencies, damping and shapes of small motions about rest positions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mbody.analysis.equilibria.equilibrium import Equilibrium, equilibrium
+from mbody.analysis.linear.eigenvalues import eigenvalues
+from mbody.analysis.linear.linearize import Linearization, linearize
+from mbody.analysis.position.tangent_space import Array
+from mbody.errors import ModelError, SolveError
+from mbody.model.mechanism import Mechanism
+from mbody.quantities.units import UnitSystem
+from mbody.solution.doubts import Inherited, certificate, inherited
+from mbody.solution.solution import Solution
+from mbody.system.read_only import lock
+from mbody.system.system import System
+
+__all__ = ["Mode", "Modes", "ModesAt", "modes"]
+
+#: A matrix counts as symmetric, or as none, below this part of its size.
+UNEVEN = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Mode:
+    """One mode: all bodies move as Re(shape · exp(s t)).
+
+    Attributes
+    ----------
+    eigenvalue : complex
+        s [rad/time]; of a pair the one with Im s > 0.
+    words : str
+        What it does: ``"oscillates"``, ``"oscillates and decays"``, ``"decays"``, ``"grows"``,
+        ``"oscillates and grows"`` (flutter), ``"free"`` (nothing drives it back).
+    amplitudes : array (free,)
+        Complex; of the leaders, in their order. The greatest, a length by the model length, is 1.
+    leader : str
+        The body whose amplitude is 1 rad or 1 length.
+    shape : dict
+        Complex amplitudes (x, y, θ) of the mass centre and the angle of every body.
+    """
+
+    eigenvalue: complex
+    words: str
+    amplitudes: Array = field(repr=False)
+    leader: str
+    shape: dict[str, Array] = field(repr=False)
+
+    def __post_init__(self) -> None:
+        lock(self)
+
+    @property
+    def natural_frequency(self) -> float:
+        """|s| [rad/time], of what oscillates; else zero."""
+        return abs(self.eigenvalue) if self.eigenvalue.imag else 0.0
+
+    @property
+    def frequency(self) -> float:
+        """Im s [rad/time], with its damping: zero of what does not oscillate."""
+        return self.eigenvalue.imag
+
+    @property
+    def hertz(self) -> float:
+        """Cycles in a unit of time, Im s/2π."""
+        return self.eigenvalue.imag / (2.0 * math.pi)
+
+    @property
+    def damping_ratio(self) -> float:
+        """ζ = −Re s/|s|: 0 without damping, 1 of what decays without oscillating; negative of what
+        grows.
+        """
+        size = abs(self.eigenvalue)
+        return -self.eigenvalue.real / size if size else 0.0
+
+    @property
+    def decay_rate(self) -> float:
+        """−Re s [1/time]: amplitudes fall as exp(−decay_rate · t)."""
+        return -self.eigenvalue.real + 0.0
+
+    def data(self) -> dict[str, Any]:
+        """The same as numbers, lists and texts; complex numbers as [real, imaginary]."""
+        return {
+            "eigenvalue": _pair(self.eigenvalue),
+            "words": self.words,
+            "natural_frequency": self.natural_frequency,
+            "frequency": self.frequency,
+            "hertz": self.hertz,
+            "damping_ratio": self.damping_ratio,
+            "decay_rate": self.decay_rate,
+            "leader": self.leader,
+            "amplitudes": [_pair(part) for part in self.amplitudes],
+            "shape": {body: [_pair(part) for part in parts] for body, parts in self.shape.items()},
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class ModesAt(Inherited):
+    """The modes at one rest position, slow ones first.
+
+    Attributes
+    ----------
+    linear : Linearization
+        M, C, K and the leaders.
+    stability : str
+        ``"unstable"`` where a mode grows, or a motion without inertia is driven away; ``"neutral"``
+        where one is free; else ``"stable"``.
+    modes : tuple of Mode
+        One for each pair of complex eigenvalues, each real one, and each free motion that nothing
+        drives back; of a growing one without damping not the decaying twin.
+    status, doubts, notes
+        As of `Inherited`.
+    """
+
+    linear: Linearization
+    stability: str
+    modes: tuple[Mode, ...]
+
+    @property
+    def frequencies(self) -> Array:
+        """Im s [rad/time] of all modes that oscillate, in ascending order."""
+        return np.sort([mode.frequency for mode in self.modes if mode.frequency])
+
+    def __len__(self) -> int:
+        return len(self.modes)
+
+    def __iter__(self) -> Iterator[Mode]:
+        return iter(self.modes)
+
+    def __getitem__(self, index: int) -> Mode:
+        return self.modes[index]
+
+    def data(self) -> dict[str, Any]:
+        """The same as a plain dict, ready for JSON."""
+        solution = self.linear.solution
+        places = {name: solution[name] for name in solution}
+        return {
+            "stability": self.stability,
+            "modes": [mode.data() for mode in self.modes],
+            "linear": self.linear.data(),
+            "position": {
+                name: [float(part[-1]) for part in (body.x, body.y, body.angle)]
+                for name, body in places.items()
+            },
+            **certificate(self),
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Modes(Inherited):
+    """The modes at one or several rest positions; ``print`` shows them as tables. Doubts of the
+    positions are its own.
+    """
+
+    mechanism: str
+    units: UnitSystem
+    t: float
+    positions: tuple[ModesAt, ...] = field(repr=False)
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+    def __iter__(self) -> Iterator[ModesAt]:
+        return iter(self.positions)
+
+    def __getitem__(self, index: int) -> ModesAt:
+        return self.positions[index]
+
+    def data(self) -> dict[str, Any]:
+        """Everything as a plain dict of numbers, text, lists and dicts, ready for JSON."""
+        return {
+            "model": self.mechanism,
+            "analysis": "modes",
+            "units": self.units.name,
+            "t": self.t,
+            "positions": [one.data() for one in self.positions],
+            **certificate(self),
+        }
+
+    def __str__(self) -> str:
+        from mbody.sheets.modes import sheet
+
+        return sheet(self)
+
+
+def modes(
+    model: Mechanism | System,
+    *,
+    at: Equilibrium | Solution | None = None,
+    free: str | Sequence[str] = (),
+    starts: Mapping[str, Any] | Sequence[Mapping[str, Any]] = (),
+    t: float = 0.0,
+) -> Modes:
+    """Natural frequencies, damping ratios and mode shapes at rest positions (modal analysis).
+
+    (s² M + s C + K) u = 0 with the matrices of `linearize`; every body moves as Re(u exp(s t)).
+
+    Parameters
+    ----------
+    model : Mechanism or System
+        With free motions; drivers, if there are any, hold what their laws say at t.
+    at : Equilibrium or Solution, optional
+        One rest position; by default all that `equilibrium` finds.
+    free : str or sequence of str, optional
+        Drivers that let go.
+    starts, t : optional
+        As of `equilibrium`; only without `at`.
+
+    Returns
+    -------
+    Modes
+        Of every position, stable ones first.
+
+    Raises
+    ------
+    ModelError, SolveError
+        As `equilibrium` and `linearize`; also where it moves, and where a free motion has neither
+        inertia nor damper nor spring.
+
+    Notes
+    -----
+    A free motion without inertia has an infinite frequency: it follows the others at once, by its
+    springs, or as slowly as its dampers let it. Free motions that nothing drives back, rigid-body
+    modes, have the frequency zero.
+
+    Source: F. Tisseur, K. Meerbergen: The quadratic eigenvalue problem, SIAM Review 43 (2001).
+
+    Examples
+    --------
+    >>> import mbody
+    >>> machine = mbody.Mechanism("pendulum")
+    >>> machine.add(mbody.Body("rod", mass=2.0, cg=(0.5, 0.0)))
+    >>> machine.add(mbody.Revolute("O", "ground", "rod"))
+    >>> machine.add(mbody.Gravity("gravity", y=-9.81))
+    >>> hanging, upright = modes(machine)
+    >>> round(hanging[0].frequency, 9), round((9.81 / 0.5) ** 0.5, 9)
+    (4.429446918, 4.429446918)
+    >>> upright.stability, upright[0].words
+    ('unstable', 'grows')
+    """
+    of: list[Any] = []
+    notes: tuple[str, ...] = ()
+    if at is None:
+        found = equilibrium(model, free=free, starts=starts, t=t)
+        rests: tuple[Equilibrium | Solution, ...] = found.positions
+        notes, of = found.notes, [found]
+    else:
+        if starts or t != 0.0:
+            raise ModelError("at says the position and its time: leave out starts and t")
+        rests = (at,)
+    linear = [linearize(model, at=rest, free=free) for rest in rests]
+    moving = [one for one in linear if one.about != "rest"]
+    if moving:
+        one = moving[0]
+        machine = one.solution.mechanism
+        raise SolveError(
+            f"modes are of a rest position, but '{machine.name}' moves, or is not balanced, at "
+            f"t = {one.t:.6g} {machine.units.time}: give one of equilibrium; linearize tells the "
+            "state matrix of a motion"
+        )
+    positions = tuple(_modes_at(one) for one in linear)
+    machine = linear[0].solution.mechanism
+    said = inherited(*of, *positions, notes=notes)
+    return Modes(machine.name, machine.units, linear[0].t, positions, **said)
+
+
+def _modes_at(linear: Linearization) -> ModesAt:
+    """Solve the eigenproblem at one position."""
+    system = linear.solution.system
+    scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+    rates = linear.rates.reshape(len(linear.motions), -1) / scale
+    # orthonormal ways, so that no unit of a leader has a say in what is small
+    triangle = np.linalg.qr(rates.T, mode="r")
+    inverse = np.linalg.inv(triangle)
+    M, C, K = (inverse.T @ X @ inverse for X in (linear.mass, linear.damping, linear.stiffness))
+    least = 0.0
+    if np.abs(K - K.T).max() <= UNEVEN * np.abs(K).max():
+        K = 0.5 * (K + K.T)
+        least = float(np.linalg.eigvalsh(K)[0])
+    solved = eigenvalues(M, C, K)
+    if solved is None:
+        parts = [X / (np.abs(X).max() or 1.0) for X in (M, C, K)]
+        way = np.linalg.svd(np.vstack(parts))[2][-1]
+        raise _undetermined(system, np.abs((inverse @ way @ rates).reshape(-1, 3)).max(axis=1))
+    roots, shapes, infinite = solved
+    turns = [motion.turns for motion in linear.motions]
+    unit = np.where(turns, 1.0, system.length)
+    found = []
+    for root, shape in zip(roots, shapes, strict=True):
+        amplitudes = inverse @ shape
+        n = int(np.abs(amplitudes / unit).argmax())
+        amplitudes = amplitudes / amplitudes[n]
+        bodies = np.tensordot(amplitudes, linear.rates, 1)
+        of_all = {name: bodies[system.bodies[name]] for name in linear.solution}
+        found.append(Mode(root, _words(root), amplitudes, linear.leaders[n], of_all))
+    # the two of a flutter are equally fast but for rounding
+    found.sort(key=lambda mode: (float(f"{abs(mode.eigenvalue):.9g}"), mode.eigenvalue.real))
+    words = {mode.words for mode in found}
+    stability = "neutral" if "free" in words else "stable"
+    # what has no inertia leaves at once where its stiffness is negative: no mode tells of it
+    if words & {"grows", "oscillates and grows"} or least < -UNEVEN * np.abs(K).max():
+        stability = "unstable"
+    notes = list(linear.notes)
+    if infinite:
+        notes.append(
+            f"{infinite} of {len(M)} free motions without inertia: "
+            f"{'it follows' if infinite == 1 else 'they follow'} the others by springs and dampers"
+        )
+    return ModesAt(linear, stability, tuple(found), **inherited(linear, notes=notes))
+
+
+def _undetermined(system: System, moved: Array) -> SolveError:
+    """The sentence of a free motion that nothing tells of; moved (bodies,)."""
+    name = system.mechanism.bodies[int(moved.argmax())].name
+    return SolveError(
+        f"modes: the motion of '{name}' is not determined: it is free, and has neither inertia, "
+        "nor a damper, nor a spring; give it one, or guide it by a joint",
+        name,
+    )
+
+
+def _words(root: complex) -> str:
+    if root == 0.0:
+        return "free"
+    if not root.imag:
+        return "decays" if root.real < 0.0 else "grows"
+    if not root.real:
+        return "oscillates"
+    return "oscillates and decays" if root.real < 0.0 else "oscillates and grows"
+
+
+def _pair(value: Any) -> list[float]:
+    return [float(np.real(value)) + 0.0, float(np.imag(value)) + 0.0]

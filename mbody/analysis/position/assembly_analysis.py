@@ -1,0 +1,411 @@
+"""Closing the loops: the first position, the check that it determines the motion, the sentences."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mbody.analysis.position.initial_guess import placed
+from mbody.analysis.position.joint_places import direction, place
+from mbody.analysis.position.misclosure import explain_gap, refuse_near_redundant, violations
+from mbody.analysis.position.missing_guesses import nearest_to_guesses
+from mbody.analysis.position.unused_points import unused_points
+from mbody.analysis.position.user_physics_checks import check_own
+from mbody.analysis.position.whole_turns import ambiguous, by_rows, by_springs
+from mbody.compiler.callbacks import failure
+from mbody.errors import ModelError, ModelWarning, SolveError
+from mbody.kernels.loop_closure import close, laws_of_time
+from mbody.model.element import listed, wrapped
+from mbody.model.joints import Joint
+from mbody.model.mechanism import Mechanism
+from mbody.system.assembler import assemble
+from mbody.system.layout import Work
+from mbody.system.rank import Rank, dense, rank_of, too_large
+from mbody.system.system import System
+
+__all__ = [
+    "MISFIT",
+    "SOFT",
+    "Closed",
+    "as_system",
+    "check_determined",
+    "closed",
+    "closed_near",
+    "drivers",
+    "misfit",
+    "raise_user_error",
+    "set_drive",
+]
+
+#: Correction below which a position is closed, in model lengths and radians.
+TOLERANCE = 1e-13
+#: Proximal term of redundant rows, in dimensionless units.
+SOFT = 1e-9
+#: Starts that are tried, the guess first, before loops are said not to close.
+ATTEMPTS = 60
+#: A pivot below this part of its diagonal calls for a look at the rank.
+SUSPICIOUS = 1e-10
+#: A row violated by more is open, in model lengths and radians.
+OPEN = 1e-8
+#: A singular value below this part of the greatest is zero at a position closed to rounding: a dead
+#: centre is a double root and closes to half the digits.
+DEAD = 1e-7
+#: A distance that other joints hold may be wrong by so much, in model lengths.
+MISFIT = 1e-6
+#: A body that closing turns by less [rad] is where the guess meant it to be.
+NEAR = 0.2
+#: Points that a sentence names.
+NAMED = 3
+
+
+@dataclass
+class Closed:
+    """A closed position with what was found on the way.
+
+    Attributes
+    ----------
+    work : Work
+        Workspace at the position, its factor valid.
+    soft : float
+        Proximal term for the rows: zero unless some are redundant.
+    ratio : float
+        Least pivot as a part of its diagonal.
+    straight : bool
+        Whether the way from the guess led straight there, without a singular position.
+    rank : Rank or None
+        Rank report, where one was made.
+    notes : list of str
+        Sentences for the user.
+    """
+
+    work: Work
+    soft: float = 0.0
+    ratio: float = 1.0
+    straight: bool = True
+    rank: Rank | None = None
+    notes: list[str] = field(default_factory=list)
+
+
+def as_system(model: Mechanism | System) -> System:
+    """The system of a mechanism; a system as it is."""
+    if isinstance(model, System):
+        return model
+    if isinstance(model, Mechanism):
+        return assemble(model)
+    raise ModelError(f"an analysis takes a Mechanism or a System, not {model!r}")
+
+
+def raise_user_error(system: System) -> None:
+    """Raise what a user's own function raised inside a kernel, with the name of its element."""
+    for handle in system.user_handles():
+        found = failure(handle)
+        if found is not None:
+            error = found[1]
+            if not isinstance(error, Exception):
+                raise error
+            name = system.user_name(handle)
+            what = f"{type(error).__name__}: {error}"
+            if isinstance(error, ModelError):  # our own complaint about what a function gave
+                what = str(error).removeprefix("Function: ")
+            raise SolveError(f"the function of '{name}' failed: {what}", name) from error
+
+
+def closed(
+    system: System,
+    t: float,
+    drive: Mapping[str, float],
+    guess: Mapping[str, Any] | None = None,
+    design: int = 0,
+    pose: np.ndarray | None = None,
+    meant: Callable[[Closed], bool] | None = None,
+) -> Closed:
+    """Close the loops of one design at time t, given driver values winning over laws; from `pose`
+    (coordinates,) if there is one, else from the guesses. Where these lie on another branch than
+    the position found, `meant` may say that this one is meant all the same.
+
+    Raises
+    ------
+    ModelError
+        For a guess that is none.
+    SolveError
+        When the loops cannot close, or a driver repeats what joints fix.
+
+    Notes
+    -----
+    Bodies without a guess take the angles at which those with one are nearest to theirs; where
+    these do not decide, a note says so. Where the guess leads nowhere, other starts are tried,
+    always the same ones: bodies without a guess at any angle, guessed ones ever further from their
+    guess.
+    """
+    if guess is not None and not isinstance(guess, Mapping):
+        raise ModelError(f'guess must be a dict such as {{"coupler": 0.3}}, not {guess!r}')
+    if guess and "ground" in guess:
+        raise ModelError("the ground does not move: a guess is for moving bodies", "ground")
+    work = system.work(designs=design)
+    values = set_drive(system, work, t, drive)
+    base = system if system.batch is None else system.design(design)
+    first = _guessed(base, guess, values) if pose is None else pose
+    check_own(base, t, first)
+    start = first[:, None].copy()
+    for attempt in range(ATTEMPTS):
+        result = _from(system, work, start)
+        if not attempt and (result is None or not result.soft):
+            refuse_near_redundant(base, work, start)
+        if result is not None:
+            break
+        shaken = np.random.default_rng(attempt)
+        start = _guessed(base, guess, values, shaken)[:, None]
+    else:
+        explain_gap(system, work, first[:, None], t)
+    if pose is not None:
+        check_fit(system, work.q[:, 0], design)
+        return result
+    found = nearest_to_guesses(
+        system, base, result, (first, start), guess, values, lambda q: _from(system, work, q)
+    )
+    check_fit(system, work.q[:, 0], design)
+    if found is result:
+        _say_branch(system, result, first[:, None], guess, meant)
+    by_springs(base, found.work.q.T)
+    found.notes += ambiguous(base, found.work.q[:, 0], values)
+    return found
+
+
+def closed_near(system: System, t: float, guess: Mapping[str, Any]) -> Closed | None:
+    """Close the loops of one design from the guesses alone: no other starts are tried, and a
+    failure, None, is not explained. It is for searches, most of whose failures nobody reads.
+    """
+    work = system.work()
+    values = set_drive(system, work, t, {})
+    result = _from(system, work, _guessed(system, guess, values)[:, None])
+    if result is not None:
+        check_fit(system, work.q[:, 0], 0)
+    return result
+
+
+def _guessed(
+    system: System,
+    guess: Mapping[str, Any] | None,
+    values: Mapping[str, float],
+    shaken: np.random.Generator | None = None,
+) -> np.ndarray:
+    """A first pose by the guesses, each body turned as rows between angles have it."""
+    pose = placed(system, guess, values, shaken)
+    by_rows(system, pose, values, system.numbers)
+    return pose
+
+
+def check_fit(system: System, q: np.ndarray, design: int) -> None:
+    """Refuse joints whose places others hold where they do not fit, as wheels too far apart.
+
+    Raises
+    ------
+    SolveError
+        With the distance that is wrong.
+    """
+    held = [joint for joint in system.mechanism.joints if joint.held]
+    if not held:
+        return
+    system = system if system.batch is None else system.design(design)
+    for joint in held:
+        way = place(system, q, joint, "j") - place(system, q, joint, "i")
+        angles = (direction(system, q, joint, side) for side in ("i", "j"))
+        found, wanted = map(float, joint.fit(system.numbers, tuple(way), *angles))
+        if abs(found - wanted) > MISFIT * system.length:
+            raise misfit(system, joint, found, wanted)
+
+
+def misfit(
+    system: System, joint: Joint, found: float, wanted: float, where: str = ""
+) -> SolveError:
+    """The sentence of a joint whose places others do not hold as far apart as it needs them."""
+    what, remedy = joint.misfit(float(found), float(wanted), system.mechanism.units.length)
+    return SolveError(f"'{joint.name}' does not fit: {what}{where}: {remedy}", joint.name)
+
+
+def _from(system: System, work: Work, start: np.ndarray) -> Closed | None:
+    """Close from one pose, with the proximal term where rows turn out to be dependent."""
+    for soft in (0.0, SOFT):
+        work.q[:] = start
+        good, straight, ratio = close(system.runtime(), work, soft, rounding(system, work))
+        raise_user_error(system)
+        result = Closed(work, soft, ratio, straight=straight)
+        if good and soft == 0.0 and ratio >= SUSPICIOUS:
+            return result
+        # dependent rows let Newton rest where a gap is smallest
+        if not good or not violations(system, work).max(initial=0.0) < OPEN:
+            continue
+        if too_large(system):
+            if soft:
+                return result
+            continue
+        G = dense(system, work)[1]
+        if not np.isfinite(G).all():  # a distance of 0 has no direction
+            continue
+        result.rank = rank_of(G)
+        if bool(result.rank.redundant) == bool(soft):
+            return result
+        if not result.rank.redundant:
+            result.soft = 0.0
+            return result
+    return None
+
+
+def rounding(system: System, work: Work) -> float:
+    """Size of a correction that is rounding of these coordinates."""
+    places = work.q[: system.coordinates, 0].reshape(-1, 3)
+    size = max(np.abs(places[:, :2]).max() / system.length, np.abs(places[:, 2]).max())
+    return float(TOLERANCE * (1.0 + size))
+
+
+def set_drive(system: System, work: Work, t: float, drive: Mapping[str, float]) -> dict[str, float]:
+    """Signals at time t; values in `drive` replace those of the laws. Returns the values of all
+    drivers by name.
+    """
+    work.time[:] = t
+    laws_of_time(system.runtime(), work)
+    raise_user_error(system)
+    for driver, row in drivers(system):
+        if driver.name in drive:
+            work.signal[row] = drive[driver.name]
+        if not np.isfinite(work.signal[row]).all():
+            raise SolveError(
+                f"the law of '{driver.name}' has no finite value at t = {t:g} "
+                f"{system.mechanism.units.time}: begin elsewhere, or choose another law",
+                driver.name,
+            )
+    return {driver.name: float(work.signal[row, 0]) for driver, row in drivers(system)}
+
+
+def drivers(system: System) -> list[tuple[Any, int]]:
+    """Drivers with the rows of their signals."""
+    rows = system.layout.driver_row
+    return list(zip(system.drivers, rows.tolist(), strict=True))
+
+
+def _say_branch(
+    system: System,
+    result: Closed,
+    start: np.ndarray,
+    guess: Mapping[str, Any] | None,
+    meant: Callable[[Closed], bool] | None,
+) -> None:
+    """Warn where a guess and the position found lie on different sides of a singular position."""
+    size = 3 * system.layout.bodies
+    guessed = [
+        (n, body.name)
+        for n, body in enumerate(system.mechanism.bodies)
+        if (guess and body.name in guess) or body.guess.angle is not None
+    ]
+    if not guessed or system.rows != size or system.rows > 300 or result.soft:
+        return
+    found = result.work.q.copy()
+    far, name = max(
+        (abs(wrapped(float(found[3 * n + 2, 0] - start[3 * n + 2, 0]))), name)
+        for n, name in guessed
+    )
+    if result.straight and far < NEAR:
+        return
+    here = np.linalg.slogdet(dense(system, result.work)[1])[0]
+    result.work.q[:] = start
+    there = np.linalg.slogdet(dense(system, result.work)[1])[0]
+    result.work.q[:] = found
+    if (result.straight and here == there) or (meant is not None and meant(result)):
+        return
+    way = f"{np.degrees(far):.1f} deg"
+    if far < NEAR:  # it is a place that is elsewhere
+        apart, name = max(
+            (math.dist(found[3 * n : 3 * n + 2, 0], start[3 * n : 3 * n + 2, 0]), name)
+            for n, name in guessed
+        )
+        way = f"{apart:.4g} {system.mechanism.units.length}"
+    note = (
+        f"the guess is on another branch than the position found: '{name}' came out {way} from "
+        "where the guess puts it; guess nearer to the branch that you want"
+    )
+    result.notes.append(note)
+    warnings.warn(note, ModelWarning, stacklevel=5)
+
+
+def check_determined(system: System, result: Closed, what: str) -> None:
+    """Refuse a position that the drivers do not determine.
+
+    Raises
+    ------
+    SolveError
+        With free degrees of freedom, a driver that repeats others, or a dead centre.
+    """
+    regular = system.rows == system.coordinates and not result.soft
+    if regular and result.ratio > SUSPICIOUS:
+        return
+    if too_large(system):
+        if system.rows >= system.coordinates:
+            return
+        free = system.coordinates - system.rows
+        raise SolveError(_too_few(system, what, free, None))
+    G = dense(system, result.work)[1]
+    report = result.rank = rank_of(G)
+    names = [driver.name for driver in system.mechanism.drivers]
+    joints = rank_of(G[: system.rows - len(names)])
+    independent = report.rank - joints.rank
+    if independent == len(names):
+        if report.free:
+            raise SolveError(_too_few(system, what, report.free, report.motions))
+        sizes = np.linalg.svd(G, compute_uv=False)
+        if not names or sizes[system.coordinates - 1] > DEAD * sizes[0]:
+            return
+    at_fault = len(names) - 1
+    if independent < len(names):
+        at_fault = _dependent_driver(G, system.rows - len(names))
+    driver, row = drivers(system)[at_fault]
+    value = float(result.work.signal[row, 0])
+    if joints.free >= len(names):
+        where = f"{value:.6g} {system.mechanism.units.length}"
+        if driver.rows == "a":
+            where = f"{np.degrees(value):.4g} deg"
+        body = _fastest(system, joints.motions) if joints.free else driver.bodies[1]
+        raise SolveError(
+            f"dead centre at {where} of '{driver.bodies[1]}': driver '{driver.name}' cannot drive "
+            f"it through there; drive '{body}', or start elsewhere",
+            driver.name,
+        )
+    raise SolveError(
+        f"driver '{driver.name}' repeats what joints and other drivers already impose (rank "
+        f"{report.rank} of {report.rows}): remove it",
+        driver.name,
+    )
+
+
+def _too_few(system: System, what: str, free: int, motions: np.ndarray | None) -> str:
+    body = system.mechanism.bodies[0].name if motions is None else _fastest(system, motions)
+    freedom = "degree" if free == 1 else "degrees"
+    left = f"'{system.mechanism.name}' has {free} {freedom} left"
+    missing = unused_points(system.mechanism)
+    missing = [name for name in missing if name.startswith("ground.")] or missing
+    remedy = f"add a driver, for example on '{body}'"
+    # without any driver one free motion is what a driver is for
+    if missing and (free > 1 or system.drivers or missing[0].startswith("ground.")):
+        s, them = ("s", "them") if len(missing) > 1 else ("", "it")
+        remedy = f"nothing uses the point{s} {listed(missing, NAMED)}: join {them}, or {remedy}"
+    return f"{what} needs 0 free degrees of freedom, {left}: {remedy}"
+
+
+def _fastest(system: System, motions: np.ndarray) -> str:
+    """Body that turns most in the free motions, or moves most where none turns."""
+    turning = np.abs(motions[:, 2::3]).max(axis=0)
+    if turning.max() < 1e-9:
+        turning = np.abs(motions).max(axis=0).reshape(-1, 3).max(axis=1)
+    # the first of those nearly as fast as the fastest: usually the crank
+    fast = np.flatnonzero(turning > 0.5 * turning.max())
+    return system.mechanism.bodies[int(fast[0])].name
+
+
+def _dependent_driver(G: np.ndarray, joints: int) -> int:
+    """The last driver whose row depends on the rows before it."""
+    ranks = [rank_of(G[: joints + n]).rank for n in range(len(G) - joints + 1)]
+    return max(n for n in range(len(ranks) - 1) if ranks[n + 1] == ranks[n])

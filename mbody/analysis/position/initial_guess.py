@@ -1,0 +1,249 @@
+"""A first pose of every body: what a rough guess leaves out, neighbours and drivers fill in."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from mbody.errors import ModelError
+from mbody.model.body import Body, Guess, as_guess
+from mbody.model.driver import AngleDriver
+from mbody.model.element import Marker, Numbers
+from mbody.model.joints import CamFollower, Fixed, Joint, Prismatic, Revolute
+from mbody.system.system import System
+
+__all__ = ["placed", "unguessed"]
+
+Pose = tuple[float, float, float]
+
+
+def placed(
+    system: System,
+    guess: Mapping[str, Any] | None,
+    drive: Mapping[str, float],
+    shaken: np.random.Generator | None = None,
+    numbers: Numbers | None = None,
+    *,
+    loose: np.random.Generator | None = None,
+    aimed: bool = False,
+) -> np.ndarray:
+    """Poses of all mass centres, ground last: (3·bodies + 3,).
+
+    Parameters
+    ----------
+    guess : mapping, optional
+        By body, in place of the guess in its description: an angle [rad], (x, y, angle) or `Guess`.
+    drive : mapping
+        Value of every driver at the first instant.
+    shaken : Generator, optional
+        Another start: bodies without a guess at any angle, all others a little off.
+    numbers : Numbers, optional
+        By default those of the system; those of one design where it is a batch.
+    loose : Generator, optional
+        Another start: bodies without a guess at any angle, all others where their guess is.
+    aimed : bool
+        Another start: bodies without a guess turned so that a second pin of theirs points to where
+        it is on a body that is placed already.
+    """
+    own = system.numbers if numbers is None else numbers
+    placing = _Placing(system, guess or {}, drive, shaken, own)
+    placing.loose, placing.aimed = loose, aimed
+    return placing.coordinates()
+
+
+def unguessed(
+    system: System, guess: Mapping[str, Any] | None, drive: Mapping[str, float]
+) -> tuple[str, ...]:
+    """Names of the bodies of whose angle neither a guess nor a driver nor a joint to a placed body
+    says anything; `placed` leaves their link axes parallel to those of the ground.
+    """
+    machine = system.mechanism
+    told = {name for driver in machine.drivers for name in driver.bodies} | set(guess or {})
+    for joint in machine.joints:
+        if isinstance(joint, (Fixed, Prismatic)):
+            told |= {joint.i.body, joint.j.body}
+    if all(body.guess.angle is not None or body.name in told for body in machine.bodies):
+        return ()
+    placing = _Placing(system, guess or {}, drive, None, system.numbers)
+    placing.coordinates()
+    return tuple(placing.unknown)
+
+
+class _Placing:
+    def __init__(
+        self,
+        system: System,
+        guess: Mapping[str, Any],
+        drive: Mapping[str, float],
+        shaken: np.random.Generator | None,
+        numbers: Numbers,
+    ) -> None:
+        self.system = system
+        self.shaken = shaken
+        self.loose: np.random.Generator | None = None
+        self.aimed = False
+        # bodies of whose angle nothing is known
+        self.unknown: list[str] = []
+        self.mechanism = system.mechanism
+        self.at = numbers
+        for name in guess:
+            if not isinstance(self.mechanism[name], Body):
+                raise ModelError(f"a guess is for bodies, '{name}' is none", name)
+        self.guess: dict[str, Guess] = {
+            body.name: self._guess(body, guess[body.name]) if body.name in guess else body.guess
+            for body in self.mechanism.bodies
+        }
+        self.poses: dict[str, Pose] = {"ground": (0.0, 0.0, 0.0)}
+        # of every body: the other body of an angle driver, and its angle from it
+        self.driven: dict[str, list[tuple[str, float, float]]] = {}
+        for driver in self.mechanism.drivers:
+            if isinstance(driver, AngleDriver) and driver.name in drive:
+                i, j = driver.bodies
+                self.driven.setdefault(j, []).append((i, 1.0, drive[driver.name]))
+                self.driven.setdefault(i, []).append((j, -1.0, drive[driver.name]))
+
+    def _guess(self, body: Body, value: Any) -> Guess:
+        """The caller's guess of a body, with floats for text."""
+        made: Guess = self.mechanism.valued(as_guess(value, body.name), body.name, "guess")
+        return made
+
+    def coordinates(self) -> np.ndarray:
+        bodies = self.mechanism.bodies
+        touching: dict[str, list[Joint]] = {"ground": [], **{body.name: [] for body in bodies}}
+        for joint in self.mechanism.joints:
+            touching[joint.i.body].append(joint)
+            touching[joint.j.body].append(joint)
+        # bodies that hang on a placed one, pins and known angles first, else in order
+        waiting = [(9, n, n, body.name) for n, body in enumerate(bodies)]
+        heapq.heapify(waiting)
+        hangs: dict[int, Joint] = {}
+        count = len(bodies)
+        newly = ["ground"]
+        while waiting:
+            for here in newly:
+                for joint in touching[here]:
+                    other = joint.j.body if joint.i.body == here else joint.i.body
+                    if other not in self.poses:
+                        count += 1
+                        hangs[count] = joint
+                        heapq.heappush(waiting, (self._rank(other, joint), count, count, other))
+            _, _, key, name = heapq.heappop(waiting)
+            newly = []
+            if name not in self.poses:
+                self.poses[name] = self._pose(name, hangs.get(key))
+                newly = [name]
+        result = np.zeros(3 * len(bodies) + 3)
+        for n, body in enumerate(bodies):
+            x, y, angle = self.poses[body.name]
+            cx, cy = self.at.point(f"{body.name}.cg")
+            c, s = math.cos(angle), math.sin(angle)
+            result[3 * n : 3 * n + 3] = x + c * cx - s * cy, y + s * cx + c * cy, angle
+        return result
+
+    def _rank(self, name: str, joint: Joint) -> int:
+        """Pins before slides, known angles before unknown ones."""
+        rank = 0 if isinstance(joint, (Revolute, Fixed)) else 2
+        return rank + (self._angle(name, joint) is None)
+
+    def _angle(self, name: str, joint: Joint | None) -> float | None:
+        """Angle of a body: driven, bound by the joint, guessed; None if nothing is known."""
+        for other, sign, value in self.driven.get(name, ()):
+            if other in self.poses:
+                return self.poses[other][2] + sign * value
+        if isinstance(joint, (Fixed, Prismatic)):
+            beta = float(self.at.angle(joint, "j")) - float(self.at.angle(joint, "i"))
+            if joint.j.body == name:
+                return self.poses[joint.i.body][2] - beta
+            return self.poses[joint.j.body][2] + beta
+        return self.guess[name].angle
+
+    def _pose(self, name: str, joint: Joint | None) -> Pose:
+        guess = self.guess[name]
+        known = self._angle(name, joint)
+        angle = known or 0.0
+        if known is None:
+            self.unknown.append(name)
+            random = self.shaken or self.loose
+            if random is not None:
+                angle = random.uniform(-math.pi, math.pi)
+            elif self.aimed and joint is not None:
+                angle = self._aim(name, joint, guess)
+        x, y, angle = self._hung(name, joint, guess, angle)
+        if self.shaken is None:
+            return x, y, angle
+        size = self.system.length * (1.0 if isinstance(joint, Prismatic) else 0.1)
+        off = self.shaken.normal(size=3)
+        return x + size * off[0], y + size * off[1], angle + 0.3 * off[2]
+
+    def _aim(self, name: str, joint: Joint, guess: Guess) -> float:
+        """Angle at which a second pin of a body points to its place on a placed body; else 0."""
+        own = "j" if joint.j.body == name else "i"
+        x, y, _ = self._hung(name, joint, guess, 0.0)
+        hx, hy = self._local(joint, own)
+        for other in self.mechanism.joints:
+            side, far = ("j", "i") if other.j.body == name else ("i", "j")
+            if other is joint or not isinstance(other, Revolute):
+                continue
+            if getattr(other, side).body != name or getattr(other, far).body not in self.poses:
+                continue
+            px, py = self._local(other, side)
+            tx, ty = self._world(other, far)
+            if math.hypot(px - hx, py - hy) > 0.0:
+                way = math.atan2(ty - y - hy, tx - x - hx) - math.atan2(py - hy, px - hx)
+                return math.remainder(way, 2.0 * math.pi)
+        return 0.0
+
+    def _hung(self, name: str, joint: Joint | None, guess: Guess, angle: float) -> Pose:
+        """Pose of a body at that angle: where its guess says, else on its placed neighbour."""
+        if guess.x is not None and guess.y is not None:
+            return guess.x, guess.y, angle
+        if joint is None:
+            return guess.x or 0.0, guess.y or 0.0, angle
+        own, other = ("j", "i") if joint.j.body == name else ("i", "j")
+        x, y = self._world(joint, other)
+        x += float(joint.apart(self.at))
+        px, py = self._local(joint, own)
+        c, s = math.cos(angle), math.sin(angle)
+        pose = x - c * px + s * py, y - s * px - c * py, angle
+        return self._lifted(name, joint, pose) if isinstance(joint, Prismatic) else pose
+
+    def _lifted(self, name: str, guide: Prismatic, pose: Pose) -> Pose:
+        """A follower on its guide, moved along it to the radius of its cam: of the two places the
+        one farther along the guide.
+        """
+        for cam in self.mechanism.joints:
+            if isinstance(cam, CamFollower) and cam.j.body == name and cam.i.body in self.poses:
+                x, y, angle = pose
+                self.poses[name] = pose
+                (px, py), (cx, cy) = self._world(cam, "j"), self._world(cam, "i")
+                del self.poses[name]
+                ux, uy = self._along(guide, name)
+                far = float(cam.apart(self.at))
+                across = ux * (py - cy) - uy * (px - cx)
+                move = math.sqrt(max(far * far - across * across, 0.0))
+                move -= ux * (px - cx) + uy * (py - cy)
+                return x + move * ux, y + move * uy, angle
+        return pose
+
+    def _along(self, guide: Prismatic, name: str) -> tuple[float, float]:
+        """Direction in which the body goes on its guide."""
+        placed, own = ("i", "j") if guide.j.body == name else ("j", "i")
+        turn = self.poses[getattr(guide, placed).body][2] + float(self.at.angle(guide, placed))
+        sign = 1.0 if own == "j" else -1.0
+        return sign * math.cos(turn), sign * math.sin(turn)
+
+    def _local(self, joint: Joint, field: str) -> tuple[float, float]:
+        """Place of a joint's end in link axes."""
+        x, y = self.at.place(joint, field)
+        return float(x), float(y)
+
+    def _world(self, joint: Joint, field: str) -> tuple[float, float]:
+        marker: Marker = getattr(joint, field)
+        x, y, angle = self.poses[marker.body]
+        px, py = self._local(joint, field)
+        c, s = math.cos(angle), math.sin(angle)
+        return x + c * px - s * py, y + s * px + c * py

@@ -1,0 +1,276 @@
+"""Positions that the constraints allow, at rest: free directions there, and the forces along them.
+
+Coordinates are those of the mass centres with lengths by the model length; forces are then torques.
+With N the null space of Φ_q, and Φ_qᵀ λ the best balance of the loads f, what drives the mechanism
+is r = Nᵀ f, and K = −Nᵀ ∂(f − Φ_qᵀ λ)/∂q N (λ held) is its tangent stiffness: r changes by −K y
+along q + N y on the manifold, and K is symmetric where the loads have a potential.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbody.analysis.position.assembly_analysis import raise_user_error
+from mbody.kernels.load_breakdown import breakdown
+from mbody.kernels.loop_closure import close, laws_of_time, project
+from mbody.kernels.output import PER_ATOM
+from mbody.kernels.residuals import audit
+from mbody.system.layout import Work
+from mbody.system.rank import dense, rank_of
+from mbody.system.system import System
+
+__all__ = ["Manifold", "Place"]
+
+Array = np.ndarray
+
+#: A violation of the constraints below this is rounding, in model lengths and radians.
+CLOSED = 1e-13
+#: Corrections by which a position is closed again.
+CORRECTIONS = 12
+#: Step of the differences for stiffness; with fourth order its error and rounding are near 1e-12.
+STEP = 1e-3
+#: Coordinates below which dense matrices are as fast as kernels called one by one.
+FEW = 45
+#: A least pivot, as a part of its diagonal, above which rows are far from depending on each other.
+REGULAR = 1e-4
+#: Inertia below this part of the heaviest body's is rounding, as of a crank at its dead centre.
+MASSLESS = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """One closed position at rest.
+
+    Attributes
+    ----------
+    q : array (coordinates,)
+        Mass centres and angles, with their units.
+    force : array (coordinates,)
+        Of all loads, without units of length.
+    motions : array (free, coordinates)
+        Orthonormal free directions.
+    rows : array (rows, coordinates)
+        Φ_q without units.
+    drive : array (free,)
+        What drives the mechanism along its free directions: zero at rest.
+    """
+
+    q: Array
+    force: Array
+    motions: Array
+    rows: Array
+    drive: Array
+
+    @functools.cached_property
+    def multipliers(self) -> Array:
+        """λ that balance the loads best: (rows,)."""
+        if not len(self.rows):
+            return np.zeros(0)
+        return np.asarray(np.linalg.lstsq(self.rows.T, self.force, rcond=1e-12)[0])
+
+    @property
+    def push(self) -> Array:
+        """The drive as a force on all coordinates."""
+        return np.asarray(self.drive @ self.motions)
+
+    @property
+    def size(self) -> float:
+        """Size of the drive."""
+        return float(np.linalg.norm(self.drive))
+
+
+class Manifold:
+    """The closed positions of a system at time t, its drivers holding their values.
+
+    Parameters
+    ----------
+    work : Work
+        Closed, its signals set: a workspace of its own.
+    """
+
+    def __init__(self, system: System, work: Work, t: float) -> None:
+        self.system, self.work, self.layout = system, work, system.runtime()
+        self.size = system.coordinates
+        self.scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+        self.time = np.array([t])
+        drivers = len(system.drivers)
+        self.given = np.zeros((1, max(1, drivers), 3))
+        self.lam = np.zeros((1, 2 * len(system.owners)))
+        self.driven = np.zeros(0, dtype=np.int64)
+        self.motion = np.zeros((1, 3 * self.size))
+        self.output = np.empty((1, 5))
+
+    def other(self, system: System) -> Manifold:
+        """The same with other numbers of the same topology."""
+        work = system.work()
+        work.time[:] = self.time[0]
+        laws_of_time(system.runtime(), work)
+        raise_user_error(system)
+        return Manifold(system, work, float(self.time[0]))
+
+    def force(self, q: Array, v: Array | None = None) -> Array:
+        """All loads on the coordinates (coordinates,), lengths by the model length; at rest, or at
+        the rates v [length/time, rad/time].
+        """
+        self.motion[0, : self.size] = q
+        self.motion[0, self.size : 2 * self.size] = 0.0 if v is None else v
+        # the kernel of the residuals sums the loads of an instant, laws included; drivers rest
+        audit(
+            self.layout,
+            self.work,
+            self.motion,
+            self.time,
+            self.lam,
+            self.driven,
+            self.given,
+            True,
+            True,
+            self.output,
+        )
+        raise_user_error(self.system)
+        return np.asarray(self.work.force[: self.size, 0] * self.scale)
+
+    def rows(self, q: Array) -> tuple[Array, Array]:
+        """Φ (rows,) and Φ_q (rows, coordinates) without units."""
+        self.work.q[: self.size, 0] = q
+        return dense(self.system, self.work)
+
+    def scale_of(self, here: Place) -> float:
+        """What rounding of the drive is relative to: the greatest force of a single load, or how
+        fast the forces change. At rest all may vanish, as of a spring without tension.
+        """
+        changes = [self.force(here.q + STEP * self.scale * d) - here.force for d in here.motions]
+        steepest = max((float(np.abs(change).max()) for change in changes), default=0.0) / STEP
+        return max(self.largest(here.q), steepest)
+
+    def largest(self, q: Array) -> float:
+        """The greatest force of a single load on a coordinate."""
+        loads = self.system.mechanism.loads
+        if not loads:
+            return 0.0
+        parts = np.empty((1, len(loads) + 1, PER_ATOM * len(self.system.owners), 1))
+        top = 0.0
+        self.motion[0, : self.size] = q
+        for cause in range(len(loads)):
+            work = self.work
+            work.q[: self.size, 0] = q
+            breakdown(self.layout, work, 1e-9, self.motion, self.time, cause + 1, parts)
+            top = max(top, float(np.abs(work.force[: self.size, 0] * self.scale).max()))
+        return top
+
+    def at(self, q: Array) -> Place | None:
+        """The position nearest to q that the constraints allow; None where there is none."""
+        closed = self.closed(q)
+        return None if closed is None else self.place(closed)
+
+    def place(self, q: Array) -> Place | None:
+        """What holds at a closed position; None where a load or a constraint has no value."""
+        return self._placed(q, None)
+
+    def _placed(self, q: Array, motions: Array | None) -> Place | None:
+        """The same, by free directions where they are known already."""
+        force = self.force(q)
+        if not np.isfinite(force).all():
+            return None
+        G = self.rows(q)[1]
+        if not np.isfinite(G).all():
+            return None
+        if motions is None:
+            motions = rank_of(G).motions
+        return Place(q, force, motions, G, motions @ force)
+
+    def closed(self, q: Array) -> Array | None:
+        """Close the constraints from q by least motion."""
+        q = q.copy()
+        last = np.inf
+        for _ in range(CORRECTIONS):
+            phi, G = self.rows(q)
+            if not (np.isfinite(phi).all() and np.isfinite(G).all()):
+                return None  # as where a distance of a constraint is zero: it has no direction
+            worst = float(np.abs(phi).max(initial=0.0))
+            reach = 1.0 + float(np.abs(q / self.scale).max())
+            # at rounding the violation no longer falls
+            if worst <= CLOSED * reach or (worst <= 1e-10 * reach and worst > 0.5 * last):
+                return q
+            if not worst < 1e3 * reach:
+                return None
+            last = worst
+            q -= self.scale * np.linalg.lstsq(G, phi, rcond=1e-9)[0]
+        return None
+
+    def moved(self, here: Place, along: Array) -> Place | None:
+        """The position that a step along (coordinates,) leads to, closed again.
+
+        Of many bodies kernels close it and carry the free directions along, where all rows are far
+        from depending on each other: singular values are for singular positions.
+        """
+        q = here.q + self.scale * along
+        if self.size < FEW or len(here.motions) != self.size - self.system.rows:
+            return self.at(q)
+        work = self.work
+        work.q[: self.size, 0] = q
+        reach = 1.0 + float(np.abs(q / self.scale).max())
+        good, straight, ratio = close(self.layout, work, 0.0, CLOSED * reach)
+        raise_user_error(self.system)
+        if not (good and straight and ratio > REGULAR):
+            return self.at(q)
+        q = work.q[: self.size, 0].copy()
+        motions = self._carried(here.motions)
+        return self.at(q) if motions is None else self._placed(q, motions)
+
+    def _carried(self, motions: Array) -> Array | None:
+        """Free directions at the position in the workspace, from those of one nearby; None where
+        they do not go on as so many.
+        """
+        still = self._projected(np.zeros(self.size))
+        for _ in range(2):  # the second time takes what the condition of the rows left of the first
+            found = np.array([self._projected(way) - still for way in motions])
+            ways, parts = np.linalg.qr(found.T)
+            if np.abs(np.diag(parts)).min(initial=1.0) < 0.1:
+                return None
+            motions = ways.T
+        return np.asarray(motions)
+
+    def _projected(self, way: Array) -> Array:
+        """The nearest rates that the constraints allow, without units."""
+        self.work.v[: self.size, 0] = self.scale * way
+        project(self.layout, self.work, 0.0)
+        return np.asarray(self.work.v[: self.size, 0] / self.scale)
+
+    def stiffness(self, here: Place) -> Array:
+        """K (free, free) in the free directions of the place, as torques a radian."""
+        columns = [self.change(here, d) for d in here.motions]
+        if not columns:
+            return np.zeros((0, 0))
+        return np.asarray(-(here.motions @ np.array(columns).T))
+
+    def change(self, here: Place, along: Array) -> Array:
+        """∂(f − Φ_qᵀ λ)/∂q along a direction, λ held: (coordinates,)."""
+
+        def unbalanced(step: float) -> Array:
+            q = here.q + step * self.scale * along
+            force = self.force(q)
+            return np.asarray(force - self.rows(q)[1].T @ here.multipliers)
+
+        near = unbalanced(STEP) - unbalanced(-STEP)
+        far = unbalanced(2.0 * STEP) - unbalanced(-2.0 * STEP)
+        return np.asarray((8.0 * near - far) / (12.0 * STEP))
+
+    def apart(self, one: Array, other: Array) -> float:
+        """How far two positions are from each other, whole turns left out."""
+        way = ((one - other) / self.scale).reshape(-1, 3)
+        way[:, 2] = np.remainder(way[:, 2] + np.pi, 2.0 * np.pi) - np.pi
+        return float(np.abs(way).max())
+
+    def mass(self, motions: Array) -> Array:
+        """Mass matrix (free, free) in such directions, as inertias; what is rounding beside the
+        heaviest body is none.
+        """
+        own = self.work.mass[: self.size, 0] * self.scale**2
+        mass = (motions * own) @ motions.T
+        sizes, ways = np.linalg.eigh(mass)
+        small = sizes <= MASSLESS * float(own.max())
+        return np.asarray((ways * np.where(small, 0.0, sizes)) @ ways.T if small.any() else mass)

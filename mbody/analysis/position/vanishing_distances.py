@@ -1,0 +1,72 @@
+"""Distances that become zero: there a row of Φ_q, a unit vector along the distance, has none."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from mbody.analysis.position.joint_places import place
+from mbody.errors import SolveError
+from mbody.model.driver import DistanceDriver
+from mbody.model.element import Element
+from mbody.model.joints import Distance
+from mbody.system.system import System
+
+__all__ = ["GONE", "vanishing"]
+
+#: A motion that fails where a distance is this part of the model length fails because of it.
+CLOSE = 1e-3
+#: A motion that goes on where a distance is this part has lost its way there.
+GONE = 1e-7
+
+
+def vanishing(system: System, q: np.ndarray, when: str, close: float = CLOSE) -> SolveError | None:
+    """The sentence of a motion that cannot go on since a distance becomes zero; None where none
+    does.
+
+    Parameters
+    ----------
+    q : array (coordinates,)
+        The last position.
+    when : str
+        Such as "t = 2 s".
+    close : float
+        Part of the model length below which a distance is as good as zero.
+    """
+    whole = np.append(q[: system.coordinates], np.zeros(3))
+    found = [
+        (
+            math.dist(place(system, whole, element, i), place(system, whole, element, j)),
+            element,
+            i,
+            j,
+        )
+        for element, i, j in _distances(system)
+    ]
+    if not found:
+        return None
+    least, element, i, j = min(found, key=lambda one: one[0])
+    if not least < close * system.length:
+        return None
+    bodies = " and ".join(f"'{element.place(side).body}'" for side in (i, j))
+    unit = system.mechanism.units.length
+    return SolveError(
+        f"the motion cannot go on at {when}: the distance that '{element.name}' measures between "
+        f"{bodies} comes down to {least:.2g} {unit}, and at 0 it has no direction; "
+        "stop before, or move one of its places aside",
+        element.name,
+    )
+
+
+def _distances(system: System) -> Iterator[tuple[Element, str, str]]:
+    """Elements that keep or count distances, with the names of both ends."""
+    machine = system.mechanism
+    for element in (*machine.joints, *machine.drivers):
+        if isinstance(element, Distance | DistanceDriver):
+            yield element, "i", "j"
+    for coupling in machine.couplings:
+        for n, term in enumerate(coupling.parts):
+            if term.distance:
+                yield coupling, f"{n}.i", f"{n}.j"

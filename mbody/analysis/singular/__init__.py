@@ -1,0 +1,1 @@
+"""Singular positions: the branches of motion that meet there."""

@@ -1,0 +1,325 @@
+"""What lies ahead of a motion that comes near a singular position: the position itself, and whether
+the constraints hold there.
+
+At such a position x the rows lose rank: Uᵀ G N = 0, with U and N those left and right singular
+vectors of G = Φ_q that belong to the rows that come to depend on each other. Where Uᵀ Φ is zero too
+branches cross there, a change point, and a motion runs on smoothly through it. Where it is not, ε,
+the branches pass each other by √ε, and each turns away in a bend that narrow. Drivers make time one
+more coordinate, so that a dead centre, where a driver cannot go on, is no such position.
+"""
+
+from __future__ import annotations
+
+import weakref
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mbody.analysis.position.assembly_analysis import raise_user_error
+from mbody.kernels.loop_closure import laws_of_time
+from mbody.model.element import listed
+from mbody.system.rank import dense, too_large
+from mbody.system.system import System
+
+__all__ = ["Ahead", "Crossing", "crossing_note", "look_ahead"]
+
+Array = np.ndarray
+
+#: Singular values below this part of the greatest are those of redundant rows.
+REDUNDANT = 1e-9
+#: Singular values of rows that may come to depend on each other, as a part of the greatest.
+SMALL = 0.3
+#: Iterations; what is left of the singular values, and of the constraints, at a change point: a
+#: mechanism described with twelve digits.
+ROUNDS, VANISHED, CLOSED = 16, 1e-9, 1e-12
+#: Step of differences.
+STEP = 1e-5
+#: A motion meets a position that lies beside its path by less than this part of the way there.
+BESIDE = 0.2
+#: A position nearer than this, in model lengths and radians, is where the motion is.
+HERE = 1e-6
+#: Parts of the way that is asked for, on which rows may be found to stay independent.
+HORIZONS = (1.0, 0.3, 0.1)
+#: A row takes part in a dependency with this part of the greatest.
+TAKES_PART = 0.1
+#: Rows stay independent where the least singular value is so many times what they change by.
+CERTAIN = 1.5
+#: Singular positions of a system that are remembered.
+KNOWN = 64
+#: Joints, and instants, that a sentence names.
+MOST = 4
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """A change point on the way.
+
+    Attributes
+    ----------
+    t : float
+        When it is met.
+    elements : tuple of str
+        The joints whose rows come to depend on each other there.
+    place, way : arrays (coordinates,)
+        The position, lengths by the model length, and the direction in which the motion runs to it.
+    seen : tuple (t, s, rate)
+        When it was seen, how far away it was along the way, and how fast that changed.
+    """
+
+    t: float
+    elements: tuple[str, ...]
+    place: Array
+    way: Array
+    seen: tuple[float, float, float]
+
+    def passed(self, t: float, x: Array, v: Array) -> Crossing | None:
+        """The same with the instant from both sides, where a motion at x with the rates v
+        (coordinates,) has it behind; else None.
+        """
+        s, rate = float((x - self.place) @ self.way), float(v @ self.way)
+        begun, first, slope = self.seen
+        if not s > 0.0 > first:
+            return None
+        h = t - begun
+        # Hermite's cubic through both places and rates
+        cubic = [
+            2.0 * (first - s) + h * (slope + rate),
+            3.0 * (s - first) - h * (2.0 * slope + rate),
+            h * slope,
+            first,
+        ]
+        roots = np.roots(cubic)
+        inside = roots.real[(np.abs(roots.imag) < 1e-9) & (roots.real >= 0.0) & (roots.real <= 1.0)]
+        return replace(self, t=begun + h * float(inside[0]) if len(inside) else self.t)
+
+
+@dataclass(frozen=True)
+class Ahead:
+    """What lies ahead.
+
+    Attributes
+    ----------
+    clear : float
+        Rows stay independent so long from now on.
+    crossing : Crossing or None
+        The change point that the motion meets.
+    bend : float
+        Where branches pass each other without meeting, when the motion is in the bend.
+    elements : tuple of str
+        The joints whose rows come to depend on each other, where there are any.
+    """
+
+    clear: float = 0.0
+    crossing: Crossing | None = None
+    bend: float = np.inf
+    elements: tuple[str, ...] = ()
+
+
+class _Rows:
+    """Φ and its derivatives without units, lengths by the model length: by q, and where there are
+    drivers by t, in `unit`.
+    """
+
+    def __init__(self, system: System, t: float, unit: float) -> None:
+        self.system, self.work, self.n = system, system.work(), system.coordinates
+        self.scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+        self.start, self.unit, self.driven = t, unit, bool(system.drivers)
+        self._laws(t)
+
+    def _laws(self, t: float) -> None:
+        self.work.time[:] = t
+        laws_of_time(self.system.runtime(), self.work)
+        raise_user_error(self.system)
+
+    def at(self, x: Array) -> tuple[Array, Array]:
+        """Φ (rows,) and its derivatives (rows, ·) at x."""
+        self.work.q[: self.n, 0] = x[: self.n] * self.scale
+        if not self.driven:
+            return dense(self.system, self.work)
+        sides = []
+        for side in (STEP, -STEP, 0.0):
+            self._laws(self.start + (x[-1] + side) * self.unit)
+            phi, G = dense(self.system, self.work)
+            sides.append(phi)
+        return phi, np.column_stack([G, (sides[0] - sides[1]) / (2.0 * STEP)])
+
+
+@dataclass(frozen=True)
+class _Found:
+    """A singular position: rows that depend on each other U (rows, ·), what they leave of Φ."""
+
+    x: Array
+    U: Array
+    left: float
+
+
+#: Singular positions of systems that were met, for a motion meets them again.
+_MET: weakref.WeakKeyDictionary[System, list[_Found]] = weakref.WeakKeyDictionary()
+
+
+def look_ahead(
+    system: System, t: float, q: Array, v: Array, a: Array, step: float, soft: bool
+) -> Ahead:
+    """What lies ahead of a motion.
+
+    Parameters
+    ----------
+    q, v, a : arrays (coordinates,)
+        Where it is at time t.
+    step : float
+        How long it goes on until it may meet a singular position.
+    soft : bool
+        Whether rows are redundant everywhere.
+    """
+    if too_large(system):
+        return Ahead()
+    scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+    speed = float(np.linalg.norm(v / scale))
+    if not speed > 0.0:
+        return Ahead()
+    rows = _Rows(system, t, 1.0 / speed)
+    x, way, bent = q / scale, v / (scale * speed), a / (scale * speed**2)
+    if rows.driven:
+        x, way, bent = np.append(x, 0.0), np.append(way, 1.0), np.append(bent, 0.0)
+    within = speed * step
+    found = _known(rows, x, 8.0 * within)
+    if found is None:
+        G = rows.at(x)[1]
+        parts = np.linalg.svd(G)
+        sizes = parts[1]
+        rank = int((sizes > REDUNDANT * sizes[0]).sum()) if soft else len(sizes)
+        n = len(q)
+        least = (
+            np.linalg.svd(G[:, :n], compute_uv=False)[rank - 1] if rows.driven else sizes[rank - 1]
+        )
+        for part in HORIZONS:
+            far = part * within
+            ahead = rows.at(x + far * way + 0.5 * far**2 * bent)[1]
+            if least > CERTAIN * _at_most(ahead[:, :n] - G[:, :n]):
+                return Ahead(clear=part * step)
+        found = _nearest(rows, x, rank, parts, 8.0 * within)
+        if found is None:
+            return Ahead()
+    elements = _owners(system, found.U)
+    gone = found.x - x
+    far, along = float(np.linalg.norm(gone)), float(gone @ way) / float(way @ way)
+    when = t + (along - 0.5 * along**2 * float(bent @ way)) / speed
+    if found.left > CLOSED * (1.0 + float(np.abs(x).max())):
+        return Ahead(bend=max(when, t), elements=elements)
+    missed = float(np.linalg.norm(gone - along * way - 0.5 * along**2 * bent))
+    if missed > BESIDE * far and far > HERE:
+        return Ahead(elements=elements)
+    n = len(q)
+    place, way = found.x[:n], way[:n]
+    crossing = Crossing(when, elements, place, way, (t, float((x[:n] - place) @ way), speed))
+    return Ahead(crossing=crossing, elements=elements)
+
+
+def _known(rows: _Rows, x: Array, reach: float) -> _Found | None:
+    """A singular position within reach of x that was met before."""
+    angles = np.tile([False, False, True], len(x) // 3)
+    for one in () if rows.driven else _MET.get(rows.system, ()):
+        turns = 2.0 * np.pi * np.round((x - one.x) / (2.0 * np.pi)) * angles
+        if np.linalg.norm(one.x + turns - x) < reach:
+            return _Found(one.x + turns, one.U, one.left)
+    return None
+
+
+def _nearest(
+    rows: _Rows, x: Array, rank: int, parts: tuple[Array, Array, Array], reach: float
+) -> _Found | None:
+    """The singular position within reach of x, if there is one."""
+    sizes = parts[1][:rank]
+    small = int((sizes < SMALL * sizes[0]).sum())
+    above = np.append(sizes[0], sizes)[rank - small : rank]
+    # how many come to vanish together: where the gap to the next one is widest
+    for place in np.argsort(-above / sizes[rank - small :])[:2]:
+        found = _singular(rows, x, rank - (small - int(place)), parts, reach)
+        if found is not None:
+            known = _MET.setdefault(rows.system, [])
+            if len(known) < KNOWN:
+                known.append(found)
+            return found
+    return None
+
+
+def _singular(
+    rows: _Rows, x: Array, kept: int, parts: tuple[Array, Array, Array], reach: float
+) -> _Found | None:
+    """The position near x where all but so many rows come to depend on each other, by a simplified
+    Newton method; None where it does not come to one within reach.
+
+    In the singular vectors at x, what elimination of the rows that stay independent leaves of G.
+    """
+    u, sizes, vt = parts
+    begun, last, flat = x, np.inf, None
+    for n in range(ROUNDS):
+        phi, G = rows.at(x)
+        B, c = u.T @ G @ vt.T, u.T @ phi
+        try:
+            moved = np.linalg.solve(B[:kept, :kept], np.column_stack([B[:kept, kept:], c[:kept]]))
+        except np.linalg.LinAlgError:
+            return None
+        along, off = moved[:, :-1], moved[:, -1]
+        left = B[kept:, kept:] - B[kept:, :kept] @ along
+        worst = float(np.abs(left).max(initial=0.0)) / sizes[0]
+        if worst <= VANISHED and np.abs(off).max(initial=0.0) <= VANISHED:
+            U = u[:, kept:] - u[:, :kept] @ np.linalg.solve(B[:kept, :kept].T, B[kept:, :kept].T)
+            return _Found(x, U, float(np.linalg.norm(c[kept:] - B[kept:, :kept] @ off)))
+        if n > 2 and worst > 0.7 * last:
+            return None
+        if flat is None or worst > 0.2 * last:
+            turned = [
+                _between(u[:, kept:], rows.at(x + d)[1] - rows.at(x - d)[1], vt[kept:])
+                for d in STEP * vt[kept:]
+            ]
+            flat = _inverse(np.array(turned).reshape(len(turned), -1) / (2.0 * STEP))
+        last = worst
+        z = -np.einsum("an,n->a", flat, left.ravel())
+        x = x + z @ vt[kept:] - (off + along @ z) @ vt[:kept]
+        if not np.linalg.norm(x - begun) <= reach:
+            return None
+    return None
+
+
+def _inverse(F: Array) -> Array:
+    """The inverse of Fᵀ in the sense of least squares, F (unknowns, equations): one for several
+    iterations.
+    """
+    return np.asarray(np.linalg.pinv(np.einsum("an,bn->ab", F, F), 1e-12, hermitian=True) @ F)
+
+
+def _between(U: Array, G: Array, N: Array) -> Array:
+    """Uᵀ G Nᵀ of a matrix with few entries: libraries of dense algebra stall beside other jobs."""
+    row, column = np.nonzero(G)
+    if not len(row):
+        return np.zeros((U.shape[1], len(N)))
+    begin = np.flatnonzero(np.diff(row, prepend=-1))
+    own = np.add.reduceat(G[row, column][:, None] * N.T[column], begin, axis=0)
+    return np.asarray(np.einsum("ra,rb->ab", U[row[begin]], own))
+
+
+def _at_most(G: Array) -> float:
+    """A bound of the greatest singular value: the root of both norms by sums."""
+    size = np.abs(G)
+    return float(np.sqrt(size.sum(axis=0).max() * size.sum(axis=1).max()))
+
+
+def _owners(system: System, U: Array) -> tuple[str, ...]:
+    """Joints and drivers whose rows take part in dependencies U (rows, ·), those most first."""
+    part = np.linalg.norm(U, axis=1)
+    order = np.argsort(-part)[: int((part > TAKES_PART * part.max()).sum())]
+    names = [system.owners[system.row_table[0][n]][0].name for n in order]
+    return tuple(dict.fromkeys(names))
+
+
+def crossing_note(crossings: list[Crossing], unit: str) -> str:
+    """The sentence of change points that were passed, in the order of time."""
+    times = [f"{one.t:.6g}" for one in crossings[:MOST]]
+    more = f" and {len(crossings) - MOST} times more" if len(crossings) > MOST else ""
+    elements = dict.fromkeys(name for one in crossings for name in one.elements)
+    point = "a change point" if len(crossings) == 1 else "change points"
+    return (
+        f"at t = {', '.join(times)} {unit}{more} the motion passes {point}, where the rows of "
+        f"{listed(elements, MOST)} depend on each other and branches meet: it goes on smoothly"
+    )

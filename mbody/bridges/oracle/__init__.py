@@ -1,5 +1,0 @@
-"""A slow, obvious oracle: planar mechanisms in dense matrices, sharing no code of numbers."""
-
-from mbody.bridges.oracle.reference import Reference
-
-__all__ = ["Reference"]

@@ -1,0 +1,1 @@
+"""Compilation of kernels: decorators, linking, bundles, cache, lanes, callbacks to Python."""

@@ -1,0 +1,166 @@
+"""Compilation of the kernels: one decorator for all, and a count of what was compiled.
+
+Every compiled function of the package carries ``@njit`` (or ``@inline``) of this module.  What
+is compiled is kept on disk (`mbody.compiler.cache`) and found again by later processes.  Three
+names in
+the environment matter:
+
+``MBODY_CACHE_DIR``    the folder to keep compiled kernels in,
+``MBODY_QUIET``        any text but "0": do not announce a compilation,
+``NUMBA_DISABLE_JIT``  ``1``: every function stays the plain Python function that was written.
+"""
+
+# mypy: disallow-any-unimported=False, disallow-subclassing-any=False
+# mypy: disallow-untyped-decorators=False, disallow-untyped-calls=False
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeVar, overload
+
+from mbody.compiler.cache import PLAIN, attach_cache, cache_folder
+
+__all__ = [
+    "FASTMATH",
+    "PLAIN",
+    "cache_folder",
+    "compilations",
+    "inline",
+    "kernel",
+    "njit",
+]
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+#: Freedoms given to the compiler: fuse a multiplication and an addition, forget the sign of a
+#: zero.  Sums keep their order and NaN and infinity keep their meaning: the kernels rely on both.
+FASTMATH = frozenset({"contract", "nsz"})
+
+
+Entry: Any
+Inner: Any
+try:
+    from mbody.compiler.linking import Entry, Inner
+except Exception:  # an interface of numba has changed: every function gets machine code of its own
+    from numba.core.registry import CPUDispatcher
+
+    Entry = Inner = CPUDispatcher
+
+
+# ---------------------------------------------------------------------------------------------
+# The decorators
+
+
+def _compile(function: Callable[..., Any], kind: Any, options: dict[str, Any]) -> Any:
+    if PLAIN:
+        return function
+    options = dict(options)
+    cached = options.pop("cache", True)
+    settings: dict[str, Any] = {
+        "nopython": True,
+        "nogil": True,
+        "error_model": "numpy",
+        "fastmath": set(FASTMATH),
+        "boundscheck": None,
+        "_nrt": False,
+        **options,
+    }
+    dispatcher = kind(function, targetoptions=settings)
+    if cached:
+        attach_cache(dispatcher, function)
+    return dispatcher
+
+
+if TYPE_CHECKING:
+
+    @overload
+    def njit(function: F, /) -> F: ...
+    @overload
+    def njit(**options: Any) -> Callable[[F], F]: ...
+    def njit(function: Any = None, /, **options: Any) -> Any: ...
+
+    def inline(function: F, /) -> F: ...
+
+    def kernel(function: F, /) -> F: ...
+
+else:
+
+    def njit(function=None, /, **options):
+        """Compile a function of kernels: ``@njit`` or ``@njit(forceinline=True, ...)``.
+
+        The options are those of ``numba.njit``; here ``cache`` and ``nogil`` are on, a division
+        by zero gives an infinity instead of an exception, and ``fastmath`` is ``FASTMATH``. It
+        has no machine code of its own (`mbody.compiler.linking`), and makes no arrays.
+        """
+        if function is None:
+            return lambda function: _compile(function, Inner, options)
+        return _compile(function, Inner, options)
+
+    def inline(function, /):
+        """Compile a small function so that its code is always copied into the caller."""
+        return _compile(function, Inner, {"forceinline": True})
+
+    def kernel(function, /):
+        """Compile an entry point, which Python calls.
+
+        It makes no arrays and returns none, and neither does what it calls: they work in memory
+        that they were given. Numba would count the references to arrays, each ``fields.rows`` of
+        a named tuple an atomic addition, which costs a scalar kernel 40 % and makes threads wait
+        for each other. So nothing is counted in any function of the package.
+        """
+        return _compile(function, Entry, {})
+
+
+# ---------------------------------------------------------------------------------------------
+# What has been compiled
+
+_compiled = 0
+
+
+def compilations() -> int:
+    """Number of functions of the package compiled, not loaded from disk, in this process."""
+    return _compiled
+
+
+def _announce() -> None:
+    if os.environ.get("MBODY_QUIET", "0") not in ("", "0") or sys.stderr is None:
+        return
+    if cache_folder() is not None:
+        detail = "once, up to a minute"
+    else:
+        detail = "no folder to keep them in, see MBODY_CACHE_DIR"
+    with contextlib.suppress(OSError, ValueError):
+        print(f"mbody: compiling kernels for this machine ({detail}) ...", file=sys.stderr)
+
+
+def _count(dispatcher: Any) -> None:
+    global _compiled
+    module = getattr(getattr(dispatcher, "py_func", None), "__module__", None) or ""
+    if module.partition(".")[0] == __name__.partition(".")[0]:
+        _compiled += 1
+        if _compiled == 1:
+            _announce()
+
+
+def _listen() -> None:
+    """Have numba tell of each compilation; it says nothing of functions loaded from disk."""
+    try:
+        from numba.core import event
+
+        class Compilations(event.Listener):
+            def on_start(self, event: Any) -> None:
+                _count(event.data.get("dispatcher"))
+
+            def on_end(self, event: Any) -> None:
+                pass
+
+        event.register("numba:compile", Compilations())
+    except Exception:
+        return  # an interface of numba has changed: compilations go uncounted
+
+
+if not PLAIN:
+    _listen()

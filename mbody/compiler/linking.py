@@ -1,0 +1,240 @@
+"""Functions that only compiled functions call: lowered, without machine code of their own.
+
+Numba optimises each compiled function together with all that it calls, turns that into machine code
+and wraps it for Python. Of a function that only kernels call, none of this is used: each kernel
+optimises the same source once more as a part of itself. Here such a function stays as LLVM's own
+code until a kernel takes it in, with all that it calls in turn, each once.
+
+Called from Python all the same, as tests do, such a function is compiled once more, as numba does.
+"""
+
+# mypy: disallow-any-unimported=False, disallow-subclassing-any=False
+# mypy: disallow-untyped-decorators=False, disallow-untyped-calls=False
+# mypy: disable-error-code="assignment,attr-defined"
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Callable
+from typing import Any
+
+from numba.core import codegen, registry, typed_passes
+from numba.core.compiler import CR_FIELDS, CompilerBase, CompileResult, DefaultPassBuilder
+from numba.core.compiler_machinery import PassManager, register_pass
+from numba.core.lowering import Lower
+
+from mbody.compiler.cache import attach_cache
+
+__all__ = ["Entry", "Inner"]
+
+
+class InnerLibrary(codegen.JITCodeLibrary):
+    """Code of one function, neither linked with what it calls nor optimised as a whole."""
+
+    def finalize(self) -> None:
+        """Nothing is left to do before a kernel takes the code in."""
+        self._raise_if_finalized()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """None: there is no machine code."""
+        return 0
+
+    def serialize_using_object_code(self) -> tuple[str, str, bytes]:
+        """The code with all that it calls."""
+        module = self._get_module_for_linking().clone()
+        take_in(module, reached(self))
+        return self.name, "inner", module.as_bitcode()
+
+    @classmethod
+    def restored(cls, home: Any, name: str, bitcode: bytes) -> InnerLibrary:
+        """What `serialize_using_object_code` has told."""
+        from llvmlite import binding
+
+        found = cls(home, name)
+        found._final_module = found._shared_module = binding.parse_bitcode(bitcode)
+        found._finalized = True
+        return found
+
+
+class EntryLibrary(codegen.JITCodeLibrary):
+    """Code of a kernel, with that of all functions that it reaches, each taken in once."""
+
+    def finalize(self) -> None:
+        """Link, optimise, make machine code."""
+        libraries = reached(self)
+        take_in(self._final_module, libraries)
+        for library in libraries:
+            # numba before 0.63 keeps no such list
+            getattr(self, "_reload_init", set()).update(getattr(library, "_reload_init", ()))
+        self._linking_libraries = []
+        super().finalize()
+
+
+def take_in(module: Any, libraries: list[Any]) -> None:
+    """Link the code of libraries into a module.
+
+    LLVM leaves out what nothing has asked for yet, and what comes later may ask for it: so again
+    for what is still open. Without that kernels would call nowhere.
+    """
+    homes = {
+        function.name: library
+        for library in libraries
+        for function in library._get_module_for_linking().functions
+        if not function.is_declaration
+    }
+    waiting = libraries
+    while waiting:
+        for library in waiting:
+            module.link_in(library._get_module_for_linking(), preserve=True)
+        open_ = {function.name for function in module.functions if function.is_declaration}
+        left = list({homes[name]: None for name in sorted(open_ & homes.keys())})
+        if left == waiting:
+            raise RuntimeError(f"{left[0].name} cannot be linked")
+        waiting = left
+
+
+def reached(library: Any) -> list[Any]:
+    """Libraries of all functions that those called by a library call in turn."""
+    found: dict[Any, None] = {}
+    waiting = list(library._linking_libraries)
+    while waiting:
+        one = waiting.pop()
+        if one not in found:
+            found[one] = None
+            if isinstance(one, InnerLibrary):
+                waiting += one._linking_libraries
+    return list(found)
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class InnerLowering(typed_passes.BaseNativeLowering):
+    """Lowering into an `InnerLibrary`, without wrappers for Python and for C."""
+
+    _name = "inner_lowering"
+    lowering_class = Lower
+
+    def run_pass(self, state: Any) -> bool:
+        """See numba's `BaseNativeLowering`."""
+        library = InnerLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.library = library
+        flags = state.flags
+        flags.no_compile = flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
+        super().run_pass(state)
+        library._ensure_finalized()
+        found = state["cr"]
+        # numba looks compiled functions up by their entry points
+        entry = _entry(found.fndesc.qualname)
+        state["cr"] = found._replace(cfunc=entry)
+        state.targetctx.insert_user_function(entry, found.fndesc, [library])
+        return True
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class EntryLowering(typed_passes.BaseNativeLowering):
+    """Lowering into an `EntryLibrary`, without a wrapper for C."""
+
+    _name = "entry_lowering"
+    lowering_class = Lower
+
+    def run_pass(self, state: Any) -> bool:
+        """See numba's `BaseNativeLowering`."""
+        library = EntryLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
+        library.enable_object_caching()
+        state.library = library
+        state.flags.no_cfunc_wrapper = True
+        super().run_pass(state)
+        return True
+
+
+def _entry(name: str) -> Callable[..., Any]:
+    def inner(*_: Any) -> None:
+        raise TypeError(f"{name} has no machine code of its own")
+
+    return inner
+
+
+def _pipeline(lowering: Any) -> Any:
+    """Numba's passes with another lowering."""
+
+    class Pipeline(CompilerBase):
+        def define_pipelines(self) -> list[Any]:
+            whole = PassManager(lowering._name)
+            builder = DefaultPassBuilder
+            for part in (
+                builder.define_untyped_pipeline(self.state),
+                builder.define_typed_pipeline(self.state),
+                builder.define_nopython_lowering_pipeline(self.state),
+            ):
+                for step, why in part.passes:
+                    whole.add_pass(lowering if step is typed_passes.NativeLowering else step, why)
+            whole.finalize()
+            return [whole]
+
+    return Pipeline
+
+
+_INNER, _ENTRY = _pipeline(InnerLowering), _pipeline(EntryLowering)
+
+
+class Entry(registry.CPUDispatcher):
+    """A kernel, called from Python."""
+
+    def __init__(self, py_func: Any, locals: Any = None, targetoptions: Any = None) -> None:
+        super().__init__(py_func, locals or {}, targetoptions, pipeline_class=_ENTRY)
+
+    def compile(self, signature: Any) -> Any:
+        """See numba's `Dispatcher`; what it leaves behind is collected at the end."""
+        collecting = gc.isenabled()
+        gc.disable()
+        try:
+            return super().compile(signature)
+        finally:
+            if collecting:
+                gc.enable()
+
+    def add_overload(self, found: Any) -> None:
+        """Keep what was compiled, and give the functions within it what numba keeps of them."""
+        home = found.target_context.codegen()
+        for environment in found._find_referenced_environments():
+            home.set_env(environment.env_name, environment)
+        super().add_overload(found)
+
+
+class Inner(registry.CPUDispatcher):
+    """A function that compiled functions call; calls from Python go to an `Entry` made for them."""
+
+    def __init__(self, py_func: Any, locals: Any = None, targetoptions: Any = None) -> None:
+        super().__init__(py_func, locals or {}, targetoptions, pipeline_class=_INNER)
+        self._called: Entry | None = None
+
+    def add_overload(self, found: Any) -> None:
+        """Keep what was compiled out of Python's reach."""
+        self.overloads[tuple(found.signature.args)] = found
+
+    def _compile_for_args(self, *arguments: Any, **named: Any) -> Any:
+        if self._called is None:
+            self._called = Entry(self.py_func, targetoptions=self.targetoptions)
+            attach_cache(self._called, self.py_func, "called-")
+        return self._called._compile_for_args(*arguments, **named)
+
+    @staticmethod
+    def rebuilt(context: Any, payload: Any) -> Any:
+        """What was kept of an `Inner`, as `CompileResult._reduce` has told it."""
+        (name, _, bitcode), fndesc, environment, signature, *_, annotation, reload, _ = payload
+        library = InnerLibrary.restored(context.codegen(), name, bitcode)
+        parts = dict.fromkeys(CR_FIELDS) | {
+            "typing_context": context.typing_context,
+            "target_context": context,
+            "library": library,
+            "environment": environment,
+            "entry_point": _entry(fndesc.qualname),
+            "fndesc": fndesc,
+            "type_annotation": annotation,
+            "signature": signature,
+            "objectmode": False,
+            "lifted": (),
+            "reload_init": reload,
+            "referenced_envs": (),
+        }
+        return CompileResult(**parts)

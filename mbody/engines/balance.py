@@ -1,0 +1,207 @@
+"""The balance of a result by plain arithmetic: Newton and Euler of every body, virtual power, laws.
+
+Only what the result tells is taken: motion, reactions, efforts. Loads are made anew from their laws
+where they can be. Σ F = m a, Σ M = I α of every free body;  Σ (f − M a)·v + Σ effort·rate = 0.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mbody.analysis.driven.free_body import coupled, driven
+from mbody.engines.gear_contacts import MESHING, held_rates
+from mbody.engines.independent_reading import laws_of, reading
+from mbody.engines.ledger import Ledger
+from mbody.engines.load_forces import NATIVE, gravity_of, wrenches
+from mbody.engines.opinion import Opinion
+from mbody.engines.spanning_tree import Frame
+from mbody.model.driver import AngleDriver
+from mbody.model.element import listed
+from mbody.model.loads import Gravity
+from mbody.solution.checks import each_load_of
+from mbody.solution.solution import Solution
+from mbody.system.system import System
+
+__all__ = ["opinion"]
+
+Array = np.ndarray
+
+#: What is left where Newton's method ends when its step no longer counts: 5e-13 of the greatest was
+#: the most over the gallery.
+EXPECTED = 5e-12
+
+
+@dataclass(frozen=True)
+class _Pose:
+    """One body of the result at one instant."""
+
+    place: Array
+    angle: float
+    velocity: Array
+
+    @property
+    def turns(self) -> float:
+        return self.angle
+
+    def arm(self, at: Frame) -> Array:
+        c, s = np.cos(self.angle), np.sin(self.angle)
+        return np.array([c * at.x - s * at.y, s * at.x + c * at.y])
+
+    def moving(self, arm: Array) -> tuple[Array, Array]:
+        across = np.array([-arm[1], arm[0]])
+        return self.velocity[:2] + self.velocity[2] * across, np.zeros(2)
+
+    def wrench(self, force: Array, torque: float, at: Array) -> Array:
+        arm = at - self.place
+        return np.array([*force, torque + arm[0] * force[1] - arm[1] * force[0]])
+
+
+def opinion(system: System, run: Solution) -> Opinion:
+    """What the balance of forces and of power says of a result."""
+    loads, borrowed = _loads(system, run)
+    n, count = len(system.mechanism.bodies), len(run)
+    mass = reading(system).masses
+    motion = np.zeros((3, count, n, 3))
+    for b, name in enumerate(run):
+        keys = (("x", "y", "angle"), ("vx", "vy", "omega"), ("ax", "ay", "alpha"))
+        for order, row in enumerate(keys):
+            for part, key in enumerate(row):
+                motion[order, :, b, part] = getattr(run[name], key)
+    inertia = mass * motion[2] * (run.analysis != "statics")
+    joints, size = _joints(system, run, motion[0])
+    left = loads + joints - inertia
+    ledger = Ledger()
+    length = system.length
+    parts = [size, np.abs(loads).max(axis=(1, 2), initial=0.0)]
+    ledger.size("force", np.array([*parts[0], *np.abs(loads[..., :2]).ravel()]))
+    ledger.size("force", inertia[..., :2])
+    ledger.size("torque", np.abs(np.concatenate([loads[..., 2], inertia[..., 2]])))
+    ledger.size("torque", length * ledger.top("force"))
+    for b, body in enumerate(system.mechanism.bodies):
+        for part, key in enumerate(("fx", "fy", "torque")):
+            kind = "torque" if part == 2 else "force"
+            ledger.add(kind, f"{body.name}: sum of {key}", np.zeros(count), left[:, b, part])
+    if run.analysis != "statics":
+        _power(system, run, loads - inertia, motion[1], ledger)
+    _laws(system, run, ledger)
+    _meshing(system, run, ledger)
+    why = "where Newton's method ends, and rounding of sums"
+    rows = ledger.rows(dict.fromkeys(ledger.kinds, EXPECTED), dict.fromkeys(ledger.kinds, why))
+    notes = []
+    if borrowed:
+        notes.append(f"taken over from our result as forces: {listed(borrowed)}")
+    return Opinion("balance", tuple(rows), (), tuple(notes))
+
+
+def _loads(system: System, run: Solution) -> tuple[Array, list[str]]:
+    """All loads on the bodies (instants, bodies, 3), and names of those that only we know."""
+    loads, names = system.mechanism.loads, [body.name for body in system.mechanism.bodies]
+    mass = reading(system).masses[:, 0]
+    found = np.zeros((len(run), len(names), 3))
+    borrowed = [one.name for one in loads if type(one) not in (*NATIVE, Gravity)]
+    for k in range(len(run)):
+        t = float(run.t[k])
+        found[k, :, :2] = mass[:, None] * gravity_of(system, t)
+        poses: dict[str, Any] = {"ground": _Pose(np.zeros(2), 0.0, np.zeros(3))}
+        for name in names:
+            one = run[name]
+            place = np.array([one.x[k], one.y[k]])
+            rates = np.array([one.vx[k], one.vy[k], one.omega[k]])
+            poses[name] = _Pose(place, float(one.angle[k]), rates)
+        for load in loads:
+            if type(load) in NATIVE:
+                for body, wrench in wrenches(system, load, poses, t).items():
+                    found[k, names.index(body)] += wrench
+        if borrowed:
+            whole = each_load_of(run, k)
+            for n, load in enumerate(loads):
+                if load.name in borrowed:
+                    found[k] += whole[n]
+    return found, borrowed
+
+
+def _joints(system: System, run: Solution, pose: Array) -> tuple[Array, Array]:
+    """What joints, couplings and drivers do to the bodies (instants, bodies, 3), and the size of
+    their greatest force at every instant.
+    """
+    machine, index = system.mechanism, system.bodies
+    found, size = np.zeros(pose.shape), np.zeros(len(run))
+
+    def act(element: Any, force: Array, torque: Array, place: Any) -> None:
+        for body, sense in ((element.bodies[1], 1.0), (element.bodies[0], -1.0)):
+            if body == "ground":
+                continue
+            b = index[body]
+            dx, dy = place[0] - pose[:, b, 0], place[1] - pose[:, b, 1]
+            found[:, b, 0] += sense * force[0]
+            found[:, b, 1] += sense * force[1]
+            found[:, b, 2] += sense * (torque + dx * force[1] - dy * force[0])
+        size[:] = np.maximum(size, np.hypot(*force))
+
+    for joint in machine.joints:
+        one = run.reaction(joint.name)
+        place = run.told_at(joint.name)
+        act(_Ends(joint), np.array([one.fx, one.fy]), one.torque, place)
+    for driver in machine.drivers:
+        fx, fy, torque = driven(run, driver.name).T
+        ahead = "j" in driver.places()
+        place = run.told_at(driver.name) if ahead else (np.zeros(len(run)), np.zeros(len(run)))
+        act(driver, np.array([fx, fy]), torque, place)
+    for coupling in machine.couplings:
+        for k in range(len(run)):
+            found[k] += coupled(run, coupling.name, k)[: pose.shape[1]]
+    return found, size
+
+
+def _laws(system: System, run: Solution, ledger: Ledger) -> None:
+    """Angle, rate and acceleration of driven bodies, beside those of the laws."""
+    parts = (("angle", 1.0), ("omega", 0.0), ("alpha", 0.0))
+    for driver in system.drivers:
+        by_law = laws_of(system, run, driver)
+        if by_law is None or not isinstance(driver, AngleDriver):
+            continue
+        body, base = run[driver.body], run[driver.relative_to]
+        for n, (key, least) in enumerate(parts[: 1 if run.analysis == "statics" else 3]):
+            kind = f"driven {key}"
+            ledger.size(kind, np.append(by_law[n], least))
+            if ledger.sizes[kind] > 0.0:
+                ours = getattr(body, key) - getattr(base, key)
+                ledger.add(kind, f"{driver.name}: {key} by its law", ours, by_law[n])
+
+
+def _meshing(system: System, run: Solution, ledger: Ledger) -> None:
+    """What gears, racks, wheels, cams and couplings hold keeps its value: rate, acceleration."""
+    if run.analysis == "statics":
+        return
+    machine = system.mechanism
+    joints = [joint for joint in machine.joints if isinstance(joint, MESHING)]
+    for element in (*joints, *machine.couplings):
+        for n, (first, second, *sizes) in enumerate(held_rates(system, run, element)):
+            for key, part, size in (("rate", first, sizes[0]), ("acceleration", second, sizes[1])):
+                kind = f"{element.name} {key}"
+                ledger.size(kind, size)
+                if ledger.sizes[kind] > 0.0:
+                    name = f"{element.name}: {key} of row {n}"
+                    ledger.add(kind, name, np.zeros(len(run)), part)
+
+
+class _Ends:
+    """The two bodies of a joint, as a driver tells its own."""
+
+    def __init__(self, joint: Any) -> None:
+        self.bodies = (joint.i.body, joint.j.body)
+
+
+def _power(system: System, run: Solution, left: Array, rates: Array, ledger: Ledger) -> None:
+    """Power of loads, inertia and drivers: nothing is left, whatever the joints carry."""
+    terms = left * rates
+    given = [run.effort(d.name) * run.driven(d.name)[1] for d in system.drivers]
+    whole = terms.sum(axis=(1, 2)) + sum(given, np.zeros(len(run)))
+    ledger.size("power", terms)
+    for part in given:
+        ledger.size("power", part)
+    if ledger.sizes["power"] > 0.0:
+        ledger.add("power", "power", np.zeros(len(run)), whole)

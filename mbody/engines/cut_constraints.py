@@ -1,0 +1,127 @@
+"""Cut joints and drivers by the kinematics of another engine: what they hold, and how they push.
+
+A row holds n·d, with n fixed in body i or along d, or an angle. Its force n on j acts at the place
+on j, its opposite on i at the same place; so the row's Jacobian is what that force does. With p the
+place on j, and of body i the point that is there:  Φ̇ = n·v_rel,  Φ̈ = n·(a_rel − 2 ω_i × v_rel).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mbody.engines.spanning_tree import Frame, frame
+from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
+from mbody.model.element import Element
+from mbody.model.joints import Distance, Fixed, PinSlot, Prismatic, Revolute
+from mbody.system.system import System
+
+__all__ = ["HELD", "Tie", "ties"]
+
+Array = np.ndarray
+
+#: Joints that are held by rows of this kind.
+HELD = (Revolute, Prismatic, Fixed, Distance, PinSlot)
+
+
+@dataclass(frozen=True)
+class Tie:
+    """One row: where it pushes and how, and its value, rate and acceleration.
+
+    Attributes
+    ----------
+    i, j : str
+        The bodies.
+    place : array (2,)
+    force : array (2,)
+        On j at the place, of a unit multiplier.
+    torque : float
+    value, rate, change : float
+        What the row holds, and its derivatives.
+    jacobian : array (n,)
+    """
+
+    i: str
+    j: str
+    place: Array
+    force: Array
+    torque: float
+    value: float
+    rate: float
+    change: float
+    jacobian: Array
+
+
+def ties(system: System, element: Element, bodies: Any) -> list[Tie]:
+    """The rows of a joint or a driver.
+
+    Parameters
+    ----------
+    bodies : mapping
+        Poses by name, with ``place``, ``angle``, ``arm``, ``moving``, ``velocity``,
+        ``acceleration`` and ``pulled``.
+    """
+    if isinstance(element, AngleDriver):
+        return [_angle(element.relative_to, element.body, bodies, 0.0)]
+    one: Any = element
+    i, j = frame(system, element, "i"), frame(system, element, "j")
+    row = _Row(one.i.body, one.j.body, i, j, bodies)
+    direction = bodies[one.i.body].angle + i.angle
+    along = np.array([math.cos(direction), math.sin(direction)])
+    across = np.array([-along[1], along[0]])
+    turn = _angle(one.i.body, one.j.body, bodies, j.angle - i.angle)
+    if isinstance(element, Revolute):
+        return [row.fixed(np.array([1.0, 0.0])), row.fixed(np.array([0.0, 1.0]))]
+    if isinstance(element, Fixed):
+        return [row.fixed(np.array([1.0, 0.0])), row.fixed(np.array([0.0, 1.0])), turn]
+    if isinstance(element, Prismatic):
+        return [row.fixed(across), turn]
+    if isinstance(element, PinSlot):
+        return [row.fixed(across)]
+    if isinstance(element, CoordinateDriver):
+        return [row.fixed(along)]
+    assert isinstance(element, Distance | DistanceDriver)
+    return [row.reach()]
+
+
+def _angle(i: str, j: str, bodies: Any, more: float) -> Tie:
+    """θ_j − θ_i + what is given, within −π … π."""
+    a, b = bodies[i], bodies[j]
+    jacobian = b.jacobian[2] - a.jacobian[2]
+    rate, change = b.velocity[2] - a.velocity[2], b.acceleration[2] - a.acceleration[2]
+    turn = math.remainder(b.angle - a.angle + more, 2.0 * math.pi)
+    return Tie(i, j, b.place, np.zeros(2), 1.0, turn, float(rate), float(change), jacobian)
+
+
+class _Row:
+    """Rows between two places."""
+
+    def __init__(self, i: str, j: str, at_i: Frame, at_j: Frame, bodies: Any) -> None:
+        self.i, self.j, self.a, self.b = i, j, bodies[i], bodies[j]
+        self.near = self.a.place + self.a.arm(at_i)
+        self.place = self.b.place + self.b.arm(at_j)
+        self.d = self.place - self.near
+        # of i the point that is where the place on j is
+        va, aa = self.a.moving(self.place - self.a.place)
+        vb, ab = self.b.moving(self.place - self.b.place)
+        self.v = vb - va
+        w = self.a.velocity[2]
+        self.acceleration = ab - aa - 2.0 * w * np.array([-self.v[1], self.v[0]])
+
+    def fixed(self, n: Array) -> Tie:
+        """n·d, n fixed in i."""
+        return self._tie(n, float(n @ self.d), float(n @ self.acceleration))
+
+    def reach(self) -> Tie:
+        """|d|: in the axes of i it grows by what of the velocity goes across, too."""
+        length = math.hypot(*self.d)
+        n = self.d / length
+        across = float(n[0] * self.v[1] - n[1] * self.v[0])
+        return self._tie(n, length, float(n @ self.acceleration) + across * across / length)
+
+    def _tie(self, n: Array, value: float, change: float) -> Tie:
+        jacobian = self.b.pulled(n, 0.0, self.place) - self.a.pulled(n, 0.0, self.place)
+        return Tie(self.i, self.j, self.place, n, 0.0, value, float(n @ self.v), change, jacobian)

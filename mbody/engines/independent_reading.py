@@ -1,0 +1,407 @@
+"""The numbers of a system read once more, for engines that judge it: plain arithmetic, and pint.
+
+Text with units is evaluated by Python's own parser with the units of pint, and masses, places and
+laws follow from the numbers by formulas written here. So a fault in mbody's units, formulas, arms,
+masses or law kernels is not repeated by the engines that find it. What is not read anew (laws with
+tables, Python functions, formulas that Python reads otherwise) is taken as the system has it.
+"""
+
+from __future__ import annotations
+
+import ast
+import functools
+import math
+import re
+import weakref
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from mbody.engines.taylor import Jet
+from mbody.laws import (
+    Constant,
+    ConstantAcceleration,
+    ConstantSpeed,
+    Expression,
+    Harmonic,
+    Law,
+    Polynomial,
+)
+from mbody.model.driver import AngleDriver
+from mbody.model.element import Element, Marker, Polar
+from mbody.model.loads import Torque, TorsionDamper, TorsionSpring
+from mbody.model.mechanism import Mechanism
+from mbody.quantities import Formula
+from mbody.quantities.units import DIMENSIONS
+from mbody.system.assembler import assemble
+from mbody.system.system import System
+
+__all__ = ["PlainLaw", "Reading", "law_by_formula", "laws_of", "reading"]
+
+#: How far a number read anew may be from the system's before it counts as the system's fault: what
+#: is nearer is rounding, and the system's own number is as good.
+ROUNDING = 1e-13
+
+_known: weakref.WeakKeyDictionary[System, Reading] = weakref.WeakKeyDictionary()
+
+
+def reading(system: System) -> Reading:
+    """The reading of a system of one design, made once.
+
+    >>> import mbody
+    >>> system = mbody.assemble(mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 2, 3)))
+    >>> reading(system).mass("coupler")
+    (2.0, 1.5)
+    """
+    if system not in _known:
+        _known[system] = Reading(system)
+    return _known[system]
+
+
+class Reading:
+    """Numbers, places, masses and laws of a system of one design.
+
+    Attributes
+    ----------
+    values : dict
+        Numbers by dotted name, in the units of the mechanism.
+    """
+
+    def __init__(self, system: System) -> None:
+        self.system, self.mechanism = system, system.mechanism
+        self.values: dict[str, Any] = dict(system.values)
+        self._laws: dict[tuple[str, str], Any] = {}
+        self._formulas = dict(self._texts())
+        self._parameters = {name: self.values.get(name) for name in self.mechanism.parameters}
+        for name in self.mechanism.parameters:
+            self._parameters[name] = self._parameter(name, frozenset())
+        for name, formula in self._formulas.items():
+            anew = self._number(formula)
+            ours = self.values.get(name)
+            if anew is None or ours is None or np.ndim(ours):
+                continue
+            if abs(anew - ours) > ROUNDING * abs(anew):
+                self.values[name] = anew
+
+    def __getitem__(self, name: str) -> Any:
+        return self.values[name]
+
+    def _texts(self) -> Iterator[tuple[str, Formula]]:
+        """What the user wrote as text, of the numbers that the system has not been given since."""
+        own = assemble(self.mechanism).values
+        given = {**self.mechanism.parameters, **self.mechanism.formulas}
+        for name, formula in given.items():
+            if not isinstance(formula, Formula) or np.ndim(self.values.get(name, 0.0)):
+                continue
+            follows = name in self.system.formulas
+            if follows or own.get(name) == self.values.get(name):
+                yield name, formula
+
+    def _parameter(self, name: str, asked: frozenset[str]) -> float:
+        """The value of a parameter in the units of the mechanism."""
+        own = float(self.values.get(name, 0.0))
+        formula = self._formulas.get(name)
+        if formula is None or name in asked:
+            return own
+        for other in formula.names & self._parameters.keys():
+            self._parameters[other] = self._parameter(other, asked | {name})
+        anew = self._number(formula)
+        return own if anew is None else anew
+
+    def _number(self, formula: Any) -> float | None:
+        """The value of a formula; None where it is not read anew."""
+        found = evaluated(formula.text, self._parameters, self.mechanism)
+        if found is None:
+            return None
+        value, measured = found
+        if not measured and not formula.names and formula.dimension == DIMENSIONS["angle"]:
+            return None  # whether a plain number is in degrees, the field says
+        return float(value)
+
+    # -- places -------------------------------------------------------------------------------
+
+    def point(self, name: str) -> tuple[float, float]:
+        """(x, y) of a point by its dotted name, in link axes."""
+        if f"{name}.r" in self.values:
+            r, angle = float(self.values[f"{name}.r"]), float(self.values[f"{name}.angle"])
+            return r * math.cos(angle), r * math.sin(angle)
+        return float(self.values[f"{name}.x"]), float(self.values[f"{name}.y"])
+
+    def place(self, element: Element, field: str) -> tuple[float, float]:
+        """(x, y) of a marker in link axes."""
+        marker: Marker = element.places()[field]
+        if isinstance(marker.point, str):
+            return self.point(f"{marker.body}.{marker.point}")
+        if f"{element.name}.{field}.x" in self.values or f"{element.name}.{field}.r" in self.values:
+            return self.point(f"{element.name}.{field}")
+        if isinstance(marker.point, Polar):
+            r, angle = marker.point.r, marker.point.angle
+            return r * math.cos(angle), r * math.sin(angle)
+        return float(marker.point[0]), float(marker.point[1])
+
+    def arm(self, element: Element, field: str) -> tuple[float, float]:
+        """(x, y) from the mass centre of the marker's body to the marker, in link axes."""
+        x, y = self.place(element, field)
+        body = element.places()[field].body
+        cx, cy = (0.0, 0.0) if body == "ground" else self.point(f"{body}.cg")
+        return x - cx, y - cy
+
+    def angle(self, element: Element, field: str) -> float:
+        """Direction of a marker in link axes [rad]."""
+        return float(self.values[f"{element.name}.{field}.angle"])
+
+    # -- masses -------------------------------------------------------------------------------
+
+    def mass(self, body: str) -> tuple[float, float]:
+        """Mass and moment of inertia of a body."""
+        if body == "ground":
+            return 0.0, 0.0
+        mass = float(self.values.get(f"{body}.mass") or 0.0)
+        weight = self.values.get(f"{body}.weight")
+        if not mass and weight:
+            mass = float(weight) / self.mechanism.g
+        return mass, float(self.values.get(f"{body}.inertia") or 0.0)
+
+    @functools.cached_property
+    def masses(self) -> np.ndarray:
+        """(bodies, 3): m, m, I of the moving bodies."""
+        rows = [self.mass(body.name) for body in self.mechanism.bodies]
+        return np.array([(m, m, inertia) for m, inertia in rows]).reshape(-1, 3)
+
+    # -- laws ---------------------------------------------------------------------------------
+
+    def law(self, element: Element, field: str = "law") -> Any:
+        """A law of a driver or a load, by its formula."""
+        key = element.name, field
+        if key not in self._laws:
+            self._laws[key] = self._law(element, field)
+        return self._laws[key]
+
+    def _law(self, element: Element, field: str) -> Any:
+        law: Law = getattr(element, field)
+        own = law.numbers()
+        name = f"{element.name}.{field}"
+        plain = set(own) == {"value"}
+        numbers = {k: float(self.values[name if plain else f"{name}.{k}"]) for k in own}
+        if isinstance(law, Expression) and numbers == own:
+            turning = isinstance(element, AngleDriver | Torque | TorsionSpring | TorsionDamper)
+            written = _written(law, self._parameters, self.mechanism, turning)
+            if written is not None:
+                return written
+        return law_by_formula(law.with_numbers(numbers))
+
+
+def laws_of(
+    system: System, run: Any, driver: Any, instants: Any = slice(None)
+) -> np.ndarray | None:
+    """(3, instants): what the law of a driver says at instants of a run; None where the run was
+    given other values.
+    """
+    if run.given is not None:
+        return None
+    law = reading(system).law(driver)
+    table = [law.derivatives(float(t)) for t in np.asarray(run.t)[instants]]
+    return np.array(table).reshape(-1, 3).T
+
+
+class PlainLaw:
+    """A law as plain formulas: called it gives values, and `derivatives` (f, f′, f″) at a place."""
+
+    def __init__(self, of: Any) -> None:
+        self._of = of
+
+    def __call__(self, x: Any) -> Any:
+        """Values at a place, or at an array of them."""
+        return self.derivatives(x)[0]
+
+    def derivatives(self, x: Any) -> tuple[Any, Any, Any]:
+        """(f, f′, f″) at a place, or at an array of them."""
+        if np.ndim(x):
+            places = np.asarray(x, dtype=float)
+            table = np.array([self.derivatives(one) for one in places.ravel().tolist()])
+            f, f1, f2 = table.reshape(*places.shape, 3).transpose(-1, *range(places.ndim))
+            return f, f1, f2
+        found = self._of(Jet(float(x), 1.0))
+        if not isinstance(found, Jet):
+            found = Jet(float(found))
+        return float(found.f), float(found.f1), float(found.f2)
+
+
+def law_by_formula(law: Law) -> Any:
+    """The same law by a formula written here; the law itself where there is none.
+
+    >>> law_by_formula(Harmonic(1.0, 2.0, 10.0)).derivatives(0.0)[:2]
+    (1.0, 20.0)
+    """
+    n: Any = law.numbers()
+    match law:
+        case Constant():
+            return PlainLaw(lambda x: n["value"] + 0.0 * x)
+        case ConstantSpeed():
+            return PlainLaw(lambda x: n["value"] + n["speed"] * x)
+        case ConstantAcceleration():
+            half = 0.5 * n["acceleration"]
+            return PlainLaw(lambda x: n["value"] + n["speed"] * x + half * (x * x))
+        case Harmonic():
+            wave, phase = n["frequency"], n["phase"]
+            return PlainLaw(lambda x: n["mean"] + n["amplitude"] * (wave * x + phase).sin())
+        case Polynomial():
+            coefficients = [n[f"c{k}"] for k in range(len(n))]
+
+            def horner(x: Any) -> Any:
+                found: Any = Jet(0.0)
+                for c in reversed(coefficients):
+                    found = found * x + c
+                return found
+
+            return PlainLaw(horner)
+    return law
+
+
+def _written(
+    law: Expression, parameters: dict[str, Any], mechanism: Mechanism, turning: bool
+) -> PlainLaw | None:
+    """A formula's law by its text; None where it is not read anew."""
+    found = parsed(law.text, parameters, mechanism)
+    if found is None or (turning and not found[1]):
+        return None
+    tree, names = found[0], _names(parameters)
+
+    def at(x: Any) -> Any:
+        return _value(tree, {**names, "t": x, "x": x})
+
+    try:
+        at(Jet(0.37, 1.0))
+    except Exception:  # a function that jets have not
+        return None
+    return PlainLaw(at)
+
+
+# -- formulas ---------------------------------------------------------------------------------
+
+_NUMBER = r"(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_NAME = r"[^\W\d]\w*"
+_POWER = r"(?:\^-?\d+)?"
+#: A number and the unit behind it, which belongs to it more tightly than any operation.
+_MEASURED = re.compile(rf"({_NUMBER})\s*({_NAME}{_POWER}(?:\s*[*/]\s*{_NAME}{_POWER})*)")
+_PRETTY = str.maketrans({"·": "*", "²": "^2", "³": "^3", "⁴": "^4", "−": "-", "°": "deg"})
+_FUNCTIONS: dict[str, Any] = {
+    **{"sin": np.sin, "cos": np.cos, "tan": np.tan, "sqrt": np.sqrt, "exp": np.exp, "log": np.log},
+    **{"asin": np.arcsin, "acos": np.arccos, "atan": np.arctan, "atan2": np.arctan2},
+    **{"abs": np.abs, "min": min, "max": max, "hypot": np.hypot},
+}
+
+
+@functools.cache
+def _pint() -> Any:
+    import pint
+
+    return pint.UnitRegistry()
+
+
+def scale(unit: str, mechanism: Mechanism) -> float:
+    """How large a unit is in the units of the mechanism, by pint.
+
+    Raises
+    ------
+    Exception
+        Of pint, for what is no unit.
+    """
+    registry = _pint()
+    of = mechanism.units
+    one = (1.0 * registry.parse_units(unit)).to_base_units()
+    length, force, time = (
+        (1.0 * registry.parse_units(name)).to_base_units().magnitude
+        for name in (of.length, of.force, of.time)
+    )
+    mass = force * time**2 / length
+    powers = dict(one.dimensionality)
+    size = (
+        length ** powers.pop("[length]", 0)
+        * mass ** powers.pop("[mass]", 0)
+        * time ** powers.pop("[time]", 0)
+    )
+    if powers:
+        raise ValueError(unit)
+    return float(one.magnitude / size)
+
+
+def evaluated(
+    text: str, parameters: dict[str, Any], mechanism: Mechanism
+) -> tuple[Any, bool] | None:
+    """A formula's value in the units of the mechanism, and whether units stand in it; None for what
+    Python and pint do not read.
+
+    >>> import mbody
+    >>> machine = mbody.Mechanism("in inches", units="in-lbf-s")
+    >>> round(evaluated("2*a + 25.4 mm", {"a": 3.0}, machine)[0], 12)
+    7.0
+    """
+    found = parsed(text, parameters, mechanism)
+    try:
+        return None if found is None else (_value(found[0], _names(parameters)), found[1])
+    except Exception:  # whatever a name that is none, or a number that is none, raises
+        return None
+
+
+def parsed(
+    text: str, parameters: dict[str, Any], mechanism: Mechanism
+) -> tuple[ast.expr, bool] | None:
+    """A formula as Python's tree, units being numbers in it, and whether there were any; None for
+    what Python and pint do not read.
+    """
+    measured, own = False, {*parameters, *_FUNCTIONS, "t", "x", "pi"}
+
+    def bracketed(found: re.Match[str]) -> str:
+        nonlocal measured
+        number, unit = found.groups()
+        parts = re.split(r"([*/])", unit.replace(" ", ""))
+        # right behind a number stands a unit; further on, a name may be a parameter
+        kept, parts = parts[:1], parts[1:]
+        while parts and parts[1].partition("^")[0] not in own:
+            kept += parts[:2]
+            parts = parts[2:]
+        measured = True
+        size = scale("".join(kept).replace("^", "**"), mechanism)
+        return f"({number}*{size!r}){''.join(parts)}"
+
+    try:
+        plain = _MEASURED.sub(bracketed, text.translate(_PRETTY)).replace("^", "**")
+        return ast.parse(plain.strip(), mode="eval").body, measured
+    except Exception:  # whatever Python's parser or pint raise
+        return None
+
+
+def _names(parameters: dict[str, Any]) -> dict[str, Any]:
+    """What names in a formula stand for."""
+    return {**parameters, **_FUNCTIONS, "pi": math.pi}
+
+
+def _value(node: ast.AST, names: dict[str, Any]) -> Any:
+    """The value of a node of Python's tree: numbers, names, the four operations, powers, calls."""
+    match node:
+        case ast.Constant(value=int() | float() as value):
+            return float(value)
+        case ast.Name(id=name):
+            return names[name]
+        case ast.UnaryOp(op=ast.USub(), operand=operand):
+            return -_value(operand, names)
+        case ast.UnaryOp(op=ast.UAdd(), operand=operand):
+            return _value(operand, names)
+        case ast.BinOp(left=left, op=operation, right=right):
+            a, b = _value(left, names), _value(right, names)
+            match operation:
+                case ast.Add():
+                    return a + b
+                case ast.Sub():
+                    return a - b
+                case ast.Mult():
+                    return a * b
+                case ast.Div():
+                    return a / b
+                case ast.Pow():
+                    return a**b
+        case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
+            return names[name](*[_value(argument, names) for argument in arguments])
+    raise ValueError(ast.dump(node))

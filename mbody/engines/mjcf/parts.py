@@ -1,0 +1,175 @@
+"""What the writer of MJCF is made of: units, numbers as text, coordinates, the finished file."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbody.engines.opinion import Inexpressible
+from mbody.engines.spanning_tree import Branch, Tree, tree_motion
+from mbody.quantities.units import UnitSystem
+from mbody.solution.solution import Solution
+from mbody.system.system import System
+
+__all__ = ["Column", "Exported", "Scale", "branch_columns", "numbers", "placed", "safe"]
+
+
+@dataclass(frozen=True)
+class Scale:
+    """SI units in one unit of a mechanism."""
+
+    length: float
+    mass: float
+    time: float
+
+    @staticmethod
+    def of(units: UnitSystem) -> Scale:
+        """Those of a unit system."""
+        return Scale(*(float(units.unit(key).ratio) for key in ("length", "mass", "time")))
+
+    @property
+    def force(self) -> float:
+        """Newtons."""
+        return self.mass * self.length / self.time**2
+
+    @property
+    def torque(self) -> float:
+        """Newton metres; joules."""
+        return self.force * self.length
+
+
+@dataclass(frozen=True)
+class Column:
+    """One coordinate of the file.
+
+    Attributes
+    ----------
+    name : str
+        Of its joint there.
+    of : Branch
+        Whose coordinate it is.
+    which : int
+        Which of the branch's: 0, or of a free one 0, 1, 2 for x, y, angle.
+    way : bool
+        Whether it is a length.
+    direction : float
+        Of a way: on the body [rad], in the world where it is free.
+    """
+
+    name: str
+    of: Branch
+    which: int = 0
+    way: bool = False
+    direction: float = 0.0
+
+
+@dataclass(frozen=True)
+class Exported:
+    """A mechanism in another form.
+
+    Attributes
+    ----------
+    text : str
+        The file, in SI units.
+    not_expressible : tuple of Inexpressible
+        Elements that it has no words for, and why.
+    notes : tuple of str
+        Sentences: what stands in it in another way than in the mechanism.
+    columns : tuple of Column
+        Its coordinates, in their order; all are zero at the start.
+    stand_ins : tuple of str
+        Bodies with a small mass or inertia where the mechanism has none.
+    laws : dict
+        Field of the law, by name of the element that an actuator stands for.
+    built : frozenset of str
+        Names of all elements that are in it.
+    reversed : frozenset of str
+        Torsion springs whose angle it counts the other way round.
+    hung : tuple
+        (name in the file, branch) of every body, a part of one that slides too.
+    system : System
+    start : Solution
+        The instant at which it stands.
+    scale : Scale
+    """
+
+    text: str
+    not_expressible: tuple[Inexpressible, ...]
+    notes: tuple[str, ...]
+    columns: tuple[Column, ...]
+    stand_ins: tuple[str, ...]
+    laws: dict[str, str]
+    built: frozenset[str]
+    reversed: frozenset[str]
+    hung: tuple[tuple[str, Branch], ...]
+    system: System
+    start: Solution
+    scale: Scale
+
+    def motion(self, run: Solution) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Coordinates of the file, rates and accelerations (instants, columns) in SI units, of a
+        run's poses.
+        """
+        tree = Tree(tuple(column.of for column in self.columns), (), ())
+        units = np.array([self.scale.length if one.way else 1.0 for one in self.columns])
+        q, v, a = (_picked(part, self.columns) for part in tree_motion(tree, run))
+        first = _picked(tree_motion(tree, self.start)[0], self.columns)[-1]
+        time = self.scale.time
+        return (q - first) * units, v * units / time, a * units / time**2
+
+    def __str__(self) -> str:
+        return self.text
+
+
+def _picked(whole: np.ndarray, columns: tuple[Column, ...]) -> np.ndarray:
+    """Of every column's branch the one coordinate that it is."""
+    ends = np.cumsum([column.of.freedom for column in columns])
+    index = [
+        int(end) - column.of.freedom + column.which
+        for end, column in zip(ends, columns, strict=True)
+    ]
+    return whole[:, index]
+
+
+def branch_columns(branch: Branch) -> tuple[Column, ...]:
+    """The coordinates of a branch of the tree."""
+    if branch.kind == "free":
+        name = branch.body
+        return (
+            Column(f"{name}.x", branch, 0, True, 0.0),
+            Column(f"{name}.y", branch, 1, True, 0.5 * math.pi),
+            Column(f"{name}.angle", branch, 2),
+        )
+    if branch.joint is None or branch.kind == "fixed":
+        return ()
+    if branch.kind == "prismatic":
+        return (Column(branch.joint.name, branch, 0, True, branch.on_body.angle),)
+    return (Column(branch.joint.name, branch),)
+
+
+def numbers(unit: float, *values: float) -> str:
+    """Numbers times a unit, as text that keeps all digits; rounding of the greatest is zero.
+
+    >>> numbers(2.0, 0.5, -1.0, 1e-20)
+    '1 -2 0'
+    """
+    least = 1e-16 * max(map(abs, values))
+    kept = (value if abs(value) > least else 0.0 for value in values)
+    return " ".join(repr(float(unit * value) + 0.0).removesuffix(".0") for value in kept)
+
+
+def safe(body: str) -> str:
+    """The name of a body in the file, where ``world`` is the ground's.
+
+    >>> safe("crank"), safe("world")
+    ('crank', 'world.body')
+    """
+    return "world.body" if body == "world" else body
+
+
+def placed(x: float, y: float, theta: float, at: tuple[float, float]) -> tuple[float, float]:
+    """The world place [length] of a place on a body at (x, y) with the angle theta."""
+    c, s = math.cos(theta), math.sin(theta)
+    return x + c * at[0] - s * at[1], y + s * at[0] + c * at[1]

@@ -1,0 +1,112 @@
+"""What MuJoCo says of a result: joint forces by its inverse dynamics, motions by its steps."""
+
+from __future__ import annotations
+
+import importlib
+
+import numpy as np
+
+from mbody.engines.mjcf import to_mjcf
+from mbody.engines.mujoco.forces import force_rows
+from mbody.engines.mujoco.motion import motion_rows
+from mbody.engines.mujoco.replay import Replay
+from mbody.engines.opinion import Inexpressible, Opinion, Row
+from mbody.errors import ModelError, SolveError
+from mbody.model.coupling import Coupling
+from mbody.model.joints import Joint
+from mbody.solution.solution import Solution
+from mbody.system.system import System
+
+__all__ = ["opinion"]
+
+#: Instants that are looked at, spread over the run; fewer where their equations are large, for
+#: these take the cube of their size.
+MOST, FEWEST, LARGE = 200, 9, 30
+
+
+def opinion(system: System, run: Solution) -> Opinion:
+    """What MuJoCo finds of the same mechanism: efforts, joint forces, accelerations and motions.
+
+    Parameters
+    ----------
+    system : System
+        Of one design: what MuJoCo is to build, as `to_mjcf` writes it.
+    run : Solution
+        Of kinetostatics, statics or simulate.
+
+    Returns
+    -------
+    Opinion
+
+    Raises
+    ------
+    ModelError
+        For a batch, or a run without forces.
+    SolveError
+        Where MuJoCo is not installed.
+
+    Notes
+    -----
+    MuJoCo's own constraints are soft, and its `mj_inverse` counts no force of a loop. So forces are
+    found from its mass matrix, bias, passive forces and constraint Jacobian, and handed to its
+    `mj_rnePostConstraint`, which tells what joints carry: that is sharp. Free motions are run by
+    its Runge-Kutta steps, three times with halved steps; the difference of the finest two is what
+    its answer may be off by.
+    """
+    try:
+        importlib.import_module("mujoco")
+    except ImportError:
+        raise SolveError(
+            "a second opinion by MuJoCo needs the package mujoco, which is not installed: "
+            "pip install mujoco"
+        ) from None
+    if system.batch is not None or run.record.batch:
+        raise ModelError("MuJoCo takes one design: choose one of the batch with design(n)")
+    if not run.has_forces:
+        raise ModelError(
+            f"{run.analysis} finds no forces to check: use kinetostatics, statics or simulate"
+        )
+    return _opinion(system, run)
+
+
+def _opinion(system: System, run: Solution) -> Opinion:
+    """The same of what MuJoCo can be asked."""
+    made = to_mjcf(system, run.take([0]))
+    refused = list(made.not_expressible)
+    names = {one.name for one in system.mechanism if isinstance(one, (Joint, Coupling))}
+    engine = f"MuJoCo {_version()}"
+    if any(one.element in names for one in refused):
+        return Opinion(engine, (), tuple(refused), ("without these constraints nothing is left",))
+    notes = []
+    taken = [load.name for load in run.mechanism.loads if load.name not in made.built]
+    # these act on bodies by their wrenches; of a motion their own reasons are told
+    drivers = {driver.name for driver in system.drivers}
+    refused = [one for one in refused if one.element not in drivers.union(taken)]
+    if taken:
+        notes.append(
+            f"{', '.join(map(repr, taken))}: not in MuJoCo, acts as the wrench that mbody tells"
+        )
+    notes += [note for note in made.notes if "angles" in note]
+    most = max(FEWEST, int(MOST * min(1.0, (LARGE / len(made.columns)) ** 3)))
+    if len(run) > most:
+        run_seen = run.take(np.unique(np.linspace(0, len(run) - 1, most).astype(int)))
+        notes.append(f"forces are compared at {most} of {len(run)} instants")
+    else:
+        run_seen = run
+    rows: list[Row]
+    rows, more = force_rows(Replay(made, run_seen))
+    refused += more
+    if run.analysis == "simulate":
+        moved, cannot, said = motion_rows(made, run, run_seen)
+        rows, refused, notes = rows + moved, refused + cannot, notes + said
+    return Opinion(engine, tuple(rows), _once(refused), tuple(notes))
+
+
+def _once(refused: list[Inexpressible]) -> tuple[Inexpressible, ...]:
+    return tuple(dict.fromkeys(refused))
+
+
+def _version() -> str:
+    from importlib.metadata import version
+
+    return version("mujoco")

@@ -1,0 +1,224 @@
+"""Joint forces and efforts that MuJoCo finds for a given motion: inverse dynamics with loops."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mbody.engines.mjcf.parts import Exported, safe
+from mbody.engines.mujoco.replay import Replay
+from mbody.engines.opinion import Inexpressible, Row
+from mbody.engines.spanning_tree import Branch
+from mbody.model.coupling import AngleCoupling
+from mbody.model.driver import AngleDriver
+from mbody.model.joints import Distance, Fixed, Gear, Prismatic, Revolute
+
+if TYPE_CHECKING:
+    from mbody.solution.solution import Solution
+
+__all__ = ["force_rows"]
+
+Array = np.ndarray
+
+#: How well our positions over a turn are closed, which the condition of the equations amplifies.
+CLOSED = 2e-12
+#: Part of a null vector below which a force has one value.
+UNIQUE = 1e-6
+#: Torques below this part of the forces times the model length are rounding, and forces so too.
+NOTHING = 1e-10
+
+
+class _Found:
+    """Forces by name and kind, of all instants: theirs and ours."""
+
+    def __init__(self) -> None:
+        self.values: dict[tuple[str, str], list[tuple[Array, Array]]] = {}
+        #: What the constraints leave of all forces on the coordinates, and the size of these.
+        self.balance: list[tuple[float, float]] = []
+
+    def add(self, name: str, kind: str, ours: Any, theirs: Any) -> None:
+        pair = np.atleast_1d(np.asarray(ours, float)), np.atleast_1d(np.asarray(theirs, float))
+        self.values.setdefault((name, kind), []).append(pair)
+
+    def rows(self, expected: float, reason: str, length: float) -> list[Row]:
+        """A row a quantity, by the greatest of its kind, or what is left of others by rounding."""
+        greatest: dict[str, float] = {}
+        for (_, kind), pairs in self.values.items():
+            top = max(float(np.linalg.norm(pair[0])) for pair in pairs)
+            greatest[kind] = max(greatest.get(kind, 0.0), top)
+        force, torque = greatest.get("force", 0.0) * length, greatest.get("torque", 0.0)
+        if torque < NOTHING * force:
+            greatest["torque"] = force
+        elif force < NOTHING * torque:
+            greatest["force"] = torque / length
+        found = []
+        for (name, kind), pairs in self.values.items():
+            apart = [float(np.linalg.norm(ours - theirs)) for ours, theirs in pairs]
+            worst = int(np.argmax(apart))
+            ours, theirs = (
+                float(part[0]) if len(part) == 1 else float(np.linalg.norm(part))
+                for part in pairs[worst]
+            )
+            difference = apart[worst] / (greatest[kind] or 1.0)
+            found.append(Row(name, ours, theirs, difference, expected, reason))
+        left, size = (max(part) for part in zip(*self.balance, strict=True))
+        # forces and torques on coordinates stand beside each other here, as in the model's length
+        return [*found, Row("balance", 0.0, left, left / (size or 1.0), expected, reason)]
+
+
+def force_rows(replay: Replay) -> tuple[list[Row], list[Inexpressible]]:
+    """Efforts and joint forces of every instant, by MuJoCo's inverse dynamics.
+
+    τ = M q̈ + bias − passive forces − loads must come from the constraints that close loops and
+    from the drivers, Jᵀ x = τ; with x, `mj_rnePostConstraint` gives what the tree's joints carry.
+    """
+    found, condition = _Found(), 1.0
+    open_names: set[str] = set()
+    lost = _lost(replay.made)
+    for step in range(len(replay.run)):
+        condition = max(condition, _instant(replay, step, found, open_names))
+    expected = CLOSED * condition
+    reason = (
+        f"positions closed to {CLOSED:.0e}, times the condition {condition:.0e} of its equations"
+    )
+    for name in (*open_names, *lost):
+        for key in [key for key in found.values if key[0].partition(".")[0] == name]:
+            del found.values[key]
+    refused = [
+        Inexpressible(name, "its force is not unique: redundant constraints share it otherwise")
+        for name in sorted(open_names - lost)
+    ]
+    refused += [
+        Inexpressible(name, "its force: a gear pair that couples angles leaves bearings unloaded")
+        for name in sorted(lost)
+    ]
+    return found.rows(expected, reason, replay.made.system.length), refused
+
+
+def _lost(made: Exported) -> set[str]:
+    """Joints of which MuJoCo's forces are not those of the mechanism, for gears among them."""
+    joints = made.system.mechanism.joints
+    return {one.name for one in joints} if any(type(one) is Gear for one in joints) else set()
+
+
+def _instant(replay: Replay, step: int, found: _Found, open_names: set[str]) -> float:
+    """One instant: all forces; the condition of its equations."""
+    replay.at(step)
+    data, made, run = replay.data, replay.made, replay.run
+    machine, scale = made.system.mechanism, made.scale
+    replay.apply(replay.told())
+    terms = np.array(
+        [
+            *(replay.mass() @ replay.a[step], data.qfrc_bias),
+            *(-data.qfrc_passive, -data.qfrc_actuator, -replay.on_coordinates()),
+        ]
+    )
+    tau = terms.sum(axis=0)
+    J, known = replay.rows(), len(replay.rows())
+    across = np.vstack([J, *(replay.driving(one) for one in machine.drivers)]).T
+    solved, condition, free = _solved(across, tau)
+    free[:known] &= replay.planar()
+    left = float(np.linalg.norm(tau - across @ solved)) / scale.torque
+    found.balance.append((left, float(np.linalg.norm(terms)) / scale.torque))
+    replay.apply(replay.loads())
+    for driver, x, loose in zip(machine.drivers, solved[known:], free[known:], strict=True):
+        unit = scale.torque if isinstance(driver, AngleDriver) else scale.force
+        kind = "torque" if isinstance(driver, AngleDriver) else "force"
+        if loose:
+            open_names.add(driver.name)
+        ours = run.effort(driver.name)[step]
+        found.add(f"{driver.name}.effort", kind, ours, x / unit)
+        replay.apply(replay.wrenches(driver, float(x)))
+    _closures(replay, solved[:known], free[:known], found, open_names)
+    data.qacc[:] = replay.a[step]
+    replay.carried()
+    loose_tree = bool(free.any())
+    for name, branch in _hung(made):
+        _tree_joint(replay, name, branch, found)
+        if loose_tree and branch.joint and not _told_unique(run, branch.joint.name):
+            open_names.add(branch.joint.name)
+    return condition
+
+
+def _told_unique(run: Solution, joint: str) -> bool:
+    """Whether the run knows a joint's force to be the only one."""
+    unique = run.reaction(joint).unique
+    return unique is not None and all(unique)
+
+
+def _solved(across: Array, tau: Array) -> tuple[Array, float, Array]:
+    """x of least norm with `across` x = τ, its condition, and which parts of x are not unique."""
+    scale = np.linalg.norm(across, axis=0)
+    kept = scale > 1e-12 * scale.max(initial=1e-300)
+    x, free = np.zeros(len(scale)), ~kept
+    if not kept.any():
+        return x, 1.0, free
+    part = across[:, kept] / scale[kept]
+    u, s, vt = np.linalg.svd(part, full_matrices=part.shape[1] > part.shape[0])
+    rank = int((s > 1e-9 * s[0]).sum())
+    x[kept] = (vt[:rank].T @ ((u[:, :rank].T @ tau) / s[:rank])) / scale[kept]
+    free[kept] = np.abs(vt[rank:]).max(axis=0, initial=0.0) > UNIQUE
+    return x, float(s[0] / s[rank - 1]), free
+
+
+def _closures(replay: Replay, x: Array, free: Array, found: _Found, open_names: set[str]) -> None:
+    """Forces of the constraints that close loops: given to the bodies, and told of joints."""
+    model, scale, step = replay.model, replay.made.scale, replay.step
+    for n in range(model.neq):
+        mine = replay.data.efc_id == n
+        part, name = x[mine], model.eq(n).name
+        element: Any = replay.elements[name]
+        kind = type(element)
+        if free[mine].any():
+            open_names.add(name)
+        if kind is AngleCoupling:
+            ours = replay.run.effort(name)[step]
+            found.add(f"{name}.effort", "torque", ours, part[0] / scale.torque)
+            for term in element.parts:
+                replay.apply(replay.turning(term.bodies, float(term.factor * part[0])))
+        if kind in (AngleCoupling, Gear):
+            continue
+        if kind is Revolute:
+            push, turn = -part[:2] if element.i.body != "ground" else part[:2], 0.0
+        elif kind is Distance:
+            i, j = replay.end(element, "i"), replay.end(element, "j")
+            push, turn = part[0] * (j - i) / np.hypot(*(j - i)), 0.0
+        else:
+            first, other, at, push, turn = replay.weld(n, part)
+            if kind is not Fixed:
+                replay.give(first, at, push, turn)
+                replay.give(other, at, -push, -turn)
+                continue
+            push, turn = -push, -turn
+        j = replay.end(element, "j")
+        for body, sign in ((element.i.body, -1.0), (element.j.body, 1.0)):
+            replay.give(replay.bodies[body], j, sign * push, sign * turn)
+        told = replay.run.reaction(name)
+        both = (told.fx[step], told.fy[step])
+        found.add(f"{name}.force", "force", both, push / scale.force)
+        if kind is Fixed:
+            found.add(f"{name}.torque", "torque", told.torque[step], turn / scale.torque)
+
+
+def _hung(made: Exported) -> list[tuple[str, Branch]]:
+    """Bodies of the file by name, and how they hang: those with a joint of the mechanism."""
+    return [(name, branch) for name, branch in made.hung if branch.joint is not None]
+
+
+def _tree_joint(replay: Replay, name: str, branch: Branch, found: _Found) -> None:
+    """What the joint carries by which a body hangs."""
+    joint, data, model = branch.joint, replay.data, replay.model
+    assert joint is not None
+    b = model.body(safe(name)).id
+    torque, force = data.cfrc_int[b][2], data.cfrc_int[b][3:5]
+    centre = data.subtree_com[model.body_rootid[b]][:2]
+    j = replay.end(joint, "j")
+    about = torque + (centre[0] - j[0]) * force[1] - (centre[1] - j[1]) * force[0]
+    sign = -1.0 if branch.reversed else 1.0
+    ours, step, scale = replay.run.reaction(joint.name), replay.step, replay.made.scale
+    told = (ours.fx[step], ours.fy[step])
+    found.add(f"{joint.name}.force", "force", told, sign * force / scale.force)
+    if type(joint) in (Prismatic, Fixed):
+        theirs = sign * about / scale.torque
+        found.add(f"{joint.name}.torque", "torque", ours.torque[step], theirs)

@@ -1,0 +1,252 @@
+"""Free motions by MuJoCo: accelerations at an instant, and trajectories by its own steps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mbody.analysis.dynamics.simulate import simulate
+from mbody.engines.mjcf import to_mjcf
+from mbody.engines.mjcf.parts import Exported, safe
+from mbody.engines.mujoco.guide import Guide
+from mbody.engines.mujoco.replay import Replay, without_stand_ins
+from mbody.engines.opinion import Inexpressible, Row
+from mbody.errors import ModelError, SolveError
+from mbody.model.body import Body
+from mbody.model.element import listed
+from mbody.model.joints import Distance
+
+if TYPE_CHECKING:
+    from mbody.solution.solution import Solution
+
+__all__ = ["motion_rows"]
+
+Array = np.ndarray
+
+#: Steps of the coarsest of three runs in the shortest time that the motion shows.
+STEPS = 100
+#: Steps of the finest run, at most.
+MOST = 80_000
+#: Coordinates at which a step takes twice its time, so that half of the steps are left.
+MANY = 20
+#: A change by halved steps above this part proves little.
+COARSE = 0.01
+#: The same where laws of time are asked at every stage of a step.
+MOST_GUIDED = 12_000
+#: What rounding makes of accelerations and positions.
+ROUNDING = 1e-10
+#: Tolerance of our own steps where they are run again, to see how far off they were.
+SHARP = 1e-12
+
+
+def motion_rows(
+    made: Exported, run: Solution, seen: Solution
+) -> tuple[list[Row], list[Inexpressible], list[str]]:
+    """Rows of accelerations and of the motion; what cannot be compared; sentences."""
+    machine = made.system.mechanism
+    if not Replay(made, seen).movable:
+        why = "its motion: MuJoCo moves no body without mass, and no load through a very small one"
+        light = made.stand_ins or (min(machine.bodies, key=_mass_in(made)).name,)
+        return [], [Inexpressible(name, why) for name in light], []
+    rods = [joint.name for joint in machine.joints if type(joint) is Distance]
+    why = "accelerations at an instant: MuJoCo leaves out the rate at which a tendon turns"
+    refused = [Inexpressible(name, why) for name in rods]
+    rows = [] if rods or machine.drivers else _accelerations(Replay(made, seen))
+    held = to_mjcf(made.system, made.start, held=True)
+    drivers = {driver.name for driver in machine.drivers}
+    loose = [one for one in held.not_expressible if one.element in drivers]
+    if loose:
+        return rows, [*refused, *loose], []
+    impacts = [one.t for one in run.events if one.after is not None]
+    notes: list[str] = []
+    if impacts:
+        run = run.take(np.flatnonzero(run.t < impacts[0]))
+        notes.append(f"the motion is compared up to the first impact, at t = {impacts[0]:g}")
+    if len(run) < 2:
+        return rows, refused, notes
+    return rows + _trajectories(held, run, notes), refused, notes
+
+
+def _mass_in(made: Exported) -> Callable[[Body], float]:
+    return lambda body: float(made.system.mass[3 * made.system.bodies[body.name], 0])
+
+
+def _accelerations(replay: Replay) -> list[Row]:
+    """Accelerations of every coordinate, by MuJoCo's solver of soft constraints.
+
+    Its force f obeys (A + R) f = b, where A f = b would hold the constraints, so that
+    −M⁻¹Jᵀ A⁻¹ R f is by how much it lets go.
+    """
+    replay.model.opt.tolerance, replay.model.opt.iterations = 0.0, 200
+    theirs, soft = np.zeros_like(replay.a), np.zeros_like(replay.a)
+    for step in range(len(replay.run)):
+        replay.at(step)
+        replay.apply(replay.told())
+        replay.mj.mj_forward(replay.model, replay.data)
+        theirs[step] = replay.data.qacc
+        if replay.data.nefc:
+            J, inverse = replay.rows(), np.linalg.inv(replay.mass())
+            given = replay.data.efc_R * replay.data.efc_force
+            soft[step] = inverse @ J.T @ np.linalg.pinv(J @ inverse @ J.T, rcond=1e-10) @ given
+    units = np.array(
+        [replay.made.scale.length if one.way else 1.0 for one in replay.made.columns]
+    ) / (replay.made.scale.time**2)
+    ours, theirs, soft = replay.a / units, theirs / units, soft / units
+    ways = np.array([column.way for column in replay.made.columns])
+    rates = replay.v / (units * replay.made.scale.time)
+    found = []
+    for n, column in enumerate(replay.made.columns):
+        alike = ways == column.way
+        top = max(float(np.abs(ours[:, alike]).max()), float(np.abs(rates[:, alike]).max() ** 2))
+        worst = int(np.abs(ours[:, n] - theirs[:, n]).argmax())
+        pair = float(ours[worst, n]), float(theirs[worst, n])
+        top = top or 1.0
+        expected = 1.5 * float(np.abs(soft[:, n]).max()) / top + ROUNDING
+        found.append(
+            Row(
+                f"{column.name}.acceleration",
+                *pair,
+                abs(pair[0] - pair[1]) / top,
+                expected,
+                "softness of its constraints, by their regularisation R and forces",
+            )
+        )
+    return found
+
+
+def _trajectories(made: Exported, run: Solution, notes: list[str]) -> list[Row]:
+    """Positions, angles and energies along the motion, by three runs with halved steps."""
+    h = _step(made, run)
+    count = np.maximum(np.ceil(np.diff(run.t) * made.scale.time / h).astype(int), 1)
+    guided = _guided(made)
+    most = (MOST_GUIDED if guided else MOST) / (1.0 + len(made.columns) / MANY)
+    while 4 * count.sum() > most and count.max() > 1:
+        count = np.maximum(count // 2, 1)
+    runs = [_ran(made, run, count * 2**n) for n in range(3)]
+    ours, off = _ours(made, run)
+    steps = int(count.sum())
+    own = "RK4 on MuJoCo's accelerations" if guided else "MuJoCo's RK4"
+    notes.append(f"motion by {own} in {steps}, {2 * steps} and {4 * steps} steps")
+    found = []
+    reason = "its steps: twice what halving them changes, and by how much our own are off"
+    for key, mine in ours.items():
+        coarse, middle, fine = (one[key] for one in runs)
+        top = max(float(np.abs(ours[k]).max()) for k in ours if _kind(k) == _kind(key)) or 1.0
+        last = float(np.abs(fine - middle).max())
+        before = float(np.abs(middle - coarse).max())
+        apart = np.abs(mine - fine)
+        worst = int(apart.argmax())
+        # what is left is at most the last change where the order is one, as of soft constraints
+        band = 2.0 * max(last, 0.0 if before > last else before) / top
+        expected = band + off[key] / top + ROUNDING
+        found.append(
+            Row(
+                key,
+                float(mine[worst]),
+                float(fine[worst]),
+                float(apart[worst]) / top,
+                expected,
+                reason,
+            )
+        )
+    unsettled = [row.quantity for row in found if row.expected > COARSE]
+    if unsettled:
+        notes.append(
+            f"{listed(unsettled)}: halved steps still change them by more than {COARSE:g} of the "
+            "greatest, so that agreement proves little: ask for a shorter time"
+        )
+    return found
+
+
+def _guided(made: Exported) -> bool:
+    """Whether something has to be told at every stage of a step."""
+    return bool(made.laws) or any(
+        load.name not in made.built for load in made.system.mechanism.loads
+    )
+
+
+def _kind(key: str) -> str:
+    kind = key.rpartition(".")[2]
+    return "place" if kind in ("x", "y") else kind
+
+
+def _step(made: Exported, run: Solution) -> float:
+    """A first step [s], by the fastest that the motion shows."""
+    length, rate = made.system.length, 0.0
+    for body in made.system.mechanism.bodies:
+        one = run[body.name]
+        quick = np.abs(one.omega).max(), np.hypot(one.vx, one.vy).max() / length
+        sudden = np.abs(one.alpha).max(), np.hypot(one.ax, one.ay).max() / length
+        rate = max(rate, *map(float, quick), *(math.sqrt(float(part)) for part in sudden))
+    span = float(run.t[-1] - run.t[0])
+    return made.scale.time / max(STEPS * rate, 200.0 / span)
+
+
+def _ours(made: Exported, run: Solution) -> tuple[dict[str, Array], dict[str, float]]:
+    """Our own histories, and how far they are off by sharper steps of our own."""
+    told = _told(run)
+    try:
+        again = simulate(
+            run.system, float(run.t[-1]), start=run.take([0]), times=run.t, rtol=SHARP, events=()
+        )
+        sharp = _told(again)
+        off = {key: float(np.abs(told[key] - sharp[key]).max()) for key in told}
+    except (ModelError, SolveError):
+        off = dict.fromkeys(told, 0.0)
+    return told, off
+
+
+def _told(run: Solution) -> dict[str, Array]:
+    system = run.system
+    found: dict[str, Array] = {}
+    kinetic = np.zeros(len(run))
+    for body in run.mechanism.bodies:
+        one, b = run[body.name], 3 * system.bodies[body.name]
+        mass, inertia = system.mass[b, 0], system.mass[b + 2, 0]
+        kinetic += 0.5 * (mass * (one.vx**2 + one.vy**2) + inertia * one.omega**2)
+        found |= {f"{body.name}.{key}": getattr(one, key) for key in ("x", "y", "angle")}
+    return found | {"motion.energy": kinetic}
+
+
+def _ran(made: Exported, run: Solution, count: Array) -> dict[str, Array]:
+    """The motion by MuJoCo, in so many steps between instants."""
+    import mujoco
+
+    model: Any = mujoco.MjModel.from_xml_string(made.text)
+    without_stand_ins(made, model)
+    data = mujoco.MjData(model)
+    model.opt.tolerance, model.opt.iterations = 1e-15, 5
+    model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
+    # steps that fail are to be seen, and not to begin again
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+    _, v, _ = made.motion(run.take([0]))
+    data.qvel[:] = v[0]
+    scale, names = made.scale, [body.name for body in made.system.mechanism.bodies]
+    data.time = float(run.t[0]) * scale.time
+    guide = Guide(made, model, data) if _guided(made) else None
+    bodies = [model.body(safe(name)).id for name in names]
+    table = np.zeros((len(run), 3 * len(names) + 1))
+    angles = np.array([run[name].angle[0] for name in names])
+    for n in range(len(run)):
+        if n:
+            h = float(run.t[n] - run.t[n - 1]) * scale.time / int(count[n - 1])
+            model.opt.timestep = h
+            if model.neq:
+                k = 0.5 / h**2
+                model.eq_solref[:] = -k, -0.1 * math.sqrt(k)
+            if guide:
+                guide.march(h, int(count[n - 1]))
+            else:
+                mujoco.mj_step(model, data, int(count[n - 1]))
+        mujoco.mj_forward(model, data)
+        place = data.xipos[bodies][:, :2] / scale.length
+        turn = data.xmat[bodies].reshape(-1, 9)
+        heading = np.arctan2(turn[:, 3], turn[:, 0])
+        angles = angles + np.remainder(heading - angles + np.pi, 2.0 * np.pi) - np.pi
+        table[n, :-1] = np.column_stack([place, angles]).reshape(-1)
+        table[n, -1] = data.energy[1] / scale.torque
+    keys = [f"{name}.{key}" for name in names for key in ("x", "y", "angle")]
+    return dict(zip([*keys, "motion.energy"], table.T, strict=True))

@@ -1,0 +1,295 @@
+"""A run replayed in MuJoCo: its instants, and forces on bodies there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mbody.engines.mjcf.parts import Exported, safe
+from mbody.engines.spanning_tree import frame
+from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
+from mbody.model.joints import Distance
+from mbody.model.loads import Damper, Force, Spring, Torque, TorsionDamper, TorsionSpring
+from mbody.solution.checks import each_load_of
+
+if TYPE_CHECKING:
+    from mbody.solution.solution import Solution
+
+__all__ = ["Replay", "Wrench", "pair", "without_stand_ins", "wrench"]
+
+Array = np.ndarray
+
+#: Part of the greatest inertia, or of the model length, below which there is none to speak of.
+LIGHT = 1e-9
+
+
+@dataclass(frozen=True)
+class Wrench:
+    """Force and torque on a body at a place of the world, SI."""
+
+    body: str
+    at: tuple[float, float]
+    force: tuple[float, float]
+    torque: float = 0.0
+
+
+class Replay:
+    """A model of MuJoCo, set to the instants of a run one after the other.
+
+    Without the small masses that stand for none it moves by itself only where its mass matrix has
+    an inverse, `movable`.
+    """
+
+    def __init__(self, made: Exported, run: Solution) -> None:
+        import mujoco
+
+        self.mj, self.made, self.run = mujoco, made, run
+        self.model: Any = mujoco.MjModel.from_xml_string(made.text)
+        self.model.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+        # no pull back to the constraints: the run's own rounding is not to be answered by forces
+        if self.model.neq:
+            self.model.eq_solref[:] = -1e-6
+        self.data: Any = mujoco.MjData(self.model)
+        self.q, self.v, self.a = made.motion(run)
+        if run.analysis == "statics":
+            self.v, self.a = 0.0 * self.v, 0.0 * self.a
+        machine = made.system.mechanism
+        self.elements = {one.name: one for one in machine}
+        self.own = [one for one in machine.loads if one.name in made.built]
+        self.taken = [n for n, one in enumerate(run.mechanism.loads) if one.name not in made.built]
+        self.bodies = {name: self.model.body(safe(name)).id for name in made.system.bodies}
+        self.step = -1
+        without_stand_ins(made, self.model)
+
+    def at(self, step: int) -> None:
+        """Go to one instant: positions, velocities, given accelerations, loads."""
+        data = self.data
+        data.qpos[:], data.qvel[:] = self.q[step], self.v[step]
+        data.time = self.run.t[step] * self.made.scale.time
+        data.xfrc_applied[:] = 0.0
+        self.step = step
+        self.controls(float(self.run.t[step]))
+        # the parts of mj_forward that divide by no mass
+        mj = self.mj
+        for stage in (
+            mj.mj_kinematics,
+            mj.mj_comPos,
+            mj.mj_tendon,
+            mj.mj_makeM,
+            mj.mj_transmission,
+        ):
+            stage(self.model, data)
+        mj.mj_makeConstraint(self.model, data)
+        mj.mj_fwdVelocity(self.model, data)
+        mj.mj_fwdActuation(self.model, data)
+
+    def controls(self, t: float) -> None:
+        """What loads that follow time have at that time [of the mechanism]; drivers do nothing."""
+        system, scale = self.made.system, self.made.scale
+        for load in self.own:
+            if load.name in self.made.laws:
+                unit = scale.force if isinstance(load, Force) else scale.torque
+                value = unit * float(system.law_of(load, "value")(t))
+                self.data.ctrl[self.model.actuator(load.name).id] = value
+
+    # -- what MuJoCo's state says of places ------------------------------------------------------
+
+    def place(self, body: str, x: float, y: float) -> Array:
+        """The world place [m] of a place from the mass centre in link axes [of the mechanism]."""
+        b, unit = self.bodies[body], self.made.scale.length
+        if body == "ground":
+            return np.array([x, y]) * unit
+        turn = self.data.xmat[b].reshape(3, 3)[:2, :2]
+        return np.asarray(self.data.xipos[b][:2] + turn @ (np.array([x, y]) * unit))
+
+    def end(self, element: Any, side: str) -> Array:
+        """The world place [m] of an end of an element."""
+        at = frame(self.made.system, element, side)
+        return self.place(element.places()[side].body, at.x, at.y)
+
+    def heading(self, body: str, angle: float) -> Array:
+        """A direction on a body, in the world."""
+        turn = self.data.xmat[self.bodies[body]].reshape(3, 3)[:2, :2]
+        return np.asarray(turn @ [np.cos(angle), np.sin(angle)])
+
+    def wrenches(self, element: Any, value: float) -> list[Wrench]:
+        """What an element does to its bodies, where its force or torque [SI] is `value`."""
+        kind = type(element)
+        if kind in (Spring, Damper, DistanceDriver, Distance):
+            i, j = self.end(element, "i"), self.end(element, "j")
+            push = value * (j - i) / np.hypot(*(j - i))
+            return pair(element.i.body, element.j.body, i, j, push)
+        if kind is CoordinateDriver:
+            base = frame(self.made.system, element, "i")
+            push = value * self.heading(element.i.body, base.angle)
+            j = self.end(element, "j")
+            return pair(element.i.body, element.j.body, j, j, push)
+        if kind is Force:
+            at = frame(self.made.system, element, "at")
+            angle = float(self.made.system.numbers[f"{element.name}.angle"])
+            body = element.at.body if element.follows else "ground"
+            direction = self.heading(body, angle + (at.angle if element.follows else 0.0))
+            place = self.place(element.at.body, at.x, at.y)
+            return [wrench(element.at.body, place, value * direction)]
+        base = element.relative_to if kind is AngleDriver else element.by
+        return self.turning((base, element.body), value)
+
+    def turning(self, bodies: tuple[str, str], torque: float) -> list[Wrench]:
+        """A torque on the second body, by the first."""
+        zero = np.zeros(2)
+        return [
+            wrench(body, zero, zero, sign * torque)
+            for body, sign in zip(bodies, (-1.0, 1.0), strict=True)
+        ]
+
+    def loads(self) -> list[Wrench]:
+        """Loads of the file, gravity aside, as MuJoCo has them."""
+        model, data, found = self.model, self.data, []
+        for load in self.own:
+            kind = type(load)
+            if kind in (Spring, Damper, TorsionSpring, TorsionDamper):
+                t = model.tendon(load.name).id
+                rest = model.tendon_lengthspring[t][0]
+                pull = model.tendon_stiffness[t] * (data.ten_length[t] - rest)
+                pull += model.tendon_damping[t] * data.ten_velocity[t]
+                sign = -1.0 if load.name in self.made.reversed else 1.0
+                found += self.wrenches(load, -sign * float(pull))
+            elif kind in (Force, Torque):
+                found += self.wrenches(
+                    load, float(data.actuator_force[model.actuator(load.name).id])
+                )
+        return found
+
+    def told(self) -> list[Wrench]:
+        """Loads that the file does not have, as the run tells them at this instant."""
+        if not self.taken:
+            return []
+        scale, machine, found = self.made.scale, self.run.mechanism, []
+        parts = each_load_of(self.run, self.step)[self.taken].sum(axis=0)
+        for body, (fx, fy, torque) in zip(machine.bodies, parts, strict=True):
+            place = self.place(body.name, 0.0, 0.0)
+            force = scale.force * np.array([fx, fy])
+            found.append(wrench(body.name, place, force, scale.torque * torque))
+        return found
+
+    # -- forces on bodies, and on coordinates ----------------------------------------------------
+
+    def apply(self, wrenches: list[Wrench]) -> None:
+        """Give wrenches to the bodies, at their mass centres."""
+        for one in wrenches:
+            self.give(self.bodies[one.body], np.array(one.at), np.array(one.force), one.torque)
+
+    def give(self, b: int, at: Array, force: Array, torque: float) -> None:
+        """Give a force at a place of the world and a torque to body b of MuJoCo."""
+        arm = at - self.data.xipos[b][:2]
+        turn = torque + arm[0] * force[1] - arm[1] * force[0]
+        self.data.xfrc_applied[b] += [*force, 0.0, 0.0, 0.0, turn]
+
+    def carried(self) -> None:
+        """Have MuJoCo find what every joint of the tree carries, of wrenches that were given."""
+        model, data = self.model, self.data
+        # constraints and springs act as wrenches by now: they must not come in twice
+        data.efc_force[:] = 0.0
+        kept = model.tendon_stiffness.copy(), model.tendon_damping.copy()
+        model.tendon_stiffness[:] = model.tendon_damping[:] = 0.0
+        self.mj.mj_rnePostConstraint(model, data)
+        model.tendon_stiffness[:], model.tendon_damping[:] = kept
+
+    def weld(self, n: int, x: Array) -> tuple[int, int, Array, Array, float]:
+        """Of weld n with forces x: its two bodies, its place, the force and torque on the first."""
+        model, data, mj = self.model, self.data, self.mj
+        sites = model.eq_obj1id[n], model.eq_obj2id[n]
+        one, other = (int(model.site_bodyid[site]) for site in sites)
+        turns = []
+        for site in sites:
+            jacobian = np.zeros((3, model.nv))
+            mj.mj_jacSite(model, data, None, jacobian, site)
+            turns.append(jacobian[2])
+        # MuJoCo's row is a part of the difference of the angles, half of it as things are
+        apart = turns[0] - turns[1]
+        row = self.rows()[data.efc_id == n][5]
+        square = float(apart @ apart)
+        share = float(row @ apart) / square if square else 0.0
+        return one, other, data.site_xpos[sites[1]][:2].copy(), x[:2], share * float(x[5])
+
+    def on_coordinates(self) -> Array:
+        """Generalised forces of what has been given to the bodies."""
+        total, mj = np.zeros(self.model.nv), self.mj
+        for b in range(1, self.model.nbody):
+            wrench = self.data.xfrc_applied[b]
+            if wrench.any():
+                mj.mj_applyFT(
+                    self.model, self.data, wrench[:3], wrench[3:], self.data.xipos[b], b, total
+                )
+        return total
+
+    @property
+    def movable(self) -> bool:
+        """Whether every coordinate moves some mass of the mechanism's own at the first instant."""
+        self.at(0)
+        full, root = self.mass(), self.made.system.length * self.made.scale.length
+        units = np.array([1.0 if column.way else 1.0 / root for column in self.made.columns])
+        size = np.linalg.eigvalsh(full * np.outer(units, units))
+        return bool(size[0] > LIGHT * size[-1])
+
+    def mass(self) -> Array:
+        """The mass matrix of the coordinates."""
+        full = np.zeros((self.model.nv, self.model.nv))
+        self.mj.mj_fullM(self.model, self.data, full)
+        return full
+
+    def rows(self) -> Array:
+        """Jacobian of all constraints (rows, coordinates)."""
+        found = np.asarray(self.data.efc_J).reshape(self.data.nefc, self.model.nv).copy()
+        # what bodies that cannot move against each other are held by: rounding
+        size = min(1.0, self.made.system.length * self.made.scale.length)
+        found[np.linalg.norm(found, axis=1) < LIGHT * size] = 0.0
+        return found
+
+    def planar(self) -> Array:
+        """Which rows hold something in the plane: of a point two, of a weld three of six."""
+        kept = np.ones(self.data.nefc, dtype=bool)
+        for n in range(self.model.neq):
+            mine = np.flatnonzero(self.data.efc_id == n)
+            kept[mine[2:5]] = False
+        return kept
+
+    def driving(self, driver: Any) -> Array:
+        """How a driver's effort of one acts on the coordinates: as its motor, if it has one."""
+        data, full = self.data, np.zeros(self.model.nv)
+        if driver.name not in self.made.laws:
+            before = data.xfrc_applied.copy()
+            data.xfrc_applied[:] = 0.0
+            self.apply(self.wrenches(driver, 1.0))
+            full = self.on_coordinates()
+            data.xfrc_applied[:] = before
+            return full
+        n = self.model.actuator(driver.name).id
+        part = slice(data.moment_rowadr[n], data.moment_rowadr[n] + data.moment_rownnz[n])
+        full[data.moment_colind[part]] = data.actuator_moment[part]
+        return full
+
+
+def without_stand_ins(made: Exported, model: Any) -> None:
+    """Take the small masses and inertias that stand for none away again."""
+    system = made.system
+    for name, branch in made.hung:
+        b, own = model.body(safe(name)).id, 3 * system.bodies[branch.body]
+        if system.mass[own, 0] == 0.0:
+            model.body_mass[b] = 0.0
+        if system.mass[own + 2, 0] == 0.0:
+            model.body_inertia[b] = 0.0
+
+
+def wrench(body: str, at: Array, force: Array, torque: float = 0.0) -> Wrench:
+    """A wrench of arrays."""
+    return Wrench(
+        body, (float(at[0]), float(at[1])), (float(force[0]), float(force[1])), float(torque)
+    )
+
+
+def pair(one: str, other: str, i: Array, j: Array, push: Array) -> list[Wrench]:
+    """A push on the second body at j, and its opposite on the first at i."""
+    return [wrench(one, i, -push), wrench(other, j, push)]

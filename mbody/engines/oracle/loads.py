@@ -1,0 +1,209 @@
+"""The oracle's loads: forces and torques at the mass centres, each kind as it is defined."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from mbody.engines.independent_reading import law_by_formula
+from mbody.engines.oracle.constraints import STEP
+from mbody.engines.oracle.geometry import Numbers
+from mbody.engines.oracle.motion import Motion
+from mbody.model.body import Body, Slender
+from mbody.model.element import Marker
+from mbody.model.loads import (
+    CustomLoad,
+    Damper,
+    Force,
+    Gravity,
+    PistonPressure,
+    RotatingField,
+    Spring,
+    Torque,
+    TorsionDamper,
+    TorsionSpring,
+    ValvedCylinder,
+)
+
+__all__ = ["Loads"]
+
+
+def value(law: Any, x: float) -> float:
+    """A law's value by the oracle's own formula."""
+    return float(law_by_formula(law)(x))
+
+
+class Loads(Motion):
+    """Masses and loads of one mechanism."""
+
+    def mass_matrix(self) -> np.ndarray:
+        """M (3n, 3n) = diag(m, m, I, …)."""
+        g = self.mechanism.g
+        masses = [(b.mass or (b.weight or 0.0) / g, b.inertia) for b in self.mechanism.bodies]
+        return np.diag([x for m, inertia in masses for x in (m, m, inertia)]).reshape(
+            3 * self.n, 3 * self.n
+        )
+
+    def applied(self, q: Any, v: Any, t: float, only: str | None = None) -> np.ndarray:
+        """f (3n,): forces and torques at the mass centres, of all loads or of the one named."""
+        f = np.zeros((self.n + 1, 3))
+        q_all, v_all = self._all(q), self._all(v)
+        for load in self.mechanism.loads:
+            if only is None or load.name == only:
+                self._act(load, q_all, v_all, float(t), f)
+        return f[:-1].ravel()
+
+    def _push(self, f: np.ndarray, q: np.ndarray, marker: Marker, fx: float, fy: float) -> None:
+        """A force at a marker, moved to the mass centre."""
+        k = self.index[marker.body]
+        (px, py), (x, y, _) = self.place(q, marker), self.pose(q, marker.body)
+        f[k] += fx, fy, (px - x) * fy - (py - y) * fx
+
+    def grains(self, body: Body) -> list[tuple[float, float, float]]:
+        """Mass elements (dm, x, y) from the mass centre in link axes, spread as the body says."""
+        m = self.mass_matrix()[3 * self.index[body.name], 3 * self.index[body.name]]
+        spread: Any = body.spread
+        if spread in (None, "point"):
+            return [(m, 0.0, 0.0)]
+        if isinstance(spread, Slender):
+            half = math.sqrt(3.0 * body.inertia / m)
+            c, s = math.cos(spread.angle), math.sin(spread.angle)
+            pairs = zip(*np.polynomial.legendre.leggauss(5))
+            return [(0.5 * m * w, c * half * p, s * half * p) for p, w in pairs]
+        moments = np.array([[spread.xx, spread.xy], [spread.xy, spread.yy]])
+        found = []
+        sizes, axes = np.linalg.eigh(moments)
+        for size, (x, y) in zip(sizes, axes.T):
+            reach = math.sqrt(2.0 * max(size, 0.0) / m)
+            found += [(0.25 * m, sign * reach * x, sign * reach * y) for sign in (1.0, -1.0)]
+        return found
+
+    def _spin(self, load: RotatingField, q: np.ndarray, t: float, f: np.ndarray) -> None:
+        """ω² times its distance from the axis pushes every grain outwards."""
+        (x0, y0), angle = self.place(q, load.axis), load.axis.angle
+        normal = np.array([-math.sin(angle), math.cos(angle)])
+        grains = []
+        for body in self.mechanism.bodies:
+            x, y, theta = self.pose(q, body.name)
+            c, s = math.cos(theta), math.sin(theta)
+            for dm, px, py in self.grains(body):
+                rx, ry = c * px - s * py, s * px + c * py
+                off = normal @ (x + rx - x0, y + ry - y0)
+                grains.append((self.index[body.name], dm, rx, ry, off))
+        if load.momentum is None:
+            omega = value(load.speed, t)
+        else:
+            omega = value(load.momentum, t) / (
+                load.inertia + sum(dm * r * r for _, dm, _, _, r in grains)
+            )
+        for k, dm, rx, ry, off in grains:
+            fx, fy = dm * omega**2 * off * normal
+            f[k] += fx, fy, rx * fy - ry * fx
+
+    def _stretch(self, q: np.ndarray, v: np.ndarray, load: Any) -> tuple[np.ndarray, float, float]:
+        """(unit vector from i to j, length, its rate) between two markers."""
+        ends, rates = [], []
+        for marker in (load.i, load.j):
+            (px, py), (x, y, _) = self.place(q, marker), self.pose(q, marker.body)
+            vx, vy, w = self.pose(v, marker.body)
+            ends.append((px, py))
+            rates.append((vx - w * (py - y), vy + w * (px - x)))
+        d, rate = np.subtract(ends[1], ends[0]), np.subtract(rates[1], rates[0])
+        length = math.hypot(*d)
+        return d / length, length, float(d @ rate / length)
+
+    def _act(self, load: Any, q: np.ndarray, v: np.ndarray, t: float, f: np.ndarray) -> None:
+        at: Any = Numbers(self)
+        if isinstance(load, CustomLoad):
+            sides = (self.side(q, v, load.i.body), self.side(q, v, load.j.body))
+            (action,) = load.actions(at)
+            assert action.function is not None
+            six = action.function(*sides, np.array(action.parameters), t)
+            f[self.index[load.i.body]] += six[:3]
+            f[self.index[load.j.body]] += six[3:]
+        elif isinstance(load, Gravity):
+            mass = np.diag(self.mass_matrix())[::3]
+            f[:-1, 0] += mass * value(load.x, t)
+            f[:-1, 1] += mass * value(load.y, t)
+        elif isinstance(load, RotatingField):
+            self._spin(load, q, t, f)
+        elif isinstance(load, Force):
+            angle = load.angle
+            if load.follows:
+                angle += self._angle(q, load.at.body) + load.at.angle
+            size = value(load.value, t)
+            self._push(f, q, load.at, size * math.cos(angle), size * math.sin(angle))
+        elif isinstance(load, Spring | Damper):
+            u, length, rate = self._stretch(q, v, load)
+            one: Any = load
+            if isinstance(load, Spring):
+                x = length - load.free_length
+                tension = one.preload + one.stiffness * x if one.law is None else value(one.law, x)
+            else:
+                tension = one.coefficient * rate if one.law is None else value(one.law, rate)
+            self._push(f, q, load.i, *(tension * u))
+            self._push(f, q, load.j, *(-tension * u))
+        elif isinstance(load, PistonPressure):
+            angle = math.remainder(self._angle(q, load.cycle) + load.phase, 2.0 * math.pi)
+            angle += 2.0 * math.pi if angle < 0.0 else 0.0
+            self._thrust(f, q, load, load.head_area * value(load.head, angle))
+            self._thrust(f, q, load, -load.rod_area * value(load.rod, angle))
+        elif isinstance(load, ValvedCylinder):
+            x, rate = self._stroke(q, v, load)
+            size = load.area * self._charge(load, load.near, load.far, x, rate)
+            if load.opposite_area is not None:
+                other = self._charge(load, load.far, load.near, x, rate)
+                size -= load.opposite_area * other
+            self._thrust(f, q, load, size * math.copysign(1.0, load.far - load.near))
+        elif isinstance(load, Torque | TorsionSpring | TorsionDamper):
+            x = self._angle(q, load.body) - self._angle(q, load.by)
+            rate = self._angle(v, load.body) - self._angle(v, load.by)
+            if isinstance(load, Torque):
+                torque = value(load.value, t)
+            elif isinstance(load, TorsionSpring):
+                x -= load.free_angle
+                back = load.preload + load.stiffness * x if load.law is None else value(load.law, x)
+                torque = -back
+            else:
+                torque = -(load.coefficient * rate if load.law is None else value(load.law, rate))
+            f[self.index[load.body], 2] += torque
+            f[self.index[load.by], 2] -= torque
+        else:
+            raise NotImplementedError(f"the oracle has no {type(load).__name__}")
+
+    def _thrust(self, f: np.ndarray, q: np.ndarray, load: Any, size: float) -> None:
+        """A force along the line of stroke on the piston, its opposite where it meets the same line
+        on the cylinder.
+        """
+        angle = self._angle(q, load.i.body) + load.i.angle
+        fx, fy = size * math.cos(angle), size * math.sin(angle)
+        self._push(f, q, load.j, fx, fy)
+        (px, py), (x, y, _) = self.place(q, load.j), self.pose(q, load.i.body)
+        f[self.index[load.i.body]] -= fx, fy, (px - x) * fy - (py - y) * fx
+
+    def _stroke(self, q: np.ndarray, v: np.ndarray, load: Any) -> tuple[float, float]:
+        """Coordinate of the piston along the line of stroke, and its rate by complex step."""
+
+        def along(q: Any) -> Any:
+            (xi, yi), (xj, yj) = self.place(q, load.i), self.place(q, load.j)
+            angle = self._angle(q, load.i.body) + load.i.angle
+            return (xj - xi) * np.cos(angle) + (yj - yi) * np.sin(angle)
+
+        return float(along(q)), float(along(q + 1j * STEP * v).imag / STEP)
+
+    @staticmethod
+    def _charge(load: Any, near: float, far: float, x: float, rate: float) -> float:
+        """Pressure of a chamber that is least with the piston at `near`."""
+        stroke, c = abs(far - near), load.clearance
+        way = (x - near) / (far - near) * stroke
+        if way <= 0.0 or way >= stroke:
+            return float(load.delivery if way <= 0.0 else load.suction)
+        grows = rate * (far - near) > 0.0
+        p, full = (load.delivery, c) if grows else (load.suction, c + stroke)
+        if load.exponent is None:
+            p += load.bulk_modulus * math.log(full / (c + way))
+        else:
+            p = (p + load.ambient) * (full / (c + way)) ** load.exponent - load.ambient
+        return float(max(p, load.suction) if grows else min(p, load.delivery))

@@ -1,0 +1,201 @@
+"""The oracle's opinion of a result: the same analysis once more, in dense matrices."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from mbody.engines.ledger import Ledger
+from mbody.engines.opinion import Inexpressible, Opinion
+from mbody.engines.oracle.reference import Reference
+from mbody.solution.solution import Solution
+from mbody.system.assembler import assemble
+from mbody.system.system import System
+
+__all__ = ["opinion"]
+
+Array = np.ndarray
+
+#: How many times ε and the condition of Φ_q both answers may be apart, as in `pinocchio.py`.
+OPERATIONS = 20_000.0
+EPSILON = float(np.finfo(float).eps)
+#: Worse conditions are singular positions.
+SINGULAR = 1e8
+#: Instants that are looked at, evenly over the run; and numbers (coordinates by instants) at most,
+#: for it is slow.
+INSTANTS, NUMBERS = 25, 600
+#: How far before and after an instant is looked for a jump, as a part of the fastest motion, and
+#: which part of the accelerations is one: what is smooth changes by the first.
+AROUND, JUMP = 1e-7, 1e-4
+
+
+def opinion(system: System, run: Solution) -> Opinion:
+    """What the dense oracle says of a result of kinetostatics, statics or simulate."""
+    asked = _Asked(system, run)
+    own = assemble(system.mechanism).values
+    changed = [name for name, value in own.items() if np.any(value != system.values[name])]
+    if changed:
+        why = f"it reads the description, of which the system has changed {changed[0]}"
+        return Opinion("oracle", (), (Inexpressible("model", why),))
+    try:
+        return asked.opinion()
+    except NotImplementedError as error:
+        return Opinion("oracle", (), (Inexpressible("model", str(error)),))
+
+
+class _Asked:
+    """One question to the oracle."""
+
+    def __init__(self, system: System, run: Solution) -> None:
+        self.system, self.run, self.ledger = system, run, Ledger()
+        self.reference = Reference(system.mechanism)
+        self.unit = np.tile([system.length, system.length, 1.0], len(system.mechanism.bodies))
+        self.size = np.tile([1.0, 1.0, system.length], len(system.mechanism.bodies))
+        self.notes: list[str] = []
+        self.open: set[str] = set()
+
+    def opinion(self) -> Opinion:
+        count, size = len(self.run), 3 * self.reference.n
+        wanted = min(count, max(2, min(INSTANTS, NUMBERS // max(size, 1))))
+        instants = np.unique(np.linspace(0, count - 1, wanted).round().astype(int))
+        found = [self._at(int(k)) for k in instants]
+        smooth = [n for n, one in enumerate(found) if not one["jumps"]]
+        if len(smooth) < len(found):
+            self.notes.append(
+                f"at {len(found) - len(smooth)} instants a law jumps in its acceleration, which "
+                "has two values there: not compared"
+            )
+        found, instants = [found[n] for n in smooth], instants[smooth]
+        closed = np.array([0.0 if one["closes"] else math.nan for one in found])
+        self.ledger.add("closing", "loops close near our position", np.zeros(len(found)), closed)
+        found, instants = [one for one in found if one["closes"]], instants[closed == 0.0]
+        rank = max((one["rank"] for one in found), default=0)
+        good = [n for n, one in enumerate(found) if one["rank"] == rank]
+        good = [n for n in good if found[n]["condition"] < SINGULAR]
+        if wanted < count:
+            self.notes.append(f"asked at {wanted} of {count} instants, evenly over the run")
+        if len(good) < len(found):
+            told = f"{len(found) - len(good)} instants are singular positions: not compared"
+            self.notes.append(told)
+        self._compare([found[n] for n in good], instants[good])
+        worst = np.array([found[n]["condition"] for n in good])
+        limit = OPERATIONS * EPSILON * worst
+        why = f"rounding times the condition of Φ_q, {worst.max(initial=1.0):.3g}"
+        kinds = self.ledger.kinds
+        limits: dict[str, Any] = dict.fromkeys(kinds, limit) | {"closing": OPERATIONS * EPSILON}
+        rows = self.ledger.rows(limits, dict.fromkeys(kinds, why))
+        return Opinion("oracle", tuple(rows), (), tuple(self.notes))
+
+    def _state(self, keys: tuple[str, ...], k: int) -> Array:
+        """Our own histories at an instant, as coordinates (3n,)."""
+        run = self.run
+        return np.array([float(getattr(run[b.name], key)[k]) for b in self._bodies for key in keys])
+
+    @property
+    def _bodies(self) -> Any:
+        return self.system.mechanism.bodies
+
+    def _at(self, k: int) -> dict[str, Any]:
+        """The oracle's own closing, motion and forces from near our position."""
+        oracle, run, t = self.reference, self.run, float(self.run.t[k])
+        drivers = [driver.name for driver in self.system.drivers]
+        given = [
+            {name: float(run.driven(name)[order][k]) for name in drivers} for order in range(3)
+        ]
+        near = self._state(("x", "y", "angle"), k)
+        try:
+            q = oracle.close(near, t, given[0])
+        except ArithmeticError:
+            return {"closes": False, "rank": 0, "condition": math.inf, "jumps": False}
+        rows = oracle.phi_q(q, t) * self.unit
+        s = np.linalg.svd(rows, compute_uv=False) if rows.size else np.ones(1)
+        kept = s[s > 1e-10 * s.max(initial=0.0)]
+        told: dict[str, Any] = {"q": q, "closes": True, "rank": len(kept)}
+        told["condition"] = float(kept[0] / kept[-1]) if len(kept) else 1.0
+        still = np.zeros_like(q)
+        told["jumps"] = False
+        if run.analysis == "statics":
+            v = a = still
+            forces = oracle.kinetostatics(q, v, a, t)
+        elif run.analysis == "simulate":
+            v = self._state(("vx", "vy", "omega"), k)
+            a, lam = oracle.dynamics(q, v, t, drivers)
+            told["condition"] = self._of_masses(rows)
+            efforts = {d: -float(lam[oracle.rows[d]][0]) for d in drivers}
+            reactions, whole = oracle.reactions(q, t, lam), oracle.kinetostatics(q, v, a, t)
+            forces = {"reactions": reactions, "efforts": efforts, "unique": whole["unique"]}
+        else:
+            v = oracle.velocities(q, t, given[1])
+            a = oracle.accelerations(q, v, t, given[2])
+            forces = oracle.kinetostatics(q, v, a, t)
+            told["jumps"] = self._jumps(q, v, t)
+        still = oracle.applied(q, v, t)
+        load = np.concatenate([still, still - oracle.mass_matrix() @ a]) / np.tile(self.size, 2)
+        return told | {"v": v, "a": a, "forces": forces, "load": load}
+
+    def _jumps(self, q: Array, v: Array, t: float) -> bool:
+        """Whether the accelerations that a law asks for differ before and after the instant."""
+        fastest = float(np.abs(v / self.unit).max(initial=0.0))
+        if not fastest:
+            return False
+        step = AROUND / fastest
+        oracle = self.reference
+        before, after = (oracle.gamma(q + s * v, v, t + s) for s in (-step, step))
+        top = max(float(np.abs(one).max(initial=0.0)) for one in (before, after))
+        return bool(np.abs(after - before).max(initial=0.0) > JUMP * top)
+
+    def _of_masses(self, rows: Array) -> float:
+        """The condition of masses and constraints together."""
+        M = self.reference.mass_matrix() * np.outer(self.unit, self.unit)
+        M = M / (M.max(initial=0.0) or 1.0)
+        K = np.block([[M, rows.T], [rows, np.zeros((len(rows), len(rows)))]])
+        s = np.linalg.svd(K, compute_uv=False)
+        return float(s[0] / s[s > 1e-12 * s[0]][-1])
+
+    def _compare(self, found: list[dict[str, Any]], instants: Array) -> None:
+        ledger, run = self.ledger, self.run
+        ledger.size("place", self.system.length)
+        ledger.size("angle", 1.0)
+        keys = [("x", "y", "angle"), ("vx", "vy", "omega"), ("ax", "ay", "alpha")]
+        kinds = [("place", "angle"), ("velocity", "turning"), ("acceleration", "turned")]
+        table = [np.array([one[key] for one in found]).reshape(len(found), -1) for key in "qva"]
+        rates = np.abs(table[1][:, 2::3]).max(initial=0.0)
+        ledger.size("turned", rates * rates)
+        orders = 1 if run.analysis == "statics" else 3
+        for n, body in enumerate(self._bodies):
+            for order in range(orders):
+                for part, key in enumerate(keys[order]):
+                    kind = kinds[order][part == 2]
+                    ours = getattr(run[body.name], key)[instants]
+                    ledger.add(kind, f"{body.name}.{key}", ours, table[order][:, 3 * n + part])
+        if orders > 1:
+            ledger.size("turning", ledger.top("velocity") / self.system.length)
+            ledger.size("turned", ledger.top("acceleration") / self.system.length)
+        for joint in self.system.mechanism.joints:
+            self._reaction(joint.name, found, instants)
+        machine = self.system.mechanism
+        elements: tuple[Any, ...] = (*machine.couplings, *machine.drivers)
+        for element in elements:
+            kind = "torque" if element.rows == "a" else "force"
+            theirs = np.array([one["forces"]["efforts"].get(element.name, np.nan) for one in found])
+            if element in machine.couplings and run.analysis == "simulate":
+                continue
+            ledger.add(kind, f"{element.name}.effort", run.effort(element.name)[instants], theirs)
+        ledger.size("force", [np.abs(one["load"]).max(initial=0.0) for one in found])
+        ledger.size("torque", self.system.length * ledger.top("force"))
+        if self.open:
+            self.notes.append(f"not determined, not compared: {len(self.open)} parts of reactions")
+
+    def _reaction(self, name: str, found: list[dict[str, Any]], instants: Array) -> None:
+        ours = self.run.reaction(name)
+        theirs = np.array([one["forces"]["reactions"][name] for one in found]).reshape(-1, 3)
+        alone = np.array([one["forces"]["unique"][name] for one in found]).reshape(-1, 3)
+        unique = ours.unique or (False, False, False)
+        for n, key in enumerate(("fx", "fy", "torque")):
+            if not unique[n] or not alone[:, n].all():
+                self.open.add(f"{name}.{key}")
+                continue
+            kind = "torque" if n == 2 else "force"
+            self.ledger.add(kind, f"{name}.{key}", getattr(ours, key)[instants], theirs[:, n])

@@ -1,0 +1,309 @@
+"""Pinocchio's opinion of a result: every effort, every joint force, accelerations by the forces.
+
+J. Carpentier et al., The Pinocchio C++ library, SII 2019. The mechanism becomes a tree of its
+joints with loop constraints, by itself; from the run only the motion is taken.
+"""
+
+from __future__ import annotations
+
+import math
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from mbody.engines.independent_reading import laws_of
+from mbody.engines.ledger import Ledger
+from mbody.engines.opinion import Inexpressible, Opinion
+from mbody.engines.pinocchio.forward import EPSILON, Forward, Undetermined
+from mbody.engines.pinocchio.inverse import Forces, Inverse
+from mbody.engines.pinocchio.model import Instant
+from mbody.engines.pinocchio.motion import follow
+from mbody.engines.spanning_tree import spanning_tree
+from mbody.errors import SolveError
+from mbody.model.element import listed
+from mbody.solution.solution import Solution
+from mbody.system.system import System
+
+__all__ = ["opinion"]
+
+Array = np.ndarray
+
+#: How many times ε and the condition both answers may be apart: our loops are closed until a step
+#: of Newton's method no longer counts, which leaves 2300 times at most where it was measured.
+OPERATIONS = 20_000.0
+#: Bodies times instants that are asked for at most.
+NUMBERS = 4000
+#: Of a motion over time: the least error of many steps, what it is at once, and how much more than
+#: the measured product of error and growth both may be apart.
+STEPS, LOCAL, MARGIN = 1e-11, 1e-9, 30.0
+#: Positions whose loops are worse than that are singular: forces have no digits left there.
+SINGULAR = 1e8
+
+
+def opinion(system: System, run: Solution) -> Opinion:
+    """What Pinocchio says of a result of kinetostatics, statics or simulate.
+
+    Raises
+    ------
+    SolveError
+        Where Pinocchio is not installed.
+    """
+    try:
+        import pinocchio  # noqa: F401
+    except ImportError:
+        raise SolveError(
+            "Pinocchio is not installed: pip install pin (on Windows it is not packaged: use WSL, "
+            "or leave it out of against)"
+        ) from None
+    return _Asked(system, run).opinion()
+
+
+class _Asked:
+    """One question to Pinocchio."""
+
+    def __init__(self, system: System, run: Solution) -> None:
+        self.ledger, self.notes = Ledger(), list[str]()
+        most = max(2, NUMBERS // max(1, len(system.mechanism.bodies)))
+        if len(run) > most:
+            self.notes.append(f"asked at {most} of {len(run)} instants, evenly over the run")
+            run = run.take(np.linspace(0, len(run) - 1, most).round().astype(int))
+        self.system, self.run = system, run
+        self.tree = spanning_tree(system)
+        self.inverse = Inverse(system, self.tree, run)
+        self.missing = [self._missing(element) for element in self.inverse.others]
+        self.expected: dict[str, Any] = {}
+        self.reasons: dict[str, str] = {}
+
+    @staticmethod
+    def _missing(element: Any) -> Inexpressible:
+        kind = type(element).__name__
+        return Inexpressible(
+            element.name,
+            f"Pinocchio has no {kind}: its force of our result was applied, and the balance of all "
+            "else with it is compared",
+        )
+
+    def opinion(self) -> Opinion:
+        found = [self.inverse.at(k) for k in range(len(self.run))]
+        rank = max((forces.rank for _, forces in found), default=0)
+        good = [
+            k
+            for k, (_, forces) in enumerate(found)
+            if forces.rank == rank and forces.condition < SINGULAR
+        ]
+        if len(good) < len(found):
+            self.notes.append(
+                f"{len(found) - len(good)} of {len(found)} instants are singular positions: they "
+                "are not compared"
+            )
+        if not good:
+            why = "at every instant it stands in a singular position"
+            self.missing.append(Inexpressible("model", why))
+        self._motion(found, good)
+        self._forces(found, good)
+        if self.run.analysis != "statics":
+            self._forward(good, found)
+        borrowed = self.inverse.borrowed
+        if borrowed:
+            self.notes.append(f"taken over from our result as forces: {listed(borrowed)}")
+        rows = self.ledger.rows(self.expected, self.reasons)
+        engine = f"pinocchio {version('pin')}"
+        return Opinion(engine, tuple(rows), tuple(self.missing), tuple(self.notes))
+
+    # -- what is compared ------------------------------------------------------------------
+
+    def _motion(self, found: list[tuple[Instant, Forces]], good: list[int]) -> None:
+        """Poses, rates and accelerations of all bodies, drivers, and how far loops are open."""
+        system, run, ledger = self.system, self.run, self.ledger
+        length = system.length
+        rates = max((float(np.abs(run[b].omega[good]).max(initial=0.0)) for b in run), default=0.0)
+        ledger.size("place", length)
+        ledger.size("angle", 1.0)
+        ledger.size("turning acceleration", rates * rates)
+        at_rest = run.analysis == "statics"
+        parts = [
+            ("place", 0, ("x", "y")),
+            ("angle", 0, ("angle",)),
+            ("velocity", 1, ("vx", "vy")),
+            ("turning", 1, ("omega",)),
+            ("acceleration", 2, ("ax", "ay")),
+            ("turning acceleration", 2, ("alpha",)),
+        ]
+        for name in run:
+            poses = [found[k][0].bodies[name] for k in good]
+            table = [
+                np.array([[*p.place, p.angle] for p in poses]).reshape(-1, 3),
+                np.array([p.velocity for p in poses]).reshape(-1, 3),
+                np.array([p.acceleration for p in poses]).reshape(-1, 3),
+            ]
+            for kind, order, keys in parts:
+                if at_rest and order:
+                    continue
+                for key in keys:
+                    column = 2 if len(keys) == 1 else "xy".index(key[-1])
+                    ours, theirs = getattr(run[name], key)[good], table[order][:, column]
+                    if key == "angle":
+                        theirs = ours + _nearest(theirs - ours)
+                    ledger.add(kind, f"{name}.{key}", ours, theirs)
+        self._driven(found, good)
+        # what turns at all is to be seen beside what moves
+        ledger.size("turning", ledger.top("velocity") / length)
+        ledger.size("turning acceleration", ledger.top("acceleration") / length)
+        gaps = ("gap", "gap rate", "gap acceleration")
+        tops = [1.0, ledger.top("velocity") / length, ledger.top("acceleration") / length]
+        for name in found[0][1].gaps if found else ():
+            history = np.array([found[k][1].gaps[name] for k in good]).reshape(-1, 3)
+            for n, kind in enumerate(gaps[: 1 if at_rest else 3]):
+                ledger.size(kind, tops[n])
+                ledger.add(kind, f"{name}.{kind}", np.zeros(len(good)), history[:, n])
+        # what loops multiply, they multiply in places, rates and accelerations alike
+        worse = OPERATIONS * EPSILON * np.array([found[k][1].condition for k in good])
+        whole = f"rounding times the condition of the loops, {_top(found, good):.3g}"
+        for kind in ledger.kinds:
+            self.expected[kind], self.reasons[kind] = worse, whole
+
+    def _driven(self, found: list[tuple[Instant, Forces]], good: list[int]) -> None:
+        """Values of the drivers as Pinocchio's kinematics have them."""
+        at_rest = self.run.analysis == "statics"
+        for driver in self.system.drivers:
+            theirs = np.array([found[k][1].given[driver.name] for k in good]).reshape(-1, 3)
+            kinds = ("angle", "turning", "turning acceleration")
+            if driver.rows != "a":
+                kinds = ("place", "velocity", "acceleration")
+            ours = [part[good] for part in self.run.driven(driver.name)]
+            if driver.rows == "a":
+                theirs[:, 0] = ours[0] + _nearest(theirs[:, 0] - ours[0])
+            by_law = laws_of(self.system, self.run, driver, good)
+            for n, key in enumerate(("value", "rate", "acceleration")[: 1 if at_rest else 3]):
+                self.ledger.add(kinds[n], f"{driver.name}.{key}", ours[n], theirs[:, n])
+                if by_law is not None:
+                    name = f"{driver.name}.{key} by its law"
+                    self.ledger.add(kinds[n], name, ours[n], by_law[n])
+
+    def _forces(self, found: list[tuple[Instant, Forces]], good: list[int]) -> None:
+        """Every effort and every reaction that is determined; what is left in free joints."""
+        system, run, ledger = self.system, self.run, self.ledger
+        open_ones = []
+        for joint in system.mechanism.joints:
+            if joint in self.inverse.others:
+                continue
+            ours = run.reaction(joint.name)
+            unique = ours.unique or (False, False, False)
+            theirs = np.array([found[k][1].reactions[joint.name] for k in good]).reshape(-1, 3)
+            for n, key in enumerate(("fx", "fy", "torque")):
+                kind = "torque" if n == 2 else "force"
+                if not unique[n]:
+                    open_ones.append(f"{joint.name}.{key}")
+                else:
+                    ledger.add(kind, f"{joint.name}.{key}", getattr(ours, key)[good], theirs[:, n])
+        for driver in system.drivers:
+            kind = "torque" if driver.rows == "a" else "force"
+            theirs = np.array([found[k][1].efforts[driver.name] for k in good])
+            ledger.add(kind, f"{driver.name}.effort", run.effort(driver.name)[good], theirs)
+        needed = np.array([found[k][1].needed for k in good])
+        ledger.size("force", needed)
+        ledger.size("torque", system.length * ledger.top("force"))
+        left = np.array([found[k][1].residual for k in good])
+        ledger.add("force", "balance", np.zeros(len(good)), left)
+        if open_ones:
+            self.notes.append(
+                f"not determined by the redundant constraints, not compared: {listed(open_ones)}"
+            )
+        worse = OPERATIONS * EPSILON * np.array([found[k][1].condition for k in good])
+        for kind in ("force", "torque"):
+            self.expected[kind] = worse
+            self.reasons[kind] = (
+                f"rounding times the condition of the loops, {_top(found, good):.3g}"
+            )
+
+    def _path(self, forward: Forward, found: list[tuple[Instant, Forces]]) -> None:
+        """The motion over time, from the first instant on."""
+        inverse, run, ledger = self.inverse, self.run, self.ledger
+        alien = [element.name for element in inverse.others] + inverse.borrowed
+        if alien:
+            why = f"forces of {listed(alien)} are known along our motion only"
+            self.missing.append(Inexpressible("motion over time", why))
+            return
+        error = 0.0
+        if run.energy is not None and run.energy.size:
+            error = float(np.abs(run.energy.balance).max(initial=0.0)) / run.energy.size
+        followed = follow(forward, np.array([forces.condition for _, forces in found]))
+        count = len(followed.q)
+        still = np.zeros_like(followed.q)
+        poses = [
+            forward.twin.at(q, v, v, np.zeros(2)).bodies
+            for q, v in zip(followed.q, still, strict=True)
+        ]
+        ledger.size("path", self.system.length)
+        ledger.size("path angle", 1.0)
+        for name in run:
+            for n, key in enumerate(("x", "y")):
+                theirs = np.array([pose[name].place[n] for pose in poses])
+                ledger.add(
+                    "path", f"{name}.{key} over time", getattr(run[name], key)[:count], theirs
+                )
+            theirs = np.array([pose[name].turns for pose in poses])
+            ledger.add("path angle", f"{name}.angle over time", run[name].angle[:count], theirs)
+        if followed.why:
+            self.notes.append(
+                f"the motion was followed to t = {run.t[count - 1]:.6g}, {count} of {len(run)} "
+                f"instants: {followed.why}"
+            )
+        both = max(error, followed.gap, STEPS)
+        for kind, unit in (("path", self.system.length), ("path angle", 1.0)):
+            self.expected[kind] = (
+                (LOCAL + MARGIN * followed.growth * both) * unit / ledger.top(kind)
+            )
+            self.reasons[kind] = (
+                f"errors of both (energy {error:.1e}, loops {followed.gap:.1e}), which the motion "
+                f"makes {followed.growth.max(initial=0.0):.3g} times as great"
+            )
+
+    def _forward(self, good: list[int], found: list[tuple[Instant, Forces]]) -> None:
+        """Accelerations that Pinocchio finds from the loads and the efforts."""
+        forward, run, inverse = Forward(self.inverse), self.run, self.inverse
+        poses, rounding, kept, why = [], [], [], ""
+        for k in good:
+            try:
+                a, limit = forward.at(k)
+            except Undetermined as error:
+                why = str(error)
+                continue
+            poses.append(forward.twin.at(inverse.q[k], inverse.v[k], a, np.zeros(2)).bodies)
+            rounding.append(limit)
+            kept.append(k)
+        if not kept:
+            if why:
+                self.missing.append(Inexpressible("forward dynamics", why))
+            return
+        if why:
+            self.notes.append(
+                f"accelerations by the forces at {len(kept)} of {len(good)} instants: at the "
+                f"others {why}"
+            )
+        for name in run:
+            theirs = np.array([pose[name].acceleration for pose in poses]).reshape(-1, 3)
+            for n, key in enumerate(("ax", "ay", "alpha")):
+                kind = "forward turning" if n == 2 else "forward"
+                ours = getattr(run[name], key)[kept]
+                self.ledger.add(kind, f"{name}.{key} by the forces", ours, theirs[:, n])
+        length = self.system.length
+        self.ledger.size("forward", self.ledger.top("acceleration"))
+        self.ledger.size("forward turning", self.ledger.top("turning acceleration"))
+        limits = OPERATIONS * np.array(rounding)
+        if run.analysis == "simulate":
+            self._path(forward, found)
+        for kind, unit in (("forward", length), ("forward turning", 1.0)):
+            self.expected[kind] = OPERATIONS * EPSILON + limits * unit / self.ledger.top(kind)
+            self.reasons[kind] = "rounding of loads, times the condition of masses and loops"
+
+
+def _nearest(turns: Array) -> Array:
+    """Angles without whole turns."""
+    return np.array([math.remainder(turn, 2.0 * math.pi) for turn in turns])
+
+
+def _top(found: list[tuple[Instant, Forces]], good: list[int]) -> float:
+    """The worst condition that is compared."""
+    return max((found[k][1].condition for k in good), default=1.0)

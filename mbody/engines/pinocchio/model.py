@@ -1,0 +1,239 @@
+"""A mechanism as a model of Pinocchio: its tree of joints, and planar views of what it computes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mbody.engines.independent_reading import reading
+from mbody.engines.spanning_tree import Branch, Frame, Tree
+from mbody.model.body import SecondMoments, Slender
+from mbody.model.loads import RotatingField
+from mbody.system.system import System
+
+__all__ = ["Instant", "Pose", "Twin", "placement"]
+
+Array = np.ndarray
+
+
+def placement(at: Frame) -> Any:
+    """The displacement of a frame in the plane."""
+    import pinocchio as pin
+
+    c, s = math.cos(at.angle), math.sin(at.angle)
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    return pin.SE3(turn, np.array([at.x, at.y, 0.0]))
+
+
+class Twin:
+    """The same mechanism in Pinocchio: one chain of its joints a branch of the tree.
+
+    A branch that floats is two sliding joints and a turning one, so that every coordinate is a
+    number of its own. A weld is a turning joint that is not turned, whose effort is the torque of
+    the weld; or, lumped, both bodies are one. A plane that turns about an axis in it turns about a
+    first joint, so that centrifugal forces are Pinocchio's own, of the bodies as they are in space.
+
+    Parameters
+    ----------
+    system : System
+        Of one design.
+    tree : Tree
+    spin : RotatingField, optional
+        What turns the plane.
+    lumped : bool
+        Whether welded bodies are one.
+    """
+
+    def __init__(
+        self, system: System, tree: Tree, spin: RotatingField | None = None, lumped: bool = False
+    ) -> None:
+        import pinocchio as pin
+
+        self.system, self.tree, self.pin = system, tree, pin
+        self.model = pin.Model()
+        self.model.gravity.linear = np.zeros(3)
+        self.placed: dict[str, tuple[int, Any]] = {"ground": (0, pin.SE3.Identity())}
+        self.joint_of: dict[str, int] = {}
+        columns: list[int] = []
+        self.held: list[int] = []
+        self.spun = spin is not None
+        if spin is not None:
+            self._spin(spin)
+        for branch in tree.branches:
+            self._hang(branch, lumped, columns)
+        #: Where the coordinates of the tree stand among those of the model; nothing acts in them.
+        self.columns = np.array(columns, dtype=np.int64)
+        joints = sorted(self.model.joints.tolist()[1:], key=lambda joint: joint.idx_v)
+        #: Whether a coordinate is an angle.
+        self.turns = np.array([joint.shortname() == "JointModelRZ" for joint in joints], bool)
+        self.frames = {
+            name: self.model.addFrame(pin.Frame(f"on {name}", *place, pin.FrameType.OP_FRAME))
+            for name, place in self.placed.items()
+        }
+        self.data = self.model.createData()
+
+    def _spin(self, field: RotatingField) -> None:
+        """A first joint about the axis in the plane; the ground turns with it."""
+        at = reading(self.system)
+        x, y = at.place(field, "axis")
+        place = placement(Frame(float(x), float(y), float(at.angle(field, "axis"))))
+        pin = self.pin
+        joint = self.model.addJoint(0, pin.JointModelRX(), place, "the turning plane")
+        self.placed["ground"] = joint, place.inverse()
+
+    def _hang(self, branch: Branch, lumped: bool, columns: list[int]) -> None:
+        """The joints of a branch, and the inertia of its body."""
+        pin, (parent, place) = self.pin, self.placed[branch.parent]
+        here, back = place * placement(branch.on_parent), placement(branch.on_body).inverse()
+        kinds = {"revolute": "RZ", "prismatic": "PX", "fixed": "" if lumped else "RZ"}
+        kind = kinds.get(branch.kind, "PX PY RZ")
+        for name in kind.split():
+            made = getattr(pin, f"JointModel{name}")()
+            parent = self.model.addJoint(parent, made, here, f"{branch.body} {name}")
+            here = pin.SE3.Identity()
+            column = self.model.joints[parent].idx_v
+            (self.held if branch.kind == "fixed" else columns).append(column)
+        place = here * back
+        self.placed[branch.body] = parent, place
+        self.joint_of[branch.body] = parent
+        self.model.appendBodyToJoint(parent, self._inertia(branch.body), place)
+
+    def _inertia(self, name: str) -> Any:
+        """In space: flat, as its `spread` says, else half of its moment about both axes."""
+        at = reading(self.system)
+        (mass, moment), values = at.mass(name), at.values
+        spread = getattr(self.system.mechanism[name], "spread", None)
+        xx = yy = 0.5 * moment
+        xy = 0.0
+        if isinstance(spread, Slender):
+            angle = float(values[f"{name}.spread.angle"])
+            xx, yy = moment * math.cos(angle) ** 2, moment * math.sin(angle) ** 2
+            xy = moment * math.cos(angle) * math.sin(angle)
+        elif isinstance(spread, SecondMoments):
+            xx, yy, xy = (float(values[f"{name}.spread.{key}"]) for key in ("xx", "yy", "xy"))
+        flat = np.array([[yy, -xy, 0.0], [-xy, xx, 0.0], [0.0, 0.0, moment]])
+        return self.pin.Inertia(mass, np.zeros(3), flat)
+
+    def full(self, part: Array, plane: float = 0.0) -> Array:
+        """Coordinates of the tree among those of the model, welds zero."""
+        found = np.zeros(self.model.nv)
+        found[self.columns] = part
+        if self.spun:
+            found[0] = plane
+        return found
+
+    def at(self, q: Array, v: Array, a: Array, gravity: Array, plane: float = 0.0) -> Instant:
+        """Its kinematics at an instant, coordinates of the tree; `plane` is the plane's speed."""
+        self.model.gravity.linear = np.array([*gravity, 0.0])
+        return Instant(self, self.full(q), self.full(v, plane), self.full(a))
+
+
+@dataclass(frozen=True)
+class Pose:
+    """One body as Pinocchio has it: mass centre and angle, rates, accelerations, Jacobian (3, n).
+
+    `turns` is the angle with whole turns, as the coordinates of the joints add up.
+    """
+
+    place: Array
+    angle: float
+    turns: float
+    velocity: Array
+    acceleration: Array
+    jacobian: Array
+
+    def arm(self, at: Frame) -> Array:
+        """From the mass centre to a place, world axes."""
+        c, s = math.cos(self.angle), math.sin(self.angle)
+        return np.array([c * at.x - s * at.y, s * at.x + c * at.y])
+
+    def moving(self, arm: Array) -> tuple[Array, Array]:
+        """Velocity and acceleration of the body's point there."""
+        across, w = np.array([-arm[1], arm[0]]), self.velocity[2]
+        return (
+            self.velocity[:2] + w * across,
+            self.acceleration[:2] + self.acceleration[2] * across - w * w * arm,
+        )
+
+    def pulled(self, force: Array, torque: float, at: Array) -> Array:
+        """What a force at a place of the world and a torque do to the coordinates (n,)."""
+        return np.asarray(self.wrench(force, torque, at) @ self.jacobian)
+
+    def wrench(self, force: Array, torque: float, at: Array) -> Array:
+        """The same force and torque about the mass centre (3,)."""
+        arm = at - self.place
+        return np.array([*force, torque + arm[0] * force[1] - arm[1] * force[0]])
+
+
+class Instant:
+    """Kinematics of a twin at one instant; the plane's own turning is left out of velocities."""
+
+    def __init__(self, twin: Twin, q: Array, v: Array, a: Array) -> None:
+        self.twin, self.q, self.v, self.a = twin, q, v, a
+        pin, model, data = twin.pin, twin.model, twin.data
+        rates = v.copy()
+        if twin.spun:
+            rates[0] = 0.0
+        pin.forwardKinematics(model, data, q, rates, a)
+        pin.computeJointJacobians(model, data, q)
+        pin.updateFramePlacements(model, data)
+        turns = self._turns()
+        self.bodies = {name: self._pose(n, turns[name]) for name, n in twin.frames.items()}
+
+    def _turns(self) -> dict[str, float]:
+        """Angles of the bodies, whole turns too: every joint that turns adds its own."""
+        angles, model = {"ground": 0.0}, self.twin.model
+        for branch in self.twin.tree.branches:
+            angle = angles[branch.parent] + branch.on_parent.angle - branch.on_body.angle
+            if branch.kind in ("revolute", "free"):
+                angle += self.q[model.joints[self.twin.joint_of[branch.body]].idx_q]
+            angles[branch.body] = angle
+        return angles
+
+    def _pose(self, frame: int, turns: float) -> Pose:
+        pin, model, data = self.twin.pin, self.twin.model, self.twin.data
+        axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        placed = data.oMf[frame]
+        velocity = pin.getFrameVelocity(model, data, frame, axes).vector
+        acceleration = pin.getFrameClassicalAcceleration(model, data, frame, axes).vector
+        whole = pin.getFrameJacobian(model, data, frame, axes).reshape(6, model.nv)
+        turn = placed.rotation
+        return Pose(
+            placed.translation[:2].copy(),
+            math.atan2(turn[1, 0], turn[0, 0]),
+            turns,
+            velocity[[0, 1, 5]],
+            acceleration[[0, 1, 5]],
+            whole[[0, 1, 5]],
+        )
+
+    def inverse(self, wrenches: dict[str, Array]) -> Array:
+        """Efforts (n,) by the recursive Newton–Euler algorithm, under wrenches (3,) about mass
+        centres, world axes, by body. The forces of the joints stay in the data.
+        """
+        twin, pin = self.twin, self.twin.pin
+        forces = pin.StdVec_Force()
+        for _ in range(twin.model.njoints):
+            forces.append(pin.Force.Zero())
+        for name, (fx, fy, torque) in wrenches.items():
+            joint, place = twin.placed[name]
+            turn = twin.data.oMi[joint].rotation
+            local = pin.Force(turn.T @ np.array([fx, fy, 0.0]), turn.T @ np.array([0, 0, torque]))
+            centre = pin.SE3(np.eye(3), place.translation)
+            forces[joint] = forces[joint] + centre.act(local)
+        return np.array(pin.rnea(twin.model, twin.data, self.q, self.v, self.a, forces))
+
+    def carried(self, body: str, at: Array) -> Array:
+        """Force and torque (3,), world axes and about a place, on a body by its parent, as the last
+        `inverse` left them.
+        """
+        joint = self.twin.joint_of[body]
+        placed, force = self.twin.data.oMi[joint], self.twin.data.f[joint]
+        turn = placed.rotation
+        fx, fy, _ = turn @ force.linear
+        torque = (turn @ force.angular)[2]
+        ax, ay = placed.translation[:2] - at
+        return np.array([fx, fy, torque + ax * fy - ay * fx])

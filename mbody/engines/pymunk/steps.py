@@ -1,0 +1,190 @@
+"""Steps of a pymunk space, and the forces that it used, by the momenta of its bodies.
+
+A step of pymunk moves the bodies with the rates that they have, and then finds the impulses that
+the new positions ask for. So what acts in the step from t is taken at t + h.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from mbody.engines.independent_reading import reading
+from mbody.engines.pymunk.space import Space
+from mbody.errors import ModelError
+from mbody.kernels.load_breakdown import each_load
+from mbody.model.loads import Force, Gravity, Torque
+from mbody.system.system import System
+
+__all__ = ["Stepper", "of_system"]
+
+Array = np.ndarray
+
+
+class Stepper:
+    """Lets a space run, and tells positions, rates, accelerations and forces.
+
+    Parameters
+    ----------
+    space : Space
+    drive : callable
+        Values of all drivers (drivers, times) at times.
+    over : array (bodies, 3), optional
+        What acts on the bodies besides, at their mass centres, as of joints that pymunk has not.
+    clock : float
+        Time at which the laws of loads are taken where steps count from 0.
+    last : float
+        After which laws may have no values.
+    """
+
+    def __init__(
+        self,
+        space: Space,
+        drive: Callable[[Array], Array],
+        over: Array | None = None,
+        clock: float = 0.0,
+        last: float = np.inf,
+    ) -> None:
+        self.space, self.drive, self.system = space, drive, space.system
+        self.clock, self.last = clock, last
+        self.besides = np.zeros((space.count, 3)) if over is None else over
+        machine = self.system.mechanism
+        self.gravity = [load for load in machine.loads if isinstance(load, Gravity)]
+        self.pushes = [load for load in machine.loads if isinstance(load, Torque | Force)]
+        self.pushed = bool(self.pushes or space.over or space.drags or self.besides.any())
+        if space.over:
+            self.layout, self.work = self.system.runtime(), self.system.work()
+            self.motion = np.zeros((1, 3 * self.system.coordinates))
+            self.each = np.empty((1, len(machine.loads), self.system.coordinates))
+
+    # -- state -----------------------------------------------------------------------------------
+
+    def put(self, pose: Array, vel: Array) -> None:
+        """Give all bodies positions and rates, arrays (bodies, 3)."""
+        for body, (x, y, angle), (vx, vy, omega) in zip(
+            self.space.bodies, pose.tolist(), vel.tolist(), strict=True
+        ):
+            body.position, body.angle = (x, y), angle
+            body.velocity, body.angular_velocity = (vx, vy), omega
+            self.space.space.reindex_shapes_for_body(body)
+
+    def state(self) -> tuple[Array, Array]:
+        """Positions and rates, each (bodies, 3)."""
+        both = [
+            (*body.position, body.angle, *body.velocity, body.angular_velocity)
+            for body in self.space.bodies
+        ]
+        rows = np.array(both)
+        return rows[:, :3], rows[:, 3:]
+
+    # -- stepping --------------------------------------------------------------------------------
+
+    def go(self, t: float, h: float, steps: int) -> Array:
+        """Take steps of h from t on, and tell of the last as `told` says."""
+        times: Array = t + h * np.arange(1, steps + 1)
+        targets = self.drive(times + h).T
+        times = times + self.clock
+        gravity = np.zeros((steps, 2))
+        for load in self.gravity:
+            for n, field in enumerate("xy"):
+                gravity[:, n] += _value(reading(self.system).law(load, field), times, self.last)
+        laws = [reading(self.system).law(load, "value") for load in self.pushes]
+        pushes = [_value(law, times, self.last) for law in laws]
+        aimed = [(n, part) for n, part in enumerate(self.space.drives) if part is not None]
+        native = self.space.space
+        steady = not np.ptp(gravity, axis=0).any()
+        native.gravity = tuple(gravity[-1].tolist())
+        for k in range(steps):
+            for n, part in aimed:
+                part.aim(float(targets[k, n]), h)
+            if not steady:
+                native.gravity = tuple(gravity[k].tolist())
+            if self.pushed or k == steps - 1:
+                pose, vel = self.state()
+                wrench = self._wrench(times[k], pose + h * vel, vel, [p[k] for p in pushes])
+                for body, (fx, fy, torque) in zip(self.space.bodies, wrench.tolist(), strict=True):
+                    body.force, body.torque = (fx, fy), torque
+            native.step(h)
+        return self._told(h, vel, wrench, gravity[-1])
+
+    def _wrench(self, t: float, pose: Array, vel: Array, pushes: list[Any]) -> Array:
+        """What is applied to every body (bodies, 3) at its mass centre, gravity left out."""
+        space, at = self.space, reading(self.system)
+        found = np.zeros((space.count + 1, 3))
+        found[:-1] = self.besides
+        for load, value in zip(self.pushes, pushes, strict=True):
+            if isinstance(load, Torque):
+                by, on = (self.system.bodies[name] for name in load.bodies)
+                found[on, 2] += value
+                found[by, 2] -= value
+            else:
+                on = self.system.bodies[load.at.body]
+                (ax, ay), theta = at.arm(load, "at"), pose[on, 2] if on < space.count else 0.0
+                angle = at[f"{load.name}.angle"]
+                if load.follows:
+                    angle = angle + at.angle(load, "at") + theta
+                fx, fy = value * np.cos(angle), value * np.sin(angle)
+                c, s = np.cos(theta), np.sin(theta)
+                found[on] += fx, fy, (c * ax - s * ay) * fy - (s * ax + c * ay) * fx
+        everywhere, rates = (np.vstack([part, np.zeros(3)]) for part in (pose, vel))
+        for part, coefficient in space.drags:
+            column = part.columns(everywhere)[0]
+            found -= coefficient * (column * rates).sum() * column
+        if space.over:
+            n = self.system.coordinates
+            self.motion[0, :n], self.motion[0, n : 2 * n] = pose.ravel(), vel.ravel()
+            each_load(self.layout, self.work, self.motion, np.array([t]), self.each)
+            parts = self.each[0].reshape(-1, space.count, 3)
+            found[:-1] += parts[list(space.over)].sum(axis=0)
+        return found[:-1]
+
+    # -- what it tells ---------------------------------------------------------------------------
+
+    def _told(self, h: float, before: Array, wrench: Array, gravity: Array) -> Array:
+        """Positions, rates and accelerations (bodies, 3) each; of every part (parts, 4) force and
+        torque on its body j, and its first impulse over h; all as one row.
+
+        The impulses of the joints are those that the momenta of all bodies ask for.
+        """
+        space = self.space
+        pose, vel = self.state()
+        everywhere = np.vstack([pose, np.zeros(3)])
+        rates = np.vstack([vel, np.zeros(3)])
+        change = (vel - before) / h
+        left = space.mass * change - wrench
+        left[:, :2] -= space.mass[:, :2] * gravity
+        for spring in space.springs:
+            left -= spring.impulse(everywhere, rates)[:-1] / h
+        units = [part.forces(everywhere) for part in space.parts]
+        columns = [part.columns(everywhere)[:, :-1] for part in space.parts]
+        scale = np.array([1.0, 1.0, 1.0 / self.system.length])
+        found = np.zeros((len(space.parts), 4))
+        if not np.isfinite(left).all():
+            found[:] = np.nan
+        elif columns:
+            A = (np.concatenate(columns) * scale).reshape(-1, 3 * space.count).T
+            sizes = np.maximum(np.linalg.norm(A, axis=0), 1e-300)
+            impulses = np.linalg.lstsq(A / sizes, (left * scale).ravel(), rcond=1e-10)[0] / sizes
+            first = 0
+            for n, unit in enumerate(units):
+                found[n, :3] = impulses[first : first + len(unit)] @ unit
+                found[n, 3] = impulses[first]
+                first += len(unit)
+        return np.concatenate([pose.ravel(), vel.ravel(), change.ravel(), found.ravel()])
+
+
+def of_system(system: System, times: Array, last: float) -> Array:
+    """Values of the drivers (drivers, times) by their laws."""
+    values = [_value(reading(system).law(d), times, last) for d in system.drivers]
+    return np.array(values).reshape(len(system.drivers), len(times))
+
+
+def _value(law: Any, times: Array, last: float) -> Array:
+    """A law at times, or at the last one of those after it, where it has no value then."""
+    try:
+        return np.broadcast_to(law(times), len(times))
+    except ModelError:
+        # a step reaches beyond the end of a table: the last rates are not asked for
+        return np.broadcast_to(law(np.minimum(times, last)), len(times))

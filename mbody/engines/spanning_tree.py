@@ -1,0 +1,239 @@
+"""The mechanism as a tree: bodies hung on one another by joints, and joints that close loops."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mbody.engines.independent_reading import reading
+from mbody.model.element import Element
+from mbody.model.joints import Fixed, Joint, Prismatic, Revolute
+from mbody.solution.solution import Solution
+from mbody.system.system import System
+
+__all__ = ["Branch", "Frame", "Tree", "frame", "spanning_tree", "tree_motion"]
+
+#: Joints that a tree can hold, the hardest to cut first.
+KINDS: dict[type, str] = {Fixed: "fixed", Prismatic: "prismatic", Revolute: "revolute"}
+#: Coordinates of a branch: an angle, a way, none, or (x, y, θ) of the mass centre.
+FREEDOMS = {"revolute": 1, "prismatic": 1, "fixed": 0, "free": 3}
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A place [length] and a direction [rad] on a body, from its mass centre in link axes."""
+
+    x: float
+    y: float
+    angle: float
+
+
+@dataclass(frozen=True)
+class Branch:
+    """One joint of the tree, by which a body hangs on its parent.
+
+    Attributes
+    ----------
+    body, parent : str
+        Names; the parent may be ``"ground"``.
+    kind : str
+        ``"revolute"``, ``"prismatic"``, ``"fixed"``, or ``"free"``: a body that floats, whose
+        coordinates are (x, y, θ) of its mass centre in the world.
+    joint : Joint or None
+        None where it is free.
+    on_parent, on_body : Frame
+        The joint's place and direction on both. A revolute joint turns from one direction to the
+        other; a prismatic one slides along the direction, the same on both.
+    reversed : bool
+        Whether the parent holds the joint's j. The coordinate of a branch is that of the body from
+        its parent: of a reversed prismatic joint it is the negative of j's way along the guide.
+    """
+
+    body: str
+    parent: str
+    kind: str
+    joint: Joint | None
+    on_parent: Frame
+    on_body: Frame
+    reversed: bool = False
+
+    @property
+    def freedom(self) -> int:
+        """Number of coordinates."""
+        return FREEDOMS[self.kind]
+
+
+@dataclass(frozen=True)
+class Tree:
+    """A spanning tree of the bodies.
+
+    Attributes
+    ----------
+    branches : tuple of Branch
+        One a moving body, parents before those that hang on them: in depth, so that a body and all
+        that hangs on it stand together.
+    cuts : tuple of Joint
+        Revolute, prismatic and fixed joints that close loops.
+    others : tuple of Element
+        Joints of other types, then couplings: constraints that no tree holds.
+    """
+
+    branches: tuple[Branch, ...]
+    cuts: tuple[Joint, ...]
+    others: tuple[Element, ...]
+
+    def branch(self, body: str) -> Branch:
+        """The branch by which a body hangs."""
+        return next(branch for branch in self.branches if branch.body == body)
+
+
+def frame(system: System, element: Element, field: str) -> Frame:
+    """The frame of an element's marker (``"i"`` or ``"j"``), from the mass centre of its body."""
+    at = reading(system)
+    return Frame(*at.arm(element, field), at.angle(element, field))
+
+
+def spanning_tree(system: System) -> Tree:
+    """The bodies of a system of one design as a tree over its joints.
+
+    Fixed and prismatic joints come in first and are cut only where loops have no others; then
+    joints at massless bodies, so that these stand between others where they can, for the inertia
+    that hangs on them. A part that no joint of these ties to the ground floats at its heaviest
+    body.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> tree = spanning_tree(mbody.assemble(mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 1, 1))))
+    >>> [(branch.parent, branch.body) for branch in tree.branches]
+    [('ground', 'crank'), ('crank', 'coupler'), ('coupler', 'rocker')]
+    >>> [joint.name for joint in tree.cuts]
+    ['O4']
+    """
+    machine = system.mechanism
+    joints = [joint for joint in machine.joints if type(joint) in KINDS]
+    order = {kind: n for n, kind in enumerate(KINDS)}
+    inertia = {b.name: reading(system).mass(b.name) for b in machine.bodies}
+    inertia["ground"] = 1.0, 1.0
+    ranked = sorted(
+        joints,
+        key=lambda one: (order[type(one)], all(any(inertia[b]) for b in (one.i.body, one.j.body))),
+    )
+    part = {name: name for name in system.bodies}
+
+    def root(name: str) -> str:
+        while part[name] != name:
+            name = part[name]
+        return name
+
+    held: list[Joint] = []
+    for joint in ranked:
+        i, j = root(joint.i.body), root(joint.j.body)
+        if i != j:
+            part[i] = j
+            held.append(joint)
+    kept = {joint.name for joint in held}
+    neighbours: dict[str, list[Joint]] = {name: [] for name in system.bodies}
+    for joint in joints:
+        if joint.name in kept:
+            neighbours[joint.i.body].append(joint)
+            neighbours[joint.j.body].append(joint)
+    branches: list[Branch] = []
+    reached = {"ground"}
+    _hang(system, "ground", neighbours, reached, branches)
+    heaviest = sorted(machine.bodies, key=lambda b: inertia[b.name], reverse=True)
+    for body in heaviest:
+        if body.name not in reached:
+            reached.add(body.name)
+            nowhere = Frame(0.0, 0.0, 0.0)
+            branches.append(Branch(body.name, "ground", "free", None, nowhere, nowhere))
+            _hang(system, body.name, neighbours, reached, branches)
+    others = [joint for joint in machine.joints if type(joint) not in KINDS]
+    cuts = tuple(joint for joint in joints if joint.name not in kept)
+    return Tree(tuple(branches), cuts, (*others, *machine.couplings))
+
+
+def _hang(
+    system: System,
+    start: str,
+    neighbours: dict[str, list[Joint]],
+    reached: set[str],
+    branches: list[Branch],
+) -> None:
+    """Every body that the joints tie to one of the tree, each followed by all that hangs on it."""
+    waiting = [(joint, start) for joint in reversed(neighbours[start])]
+    while waiting:
+        joint, parent = waiting.pop()
+        turned = joint.j.body == parent
+        body = joint.i.body if turned else joint.j.body
+        if body in reached:
+            continue
+        reached.add(body)
+        i, j = frame(system, joint, "i"), frame(system, joint, "j")
+        ends = (j, i) if turned else (i, j)
+        branches.append(Branch(body, parent, KINDS[type(joint)], joint, *ends, turned))
+        waiting += [(further, body) for further in reversed(neighbours[body])]
+
+
+def tree_motion(tree: Tree, run: Solution) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Coordinates of the tree, rates and accelerations (instants, freedoms), from a run's poses.
+
+    Columns are those of the branches in their order. The run may be of another system of the same
+    names and places.
+    """
+    parts: list[list[Any]] = [[], [], []]
+    for branch in tree.branches:
+        body, parent = run[branch.body], run[branch.parent]
+        if branch.kind == "free":
+            columns = (
+                (body.x, body.y, body.angle),
+                (body.vx, body.vy, body.omega),
+                (body.ax, body.ay, body.alpha),
+            )
+            for part, found in zip(parts, columns, strict=True):
+                part += found
+        elif branch.kind == "revolute":
+            turn = branch.on_body.angle - branch.on_parent.angle
+            parts[0].append(body.angle - parent.angle + turn)
+            parts[1].append(body.omega - parent.omega)
+            parts[2].append(body.alpha - parent.alpha)
+        elif branch.kind == "prismatic":
+            for part, found in zip(parts, _way(branch, run), strict=True):
+                part.append(found)
+    blank = np.zeros((0, len(run)))
+    q, v, a = ((np.array(part) if part else blank).T.copy() for part in parts)
+    return q, v, a
+
+
+def _way(branch: Branch, run: Solution) -> tuple[Any, Any, Any]:
+    """Way, speed and acceleration of a slider from its parent, along the direction on the parent.
+
+    s = u·d;  ṡ = u·ḋ + ω (k×u)·d;  s̈ = u·d̈ + 2ω (k×u)·ḋ + α (k×u)·d − ω² u·d.
+    """
+    body, parent = run[branch.body], run[branch.parent]
+    ends = [_moved(pose, at) for pose, at in ((parent, branch.on_parent), (body, branch.on_body))]
+    (dx, dy), (dvx, dvy), (dax, day) = (
+        tuple(far - near for near, far in zip(a, b, strict=True))
+        for a, b in zip(*ends, strict=True)
+    )
+    direction = parent.angle + branch.on_parent.angle
+    ux, uy = np.cos(direction), np.sin(direction)
+    w, alpha = parent.omega, parent.alpha
+    along, across = ux * dx + uy * dy, ux * dy - uy * dx
+    speed = ux * dvx + uy * dvy + w * across
+    change = ux * dax + uy * day + 2.0 * w * (ux * dvy - uy * dvx) + alpha * across
+    return along, speed, change - w * w * along
+
+
+def _moved(pose: Any, at: Frame) -> tuple[tuple[Any, Any], tuple[Any, Any], tuple[Any, Any]]:
+    """Place, velocity and acceleration of a place on a body."""
+    c, s = np.cos(pose.angle), np.sin(pose.angle)
+    px, py = c * at.x - s * at.y, s * at.x + c * at.y
+    w, alpha = pose.omega, pose.alpha
+    return (
+        (pose.x + px, pose.y + py),
+        (pose.vx - w * py, pose.vy + w * px),
+        (pose.ax - alpha * py - w * w * px, pose.ay + alpha * px - w * w * py),
+    )

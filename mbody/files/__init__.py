@@ -1,0 +1,1 @@
+"""Results and models in files: tables, saved results, model files."""

@@ -1,0 +1,103 @@
+"""Arrays of plain numbers in one sealed file: a zip of ``.npy`` members, as NumPy reads them.
+
+The members are not compressed, so that none can be larger than the file that it comes in.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import stat
+import struct
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mbody.files.seal import OPEN_SEAL, seal, sealed_at_the_end
+
+__all__ = ["Unreadable", "packed", "unpacked"]
+
+#: Kinds of numbers, and dimensions of arrays.
+KINDS, DEEPEST = ("<f8", "|u1"), 4
+#: What zipfile and NumPy raise of bytes that they did not write.
+BROKEN = (
+    *(zipfile.BadZipFile, NotImplementedError, ValueError, KeyError, TypeError, EOFError),
+    *(RuntimeError, OverflowError, struct.error, SyntaxError, MemoryError),
+)
+
+
+class Unreadable(ValueError):
+    """What is wrong with a file, to stand in a sentence."""
+
+
+def packed(arrays: Mapping[str, np.ndarray], owner: str) -> bytes:
+    """The bytes of a file of named arrays, with the seal of `owner` at its end.
+
+    >>> raw = packed({"t": np.arange(3.0)}, "test")
+    >>> raw[-71:-64]
+    b'sha256:'
+    """
+    room = io.BytesIO()
+    with zipfile.ZipFile(room, "w", zipfile.ZIP_STORED) as file:
+        for name, array in arrays.items():
+            member = io.BytesIO()
+            np.lib.format.write_array(member, np.ascontiguousarray(array), allow_pickle=False)
+            file.writestr(zipfile.ZipInfo(f"{name}.npy"), member.getvalue())
+        file.comment = OPEN_SEAL
+    return seal(room.getvalue(), owner)
+
+
+def unpacked(path: Any, owner: str) -> dict[str, np.ndarray]:
+    """The arrays of such a file, in no more memory than the file has bytes.
+
+    Raises
+    ------
+    OSError
+        Where it cannot be opened.
+    Unreadable
+        Where it is no such file, or was changed since it was written.
+    """
+    if not stat.S_ISREG(os.stat(path).st_mode):
+        raise Unreadable("it is no ordinary file")
+    with Path(path).open("rb") as file:
+        if not sealed_at_the_end(file, owner):
+            raise Unreadable("it was not written by save_run, or was cut or changed since")
+        try:
+            with zipfile.ZipFile(file) as members:
+                return _members(members, file.seek(0, 2))
+        except BROKEN as error:
+            raise Unreadable(f"its parts cannot be read: {str(error)[:80]}") from None
+
+
+def _members(file: zipfile.ZipFile, size: int) -> dict[str, np.ndarray]:
+    infos = file.infolist()
+    if sum(info.file_size for info in infos) > size:
+        raise Unreadable("its parts are larger than the file")
+    if any(info.compress_type != zipfile.ZIP_STORED for info in infos):
+        raise Unreadable("its parts are compressed, which save_run does not do")
+    names = [info.filename.removesuffix(".npy") for info in infos]
+    if len(set(names)) < len(names):
+        raise Unreadable("it has one part twice")
+    return {name: _array(name, file.read(info)) for name, info in zip(names, infos, strict=True)}
+
+
+def _array(name: str, raw: bytes) -> np.ndarray:
+    """An array of plain numbers; its header says no more than there is."""
+    stream = io.BytesIO(raw)
+    if np.lib.format.read_magic(stream) != (1, 0):
+        raise Unreadable(f"the header of '{name[:40]}' is of another version")
+    shape, by_columns, kind = np.lib.format.read_array_header_1_0(stream)
+    body = raw[stream.tell() :]
+    if kind.str not in KINDS or by_columns or len(shape) > DEEPEST or min(shape, default=0) < 0:
+        raise Unreadable(f"'{name[:40]}' is no array of plain numbers")
+    count = 1
+    for part in shape:
+        count *= part
+    if count * kind.itemsize != len(body):
+        raise Unreadable(f"'{name[:40]}' has not the size that its header tells")
+    if count == 0:
+        return np.zeros(shape, dtype=kind)
+    return np.frombuffer(body, dtype=kind).reshape(shape).copy()

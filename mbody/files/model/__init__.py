@@ -1,0 +1,9 @@
+"""Model files: TOML and JSON that read like the book's "Given" paragraph."""
+
+from mbody.files.model.convert import in_units
+from mbody.files.model.limits import Limits
+from mbody.files.model.read import from_text, load
+from mbody.files.model.schema import json_schema
+from mbody.files.model.write import save, to_text
+
+__all__ = ["Limits", "to_text", "in_units", "json_schema", "load", "from_text", "save"]

@@ -1,0 +1,187 @@
+"""A checked model becomes a mechanism, element by element; every refusal is kept with its place."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from mbody.analysis.driven.requests import asks_for, check_ask
+from mbody.analysis.initial.initial_state import check_simulation
+from mbody.analysis.inverse.conditions import check_question
+from mbody.errors import ModelError
+from mbody.files.model.kinds import SECTIONS
+from mbody.files.model.report import ENOUGH, Path, Problem
+from mbody.model.body import Body
+from mbody.model.element import Element
+from mbody.model.event import Event, Stop
+from mbody.model.loads import Gravity
+from mbody.model.mechanism import Mechanism
+from mbody.model.numbers import meant
+from mbody.model.simulation import Simulation
+from mbody.model.study import Ask, Measure, Question, Unknown
+from mbody.quantities.units import DIMENSIONS
+from mbody.solution.measures import check_measure
+
+__all__ = ["build"]
+
+
+def build(given: Any) -> tuple[Mechanism | None, list[Problem]]:
+    """The mechanism of a validated model, and what was refused on the way.
+
+    Returns
+    -------
+    mechanism : Mechanism or None
+        None where not even its frame could be made.
+    problems : list of Problem
+    """
+    problems: list[Problem] = []
+    try:
+        mechanism = Mechanism(
+            given.name,
+            units=given.units,
+            g=given.g,
+            ground=given.ground.points if given.ground else None,
+            parameters=given.parameters,
+            source=given.source,
+            note=given.note,
+        )
+    except ModelError as error:
+        return None, [_framed(given, error)]
+    missing: set[str] = set()
+
+    def add(path: Path, cls: type[Element], fields: dict[str, Any]) -> None:
+        name = str(path[-1])
+        if len(problems) >= ENOUGH:
+            return
+        try:
+            element = cls(name=name, **fields)
+            # what refers to an element that was refused is not to blame
+            if missing.isdisjoint(_bodies(element)):
+                mechanism.add(element)
+                return
+        except ModelError as error:
+            problems.append(Problem(path, _unnamed(str(error), name)))
+        missing.add(name)
+
+    for name, body in given.bodies.items():
+        add(("bodies", name), Body, _set(body))
+    for section, kinds in SECTIONS.items():
+        for name, entry in getattr(given, section).items():
+            kind = next(kind for kind in kinds if kind in type(entry).model_fields)
+            add((section, name), kinds[kind], _arguments(kind, kinds[kind], entry))
+    if given.gravity is not None:
+        add(("gravity",), Gravity, _set(given.gravity))
+    problems += _questions(given, mechanism)
+    return mechanism, problems
+
+
+def _framed(given: Any, error: ModelError) -> Problem:
+    """A problem of the mechanism itself, with the key that it comes from."""
+    text = str(error)
+    told = text.removeprefix(f"'{error.element}': ")
+    if error.element in given.parameters:
+        return Problem(("parameters", error.element), text)
+    for key, mark in (("units", "unit system"), ("g", ": g"), ("ground", "'ground'")):
+        if mark in text:
+            return Problem((key,), told)
+    return Problem((), text)
+
+
+def _bodies(element: Element) -> set[str]:
+    """The bodies that an element refers to."""
+    own = {marker.body for marker in element.places().values()}
+    return own.union(getattr(element, "bodies", ()))
+
+
+def _set(entry: Any) -> dict[str, Any]:
+    """The fields that a file gives; the others keep their defaults."""
+    return {
+        name: value
+        for name in type(entry).model_fields
+        if name in entry.model_fields_set and (value := getattr(entry, name)) is not None
+    }
+
+
+def _arguments(kind: str, cls: type[Element], entry: Any) -> dict[str, Any]:
+    """Arguments of an element from its table."""
+    fields = _set(entry)
+    main = fields.pop(kind)
+    return {**dict(zip(cls.main, main if len(cls.main) > 1 else (main,), strict=True)), **fields}
+
+
+def _unnamed(text: str, name: str) -> str:
+    """The sentence without the name that stands before it already."""
+    return text.removeprefix(f"'{name}': ").removeprefix(f"'{name}' ")
+
+
+def _row(mechanism: Mechanism, name: str, value: Any, angle: str) -> Any:
+    """Values to ask for; plain angles are in the unit of the file."""
+    if isinstance(value, list):
+        return [_row(mechanism, name, part, angle) for part in value]
+    degrees = angle == "deg" and asks_for(mechanism, name) == "angle"
+    return math.radians(value) if degrees and isinstance(value, float) else value
+
+
+def _questions(given: Any, mechanism: Mechanism) -> list[Problem]:
+    problems: list[Problem] = []
+    for name, entry in given.measures.items():
+        if len(problems) >= ENOUGH:
+            break
+        try:
+            measure = Measure(entry) if isinstance(entry, str) else Measure(entry.of, entry.unit)
+            mechanism.measures[name] = measure
+            check_measure(mechanism, measure)
+        except ModelError as error:
+            problems.append(Problem(("measures", name), str(error).removeprefix("measure: ")))
+    if given.ask is not None:
+        try:
+            fields = _set(given.ask)
+            given_rows = fields.get("at", {}).items()
+            rows = {name: _row(mechanism, name, row, given.angle) for name, row in given_rows}
+            mechanism.ask = Ask(**{**fields, "at": rows})
+            check_ask(mechanism, mechanism.ask)
+        except ModelError as error:
+            problems.append(Problem(("ask",), str(error).removeprefix("ask: ")))
+    if given.simulate is not None:
+        try:
+            entry = given.simulate
+            start = {body: _set(state) for body, state in entry.start.items()}
+            events = [Event(name=name, **_set(one)) for name, one in entry.events.items()]
+            stops = [Stop(name=name, **_set(one)) for name, one in entry.stops.items()]
+            mechanism.simulation = Simulation(
+                *(entry.until, start, entry.rtol, entry.instants, [*events, *stops]),
+                *(entry.method, entry.step, entry.release, entry.every),
+            )
+            check_simulation(mechanism, mechanism.simulation)
+        except ModelError as error:
+            problems.append(Problem(("simulate",), str(error).removeprefix("simulation: ")))
+    for name, entry in given.solve.items():
+        if len(problems) >= ENOUGH:
+            break
+        try:
+            question = _question(mechanism, entry, given.angle)
+            mechanism.questions[name] = question
+            check_question(mechanism, question)
+        except ModelError as error:
+            problems.append(Problem(("solve", name), str(error).removeprefix("question: ")))
+    return problems
+
+
+def _question(mechanism: Mechanism, entry: Any, angle: str) -> Question:
+    """A question of a file; plain angles are in the unit of the file."""
+    fields = _set(entry)
+    if isinstance(fields["unknowns"], dict):
+        fields["unknowns"] = [
+            Unknown(name, **_turned(mechanism, name, _set(one), angle))
+            for name, one in fields["unknowns"].items()
+        ]
+    at = fields.get("at", {}).items()
+    fields["at"] = {name: _row(mechanism, name, value, angle) for name, value in at}
+    return Question(**fields)
+
+
+def _turned(mechanism: Mechanism, name: str, options: dict[str, Any], angle: str) -> dict[str, Any]:
+    """The same with plain degrees as radians, where the unknown is an angle."""
+    if angle != "deg" or meant(mechanism, name)[1] != DIMENSIONS["angle"]:
+        return options
+    return {k: math.radians(v) if isinstance(v, float) else v for k, v in options.items()}

@@ -1,0 +1,110 @@
+"""The same mechanism in another unit system."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+from mbody.errors import ModelError
+from mbody.files.model.read import built
+from mbody.files.model.write import Writer
+from mbody.model.mechanism import Mechanism
+from mbody.quantities import VARIABLES, Formula, FormulaError
+from mbody.quantities.evaluate import TURNING, measured
+from mbody.quantities.tree import Call, walk
+from mbody.quantities.units import DIMENSIONS, Dimension, UnitSystem, unit_system
+
+__all__ = ["in_units"]
+
+
+def in_units(mechanism: Mechanism, units: str | UnitSystem) -> Mechanism:
+    """The mechanism with every number in another unit system: results come out in it.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Without Python code, as for a model file.
+    units : str
+        Name of the unit system.
+
+    Raises
+    ------
+    ModelError
+        For a unit system that there is not, Python code, or a formula of t whose plain numbers
+        belong to the old units.
+
+    >>> import mbody
+    >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5, units="ft-lbf-s")
+    >>> round(in_units(machine, "in-lbf-s")["rocker"].points["B"][0], 9)
+    24.0
+    """
+    system = unit_system(units)
+    if system == mechanism.units:
+        return mechanism
+    made = built(_Converter(mechanism, system).whole())
+    made.remarks = mechanism.remarks
+    return made
+
+
+class _Converter(Writer):
+    """The same in another unit system."""
+
+    def __init__(self, mechanism: Mechanism, units: UnitSystem) -> None:
+        super().__init__(mechanism)
+        self.units = units
+
+    def written(self, value: float, dimension: Dimension) -> Any:
+        """A float in the new units; exact where both units are."""
+        ratio = self.mechanism.units.unit(dimension).ratio / self.units.unit(dimension).ratio
+        try:
+            converted = value if ratio == 1 else float(Fraction(value) * ratio)
+        except OverflowError:
+            unit = self.units.of(dimension)
+            raise ModelError(f"{value:g} is too large a number in {unit}: choose others") from None
+        return super().written(converted, dimension)
+
+    def number(self, name: str, value: float, dimension: Dimension) -> Any:
+        """The text where it has units, so that it still follows its parameters; of plain numbers,
+        which belong to the old units, what it comes to.
+        """
+        formula = self.mechanism.formulas.get(name)
+        if formula is not None and formula.has_units(self.mechanism.scope):
+            return super().number(name, value, dimension)
+        return self.written(value, dimension)
+
+    def parameter(self, name: str) -> Any:
+        """A number with its unit, a plain one as it is."""
+        return self.valued(name)
+
+    def wanted(self, value: Any, dimension: Dimension) -> Any:
+        """A number of a question, as `number`."""
+        if isinstance(value, Formula):
+            try:
+                value = value.of(dimension).value(self.mechanism.scope)
+            except FormulaError:  # it is told where the question is read
+                return super().wanted(value, dimension)
+        return self.written(value, dimension)
+
+    def law_text(self, formula: Formula) -> Any:
+        """The text of a formula that has units; plain numbers would change their meaning."""
+        if not formula.has_units(self.mechanism.scope) or self.changes(formula):
+            raise ModelError(
+                f"the law {formula.text!r} is of plain numbers, which cannot be taken to other "
+                "units: give its numbers their units"
+            )
+        return self.text(formula)
+
+    def changes(self, formula: Formula) -> bool:
+        """Whether sin, cos or tan of it take the variable as a plain number in a unit that is
+        another now.
+        """
+        argument = formula.argument or DIMENSIONS["time"]
+        if self.mechanism.units.unit(argument).ratio == self.units.unit(argument).ratio:
+            return False
+        return any(
+            isinstance(part, Call)
+            and part.function in TURNING
+            and not measured(part.arguments[0], self.mechanism.scope)
+            and part.names & {*VARIABLES}
+            for part in walk(formula.tree)
+        )

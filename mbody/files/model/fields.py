@@ -1,0 +1,246 @@
+"""The fields of a model file: numbers, points, places, each checked as it is read.
+
+Every check gives what the description takes: a float, a `Formula`, a `Marker`. Plain
+angles are in the unit that the file says.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Tag,
+    ValidationInfo,
+    WithJsonSchema,
+)
+
+from mbody.errors import ModelError, brief
+from mbody.files.model.report import ENOUGH
+from mbody.model.body import Guess, SecondMoments, Slender
+from mbody.model.coupling import Term
+from mbody.model.element import Marker, Polar, check_name
+from mbody.quantities import Formula, FormulaError, read
+from mbody.quantities.number import NotANumber, NotFinite, entered
+from mbody.quantities.units import DIMENSIONS, Dimension, name_of
+
+__all__ = [
+    "Context",
+    "Strict",
+    "entered_in",
+    "guess",
+    "name_in",
+    "number",
+    "place",
+    "point",
+    "points",
+    "shape",
+    "spread",
+    "term",
+]
+
+ANGLE = DIMENSIONS["angle"]
+
+
+@dataclass(frozen=True)
+class Context:
+    """What reading needs to know: the unit of plain angles, the folder of the file, and the values
+    that were refused so far.
+    """
+
+    angle: str = "deg"
+    folder: Path | None = None
+    refused: list[Any] = field(default_factory=list)
+
+
+class Strict(BaseModel):
+    """A table of a model file: unknown keys are refused."""
+
+    model_config = ConfigDict(extra="forbid", arbitrary_types_allowed=True)
+
+
+def entered_in(value: Any, dimension: Dimension | None, info: ValidationInfo) -> float | Formula:
+    """One number of a file: a float, or a formula where it is text."""
+    angle, refused = info.context.angle, info.context.refused
+    if len(refused) >= ENOUGH:
+        raise ValueError("unread")  # too much else is wrong: nobody is told of this
+    refused.append(value)  # until it is let in
+    try:
+        result = (
+            read(value, dimension, angle) if isinstance(value, str) else entered(value, dimension)
+        )
+    except NotANumber:
+        raise ModelError(f"must be a number or text such as '2 mm', not {brief(value)}") from None
+    except NotFinite as error:
+        raise ModelError(f"is {error}, it must be finite") from None
+    except FormulaError as error:
+        raise ModelError(str(error)) from None
+    refused.pop()
+    if dimension == ANGLE and angle == "deg" and isinstance(result, float):
+        return math.radians(result)
+    return result
+
+
+def _json_number(what: str) -> WithJsonSchema:
+    return WithJsonSchema({"type": ["number", "string"], "description": what})
+
+
+@functools.cache
+def number(dimension: Dimension | None, law_of: Dimension | None = None) -> Any:
+    """A number of that dimension: plain, or text with units and parameters."""
+
+    def check(value: Any, info: ValidationInfo) -> Any:
+        result = entered_in(value, dimension, info)
+        if isinstance(result, Formula) and result.variable and law_of is None:
+            raise ModelError(f"is {brief(result.text)}, but only a law may change with time")
+        return result
+
+    named = name_of(dimension) if dimension else ""
+    return Annotated[Any, BeforeValidator(check), _json_number(named or "number")]
+
+
+# -- places -----------------------------------------------------------------------------------
+
+
+class PolarIn(Strict):
+    """A point by distance and angle in link axes."""
+
+    r: number(DIMENSIONS["length"])
+    angle: number(ANGLE)
+
+
+def shape(kinds: dict[str, type | tuple[type, ...]], wanted: str) -> Any:
+    """Choose among the forms of a field by what was written."""
+
+    def choose(value: Any) -> str | None:
+        for tag, types in kinds.items():
+            if isinstance(value, types) and not isinstance(value, bool):
+                return tag
+        return None
+
+    return Discriminator(choose, custom_error_type="form", custom_error_message=wanted)
+
+
+Length = number(DIMENSIONS["length"])
+point = Annotated[
+    Annotated[tuple[Length, Length], Tag("<pair>")]
+    | Annotated[PolarIn, AfterValidator(lambda p: Polar(p.r, p.angle)), Tag("<polar>")],
+    shape({"<pair>": (list, tuple), "<polar>": dict}, "must be [x, y] or { r = …, angle = … }"),
+]
+
+
+def _checked_name(value: str) -> str:
+    check_name(value, "element")
+    return value
+
+
+name_in = Annotated[str, AfterValidator(_checked_name)]
+points = dict[name_in, point]
+
+
+class PlaceIn(Strict):
+    """A place on a body with a direction."""
+
+    body: str
+    point: Annotated[
+        Annotated[str, Tag("<name>")]
+        | Annotated[tuple[Length, Length], Tag("<pair>")]
+        | Annotated[PolarIn, AfterValidator(lambda p: Polar(p.r, p.angle)), Tag("<polar>")],
+        shape(
+            {"<name>": str, "<pair>": (list, tuple), "<polar>": dict},
+            "must be the name of a point, [x, y] or { r = …, angle = … }",
+        ),
+    ] = (0.0, 0.0)
+    angle: number(ANGLE) = 0.0
+
+
+def _marker(given: PlaceIn) -> Marker:
+    return Marker(given.body, given.point, given.angle)
+
+
+place = Annotated[
+    Annotated[str, Tag("<text>")] | Annotated[PlaceIn, AfterValidator(_marker), Tag("<table>")],
+    shape(
+        {"<text>": str, "<table>": dict},
+        'must be a place: "crank.A", or { body = "crank", point = …, angle = … }',
+    ),
+]
+
+
+class TermIn(Strict):
+    """One coordinate of a coupling with its factor."""
+
+    factor: number(None)
+    angle: str | None = None
+    relative_to: str = "ground"
+    distance: tuple[place, place] | None = None
+    coordinate: tuple[place, place] | None = None
+
+
+term = Annotated[
+    TermIn,
+    AfterValidator(lambda t: Term(t.factor, t.angle, t.relative_to, t.distance, t.coordinate)),
+]
+
+
+class GuessIn(Strict):
+    """A rough first pose of the link axes."""
+
+    angle: number(ANGLE) = None
+    x: Length = None
+    y: Length = None
+
+
+guess = Annotated[
+    Annotated[number(ANGLE), Tag("<angle>")]
+    | Annotated[tuple[Length, Length, number(ANGLE)], Tag("<pose>")]
+    | Annotated[GuessIn, AfterValidator(lambda g: Guess(g.angle, g.x, g.y)), Tag("<table>")],
+    shape(
+        {"<angle>": (int, float, str), "<pose>": (list, tuple), "<table>": dict},
+        "must be an angle, [x, y, angle] or { angle = …, x = …, y = … }",
+    ),
+]
+
+
+class SlenderIn(Strict):
+    """Mass along a line."""
+
+    slender: number(ANGLE)
+
+
+class SecondMomentsIn(Strict):
+    """Second moments of mass about the mass centre, link axes."""
+
+    xx: number(DIMENSIONS["inertia"])
+    yy: number(DIMENSIONS["inertia"])
+    xy: number(DIMENSIONS["inertia"]) = 0.0
+
+
+spread = Annotated[
+    Annotated[Literal["point"], Tag("<text>")]
+    | Annotated[SlenderIn, AfterValidator(lambda s: Slender(s.slender)), Tag("<slender>")]
+    | Annotated[
+        SecondMomentsIn, AfterValidator(lambda s: SecondMoments(s.xx, s.yy, s.xy)), Tag("<moments>")
+    ],
+    Discriminator(
+        lambda value: (
+            "<text>"
+            if value == "point"
+            else "<slender>"
+            if isinstance(value, dict) and "slender" in value
+            else "<moments>"
+            if isinstance(value, dict)
+            else None
+        ),
+        custom_error_type="form",
+        custom_error_message='must be "point", { slender = angle } or { xx = …, yy = …, xy = … }',
+    ),
+]

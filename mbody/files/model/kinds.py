@@ -1,0 +1,70 @@
+"""Which elements a model file knows, and the words that it has for them.
+
+Taken from the classes themselves, so that a new joint, load or law stands in files, in the schema
+and in the messages as soon as it is written.
+"""
+
+from __future__ import annotations
+
+import functools
+import re
+from typing import Any
+
+from mbody import laws
+from mbody.model import coupling, driver, joints, loads
+from mbody.model.element import Element
+
+__all__ = ["LAWS", "SECTIONS", "kind_of", "section_of"]
+
+
+def _word(name: str) -> str:
+    """``TorsionSpring`` → ``torsion_spring``."""
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()
+
+
+def _elements(module: Any, base: type[Element], ending: str = "") -> dict[str, type[Element]]:
+    classes = [c for c in map(vars(module).get, module.__all__) if isinstance(c, type)]
+    return {
+        _word(cls.__name__.removesuffix(ending)): cls
+        for cls in classes
+        if issubclass(cls, base) and cls is not base and not cls.__name__.startswith("Custom")
+    }
+
+
+#: Kinds of elements by section of a file.
+SECTIONS: dict[str, dict[str, type[Element]]] = {
+    "joints": _elements(joints, joints.Joint),
+    "couplings": _elements(coupling, coupling.Coupling, "Coupling"),
+    "drivers": _elements(driver, driver.Driver, "Driver"),
+    "loads": _elements(loads, loads.Load),
+}
+
+#: Laws by their word.
+LAWS: dict[str, type[laws.Law]] = {
+    _word(cls.__name__): cls
+    for cls in (
+        laws.Constant,
+        laws.ConstantSpeed,
+        laws.ConstantAcceleration,
+        laws.Polynomial,
+        laws.Harmonic,
+        laws.Table,
+        laws.Rise,
+        laws.Cam,
+    )
+}
+
+
+@functools.lru_cache
+def _words() -> dict[type, tuple[str, str]]:
+    return {cls: (s, kind) for s, kinds in SECTIONS.items() for kind, cls in kinds.items()}
+
+
+def kind_of(element: Element) -> str | None:
+    """The word for an element's kind; None where files have none."""
+    return _words().get(type(element), ("", None))[1]
+
+
+def section_of(element: Element) -> str:
+    """The section that an element stands in."""
+    return _words()[type(element)][0]

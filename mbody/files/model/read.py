@@ -1,0 +1,352 @@
+"""Read a model file: bytes with limits, then TOML or JSON, then the schema, then a mechanism.
+
+Nothing that a file says is executed, and no other file is opened than tables that it names below
+its own folder.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import stat
+import tomllib
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import pydantic
+
+from mbody.errors import ModelError, brief
+from mbody.files.model.build import build
+from mbody.files.model.fields import Context
+from mbody.files.model.limits import Limits, limits_of
+from mbody.files.model.lines import TEXTS
+from mbody.files.model.report import raise_all, sentences
+from mbody.files.model.schema import json_schema, model
+from mbody.files.model.warnings import meant_otherwise
+from mbody.model.element import listed
+from mbody.model.mechanism import Mechanism
+from mbody.quantities.parameters import Parameters, let_in, with_unit_of
+from mbody.quantities.parse import LONGEST
+from mbody.quantities.units import Dimension, UnitSystem, unit_system
+
+__all__ = ["built", "check_size", "load", "from_text", "text_of"]
+
+DEEPEST = 30  # tables in tables
+LONGEST_KEY = 20  # parts of a dotted key
+LONGEST_NUMBER = 2000  # bits of a whole number: more than a double holds
+
+_SIGNS = re.compile(r"[-+*/^(,·−²³]")
+ENDLESS = "a whole number has very many digits, more than a computer holds"
+
+_PART = r"""(?:[\w-]++|"(?:[^"\\\n]++|\\.)*+"|'[^'\n]*+')"""
+_KEYS = re.compile(
+    rf"{TEXTS}|(?P<long>{_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{LONGEST_KEY}}})|{_PART}", re.DOTALL
+)
+
+
+class _Refused(ValueError):
+    """What is wrong with a file, to stand behind its name."""
+
+
+def load(
+    path: str | os.PathLike[str],
+    parameters: Mapping[str, Any] | None = None,
+    *,
+    limits: Limits | None = None,
+) -> Mechanism:
+    """The mechanism of a model file, TOML or (by its ending) JSON.
+
+    Parameters
+    ----------
+    path : str or Path
+        Of the file.
+    parameters : mapping, optional
+        Other values for parameters of the file, numbers or text.
+    limits : Limits, optional
+        How large the file may be; by default 6 MB, or what ``MBODY_LIMITS`` makes of it.
+
+    Raises
+    ------
+    ModelError
+        When it cannot be read, or with every line that is wrong.
+
+    Notes
+    -----
+    What `save` has written is read with the same limits. ``mbody schema`` prints what may stand in
+    a file.
+    """
+    file = Path(path)
+    text = text_of(file, limits)
+    return from_text(
+        text,
+        is_json=file.suffix.lower() == ".json",
+        parameters=parameters,
+        name=_short(file.name),
+        folder=file.parent,
+        limits=limits,
+    )
+
+
+def from_text(
+    text: str,
+    *,
+    is_json: bool = False,
+    parameters: Mapping[str, Any] | None = None,
+    name: str = "model",
+    folder: Path | None = None,
+    limits: Limits | None = None,
+) -> Mechanism:
+    """The mechanism of a model that is text.
+
+    Parameters
+    ----------
+    text : str
+        TOML, or JSON.
+    is_json : bool
+        Which of them.
+    parameters : mapping, optional
+        Other values for parameters of the model.
+    name : str
+        What errors call it.
+    folder : Path, optional
+        Where tables that it names lie; without it none are read.
+    limits : Limits, optional
+        How large it may be.
+
+    Raises
+    ------
+    ModelError
+        With every line that is wrong.
+
+    >>> machine = from_text('''
+    ... [bodies.arm]
+    ... mass = "2 kg"
+    ... [joints]
+    ... O = { revolute = ["ground", "arm"] }
+    ... ''')
+    >>> machine["arm"].mass
+    2.0
+    """
+    if not isinstance(text, str):
+        raise ModelError(f"{name}: a model is text, not {brief(text)}")
+    most = limits_of(limits)
+    if (sentence := most.over(f"{name}: it", size=len(text))) is not None:
+        raise ModelError(sentence)
+    data = _parsed(text, is_json, name, most)
+    if parameters:
+        _set(data, parameters, name)
+    made = built(data, text, is_json=is_json, name=name, folder=folder)
+    made.remarks = meant_otherwise(data, made)
+    return made
+
+
+def built(
+    data: dict[str, Any],
+    text: str = "",
+    *,
+    is_json: bool = False,
+    name: str = "model",
+    folder: Path | None = None,
+) -> Mechanism:
+    """The mechanism of tables that are read already; `text` is where they stood, for errors.
+
+    Raises
+    ------
+    ModelError
+        With everything that is wrong.
+    """
+    context = Context("rad" if data.get("angle") == "rad" else "deg", folder)
+    try:
+        given = model().model_validate(data, context=context)
+    except pydantic.ValidationError as error:
+        found = error.errors(include_url=False)
+        raise_all(sentences(found, json_schema(), data), text, is_json, name, len(found))
+    mechanism, problems = build(given)
+    raise_all(problems, text, is_json, name)
+    assert mechanism is not None  # else there was a problem
+    return mechanism
+
+
+def text_of(file: Path, limits: Limits | None = None) -> str:
+    """The text of an ordinary file of bounded size.
+
+    Raises
+    ------
+    ModelError
+        When it cannot be read, is too large, or no text.
+    """
+    name, most = _short(str(file)), limits_of(limits)
+    try:
+        kind, size = os.stat(file).st_mode, os.stat(file).st_size
+        raw = b""
+        if stat.S_ISREG(kind) and size <= most.size:
+            with file.open("rb") as stream:
+                raw = stream.read(size + 1)
+    except FileNotFoundError:
+        raise ModelError(f"there is no file '{name}'") from None
+    except PermissionError:
+        raise ModelError(f"the file '{name}' may not be read: change its permissions") from None
+    except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", None) or "no file has such a name"
+        raise ModelError(f"the file '{name}' cannot be read: {why}") from None
+    if stat.S_ISDIR(kind):
+        raise ModelError(f"'{name}' is a folder: name a model file in it")
+    if not stat.S_ISREG(kind):
+        raise ModelError(f"'{name}' is no ordinary file: give a model file")
+    if (sentence := most.over(f"'{name}'", size=max(size, len(raw)))) is not None:
+        raise ModelError(sentence)
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise ModelError(
+            f"'{name}' is no text: byte {error.start + 1} is not UTF-8; models are TOML or JSON"
+        ) from None
+
+
+def _short(name: str) -> str:
+    """A name as it stands in a sentence; what cannot be printed is written out."""
+    name = name if name.isprintable() else repr(name)[1:-1]
+    name = name if len(name) <= 80 else f"…{name[-77:]}"
+    return name.encode(errors="backslashreplace").decode()
+
+
+def _parsed(text: str, is_json: bool, name: str, limits: Limits) -> dict[str, Any]:
+    """The tables of a text."""
+    kind = "JSON" if is_json else "TOML"
+    try:
+        if is_json:
+            data = json.loads(text, object_pairs_hook=_unique, parse_constant=_refused)
+        else:
+            _check_keys(text)
+            data = tomllib.loads(text)
+        if not isinstance(data, dict):
+            raise _Refused(f"a model is a table, not {type(data).__name__}")
+        _check_size(data, limits)
+    except RecursionError:
+        raise ModelError(f"{name}: tables are nested too deep: at most {DEEPEST}") from None
+    except (tomllib.TOMLDecodeError, json.JSONDecodeError) as error:
+        raise ModelError(f"{name}: it is no {kind}: {_where(error)}") from None
+    except _Refused as error:
+        raise ModelError(f"{name}: {error}") from None
+    except ValueError:  # Python's own limit of digits
+        raise ModelError(f"{name}: {ENDLESS}") from None
+    return data
+
+
+def _where(error: ValueError) -> str:
+    """The sentence of a parser, with the line first."""
+    if isinstance(error, json.JSONDecodeError):
+        return f"line {error.lineno}: {error.msg[0].lower()}{error.msg[1:]}"
+    text = str(error)
+    match = re.search(r" \(at (?:line (\d+), column \d+|end of document)\)$", text)
+    if match is None:
+        return text[:200]
+    place = f"line {match[1]}" if match[1] else "at its end"
+    told = text[: match.start()][:160]
+    return f"{place}: {told[0].lower()}{told[1:]}"
+
+
+def _check_keys(text: str) -> None:
+    """Refuse keys of very many parts, on which a parser of TOML would spend its time."""
+    if any(match["long"] for match in _KEYS.finditer(text)):
+        raise _Refused(f"a dotted key has more than {LONGEST_KEY} parts")
+
+
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for key, value in pairs:
+        if key in found:
+            raise _Refused(f"the key '{_short(key)}' stands twice in one table: keep one")
+        found[key] = value
+    return found
+
+
+def _refused(word: str) -> Any:
+    raise _Refused(f"{word} is no number of a model: numbers must be finite")
+
+
+def _check_size(data: dict[str, Any], limits: Limits) -> None:
+    """Refuse tables in tables without end, very many values, and values that nothing can hold."""
+    count, signs = 1, 0
+    level: list[Any] = [data]
+    for _ in range(DEEPEST):
+        below: list[Any] = []
+        for table in level:
+            if isinstance(table, dict):
+                _signs_of(table)
+            below += table.values() if isinstance(table, dict) else table
+        count += len(below)
+        signs += _signs_of(value for value in below if isinstance(value, str))
+        if any(isinstance(v, int) and v.bit_length() > LONGEST_NUMBER for v in below):
+            raise _Refused(ENDLESS)
+        level = [value for value in below if isinstance(value, (dict, list))]
+    if level:
+        raise _Refused(f"tables are nested too deep: at most {DEEPEST}")
+    # all is counted first, so that the limits that the sentence names are enough
+    if (sentence := limits.over("it", values=count, operations=signs)) is not None:
+        raise _Refused(sentence)
+
+
+def _signs_of(texts: Iterable[str]) -> int:
+    """How many signs of formulas texts have; halves of characters, which JSON can write and nothing
+    can print, are refused.
+    """
+    signs = 0
+    for text in texts:
+        try:
+            text.encode()
+        except UnicodeEncodeError:
+            raise _Refused(f"the text {brief(text)} holds half a character") from None
+        signs += len(_SIGNS.findall(text)) if len(text) <= LONGEST else 0
+    return signs
+
+
+def check_size(data: dict[str, Any], size: int, limits: Limits, name: str) -> None:
+    """Refuse what `load` would refuse for its size, before it is written.
+
+    Raises
+    ------
+    ModelError
+    """
+    sentence = limits.over(f"'{name}'", size=size)
+    try:
+        _check_size(data, limits)
+    except _Refused as error:
+        sentence = f"'{name}': {error}"
+    if sentence is not None:
+        raise ModelError(f"{sentence}; else the file could be written but not read")
+
+
+def _set(data: dict[str, Any], parameters: Mapping[str, Any], name: str) -> None:
+    """Put other values in the place of parameters of the model; a plain number for one that has a
+    unit is in the file's unit of what that measures.
+    """
+    table = data.get("parameters")
+    known = table if isinstance(table, dict) else {}
+    before, units = _dimensions(data)
+    for key, value in parameters.items():
+        if key not in known:
+            there = f"there are: {listed(known, 12)}" if known else "there are none"
+            raise ModelError(f"{name}: there is no parameter '{_short(str(key))}' ({there})", key)
+        try:
+            let_in(key, value)
+        except ModelError as error:
+            raise ModelError(f"{name}: {error}", key) from None
+        dimension = before.get(key)
+        if dimension is not None:
+            value = with_unit_of(value, dimension, units, str(data.get("angle", "deg")))
+        known[key] = value
+
+
+def _dimensions(data: Mapping[str, Any]) -> tuple[dict[str, Dimension], UnitSystem]:
+    """Dimensions of the parameters that have units, as the file has them; what is wrong in it is
+    told where it is read.
+    """
+    try:
+        units = unit_system(data.get("units", "SI"))
+        names = Parameters(data["parameters"], units).scope().names
+    except (ModelError, KeyError):
+        return {}, unit_system("SI")
+    return {name: v.dimension for name, v in names.items() if v.dimension is not None}, units

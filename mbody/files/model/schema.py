@@ -1,0 +1,278 @@
+"""The shape of a model file: pydantic models made from the element classes, and the JSON Schema."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import re
+from typing import Annotated, Any, Literal
+
+from pydantic import Discriminator, Field, StrictBool, StrictInt, Tag, create_model
+
+from mbody.files.model import fields as of
+from mbody.files.model.kinds import SECTIONS
+from mbody.files.model.law_fields import law
+from mbody.model.body import Body
+from mbody.model.element import Element
+from mbody.model.simulation import METHODS
+from mbody.quantities.units import DIMENSIONS, UNIT_SYSTEMS, dimension_of
+
+__all__ = ["json_schema", "model"]
+
+
+def _described(cls: type) -> dict[str, str]:
+    """What the docstring of a class says of each of its parameters, those of its bases included."""
+    found: dict[str, str] = {}
+    for base in reversed(cls.__mro__):
+        text = base.__dict__.get("__doc__") or ""
+        _, _, rest = text.partition("Parameters\n    ----------\n")
+        block = re.split(r"\n    [A-Z][a-z]+\n    -----", rest)[0]
+        for names, told in re.findall(r"^    (\S[^:\n]*) : .*\n((?:        .*\n?)+)", block, re.M):
+            words = " ".join(told.split())
+            found |= dict.fromkeys((name.strip() for name in names.split(",")), words)
+    return found
+
+
+def _field(field: dataclasses.Field[Any]) -> Any:
+    """The type of one field of an element."""
+    meta = field.metadata
+    if "dimension" in meta:
+        return of.number(dimension_of(meta["dimension"]))
+    if "law" in meta:
+        return law(dimension_of(meta["law"]), dimension_of(meta["of"]))
+    if "place" in meta:
+        return of.place
+    if "body" in meta:
+        return str
+    if "terms" in meta:
+        return list[of.term]
+    return {"bool": StrictBool, "int": StrictInt, "str": str}[str(field.type)]
+
+
+def _default(field: dataclasses.Field[Any]) -> Any:
+    return ... if field.default is dataclasses.MISSING or "place" in field.metadata else None
+
+
+def _entry(kind: str, cls: type[Element]) -> Any:
+    """The table of one kind of element: its kind with the main fields, then the others."""
+    told = _described(cls)
+    own = {field.name: field for field in dataclasses.fields(cls) if field.name != "name"}
+    main = [own.pop(name) for name in cls.main]
+    first = _field(main[0]) if len(main) == 1 else tuple[tuple(_field(part) for part in main)]
+    about = "; ".join(told.get(part.name, part.name) for part in main)
+    columns: dict[str, Any] = {kind: (first, Field(..., description=about))}
+    for name, field in own.items():
+        columns[name] = (_field(field), Field(_default(field), description=told.get(name)))
+    lines = (cls.__doc__ or "").split("\n\n")[0].split("\n")
+    about = " ".join(line.strip() for line in lines)
+    return create_model(cls.__name__, __base__=of.Strict, __doc__=about, **columns)
+
+
+def _choice(section: str) -> Any:
+    """Any one kind of a section, told by the key that is there."""
+    kinds = SECTIONS[section]
+
+    def choose(value: Any) -> str | None:
+        found = [kind for kind in kinds if isinstance(value, dict) and kind in value]
+        # "angle" is a kind of driver and a field of forces and places: the first kind counts
+        return f"<{found[0]}>" if found else None
+
+    tagged = [Annotated[_entry(kind, cls), Tag(f"<{kind}>")] for kind, cls in kinds.items()]
+    union: Any = tagged[0]
+    for one in tagged[1:]:
+        union = union | one
+    what = section.removesuffix("s")
+    return Annotated[
+        union,
+        Discriminator(
+            choose,
+            custom_error_type="kind",
+            custom_error_message=f"names no kind of {what} (there are: {', '.join(kinds)})",
+        ),
+    ]
+
+
+@functools.cache
+def _body() -> Any:
+    told = _described(Body)
+    columns: dict[str, Any] = {}
+    special = {"cg": of.point, "points": of.points, "guess": of.guess, "spread": of.spread}
+    for field in dataclasses.fields(Body):
+        if field.name == "name":
+            continue
+        kind = special.get(field.name) or _field(field)
+        columns[field.name] = (kind, Field(None, description=told.get(field.name)))
+    return create_model("Body", __base__=of.Strict, __doc__="One rigid link.", **columns)
+
+
+class Ground(of.Strict):
+    """The fixed link."""
+
+    points: of.points = Field(default_factory=dict)
+
+
+class GravityIn(of.Strict):
+    """The weight of every body: components of the gravitational acceleration."""
+
+    x: law(DIMENSIONS["acceleration"], DIMENSIONS["time"]) = None
+    y: law(DIMENSIONS["acceleration"], DIMENSIONS["time"]) = None
+
+
+class MeasureIn(of.Strict):
+    """A quantity to be measured, in a unit."""
+
+    of: str
+    unit: str = ""
+
+
+measure = Annotated[
+    Annotated[str, Tag("<text>")] | Annotated[MeasureIn, Tag("<table>")],
+    of.shape({"<text>": str, "<table>": dict}, "must be a formula or { of = …, unit = … }"),
+]
+values = Annotated[
+    Annotated[of.number(None), Tag("<value>")] | Annotated[list[of.number(None)], Tag("<values>")],
+    of.shape({"<value>": (int, float, str), "<values>": list}, "must be a number, text or a list"),
+]
+
+
+class AskIn(of.Strict):
+    """The instants that an analysis is made for, unless the command says otherwise."""
+
+    at: dict[str, values] = Field(default_factory=dict)
+    over: str = ""
+    instants: StrictInt | None = None
+
+
+class UnknownIn(of.Strict):
+    """An unknown: where its search begins, its bounds, and the unit that it is told in."""
+
+    start: of.number(None) = None
+    low: of.number(None) = None
+    high: of.number(None) = None
+    unit: str = ""
+
+
+texts = Annotated[
+    Annotated[str, Tag("<text>")] | Annotated[list[str], Tag("<texts>")],
+    of.shape({"<text>": str, "<texts>": list}, "must be text or a list of texts"),
+]
+unknowns = Annotated[
+    Annotated[str, Tag("<text>")]
+    | Annotated[list[str], Tag("<texts>")]
+    | Annotated[dict[str, UnknownIn], Tag("<table>")],
+    of.shape(
+        {"<text>": str, "<texts>": list, "<table>": dict},
+        "must be a name, a list of names, or { name = { start = …, unit = … } }",
+    ),
+]
+
+
+class SolveIn(of.Strict):
+    """A question: unknown numbers and the conditions that they are to meet."""
+
+    unknowns: unknowns
+    conditions: texts = Field(default_factory=list)
+    side_conditions: texts = Field(default_factory=list)
+    greatest: str = ""
+    least: str = ""
+    analysis: str = "kinetostatics"
+    at: dict[str, of.number(None)] = Field(default_factory=dict)
+    note: str = ""
+
+
+class StateIn(of.Strict):
+    """What is so of a body at the beginning of a motion."""
+
+    angle: of.number(DIMENSIONS["angle"]) = None
+    omega: of.number(DIMENSIONS["angular velocity"]) = None
+    x: of.number(DIMENSIONS["length"]) = None
+    vx: of.number(DIMENSIONS["velocity"]) = None
+    y: of.number(DIMENSIONS["length"]) = None
+    vy: of.number(DIMENSIONS["velocity"]) = None
+
+
+class EventIn(of.Strict):
+    """A zero crossing that is recorded, or ends the motion."""
+
+    of: str
+    direction: StrictInt = 0
+    stop: StrictBool = False
+
+
+class StopIn(of.Strict):
+    """A stop that is struck where a coordinate falls to zero."""
+
+    of: str
+    restitution: of.number(DIMENSIONS["number"]) = 0.0
+
+
+class SimulateIn(of.Strict):
+    """A motion: how it begins, and how long it goes on."""
+
+    until: of.number(DIMENSIONS["time"])
+    start: dict[str, StateIn] = Field(default_factory=dict)
+    rtol: float = 1e-8
+    instants: StrictInt = 201
+    method: Literal[METHODS] = METHODS[0]
+    step: of.number(DIMENSIONS["time"]) | None = None
+    every: of.number(DIMENSIONS["time"]) | None = None
+    release: dict[of.name_in, of.number(DIMENSIONS["time"])] = Field(default_factory=dict)
+    events: dict[of.name_in, EventIn] = Field(default_factory=dict)
+    stops: dict[of.name_in, StopIn] = Field(default_factory=dict)
+
+
+@functools.cache
+def model() -> Any:
+    """The whole file."""
+    tables = {
+        "parameters": dict[str, of.number(None)],
+        "bodies": dict[of.name_in, _body()],
+        **{section: dict[of.name_in, _choice(section)] for section in SECTIONS},
+        "measures": dict[of.name_in, measure],
+        "solve": dict[of.name_in, SolveIn],
+    }
+    about = {
+        "parameters": "Named numbers that formulas may use.",
+        "bodies": "The moving links by name.",
+        "joints": "What holds the links together, by name.",
+        "couplings": "Sums of coordinates that keep their value, as belts, by name.",
+        "drivers": "Motors: coordinates that follow a law of time, by name.",
+        "loads": "Forces, torques, springs and dampers, by name.",
+        "measures": "Quantities to be measured on every result, by name.",
+        "solve": "Questions that `mbody solve` answers, by name.",
+    }
+    systems = ", ".join(UNIT_SYSTEMS)
+    columns: dict[str, Any] = {
+        "name": (str, Field("mechanism", description="Title of the mechanism.")),
+        "source": (str, Field("", description="Book, page or repository that it comes from.")),
+        "note": (str, Field("", description="What to look at.")),
+        "units": (str, Field("SI", description=f"Units of plain numbers: {systems}.")),
+        "angle": (Literal["deg", "rad"], Field("deg", description="Unit of plain angles.")),
+        "g": (
+            of.number(DIMENSIONS["acceleration"]),
+            Field(None, description="Turns weights into masses; standard gravity by default."),
+        ),
+        "ground": (Ground, Field(None, description="The fixed link.")),
+        "gravity": (GravityIn, Field(None, description="Gravity on every body.")),
+        "ask": (AskIn, Field(None, description="The instants to analyse.")),
+        "simulate": (SimulateIn, Field(None, description="The motion that is followed.")),
+        "schema_": (str, Field(None, alias="$schema", description="Where this schema lies.")),
+    }
+    columns |= {
+        name: (kind, Field(default_factory=dict, description=about[name]))
+        for name, kind in tables.items()
+    }
+    return create_model(
+        "Model", __base__=of.Strict, __doc__="A planar mechanism, as mbody reads it.", **columns
+    )
+
+
+@functools.cache
+def json_schema() -> dict[str, Any]:
+    """The JSON Schema of model files, for the completion of editors."""
+    schema: dict[str, Any] = model().model_json_schema()
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        **schema,
+        "title": "mbody model",
+    }

@@ -1,0 +1,154 @@
+"""What a mechanism asks, as tables of a model file: measures, instants, questions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any, Protocol
+
+from mbody.analysis.driven.requests import asks_for
+from mbody.model.event import Event, Stop
+from mbody.model.mechanism import Mechanism
+from mbody.model.numbers import meant
+from mbody.model.simulation import STATE, Simulation
+from mbody.model.study import Question, Unknown
+from mbody.quantities import Formula
+from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension
+
+__all__ = ["formulas_asked", "questions"]
+
+BOUNDS = ("start", "low", "high")
+
+
+class _Writer(Protocol):
+    mechanism: Mechanism
+
+    def wanted(self, value: Any, dimension: Dimension) -> Any: ...
+
+
+def formulas_asked(mechanism: Mechanism) -> Iterator[Formula]:
+    """The texts among the numbers of questions, each with the dimension that it has there."""
+    rows = [mechanism.ask.at] if mechanism.ask else []
+    for at in (*rows, *(question.at for question in mechanism.questions.values())):
+        for name, row in at.items():
+            dimension = DIMENSIONS[asks_for(mechanism, name)]
+            yield from (value.of(dimension) for value in row if isinstance(value, Formula))
+    if mechanism.simulation is not None:
+        for given in mechanism.simulation.start.values():
+            for key, value in given.items():
+                if isinstance(value, Formula):
+                    yield value.of(DIMENSIONS[STATE[key]])
+        motion = mechanism.simulation
+        for time in (motion.until, motion.step, motion.every, *motion.release.values()):
+            if isinstance(time, Formula):
+                yield time.of(DIMENSIONS["time"])
+        for event in mechanism.simulation.events:
+            if isinstance(event, Stop) and isinstance(event.restitution, Formula):
+                yield event.restitution.of(NUMBER)
+    for question in mechanism.questions.values():
+        for one in question.unknowns:
+            values = [v for key in BOUNDS if isinstance(v := getattr(one, key), Formula)]
+            dimension = meant(mechanism, one.name)[1] or NUMBER if values else NUMBER
+            yield from (value.of(dimension) for value in values)
+
+
+def questions(writer: _Writer) -> dict[str, Any]:
+    """The tables [measures], [ask] and [solve]."""
+    machine = writer.mechanism
+    data: dict[str, Any] = {}
+    if machine.measures:
+        data["measures"] = {
+            name: {"of": m.of, "unit": m.unit} if m.unit else m.of
+            for name, m in machine.measures.items()
+        }
+    ask = machine.ask
+    if ask is not None:
+        table: dict[str, Any] = {}
+        if ask.at:
+            table["at"] = _at(writer, ask.at)
+        if ask.over:
+            table["over"] = ask.over
+        if ask.instants is not None:
+            table["instants"] = ask.instants
+        data["ask"] = table
+    asked = machine.simulation
+    if asked is not None:
+        data["simulate"] = {"until": writer.wanted(asked.until, DIMENSIONS["time"])}
+        if asked.start:
+            data["simulate"]["start"] = {
+                body: {k: writer.wanted(v, DIMENSIONS[STATE[k]]) for k, v in given.items()}
+                for body, given in asked.start.items()
+            }
+        for key in ("rtol", "instants", "method"):
+            if getattr(asked, key) != getattr(Simulation(1.0), key):
+                data["simulate"][key] = getattr(asked, key)
+        time = DIMENSIONS["time"]
+        for key in ("step", "every"):
+            if getattr(asked, key) is not None:
+                data["simulate"][key] = writer.wanted(getattr(asked, key), time)
+        if asked.release:
+            times = {name: writer.wanted(t, time) for name, t in asked.release.items()}
+            data["simulate"]["release"] = times
+        data["simulate"] |= _events(writer, asked.events)
+    if machine.questions:
+        data["solve"] = {name: _question(writer, q) for name, q in machine.questions.items()}
+    return data
+
+
+def _events(writer: _Writer, given: tuple[Event | Stop, ...]) -> dict[str, Any]:
+    """The tables of events and stops, those that there are."""
+    events, stops = {}, {}
+    for one in given:
+        if isinstance(one, Stop):
+            stops[one.name] = {
+                "of": one.of,
+                "restitution": writer.wanted(one.restitution, NUMBER),
+            }
+        else:
+            plain = Event(one.of)
+            keys = [k for k in ("direction", "stop") if getattr(one, k) != getattr(plain, k)]
+            events[one.name] = {"of": one.of, **{key: getattr(one, key) for key in keys}}
+    return {key: table for key, table in (("events", events), ("stops", stops)) if table}
+
+
+def _at(writer: _Writer, at: Any) -> dict[str, Any]:
+    """Values of time or drivers, one or more of each."""
+    table = {}
+    for name, row in at.items():
+        dimension = DIMENSIONS[asks_for(writer.mechanism, name)]
+        cells = [writer.wanted(value, dimension) for value in row]
+        table[name] = cells if len(cells) > 1 else cells[0]
+    return table
+
+
+def _question(writer: _Writer, question: Question) -> dict[str, Any]:
+    """A question, as short as it can be said."""
+    names = [one.name for one in question.unknowns]
+    plainly = all(replace(one, name="x") == Unknown("x") for one in question.unknowns)
+    table: dict[str, Any] = {
+        "unknowns": names
+        if plainly
+        else {one.name: _unknown(writer, one) for one in question.unknowns}
+    }
+    for key in ("conditions", "side_conditions"):
+        if getattr(question, key):
+            table[key] = list(getattr(question, key))
+    for key in ("greatest", "least", "note"):
+        if getattr(question, key):
+            table[key] = getattr(question, key)
+    if question.analysis != "kinetostatics":
+        table["analysis"] = question.analysis
+    if question.at:
+        table["at"] = _at(writer, question.at)
+    return table
+
+
+def _unknown(writer: _Writer, unknown: Unknown) -> dict[str, Any]:
+    """Where the search of an unknown begins, its bounds and its unit."""
+    dimension = meant(writer.mechanism, unknown.name)[1] or NUMBER
+    table = {
+        key: writer.wanted(value, dimension)
+        for key in BOUNDS
+        if (value := getattr(unknown, key)) is not None
+    }
+    return {**table, "unit": unknown.unit} if unknown.unit else table

@@ -1,0 +1,230 @@
+"""Results as data: one form for every analysis, the same in Python, JSON and on the command line.
+
+``{"mbody", "model", "analysis", "units", "t", "bodies", "points", "reactions", "efforts",
+"unique_efforts", "loads", "measures", "checks", "status", "doubts", "notes"}``. Every list has one
+entry an instant. x and y of a body are its mass centre. Reactions act on body j by body i, in world
+axes, at the joint's place on j. omega and alpha are in rad and the time unit always, angles in the
+unit that "units" says.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mbody._version import __version__
+from mbody.errors import ModelError
+from mbody.files.files import writing
+from mbody.quantities.units import DIMENSIONS
+from mbody.solution.doubts import certificate
+from mbody.solution.load_histories import told_of
+from mbody.solution.measures import found_by, measured
+
+if TYPE_CHECKING:
+    from mbody.solution.solution import Solution
+
+__all__ = ["data", "error_data", "write_json", "write_npz"]
+
+BODY = ("x", "y", "angle", "vx", "vy", "omega", "ax", "ay", "alpha")
+POINT = ("x", "y", "vx", "vy", "ax", "ay")
+
+
+def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
+    """A solution of one design as plain lists and texts.
+
+    Parameters
+    ----------
+    solution : Solution
+        Of any analysis.
+    angle : str
+        Unit of angles, ``"deg"`` or ``"rad"``.
+
+    Raises
+    ------
+    ModelError
+        For a batch of designs.
+
+    >>> import mbody
+    >>> run = mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0))
+    >>> round(data(run)["bodies"]["crank"]["angle"][0], 9)
+    60.0
+    """
+    if solution.record.batch:
+        raise ModelError(
+            f"data are of one design, this is a batch of {solution.record.count} designs: analyse "
+            "one of them, system.design(n)"
+        )
+    machine = solution.mechanism
+    units = machine.units
+    turned = math.degrees(1.0) if angle == "deg" else 1.0
+    shown = {key: units.of(key) for key in ("length", "force", "time", "mass")}
+    shown |= {"angle": angle, "torque": units.of("torque")}
+    # closing the loops finds velocities, but no accelerations
+    found = 6 if solution.analysis == "close_loops" else 9
+    keys, at_points = BODY[:found], POINT[: found - found // 3]
+    giving = (*machine.couplings, *machine.drivers) if solution.has_forces else ()
+    measures = {name: _measure(solution, m, turned) for name, m in machine.measures.items()}
+    return {
+        "mbody": __version__,
+        "model": machine.name,
+        "analysis": solution.analysis,
+        "units": shown,
+        "t": _list(solution.t),
+        "bodies": {
+            body.name: {
+                key: _list(getattr(solution[body.name], key) * (turned if key == "angle" else 1.0))
+                for key in keys
+            }
+            for body in machine.bodies
+        },
+        "points": {
+            f"{body.name}.{point}": _fields(solution.point(f"{body.name}.{point}"), at_points)
+            for body in machine.bodies
+            for point in body.points
+        },
+        "reactions": _reactions(solution),
+        "efforts": {each.name: _list(solution.effort(each.name)) for each in giving},
+        "unique_efforts": {each.name: solution.unique_effort(each.name) for each in giving},
+        "loads": _loads(solution, turned),
+        "measures": measures,
+        "checks": {
+            "constraint": _number(solution.checks.constraint),
+            "equilibrium": _number(solution.checks.equilibrium) if solution.has_forces else None,
+            "virtual_work": _number(solution.checks.virtual_work) if solution.has_forces else None,
+            "energy": _number(solution.checks.energy),
+            "branch": _branch(solution),
+        },
+        **certificate(solution),
+        **_motion(solution),
+    }
+
+
+def _branch(solution: Solution) -> dict[str, float] | None:
+    """How near the motion came to another branch, and when; None where none was followed."""
+    found = solution.branch
+    return None if found is None else {"least": float(found.least), "t": float(found.t)}
+
+
+def _motion(solution: Solution) -> dict[str, Any]:
+    """Counts of the steps, the account of energy and what occurred, of a motion over time."""
+    told: dict[str, Any] = {}
+    if solution.stats is not None:
+        told["stats"] = dict(solution.stats)
+    if solution.energy is not None:
+        told["energy"] = solution.energy.data()
+    if solution.analysis == "simulate":
+        told["events"] = [{"name": one.name, "t": one.t} for one in solution.events]
+    return told
+
+
+def _list(values: Any) -> list[Any]:
+    """Numbers of a history; None where there is none, as of forces that have no limit."""
+    array = np.asarray(values, dtype=float) + 0.0
+    told = array.astype(object)
+    told[~np.isfinite(array)] = None
+    return list(told.tolist())
+
+
+def _number(value: float | None) -> float | None:
+    """JSON has no NaN: None stands for a number that there is not, as at a division by zero."""
+    return None if value is None or not math.isfinite(value) else float(value)
+
+
+def _fields(history: Any, keys: tuple[str, ...]) -> dict[str, list[Any]]:
+    return {key: _list(getattr(history, key)) for key in keys}
+
+
+def _reactions(solution: Solution) -> dict[str, Any]:
+    if not solution.has_forces:
+        return {}
+    found = {}
+    for joint in solution.mechanism.joints:
+        reaction = solution.reaction(joint.name)
+        sides = {"i": reaction.by, "j": reaction.on}
+        unique = {"unique": list(reaction.unique or (None, None, None))}
+        found[joint.name] = {**sides, **_fields(reaction, ("fx", "fy", "torque")), **unique}
+    return found
+
+
+def _loads(solution: Solution, turned: float) -> dict[str, Any]:
+    """Forces of loads, and what springs and dampers go by; not of what acts on every body."""
+    found = {}
+    for load in solution.mechanism.loads:
+        keys = tuple(told_of(load))
+        if keys:
+            history = solution.load(load.name)
+            own = _fields(history, keys)
+            if "angle" in own:
+                own["angle"] = _list(np.asarray(history.angle) * turned)
+            found[load.name] = {"on": history.on, "by": history.by, **own}
+    return found
+
+
+def _measure(solution: Solution, measure: Any, turned: float) -> list[float | None] | None:
+    """History of a measure; None where it needs forces, which the analysis does not find."""
+    if not found_by(solution, measure):
+        return None
+    values, dimension, _ = measured(solution, measure)
+    plain_angle = dimension == DIMENSIONS["angle"] and not measure.unit
+    return _list(values * turned if plain_angle else values)
+
+
+def error_data(error: Exception) -> dict[str, Any]:
+    """An error as data: ``{"error": {"kind", "element", "message"}}``, and the problems of a file.
+
+    >>> error_data(ModelError("no such thing", "crank"))["error"]["element"]
+    'crank'
+    """
+    told: dict[str, Any] = {
+        "kind": type(error).__name__,
+        "element": getattr(error, "element", None),
+        "message": str(error),
+    }
+    problems = getattr(error, "problems", ())
+    if problems:
+        keys = ("line", "field", "message")
+        told["problems"] = [dict(zip(keys, problem, strict=True)) for problem in problems]
+    return {"error": told}
+
+
+def write_json(solution: Solution, path: Any) -> None:
+    """Write a solution as JSON.
+
+    Raises
+    ------
+    ModelError
+        For a place where no file can be written, or a batch of designs.
+    """
+    text = json.dumps(data(solution), ensure_ascii=False, allow_nan=False)
+    with writing(path) as file:
+        file.write(text + "\n")
+
+
+def write_npz(solution: Solution, path: Any) -> None:
+    """Write the columns of a solution as arrays by name; "columns" holds the names with units,
+    "certificate" status, doubts and notes as JSON.
+
+    Raises
+    ------
+    ModelError
+        For a place where no file can be written, or a batch of designs.
+
+    >>> import mbody, pathlib, tempfile
+    >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder, "run.npz")
+    ...     write_npz(run, path)
+    ...     with np.load(path) as file:
+    ...         round(float(file["crank.omega"][0]), 9)
+    10.0
+    """
+    table = solution.columns()
+    arrays: dict[str, Any] = {name.partition(" [")[0]: values for name, values in table.items()}
+    said = json.dumps(certificate(solution), ensure_ascii=False)
+    with writing(path, binary=True) as file:
+        np.savez_compressed(
+            file, columns=np.array(list(table)), certificate=np.array(said), **arrays
+        )

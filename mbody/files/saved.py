@@ -1,0 +1,239 @@
+"""Results kept whole in a file, and taken up again: `save_run`, `load_run`."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+
+from mbody.analysis.dynamics.restart_checks import check_restart, finite
+from mbody.analysis.equilibria.equilibrium import released
+from mbody.errors import ModelError, SolveError, brief
+from mbody.files.arrays import Unreadable, packed, unpacked
+from mbody.files.files import writing
+from mbody.files.model import Limits, from_text, to_text
+from mbody.files.saved_parts import array, check_told, pages, want
+from mbody.kernels.step_state import PROGRESS
+from mbody.model.event import Occurrence
+from mbody.solution.doubts import as_doubt
+from mbody.solution.energy import Energy
+from mbody.solution.histories import BranchDistance, Record
+from mbody.solution.restart import Restart, Way
+from mbody.solution.solution import Solution, as_solution
+from mbody.system.assembler import assemble, with_numbers_of
+from mbody.system.system import System
+
+__all__ = ["load_run", "save_run"]
+
+#: Of what a file tells; another one is refused.
+FORMAT = 2
+#: Whose seal a file carries.
+OWNER = "mbody saved result"
+#: A model is no larger than the file that it stands in, which was looked at as a whole.
+UNLIMITED = Limits(*[math.inf] * 3)
+#: What it must tell of itself.
+NEEDED = (
+    *("model", "values", "analysis", "soft", "dependencies", "notes", "status", "stats", "events"),
+    *("ending", "doubts", "branch", "let_go"),
+)
+ENERGIES = tuple(part.name for part in fields(Energy) if part.name != "by")
+ARRAYS = tuple(part.name for part in fields(Restart) if part.name not in ("way", "own", "released"))
+
+
+def save_run(run: Solution, path: Any) -> None:
+    """Write a result with its mechanism, so that `load_run` gives the same and a motion goes on
+    bit for bit.
+
+    Parameters
+    ----------
+    run : Solution
+        Of one design, of kinematics, kinetostatics, statics, close_loops or simulate.
+    path : str or path
+        Usually ends in ``.npz``; NumPy reads it, without pickles. It is not compressed and carries
+        a seal, by which `load_run` sees whether anything in it was changed.
+
+    Raises
+    ------
+    ModelError
+        For a batch, for functions in Python, which no file can hold, and where nothing can be
+        written.
+
+    Examples
+    --------
+    >>> import mbody, tempfile
+    >>> run = mbody.simulate(mbody.gallery.load("simple_pendulum"), 1.0)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     mbody.save_run(run, f"{folder}/run.npz")
+    ...     again = mbody.load_run(f"{folder}/run.npz")
+    >>> bool((again["pendulum"].angle == run["pendulum"].angle).all())
+    True
+    """
+    run = as_solution(run)
+    if run.record.batch:
+        raise ModelError("a batch of designs cannot be saved: save one, of system.design(n)")
+    arrays = {"t": run.t, "pages": run.record.table(slice(None))}
+    if run.given is not None:
+        arrays["given"] = run.given
+    told: dict[str, Any] = {
+        "format": FORMAT,
+        "model": to_text(run.mechanism, as_json=True),
+        "values": {name: float(value) for name, value in run.system.values.items()},
+        "analysis": run.analysis,
+        "soft": run.soft,
+        "dependencies": run.dependencies,
+        "notes": run.notes,
+        "status": run.status,
+        "ending": run.ending,
+        "doubts": [doubt.data() for doubt in run.doubts],
+        "branch": None if run.branch is None else [run.branch.least, run.branch.t],
+        "let_go": dict(run.released),
+        "stats": run.stats,
+    }
+    if run.energy is not None:
+        arrays |= {f"energy.{name}": getattr(run.energy, name) for name in ENERGIES}
+        told["works"] = list(run.energy.by)
+        arrays |= {f"work.{n}": part for n, part in enumerate(run.energy.by.values())}
+    told["events"] = [[one.name, one.t, one.after is not None] for one in run.events]
+    for n, one in enumerate(run.events):
+        arrays[f"event.{n}"] = one.state.record.table(slice(None))
+        if one.after is not None:
+            arrays[f"after.{n}"] = one.after.record.table(slice(None))
+    if run.restart is not None:
+        way = run.restart.way
+        told["way"] = [way.method, way.rtol, way.atol, way.step]
+        told["released"] = run.restart.released
+        arrays |= {f"restart.{name}": getattr(run.restart, name) for name in ARRAYS}
+        arrays |= {f"own.{n}": part for n, part in enumerate(run.restart.own)}
+    arrays["told"] = np.frombuffer(json.dumps(told).encode(), dtype=np.uint8)
+    content = packed(arrays, OWNER)
+    with writing(path, binary=True) as file:
+        file.write(content)
+
+
+def load_run(path: Any) -> Solution:
+    """The result that `save_run` wrote.
+
+    Nothing is read of a file whose seal does not fit; then kinds, sizes and finiteness of every
+    part are looked at, and that they fit the mechanism.
+
+    Parameters
+    ----------
+    path : str or path
+
+    Raises
+    ------
+    ModelError
+        For a file that there is not, that is no saved result, or that was changed since.
+    """
+    try:
+        arrays = unpacked(path, OWNER)
+        told = _told(arrays)
+        system = _system(told)
+        return _solution(system, told, arrays)
+    except TypeError:
+        raise ModelError(f"a path must be text or path-like, not {brief(path)}") from None
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise ModelError(f"cannot read '{path}' ({reason}): give a file of save_run") from None
+    except Unreadable as error:
+        raise ModelError(
+            f"'{path}' is no saved result that can be used: {error}; save the result anew"
+        ) from None
+
+
+def _told(arrays: Mapping[str, np.ndarray]) -> dict[str, Any]:
+    """What a file says in words."""
+    raw = arrays.get("told", np.zeros(0))
+    want(raw.dtype == np.uint8 and raw.ndim == 1, "it does not tell what it is")
+    try:
+        told = json.loads(raw.tobytes())
+    except (ValueError, RecursionError):
+        raise Unreadable("what it tells of itself is no JSON") from None
+    want(isinstance(told, dict), "what it tells of itself is no table")
+    known = told.get("format")
+    want(known == FORMAT, f"it is of format {str(known)[:20]}, this version reads {FORMAT}")
+    missing = [key for key in NEEDED if key not in told]
+    want(not missing, f"'{missing[0]}' is missing" if missing else "")
+    return told
+
+
+def _system(told: Mapping[str, Any]) -> System:
+    """The mechanism of a file with its numbers."""
+    model, values = told["model"], told["values"]
+    want(isinstance(model, str), "its model is no text")
+    try:
+        system = assemble(from_text(model, is_json=True, limits=UNLIMITED))
+        numbers = isinstance(values, dict) and all(type(v) is float for v in values.values())
+        want(numbers and values.keys() == system.values.keys(), "its numbers are not of its model")
+        return with_numbers_of(system, values)
+    except (ModelError, SolveError) as error:
+        raise Unreadable(f"its model is none: {str(error).splitlines()[0][:200]}") from None
+
+
+def _solution(
+    system: System, told: Mapping[str, Any], arrays: Mapping[str, np.ndarray]
+) -> Solution:
+    check_told(told, system)
+    energy = restart = given = None
+    soft, analysis = told["soft"], told["analysis"]
+    t = array(arrays, "t", (None,))
+    n = len(t)
+    if "works" in told:
+        by = {name: array(arrays, f"work.{k}", (n,)) for k, name in enumerate(told["works"])}
+        energy = Energy(**{name: array(arrays, f"energy.{name}", (n,)) for name in ENERGIES}, by=by)
+    if "way" in told:
+        want(n > 0, "it has no instant to go on from")
+        names = [f"own.{k}" for k in range(sum(key[:4] == "own." for key in arrays))]
+        want(all(name in arrays for name in names), "a part of 'own' is missing")
+        own = tuple(arrays[name] for name in names)
+        parts = {
+            name: array(arrays, f"restart.{name}", (None,), finite=name != "state")
+            for name in ARRAYS
+        }
+        fits = len(parts["state"]) == PROGRESS and np.isfinite(finite(parts["state"])).all()
+        want(bool(fits), "'restart.state' holds what is no finite number")
+        way = Way(told["way"][0], *map(float, told["way"][1:]))
+        restart = Restart(way, **parts, own=own, released=tuple(told["released"]))
+        _check_restart(system, restart, float(t[-1]))
+    if "given" in arrays:
+        given = array(arrays, "given", (n, len(system.drivers), 3), open=True)
+
+    def instants(name: str, when: Any) -> Solution:
+        record = Record([pages(arrays, name, system, 1, analysis)[:, :, None]], 1, batch=False)
+        return Solution(system, analysis, np.atleast_1d(when), record, None, soft=soft)
+
+    events = tuple(
+        Occurrence(name, t, instants(f"event.{n}", t), instants(f"after.{n}", t) if after else None)
+        for n, (name, t, after) in enumerate(told["events"])
+    )
+    block = np.ascontiguousarray(pages(arrays, "pages", system, n, analysis)[:, :, None])
+    return Solution(
+        system=system,
+        analysis=analysis,
+        t=t,
+        record=Record([block], n, batch=False),
+        given=given,
+        soft=soft,
+        dependencies=told["dependencies"],
+        notes=tuple(told["notes"]),
+        status=told["ending"],
+        doubts=tuple(as_doubt(one) for one in told["doubts"]),
+        branch=None if told["branch"] is None else BranchDistance(*told["branch"]),
+        released=told["let_go"],
+        stats=told["stats"],
+        energy=energy,
+        events=events,
+        restart=restart,
+    )
+
+
+def _check_restart(system: System, restart: Restart, last: float) -> None:
+    """Refuse a state that the motion cannot go on from."""
+    try:
+        check_restart(released(system, restart.released), restart, last)
+    except (ModelError, SolveError) as error:
+        raise Unreadable(str(error).splitlines()[0]) from None

@@ -1,0 +1,122 @@
+"""What stands in a saved result, looked at part by part: kinds, sizes, finite numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from mbody.analysis.driven.requests import ANALYSES
+from mbody.files.arrays import Unreadable
+from mbody.kernels.output import PER_ATOM
+from mbody.solution.doubts import KINDS
+from mbody.system.system import System
+
+#: Numbers that a float holds.
+MOST = 1e300
+
+__all__ = ["array", "check_told", "pages", "want"]
+
+
+def want(sound: bool, what: str) -> None:
+    """Refuse a part that is not as it must be."""
+    if not sound:
+        raise Unreadable(what)
+
+
+def array(
+    arrays: Mapping[str, np.ndarray],
+    name: str,
+    shape: tuple[int | None, ...],
+    *,
+    open: bool = False,
+    finite: bool = True,
+) -> np.ndarray:
+    """An array of floats of that shape, None where any size will do; finite, but that `open` ones
+    may lack numbers (NaN), as at an instant that has no answer. Where not `finite`, others judge.
+    """
+    want(name in arrays, f"'{name}' is missing")
+    found = arrays[name]
+    sizes = zip(found.shape, shape, strict=False)
+    fits = found.ndim == len(shape) and all(size is None or own == size for own, size in sizes)
+    want(fits and found.dtype == np.float64, f"'{name}' is of another size or kind")
+    sound = ~np.isinf(found) if open else np.isfinite(found)
+    want(not finite or bool(sound.all()), f"'{name}' holds what is no finite number")
+    return found
+
+
+def pages(
+    arrays: Mapping[str, np.ndarray], name: str, system: System, count: int, analysis: str
+) -> np.ndarray:
+    """What was kept of so many instants: (instants, rows)."""
+    rows = 3 * system.coordinates + PER_ATOM * len(system.owners)
+    return array(arrays, name, (count, rows), open=analysis != "simulate")
+
+
+def check_told(told: Mapping[str, Any], system: System) -> None:
+    """Refuse words about a result that are of another kind, or name what the system has not."""
+    want(told["analysis"] in (*ANALYSES, "close_loops", "simulate"), "its analysis is unknown")
+    want(_number(told["soft"]) and told["soft"] >= 0.0, "'soft' is no number")
+    want(_texts(told["notes"]), "'notes' are no texts")
+    want(isinstance(told["status"], str), "'status' is no text")
+    want(isinstance(told["ending"], str), "'ending' is no text")
+    want(isinstance(told["doubts"], list), "'doubts' are no list")
+    want(all(_doubt(one) for one in told["doubts"]), "'doubts' are of another kind")
+    branch = told["branch"]
+    pair = isinstance(branch, list) and len(branch) == 2 and all(map(_number, branch))
+    want(branch is None or pair, "'branch' is no distance with its instant")
+    gone = told["let_go"]
+    want(isinstance(gone, dict) and all(map(_number, gone.values())), "'let_go' are no times")
+    stats = told["stats"]
+    counts = isinstance(stats, dict) and all(type(n) is int for n in stats.values())
+    want(stats is None or counts, "'stats' are no counts")
+    open_parts = told["dependencies"]
+    if open_parts is not None:
+        joints = {joint.name for joint in system.mechanism.joints}
+        want(
+            isinstance(open_parts, dict) and joints <= {*open_parts}, "'dependencies' lack a joint"
+        )
+        # a reaction has three parts, an effort one
+        sizes = {name: 3 if name in joints else 1 for name in open_parts}
+        sound = all(_truths(part, sizes[name]) for name, part in open_parts.items())
+        want(sound, "'dependencies' are no truths")
+    events = told["events"]
+    sound = isinstance(events, list) and all(_event(one) for one in events)
+    want(sound, "'events' are no names, times and truths")
+    want("works" not in told or _texts(told["works"]), "'works' are no texts")
+    if "way" in told:
+        way = told["way"]
+        want(isinstance(way, list) and len(way) == 4 and isinstance(way[0], str), "'way' is none")
+        want(all(_number(part) for part in way[1:]), "'way' holds what is no number")
+        drivers = {driver.name for driver in system.drivers}
+        gone = told.get("released", ())
+        want(_texts(gone) and drivers >= {*gone}, "'released' names what is no driver")
+
+
+def _number(value: Any) -> bool:
+    # a whole number may be too large for a float
+    return type(value) in (int, float) and abs(value) < MOST
+
+
+def _texts(value: Any) -> bool:
+    return isinstance(value, list) and all(isinstance(part, str) for part in value)
+
+
+def _truths(value: Any, count: int) -> bool:
+    return isinstance(value, Sequence) and [type(part) for part in value] == [bool] * count
+
+
+def _doubt(value: Any) -> bool:
+    if not isinstance(value, dict) or value.keys() != {"kind", "t", "elements", "message"}:
+        return False
+    timed = value["t"] is None or _number(value["t"])
+    words = value["kind"] in KINDS and isinstance(value["message"], str)
+    return words and timed and _texts(value["elements"])
+
+
+def _event(value: Any) -> bool:
+    if not isinstance(value, list) or len(value) != 3:
+        return False
+    name, t, after = value
+    return isinstance(name, str) and _number(t) and isinstance(after, bool)

@@ -1,0 +1,212 @@
+"""Tables of a solution: columns by name, a pandas DataFrame, a file of comma-separated values."""
+
+from __future__ import annotations
+
+import csv
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mbody.errors import ModelError
+from mbody.files.files import writing
+from mbody.quantities.units import DIMENSIONS
+from mbody.solution.doubts import certificate
+from mbody.solution.measures import found_by, measured
+
+if TYPE_CHECKING:
+    from mbody.solution.solution import Solution
+
+__all__ = ["columns", "dataframe", "print_csv", "write_csv"]
+
+MOTION = {
+    "x": "length",
+    "y": "length",
+    "angle": "angle",
+    "vx": "velocity",
+    "vy": "velocity",
+    "omega": "angular velocity",
+    "ax": "acceleration",
+    "ay": "acceleration",
+    "alpha": "angular acceleration",
+}
+
+
+def columns(solution: Solution, angle: str = "rad") -> dict[str, np.ndarray]:
+    """All histories of one motion by column name, each with its unit.
+
+    Time first, then nine columns a body (mass centre and angle), three a joint (force and torque
+    on its body j), one a coupling, a driver and a measure; kinematics has no forces. Where forces
+    are not determined, each joint, coupling and driver has a column ``"A.unique"``, 1 or 0.
+
+    Parameters
+    ----------
+    solution : Solution
+        Of one design.
+    angle : str
+        Unit of angles, ``"deg"`` or ``"rad"``; rates are in rad always.
+
+    Returns
+    -------
+    dict of arrays (instants,)
+        Such as ``"t [s]"``, ``"crank.omega [rad/s]"``, ``"A.fx [N]"``, ``"motor.effort [N·m]"``.
+
+    Raises
+    ------
+    ModelError
+        For a batch of designs.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> table = columns(mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0)))
+    >>> list(table)[:4]
+    ['t [s]', 'crank.x [m]', 'crank.y [m]', 'crank.angle [rad]']
+    """
+    if solution.record.batch:
+        raise ModelError(
+            f"a table holds one motion, this is a batch of {solution.record.count} designs: "
+            "analyse one of them, system.design(n)"
+        )
+    mechanism = solution.mechanism
+    unit = mechanism.units.of
+    table = {f"t [{unit('time')}]": solution.t}
+    for body in mechanism.bodies:
+        history = solution[body.name]
+        for key, dimension in MOTION.items():
+            if "acceleration" in dimension and solution.analysis == "close_loops":
+                continue  # it finds velocities, no accelerations
+            values = getattr(history, key)
+            if dimension == "angle" and angle == "deg":
+                table[f"{body.name}.{key} [deg]"] = np.degrees(values)
+            else:
+                table[f"{body.name}.{key} [{unit(dimension)}]"] = values
+    if not solution.has_forces:
+        return table | _measures(solution, angle)
+    unique = uniqueness(solution)
+    for joint in mechanism.joints:
+        reaction = solution.reaction(joint.name)
+        table[f"{joint.name}.fx [{unit('force')}]"] = reaction.fx
+        table[f"{joint.name}.fy [{unit('force')}]"] = reaction.fy
+        table[f"{joint.name}.torque [{unit('torque')}]"] = reaction.torque
+        table |= unique.get(joint.name, {})
+    rows = {each.name: each.rows for each in mechanism.couplings}
+    rows |= {each.name: each.rows for each in mechanism.drivers}
+    for name, kind in rows.items():
+        effort = unit("torque" if kind == "a" else "force")
+        table[f"{name}.effort [{effort}]"] = solution.effort(name)
+        table |= unique.get(name, {})
+    return table | _measures(solution, angle)
+
+
+def uniqueness(solution: Solution) -> dict[str, dict[str, np.ndarray]]:
+    """By joint, driver and coupling the column that says whether its force is determined, 1, or
+    not, 0, NaN where it was not looked at; empty where all of them are.
+    """
+    machine = solution.mechanism
+    told: dict[str, Any] = {}
+    for joint in machine.joints:
+        parts = solution.reaction(joint.name).unique
+        told[joint.name] = None if parts is None else all(parts)
+    for each in (*machine.couplings, *machine.drivers):
+        told[each.name] = solution.unique_effort(each.name)
+    if all(told.values()):
+        return {}
+    size = len(solution)
+    return {
+        name: {f"{name}.unique": np.full(size, np.nan if one is None else float(one))}
+        for name, one in told.items()
+    }
+
+
+def _measures(solution: Solution, angle: str) -> dict[str, np.ndarray]:
+    """The measured quantities of the mechanism, in their own units where they have some."""
+    found = {}
+    for name, measure in solution.mechanism.measures.items():
+        if not found_by(solution, measure):
+            continue
+        values, dimension, unit = measured(solution, measure)
+        if dimension == DIMENSIONS["angle"] and not measure.unit and angle == "deg":
+            values, unit = np.degrees(values), "deg"
+        found[f"{name} [{unit}]" if unit else name] = values
+    return found
+
+
+def dataframe(solution: Solution) -> Any:
+    """The columns as a pandas DataFrame, a row an instant.
+
+    Parameters
+    ----------
+    solution : Solution
+        Of one design.
+
+    Returns
+    -------
+    pandas.DataFrame
+        With the columns of `columns`; its `attrs` hold status, doubts and notes.
+
+    Raises
+    ------
+    ModelError
+        Where pandas is not installed, or for a batch of designs.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0), turn=True)
+    >>> dataframe(run).shape
+    (361, 28)
+    """
+    table = columns(solution)
+    try:
+        import pandas  # type: ignore[import-untyped, unused-ignore]
+    except ImportError:
+        raise ModelError(
+            "a DataFrame needs pandas, which is not installed: pip install pandas; "
+            "columns() and to_csv() need nothing"
+        ) from None
+    frame = pandas.DataFrame(table)
+    frame.attrs |= certificate(solution)
+    return frame
+
+
+def write_csv(solution: Solution, path: Any, angle: str = "rad") -> None:
+    """Write the columns as comma-separated values, UTF-8, one header line, a line an instant.
+
+    Every number is written with as many digits as bring back the same number.
+
+    Parameters
+    ----------
+    solution : Solution
+        Of one design.
+    path : str or path-like
+        The file; one that exists is replaced.
+    angle : str
+        Unit of angles, ``"deg"`` or ``"rad"``.
+
+    Raises
+    ------
+    ModelError
+        For a place where no file can be written, or a batch of designs.
+
+    Examples
+    --------
+    >>> import mbody, pathlib, tempfile
+    >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder, "run.csv")
+    ...     write_csv(run, path)
+    ...     path.read_text("utf-8")[:24]
+    't [s],crank.x [m],crank.'
+    """
+    columns(solution)  # refuses what has no columns before a file is touched
+    with writing(path) as file:
+        print_csv(solution, file, angle)
+
+
+def print_csv(solution: Solution, stream: Any, angle: str = "rad") -> None:
+    """The same to a stream of text."""
+    table = columns(solution, angle)
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(table)
+    # floats as repr gives them: the shortest exact text
+    writer.writerows(np.column_stack(list(table.values())).tolist())

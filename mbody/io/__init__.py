@@ -1,1 +1,0 @@
-"""Results on paper and in files: the readable sheet, tables, exports."""

@@ -1,0 +1,252 @@
+"""Constraint rows: Φ, Φ_q, ν and γ of every atom. The one place that lists the kinds of physics."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbody.compiler.callbacks import call_user
+from mbody.compiler.jit import inline, njit
+from mbody.compiler.lanes import count, ld, sincos, st, st_varying
+from mbody.kernels.law_values import law_of_direction
+from mbody.model.joints.angle import angle
+from mbody.model.joints.cam import face, face_ray, roller, roller_ray
+from mbody.model.joints.coordinate import coordinate
+from mbody.model.joints.distance import distance
+from mbody.model.joints.gear import gear
+from mbody.model.joints.prismatic import prismatic
+from mbody.model.joints.rack import rack
+from mbody.model.joints.revolute import revolute
+
+__all__ = ["FACE", "KINDS", "ROLLER", "rows", "side", "turns"]
+
+#: Names of the kinds of physics; the number of a kind is its place.
+KINDS = (
+    *("revolute", "prismatic", "angle", "distance", "coordinate", "gear", "rack"),
+    *("roller", "face", "sum", "user"),
+)
+REVOLUTE, PRISMATIC, ANGLE, DISTANCE, COORDINATE, GEAR, RACK = range(7)
+ROLLER, FACE, SUM, USER = range(7, len(KINDS))
+
+
+@njit
+def rows(L, W, w, position, velocity):
+    """Fill Φ, Φ_q and ν (unless `position` is None) and γ (unless `velocity` is None)."""
+    for e in range(L.atom_kind.shape[0]):
+        kind = L.atom_kind[e]
+        if kind == REVOLUTE:
+            put(L, W, w, e, position, velocity, revolute(*ends(L, W, w, e)))
+        elif kind == PRISMATIC:
+            put(L, W, w, e, position, velocity, prismatic(*ends(L, W, w, e)))
+        elif kind == ANGLE:
+            put(L, W, w, e, position, velocity, angle(*ends(L, W, w, e)))
+        elif kind == DISTANCE:
+            put(L, W, w, e, position, velocity, distance(*ends(L, W, w, e)))
+        elif kind == COORDINATE:
+            put(L, W, w, e, position, velocity, coordinate(*ends(L, W, w, e)))
+        elif kind == GEAR:
+            put(L, W, w, e, position, velocity, gear(*ends(L, W, w, e)))
+        elif kind == RACK:
+            put(L, W, w, e, position, velocity, rack(*ends(L, W, w, e)))
+        elif ROLLER <= kind <= FACE:
+            contact(L, W, w, e, position, velocity)
+        elif kind == SUM:
+            total(L, W, w, e, position, velocity)
+        else:
+            put(L, W, w, e, position, velocity, custom(L, W, w, e))
+
+
+@inline
+def ends(L, W, w, e):
+    """Both sides, the parameters and the signal of atom e, as the physics takes them."""
+    o, f = L.atom_par[e], L.atom_signal[e]
+    p = (
+        ld(W.par, o, w),
+        ld(W.par, o + 1, w),
+        ld(W.par, o + 2, w),
+        ld(W.par, o + 3, w),
+        ld(W.par, o + 4, w),
+        ld(W.par, o + 5, w),
+        ld(W.par, o + 6, w),
+    )
+    signal = (ld(W.signal, f, w), ld(W.signal, f + 1, w), ld(W.signal, f + 2, w))
+    return side(W, L.atom_i[e], w), side(W, L.atom_j[e], w), p, signal
+
+
+@inline
+def side(W, b, w):
+    """(x, y, θ, cos θ, sin θ, vx, vy, ω) of body b."""
+    o = 3 * b
+    return (
+        ld(W.q, o, w),
+        ld(W.q, o + 1, w),
+        ld(W.q, o + 2, w),
+        ld(W.turn, 2 * b, w),
+        ld(W.turn, 2 * b + 1, w),
+        ld(W.v, o, w),
+        ld(W.v, o + 1, w),
+        ld(W.v, o + 2, w),
+    )
+
+
+@inline
+def put(L, W, w, e, position, velocity, physics):
+    """Store what the physics of atom e gave at its node; constants stand there (`System.work`)."""
+    phi, blocks, nu, gamma = physics
+    k = L.atom_node[e]
+    if position is not None:
+        st_varying(W.phi, 2 * k, phi[0], w)
+        st_varying(W.phi, 2 * k + 1, phi[1], w)
+        o = 12 * k
+        st_varying(W.block, o, blocks[0], w)
+        st_varying(W.block, o + 1, blocks[1], w)
+        st_varying(W.block, o + 2, blocks[2], w)
+        st_varying(W.block, o + 3, blocks[3], w)
+        st_varying(W.block, o + 4, blocks[4], w)
+        st_varying(W.block, o + 5, blocks[5], w)
+        st_varying(W.block, o + 6, blocks[6], w)
+        st_varying(W.block, o + 7, blocks[7], w)
+        st_varying(W.block, o + 8, blocks[8], w)
+        st_varying(W.block, o + 9, blocks[9], w)
+        st_varying(W.block, o + 10, blocks[10], w)
+        st_varying(W.block, o + 11, blocks[11], w)
+        st_varying(W.nu, 2 * k, nu[0], w)
+        st_varying(W.nu, 2 * k + 1, nu[1], w)
+    if velocity is not None:
+        st_varying(W.gamma, 2 * k, gamma[0], w)
+        st_varying(W.gamma, 2 * k + 1, gamma[1], w)
+
+
+@njit
+def contact(L, W, w, e, position, velocity):
+    """A cam and its follower: the law at the angle that the position gives, then the physics.
+
+    Like sums apart from `rows`, which would be slower for all others with them inside.
+    """
+    i, j, p, _ = ends(L, W, w, e)
+    if L.atom_kind[e] == ROLLER:
+        f = law_of_direction(L, W, w, L.atom_law[e], *roller_ray(i, j, p))
+        put(L, W, w, e, position, velocity, roller(i, j, p, f))
+    else:
+        f = law_of_direction(L, W, w, L.atom_law[e], *face_ray(i, j, p))
+        put(L, W, w, e, position, velocity, face(i, j, p, f))
+
+
+@njit
+def total(L, W, w, e, position, velocity):
+    """Φ = Σ c·(coordinate) − p₀ over the parts of atom e, in the first row of its node."""
+    k, o = L.atom_node[e], L.atom_par[e]
+    first, end = L.sum_start[e], L.sum_start[e + 1]
+    if position is not None:
+        st(W.phi, 2 * k, -ld(W.par, o, w), w)
+        for n in range(first, end):
+            clear_block(W, w, L.part[n, 3])
+            clear_block(W, w, L.part[n, 4])
+    if velocity is not None:
+        st(W.gamma, 2 * k, 0.0, w)
+    none = (0.0, 0.0, 0.0)
+    for n in range(first, end):
+        at = o + 1 + 7 * (n - first)
+        i, j, c = side(W, L.part[n, 1], w), side(W, L.part[n, 2], w), ld(W.par, at, w)
+        p = (
+            ld(W.par, at + 1, w),
+            ld(W.par, at + 2, w),
+            ld(W.par, at + 3, w),
+            ld(W.par, at + 4, w),
+            ld(W.par, at + 5, w),
+            ld(W.par, at + 6, w),
+        )
+        kind = L.part[n, 0]
+        if kind == ANGLE:
+            add_part(L, W, w, k, n, c, position, velocity, angle(i, j, p, none))
+        elif kind == DISTANCE:
+            add_part(L, W, w, k, n, c, position, velocity, distance(i, j, p, none))
+        else:
+            add_part(L, W, w, k, n, c, position, velocity, coordinate(i, j, p, none))
+
+
+@inline
+def clear_block(W, w, o):
+    """Zeros in the first row of a block that is not the ground's."""
+    if o >= 0:
+        for m in range(3):
+            st(W.block, o + m, 0.0, w)
+
+
+@inline
+def add_part(L, W, w, k, n, c, position, velocity, physics):
+    """Add c times the physics of part n to node k."""
+    phi, blocks, _, gamma = physics
+    if position is not None:
+        st(W.phi, 2 * k, ld(W.phi, 2 * k, w) + c * phi[0], w)
+        o = L.part[n, 3]
+        if o >= 0:
+            st(W.block, o, ld(W.block, o, w) + c * blocks[0], w)
+            st(W.block, o + 1, ld(W.block, o + 1, w) + c * blocks[1], w)
+            st(W.block, o + 2, ld(W.block, o + 2, w) + c * blocks[2], w)
+        o = L.part[n, 4]
+        if o >= 0:
+            st(W.block, o, ld(W.block, o, w) + c * blocks[6], w)
+            st(W.block, o + 1, ld(W.block, o + 1, w) + c * blocks[7], w)
+            st(W.block, o + 2, ld(W.block, o + 2, w) + c * blocks[8], w)
+    if velocity is not None:
+        st(W.gamma, 2 * k, ld(W.gamma, 2 * k, w) + c * gamma[0], w)
+
+
+@inline
+def custom(L, W, w, e):
+    """Rows of a user's joint, lane by lane through the hook."""
+    user_rows(L, W, count(w), e)
+    s = W.scratch
+    phi = (ld(s, 0, w), ld(s, 1, w))
+    blocks = (
+        ld(s, 2, w),
+        ld(s, 3, w),
+        ld(s, 4, w),
+        ld(s, 5, w),
+        ld(s, 6, w),
+        ld(s, 7, w),
+        ld(s, 8, w),
+        ld(s, 9, w),
+        ld(s, 10, w),
+        ld(s, 11, w),
+        ld(s, 12, w),
+        ld(s, 13, w),
+    )
+    return phi, blocks, (ld(s, 14, w), ld(s, 15, w)), (ld(s, 16, w), ld(s, 17, w))
+
+
+@njit
+def user_rows(L, W, lanes, e):
+    """Ask the user's function; NaN where it raised, the caller finds the exception."""
+    for lane in range(lanes):
+        size = L.atom_count[e]
+        user_state(W, L.atom_i[e], L.atom_j[e], L.atom_par[e], size, lane)
+        bad = call_user(L.atom_handle[e], W.asked[: 17 + size], W.told[:18]) != 0
+        for n in range(18):
+            W.scratch[n, lane] = np.nan if bad else W.told[n]
+
+
+@inline
+def user_state(W, i, j, first, size, lane):
+    """W.asked ← (t, side i, side j, parameters), as the hook takes them."""
+    x = W.asked
+    x[0] = W.time[0, lane]
+    for end in range(2):
+        b = i if end == 0 else j
+        o = 1 + 8 * end
+        for n in range(3):
+            x[o + n] = W.q[3 * b + n, lane]
+            x[o + 5 + n] = W.v[3 * b + n, lane]
+        x[o + 3] = W.turn[2 * b, lane]
+        x[o + 4] = W.turn[2 * b + 1, lane]
+    for n in range(size):
+        x[17 + n] = W.par[first + n, lane]
+
+
+@njit
+def turns(L, W, w):
+    """Cosine and sine of every body's angle: once a body, not once a joint."""
+    for b in range(L.bodies):
+        s, c = sincos(ld(W.q, 3 * b + 2, w))
+        st(W.turn, 2 * b, c, w)
+        st(W.turn, 2 * b + 1, s, w)

@@ -1,0 +1,224 @@
+"""Generalised forces of all loads. The one place that lists their kinds of physics."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbody.compiler.callbacks import call_user
+from mbody.compiler.jit import inline, njit
+from mbody.compiler.lanes import count, ld, st
+from mbody.kernels.constraints import side, user_state
+from mbody.kernels.law_values import law_at
+from mbody.model.loads.force import force
+from mbody.model.loads.gravity import gravity
+from mbody.model.loads.pressure import piston, within_cycle
+from mbody.model.loads.rotating_field import centrifugal, spin
+from mbody.model.loads.spring import stretch
+from mbody.model.loads.torsion import twist
+from mbody.model.loads.valved_cylinder import charge, travel
+
+__all__ = ["KINDS", "forces", "signals"]
+
+#: Names of the kinds of physics; the number of a kind is its place.
+KINDS = ("gravity", "field", "force", "torque", "stretch", "twist", "pressure", "chamber", "user")
+GRAVITY, FIELD, FORCE, TORQUE, STRETCH, TWIST, PRESSURE, CHAMBER, USER = range(len(KINDS))
+
+
+@njit
+def signals(L, W, w, number):
+    """Evaluate the first `number` laws of time, in every lane at its own time."""
+    for n in range(number):
+        m, o = L.signal_law[n], L.signal_row[n]
+        if L.law_kind[m] == 0:
+            polynomial(L, W, w, m, o)
+            continue
+        for lane in range(count(w)):
+            f, f1, f2 = law_at(L, W, m, lane, W.time[0, lane])
+            W.signal[o, lane] = f
+            W.signal[o + 1, lane] = f1
+            W.signal[o + 2, lane] = f2
+
+
+@inline
+def polynomial(L, W, w, m, o):
+    """A polynomial of time in all lanes at once: most laws are one."""
+    t = ld(W.time, 0, w)
+    f, f1, f2 = 0.0 * t, 0.0 * t, 0.0 * t
+    last = L.law_par[m] + L.law_count[m] - 1
+    for n in range(L.law_count[m]):
+        f2 = f2 * t + 2.0 * f1
+        f1 = f1 * t + f
+        f = f * t + ld(W.par, last - n, w)
+    st(W.signal, o, f, w)
+    st(W.signal, o + 1, f1, w)
+    st(W.signal, o + 2, f2, w)
+
+
+@njit
+def forces(L, W, w, cause):
+    """Sum of all loads on the coordinates (or of the one of that cause, if it is not negative)."""
+    for n in range(3 * (L.bodies + 1)):
+        st(W.force, n, 0.0, w)
+    for e in range(L.action_kind.shape[0]):
+        if cause >= 0 and L.action_cause[e] != cause:
+            continue
+        kind, i, j = L.action_kind[e], L.action_i[e], L.action_j[e]
+        f = L.action_signal[e]
+        if kind == GRAVITY:
+            gx, gy = ld(W.signal, f, w), ld(W.signal, f + 3, w)
+            for b in range(L.bodies):
+                fx, fy = gravity(ld(W.mass, 3 * b, w), gx, gy)
+                add(W, w, b, fx, fy, 0.0)
+        elif kind == FIELD:
+            field(L, W, w, parameters(L, W, w, e), L.action_par[e] + 6, ld(W.signal, f, w))
+        elif kind == FORCE:
+            fx, fy, t = force(side(W, j, w), parameters(L, W, w, e), ld(W.signal, f, w))
+            add(W, w, j, fx, fy, t)
+        elif kind == TORQUE:
+            couple(W, w, i, j, ld(W.signal, f, w))
+        elif kind == STRETCH:
+            pull(L, W, w, e, i, j)
+        elif kind == TWIST:
+            x = twist(side(W, i, w), side(W, j, w), parameters(L, W, w, e))
+            couple(W, w, i, j, -own_law(L, W, w, e, x))
+        elif kind in (PRESSURE, CHAMBER):
+            press(L, W, w, e, i, j)
+        else:
+            user_force(L, W, count(w), e)
+            s = W.scratch
+            add(W, w, i, ld(s, 0, w), ld(s, 1, w), ld(s, 2, w))
+            add(W, w, j, ld(s, 3, w), ld(s, 4, w), ld(s, 5, w))
+
+
+@inline
+def field(L, W, w, p, o, given):
+    """The centrifugal load of all bodies, whose second moments begin at parameter o."""
+    J = p[5]
+    for b in range(L.bodies):
+        J = J + centrifugal(side(W, b, w), ld(W.mass, 3 * b, w), p, moments(W, w, o + 3 * b))[3]
+    speed = spin(given, J, p[4])
+    square = speed * speed
+    for b in range(L.bodies):
+        fx, fy, t, _ = centrifugal(side(W, b, w), ld(W.mass, 3 * b, w), p, moments(W, w, o + 3 * b))
+        add(W, w, b, square * fx, square * fy, square * t)
+
+
+@inline
+def moments(W, w, o):
+    """Three parameters from o on."""
+    return ld(W.par, o, w), ld(W.par, o + 1, w), ld(W.par, o + 2, w)
+
+
+@inline
+def pull(L, W, w, e, i, j):
+    """A tension along the line between two places: +u on i, −u on j."""
+    x, (ux, uy), arms = stretch(side(W, i, w), side(W, j, w), parameters(L, W, w, e))
+    f = own_law(L, W, w, e, x)
+    pix, piy, pjx, pjy = arms
+    fx, fy = f * ux, f * uy
+    add(W, w, i, fx, fy, pix * fy - piy * fx)
+    add(W, w, j, -fx, -fy, pjy * fx - pjx * fy)
+
+
+@inline
+def press(L, W, w, e, i, j):
+    """The pressure of a chamber on a piston: +f u on j, −f u on i, on one line."""
+    p, first, second = parameters(L, W, w, e), side(W, i, w), side(W, j, w)
+    u, arm, d = piston(first, second, p)
+    if L.action_kind[e] == PRESSURE:
+        st(W.scratch, 0, ld(W.q, 3 * L.action_by[e] + 2, w) + p[5], w)
+        cycle_law(L, W, L.action_law[e], count(w))
+    else:
+        s, rate = travel(first, second, u, arm, d)
+        st(W.scratch, 0, s, w)
+        st(W.scratch, 2, rate, w)
+        chamber(L, W, L.action_par[e] + 6, count(w))
+    f = p[4] * ld(W.scratch, 1, w)
+    fx, fy = f * u[0], f * u[1]
+    add(W, w, i, -fx, -fy, d[1] * fx - d[0] * fy)
+    add(W, w, j, fx, fy, arm[0] * fy - arm[1] * fx)
+
+
+@inline
+def cycle_law(L, W, n, lanes):
+    """Law n of an angle within one turn: scratch row 0, into row 1."""
+    for lane in range(lanes):
+        f, _, _ = law_at(L, W, n, lane, within_cycle(W.scratch[0, lane]))
+        W.scratch[1, lane] = f
+
+
+@inline
+def chamber(L, W, o, lanes):
+    """Pressure at coordinate and rate in scratch rows 0 and 2, into row 1; par from o on."""
+    p = W.par
+    for lane in range(lanes):
+        sense = p[o + 1, lane]
+        W.scratch[1, lane] = charge(
+            sense * (W.scratch[0, lane] - p[o, lane]),
+            sense * W.scratch[2, lane],
+            p[o + 2, lane],
+            p[o + 3, lane],
+            p[o + 4, lane],
+            p[o + 5, lane],
+            p[o + 6, lane],
+            p[o + 7, lane],
+            p[o + 8, lane],
+            1.0,
+        )
+
+
+@inline
+def add(W, w, b, fx, fy, t):
+    """Add a force at the mass centre and a torque to body b."""
+    o = 3 * b
+    st(W.force, o, ld(W.force, o, w) + fx, w)
+    st(W.force, o + 1, ld(W.force, o + 1, w) + fy, w)
+    st(W.force, o + 2, ld(W.force, o + 2, w) + t, w)
+
+
+@inline
+def couple(W, w, i, j, t):
+    """Torque t on body j, its opposite on body i."""
+    st(W.force, 3 * i + 2, ld(W.force, 3 * i + 2, w) - t, w)
+    st(W.force, 3 * j + 2, ld(W.force, 3 * j + 2, w) + t, w)
+
+
+@inline
+def parameters(L, W, w, e):
+    """Parameters of action e; those beyond its own are never read by its physics."""
+    o = L.action_par[e]
+    return (
+        ld(W.par, o, w),
+        ld(W.par, o + 1, w),
+        ld(W.par, o + 2, w),
+        ld(W.par, o + 3, w),
+        ld(W.par, o + 4, w),
+        ld(W.par, o + 5, w),
+    )
+
+
+@inline
+def own_law(L, W, w, e, x):
+    """The element's own law at x, lane by lane."""
+    st(W.scratch, 0, x, w)
+    lanes_law(L, W, L.action_law[e], count(w))
+    return ld(W.scratch, 1, w)
+
+
+@inline
+def lanes_law(L, W, n, lanes):
+    """Law n at scratch row 0, into row 1."""
+    for lane in range(lanes):
+        f, _, _ = law_at(L, W, n, lane, W.scratch[0, lane])
+        W.scratch[1, lane] = f
+
+
+@njit
+def user_force(L, W, lanes, e):
+    """Ask the user's function for (Fx, Fy, T) on i and j; NaN where it raised."""
+    for lane in range(lanes):
+        size = L.action_count[e]
+        user_state(W, L.action_i[e], L.action_j[e], L.action_par[e], size, lane)
+        bad = call_user(L.action_handle[e], W.asked[: 17 + size], W.told[:6]) != 0
+        for n in range(6):
+            W.scratch[n, lane] = np.nan if bad else W.told[n]

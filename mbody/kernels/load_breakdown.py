@@ -1,0 +1,68 @@
+"""Breakdown by cause: what each load is, and the multipliers that it would have alone.
+
+Kinetostatics is linear in inertia and loads, so each costs one solve with the factor of the
+instant.
+"""
+
+from __future__ import annotations
+
+from mbody.compiler.jit import inline, kernel
+from mbody.compiler.lanes import st
+from mbody.kernels.constraints import rows, turns
+from mbody.kernels.forces import forces, signals
+from mbody.kernels.output import keep_atoms
+from mbody.kernels.position_velocity import clear, multipliers
+from mbody.kernels.schur_ldl import VANISHED, factor
+
+__all__ = ["breakdown", "each_load"]
+
+
+@kernel
+def breakdown(L, W, soft, motion, t, causes, output):
+    """Fill output (instants, causes + 1, PER_ATOM·atoms, 1): inertia first, then every load.
+
+    motion (instants, 9·bodies): q, v, a of each instant; t (instants,).
+    """
+    w = 0.0
+    signals(L, W, w, L.signal_law.shape[0])
+    n3 = 3 * L.bodies
+    for k in range(t.shape[0]):
+        at_instant(L, W, w, motion, t, k)
+        rows(L, W, w, True, None)
+        factor(L, W, w, soft, VANISHED)
+        for cause in range(-1, causes):
+            for n in range(n3):
+                st(W.a, n, motion[k, 2 * n3 + n] if cause < 0 else 0.0, w)
+            if cause < 0:
+                clear(W.force, w)
+            else:
+                forces(L, W, w, cause)
+            multipliers(L, W, w)
+            keep_atoms(L, W, w, output[k, cause + 1], 0)
+
+
+@kernel
+def each_load(L, W, motion, t, output):
+    """Fill output (instants, loads, 3·bodies): each load alone on the coordinates.
+
+    motion and t as of `breakdown`.
+    """
+    w = 0.0
+    signals(L, W, w, L.signal_law.shape[0])
+    for k in range(t.shape[0]):
+        at_instant(L, W, w, motion, t, k)
+        for cause in range(output.shape[1]):
+            forces(L, W, w, cause)
+            for n in range(3 * L.bodies):
+                output[k, cause, n] = W.force[n, 0]
+
+
+@inline
+def at_instant(L, W, w, motion, t, k):
+    """Time, signals, positions and rates of instant k."""
+    W.time[0, 0] = t[k]
+    signals(L, W, w, L.varying)
+    n3 = 3 * L.bodies
+    for n in range(n3):
+        W.q[n, 0], W.v[n, 0] = motion[k, n], motion[k, n3 + n]
+    turns(L, W, w)

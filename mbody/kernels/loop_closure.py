@@ -1,0 +1,257 @@
+"""Closing the loops from a rough guess, and the projection of velocities.
+
+Damped Newton in the affine invariant form (Deuflhard 2004, algorithm NLEQ-ERR): the damping keeps
+to the path that leads straight from the guess to the solution, so that the guess chooses the
+branch. Where that path ends at a singular position, Levenberg–Marquardt finds the nearest closed
+position, or the smallest gap.
+"""
+
+from __future__ import annotations
+
+import math
+
+from mbody.compiler.jit import inline, kernel, njit
+from mbody.compiler.lanes import st
+from mbody.kernels.constraints import rows, turns
+from mbody.kernels.continuation import weakest
+from mbody.kernels.forces import signals
+from mbody.kernels.position_velocity import (
+    clear,
+    least_motion,
+    put_column,
+    rates_of_rows,
+    reach,
+    weigh,
+)
+from mbody.kernels.schur_ldl import VANISHED, apply_gt, factor, solve
+
+__all__ = [
+    *("close", "close_designs", "laws_of_time", "project", "project_designs", "violation"),
+]
+
+STEPS = 200
+SMALLEST = 1e-4
+
+
+@njit
+def correction(L, W, w):
+    """u = W⁻¹ Gᵀ S⁻¹ Φ by the present factor; its size in model lengths and radians."""
+    for n in range(2 * L.nodes):
+        W.x[n, 0] = W.phi[n, 0]
+    solve(L, W, w)
+    clear(W.u, w)
+    apply_gt(L, W, w, W.x, W.u)
+    weigh(L, W, w, W.u)
+    return norm(L, W)
+
+
+@inline
+def norm(L, W):
+    """Weighted length of the motion on columns."""
+    total = 0.0
+    for n in range(3 * L.slots):
+        if W.weight[n, 0] > 0.0:
+            total += W.u[n, 0] * W.u[n, 0] / W.weight[n, 0]
+    return math.sqrt(total)
+
+
+@inline
+def moved(L, W, base, part):
+    """q = base − part · u."""
+    for b in range(L.bodies):
+        for n in range(3):
+            W.q[3 * b + n, 0] = base[3 * b + n, 0] - part * W.u[3 * L.body_slot[b] + n, 0]
+
+
+@inline
+def gap(L, W):
+    """½ |Φ|² with angles by the model length."""
+    total = 0.0
+    for n in range(2 * L.nodes):
+        total += W.phi[n, 0] * W.phi[n, 0] / max(W.soft[n, 0], 1e-300) * (W.soft[n, 0] > 0.0)
+    return 0.5 * total
+
+
+@kernel
+def violation(L, W):
+    """Evaluate Φ, Φ_q, ν and γ at W.q and W.v, the signals being set; returns the size of Φ."""
+    turns(L, W, 0.0)
+    rows(L, W, 0.0, True, True)
+    return math.sqrt(2.0 * gap(L, W))
+
+
+@kernel
+def laws_of_time(L, W):
+    """Set all signals from their laws at W.time."""
+    signals(L, W, 0.0, L.signal_law.shape[0])
+
+
+@kernel
+def close(L, W, soft, tolerance):
+    """Close the loops from W.q, the signals being set: (closed, by the straight path, least pivot
+    as a part of its diagonal).
+    """
+    w = 0.0
+    good, _, _ = newton_path(L, W, w, soft, tolerance)
+    if good:
+        return True, True, weakest(L, W)
+    for n in range(W.q.shape[0]):
+        W.q[n, 0] = W.guess[n, 0]
+    descend(L, W, w, tolerance)
+    good, _, _ = newton_path(L, W, w, soft, tolerance)
+    return good, False, weakest(L, W)
+
+
+@kernel
+def close_designs(L, W, tolerance, par, first, poses, state):
+    """Close every design of a batch from its own pose.
+
+    tolerance (designs,); par (parameters, designs); first (designs, drivers): value of every
+    driver, NaN where its law says it; poses (designs, coordinates): where each begins, and where it
+    closed; state (designs, 2): whether it closed by the straight path, and the least pivot as a
+    part of its diagonal.
+    """
+    w = 0.0
+    for design in range(par.shape[1]):
+        put_column(par, design, W.par, 0)
+        for n in range(poses.shape[1]):
+            W.q[n, 0] = poses[design, n]
+        signals(L, W, w, L.signal_law.shape[0])
+        for d in range(L.driver_row.shape[0]):
+            if not math.isnan(first[design, d]):
+                W.signal[L.driver_row[d], 0] = first[design, d]
+        good, _, _ = newton_path(L, W, w, 0.0, tolerance[design])
+        ratio = weakest(L, W)
+        state[design, 0] = 1.0 if good else 0.0
+        state[design, 1] = ratio
+        for n in range(poses.shape[1]):
+            poses[design, n] = W.q[n, 0]
+
+
+@njit
+def newton_path(L, W, w, soft, tolerance):
+    """Damped Newton; W.guess keeps the start. Returns (closed, last correction, least pivot)."""
+    for n in range(W.q.shape[0]):
+        W.guess[n, 0] = W.q[n, 0]
+    part, last, least = 1.0, 0.0, 0.0
+    smallest = 1e300
+    for iteration in range(STEPS):
+        turns(L, W, w)
+        rows(L, W, w, True, None)
+        least = factor(L, W, w, soft, VANISHED)
+        size = correction(L, W, w)
+        step = reach(L, W, w)
+        if not step < 1e12:
+            return False, step, least
+        if step <= tolerance or (step <= 1e3 * tolerance and step >= 0.5 * smallest):
+            moved(L, W, W.q, 1.0)
+            return True, step, least
+        smallest = min(smallest, step)
+        if iteration > 0:
+            part = min(1.0, part * last / max(size, 1e-300))
+        # no step turns a body by more than half a radian: the straight path is kept
+        part = min(part, 0.5 / step) if step > 0.5 else part
+        for n in range(W.q.shape[0]):
+            W.base[n, 0] = W.q[n, 0]
+        for n in range(W.u.shape[0]):
+            W.r[n, 0] = W.u[n, 0]
+        while True:
+            for n in range(W.u.shape[0]):
+                W.u[n, 0] = W.r[n, 0]
+            moved(L, W, W.base, part)
+            turns(L, W, w)
+            rows(L, W, w, True, None)
+            ahead = correction(L, W, w)
+            if ahead <= (1.0 - 0.25 * part) * size:
+                break
+            part *= 0.5
+            if part < SMALLEST:
+                # near a singular position rounding of Φ alone makes such a correction
+                return step <= 1e3 * tolerance, step, least
+        last = size
+        part = min(1.0, 2.0 * part)
+    return False, smallest, least
+
+
+@njit
+def descend(L, W, w, tolerance):
+    """Levenberg–Marquardt on ½|Φ|² from W.q: ends at a closed position or at the smallest gap."""
+    turns(L, W, w)
+    rows(L, W, w, True, None)
+    here, damping = gap(L, W), 1e-2
+    for _ in range(4 * STEPS):
+        factor(L, W, w, damping, VANISHED)
+        correction(L, W, w)
+        step = reach(L, W, w)
+        part = min(1.0, 0.5 / step) if step > 0.0 else 1.0
+        for n in range(W.q.shape[0]):
+            W.base[n, 0] = W.q[n, 0]
+        moved(L, W, W.base, part)
+        turns(L, W, w)
+        rows(L, W, w, True, None)
+        now = gap(L, W)
+        if now < here:
+            done = here - now <= 1e-14 * here
+            here, damping = now, max(0.2 * damping, 1e-14)
+            if done or step <= tolerance:
+                return
+        else:
+            for n in range(W.q.shape[0]):
+                W.q[n, 0] = W.base[n, 0]
+            turns(L, W, w)
+            rows(L, W, w, True, None)
+            damping *= 5.0
+            if damping > 1e12:
+                return
+
+
+@kernel
+def project(L, W, soft):
+    """v ← v − W⁻¹Gᵀ S⁻¹ (G v − ν): the nearest velocities that the constraints allow."""
+    nearest_velocity(L, W, 0.0, soft)
+
+
+@kernel
+def project_designs(L, W, par, poses, rates, velocities, state):
+    """The least velocities of every design of a batch, closed at its own pose.
+
+    par (parameters, designs); poses, velocities (designs, coordinates); rates (designs, drivers):
+    rate of every driver, NaN where its law says it; state (designs,): by how much they do not agree
+    with the drivers, as a part of the rates that are asked for.
+    """
+    w = 0.0
+    for design in range(par.shape[1]):
+        put_column(par, design, W.par, 0)
+        for n in range(poses.shape[1]):
+            W.q[n, 0], W.v[n, 0] = poses[design, n], 0.0
+        signals(L, W, w, L.signal_law.shape[0])
+        for d in range(L.driver_row.shape[0]):
+            if not math.isnan(rates[design, d]):
+                W.signal[L.driver_row[d] + 1, 0] = rates[design, d]
+        nearest_velocity(L, W, w, 0.0)
+        for n in range(velocities.shape[1]):
+            velocities[design, n] = W.v[n, 0]
+        rows(L, W, w, True, None)
+        rates_of_rows(L, W, w)
+        rest, asked = 0.0, 0.0
+        for n in range(2 * L.nodes):
+            unit = W.soft[n, 0]
+            if unit > 0.0:
+                rest += (W.x[n, 0] - W.nu[n, 0]) ** 2 / unit
+                asked += W.nu[n, 0] ** 2 / unit
+        state[design] = math.sqrt(rest / asked) if asked > 0.0 else rest
+
+
+@njit
+def nearest_velocity(L, W, w, soft):
+    """See `project`."""
+    turns(L, W, w)
+    rows(L, W, w, True, True)
+    factor(L, W, w, soft, VANISHED)
+    rates_of_rows(L, W, w)
+    for n in range(2 * L.nodes):
+        st(W.nu, n, W.nu[n, 0] - W.x[n, 0], w)
+    least_motion(L, W, w, W.nu, True)
+    for b in range(L.bodies):
+        for n in range(3):
+            W.v[3 * b + n, 0] += W.u[3 * L.body_slot[b] + n, 0]

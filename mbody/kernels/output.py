@@ -1,0 +1,70 @@
+"""What is kept of an instant: motion by coordinate, then multipliers and reaction by atom."""
+
+from __future__ import annotations
+
+from mbody.compiler.jit import inline, njit
+from mbody.compiler.lanes import ld, st
+
+__all__ = ["PER_ATOM", "keep", "keep_atoms", "keep_some"]
+
+#: Numbers of one atom: λ₀, λ₁, then force (x, y) and torque on body j by body i at the marker on j.
+PER_ATOM = 5
+
+
+@njit
+def keep(L, W, w, page):
+    """Rows of page: q, v, a of all bodies, then `PER_ATOM` rows an atom."""
+    n3 = 3 * L.bodies
+    for n in range(n3):
+        st(page, n, ld(W.q, n, w), w)
+        st(page, n3 + n, ld(W.v, n, w), w)
+        st(page, 2 * n3 + n, ld(W.a, n, w), w)
+    keep_atoms(L, W, w, page, 3 * n3)
+
+
+@njit
+def keep_atoms(L, W, w, page, first):
+    """Reactions of all atoms, from row `first` on."""
+    for e in range(L.atom_node.shape[0]):
+        keep_atom(L, W, w, e, page, first + PER_ATOM * e)
+
+
+@inline
+def keep_atom(L, W, w, e, page, row):
+    """Reaction of an atom: −(block of j)ᵀ λ, moved from the mass centre to the marker on j."""
+    k, j, arm = L.atom_node[e], L.atom_j[e], L.atom_arm[e]
+    o = 12 * k + 6
+    x, y = ld(W.lam, 2 * k, w), ld(W.lam, 2 * k + 1, w)
+    fx = -(ld(W.block, o, w) * x + ld(W.block, o + 3, w) * y)
+    fy = -(ld(W.block, o + 1, w) * x + ld(W.block, o + 4, w) * y)
+    t = -(ld(W.block, o + 2, w) * x + ld(W.block, o + 5, w) * y)
+    c, s = ld(W.turn, 2 * j, w), ld(W.turn, 2 * j + 1, w)
+    ax, ay = ld(W.par, arm, w), ld(W.par, arm + 1, w)
+    px, py = c * ax - s * ay, s * ax + c * ay
+    st(page, row, x, w)
+    st(page, row + 1, y, w)
+    st(page, row + 2, fx, w)
+    st(page, row + 3, fy, w)
+    st(page, row + 4, t - (px * fy - py * fx), w)
+
+
+@njit
+def keep_some(L, W, w, rows, page):
+    """Only these rows (numbered as in `keep`, ascending), one after the other."""
+    n3 = 3 * L.bodies
+    last = -1
+    for n in range(rows.shape[0]):
+        row = rows[n]
+        if row < n3:
+            st(page, n, ld(W.q, row, w), w)
+        elif row < 2 * n3:
+            st(page, n, ld(W.v, row - n3, w), w)
+        elif row < 3 * n3:
+            st(page, n, ld(W.a, row - 2 * n3, w), w)
+        else:
+            e = (row - 3 * n3) // PER_ATOM
+            room = rows.shape[0]
+            if e != last:
+                keep_atom(L, W, w, e, page, room)
+            last = e
+            st(page, n, ld(page, room + row - 3 * n3 - PER_ATOM * e, w), w)

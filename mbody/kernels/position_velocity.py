@@ -1,0 +1,239 @@
+"""One instant: position by Newton, velocity, acceleration and multipliers, from one factor.
+
+Of  [W Gᵀ; G 0] [u; λ] = [f; c]  each of these is one half, so that each costs one solve:
+u = W⁻¹ Gᵀ S⁻¹ c (position, velocity, acceleration) and λ = S⁻¹ G W⁻¹ f (reactions).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbody.compiler.jit import inline, njit
+from mbody.compiler.lanes import highest, ld, st
+from mbody.kernels.constraints import rows, turns
+from mbody.kernels.schur_ldl import apply_g, apply_gt, factor, solve
+
+__all__ = [
+    "accelerations",
+    "multipliers",
+    "newton",
+    "put_column",
+    "rates",
+    "rates_of_rows",
+    "reach",
+    "reach_square",
+    "take_off",
+    "to_bodies",
+    "velocities",
+]
+
+#: A residual below this part of its terms is rounding.
+ROUNDING = 1e-14
+#: Corrections by the residual: one as a rule, more where rows are redundant or nearly so.
+PASSES = 6
+
+
+@inline
+def clear(array, w):
+    """Every row zero."""
+    for n in range(array.shape[0]):
+        st(array, n, 0.0, w)
+
+
+@inline
+def copy(source, target, w):
+    """Row by row."""
+    for n in range(target.shape[0]):
+        st(target, n, ld(source, n, w), w)
+
+
+@inline
+def squares(array, w):
+    """Sum of squares of each lane; NaN where there is one."""
+    m = 0.0 * ld(array, 0, w)
+    for n in range(array.shape[0]):
+        x = ld(array, n, w)
+        m = m + x * x
+    return m
+
+
+@inline
+def weigh(L, W, w, u):
+    """u ← W⁻¹ u, and zero on the ground."""
+    for n in range(u.shape[0]):
+        st(u, n, ld(u, n, w) * ld(W.weight, n, w), w)
+
+
+@njit
+def least_motion(L, W, w, c, checked):
+    """u = W⁻¹ Gᵀ S⁻¹ c: the least u with G u = c, corrected by its residual if `checked`.
+
+    The product with Gᵀ damps the error of S⁻¹, so that without a correction u is as good as the
+    condition of G itself allows; nearly dependent rows want it all the same.
+    """
+    copy(c, W.x, w)
+    solve(L, W, w)
+    clear(W.u, w)
+    apply_gt(L, W, w, W.x, W.u)
+    weigh(L, W, w, W.u)
+    if not checked:
+        return
+    terms = squares(c, w)
+    for _ in range(PASSES):
+        apply_g(L, W, w, W.u, W.x)
+        for n in range(2 * L.nodes):
+            st(W.x, n, ld(c, n, w) - ld(W.x, n, w), w)
+        if highest(squares(W.x, w) - ROUNDING * ROUNDING * terms) <= 0.0:
+            break
+        solve(L, W, w)
+        clear(W.r, w)
+        apply_gt(L, W, w, W.x, W.r)
+        weigh(L, W, w, W.r)
+        for n in range(W.u.shape[0]):
+            st(W.u, n, ld(W.u, n, w) + ld(W.r, n, w), w)
+
+
+@inline
+def to_bodies(L, w, u, target):
+    """Columns to coordinates: a body moves as its first slot."""
+    for b in range(L.bodies):
+        o, s = 3 * b, 3 * L.body_slot[b]
+        st(target, o, ld(u, s, w), w)
+        st(target, o + 1, ld(u, s + 1, w), w)
+        st(target, o + 2, ld(u, s + 2, w), w)
+
+
+@inline
+def take_off(L, w, u, target):
+    """Subtract columns from coordinates: a body moves as its first slot."""
+    for b in range(L.bodies):
+        o, s = 3 * b, 3 * L.body_slot[b]
+        st(target, o, ld(target, o, w) - ld(u, s, w), w)
+        st(target, o + 1, ld(target, o + 1, w) - ld(u, s + 1, w), w)
+        st(target, o + 2, ld(target, o + 2, w) - ld(u, s + 2, w), w)
+
+
+@njit
+def rates_of_rows(L, W, w):
+    """x = Φ_q v on nodes."""
+    clear(W.u, w)
+    for s in range(L.slots):
+        for n in range(3):
+            st(W.u, 3 * s + n, ld(W.v, 3 * L.slot_body[s] + n, w), w)
+    apply_g(L, W, w, W.u, W.x)
+
+
+@inline
+def put_column(source, column, target, lane):
+    """A column of numbers, one of a set, into a lane."""
+    for n in range(source.shape[0]):
+        target[n, lane] = source[n, column]
+
+
+@njit
+def newton(L, W, w, soft, guard):
+    """One Newton step on Φ; returns its size (in model lengths and radians) and factor's pivot."""
+    turns(L, W, w)
+    rows(L, W, w, True, None)
+    least = factor(L, W, w, soft, guard)
+    copy(W.phi, W.x, w)
+    solve(L, W, w)
+    clear(W.u, w)
+    apply_gt(L, W, w, W.x, W.u)
+    weigh(L, W, w, W.u)
+    size = reach(L, W, w)
+    take_off(L, w, W.u, W.q)
+    return size, least
+
+
+@inline
+def reach(L, W, w):
+    """Size of the motion on columns, lengths by the model length: root of the sum of squares."""
+    return np.sqrt(reach_square(L, W, w))
+
+
+@inline
+def reach_square(L, W, w):
+    """The square of `reach`."""
+    per_length = 1.0 / ld(W.size, 0, w)
+    far, turned = 0.0 * per_length, 0.0 * per_length
+    for b in range(L.bodies):
+        s = 3 * L.body_slot[b]
+        x, y, t = ld(W.u, s, w), ld(W.u, s + 1, w), ld(W.u, s + 2, w)
+        far = far + x * x + y * y
+        turned = turned + t * t
+    return far * per_length * per_length + turned
+
+
+@njit
+def velocities(L, W, w, checked):
+    """v from G v = ν, with the ν of the last position."""
+    least_motion(L, W, w, W.nu, checked)
+    to_bodies(L, w, W.u, W.v)
+
+
+@njit
+def rates(L, W, w, d, rate, acceleration):
+    """Other rate and acceleration for driver d than those that its law gave."""
+    st(W.nu, 2 * L.driver_node[d], rate, w)
+    st(W.signal, L.driver_row[d] + 1, rate, w)
+    st(W.signal, L.driver_row[d] + 2, acceleration, w)
+
+
+@njit
+def accelerations(L, W, w, checked):
+    """a from G a = γ, the velocities being set."""
+    rows(L, W, w, None, True)
+    least_motion(L, W, w, W.gamma, checked)
+    to_bodies(L, w, W.u, W.a)
+
+
+@inline
+def unbalanced(L, W, w):
+    """r = f − M a − Gᵀ λ on columns, each slot taking its share of f − M a.
+
+    Returns the sums of squares of r and of its terms."""
+    clear(W.r, w)
+    apply_gt(L, W, w, W.lam, W.r)
+    terms = 0.0 * ld(W.size, 0, w)
+    rest = terms
+    for s in range(L.slots):
+        for n in range(3):
+            f, g = acting(L, W, w, s, n), ld(W.r, 3 * s + n, w)
+            x = f - g
+            terms = terms + f * f + g * g
+            rest = rest + x * x
+            st(W.r, 3 * s + n, x, w)
+    return rest, terms
+
+
+@inline
+def acting(L, W, w, s, n):
+    """Share of slot s in f − M a of its body, component n."""
+    o = 3 * L.slot_body[s] + n
+    return ld(W.share, s, w) * (ld(W.force, o, w) - ld(W.mass, o, w) * ld(W.a, o, w))
+
+
+@njit
+def multipliers(L, W, w):
+    """λ from Gᵀ λ = f − M a, the loads being in W.force; returns what is left unbalanced, as a
+    part of the terms.
+    """
+    clear(W.lam, w)
+    for s in range(L.slots):
+        for n in range(3):
+            st(W.r, 3 * s + n, acting(L, W, w, s, n), w)
+    for n in range(3 * L.slots, W.r.shape[0]):
+        st(W.r, n, 0.0, w)
+    rest = 0.0 * ld(W.size, 0, w)
+    terms = rest
+    for _ in range(PASSES):
+        weigh(L, W, w, W.r)
+        apply_g(L, W, w, W.r, W.x)
+        solve(L, W, w)
+        for n in range(2 * L.nodes):
+            st(W.lam, n, ld(W.lam, n, w) + ld(W.x, n, w), w)
+        rest, terms = unbalanced(L, W, w)
+        if highest(rest - ROUNDING * ROUNDING * terms) <= 0.0:
+            break
+    return np.sqrt(rest / (terms + 1e-300))

@@ -1,0 +1,130 @@
+"""The path of a driven mechanism: prediction from the places behind, and the test of a step.
+
+The path parameter s is time, or the value of the one driver. The motion behind is kept as q and its
+two derivatives by s at the last three places, so a new place is predicted by a quintic, or by a
+polynomial of degree 8. The places take turns in W.past; `last` is the first row of the latest.
+"""
+
+from __future__ import annotations
+
+from mbody.compiler.jit import inline, njit
+from mbody.compiler.lanes import larger, ld, smaller, st
+
+__all__ = ["behind", "predict", "predict_far", "step"]
+
+
+@njit
+def behind(L, W, w, last):
+    """Keep q, v, a as the last place; returns its first row."""
+    size = W.q.shape[0]
+    o = last + 3 * size if last < 6 * size else 0
+    for n in range(3 * L.bodies):
+        st(W.past, o + n, ld(W.q, n, w), w)
+        st(W.past, o + size + n, ld(W.v, n, w), w)
+        st(W.past, o + 2 * size + n, ld(W.a, n, w), w)
+    return o
+
+
+@njit
+def predict(L, W, w, h, back, quintic, last):
+    """q at h beyond the last place, the place before being `back` behind it.
+
+    Quintic through both places with both derivatives, or (quintic = 0) the Taylor polynomial of
+    the last one: q = f₀ + α (f₁ − f₀) + β f₀′ + β₁ f₁′ + γ f₀″ + γ₁ f₁″.
+    """
+    size = W.q.shape[0]
+    before = earlier(W, last)
+    x = h / back
+    y = 1.0 + x
+    cubic = x * x * x * quintic
+    alpha = -cubic * (10.0 + x * (15.0 + 6.0 * x))
+    slope = -cubic * y * (4.0 + 3.0 * x)
+    bend = -0.5 * cubic * y * y
+    beta, beta1 = back * (x + alpha - slope), back * slope
+    gamma = back * back * (0.5 * (x * x - alpha) + slope - bend)
+    gamma1 = back * back * bend
+    for n in range(3 * L.bodies):
+        f, o, o1 = ld(W.past, last + n, w), last + size + n, before + size + n
+        near = beta * ld(W.past, o, w) + gamma * ld(W.past, o + size, w)
+        far = beta1 * ld(W.past, o1, w) + gamma1 * ld(W.past, o1 + size, w)
+        st(W.q, n, f + (alpha * (ld(W.past, before + n, w) - f) + near + far), w)
+
+
+@njit
+def predict_far(L, W, w, h, back, longer, last):
+    """q at h beyond the last place by three places, the others `back` and `longer` behind it.
+
+    Hermite's polynomial of degree 8; its terms are some hundred times what they add up to, so that
+    rounding is greater than that of `predict`.
+    """
+    size = W.q.shape[0]
+    one = earlier(W, last)
+    two = earlier(W, one)
+    a, b, c = 1.0 / back, 1.0 / longer, 1.0 / (longer - back)
+    d1, d2 = h + back, h + longer
+    _, v0, a0 = osculating(d1 * d2 * a * b, a + b, a * b, h)
+    f1, v1, a1 = osculating(-h * d2 * a * c, c - a, -a * c, d1)
+    f2, v2, a2 = osculating(h * d1 * b * c, -(b + c), b * c, d2)
+    for n in range(3 * L.bodies):
+        f, o = ld(W.past, last + n, w), size + n
+        d = f1 * (ld(W.past, one + n, w) - f) + f2 * (ld(W.past, two + n, w) - f)
+        d = d + v0 * ld(W.past, last + o, w) + a0 * ld(W.past, last + size + o, w)
+        d = d + v1 * ld(W.past, one + o, w) + a1 * ld(W.past, one + size + o, w)
+        d = d + v2 * ld(W.past, two + o, w) + a2 * ld(W.past, two + size + o, w)
+        st(W.q, n, f + d, w)
+
+
+@inline
+def osculating(part, slope, bend, d):
+    """Weights of f, f′ and f″ of one of three places, d before the new one. Lagrange's polynomial
+    of the place is `part` there, has the slope `slope` and half the second derivative `bend`.
+    """
+    cube = part * part * part
+    x = slope * d
+    f = cube * (1.0 - 3.0 * x + (6.0 * x * x - 3.0 * bend * d * d))
+    return f, cube * d * (1.0 - 3.0 * x), 0.5 * cube * d * d
+
+
+@inline
+def earlier(W, place):
+    """First row of the place before."""
+    size = 3 * W.q.shape[0]
+    return place - size if place > 0 else 2 * size
+
+
+@njit
+def step(L, W, w, h, last):
+    """Squares of the step from the last place to q, and of how far the derivative at q (in W.v)
+    lies from the one foretold there, with the size of its terms: a step onto another branch turns
+    the derivative round. In model lengths and radians. And the most by which one body turns from
+    another, the ground among them.
+    """
+    per_length = 1.0 / ld(W.size, 0, w)
+    size = W.q.shape[0]
+    moved, off, terms = 0.0 * per_length, 0.0 * per_length, 0.0 * per_length
+    turned, turned_off, turned_terms = moved, off, terms
+    most, least = moved, moved
+    for b in range(L.bodies):
+        for n in range(3):
+            o = 3 * b + n
+            way = ld(W.q, o, w) - ld(W.past, last + o, w)
+            now, before = ld(W.v, o, w), ld(W.past, last + size + o, w)
+            bend = h * ld(W.past, last + 2 * size + o, w)
+            d = now - before - bend
+            whole = now * now + before * before + bend * bend
+            if n == 2:
+                turned = turned + way * way
+                most, least = larger(most, way), smaller(least, way)
+                turned_off = turned_off + d * d
+                turned_terms = turned_terms + whole
+            else:
+                moved = moved + way * way
+                off = off + d * d
+                terms = terms + whole
+    square = per_length * per_length
+    far, off, terms = (
+        square * moved + turned,
+        square * off + turned_off,
+        square * terms + turned_terms,
+    )
+    return far, off, terms, most - least

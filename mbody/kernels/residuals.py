@@ -1,0 +1,87 @@
+"""Residuals of finished instants, by routes that the solution did not take."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbody.compiler.jit import kernel
+from mbody.kernels.constraints import rows, turns
+from mbody.kernels.forces import forces, signals
+from mbody.kernels.position_velocity import clear
+from mbody.kernels.schur_ldl import apply_gt
+
+__all__ = ["audit"]
+
+
+@kernel
+def audit(L, W, motion, t, lam, driven, given, by_law, still, output):
+    """Fill output (instants, 5) from stored instants.
+
+    motion (instants, 9·bodies); lam (instants, 2·atoms); driven: atoms of the drivers; given
+    (instants, drivers, 3): their values and rates unless the laws say them (`by_law`); `still`:
+    rates are none.
+
+    Output: greatest |Φ| (model lengths, radians); greatest part of f − M a − Gᵀλ and greatest term
+    of it (forces, torques by the model length); power of loads, inertia and drivers, and the sum of
+    their magnitudes.
+    """
+    w = 0.0
+    signals(L, W, w, L.signal_law.shape[0])
+    n3, size = 3 * L.bodies, W.size[0, 0]
+    for k in range(t.shape[0]):
+        W.time[0, 0] = t[k]
+        signals(L, W, w, L.varying)
+        for d in range(L.driver_row.shape[0]):
+            o = L.driver_row[d]
+            if not by_law:
+                W.signal[o, 0], W.signal[o + 1, 0] = given[k, d, 0], given[k, d, 1]
+            if still:
+                W.signal[o + 1, 0] = 0.0
+        for n in range(n3):
+            W.q[n, 0], W.v[n, 0] = motion[k, n], motion[k, n3 + n]
+        turns(L, W, w)
+        rows(L, W, w, True, None)
+        worst = 0.0
+        for n in range(2 * L.nodes):
+            if W.soft[n, 0] > 0.0:
+                # rows of lengths weigh one, rows of angles 1/length²
+                unit = 1.0 / size if W.soft[n, 0] == 1.0 else 1.0
+                worst = max(worst, abs(W.phi[n, 0]) * unit)
+        output[k, 0] = worst
+        forces(L, W, w, -1)
+        clear(W.lam, w)
+        for e in range(L.atom_node.shape[0]):
+            W.lam[2 * L.atom_node[e], 0] = lam[k, 2 * e]
+            W.lam[2 * L.atom_node[e] + 1, 0] = lam[k, 2 * e + 1]
+        clear(W.u, w)
+        apply_gt(L, W, w, W.lam, W.u)
+        clear(W.r, w)
+        for s in range(L.slots):
+            for n in range(3):
+                W.r[3 * L.slot_body[s] + n, 0] += W.u[3 * s + n, 0]
+        worst, term, power, flow = 0.0, 0.0, 0.0, 0.0
+        for b in range(L.bodies):
+            for n in range(3):
+                unit = 1.0 / size if n == 2 else 1.0
+                inertia = W.mass[3 * b + n, 0] * motion[k, 2 * n3 + 3 * b + n]
+                load = W.force[3 * b + n, 0]
+                carried = W.r[3 * b + n, 0]
+                worst = max(worst, unit * abs(load - inertia - carried))
+                term = max(term, unit * max(abs(load), abs(inertia), abs(carried)))
+                v = W.v[3 * b + n, 0]
+                power += (load - inertia) * v
+            # what a force could do along its body's path: one that is square to it does no work,
+            # and its rounding must not be the measure of itself
+            o, a = 3 * b, 2 * n3 + 3 * b
+            push = np.hypot(W.force[o, 0], W.force[o + 1, 0])
+            push += W.mass[o, 0] * np.hypot(motion[k, a], motion[k, a + 1])
+            twist = abs(W.force[o + 2, 0]) + abs(W.mass[o + 2, 0] * motion[k, a + 2])
+            flow += push * np.hypot(W.v[o, 0], W.v[o + 1, 0]) + twist * abs(W.v[o + 2, 0])
+        for d in range(driven.shape[0]):
+            p = -lam[k, 2 * driven[d]] * W.signal[L.driver_row[d] + 1, 0]
+            power += p
+            flow += abs(p)
+        output[k, 1] = worst
+        output[k, 2] = term
+        output[k, 3] = power
+        output[k, 4] = flow

@@ -1,0 +1,1 @@
+"""What a user describes: mechanism, bodies, joints, loads, drivers, couplings, events, studies."""

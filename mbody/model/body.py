@@ -1,0 +1,243 @@
+"""Rigid bodies: mass, mass centre, inertia, named points in link axes, a rough first position."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+from mbody.errors import ModelError
+from mbody.model.element import (
+    Element,
+    Marker,
+    Point,
+    as_point,
+    check_name,
+    listed,
+    number_field,
+    point_numbers,
+)
+from mbody.quantities.number import number
+
+__all__ = ["Body", "Guess", "SecondMoments", "Slender"]
+
+
+@dataclass(frozen=True)
+class Slender:
+    """Mass spread along a line at `angle` [rad] in link axes, as of a thin rod."""
+
+    angle: float = 0.0
+
+
+@dataclass(frozen=True)
+class SecondMoments:
+    """In-plane second moments of mass about the mass centre, link axes [mass·length²]:
+    ``xx`` = ∫x² dm, ``yy`` = ∫y² dm, ``xy`` = ∫xy dm.
+    """
+
+    xx: float
+    yy: float
+    xy: float = 0.0
+
+
+@dataclass(frozen=True)
+class Guess:
+    """A rough first pose of the link axes; what is None is found from the neighbours.
+
+    A place is taken only where x and y are both given; `Body` takes (x, y, angle) as well.
+
+    Parameters
+    ----------
+    angle : float, optional
+        Rough angle of the link's x axis [rad].
+    x, y : float, optional
+        Rough place of the link's origin [length].
+    """
+
+    angle: float | None = None
+    x: float | None = None
+    y: float | None = None
+
+
+def as_guess(value: Any, name: str) -> Guess:
+    """A guess from None, an angle [rad], (x, y, angle) or a `Guess`."""
+    if value is None:
+        return Guess()
+    if isinstance(value, Guess):
+        parts: tuple[Any, ...] = (value.angle, value.x, value.y)
+    elif isinstance(value, (tuple, list)):
+        if len(value) != 3:
+            raise ModelError(
+                f"'{name}': guess must be an angle or (x, y, angle), not {value!r}", name
+            )
+        parts = (value[2], value[0], value[1])
+    else:
+        parts = (value, None, None)
+    names, dimensions = ("angle", "x", "y"), ("angle", "length", "length")
+    return Guess(
+        **{
+            key: None if part is None else number(part, dimension, name, f"guess.{key}")
+            for key, part, dimension in zip(names, parts, dimensions, strict=True)
+        }
+    )
+
+
+def as_spread(value: Any, name: str) -> str | Slender | SecondMoments | None:
+    """How the mass of a body is spread, with checked numbers."""
+    if value is None or (isinstance(value, str) and value == "point"):
+        return value
+    if isinstance(value, Slender):
+        return Slender(number(value.angle, "angle", name, "spread.angle"))
+    if isinstance(value, SecondMoments):
+        values = (value.xx, value.yy, value.xy)
+        return SecondMoments(
+            *(
+                number(part, "inertia", name, f"spread.{key}")
+                for key, part in zip(("xx", "yy", "xy"), values, strict=True)
+            )
+        )
+    raise ModelError(
+        f"'{name}': spread must be \"point\", Slender(angle) or SecondMoments(xx, yy, xy), not "
+        f"{value!r}",
+        name,
+    )
+
+
+@dataclass(frozen=True)
+class Body(Element):
+    """One rigid link.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the mechanism.
+    mass, weight : float, optional
+        Either of them [mass] or [force]; a weight becomes a mass with the mechanism's g.
+        With neither the body is massless, which is ordinary.
+    inertia : float
+        About the mass centre [mass·length²].
+    cg : pair or Polar
+        Mass centre in link axes [length].
+    points : dict
+        Named places in link axes [length], pairs (x, y) or `polar(r, angle)`.
+    guess : float, tuple or Guess, optional
+        Rough angle [rad], or (x, y, angle) of the link axes: it chooses the branch on which the
+        loops are closed. Without one the link axes are parallel to those of the ground, where the
+        loops are closed so; else they follow from the guesses of other bodies.
+    spread : "point", Slender, SecondMoments, optional
+        How the mass is spread in the plane; only loads of a rotating plane ask for it.
+
+    Examples
+    --------
+    >>> crank = Body("crank", mass=2.0, cg=(0.1, 0.0), points={"A": (0.2, 0.0)})
+    >>> crank.at("A")
+    Marker(body='crank', point='A', angle=0.0)
+
+    Where a drawing tells places, give the points of all bodies in its axes, as in one position of
+    the mechanism; then no body needs a guess, and all angles count from the drawing:
+
+    >>> coupler = Body("coupler", points={"A": (0.2, 0.0), "B": (0.5, 0.4)})
+    >>> rocker = Body("rocker", points={"O4": (0.6, 0.0), "B": (0.5, 0.4)})
+    """
+
+    mass: float | None = number_field("mass", None, sign="not negative")
+    weight: float | None = number_field("weight", None, sign="not negative")
+    inertia: float = number_field("inertia", 0.0, sign="not negative")
+    cg: Point = (0.0, 0.0)
+    points: dict[str, Point] = field(default_factory=dict)
+    guess: Any = None
+    spread: str | Slender | SecondMoments | None = None
+
+    def _enter(self) -> None:
+        super()._enter()
+        name = self.name
+        if not isinstance(self.points, dict):
+            raise ModelError(
+                f"'{name}': points must be a dict such as {{\"A\": (x, y)}}, not {self.points!r}",
+                name,
+            )
+        for point in self.points:
+            if not isinstance(point, str) or not point or "." in point:
+                raise ModelError(
+                    f"'{name}': {point!r} is no name of a point: give text without a dot", name
+                )
+            check_name(point, "point")
+            if point in ("cg", "mass", "weight", "inertia", "spread"):
+                raise ModelError(
+                    f"'{name}': the name of a point may not be '{point}', which is a number of the "
+                    "body: choose another",
+                    name,
+                )
+        points = {key: as_point(value, name, key) for key, value in self.points.items()}
+        object.__setattr__(self, "points", points)
+        object.__setattr__(self, "cg", as_point(self.cg, name, "cg"))
+        object.__setattr__(self, "guess", as_guess(self.guess, name))
+        object.__setattr__(self, "spread", as_spread(self.spread, name))
+
+    def _check(self) -> None:
+        if self.mass is not None and self.weight is not None:
+            raise ModelError(f"'{self.name}': give mass or weight, not both", self.name)
+        spread = self.spread
+        if isinstance(spread, SecondMoments) and (
+            min(spread.xx, spread.yy) < 0.0 or spread.xy**2 > spread.xx * spread.yy
+        ):
+            raise ModelError(
+                f"'{self.name}': no mass can be spread like {spread}: xx and yy are not "
+                "negative, and xy² is at most xx·yy",
+                self.name,
+            )
+
+    def at(self, point: Any, y: float | None = None, *, angle: float = 0.0) -> Marker:
+        """A marker on this body: ``at("A")``, ``at(x, y)``, ``at((x, y))`` or ``at(polar(...))``.
+
+        Parameters
+        ----------
+        point : str, pair, Polar or float
+            Named point, or coordinates [length] in link axes.
+        angle : float
+            Direction of the marker's x axis in link axes [rad].
+        """
+        if isinstance(point, str) and point not in self.points:
+            raise ModelError(
+                f"body '{self.name}' has no point '{point}' (it has: {listed(self.points)})",
+                self.name,
+            )
+        place = point if y is None else (point, y)
+        if not isinstance(place, str):
+            place = as_point(place, self.name, "marker")
+        return Marker(self.name, place, number(angle, "angle", self.name, "marker angle"))
+
+    def numbers(self) -> dict[str, Any]:
+        """Mass or weight, inertia, mass centre, named points and spread by dotted name."""
+        result = super().numbers()
+        if self.mass is None and self.weight is None:
+            result[f"{self.name}.mass"] = 0.0
+        result |= point_numbers(self.cg, f"{self.name}.cg")
+        for key, point in self.points.items():
+            result |= point_numbers(point, f"{self.name}.{key}")
+        if isinstance(self.spread, (Slender, SecondMoments)):
+            result |= {f"{self.name}.spread.{k}": v for k, v in vars(self.spread).items()}
+        return result
+
+    @property
+    def massless(self) -> bool:
+        """Whether the body has neither mass nor inertia."""
+        return not (self.mass or self.weight or self.inertia)
+
+
+def deg(angle: float) -> float:
+    """Degrees to radians.
+
+    >>> deg(180.0) == math.pi
+    True
+    """
+    return math.radians(angle)
+
+
+def rpm(speed: float) -> float:
+    """Revolutions a minute to rad/s.
+
+    >>> round(rpm(60.0), 6)
+    6.283185
+    """
+    return speed * (math.pi / 30.0)

@@ -1,0 +1,173 @@
+"""Drivers: one coordinate of the mechanism follows a law of time; its effort is an answer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from mbody.errors import ModelError
+from mbody.laws import Constant
+from mbody.model.element import (
+    Element,
+    LawLike,
+    Place,
+    body_field,
+    law_field,
+    place_field,
+    two_bodies,
+)
+from mbody.model.primitives import Atom
+
+if TYPE_CHECKING:
+    from mbody.model.element import Numbers
+
+__all__ = ["AngleDriver", "CoordinateDriver", "DistanceDriver", "Driver"]
+
+
+@dataclass(frozen=True)
+class Driver(Element):
+    """Base of all drivers: one row Φ = coordinate − f(t).
+
+    The effort (a torque for an angle, else a force) times the driven rate is the power that the
+    driver gives to the mechanism.
+    """
+
+    rows = "l"
+
+    @property
+    def bodies(self) -> tuple[str, str]:
+        """Names of the body that the coordinate is measured from and of the driven one."""
+        raise NotImplementedError
+
+    def atoms(self, at: Numbers) -> list[Atom]:
+        """The driven row."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class AngleDriver(Driver):
+    """Motor: the angle of a body, or its angle from another body, follows a law of time.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the mechanism.
+    body : str
+        Name of the driven body.
+    law : Law, float or callable
+        Angle of the body's x axis [rad] as a function of time.
+    relative_to : str
+        The body that the angle is measured from, by default the ground.
+
+    Examples
+    --------
+    >>> from mbody.laws import ConstantSpeed
+    >>> AngleDriver("motor", "crank", ConstantSpeed(0.0, 25.0)).bodies
+    ('ground', 'crank')
+    """
+
+    main: ClassVar[tuple[str, ...]] = ("body",)
+
+    body: str = body_field()
+    law: LawLike = law_field("angle", 0.0)
+    relative_to: str = body_field("ground")
+    rows = "a"
+
+    def _check(self) -> None:
+        super()._check()
+        if self.body == self.relative_to:
+            raise ModelError(
+                f"'{self.name}' would drive '{self.body}' relative to itself: name two bodies",
+                self.name,
+            )
+
+    @property
+    def bodies(self) -> tuple[str, str]:
+        """(reference body, driven body)."""
+        return self.relative_to, self.body
+
+    def atoms(self, at: Numbers) -> list[Atom]:
+        """Φ = θ_j − θ_i − f."""
+        return [Atom("angle", *self.bodies, self.rows, [0.0], at.law(self, "law"))]
+
+
+@dataclass(frozen=True)
+class DistanceDriver(Driver):
+    """Hydraulic cylinder, linear actuator: the distance of two places follows a law of time.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the mechanism.
+    i, j : Marker or str
+        The two ends.
+    law : Law, float or callable
+        Distance [length] as a function of time, always positive.
+    """
+
+    main: ClassVar[tuple[str, ...]] = ("i", "j")
+
+    i: Place = place_field()
+    j: Place = place_field()
+    law: LawLike = law_field("length")
+
+    def _check(self) -> None:
+        super()._check()
+        two_bodies(self)
+        if isinstance(self.law, Constant) and self.law.value <= 0.0:
+            raise ModelError(
+                f"'{self.name}': law is {self.law.value:g}, a distance must be positive; a "
+                "CoordinateDriver takes a signed displacement",
+                self.name,
+            )
+
+    @property
+    def bodies(self) -> tuple[str, str]:
+        """(body of i, body of j)."""
+        return self.i.body, self.j.body
+
+    def atoms(self, at: Numbers) -> list[Atom]:
+        """Φ = |d| − f."""
+        parameters = [*at.arm(self, "i"), *at.arm(self, "j")]
+        return [Atom("distance", *self.bodies, self.rows, parameters, at.law(self, "law"))]
+
+
+@dataclass(frozen=True)
+class CoordinateDriver(Driver):
+    """Slider actuator: the displacement of a place on j along the x axis of a marker on i follows
+    a law of time; with i on the ground it drives a coordinate of a point.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the mechanism.
+    i : Marker or str
+        Origin and direction (the marker's `angle`) of the coordinate.
+    j : Marker or str
+        The driven place.
+    law : Law, float or callable
+        Displacement [length] as a function of time.
+    """
+
+    main: ClassVar[tuple[str, ...]] = ("i", "j")
+
+    i: Place = place_field()
+    j: Place = place_field()
+    law: LawLike = law_field("length")
+
+    def _check(self) -> None:
+        super()._check()
+        two_bodies(self)
+
+    @property
+    def bodies(self) -> tuple[str, str]:
+        """(body of i, body of j)."""
+        return self.i.body, self.j.body
+
+    def atoms(self, at: Numbers) -> list[Atom]:
+        """Φ = u_i · d − f."""
+        angle = at.angle(self, "i")
+        parameters = [*at.arm(self, "i"), *at.arm(self, "j"), np.cos(angle), np.sin(angle)]
+        return [Atom("coordinate", *self.bodies, self.rows, parameters, at.law(self, "law"))]

@@ -1,0 +1,108 @@
+"""The base of all joints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from mbody.errors import ModelError
+from mbody.model.element import Element, Place, place_field, two_bodies
+from mbody.model.primitives import Atom
+
+if TYPE_CHECKING:
+    from mbody.model.element import Numbers
+
+__all__ = ["Joint"]
+
+
+@dataclass(frozen=True)
+class Joint(Element):
+    """A constraint between a place on body i and a place on body j.
+
+    The reaction of a joint is the force on body j by body i, at the place on j.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the mechanism.
+    i, j : Marker or str
+        Places such as ``crank.at("A")`` or ``"crank.A"``.
+    """
+
+    main: ClassVar[tuple[str, ...]] = ("i", "j")
+    #: Whether other joints must hold the places `apart` from each other, as those of gears.
+    held: ClassVar[bool] = False
+
+    i: Place = place_field()
+    j: Place = place_field()
+
+    def _check(self) -> None:
+        super()._check()
+        two_bodies(self)
+
+    def _check_switches(self, *fields: str) -> None:
+        """Refuse what is neither true nor false."""
+        for field in fields:
+            value = getattr(self, field)
+            if not isinstance(value, (bool, np.bool_)):
+                raise ModelError(
+                    f"'{self.name}': {field} must be True or False, not {value!r}", self.name
+                )
+
+    def atoms(self, at: Numbers) -> list[Atom]:
+        """The joint's constraints with their numbers."""
+        raise NotImplementedError
+
+    def refuse(self, at: Numbers, unit: str) -> None:
+        """Refuse numbers, of one design or of a batch, that do not fit together.
+
+        Raises
+        ------
+        ModelError
+            With the number in the unit of length given.
+        """
+
+    def told_at(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> tuple[Any, Any] | None:
+        """Where the reaction is told, from the place on j: None for that place itself.
+
+        Parameters
+        ----------
+        at : mapping
+            Numbers by dotted name.
+        d : pair of arrays (instants,)
+            From the place on i to the place on j, world axes [length].
+        angle_i, angle_j : arrays (instants,)
+            Directions of the markers from the world's x axis [rad].
+
+        Returns
+        -------
+        pair of arrays (instants,), or None
+            World axes [length]: a point of contact.
+        """
+        return None
+
+    def normal(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> tuple[Any, Any] | None:
+        """The unit normal of a contact from body i into body j, world axes; None where nothing
+        presses. Parameters as of `told_at`.
+        """
+        return None
+
+    def fit(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> tuple[Any, Any]:
+        """How far apart the places are, and should be, where others hold them [length]. Parameters
+        as of `told_at`.
+        """
+        return np.hypot(*d), self.apart(at)
+
+    def misfit(self, found: float, wanted: float, unit: str) -> tuple[str, str]:
+        """What does not `fit`, and what to do."""
+        return (
+            f"by its radii the centres must be {wanted:.6g} {unit} apart, they are {found:.6g} "
+            f"{unit}",
+            "move them, or change the radii",
+        )
+
+    def apart(self, at: Any) -> Any:
+        """How far apart the two places are where the joint lets them be [length]: a rough start."""
+        return 0.0

@@ -1,0 +1,24 @@
+"""Coordinate row: the displacement of a place on j along an axis of i follows a law."""
+
+from __future__ import annotations
+
+from mbody.compiler.jit import inline
+from mbody.model.geometry import between, turned
+
+__all__ = ["coordinate"]
+
+
+@inline
+def coordinate(i, j, p, f):
+    """Φ = u·d − f with u fixed in i;  γ = f̈ + ω²u·d − 2ω (k×u)·ḋ − u·(rest of d̈)."""
+    (pix, piy, pjx, pjy), (dx, dy), (dvx, dvy), (dax, day) = between(i, j, p[0], p[1], p[2], p[3])
+    ux, uy = turned(i[3], i[4], p[4], p[5])
+    w = i[7]
+    # ∂Φ/∂θ_i = (k×u)·d − u·(k×p_i), ∂Φ/∂θ_j = u·(k×p_j)
+    blocks = (
+        *(-ux, -uy, ux * dy - uy * dx + ux * piy - uy * pix, 0.0, 0.0, 0.0),
+        *(ux, uy, uy * pjx - ux * pjy, 0.0, 0.0, 0.0),
+    )
+    turning = w * w * (ux * dx + uy * dy) - 2.0 * w * (ux * dvy - uy * dvx)
+    gamma = f[2] + turning - (ux * dax + uy * day)
+    return (ux * dx + uy * dy - f[0], 0.0), blocks, (f[1], 0.0), (gamma, 0.0)

@@ -1,0 +1,86 @@
+"""Distance joint: a massless rod between two places; and the driver that changes its length."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mbody.compiler.jit import inline
+from mbody.errors import ModelError
+from mbody.laws import Constant
+from mbody.model.element import LawLike, law_field
+from mbody.model.geometry import between
+from mbody.model.joints._base import Joint
+from mbody.model.primitives import Atom
+
+if TYPE_CHECKING:
+    from mbody.model.element import Numbers
+
+__all__ = ["Distance", "distance"]
+
+
+@dataclass(frozen=True)
+class Distance(Joint):
+    """Massless rod, two-force link: the places on i and j keep their distance.
+
+    Φ = |r_j + A_j s_j − r_i − A_i s_i| − l = 0, one row; the reaction is the force along the rod.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the mechanism.
+    i, j : Marker or str
+        The two ends.
+    length : float
+        Positive [length].
+
+    Examples
+    --------
+    >>> Distance("rod", "crank.A", "rocker.B", length=2.0).rows
+    'l'
+    """
+
+    length: LawLike = law_field("length")
+    rows = "l"
+
+    def _check(self) -> None:
+        super()._check()
+        if not isinstance(self.length, Constant):
+            raise ModelError(
+                f"'{self.name}': length must be one positive number; a DistanceDriver takes a law "
+                "of time",
+                self.name,
+            )
+        if self.length.value <= 0.0:
+            raise ModelError(
+                f"'{self.name}': length is {self.length.value:g}, it must be positive; a Revolute "
+                "keeps two places together",
+                self.name,
+            )
+
+    def apart(self, at: Any) -> Any:
+        """The length of the rod."""
+        return at[f"{self.name}.length"]
+
+    def atoms(self, at: Numbers) -> list[Atom]:
+        """One row; parameters are both arms."""
+        parameters = [*at.arm(self, "i"), *at.arm(self, "j")]
+        length = at.law(self, "length")
+        return [Atom("distance", self.i.body, self.j.body, self.rows, parameters, length)]
+
+
+@inline
+def distance(i, j, p, f):
+    """Φ = |d| − f;  Φ_q = u·∂d with u = d/|d|;  γ = f̈ − (ḋ² − (u·ḋ)²)/|d| − u·(rest of d̈)."""
+    (pix, piy, pjx, pjy), (dx, dy), (dvx, dvy), (dax, day) = between(i, j, p[0], p[1], p[2], p[3])
+    length = np.sqrt(dx * dx + dy * dy)
+    ux, uy = dx / length, dy / length
+    across = ux * dvy - uy * dvx
+    blocks = (
+        *(-ux, -uy, ux * piy - uy * pix, 0.0, 0.0, 0.0),
+        *(ux, uy, uy * pjx - ux * pjy, 0.0, 0.0, 0.0),
+    )
+    gamma = f[2] - across * across / length - (ux * dax + uy * day)
+    return (length - f[0], 0.0), blocks, (f[1], 0.0), (gamma, 0.0)

@@ -1,0 +1,135 @@
+"""Gear pair: two wheels that turn without slip where their pitch circles touch."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from mbody.compiler.jit import inline
+from mbody.compiler.lanes import sincos
+from mbody.errors import ModelError
+from mbody.model.element import number_field
+from mbody.model.geometry import between
+from mbody.model.joints._base import Joint
+from mbody.model.primitives import Atom
+
+if TYPE_CHECKING:
+    from mbody.model.element import Numbers, Value
+
+__all__ = ["Gear", "gear", "signed", "touching", "without_slip"]
+
+
+@dataclass(frozen=True)
+class Gear(Joint):
+    """Gear pair, external or internal, on any carrier: pitch circles about the places on i and j
+    roll on each other.
+
+    Other joints hold the centres, on the ground or on a carrier that turns itself; nothing else
+    need be said of it. With signed radii, R = R_i + R_j, the line of centres has the direction
+    ψ = (R_i θ_i + R_j θ_j)/R + phase, so that Φ = n(ψ) · d = 0, d from the centre on i to that on
+    j: one row. The reaction is the tangential tooth force on j at the pitch point.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the mechanism.
+    i, j : Marker or str
+        The centres; their `angle` fields count to the angles of the wheels.
+    radius_i, radius_j : float
+        Of the pitch circles [length].
+    internal : bool
+        Whether the greater one is a ring with teeth inside.
+    phase : float
+        Direction of the line of centres, from i to j, when both wheels stand at 0 [rad]. It says
+        which teeth meet; 0 will do, and the wheels take their angles accordingly.
+
+    Notes
+    -----
+    A transverse pressure angle α is not counted: the radial part of the tooth force, F tan α, is
+    left out. It does no work; bearings carry it beside the rest.
+
+    Examples
+    --------
+    >>> Gear("mesh", "sun", "planet", radius_i=2.0, radius_j=1.0).rows
+    'l'
+    """
+
+    radius_i: float = number_field("length", 0.0, sign="positive")
+    radius_j: float = number_field("length", 0.0, sign="positive")
+    internal: bool = False
+    phase: float = number_field("angle", 0.0)
+    rows = "l"
+    held: ClassVar[bool] = True
+
+    def _check(self) -> None:
+        super()._check()
+        self._check_switches("internal")
+        if self.internal and self.radius_i == self.radius_j:
+            raise ModelError(
+                f"'{self.name}': a ring of {self.radius_i:g} and a wheel of {self.radius_j:g} "
+                "cannot mesh: the ring must be the greater one",
+                self.name,
+            )
+
+    def radii(self, at: Any) -> tuple[Value, Value]:
+        """Signed radii (R_i, R_j) [length]."""
+        return signed(at[f"{self.name}.radius_i"], at[f"{self.name}.radius_j"], self.internal)
+
+    def apart(self, at: Any) -> Any:
+        """The distance of the centres of wheels that mesh."""
+        return sum(self.radii(at))
+
+    def atoms(self, at: Numbers) -> list[Atom]:
+        """One row; see `without_slip`."""
+        return [without_slip(self, at, *self.radii(at))]
+
+    def told_at(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> Any:
+        """The pitch point, from the centre on j."""
+        return touching(self.radii(at)[1], d)
+
+
+def signed(ri: Value, rj: Value, internal: bool) -> tuple[Value, Value]:
+    """Radii (R_i, R_j) from each centre towards the other wheel's: that of a wheel in a ring is
+    negative, for it is touched on the far side.
+
+    >>> [float(radius) for radius in signed(3.0, 1.0, True)]
+    [3.0, -1.0]
+    """
+    if not internal:
+        return ri, rj
+    ring = 2.0 * np.greater(ri, rj) - 1.0
+    return ring * ri, -ring * rj
+
+
+def without_slip(element: Any, at: Numbers, ri: Value, rj: Value) -> Atom:
+    """The row of two wheels that do not slip; parameters are both arms, the parts of both angles in
+    the direction of the line of centres, and the phase.
+    """
+    i, j = ri / (ri + rj), rj / (ri + rj)
+    phase = at[f"{element.name}.phase"] + i * at.angle(element, "i") + j * at.angle(element, "j")
+    parameters = [*at.arm(element, "i"), *at.arm(element, "j"), i, j, phase]
+    return Atom("gear", element.i.body, element.j.body, "l", parameters)
+
+
+def touching(rj: Value, d: Any) -> Any:
+    """From the centre on j to where the wheels touch."""
+    return tuple(-rj * part / np.hypot(*d) for part in d)
+
+
+@inline
+def gear(i, j, p, f):
+    """Φ = n·d, n normal to ψ = p₄θ_i + p₅θ_j + p₆, turning at w = p₄ω_i + p₅ω_j."""
+    (pix, piy, pjx, pjy), (dx, dy), (dvx, dvy), (dax, day) = between(i, j, p[0], p[1], p[2], p[3])
+    s, c = sincos(p[4] * i[2] + p[5] * j[2] + p[6])
+    w = p[4] * i[7] + p[5] * j[7]
+    across, along = c * dy - s * dx, c * dx + s * dy
+    # ∂Φ/∂θ = n·∂d/∂θ − (u·d) ∂ψ/∂θ
+    blocks = (
+        *(s, -c, -s * piy - c * pix - p[4] * along, 0.0, 0.0, 0.0),
+        *(-s, c, s * pjy + c * pjx - p[5] * along, 0.0, 0.0, 0.0),
+    )
+    # Φ̈ = n·d̈ − 2w u·ḋ − w² n·d − ẇ u·d
+    gamma = w * w * across + 2.0 * w * (c * dvx + s * dvy) - (c * day - s * dax)
+    return (across, 0.0), blocks, (0.0, 0.0), (gamma, 0.0)

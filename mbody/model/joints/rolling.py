@@ -1,0 +1,118 @@
+"""Rolling: a wheel that touches a line or another wheel and does not slip."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mbody.errors import ModelError
+from mbody.laws import Constant
+from mbody.model.element import number_field
+from mbody.model.joints._base import Joint
+from mbody.model.joints.gear import signed, touching, without_slip
+from mbody.model.joints.rack import along_line, below
+from mbody.model.primitives import Atom, Signal
+
+if TYPE_CHECKING:
+    from mbody.model.element import Numbers, Value
+
+__all__ = ["Rolling"]
+
+
+@dataclass(frozen=True)
+class Rolling(Joint):
+    """Wheel on a line, or on another wheel, rolling without slip: the circle about the place on j
+    touches the x axis of the marker on i, on its left, or a circle about the place on i.
+
+    On a line Φ = [n_i · d − r,  u_i · d + r (θ_j − θ_i) − offset] = 0; on a wheel Φ = [|d| − R,
+    n(ψ) · d] = 0, as of a `Gear`: two rows. The reaction is the force on the wheel at the point of
+    contact: its part along the line keeps the wheel from slipping, that across it presses. Both
+    hold whatever their size and sign; a note tells where the contact would have to pull.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the mechanism.
+    i : Marker or str
+        A place on the line, the marker's `angle` being its direction; or the centre of the wheel
+        that is rolled upon.
+    j : Marker or str
+        The centre of the wheel.
+    radius : float
+        Of the wheel [length].
+    on_radius : float, optional
+        Of the wheel that it rolls upon [length]; without it, it rolls on a line.
+    internal : bool
+        Whether the smaller wheel rolls inside the greater one.
+    offset : float
+        On a line: how far along it the wheel is when its angle from the line's is 0 [length].
+    phase : float
+        On a wheel: direction of the line of centres when both wheels stand at 0 [rad].
+
+    Examples
+    --------
+    >>> Rolling("road", "ground", "wheel", radius=0.3).rows
+    'll'
+    """
+
+    radius: float = number_field("length", 0.0, sign="positive")
+    on_radius: float | None = number_field("length", None, sign="positive")
+    internal: bool = False
+    offset: float = number_field("length", 0.0)
+    phase: float = number_field("angle", 0.0)
+    rows = "ll"
+
+    def _check(self) -> None:
+        super()._check()
+        self._check_switches("internal")
+        line = self.on_radius is None
+        if self.internal and (line or self.on_radius == self.radius):
+            raise ModelError(
+                f"'{self.name}': a wheel rolls inside a greater one: give on_radius another value "
+                "than the radius",
+                self.name,
+            )
+        if (self.phase and line) or (self.offset and not line):
+            raise ModelError(
+                f"'{self.name}': offset goes with a line, phase with another wheel: leave out "
+                f"{'phase' if line else 'offset'}",
+                self.name,
+            )
+
+    def radii(self, at: Any) -> tuple[Value, Value]:
+        """Signed radii of two wheels [length], as of a gear pair."""
+        return signed(at[f"{self.name}.on_radius"], at[f"{self.name}.radius"], self.internal)
+
+    def apart(self, at: Any) -> Any:
+        """The radius on a line, the distance of the centres on a wheel."""
+        return at[f"{self.name}.radius"] if self.on_radius is None else sum(self.radii(at))
+
+    def atoms(self, at: Numbers) -> list[Atom]:
+        """One row across the contact and one along it."""
+        arms = [*at.arm(self, "i"), *at.arm(self, "j")]
+        bodies = self.i.body, self.j.body
+        if self.on_radius is not None:
+            ri, rj = self.radii(at)
+            apart = Signal(Constant(0.0), [ri + rj])
+            across = Atom("distance", *bodies, "l", arms, apart)
+            return [across, without_slip(self, at, ri, rj)]
+        # the radius counts to the arm on i, so that the centre stays on the shifted line
+        radius, beta = at[f"{self.name}.radius"], at.angle(self, "i")
+        nx, ny = -np.sin(beta), np.cos(beta)
+        arms[0], arms[1] = arms[0] + radius * nx, arms[1] + radius * ny
+        return [Atom("coordinate", *bodies, "l", [*arms, nx, ny]), along_line(self, at)]
+
+    def told_at(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> Any:
+        """The point of contact, from the centre on j."""
+        if self.on_radius is not None:
+            return touching(self.radii(at)[1], d)
+        return below(at[f"{self.name}.radius"], angle_i)
+
+    def normal(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> Any:
+        """Across the line, or along the line of centres: inwards in a ring, else outwards."""
+        if self.on_radius is None:
+            return -np.sin(angle_i), np.cos(angle_i)
+        sign = -1.0 if self.internal else 1.0
+        return tuple(sign * part / np.hypot(*d) for part in d)

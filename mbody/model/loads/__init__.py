@@ -1,0 +1,27 @@
+"""Loads, one subject a file: the frozen dataclass that a user writes and its compiled physics."""
+
+from mbody.model.loads._base import Load
+from mbody.model.loads.custom import CustomLoad
+from mbody.model.loads.force import Force
+from mbody.model.loads.gravity import Gravity
+from mbody.model.loads.pressure import PistonPressure
+from mbody.model.loads.rotating_field import RotatingField
+from mbody.model.loads.spring import Damper, Spring
+from mbody.model.loads.torque import Torque
+from mbody.model.loads.torsion import TorsionDamper, TorsionSpring
+from mbody.model.loads.valved_cylinder import ValvedCylinder
+
+__all__ = [
+    "CustomLoad",
+    "Damper",
+    "Force",
+    "Gravity",
+    "Load",
+    "PistonPressure",
+    "RotatingField",
+    "Spring",
+    "Torque",
+    "TorsionDamper",
+    "TorsionSpring",
+    "ValvedCylinder",
+]

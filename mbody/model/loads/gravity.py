@@ -1,0 +1,49 @@
+"""Gravity: a uniform field on every body with mass."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+from mbody.compiler.jit import inline
+from mbody.model.element import LawLike, law_field
+from mbody.model.loads._base import Load
+from mbody.model.primitives import Action
+
+if TYPE_CHECKING:
+    from mbody.model.element import Numbers
+
+__all__ = ["Gravity", "gravity"]
+
+
+@dataclass(frozen=True)
+class Gravity(Load):
+    """Weight of every body, in any direction: the force m (x, y) at each mass centre.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the mechanism.
+    x, y : Law, float or callable
+        Components of the gravitational acceleration [length/time²]; both may follow time.
+
+    Examples
+    --------
+    >>> Gravity("gravity", y=-9.81).bodies
+    ()
+    """
+
+    main: ClassVar[tuple[str, ...]] = ("x", "y")
+
+    x: LawLike = law_field("acceleration", 0.0)
+    y: LawLike = law_field("acceleration", 0.0)
+
+    def actions(self, at: Numbers) -> list[Action]:
+        """One action on all bodies."""
+        return [Action("gravity", "ground", "ground", [], (at.law(self, "x"), at.law(self, "y")))]
+
+
+@inline
+def gravity(m, fx, fy):
+    """F = m g."""
+    return m * fx, m * fy

@@ -1,0 +1,125 @@
+"""Springs and dampers between two places."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from mbody.compiler.jit import inline
+from mbody.model.element import LawLike, Place, law_field, number_field, place_field, two_bodies
+from mbody.model.geometry import between
+from mbody.model.loads._base import LINE, Load, one_of
+from mbody.model.primitives import Action, Signal
+
+if TYPE_CHECKING:
+    from mbody.model.element import Numbers
+
+__all__ = ["Damper", "Spring", "stretch"]
+
+
+@dataclass(frozen=True)
+class _Between(Load):
+    """Two places and, instead of a number, a law."""
+
+    main: ClassVar[tuple[str, ...]] = ("i", "j")
+
+    i: Place = place_field()
+    j: Place = place_field()
+
+    def _check(self) -> None:
+        super()._check()
+        two_bodies(self)
+
+
+@dataclass(frozen=True)
+class Spring(_Between):
+    """Translational spring (half of a TSDA): pulls two places together with F(l − l₀).
+
+    Parameters
+    ----------
+    name : str
+        Unique in the mechanism.
+    i, j : Marker or str
+        The two ends.
+    stiffness : float, optional
+        F = preload + stiffness · (l − l₀) [force/length].
+    free_length : float
+        l₀ [length].
+    preload : float
+        Tension at the free length [force].
+    law : Law or callable, optional
+        Instead of the stiffness: tension [force] as a function of the stretch l − l₀ [length].
+
+    Examples
+    --------
+    >>> Spring("spring", "ground.C", "arm.B", stiffness=20.0, free_length=1.0).bodies
+    ('ground', 'arm')
+    """
+
+    stiffness: float | None = number_field("stiffness", None)
+    free_length: float = number_field("length", 0.0, sign="not negative")
+    preload: float = number_field("force", 0.0)
+    law: LawLike = law_field("force", None, of="length")
+
+    def _check(self) -> None:
+        super()._check()
+        one_of(self, "stiffness")
+
+    def actions(self, at: Numbers) -> list[Action]:
+        """One action; parameters are both arms and the free length."""
+        name = self.name
+        parameters = [*at.arm(self, "i"), *at.arm(self, "j"), at[f"{name}.free_length"], 0.0]
+        if self.law is None:
+            tension = Signal(LINE, [at[f"{name}.preload"], at[f"{name}.stiffness"]])
+        else:
+            tension = at.law(self, "law")
+        return [Action("stretch", self.i.body, self.j.body, parameters, law=tension)]
+
+
+@dataclass(frozen=True)
+class Damper(_Between):
+    """Translational damper, dashpot: resists the rate of the distance with F(l̇).
+
+    Parameters
+    ----------
+    name : str
+        Unique in the mechanism.
+    i, j : Marker or str
+        The two ends.
+    coefficient : float, optional
+        F = coefficient · l̇ [force·time/length].
+    law : Law or callable, optional
+        Instead: tension [force] as a function of the rate [length/time].
+    """
+
+    coefficient: float | None = number_field("damping", None, sign="not negative")
+    law: LawLike = law_field("force", None, of="velocity")
+
+    def _check(self) -> None:
+        super()._check()
+        one_of(self, "coefficient")
+
+    def actions(self, at: Numbers) -> list[Action]:
+        """One action; parameters are both arms."""
+        parameters = [*at.arm(self, "i"), *at.arm(self, "j"), 0.0, 1.0]
+        if self.law is None:
+            tension = Signal(LINE, [0.0, at[f"{self.name}.coefficient"]])
+        else:
+            tension = at.law(self, "law")
+        return [Action("stretch", self.i.body, self.j.body, parameters, law=tension)]
+
+
+@inline
+def stretch(i, j, p):
+    """(x, u, arms): what the law takes (stretch, or its rate where p₅ = 1), and where it pulls.
+
+    u = d/|d|; two ends at one point have no direction: the pull is then zero.
+    """
+    arms, (dx, dy), (dvx, dvy), _ = between(i, j, p[0], p[1], p[2], p[3])
+    length = np.sqrt(dx * dx + dy * dy)
+    reach = np.sqrt(dx * dx + dy * dy + 1e-300)
+    ux, uy = dx / reach, dy / reach
+    rate = p[5]
+    return (1.0 - rate) * (length - p[4]) + rate * (ux * dvx + uy * dvy), (ux, uy), arms

@@ -1,0 +1,45 @@
+"""A torque on a body, by the ground or by another body."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+from mbody.model.element import LawLike, law_field
+from mbody.model.loads._base import Turning
+from mbody.model.primitives import Action
+
+if TYPE_CHECKING:
+    from mbody.model.element import Numbers
+
+__all__ = ["Torque"]
+
+
+@dataclass(frozen=True)
+class Torque(Turning):
+    """External couple on a body; its opposite acts on the body that it comes from.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the mechanism.
+    body : str
+        Name of the body that it acts on.
+    by : str
+        The body that carries the opposite torque, by default the ground.
+    value : Law, float or callable
+        Counter-clockwise torque [force·length] as a function of time.
+
+    Examples
+    --------
+    >>> Torque("load", "rocker", value=120.0).bodies
+    ('ground', 'rocker')
+    """
+
+    main: ClassVar[tuple[str, ...]] = ("value",)
+
+    value: LawLike = law_field("torque", 0.0)
+
+    def actions(self, at: Numbers) -> list[Action]:
+        """One action without parameters."""
+        return [Action("torque", self.by, self.body, [], (at.law(self, "value"),))]

@@ -1,0 +1,358 @@
+"""The mechanism: what the user describes, element by element, through one door."""
+
+from __future__ import annotations
+
+import copy
+import reprlib
+from collections.abc import Iterator
+from typing import Any, TypeVar
+
+from mbody.errors import ModelError, brief
+from mbody.model.body import Body
+from mbody.model.coupling import Coupling
+from mbody.model.driver import Driver
+from mbody.model.element import Element, Marker, check_name, listed
+from mbody.model.evaluation import resolved
+from mbody.model.identity import whole
+from mbody.model.joints import Joint
+from mbody.model.loads import Load
+from mbody.model.simulation import Simulation
+from mbody.model.study import Ask, Measure, Question
+from mbody.quantities import Formula, FormulaError, Parameters, Scope, read
+from mbody.quantities.deferred import substituted
+from mbody.quantities.number import number
+from mbody.quantities.units import UnitSystem, unit_system
+
+__all__ = ["Mechanism"]
+
+E = TypeVar("E", bound=Element)
+
+
+class Mechanism:
+    """A planar mechanism: bodies, joints, drivers and loads, added one by one.
+
+    Parameters
+    ----------
+    name : str
+        Title of the mechanism.
+    units : str
+        Name of the consistent unit system of all numbers: ``"SI"``, ``"mm-N-s"``, ``"in-lbf-s"``
+        (masses in blob) or ``"ft-lbf-s"`` (slug). Angles are radians.
+    g : float, optional
+        Turns weights into masses [length/time²], by default standard gravity. No gravity acts
+        unless a `Gravity` load is added.
+    ground : dict
+        Named points of the fixed link, pairs (x, y) [length].
+    parameters : dict
+        Named numbers that text in elements may use, as in ``Body("crank", points={"A": ("2*a",
+        0)})``; each a number, or text such as ``"15 in"`` or a formula of the others.
+    measures : dict
+        Quantities to be measured on every result, by name: text such as ``"coupler.P.y"``, or a
+        `Measure`.
+    questions : dict, optional
+        Questions by name, which `solve_for` answers: a `Question` each.
+    ask : Ask, optional
+        The instants that the command analyses where nobody says otherwise.
+    simulation : Simulation, optional
+        The motion that `simulate` follows where nobody says otherwise.
+    source, note : str
+        Where it comes from, and what to look at.
+
+    Examples
+    --------
+    >>> from mbody import AngleDriver, Body, Mechanism, Revolute
+    >>> crank = Body("crank", mass=2.0, inertia=0.1)
+    >>> machine = Mechanism("a crank")
+    >>> machine.add(crank, Revolute("O", "ground", "crank"), AngleDriver("motor", "crank", 0.5))
+    >>> len(machine.joints)
+    1
+    """
+
+    def __init__(
+        self,
+        name: str = "mechanism",
+        *,
+        units: str | UnitSystem = "SI",
+        g: float | None = None,
+        ground: dict[str, Any] | None = None,
+        parameters: dict[str, Any] | None = None,
+        measures: dict[str, Measure | str] | None = None,
+        questions: dict[str, Question] | None = None,
+        ask: Ask | None = None,
+        simulation: Simulation | None = None,
+        source: str = "",
+        note: str = "",
+    ) -> None:
+        for key, text in (("title", name), ("source", source), ("note", note)):
+            if not isinstance(text, str):
+                raise ModelError(f"the {key} of a mechanism must be text, not {text!r}")
+        self.name = name
+        self.units = unit_system(units)
+        self.parameters = Parameters({} if parameters is None else parameters, self.units)
+        self.source, self.note, self.ask, self.simulation = source, note, ask, simulation
+        self.measures = {key: _measure(key, value) for key, value in (measures or {}).items()}
+        self.questions = dict(questions or {})
+        #: What numbers were made of that were given as text, by dotted name.
+        self.formulas: dict[str, Formula] = {}
+        #: Parameters that stand where a system cannot change them.
+        self.fixed_parameters: set[str] = set()
+        #: What was perhaps meant otherwise where it was read from a file, for the notes of results.
+        self.remarks: tuple[str, ...] = ()
+        self.g = self.units.g if g is None else self._turning(g)
+        if self.g <= 0.0:
+            raise ModelError(
+                f"'{self.name}': g is {self.g:g} {self.units.of('acceleration')}, it must be "
+                "positive: it only turns weights into masses, a Gravity load has the direction",
+                self.name,
+            )
+        self.ground = self._taken(Body("ground", points={} if ground is None else ground))
+        self._elements: dict[str, Element] = {}
+        self._sorted: dict[type, tuple[Any, ...]] | None = None
+
+    def _turning(self, g: Any) -> float:
+        """The number that turns weights into masses; its parameters cannot be changed later."""
+        given = number(g, "acceleration", self.name, "g")
+        if isinstance(given, Formula):
+            self.fixed_parameters |= self.parameters.used_by(given)
+        return float(self.valued(given, self.name, "g"))
+
+    def snapshot(self) -> Mechanism:
+        """The mechanism as it is now, closed to additions: what a system keeps."""
+        if self._sorted is not None:
+            return self
+        kept = copy.copy(self)
+        kept._sorted = {}
+        return kept
+
+    def copied(self) -> Mechanism:
+        """A mechanism of the same elements that takes more of them."""
+        made = copy.copy(self)
+        made._sorted = None
+        return made
+
+    def replaced(self, element: Element) -> Mechanism:
+        """The mechanism with another element in the place of the one of that name, closed to
+        additions; its numbers follow no parameters.
+        """
+        kept = copy.copy(self)
+        kept._elements[element.name] = element
+        own = (element.name, f"{element.name}.")
+        kept.formulas = {
+            name: formula
+            for name, formula in self.formulas.items()
+            if name != own[0] and not name.startswith(own[1])
+        }
+        kept._sorted = {}
+        return kept
+
+    def __copy__(self) -> Mechanism:
+        made = object.__new__(type(self))
+        made.__dict__ |= self.__dict__
+        made._elements, made.formulas = dict(self._elements), dict(self.formulas)
+        made.fixed_parameters, made.measures = set(self.fixed_parameters), dict(self.measures)
+        made.questions = dict(self.questions)
+        return made
+
+    def add(self, *elements: Element) -> None:
+        """Add elements; a body comes before what refers to it.
+
+        Parameters
+        ----------
+        *elements : Body, Joint, Coupling, Driver or Load
+            Any number of them. All are added, or none where one is refused.
+
+        Raises
+        ------
+        ModelError
+            When a name is taken, or a body or point that an element refers to does not exist.
+        """
+        if self._sorted is not None:
+            raise ModelError(
+                f"'{self.name}' has been assembled: add to the mechanism that you described, and "
+                "assemble it again"
+            )
+        if len(elements) == 1:  # added as a whole, or not at all
+            return self._add(elements[0])
+        before = dict(self._elements), dict(self.formulas), set(self.fixed_parameters)
+        try:
+            for element in elements:
+                self._add(element)
+        except ModelError:
+            self._elements, self.formulas, self.fixed_parameters = before
+            raise
+
+    def without(self, *drivers: str) -> Mechanism:
+        """The same mechanism without some of its drivers, which let go what they held; measures,
+        questions and instants that speak of them go with them.
+
+        Raises
+        ------
+        ModelError
+            For a driver that is not there.
+        """
+        known = [driver.name for driver in self.drivers]
+        for name in drivers:
+            if name not in known:
+                raise ModelError(
+                    f"there is no driver {brief(name)} to let go (there are: {listed(known)})",
+                    str(name),
+                )
+        made = copy.copy(self)
+        made._sorted, gone = None, set(drivers)
+        driven = gone.union(*(driver.bodies for driver in self.drivers if driver.name in gone))
+        for name in gone:
+            del made._elements[name]
+        made.formulas = {k: v for k, v in self.formulas.items() if k.partition(".")[0] not in gone}
+        made.measures = {
+            key: measure
+            for key, measure in self.measures.items()
+            if gone.isdisjoint(name.partition(".")[0] for name in read(measure.of, None).names)
+        }
+        gone |= self.measures.keys() - made.measures.keys()
+        made.questions = {
+            key: question
+            for key, question in self.questions.items()
+            if gone.isdisjoint(question.names) and driven.isdisjoint(question.at)
+        }
+        if self.simulation is not None:
+            made.simulation = self.simulation.without(gone)
+        if self.ask is not None and (self.ask.over or not self.ask.at.keys() <= {"t"}):
+            made.ask = None  # it asks for the drivers that there were
+        return made
+
+    def _add(self, element: Element) -> None:
+        if not isinstance(element, (Body, Joint, Coupling, Driver, Load)):
+            remedy = ""
+            if isinstance(element, (list, tuple)):
+                remedy = ": give them one by one, add(*elements)"
+            elif isinstance(element, type):
+                remedy = f": make one, {element.__name__}(...)"
+            raise ModelError(
+                "a mechanism takes bodies, joints, couplings, drivers and loads, not "
+                f"{reprlib.repr(element)}{remedy}"
+            )
+        name = element.name
+        if name in self._elements or name == "ground":
+            what = type(self._elements[name]).__name__ if name in self._elements else "fixed link"
+            raise ModelError(
+                f"the name '{name}' is taken by a {what}: names are unique, choose another", name
+            )
+        if not isinstance(element, Body):
+            for marker in element.places().values():
+                self._find(marker, name)
+            for body in getattr(element, "bodies", ()):
+                self._find(Marker(body, (0.0, 0.0)), name)
+        self._elements[name] = self._taken(element)
+
+    def _taken(self, element: E) -> E:
+        """The element with floats for its text; what they were made of is kept."""
+        made, formulas, fixed = resolved(element, self.scope)
+        self.formulas |= formulas
+        self.fixed_parameters |= fixed & self.parameters.keys()
+        return made
+
+    @property
+    def scope(self) -> Scope:
+        """What the names in formulas stand for: the parameters, in the units of the mechanism."""
+        return self.parameters.scope()
+
+    def number(self, value: Any, dimension: str, element: str, field: str) -> float:
+        """A number for an analysis or a part of the mechanism: a float, or text with units.
+
+        Raises
+        ------
+        ModelError
+            When it is no number of that dimension; the sentence names the element and the field.
+        """
+        return float(self.valued(number(value, dimension, element, field), element, field))
+
+    def valued(self, given: Any, element: str, field: str) -> Any:
+        """The same value with floats in the place of the formulas in it; errors as `number`."""
+        try:
+            return substituted(given, lambda formula: formula.value(self.scope))
+        except FormulaError as error:
+            raise ModelError(f"'{element}': {field}: {error}", element) from None
+
+    def _find(self, marker: Marker, element: str) -> None:
+        body = self.ground if marker.body == "ground" else self._elements.get(marker.body)
+        if not isinstance(body, Body):
+            known = listed(["ground", *(b.name for b in self.bodies)])
+            raise ModelError(
+                f"'{element}' refers to body {brief(marker.body)}, which is not there (there are: "
+                f"{known}): add bodies first",
+                element,
+            )
+        if isinstance(marker.point, str) and marker.point not in body.points:
+            raise ModelError(
+                f"'{element}' refers to point {brief(marker.point)} of '{marker.body}', which is "
+                f"not there (it has: {listed(body.points)}): name one of these, or add it to the "
+                "body",
+                element,
+            )
+
+    def _of(self, kind: type[E]) -> tuple[E, ...]:
+        if self._sorted is None:
+            return tuple(e for e in self._elements.values() if isinstance(e, kind))
+        if kind not in self._sorted:
+            found = tuple(e for e in self._elements.values() if isinstance(e, kind))
+            self._sorted[kind] = found
+        return self._sorted[kind]
+
+    @property
+    def bodies(self) -> tuple[Body, ...]:
+        """The moving bodies, in the order of the description."""
+        return self._of(Body)
+
+    @property
+    def joints(self) -> tuple[Joint, ...]:
+        """The joints, in the order of the description."""
+        return self._of(Joint)
+
+    @property
+    def couplings(self) -> tuple[Coupling, ...]:
+        """The couplings, in the order of the description."""
+        return self._of(Coupling)
+
+    @property
+    def drivers(self) -> tuple[Driver, ...]:
+        """The drivers, in the order of the description."""
+        return self._of(Driver)
+
+    @property
+    def loads(self) -> tuple[Load, ...]:
+        """The loads, in the order of the description."""
+        return self._of(Load)
+
+    def __getitem__(self, name: str) -> Element:
+        if isinstance(name, str) and name in self._elements:
+            return self._elements[name]
+        if isinstance(name, str) and name == "ground":
+            return self.ground
+        raise ModelError(
+            f"'{self.name}' has no element {name!r} (it has: {listed(self._elements)})", str(name)
+        )
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._elements
+
+    def __iter__(self) -> Iterator[Element]:
+        return iter(self._elements.values())
+
+    def __repr__(self) -> str:
+        return (
+            f"Mechanism({self.name!r}: {len(self.bodies)} bodies, {len(self.joints)} joints, "
+            f"{len(self.drivers)} drivers, {len(self.loads)} loads, {self.units.name})"
+        )
+
+    def __eq__(self, other: object) -> bool:
+        """Whether both describe the same: every number to the last digit, what follows parameters,
+        and the order.
+        """
+        if not isinstance(other, Mechanism):
+            return NotImplemented
+        return whole(self) == whole(other)
+
+
+def _measure(name: Any, value: Any) -> Measure:
+    check_name(name, "measure")
+    return value if isinstance(value, Measure) else Measure(value)

@@ -1,0 +1,174 @@
+"""What a changeable number of a mechanism measures, and what depends on it."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from mbody.errors import ModelError, brief
+from mbody.laws import Law
+from mbody.laws.base import dimension_by
+from mbody.model.body import Body
+from mbody.model.coupling import Coupling
+from mbody.model.driver import Driver
+from mbody.model.element import Element, listed
+from mbody.model.loads import Load
+from mbody.model.mechanism import Mechanism
+from mbody.model.user_physics import is_plain_field, plain_field
+from mbody.quantities import Formula, FormulaError
+from mbody.quantities.units import DIMENSIONS, Dimension, dimension_of
+
+__all__ = ["DRIVEN", "dimension_named", "meant", "moves_nothing", "plain", "varied"]
+
+#: What can be said of the motion of a driver, with its dimension for an angle and for a length.
+DRIVEN = {
+    "value": ("angle", "length"),
+    "rate": ("angular velocity", "velocity"),
+    "acceleration": ("angular acceleration", "acceleration"),
+}
+#: Numbers of a body that its points and its mass centre do not depend on.
+MASS = ("mass", "weight", "inertia")
+#: Second moments of its mass.
+SPREAD = ("spread.xx", "spread.yy", "spread.xy")
+
+
+def meant(mechanism: Mechanism, name: str) -> tuple[str, Dimension | None]:
+    """The number that an unknown's name means, by its dotted name, and its dimension; of a driver's
+    motion the name itself.
+
+    Raises
+    ------
+    ModelError
+        For a number that there is not.
+
+    >>> from mbody import Torque, makers
+    >>> machine = makers.four_bar(1, 3, 2, 3.5)
+    >>> machine.add(Torque("brake", "rocker", value=1.0))
+    >>> meant(machine, "brake")[0], meant(machine, "motor.rate")[0]
+    ('brake.value', 'motor.rate')
+    """
+    if name in mechanism.parameters:
+        return name, dimension_named(mechanism, name)
+    owner, _, key = name.partition(".")
+    if owner not in mechanism:
+        known = listed(_often_found(mechanism))
+        raise ModelError(
+            f"there is no number {brief(name)} to find (there are: {known}, and those of bodies)",
+            name,
+        )
+    element = mechanism[owner]
+    if isinstance(element, Driver) and key in DRIVEN:
+        return name, DIMENSIONS[DRIVEN[key][0 if element.rows == "a" else 1]]
+    numbers = element.numbers()
+    for whole in (name, f"{name}.value"):
+        if whole in numbers:
+            return whole, dimension_named(mechanism, whole)
+    if is_plain_field(element, key):
+        raise ModelError(plain_field(element, key), name)
+    known = listed([*numbers, *(f"{owner}.{k}" for k in DRIVEN if isinstance(element, Driver))])
+    raise ModelError(f"there is no number {brief(name)} to find (there are: {known})", name)
+
+
+def _often_found(mechanism: Mechanism) -> list[str]:
+    """Parameters, accelerations of drivers, and loads of one number."""
+    loads = [load.name for load in mechanism.loads if f"{load.name}.value" in load.numbers()]
+    return [*mechanism.parameters, *(f"{d.name}.acceleration" for d in mechanism.drivers), *loads]
+
+
+def dimension_named(mechanism: Mechanism, name: str) -> Dimension | None:
+    """The dimension of a number by its dotted name, or of a parameter; None where it has none.
+
+    >>> from mbody import makers
+    >>> from mbody.quantities.units import name_of
+    >>> machine = makers.four_bar(1, 3, 2, 3.5, speed=10.0)
+    >>> name_of(dimension_named(machine, "motor.law.speed"))
+    'angular velocity'
+    """
+    if name in mechanism.parameters:
+        return mechanism.scope.names[name].dimension
+    owner, _, key = name.partition(".")
+    element = mechanism[owner]
+    for field in dataclasses.fields(element):
+        if key == field.name and "dimension" in field.metadata:
+            return dimension_of(field.metadata["dimension"])
+        if "law" in field.metadata and key.partition(".")[0] == field.name:
+            return _of_law(getattr(element, field.name), field, key.partition(".")[2])
+    if isinstance(element, Body) and key in MASS:
+        return DIMENSIONS[key]
+    if isinstance(element, Body) and key in SPREAD:
+        return DIMENSIONS["inertia"]
+    if isinstance(element, Coupling) and key.endswith(".factor"):
+        return dimension_of(element.factor_of(element.parts[int(key.partition(".")[0])]))
+    return DIMENSIONS["angle" if key.endswith(".angle") else "length"]
+
+
+def _of_law(law: Law, field: Any, key: str) -> Dimension | None:
+    """The dimension of one number of a law."""
+    value, of = (dimension_of(field.metadata[part]) for part in ("law", "of"))
+    if not key:
+        return value
+    for part in dataclasses.fields(law):
+        if part.name == key and "powers" in part.metadata:
+            return dimension_by(part.metadata["powers"], value, of)
+    power = re.fullmatch(r"c(\d+)", key)
+    if law.kind == "polynomial" and power:
+        return value / of ** int(power[1])
+    return None
+
+
+def moves_nothing(mechanism: Mechanism, name: str) -> bool:
+    """Whether no position depends on a number: one of a load, or a mass.
+
+    >>> from mbody import makers
+    >>> machine = makers.four_bar(1, 3, 2, 3.5, masses=(1, 1, 1))
+    >>> moves_nothing(machine, "crank.mass"), moves_nothing(machine, "crank.A.x")
+    (True, False)
+    """
+    if name not in mechanism.parameters:
+        owner, _, key = name.partition(".")
+        element: Element = mechanism[owner]
+        return isinstance(element, Load) or (isinstance(element, Body) and key in MASS)
+    if name in mechanism.fixed_parameters:
+        return False
+    scope = mechanism.parameters
+    names, before = {name}, 0
+    while len(names) > before:  # parameters that are made of it, and of those
+        before = len(names)
+        names |= {n for n, f in scope.items() if hasattr(f, "names") and f.names & names}
+    made = {n for n, formula in mechanism.formulas.items() if formula.names & names}
+    return all(moves_nothing(mechanism, n) for n in made)
+
+
+def plain(mechanism: Mechanism, name: str, given: Any, dimension: Dimension | None) -> float:
+    """A start or a bound of an unknown, in the units of the mechanism.
+
+    Raises
+    ------
+    ModelError
+        For text that measures something else.
+    """
+    if not isinstance(given, Formula):
+        return float(given)
+    try:
+        whole = given if dimension is None else given.of(dimension)
+        return float(whole.value(mechanism.scope))
+    except FormulaError as error:
+        raise ModelError(f"unknown '{name}': {error}", name) from None
+
+
+def varied(values: Mapping[str, Any], element: Element, field: str = "law") -> bool:
+    """Whether the designs of a batch differ in a law of a driver or a load, by the batch's numbers.
+
+    >>> from mbody import assemble, makers
+    >>> machine = makers.four_bar(1, 3, 2, 3.5, speed=10.0)
+    >>> two = assemble(machine).with_values({"motor.law.speed": [1.0, 2.0]})
+    >>> varied(two.values, machine["motor"])
+    True
+    """
+    name = f"{element.name}.{field}"
+    own = (v for k, v in values.items() if k == name or k.startswith(f"{name}."))
+    return any(np.ndim(value) for value in own)

@@ -1,0 +1,142 @@
+"""Remarks on a description: what is allowed, but perhaps meant otherwise."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from typing import Any
+
+from mbody.laws import Table
+from mbody.model.driver import Driver
+from mbody.model.element import Element, listed
+from mbody.model.joints import Revolute
+from mbody.model.mechanism import Mechanism
+from mbody.quantities.units import DIMENSIONS, Dimension, UnitSystem, dimension_of
+
+__all__ = ["remarks"]
+
+#: A unit of mass above so many kilograms, and the plain masses in it that are seldom meant.
+HEAVY, MUCH = 100, 0.1
+
+
+def remarks(mechanism: Mechanism, kept: dict[str, Any] | None = None) -> tuple[str, ...]:
+    """Sentences for the user, each with the element, the number and what to do; they stand among
+    the notes of every analysis and leave its status.
+
+    Parameters
+    ----------
+    kept : dict, optional
+        Where they are kept for the next time, as the plans of a system.
+
+    >>> from mbody import makers
+    >>> remarks(makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2)))
+    ()
+    """
+    kept = {} if kept is None else kept
+    if "remarks" not in kept:
+        kept["remarks"] = (
+            *mechanism.remarks,
+            *_tables(mechanism),
+            *_formulas(mechanism),
+            *_masses(mechanism),
+            *_no_length(mechanism),
+        )
+    found: tuple[str, ...] = kept["remarks"]
+    return found
+
+
+def _tables(mechanism: Mechanism) -> Iterator[str]:
+    """Splines that leave the range of their points, and motions whose rate jumps."""
+    for element in mechanism:
+        for field in dataclasses.fields(element):
+            law = getattr(element, field.name)
+            if isinstance(law, Table) and "law" in field.metadata:
+                of, value = (dimension_of(field.metadata[key]) for key in ("of", "law"))
+                yield from _table(mechanism.units, element, field.name, law, of, value)
+
+
+def _table(
+    units: UnitSystem, element: Element, field: str, table: Table, of: Dimension, value: Dimension
+) -> Iterator[str]:
+    beyond = table.beyond()
+    if beyond is not None:
+        low, high = min(table.y), max(table.y)
+        yield (
+            f"'{element.name}': the spline through the table of its {field} leaves the range of "
+            f"its points, {_told(low, value, units)} to {_told(high, value, units)}: it goes to "
+            f"{_told(beyond[1], value, units)} at {_told(beyond[0], of, units)}; give "
+            'interpolation = "pchip" or "linear", or more points'
+        )
+    if isinstance(element, Driver) and table.interpolation == "linear" and len(table.x) > 2:
+        yield (
+            f"'{element.name}': the table of its {field} goes in straight lines, so that the rate "
+            "jumps at every point: accelerations and forces between the points leave the jumps "
+            'out; give interpolation = "spline"'
+        )
+
+
+def _formulas(mechanism: Mechanism) -> Iterator[str]:
+    """Formulas without units where degrees and radians meet."""
+    unit = mechanism.units.time
+    for name, formula in mechanism.formulas.items():
+        if formula.angle != "deg" or formula.has_units(mechanism.scope) or not formula.variable:
+            continue
+        owner = name.partition(".")[0]
+        if formula.dimension == DIMENSIONS["angle"]:
+            yield (
+                f"'{owner}': {formula.text!r} has no units, so that its value is in degrees and "
+                f"its rate in deg/{unit}: write units, as '30 deg + 25 rad/{unit} * t'"
+            )
+        elif formula.argument == DIMENSIONS["angle"]:
+            yield (
+                f"'{owner}': in {formula.text!r}, which has no units, x is in rad, while plain "
+                "angles, as of a table, are in degrees: write units, as '3 N*m/rad * x'"
+            )
+
+
+def _masses(mechanism: Mechanism) -> Iterator[str]:
+    """Plain masses in a unit of hundreds of kilograms, which are seldom meant."""
+    one = mechanism.units.unit("mass").ratio
+    if one < HEAVY:
+        return
+    pound = mechanism.units.length in ("in", "ft")
+    for body in mechanism.bodies:
+        mass = body.mass
+        if mass is None or f"{body.name}.mass" in mechanism.formulas or mass < MUCH:
+            continue
+        other, told = ("lb", 0.45359237) if pound else ("kg", 1.0)
+        yield (
+            f"body '{body.name}' has a mass of {mass:g} {mechanism.units.of('mass')}, which "
+            f"is {mass * float(one) / told:.4g} {other}: write the unit, as in '{mass:g} "
+            f"{other}', if it is meant otherwise"
+        )
+
+
+def _no_length(mechanism: Mechanism) -> Iterator[str]:
+    """Links whose pins are all at one place."""
+    pins: dict[str, list[tuple[str, Any]]] = {body.name: [] for body in mechanism.bodies}
+    other: set[str] = set()
+    for joint in mechanism.joints:
+        for marker in (joint.i, joint.j):
+            if marker.body not in pins:
+                continue
+            if not isinstance(joint, Revolute):
+                other.add(marker.body)
+            body: Any = mechanism[marker.body]
+            point = body.points[marker.point] if isinstance(marker.point, str) else marker.point
+            pins[marker.body].append((joint.name, point))
+    for name, found in pins.items():
+        if name in other or len(found) < 2 or any(p != found[0][1] for _, p in found):
+            continue
+        joints = listed(joint for joint, _ in found)
+        yield (
+            f"body '{name}' has no length: its joints {joints} are at one point of it; give its "
+            "points their places"
+        )
+
+
+def _told(value: float, dimension: Dimension, units: UnitSystem) -> str:
+    """A number with its unit, angles in degrees."""
+    if dimension == DIMENSIONS["angle"]:
+        return f"{value * 57.29577951308232:.6g} deg"
+    return f"{value:.6g} {units.of(dimension)}".strip()

@@ -1,0 +1,134 @@
+"""A motion that is asked for: how it begins, how long it goes on, and how it is followed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from mbody.errors import ModelError
+from mbody.model.event import as_events
+from mbody.quantities import Formula, FormulaError, read
+from mbody.quantities.number import entered
+
+__all__ = ["ADAPTIVE", "EVEN", "METHODS", "STATE", "Simulation", "check_method"]
+
+#: Methods whose steps adapt themselves, and those whose steps are of one length.
+ADAPTIVE = ("dop853", "dopri5", "radau5")
+EVEN = ("generalized-alpha", "rattle", "rattle4")
+METHODS = (*ADAPTIVE, *EVEN)
+#: Instants of a motion that are kept, unless something says how many, or how far apart.
+INSTANTS = 201
+#: What may be said of a body at the beginning of a motion, with its dimension; x and y are the
+#: origin of the link's axes.
+STATE = {
+    **{"angle": "angle", "omega": "angular velocity"},
+    **{"x": "length", "vx": "velocity", "y": "length", "vy": "velocity"},
+}
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """A motion that is asked for: how it begins, and how long it goes on.
+
+    Parameters
+    ----------
+    until : float or str
+        The last time.
+    start : mapping
+        By body what is exactly so at the beginning, as ``{"crank": {"angle": "60 deg"}}``: of x, y
+        (the origin of the link's axes), angle, and their rates vx, vy, omega. What is not said is
+        as near to the guesses as the loops let it be, and at rest.
+    rtol : float
+        Error of a step, as a part of each coordinate.
+    method : str
+        One of `METHODS`; see `simulate`.
+    step : float or str, optional
+        Length of the steps of methods that have one.
+    instants : int
+        How many are kept.
+    every : float or str, optional
+        Or how far they are apart.
+    events : list of Event and Stop
+        What is watched for.
+    release : mapping
+        When drivers let go, by name; until then they follow their laws.
+
+    >>> Simulation(2.0, {"bob": {"angle": 0.5}}).start
+    {'bob': {'angle': 0.5}}
+    """
+
+    until: Any
+    start: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    rtol: float = 1e-8
+    instants: int = INSTANTS
+    events: Any = ()
+    method: str = METHODS[0]
+    step: Any = None
+    release: Mapping[str, Any] = field(default_factory=dict)
+    every: Any = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.start, Mapping):
+            raise ModelError(
+                f'simulation: start must be a table such as {{"crank": {{"angle": 0.5}}}}, not '
+                f"{self.start!r}"
+            )
+        object.__setattr__(self, "until", _entered(self.until, "until"))
+        made: dict[str, dict[str, Any]] = {}
+        for body, given in self.start.items():
+            if not isinstance(given, Mapping) or not given:
+                raise ModelError(
+                    f"simulation: start.{body} must be a table of {', '.join(STATE)}, not {given!r}"
+                )
+            strange = [key for key in given if key not in STATE]
+            if strange:
+                raise ModelError(
+                    f"simulation: start.{body} has no '{strange[0]}' (it has: {', '.join(STATE)})"
+                )
+            made[body] = {k: _entered(v, f"start.{body}.{k}") for k, v in given.items()}
+        object.__setattr__(self, "start", made)
+        object.__setattr__(self, "events", as_events(self.events))
+        check_method(self.method)
+        if self.step is not None:
+            object.__setattr__(self, "step", _entered(self.step, "step"))
+        if self.every is not None:
+            object.__setattr__(self, "every", _entered(self.every, "every"))
+            if self.instants != INSTANTS:
+                raise ModelError("simulation: give instants or every, not both")
+        if not isinstance(self.release, Mapping):
+            raise ModelError(
+                f'simulation: release must be a table such as {{"motor": 2.0}}, not '
+                f"{self.release!r}"
+            )
+        times = {name: _entered(t, f"release.{name}") for name, t in self.release.items()}
+        object.__setattr__(self, "release", times)
+
+    def without(self, gone: set[str]) -> Simulation:
+        """The same without what speaks of elements that are gone."""
+        kept = [
+            event
+            for event in self.events
+            if gone.isdisjoint(name.partition(".")[0] for name in read(event.of, None).names)
+        ]
+        times = {name: t for name, t in self.release.items() if name not in gone}
+        return replace(self, events=kept, release=times)
+
+
+def check_method(method: Any) -> None:
+    """Refuse a method that there is not.
+
+    Raises
+    ------
+    ModelError
+    """
+    if method not in METHODS:
+        raise ModelError(f"there is no method {method!r} (there are: {', '.join(METHODS)})")
+
+
+def _entered(value: Any, name: str) -> float | Formula:
+    """A number of a simulation."""
+    try:
+        return entered(value, None)
+    except FormulaError as error:
+        raise ModelError(f"simulation: {name}: {error}") from None

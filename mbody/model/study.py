@@ -1,0 +1,261 @@
+"""What a description asks beside itself: at which instants, which quantities, which unknowns."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from mbody.errors import ModelError
+from mbody.quantities import Formula, FormulaError, parse_unit, read
+from mbody.quantities.number import NotANumber, NotFinite, entered
+
+__all__ = ["Ask", "Measure", "Question", "Unknown"]
+
+
+@dataclass(frozen=True)
+class Ask:
+    """The instants that an analysis is to be made for, where nobody says otherwise.
+
+    Parameters
+    ----------
+    at : mapping
+        Either ``{"t": times}``, or values of drivers by the name of the driver or of the driven
+        body: floats (angles in rad), text with units, or lists of them. Rates follow the law.
+    over : str
+        ``"turn"``: a whole turn of the one driver, at equal angles; or the name of the driver.
+    instants : int, optional
+        How many of the turn, both ends included.
+
+    Raises
+    ------
+    ModelError
+        For values that are no numbers, or both `at` and `over`.
+
+    >>> Ask(over="turn", instants=73)
+    Ask(at={}, over='turn', instants=73)
+    """
+
+    at: Mapping[str, Any] = field(default_factory=dict)
+    over: str = ""
+    instants: int | None = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.at, Mapping):
+            raise ModelError(f'ask: at must be a table such as {{"t": 0.1}}, not {self.at!r}')
+        if not isinstance(self.over, str):
+            raise ModelError(f"ask: over must be 'turn' or the name of a driver, not {self.over!r}")
+        if self.at and self.over:
+            raise ModelError("ask: give at or over, not both")
+        if self.instants is not None and (
+            isinstance(self.instants, bool)
+            or not isinstance(self.instants, int)
+            or not 2 <= self.instants <= 1_000_000
+        ):
+            raise ModelError(
+                f"ask: instants must be a whole number from 2 to 1000000, not {self.instants!r}"
+            )
+        if self.instants is not None and not self.over:
+            raise ModelError("ask: instants goes with over; at says how many they are")
+        object.__setattr__(self, "at", {name: _row(name, v) for name, v in self.at.items()})
+
+
+def _row(name: str, value: Any) -> tuple[float | Formula, ...]:
+    """One or more values of time or a driver."""
+    values = value if isinstance(value, (list, tuple)) else (value,)
+    if not values:
+        raise ModelError(f"ask: at.{name} is empty: give at least one value")
+    try:
+        return tuple(entered(part, None) for part in values)
+    except NotANumber as error:
+        raise ModelError(
+            f"ask: at.{name}: {error}: give a number, or text with units", name
+        ) from None
+    except NotFinite as error:
+        raise ModelError(f"ask: at.{name} is {error}, it must be finite", name) from None
+    except FormulaError as error:
+        raise ModelError(f"ask: at.{name}: {error}", name) from None
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A quantity to be measured on every result: a formula of its histories.
+
+    Parameters
+    ----------
+    of : str
+        Histories by name with the usual arithmetic: ``"coupler.P.y - ground.O2.y"``,
+        ``"motor.effort"``, ``"A.force"``, ``"rocker.angle"``.
+    unit : str, optional
+        In which it is shown, by default that of the mechanism.
+
+    >>> Measure("coupler.angle - rocker.angle", "deg").of
+    'coupler.angle - rocker.angle'
+    """
+
+    of: str
+    unit: str = ""
+
+    def __post_init__(self) -> None:
+        for key in ("of", "unit"):
+            if not isinstance(getattr(self, key), str):
+                raise ModelError(f"measure: {key} must be text, not {getattr(self, key)!r}")
+        try:
+            read(self.of, None)
+            if self.unit:
+                parse_unit(self.unit)
+        except FormulaError as error:
+            raise ModelError(f"measure: {error}") from None
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """A number that is to be found.
+
+    Parameters
+    ----------
+    name : str
+        A changeable number by its dotted name (``"field.speed"``, ``"spring.preload"``), a load of
+        one number (``"brake"`` for ``"brake.value"``), a parameter, or ``"motor.value"``,
+        ``"motor.rate"``, ``"motor.acceleration"`` of a driver.
+    start, low, high : float or str, optional
+        Where the search begins, by default its present value, and between which bounds it stays.
+    unit : str, optional
+        In which it is told, by default that of the mechanism, and deg for angles.
+
+    >>> Unknown("field.speed", low=0.0, unit="rpm").unit
+    'rpm'
+    """
+
+    name: str
+    start: Any = None
+    low: Any = None
+    high: Any = None
+    unit: str = ""
+
+    def __post_init__(self) -> None:
+        for key in ("name", "unit"):
+            if not isinstance(getattr(self, key), str):
+                raise ModelError(f"unknown: {key} must be text, not {getattr(self, key)!r}")
+        if not self.name:
+            raise ModelError("unknown: name is empty: name a number of the mechanism")
+        for key in ("start", "low", "high"):
+            value = getattr(self, key)
+            if value is None:
+                continue
+            try:
+                object.__setattr__(self, key, entered(value, None))
+            except FormulaError as error:
+                raise ModelError(f"unknown '{self.name}': {key}: {error}", self.name) from None
+        try:
+            if self.unit:
+                parse_unit(self.unit)
+        except FormulaError as error:
+            raise ModelError(f"unknown '{self.name}': {error}", self.name) from None
+
+
+@dataclass(frozen=True)
+class Question:
+    """Unknown numbers and the conditions that they are to meet.
+
+    Parameters
+    ----------
+    unknowns : str, Unknown, or several of them
+        What is to be found.
+    conditions : str or several
+        Equations between measured quantities: ``"motor.effort = 0"``, ``"road.fx = mu*road.fy"``.
+    side_conditions : str or several
+        Inequalities that hold as well: ``"road.fy >= 0"``, ``"abs(road.fx) <= mu*road.fy"``.
+    greatest, least : str, optional
+        A quantity that is to be as great, or as small, as the side conditions let it be. Then there
+        are fewer conditions than unknowns, and side conditions bind.
+    analysis : str
+        "kinetostatics", or "statics" for rest.
+    at : mapping
+        The one instant, as of `Ask`; by default t = 0.
+    note : str
+        What is asked, in words.
+
+    >>> Question("brake", "wheel.alpha = 0").unknowns[0].name
+    'brake'
+    """
+
+    unknowns: Any
+    conditions: Any = ()
+    side_conditions: Any = ()
+    greatest: str = ""
+    least: str = ""
+    analysis: str = "kinetostatics"
+    at: Mapping[str, Any] = field(default_factory=dict)
+    note: str = ""
+
+    def __post_init__(self) -> None:
+        unknowns = [
+            one if isinstance(one, Unknown) else Unknown(one) for one in _several(self.unknowns)
+        ]
+        names = [one.name for one in unknowns]
+        if not names:
+            raise ModelError("question: there is no unknown: name what is to be found")
+        if len(set(names)) < len(names):
+            raise ModelError(f"question: {', '.join(names)}: name each unknown once")
+        object.__setattr__(self, "unknowns", tuple(unknowns))
+        for key in ("conditions", "side_conditions"):
+            found = tuple(_several(getattr(self, key)))
+            for text in found:
+                if not isinstance(text, str):
+                    raise ModelError(f"question: {key} must be texts, not {text!r}")
+            object.__setattr__(self, key, found)
+        for key in ("greatest", "least", "analysis", "note"):
+            if not isinstance(getattr(self, key), str):
+                raise ModelError(f"question: {key} must be text, not {getattr(self, key)!r}")
+        if self.greatest and self.least:
+            raise ModelError("question: give greatest or least, not both")
+        if self.analysis not in ("kinetostatics", "statics"):
+            raise ModelError(
+                f"question: analysis must be 'kinetostatics' or 'statics', not {self.analysis!r}"
+            )
+        ask = Ask(at=self.at)
+        if any(len(row) > 1 for row in ask.at.values()):
+            raise ModelError("question: at has several values: a question is of one instant")
+        object.__setattr__(self, "at", ask.at)
+
+    @property
+    def objective(self) -> str:
+        """What is to be greatest or least, empty where nothing is."""
+        return self.greatest or self.least
+
+    @property
+    def names(self) -> set[str]:
+        """Elements, measures and parameters that its unknowns and conditions speak of.
+
+        >>> sorted(Question("brake", "2*motor.effort = M").names - {"2"})
+        ['M', 'brake', 'motor']
+        """
+        texts = [one.name for one in self.unknowns]
+        texts += [*self.conditions, *self.side_conditions, self.objective]
+        return {word.partition(".")[0] for text in texts for word in re.findall(r"[\w.]+", text)}
+
+
+def _several(value: Any) -> Iterable[Any]:
+    """One thing or several, as several."""
+    if isinstance(value, (str, Unknown)):
+        return (value,)
+    if isinstance(value, Mapping):
+        return [Unknown(name, **_options(name, options)) for name, options in value.items()]
+    if isinstance(value, Iterable):
+        return value
+    raise ModelError(f"question: {value!r} is neither text nor a list of texts")
+
+
+def _options(name: str, options: Any) -> Mapping[str, Any]:
+    """What is said of an unknown: its start, or several things by name."""
+    if not isinstance(options, Mapping):
+        return {"start": options}
+    known = ("start", "low", "high", "unit")
+    strange = [key for key in options if key not in known]
+    if strange:
+        raise ModelError(
+            f"unknown '{name}' has no '{strange[0]}' (it has: {', '.join(known)})", name
+        )
+    return options

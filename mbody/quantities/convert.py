@@ -1,0 +1,42 @@
+"""Values from one unit to another."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from mbody.errors import ModelError
+from mbody.quantities.evaluate import Scope, evaluate, told
+from mbody.quantities.parse import FormulaError, parse_unit
+
+__all__ = ["convert"]
+
+
+def convert(values: Any, unit: str, to: str) -> Any:
+    """Values in another unit: a float or an array of any shape.
+
+    Parameters
+    ----------
+    values : float or array
+        In `unit`.
+    unit, to : str
+        Such as ``"lbf in"``, ``"N*m"``, ``"rev/min"``.
+
+    Raises
+    ------
+    ModelError
+        For a unit that there is not, or two that do not measure the same.
+
+    >>> round(convert(243.2375907612, "lbf in", "N m"), 6)
+    27.482158
+    """
+    try:
+        old, new = (evaluate(parse_unit(name), Scope()) for name in (unit, to))
+        if old.dimension != new.dimension or old.dimension is None or new.dimension is None:
+            kinds = [told(v.dimension) if v.dimension else "no unit" for v in (old, new)]
+            raise FormulaError(f"'{unit}' is {kinds[0]}, '{to}' is {kinds[1]}")
+        if not (0.0 < abs(old.value) < math.inf and 0.0 < abs(new.value) < math.inf):
+            raise FormulaError(f"'{unit}' or '{to}' is no unit")
+        return values * (old.value / new.value)
+    except FormulaError as error:
+        raise ModelError(f"cannot convert: {error}") from None

@@ -1,0 +1,317 @@
+"""What a formula comes to: a number, or an array over a batch, in one consistent unit system.
+
+Units are checked where a formula has any. Where it has none, all of it is plain numbers, and what
+comes out is in the unit that plain numbers of its field have.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from mbody.quantities.parse import VARIABLES, FormulaError
+from mbody.quantities.tree import Binary, Call, Measured, Name, Negative, Node, Plain, walk
+from mbody.quantities.units import (
+    DIMENSIONS,
+    NUMBER,
+    SYMBOLS,
+    Dimension,
+    Unit,
+    UnitSystem,
+    foreign,
+    name_of,
+    unit_system,
+)
+
+__all__ = [
+    "Scope",
+    "Valued",
+    "evaluate",
+    "measured",
+    "stands_only",
+    "taken_for_units",
+    "told",
+    "written_out",
+]
+
+ANGLE = DIMENSIONS["angle"]
+SPELT_OUT = 4  # letters
+TURNING = ("sin", "cos", "tan")
+INVERSE = ("asin", "acos", "atan", "atan2")
+SI = unit_system("SI")
+
+
+@dataclass(frozen=True)
+class Valued:
+    """A value with its dimension, None for a plain number."""
+
+    value: Any
+    dimension: Dimension | None = None
+
+
+@dataclass(frozen=True)
+class Scope:
+    """What the names of a formula stand for.
+
+    Attributes
+    ----------
+    system : UnitSystem
+        The units that values come out in.
+    names : mapping
+        Parameters and, where a formula may use it, the variable.
+    """
+
+    system: UnitSystem = SI
+    names: Mapping[str, Valued] = field(default_factory=dict)
+
+    def unit(self, name: str) -> Unit | None:
+        """The unit that a name by itself stands for; t is the variable, not a tonne. Of pint's only
+        long ones are: ``b`` is sooner a parameter that was forgotten than a barn.
+        """
+        if name in self.names or name == "pi" or name in VARIABLES:
+            return None
+        return SYMBOLS.get(name) or (foreign(name) if len(name) >= SPELT_OUT else None)
+
+
+def told(dimension: Dimension) -> str:
+    """A dimension as sentences say it.
+
+    >>> told(DIMENSIONS["mass"] / DIMENSIONS["length"])
+    'a mass per length (kg/m)'
+    """
+    name = name_of(dimension)
+    if name == "number":
+        return "a plain number"
+    symbol = SI.of(dimension)
+    if not name:
+        per = (("length", "length"), ("time", "time"), ("angle", "angle"))
+        for key, word in per:
+            above = name_of(dimension * DIMENSIONS[key])
+            if above in ("length", "mass", "angle", "force", "torque", "power"):
+                name = f"{above} per {word}"
+                symbol = f"{SI.of(above)}/{SI.of(key)}"
+                break
+    if not name:
+        return f"a quantity in {symbol}"
+    article = "an" if name[0] in "aei" else "a"
+    return f"{article} {name} ({symbol})"
+
+
+def stands_only(variable: str) -> str:
+    """The sentence for a variable where it has no meaning."""
+    where = "laws of time" if variable == "t" else "laws of a stretch, an angle or a rate"
+    return f"'{variable}' stands only in {where}"
+
+
+def measured(node: Node, scope: Scope) -> bool:
+    """Whether a formula has units, by itself or through its parameters.
+
+    What sin, cos and tan take does not count: ``9*cos(45 deg)`` is a plain number.
+    """
+    for part in walk(node, beside=TURNING):
+        if isinstance(part, Measured):
+            return True
+        if isinstance(part, Call) and part.function in INVERSE:
+            return True
+        if isinstance(part, Name):
+            valued = scope.names.get(part.name)
+            if valued is not None and part.name not in VARIABLES:
+                if valued.dimension is not None:
+                    return True
+            elif valued is None and part.name != "pi" and scope.unit(part.name):
+                return True
+    return False
+
+
+def evaluate(node: Node, scope: Scope, *, with_units: bool = False) -> Valued:
+    """Value of a formula; its dimension where it has units (or is to have), None where it is plain.
+
+    Raises
+    ------
+    FormulaError
+        For a name that stands for nothing, or units that do not fit together.
+    """
+    _check_names(node, scope)
+    with_units = with_units or measured(node, scope)
+    with np.errstate(all="ignore"):  # what is not finite is told by those who ask for a number
+        value, dimension = _Evaluation(scope, with_units).of(node)
+    return Valued(value, dimension if with_units else None)
+
+
+def _check_names(node: Node, scope: Scope) -> None:
+    """What is joined to a unit without a space is a unit. It cannot be told from a parameter of
+    that name that measures the same, and neither can the result.
+    """
+    for symbol, part in taken_for_units(node, scope):
+        unit = SYMBOLS.get(symbol)
+        if unit is not None and scope.names[symbol].dimension == unit.dimension:
+            raise FormulaError(
+                f"'{symbol}' in '{part.unit.symbol}' is a unit, and a parameter that measures the "
+                f"same, {told(unit.dimension)}: write '* ({symbol})' for the parameter, or name it "
+                "otherwise"
+            )
+
+
+def taken_for_units(node: Node, scope: Scope) -> Iterator[tuple[str, Measured]]:
+    """Symbols joined to units that parameters are called by, too."""
+    for part in walk(node):
+        if isinstance(part, Measured):
+            yield from ((s, part) for s in part.symbols[1:] if s in scope.names)
+
+
+class _Evaluation:
+    """One walk over a tree; numbers come with their dimension."""
+
+    def __init__(self, scope: Scope, with_units: bool) -> None:
+        self.scope, self.with_units = scope, with_units
+
+    def of(self, node: Node) -> tuple[Any, Dimension]:
+        """Value and dimension of a node."""
+        match node:
+            case Plain(value=value):
+                return _float(value), NUMBER
+            case Name(name=name):
+                return self.name(name)
+            case Measured():
+                return self.measure(node)
+            case Negative(of=below):
+                value, dimension = self.of(below)
+                return -value, dimension
+            case Binary(operator="^"):
+                return self.power(node)
+            case Binary(operator=operator, a=a, b=b):
+                return self.binary(operator, self.of(a), self.of(b))
+            case Call(function=function, arguments=(angle,)) if function in TURNING:
+                inside = _Evaluation(self.scope, measured(angle, self.scope))
+                return self.call(function, [inside.of(angle)])
+            case Call(function=function, arguments=arguments):
+                return self.call(function, [self.of(argument) for argument in arguments])
+
+    def name(self, name: str) -> tuple[Any, Dimension]:
+        valued = self.scope.names.get(name)
+        if valued is not None:
+            plain = valued.dimension is None or not self.with_units
+            return valued.value, NUMBER if plain else valued.dimension or NUMBER
+        if name == "pi":
+            return np.pi, NUMBER
+        unit = self.scope.unit(name)
+        if unit is not None:
+            return self.scaled(Fraction(1), unit), unit.dimension
+        if name in VARIABLES:
+            raise FormulaError(stands_only(name))
+        known = ", ".join(repr(known) for known in list(self.scope.names)[:12] if known not in "tx")
+        raise FormulaError(
+            f"there is no parameter '{name[:60]}' "
+            + (f"(there are: {known})" if known else "(there are none)")
+        )
+
+    def scaled(self, value: Any, unit: Unit) -> Any:
+        """So many units in the unit system of the scope; exact where it can be."""
+        ratio = unit.ratio / self.scope.system.unit(unit.dimension).ratio
+        if isinstance(value, Fraction) and not unit.pi:
+            return _float(value * ratio)
+        value = _float(value) if isinstance(value, Fraction) else value
+        own = Unit(unit.symbol, ratio, unit.pi, unit.dimension)
+        return value * own.factor
+
+    def measure(self, node: Measured) -> tuple[Any, Dimension]:
+        if isinstance(node.of, Plain):
+            return self.scaled(node.of.value, node.unit), node.unit.dimension
+        value, dimension = self.of(node.of)
+        if dimension != NUMBER:
+            raise FormulaError(
+                f"what stands before '{node.unit.symbol}' is {told(dimension)} already: leave the "
+                "unit out"
+            )
+        return self.scaled(value, node.unit), node.unit.dimension
+
+    def binary(
+        self, operator: str, a: tuple[Any, Dimension], b: tuple[Any, Dimension]
+    ) -> tuple[Any, Dimension]:
+        if operator == "*":
+            return a[0] * b[0], a[1] * b[1]
+        if operator == "/":
+            return np.divide(a[0], b[0]), a[1] / b[1]
+        self.alike("adds" if operator == "+" else "subtracts", a[1], b[1])
+        return (a[0] + b[0] if operator == "+" else a[0] - b[0]), a[1]
+
+    def alike(self, does: str, a: Dimension, b: Dimension) -> None:
+        if a != b:
+            remedy = ""
+            if NUMBER in (a, b):
+                remedy = ": give every number its unit"
+            raise FormulaError(f"it {does} {told(a)} and {told(b)}{remedy}")
+
+    def power(self, node: Binary) -> tuple[Any, Dimension]:
+        (base, dimension), (exponent, of_exponent) = self.of(node.a), self.of(node.b)
+        if of_exponent != NUMBER:
+            raise FormulaError(f"an exponent is {told(of_exponent)}, it must be a plain number")
+        if dimension != NUMBER:
+            fixed = written_out(node.b)
+            if fixed is None:
+                raise FormulaError(
+                    f"the power of {told(dimension)} must be a number that is written out"
+                )
+            dimension = dimension**fixed
+        return np.power(np.asarray(base, dtype=float), exponent)[()], dimension
+
+    def call(self, function: str, given: list[tuple[Any, Dimension]]) -> tuple[Any, Dimension]:
+        values, dimensions = [v for v, _ in given], [d for _, d in given]
+        first = dimensions[0]
+        if len(given) == 2:
+            self.alike(f"gives '{function}'", *dimensions)
+        if function in TURNING:
+            if first not in (NUMBER, ANGLE):
+                raise FormulaError(f"'{function}' takes an angle, not {told(first)}")
+            result = NUMBER
+        elif function in ("asin", "acos", "atan", "exp", "log"):
+            if first != NUMBER:
+                raise FormulaError(f"'{function}' takes a plain number, not {told(first)}")
+            result = ANGLE if function in INVERSE else NUMBER
+        elif function == "atan2":
+            result = ANGLE
+        else:
+            result = first ** Fraction(1, 2) if function == "sqrt" else first
+        return _COMPUTE[function](*values), result
+
+
+_COMPUTE: dict[str, Any] = {
+    "sin": np.sin,
+    "cos": np.cos,
+    "tan": np.tan,
+    "asin": np.arcsin,
+    "acos": np.arccos,
+    "atan": np.arctan,
+    "sqrt": np.sqrt,
+    "abs": np.abs,
+    "exp": np.exp,
+    "log": np.log,
+    "atan2": np.arctan2,
+    "hypot": np.hypot,
+    "min": np.minimum,
+    "max": np.maximum,
+}
+
+
+def written_out(node: Node) -> Fraction | None:
+    """An exponent that is written out, None for any other: 2, −1, 0.5, 1/2."""
+    match node:
+        case Plain(value=value):
+            return value if abs(value) <= 9 and value.denominator <= 12 else None
+        case Negative(of=below):
+            inner = written_out(below)
+            return None if inner is None else -inner
+        case Binary(operator="/", a=Plain(value=a), b=Plain(value=b)) if b:
+            return written_out(Plain(a / b))
+    return None
+
+
+def _float(value: Fraction) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        return np.inf if value > 0 else -np.inf

@@ -1,0 +1,326 @@
+"""Read a formula: numbers with units, parameters, the usual arithmetic. Nothing is ever executed.
+
+    formula := term (("+" | "-") term)*
+    term    := factor (("*" | "·" | "/") factor)*
+    factor  := ("-" | "+") factor | power
+    power   := part (("^" | "**") factor)?
+    part    := (number | name | call | "(" formula ")") unit?
+
+A unit stands right behind a number, a name or a bracket and binds tighter than arithmetic:
+``20 lbf/in``, ``-40 rad/s^2``, ``1/4 in``, ``(a + b) mm``. Within it ``*``, ``/`` and ``-`` are
+written without spaces, as in ``5 N*m`` and ``12 in-lbf``.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Callable
+from fractions import Fraction
+
+from mbody.quantities.tree import Binary, Call, Measured, Name, Negative, Node, Plain
+from mbody.quantities.units import SYMBOLS, Unit, foreign, known
+
+__all__ = ["FUNCTIONS", "VARIABLES", "FormulaError", "parse", "parse_unit"]
+
+#: Functions of a formula, and how many numbers each takes.
+FUNCTIONS = {
+    **dict.fromkeys(("sin", "cos", "tan", "asin", "acos", "atan"), 1),
+    **dict.fromkeys(("sqrt", "abs", "exp", "log"), 1),
+    **dict.fromkeys(("atan2", "hypot", "min", "max"), 2),
+}
+#: Names that a formula keeps for itself: time, the argument of a spring's law, and π.
+VARIABLES = ("t", "x")
+
+LONGEST = 2000  # characters
+DEEPEST = 40  # brackets in brackets
+MOST = 200  # operations: a tree of more is deeper than Python walks
+LARGEST = 400  # powers of ten of a number, beyond which it is no double
+
+RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹"
+
+_TOKEN = re.compile(
+    r"""(?P<space>\s+)
+    |(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)
+    |(?P<name>[^\W\d⁰¹²³⁴-⁹][^\W⁰¹²³⁴-⁹]*(?:\.[^\W\d⁰¹²³⁴-⁹][^\W⁰¹²³⁴-⁹]*)*|["'°])
+    |(?P<operator>\*\*|[-+*/^(),·−⁰¹²³⁴-⁹])""",
+    re.VERBOSE,
+)
+
+
+class FormulaError(ValueError):
+    """What is wrong with a formula, to stand behind the name of the element and the field."""
+
+
+class _Token:
+    __slots__ = ("after_space", "kind", "text")
+
+    def __init__(self, kind: str, text: str, after_space: bool) -> None:
+        self.kind, self.text, self.after_space = kind, text, after_space
+
+
+END = _Token("end", "", True)
+
+
+def shown(text: str) -> str:
+    """A text as it stands in a sentence, cut where it is long."""
+    return repr(text if len(text) <= 60 else text[:57] + "...")
+
+
+def parse(text: str) -> Node:
+    """The tree of a formula.
+
+    Raises
+    ------
+    FormulaError
+        For anything that is no formula; the sentence says what stands in the way.
+
+    >>> parse("2*a")
+    Binary(operator='*', a=Plain(value=Fraction(2, 1)), b=Name(name='a'))
+    """
+    if len(text) > LONGEST:
+        raise FormulaError(f"it is {len(text)} characters long, at most {LONGEST} are read")
+    tokens = _tokens(text)
+    operations = sum(token.kind == "operator" and token.text not in "()," for token in tokens)
+    if operations > MOST:
+        raise FormulaError(f"{shown(text)} has {operations} operations, at most {MOST} are read")
+    return _Reader(tokens, text).whole()
+
+
+def parse_unit(text: str) -> Node:
+    """The tree of one such unit, ``"N m"`` or ``"1/s"``.
+
+    Raises
+    ------
+    FormulaError
+        As of `parse`.
+
+    >>> parse_unit("mm") == parse("1 mm")
+    True
+    """
+    above, *below = text.split("/") if text.startswith("1/") else [text]
+    node: Node = Plain(Fraction(1)) if below else parse(f"1 {above}")
+    for unit in below:
+        node = Binary("/", node, parse(f"1 {unit}"))
+    return node
+
+
+def _tokens(text: str) -> list[_Token]:
+    found: list[_Token] = []
+    at, space = 0, True
+    while at < len(text):
+        match = _TOKEN.match(text, at)
+        if match is None:
+            raise FormulaError(f"{shown(text)} holds {text[at]!r}, which no formula has")
+        kind, word = str(match.lastgroup), match.group()
+        at = match.end()
+        if kind == "space":
+            space = True
+            continue
+        found.append(_Token(kind, word.replace("−", "-").replace("·", "*"), space))
+        space = False
+    return found
+
+
+class _Reader:
+    """Recursive descent over the tokens."""
+
+    def __init__(self, tokens: list[_Token], text: str) -> None:
+        self.tokens, self.text = tokens, text
+        self.at, self.depth = 0, 0
+
+    def peek(self, ahead: int = 0) -> _Token:
+        return self.tokens[self.at + ahead] if self.at + ahead < len(self.tokens) else END
+
+    def take(self) -> _Token:
+        token = self.peek()
+        self.at += 1
+        return token
+
+    def operator(self, *texts: str) -> str:
+        """The operator that is next, where it is one of these; it is taken."""
+        token = self.peek()
+        if token.kind == "operator" and token.text in texts:
+            self.at += 1
+            return token.text
+        return ""
+
+    def whole(self) -> Node:
+        if not self.tokens:
+            raise FormulaError("it is empty: give a number")
+        node = self.sum()
+        token = self.peek()
+        if token is not END:
+            remedy = self.why_stray(token)
+            raise FormulaError(f"{shown(self.text)} is no formula: {remedy}")
+        return node
+
+    def why_stray(self, token: _Token) -> str:
+        before = self.tokens[self.at - 1]
+        if token.text == "," and before.kind == "number":
+            return "a decimal point is wanted, not a comma"
+        if token.text == ",":
+            return "the ',' stands in no function"
+        if token.text == ")":
+            return "a '(' is missing"
+        if token.kind == "name" and self.peek(1).text == "(":
+            if known(token.text):
+                return "an operator is missing before '('"
+            if token.text in FUNCTIONS:
+                return f"an operator is missing before {token.text!r}"
+            return f"there is no function {token.text[:40]!r} (there are: {', '.join(FUNCTIONS)})"
+        if token.kind == "name" and before.kind in ("number", "name"):
+            close = difflib.get_close_matches(token.text, SYMBOLS, 1, 0.5)
+            hint = f", did you mean {close[0]!r}?" if close else ""
+            return f"there is no unit {token.text[:40]!r}{hint}"
+        return f"an operator is missing before {token.text[:40]!r}"
+
+    def nested(self, read: Callable[[], Node]) -> Node:
+        self.depth += 1
+        if self.depth > DEEPEST:
+            raise FormulaError(f"{shown(self.text)} is nested more than {DEEPEST} deep")
+        node = read()
+        self.depth -= 1
+        return node
+
+    def sum(self) -> Node:
+        node = self.product()
+        while operator := self.operator("+", "-"):
+            node = Binary(operator, node, self.product())
+        return node
+
+    def product(self) -> Node:
+        node = self.factor()
+        while operator := self.operator("*", "/"):
+            node = Binary(operator, node, self.factor())
+        return node
+
+    def factor(self) -> Node:
+        if self.operator("-"):
+            return Negative(self.nested(self.factor))
+        if self.operator("+"):
+            return self.nested(self.factor)
+        return self.power()
+
+    def power(self) -> Node:
+        base = self.part()
+        if self.operator("^", "**"):
+            return Binary("^", base, self.nested(self.factor))
+        if digit := self.operator(*RAISED):
+            return Binary("^", base, Plain(Fraction(RAISED.index(digit))))
+        return base
+
+    def part(self) -> Node:
+        token = self.take()
+        node: Node
+        if token.kind == "number":
+            node = self.number(token)
+        elif token.kind == "name":
+            node = self.call(token) if self.peek().text == "(" else Name(token.text)
+            if token.text in ('"', "'", "°"):
+                raise FormulaError(f"{shown(self.text)} has a {token.text} without a number")
+        elif token.text == "(":
+            node = self.nested(self.sum)
+            if not self.operator(")"):
+                raise FormulaError(f"{shown(self.text)} lacks a ')'")
+        elif token is END:
+            raise FormulaError(f"{shown(self.text)} ends where a number is wanted")
+        else:
+            raise FormulaError(f"{shown(self.text)} has {token.text!r} where a number is wanted")
+        return self.with_unit(node, token)
+
+    def number(self, token: _Token) -> Node:
+        value = self.exact(token.text)
+        # a fraction before a unit is one number, as on a drawing: 1/4 in
+        slash, below, unit = (self.peek(k) for k in range(3))
+        tight = slash.text == "/" and not (slash.after_space or below.after_space)
+        whole = token.text.isdigit() and below.kind == "number" and below.text.isdigit()
+        if tight and whole and unit.kind == "name" and int(below.text[:9]) and self.unit_of(unit):
+            self.at += 2
+            value /= self.exact(below.text)
+        return Plain(value)
+
+    def exact(self, text: str) -> Fraction:
+        digits, _, power = text.lower().partition("e")
+        if len(digits) > LARGEST or abs(int(power[:6] or "0")) > LARGEST:
+            raise FormulaError(f"{shown(text)} is no number that a computer holds")
+        return Fraction(text)
+
+    def call(self, token: _Token) -> Node:
+        if token.text not in FUNCTIONS:
+            self.at += 1
+            raise FormulaError(
+                f"{shown(self.text)}: there is no function {token.text[:40]!r} (there are: "
+                f"{', '.join(FUNCTIONS)})"
+            )
+        self.take()
+        arguments = [self.nested(self.sum)]
+        while self.operator(","):
+            arguments.append(self.nested(self.sum))
+        if not self.operator(")"):
+            raise FormulaError(f"{shown(self.text)} lacks a ')'")
+        wanted = FUNCTIONS[token.text]
+        if len(arguments) != wanted:
+            number = "one number" if wanted == 1 else "two numbers"
+            raise FormulaError(
+                f"{shown(self.text)}: {token.text} takes {number}, not {len(arguments)}"
+            )
+        return Call(token.text, tuple(arguments))
+
+    # -- units --------------------------------------------------------------------------------
+
+    def unit_of(self, token: _Token) -> Unit | None:
+        """The unit that a word is, where it is one of the field or of pint."""
+        if token.kind != "name":
+            return None
+        return known(token.text) or foreign(token.text)
+
+    def with_unit(self, node: Node, before: _Token) -> Node:
+        """The node, times the unit that stands behind it."""
+        token = self.peek()
+        if token.kind != "name" or self.peek(1).text == "(":
+            return node
+        unit = known(token.text) if before.kind == "name" else self.unit_of(token)
+        if unit is None:
+            return node
+        self.take()
+        symbols = [token.text]
+        unit = self.raised(unit)
+        while step := self.chained():
+            operator, word, skip = step
+            self.at += skip
+            symbols.append(word)
+            further = self.raised(SYMBOLS[word])
+            unit = unit / further if operator == "/" else unit * further
+        return Measured(node, unit, tuple(symbols))
+
+    def raised(self, unit: Unit) -> Unit:
+        """The unit to the power that stands behind it."""
+        token, power, digits = self.peek(), self.peek(1), self.peek(2)
+        if token.after_space or token.kind != "operator":
+            return unit
+        if token.text in RAISED:
+            self.at += 1
+            return unit ** RAISED.index(token.text)
+        if token.text not in ("^", "**"):
+            return unit
+        minus = power.text == "-"
+        digits = digits if minus else power
+        if digits.kind != "number" or not digits.text.isdigit() or len(digits.text) > 1:
+            raise FormulaError(
+                f"{shown(self.text)}: the power of the unit '{unit.symbol}' must be one digit"
+            )
+        self.at += 3 if minus else 2
+        return unit ** (-int(digits.text) if minus else int(digits.text))
+
+    def chained(self) -> tuple[str, str, int] | None:
+        """What goes on with a unit: operator, symbol, and how many tokens they are."""
+        token, word = self.peek(), self.peek(1)
+        if token.kind == "name" and token.text in SYMBOLS and token.text not in VARIABLES:
+            return ("*", token.text, 1) if self.peek(1).text != "(" else None
+        tight = not (token.after_space or word.after_space)
+        if tight and token.text in ("*", "/", "-") and word.kind == "name":
+            following = self.peek(2).text
+            if word.text in SYMBOLS and word.text not in VARIABLES and following != "(":
+                return token.text, word.text, 2
+        return None

@@ -1,0 +1,106 @@
+"""The tree of a formula: what the text says, before anything is computed.
+
+Every node knows the names that are used in it and below.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import ClassVar, TypeAlias
+
+from mbody.quantities.units import Unit
+
+__all__ = ["Binary", "Call", "Measured", "Name", "Negative", "Node", "Plain", "walk"]
+
+
+def _names() -> frozenset[str]:
+    return field(init=False, repr=False, compare=False)
+
+
+@dataclass(frozen=True)
+class Plain:
+    """A plain number, exact as it was written."""
+
+    names: ClassVar[frozenset[str]] = frozenset()
+    value: Fraction
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What stands before a unit, times the unit: ``1.5 lbf``, ``(a + b) mm``."""
+
+    of: Node
+    unit: Unit
+    symbols: tuple[str, ...]
+    names: frozenset[str] = _names()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "names", self.of.names)
+
+
+@dataclass(frozen=True)
+class Name:
+    """A parameter, the variable, or a unit by itself."""
+
+    name: str
+    names: frozenset[str] = _names()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "names", frozenset((self.name,)))
+
+
+@dataclass(frozen=True)
+class Negative:
+    """−a."""
+
+    of: Node
+    names: frozenset[str] = _names()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "names", self.of.names)
+
+
+@dataclass(frozen=True)
+class Binary:
+    """a + b, a − b, a · b, a / b or a ^ b."""
+
+    operator: str
+    a: Node
+    b: Node
+    names: frozenset[str] = _names()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "names", self.a.names | self.b.names)
+
+
+@dataclass(frozen=True)
+class Call:
+    """A function of one or two numbers."""
+
+    function: str
+    arguments: tuple[Node, ...]
+    names: frozenset[str] = _names()
+
+    def __post_init__(self) -> None:
+        found = frozenset[str]().union(*(argument.names for argument in self.arguments))
+        object.__setattr__(self, "names", found)
+
+
+Node: TypeAlias = Plain | Measured | Name | Negative | Binary | Call
+
+
+def walk(node: Node, beside: tuple[str, ...] = ()) -> Iterator[Node]:
+    """The node and all below it, but not what the functions `beside` take."""
+    left = [node]
+    while left:
+        part = left.pop()
+        yield part
+        match part:
+            case Measured(of=below) | Negative(of=below):
+                left.append(below)
+            case Binary(a=a, b=b):
+                left += (b, a)
+            case Call(function=function, arguments=arguments) if function not in beside:
+                left += reversed(arguments)

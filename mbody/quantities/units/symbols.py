@@ -1,0 +1,213 @@
+"""Units by symbol, each an exact ratio to SI; the rest of the world's units come from pint.
+
+The units of the field stand here, so that a model file that says ``lbf``, ``mm`` or ``rpm`` is read
+in microseconds; pint, which takes 0.3 s to load, is asked only for a symbol that is not here.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Any
+
+from mbody.quantities.units.dimensions import DIMENSIONS, NUMBER, Dimension
+
+__all__ = ["SYMBOLS", "Unit", "foreign", "known", "of_quantity"]
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit: how many SI units it is, ``ratio · π^pi``, and of which dimension.
+
+    Attributes
+    ----------
+    symbol : str
+        As it was written.
+    ratio : Fraction
+        Exact, so that a unit divided by itself is one to the last digit.
+    pi : int
+        Power of π that stands beside it: 1 for a degree.
+    dimension : Dimension
+        What it measures.
+    """
+
+    symbol: str
+    ratio: Fraction
+    pi: int
+    dimension: Dimension
+
+    def __mul__(self, other: Unit) -> Unit:
+        return Unit(
+            f"{self.symbol}·{other.symbol}",
+            self.ratio * other.ratio,
+            self.pi + other.pi,
+            self.dimension * other.dimension,
+        )
+
+    def __truediv__(self, other: Unit) -> Unit:
+        return replace(self * other**-1, symbol=f"{self.symbol}/{other.symbol}")
+
+    def __pow__(self, power: int) -> Unit:
+        return Unit(
+            f"{self.symbol}^{power}", self.ratio**power, self.pi * power, self.dimension**power
+        )
+
+    @property
+    def factor(self) -> float:
+        """The same as one float, rounded once where it is rational; inf where that is too large.
+
+        >>> known("deg").factor == math.pi / 180.0
+        True
+        """
+        ratio = self.ratio
+        try:
+            if not self.pi:
+                return float(ratio)
+            return math.pi**self.pi * ratio.numerator / ratio.denominator
+        except OverflowError:
+            return math.inf
+
+
+_IN, _FT = Fraction("0.0254"), Fraction("0.3048")
+_LB, _G = Fraction("0.45359237"), Fraction("9.80665")
+_LBF = _LB * _G
+_D = DIMENSIONS
+_ENERGY = _D["torque"]
+
+# symbols: ratio to SI, power of π, dimension
+_TABLE: tuple[tuple[str, Fraction | int, int, Dimension], ...] = (
+    ("m", 1, 0, _D["length"]),
+    ("km", 1000, 0, _D["length"]),
+    ("dm", Fraction(1, 10), 0, _D["length"]),
+    ("cm", Fraction(1, 100), 0, _D["length"]),
+    ("mm", Fraction(1, 1000), 0, _D["length"]),
+    ("um µm μm", Fraction(1, 10**6), 0, _D["length"]),
+    ('in inch inches "', _IN, 0, _D["length"]),
+    ("ft foot feet '", _FT, 0, _D["length"]),
+    ("yd yard", 3 * _FT, 0, _D["length"]),
+    ("mile miles mi", 5280 * _FT, 0, _D["length"]),
+    ("kg", 1, 0, _D["mass"]),
+    ("g gram", Fraction(1, 1000), 0, _D["mass"]),
+    ("t tonne", 1000, 0, _D["mass"]),
+    ("lb lbm lbs", _LB, 0, _D["mass"]),
+    ("oz", _LB / 16, 0, _D["mass"]),
+    ("slug slugs", _LBF / _FT, 0, _D["mass"]),
+    ("blob blobs slinch", _LBF / _IN, 0, _D["mass"]),
+    ("s sec", 1, 0, _D["time"]),
+    ("ms", Fraction(1, 1000), 0, _D["time"]),
+    ("min", 60, 0, _D["time"]),
+    ("h hr", 3600, 0, _D["time"]),
+    ("rad", 1, 0, _D["angle"]),
+    ("mrad", Fraction(1, 1000), 0, _D["angle"]),
+    ("deg degree degrees °", Fraction(1, 180), 1, _D["angle"]),
+    ("rev turn", 2, 1, _D["angle"]),
+    ("rpm", Fraction(1, 30), 1, _D["angular velocity"]),
+    ("Hz", 1, 0, _D["frequency"]),
+    ("N", 1, 0, _D["force"]),
+    ("mN", Fraction(1, 1000), 0, _D["force"]),
+    ("kN", 1000, 0, _D["force"]),
+    ("MN", 10**6, 0, _D["force"]),
+    ("lbf", _LBF, 0, _D["force"]),
+    ("ozf", _LBF / 16, 0, _D["force"]),
+    ("kip", 1000 * _LBF, 0, _D["force"]),
+    ("kgf kp", _G, 0, _D["force"]),
+    ("Nm", 1, 0, _D["torque"]),
+    ("Nmm", Fraction(1, 1000), 0, _D["torque"]),
+    ("kNm", 1000, 0, _D["torque"]),
+    ("J", 1, 0, _ENERGY),
+    ("kJ", 1000, 0, _ENERGY),
+    ("W", 1, 0, _D["power"]),
+    ("kW", 1000, 0, _D["power"]),
+    ("MW", 10**6, 0, _D["power"]),
+    ("hp", 550 * _LBF * _FT, 0, _D["power"]),
+    ("mph", 5280 * _FT / 3600, 0, _D["velocity"]),
+    ("Pa", 1, 0, _D["pressure"]),
+    ("kPa", 1000, 0, _D["pressure"]),
+    ("MPa", 10**6, 0, _D["pressure"]),
+    ("GPa", 10**9, 0, _D["pressure"]),
+    ("bar", 10**5, 0, _D["pressure"]),
+    ("psi", _LBF / _IN**2, 0, _D["pressure"]),
+)
+
+#: The units of the field by symbol.
+SYMBOLS = {
+    symbol: Unit(symbol, Fraction(ratio), pi, dimension)
+    for symbols, ratio, pi, dimension in _TABLE
+    for symbol in symbols.split()
+}
+
+
+def known(symbol: str) -> Unit | None:
+    """The unit of the field with that symbol, None where it is not one of them.
+
+    >>> known("kN").factor
+    1000.0
+    """
+    return SYMBOLS.get(symbol)
+
+
+@functools.lru_cache(maxsize=1)
+def _registry() -> Any:
+    """Pint's registry, with exact ratios; loaded when a symbol asks for it."""
+    import pint
+
+    return pint.UnitRegistry(non_int_type=Fraction, cache_folder=None)
+
+
+@functools.lru_cache(maxsize=256)
+def foreign(symbol: str) -> Unit | None:
+    """A unit that only pint knows, None where it does not know it either.
+
+    >>> foreign("stone").factor
+    6.35029318
+    >>> foreign("nonsense") is None
+    True
+    """
+    if not symbol.isidentifier() or not symbol.isascii() or len(symbol) > 40:
+        return None
+    import pint
+
+    registry = _registry()
+    try:
+        unit = registry.parse_units(symbol)
+        return _measured(symbol, registry.Quantity(Fraction(1), unit))
+    except (pint.PintError, ArithmeticError, ValueError, TypeError, KeyError, AttributeError):
+        return None
+
+
+def of_quantity(quantity: Any) -> Unit | None:
+    """A quantity of pint as a unit of that size; None for anything else, and for arrays.
+
+    >>> import pint
+    >>> of_quantity(pint.UnitRegistry().Quantity(2.0, "kN")).factor
+    2000.0
+    >>> of_quantity(2.0) is None
+    True
+    """
+    if not (hasattr(quantity, "dimensionality") and hasattr(quantity, "to")):
+        return None
+    return _measured(f"{quantity}", quantity)
+
+
+def _measured(symbol: str, quantity: Any) -> Unit | None:
+    """A quantity of pint in SI; None where it measures something that mechanics has not."""
+    names = {"[length]": "m", "[mass]": "kg", "[time]": "s"}
+    powers = dict(quantity.dimensionality)
+    if not set(powers) <= set(names):
+        return None
+    size = quantity.to({names[name]: power for name, power in powers.items()} or "radian")
+    # pint takes a radian for one, yet keeps it among the units that it cannot take apart
+    powers["radian"] = dict(quantity.to_root_units().unit_items()).get("radian", 0)
+    dimension = Dimension(
+        *(Fraction(powers.get(name, 0)).limit_denominator(12) for name in (*names, "radian"))
+    )
+    try:
+        return Unit(symbol, Fraction(size.magnitude), 0, dimension)
+    except (TypeError, ValueError, OverflowError):  # an array, nan or inf
+        return None
+
+
+#: What a plain number is multiplied by: nothing.
+ONE = Unit("1", Fraction(1), 0, NUMBER)

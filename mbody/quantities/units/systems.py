@@ -1,0 +1,144 @@
+"""Consistent unit systems, chosen by name: the units of plain numbers, inside and in results.
+
+The equations are homogeneous, so a mechanism works in one consistent system and no kernel ever
+sees a unit: masses are in the unit that makes force = mass · length / time² hold.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+from fractions import Fraction
+
+from mbody.errors import ModelError
+from mbody.quantities.units.dimensions import DIMENSIONS, Dimension, dimension_of, name_of
+from mbody.quantities.units.symbols import SYMBOLS, Unit, known
+
+__all__ = ["UNIT_SYSTEMS", "UnitSystem", "unit_system"]
+
+
+@dataclass(frozen=True)
+class UnitSystem:
+    """One consistent system of units: the names that go beside numbers, and standard gravity.
+
+    Attributes
+    ----------
+    name : str
+        As the user chooses it, for example ``"in-lbf-s"``.
+    length, force, time, mass : str
+        Unit symbols; angles are radians inside and degrees beside printed numbers.
+    g : float
+        Standard gravity in length/time²: the default by which a weight becomes a mass.
+    """
+
+    name: str
+    length: str
+    force: str
+    time: str
+    mass: str
+    g: float
+
+    def of(self, dimension: str | Dimension) -> str:
+        """Unit symbol of a dimension, for example ``of("torque")`` → ``"lbf·in"``.
+
+        >>> unit_system("in-lbf-s").of("acceleration")
+        'in/s²'
+        >>> unit_system("SI").of(DIMENSIONS["force"] / DIMENSIONS["time"])
+        'N/s'
+        """
+        wanted = dimension_of(dimension)
+        if name_of(wanted) == "mass":
+            return self.mass
+        powers = self.powers(wanted)
+        above = "·".join(_powered(symbol, p) for symbol, p in powers if p > 0)
+        below = [_powered(symbol, -p) for symbol, p in powers if p < 0]
+        return "/".join([above or "1", *below]) if above or below else ""
+
+    def powers(self, dimension: str | Dimension) -> tuple[tuple[str, Fraction], ...]:
+        """The symbols that a unit is made of, force before length, time and angle, with powers.
+
+        >>> [(symbol, int(power)) for symbol, power in unit_system("SI").powers("torque") if power]
+        [('N', 1), ('m', 1)]
+        """
+        wanted = dimension_of(dimension)
+        return (
+            (self.force, wanted.mass),
+            (self.length, wanted.length - wanted.mass),
+            (self.time, wanted.time + 2 * wanted.mass),
+            ("rad", wanted.angle),
+        )
+
+    @functools.lru_cache(maxsize=1024)  # noqa: B019 (there are few unit systems)
+    def unit(self, dimension: str | Dimension) -> Unit:
+        """The unit of a dimension with its exact ratio to SI."""
+        wanted = dimension_of(dimension)
+        length, force, time = (SYMBOLS[s] for s in (self.length, self.force, self.time))
+        mass = force.ratio * time.ratio**2 / length.ratio
+        ratio = Fraction(1)
+        for base, power in (
+            (length.ratio, wanted.length),
+            (mass, wanted.mass),
+            (time.ratio, wanted.time),
+        ):
+            if power.denominator != 1:
+                ratio *= Fraction(float(base) ** float(power))
+            else:
+                ratio *= base**power.numerator
+        return Unit(self.of(wanted), ratio, 0, wanted)
+
+
+def _powered(symbol: str, power: Fraction) -> str:
+    if power == 1:
+        return symbol
+    digits = "".join("⁰¹²³⁴⁵⁶⁷⁸⁹"[int(d)] for d in str(power)) if power.denominator == 1 else ""
+    return symbol + (digits or f"^({power})")
+
+
+UNIT_SYSTEMS = {
+    system.name: system
+    for system in (
+        UnitSystem("SI", "m", "N", "s", "kg", 9.80665),
+        UnitSystem("mm-N-s", "mm", "N", "s", "t", 9806.65),
+        UnitSystem("in-lbf-s", "in", "lbf", "s", "blob", 9.80665 / 0.0254),
+        UnitSystem("ft-lbf-s", "ft", "lbf", "s", "slug", 9.80665 / 0.3048),
+    )
+}
+
+
+def unit_system(name: str | UnitSystem) -> UnitSystem:
+    """The unit system of that name: one of `UNIT_SYSTEMS`, or any length-force-time such as
+    ``"cm-kN-s"``.
+
+    Raises
+    ------
+    ModelError
+        When there is none; the sentence lists those that there are.
+
+    >>> unit_system("cm-kN-s").of("torque")
+    'kN·cm'
+    """
+    if isinstance(name, UnitSystem):
+        return name
+    if isinstance(name, str):
+        if name in UNIT_SYSTEMS:
+            return UNIT_SYSTEMS[name]
+        made = _made(name)
+        if made is not None:
+            return made
+    names = ", ".join(repr(known) for known in UNIT_SYSTEMS)
+    raise ModelError(
+        f"there is no unit system {repr(name)[:60]}: choose one of {names}, or name a length, a "
+        "force and a time, as in 'cm-kN-s'"
+    )
+
+
+def _made(name: str) -> UnitSystem | None:
+    """A system made of three units of the field, None where they are not that."""
+    parts = [known(part) for part in name.split("-")] if len(name) <= 30 else []
+    wanted = [DIMENSIONS[base] for base in ("length", "force", "time")]
+    if len(parts) != 3 or [part and part.dimension for part in parts] != wanted:
+        return None
+    length, force, time = (part for part in parts if part is not None)
+    mass = f"{force.symbol}·{time.symbol}²/{length.symbol}"
+    g = Fraction("9.80665") * time.ratio**2 / length.ratio
+    return UnitSystem(name, length.symbol, force.symbol, time.symbol, mass, float(g))

@@ -1,0 +1,1 @@
+"""Results on paper: the readable sheet of every analysis."""

@@ -1,0 +1,335 @@
+"""The system of force equations of one instant with its numbers, as textbooks print it."""
+
+from __future__ import annotations
+
+import operator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from mbody.analysis.position.joint_places import direction, place
+from mbody.errors import ModelError
+from mbody.kernels.output import PER_ATOM
+from mbody.model.joints import Distance, Fixed, Prismatic, Revolute
+from mbody.sheets.equation_lines import lines
+from mbody.sheets.names import force_names, heading, link_names
+from mbody.sheets.table import angles, number
+from mbody.solution.checks import loaded
+from mbody.system.rank import DENSE, dense, jacobian, rank_of
+from mbody.system.read_only import lock
+
+if TYPE_CHECKING:
+    from mbody.model.coupling import Coupling
+    from mbody.model.driver import Driver
+    from mbody.model.joints import Joint
+    from mbody.solution.solution import Solution
+
+__all__ = ["Equations", "equations", "system_of_equations"]
+
+Array = np.ndarray
+
+#: A coefficient no greater than this (an arm: than this part of the model length) is rounding.
+SMALL = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Equations:
+    """matrix · unknowns = right-hand side: Newton's and Euler's equations of every moving link.
+
+    A row says Σ of what joints and drivers exert = m a − loads, moments about the mass centre. A
+    column is what a unit of its unknown exerts on all links. ``print(run.equations())`` shows them.
+
+    Attributes
+    ----------
+    rows, row_units : tuples of str
+        ΣFx, ΣFy and ΣM of the links in the order of the description, and their units.
+    unknowns, units, meanings : tuples of str
+        Names of the unknowns in the order of joints, couplings, drivers; their units; what each is.
+    matrix : array (rows, unknowns)
+        Square where constraints determine the motion and none is redundant.
+    rhs : array (rows,)
+        m a_Gx, m a_Gy and I_G α less what the loads exert.
+    values : array (unknowns,)
+        The solution: reactions and efforts.
+    rank : int
+        Independent columns; where it is less than their number, values are not unique.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> run = mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=10))
+    >>> system = run.equations()
+    >>> system.unknowns
+    ('F12x', 'F12y', 'F32x', 'F32y', 'F43x', 'F43y', 'F14x', 'F14y', 'T12')
+    >>> bool(np.allclose(np.linalg.solve(system.matrix, system.rhs), system.values))
+    True
+    """
+
+    rows: tuple[str, ...]
+    row_units: tuple[str, ...]
+    unknowns: tuple[str, ...]
+    units: tuple[str, ...]
+    meanings: tuple[str, ...]
+    matrix: Array
+    rhs: Array
+    values: Array
+    rank: int
+    heading: tuple[str, ...] = field(repr=False)
+
+    def __post_init__(self) -> None:
+        lock(self)
+
+    @property
+    def residual(self) -> Array:
+        """What the solution leaves, matrix · values − rhs (rows,)."""
+        return self.matrix @ self.values - self.rhs
+
+    def data(self) -> dict[str, Any]:
+        """Everything as plain lists and texts, ready for JSON."""
+        return {
+            "rows": list(self.rows),
+            "row_units": list(self.row_units),
+            "unknowns": list(self.unknowns),
+            "units": list(self.units),
+            "matrix": self.matrix.tolist(),
+            "rhs": self.rhs.tolist(),
+            "values": self.values.tolist(),
+        }
+
+    def __str__(self) -> str:
+        return "\n".join(lines(self))
+
+
+def equations(solution: Solution, instant: int = 0) -> str:
+    """The force equations of one instant as text, at most 100 characters wide.
+
+    The matrix where it finds room, else every equation as a line, and the solved unknowns.
+
+    Parameters
+    ----------
+    solution : Solution
+        Of kinetostatics or statics, of one design.
+    instant : int
+        Which of its instants; negative ones count from the end.
+
+    Returns
+    -------
+    str
+        Lines without a line break at the end.
+
+    Raises
+    ------
+    ModelError
+        As `system_of_equations`.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> run = mbody.statics(mbody.makers.four_bar(1, 3, 2, 3.5))
+    >>> equations(run).splitlines()[1]
+    'statics equations at t = 0 s; units SI: m, N, s, kg'
+    """
+    return str(system_of_equations(solution, instant))
+
+
+def system_of_equations(solution: Solution, instant: int = 0) -> Equations:
+    """The force equations of one instant as arrays: matrix · unknowns = m a − loads.
+
+    Parameters
+    ----------
+    solution : Solution
+        Of kinetostatics or statics, of one design.
+    instant : int
+        Which of its instants; negative ones count from the end.
+
+    Returns
+    -------
+    Equations
+        Of a pin two components, of a guide a normal force N and a torque, of a weld a force and a
+        torque, of a rod its tension, of a coupling or a driver its effort, of any other joint its
+        multipliers.
+
+    Raises
+    ------
+    ModelError
+        For an analysis without forces, a batch of designs, an instant that is not there, or a
+        mechanism of more than 1500 constraint rows.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> run = mbody.kinetostatics(mbody.makers.slider_crank(1, 3, masses=(1, 3, 2), speed=10.0))
+    >>> system_of_equations(run).unknowns[6:]
+    ('N14', 'T14', 'T12')
+    """
+    k = _checked(solution, instant)
+    return _Columns(solution, k).equations()
+
+
+def _checked(solution: Solution, instant: Any) -> int:
+    """The instant's place in the solution; refuses what has no such equations."""
+    if not solution.has_forces:
+        raise ModelError(f"{solution.analysis} finds no forces: use kinetostatics or statics")
+    if solution.record.batch:
+        raise ModelError(
+            f"equations are of one design, this is a batch of {solution.record.count} designs: "
+            "analyse one of them, system.design(n)"
+        )
+    count, rows = len(solution), solution.system.rows
+    whole = hasattr(instant, "__index__") and not isinstance(instant, bool)
+    if not whole or not -count <= instant < count:
+        raise ModelError(f"there is no instant {instant!r}: give a whole number, 0 to {count - 1}")
+    if rows > DENSE:
+        raise ModelError(
+            f"'{solution.mechanism.name}' has {rows} unknowns, equations are written out for up to "
+            f"{DENSE}: ask for reactions and efforts by name"
+        )
+    return operator.index(instant) % count
+
+
+class _Unknown(NamedTuple):
+    """One unknown: its name, unit and meaning; its column (coordinates,) and its value."""
+
+    name: str
+    unit: str
+    meaning: str
+    column: Array
+    value: float
+
+
+class _Columns:
+    """The unknowns of one instant: of the joints, the couplings, the drivers.
+
+    Multipliers λ of an element exert −Φ_qᵀ λ. What they are to be called by are combinations
+    u = C λ of them, such as the components of the force on one body: then columns are −Φ_qᵀ C⁻¹.
+    """
+
+    def __init__(self, solution: Solution, instant: int) -> None:
+        self.solution, self.instant = solution, instant
+        self.system, self.mechanism = solution.system, solution.mechanism
+        self.unit = self.mechanism.units.of
+        self.names = force_names(self.mechanism)
+        self.work = loaded(solution, instant)
+        self.phi_q = jacobian(self.system, self.work)[1]
+        self.q = self.work.q[:, 0]
+        self.numbers = solution.record.table(slice(None))[instant]
+
+    def equations(self) -> Equations:
+        """All columns beside m a − loads."""
+        found = [unknown for joint in self.mechanism.joints for unknown in self._joint(joint)]
+        found += [self._coupling(coupling) for coupling in self.mechanism.couplings]
+        found += [self._driver(driver) for driver in self.mechanism.drivers]
+        links, n3 = link_names(self.mechanism)[1:], self.system.coordinates
+        matrix = np.array([unknown.column for unknown in found]).reshape(-1, n3).T
+        size = np.tile([1.0, 1.0, self.system.length], len(links))
+        matrix[np.abs(matrix) <= SMALL * size[:, None]] = 0.0
+        inertia = self.system.mass[:n3, 0] * self.numbers[2 * n3 : 3 * n3]
+        units = (self.unit("force"), self.unit("force"), self.unit("torque"))
+        return Equations(
+            rows=tuple(f"Σ{what} {link}" for link in links for what in ("Fx", "Fy", "M")),
+            row_units=units * len(links),
+            unknowns=tuple(unknown.name for unknown in found),
+            units=tuple(unknown.unit for unknown in found),
+            meanings=tuple(unknown.meaning for unknown in found),
+            matrix=matrix,
+            rhs=inertia - self.work.force[:n3, 0],
+            values=np.array([unknown.value for unknown in found]),
+            rank=rank_of(dense(self.system, self.work)[1]).rank,
+            heading=tuple(heading(self.solution, self._when())),
+        )
+
+    def _when(self) -> str:
+        time = f"t = {number(self.solution.t[self.instant])} {self.unit('time')}"
+        count = len(self.solution)
+        if count == 1:
+            return f"equations at {time}"
+        return f"equations at {time} (instant {self.instant} of 0 … {count - 1})"
+
+    def _multipliers(self, name: str) -> tuple[Array, Array]:
+        """What unit multipliers of an element exert (coordinates, rows), and its λ (rows,)."""
+        atom, row, _ = self.system.row_table
+        own = np.isin(atom, self.system.atoms_of[name])
+        places = 3 * self.system.coordinates + PER_ATOM * atom[own] + row[own]
+        return -self.phi_q[own].T, self.numbers[places]
+
+    def _joint(self, joint: Joint) -> list[_Unknown]:
+        exerted, lam = self._multipliers(joint.name)
+        parts, whole = self._components(joint)
+        _, on = self.names[joint.name]
+        by = joint.i.body if joint.j.body == on else joint.j.body
+        # force and torque on that body, the torque about the joint's place on j
+        wrench = exerted[3 * self.system.bodies[on] :][:3].copy()
+        arm = place(self.system, self.q, joint, "j") - self.q[3 * self.system.bodies[on] :][:2]
+        wrench[2] -= arm[0] * wrench[1] - arm[1] * wrench[0]
+        C = np.eye(len(lam)) if whole is None else whole @ wrench
+        columns, values = exerted @ np.linalg.inv(C), C @ lam
+        found = []
+        for n, (kind, unit, detail) in enumerate(parts):
+            name = self._named(joint.name, kind)
+            meaning = f"on {on} by {by} at {joint.name}, {detail}"
+            if whole is None and kind != "F":
+                meaning = f"{detail} of {joint.name}, between {joint.i.body} and {joint.j.body}"
+            unit = self.unit(unit)
+            found.append(_Unknown(name, unit, meaning, columns[:, n], float(values[n])))
+        return found
+
+    def _components(self, joint: Joint) -> tuple[list[tuple[str, str, str]], Array | None]:
+        """Kind, dimension and direction of a joint's unknowns, and the parts of its force (x, y)
+        and torque that they are (unknowns, 3); None where they are its multipliers.
+        """
+        x, y = ("x", "force", "along x"), ("y", "force", "along y")
+        torque = ("T", "torque", "torque")
+        if isinstance(joint, Revolute):
+            return [x, y], np.eye(3)[:2]
+        if isinstance(joint, Fixed):
+            return [x, y, torque], np.eye(3)
+        if isinstance(joint, Prismatic):
+            normal = direction(self.system, self.q, joint, "i") + 0.5 * np.pi
+            across = ("N", "force", f"normal to the guide, along {angles(normal)[0]}°")
+            parts = np.array([[np.cos(normal), np.sin(normal), 0.0], [0.0, 0.0, 1.0]])
+            return [across, torque], parts
+        if isinstance(joint, Distance):
+            exerted = self._multipliers(joint.name)[0][:, 0]
+            return [("F", "force", f"tension, {self._along(exerted, joint.name)}")], None
+        kinds = "".join(self.system.row_kinds[e] for e in self.system.atoms_of[joint.name])
+        return [
+            (f"λ{n}", "force" if kind == "l" else "torque", f"multiplier of row {n}")
+            for n, kind in enumerate(kinds, 1)
+        ], None
+
+    def _coupling(self, coupling: Coupling) -> _Unknown:
+        exerted, lam = self._multipliers(coupling.name)
+        letter, dimension = ("T", "torque") if coupling.rows == "a" else ("F", "force")
+        meaning = f"{dimension} of {coupling.name}, on a coordinate of the factor 1"
+        name = f"{letter},{coupling.name}"
+        return _Unknown(name, self.unit(dimension), meaning, -exerted[:, 0], -float(lam[0]))
+
+    def _driver(self, driver: Driver) -> _Unknown:
+        exerted, lam = self._multipliers(driver.name)
+        by, on = driver.bodies
+        name = self._named(driver.name, "F")
+        meaning, unit = f"on {on} by {by}, torque of {driver.name}", self.unit("torque")
+        if driver.rows != "a":
+            along = self._along(-exerted[:, 0], driver.name)
+            meaning, unit = f"on {on} by {by}, force of {driver.name}, {along}", self.unit("force")
+        # an effort is −λ: its product with the driven rate is the power that it gives
+        return _Unknown(name, unit, meaning, -exerted[:, 0], -float(lam[0]))
+
+    def _along(self, exerted: Array, name: str) -> str:
+        """Direction of a force on the body of its name, of what it exerts (coordinates,)."""
+        n = 3 * self.system.bodies[self.names[name][1]]
+        if n < len(exerted):
+            fx, fy = exerted[n : n + 2]
+        else:  # on the ground, which has no column: the reaction to all other bodies' forces
+            fx, fy = -exerted[0::3].sum(), -exerted[1::3].sum()
+        return f"along {angles(np.arctan2(fy, fx))[0]}°"
+
+    def _named(self, element: str, kind: str) -> str:
+        """Name of an unknown, after that of its force: F14x, N14, T14; multipliers are λ1,slot."""
+        whole = self.names[element][0]
+        stem = whole.removesuffix(f",{element}")
+        if kind.startswith("λ"):
+            return f"{kind},{element}"
+        name = {"x": f"{stem}x", "y": f"{stem}y", "F": stem}.get(kind, kind + stem[1:])
+        return name if whole == stem else f"{name},{element}"

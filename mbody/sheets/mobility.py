@@ -1,0 +1,104 @@
+"""The readable sheet of a mobility report: what ``print(mbody.mobility(machine))`` shows."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from mbody.sheets.names import noted, title
+from mbody.sheets.table import Column, even, number, paragraph, table
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from mbody.analysis.freedom.free_motions import FreeMotion
+    from mbody.analysis.freedom.mobility import Count, Mobility
+
+__all__ = ["sheet"]
+
+#: Free motions and joints that are shown.
+SHOWN = 12
+
+
+def sheet(report: Mobility) -> str:
+    """A mobility report as text, at most 100 characters wide.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> print(sheet(mbody.mobility(mbody.makers.four_bar(1, 3, 2, 3.5))).splitlines()[10])
+    degrees of freedom: coordinates - rank              1              0
+    """
+    when = f"mobility at t = {number(report.t)} {report.units.time}"
+    lines = [*title(report.mechanism, when, report.units), "", *_counts(report)]
+    lines += _redundant(report)
+    if report.drivers:
+        lines += _motions("FREE MOTIONS, drivers held", report.driven_motions)
+        lines += _motions("FREE MOTIONS without the drivers", report.motions)
+    else:
+        lines += _motions("FREE MOTIONS", report.motions)
+    return "\n".join(even([*lines, *noted(report.notes)]))
+
+
+def _counts(report: Mobility) -> list[str]:
+    """Parts beside the two counts."""
+    titles = [
+        "coordinates, 3 a link",
+        "rows of constraints",
+        "Grübler: coordinates - rows",
+        "rank of the rows",
+        "redundant rows: rows - rank",
+        "degrees of freedom: coordinates - rank",
+    ]
+
+    def cells(count: Count) -> list[str]:
+        rank, spare, free = count.rank, count.redundant, count.freedom
+        values = (3 * report.bodies, count.rows, count.gruebler, rank, spare, free)
+        return ["?" if value is None else str(value) for value in values]
+
+    columns = [Column("MOBILITY", titles, text=True, whole=True)]
+    columns.append(Column("joints alone", cells(report.of_joints)))
+    if report.drivers:
+        columns.append(Column("drivers held", cells(report.driven)))
+    parts = [
+        _counted(report.bodies, "moving link"),
+        _counted(report.joints, "joint"),
+        *([_counted(report.couplings, "coupling")] if report.couplings else []),
+        _counted(report.drivers, "driver"),
+        _counted(report.loops, "independent loop"),
+    ]
+    return [*table(columns), ", ".join(parts)]
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}{'' if count == 1 else 's'}"
+
+
+def _redundant(report: Mobility) -> list[str]:
+    """Joints whose rows can be spared."""
+    if not report.redundant:
+        return []
+    most = max(report.redundant.values())
+    words = [
+        name if most == 1 else f"{name} (up to {count})" for name, count in report.redundant.items()
+    ]
+    if len(words) > SHOWN:
+        words[SHOWN:] = [f"{len(words) - SHOWN} joints more"]
+    rows = _counted(report.of_joints.redundant or 0, "row")
+    where = " at this position" if report.of_joints.singular else ""
+    names = " or ".join([", ".join(words[:-1]), words[-1]])
+    text = f"{rows} can be removed{where} and nothing is set free, from {names}"
+    return ["", *paragraph(text, "REDUNDANT   ")]
+
+
+def _motions(title: str, motions: Sequence[FreeMotion] | None) -> list[str]:
+    if motions is None:
+        return []
+    if not motions:
+        return ["", f"{title}: none"]
+    wide = len(str(min(SHOWN, len(motions))))
+    lines = ["", title, "─" * len(title)]
+    for n, motion in enumerate(motions[:SHOWN], 1):
+        lines += paragraph(motion.words, f"{n:>{wide}}  ")
+    if len(motions) > SHOWN:
+        lines.append(f"{'':>{wide}}  and {len(motions) - SHOWN} more")
+    return lines

@@ -1,0 +1,1 @@
+"""Results by name: histories, measures, residuals, energy, momentum, doubts, restart."""

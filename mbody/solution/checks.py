@@ -1,0 +1,170 @@
+"""Residuals of a finished solution, and the breakdown of its forces by cause."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mbody.errors import ModelError
+from mbody.kernels.load_breakdown import breakdown as kernel
+from mbody.kernels.load_breakdown import each_load
+from mbody.kernels.output import PER_ATOM
+from mbody.kernels.residuals import audit
+from mbody.model.element import listed
+from mbody.model.joints import Joint
+from mbody.solution.histories import Checks, Reaction
+from mbody.solution.places import torque_told
+from mbody.system.layout import Work
+
+if TYPE_CHECKING:
+    from mbody.solution.solution import Solution
+
+__all__ = ["breakdown", "checks", "each_load_of", "loaded", "residuals"]
+
+
+def residuals(solution: Solution) -> np.ndarray:
+    """(designs, instants, 5), as `mbody.kernels.residuals` says, of one design too."""
+    designs = range(solution.system.batch or 1)
+    return np.array([_audited(solution, design) for design in designs])
+
+
+def _audited(solution: Solution, design: int) -> np.ndarray:
+    """The residuals of one design; a driver that has let go constrains nothing from then on."""
+    drivers, t = solution.system.mechanism.drivers, solution.t
+    times = [solution.released.get(driver.name, np.inf) for driver in drivers]
+    ends = sorted({time for time in times if time <= t.max(initial=-np.inf)})
+    if not ends:
+        return _audit(solution, design)[0]
+    parts, first = np.empty((len(t), 5)), 0
+    for last, until in zip([*np.searchsorted(t, ends), len(t)], [None, *ends], strict=True):
+        gone = () if until is None else np.flatnonzero(np.array(times) <= until)
+        if last > first:
+            parts[first:last] = _audit(solution, design, slice(first, last), gone)[0]
+        first = last
+    return parts
+
+
+def checks(solution: Solution) -> Checks:
+    """Residuals, relative, greatest of all instants, and the balance of energy."""
+    constraint, unbalanced, term, power, flow = np.moveaxis(solution.residuals, 2, 0)
+    forces, energy = solution.has_forces, solution.energy
+
+    def relative(worst: np.ndarray, whole: np.ndarray) -> float:
+        top = float(whole.max(initial=0.0))
+        return float(np.abs(worst).max(initial=0.0)) / top if top > 0.0 else 0.0
+
+    return Checks(
+        constraint=float(constraint.max(initial=0.0)),
+        equilibrium=relative(unbalanced, term) if forces else 0.0,
+        virtual_work=relative(power, flow) if forces else 0.0,
+        energy=None if energy is None else energy.error,
+        branch=solution.branch,
+    )
+
+
+def _motion(solution: Solution, design: int) -> np.ndarray:
+    motion = solution.record.table(slice(0, 3 * solution.system.coordinates))
+    return motion[design] if solution.record.batch else motion
+
+
+def loaded(solution: Solution, instant: int) -> Work:
+    """A workspace at one instant of one design: its motion, its rows, and the sum of all loads on
+    the coordinates in `force`.
+    """
+    return _audit(solution, 0, slice(instant, instant + 1 or None))[1]
+
+
+def each_load_of(solution: Solution, instant: int) -> np.ndarray:
+    """Force (x, y) at the mass centre and torque of every load on every body at one instant of one
+    design: (loads, bodies, 3).
+    """
+    system, instants = solution.system, slice(instant, instant + 1 or None)
+    output = np.empty((1, len(system.mechanism.loads), system.coordinates))
+    motion = np.ascontiguousarray(_motion(solution, 0)[instants])
+    each_load(system.runtime(), system.work(), motion, np.array(solution.t[instants]), output)
+    return output[0].reshape(-1, len(system.mechanism.bodies), 3)
+
+
+def _audit(
+    solution: Solution, design: int, instants: slice = slice(None), gone: Any = ()
+) -> tuple[np.ndarray, Work]:
+    """(instants, 5), see `mbody.kernels.residuals`, and the workspace as the last instant left it;
+    `gone`: numbers of drivers whose rows are not looked at.
+    """
+    system, t = solution.system, np.array(solution.t[instants])
+    first = 3 * system.coordinates
+    atoms = solution.record.table(slice(first, first + PER_ATOM * len(system.owners)))
+    atoms = (atoms[design] if solution.record.batch else atoms)[instants]
+    lam = atoms.reshape(len(t), -1, PER_ATOM)[:, :, :2].reshape(len(t), -1)
+    driven = [system.atoms_of[driver.name][0] for driver in system.mechanism.drivers]
+    by_law = solution.given is None
+    given = np.zeros((len(t), max(1, len(driven)), 3))
+    if solution.given is not None:
+        given = np.array(solution.given[instants])
+    output, work = np.empty((len(t), 5)), system.work(designs=design)
+    work.soft[2 * system.layout.driver_node[np.asarray(gone, dtype=np.int64)]] = 0.0
+    audit(
+        system.runtime(),
+        work,
+        np.ascontiguousarray(_motion(solution, design)[instants]),
+        t,
+        np.ascontiguousarray(lam),
+        np.array(driven, dtype=np.int64),
+        np.ascontiguousarray(given),
+        by_law,
+        solution.analysis == "statics",
+        output,
+    )
+    return output, work
+
+
+def breakdown(solution: Solution, name: str, on: str | None) -> dict[str, Any]:
+    """Reactions or efforts that inertia and each load would have alone, by cause."""
+    system = solution.system
+    if system.batch is not None:
+        raise ModelError(
+            f"the breakdown of '{name}' is for one design, this is a batch of {system.batch} "
+            "designs: analyse one of them, system.design(n)",
+            name,
+        )
+    if not solution.has_forces:
+        raise ModelError(
+            f"{solution.analysis} finds no forces, as of '{name}': use kinetostatics", name
+        )
+    loads = system.mechanism.loads
+    size = PER_ATOM * len(system.owners)
+    output = np.empty((len(solution.t), len(loads) + 1, size, 1))
+    kernel(
+        system.runtime(),
+        system.work(),
+        solution.soft,
+        _motion(solution, 0),
+        np.array(solution.t),
+        len(loads),
+        output,
+    )
+    causes = ["inertia", *(load.name for load in loads)]
+    atoms = system.atoms_of.get(name)
+    if atoms is None:
+        known = listed(system.atoms_of)
+        raise ModelError(f"'{name}' is neither a joint nor a driver (there are: {known})", name)
+    element = system.mechanism[name]
+    if not isinstance(element, Joint):
+        row = PER_ATOM * atoms[0]
+        return {cause: -output[:, n, row, 0] for n, cause in enumerate(causes)}
+    whole = solution.reaction(name, on)
+    return {
+        cause: _alone(solution, element, whole, output[:, n, :, 0])
+        for n, cause in enumerate(causes)
+    }
+
+
+def _alone(solution: Solution, joint: Joint, whole: Reaction, rows: np.ndarray) -> Reaction:
+    """The part of a whole reaction that is in these rows."""
+    sign = 1.0 if whole.on == joint.j.body else -1.0
+    atoms = solution.system.atoms_of[joint.name]
+    parts = [np.sum([rows[:, PER_ATOM * e + n] for e in atoms], axis=0) for n in (2, 3, 4)]
+    fx, fy, torque = (sign * part for part in parts)
+    torque = torque_told(solution, joint, fx, fy, torque)
+    return Reaction(joint.name, whole.on, whole.by, fx, fy, torque, whole.unique)

@@ -1,0 +1,175 @@
+"""Histories: what a solution hands out, arrays over instants (with a first axis of designs)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbody.system.read_only import lock
+
+__all__ = ["BodyHistory", "BranchDistance", "Checks", "PointHistory", "Reaction", "Record"]
+
+Array = np.ndarray
+
+
+class Record:
+    """Rows of numbers over instants, as the kernels left them; a history is taken when asked for.
+
+    Parameters
+    ----------
+    blocks : list of arrays (instants, rows, lanes)
+        One after another along the lanes.
+    count : int
+        Instants of a single motion, or designs of a batch.
+    batch : bool
+        Whether a lane is a design; else a lane is a piece of one motion, its last instant being
+        the first of the next lane where there are several.
+    """
+
+    def __init__(self, blocks: list[Array], count: int, batch: bool) -> None:
+        self.blocks, self.count, self.batch = blocks, count, batch
+
+    def take(self, row: int) -> Array:
+        """History of one row, read-only: (instants,), or (designs, instants) of a batch."""
+        if self.batch:
+            whole = np.concatenate([block[:, row, :].T for block in self.blocks])[: self.count]
+        else:
+            whole = self._pieces(self.blocks[0])[:, row, :].T.reshape(-1)[: self.count]
+        whole.flags.writeable = False  # a view of what is kept
+        return whole
+
+    def some(self, first: int, count: int) -> list[Array]:
+        """Histories of rows that follow each other, as of `take`."""
+        if self.batch:
+            return [self.take(row) for row in range(first, first + count)]
+        rows = self._pieces(self.blocks[0])[:, first : first + count, :]
+        rows.flags.writeable = False
+        return [row[: self.count] for row in rows.transpose(1, 2, 0).reshape(count, -1)]
+
+    def table(self, rows: slice) -> Array:
+        """Histories of many rows at once: (instants, rows), or (designs, instants, rows)."""
+        if self.batch:
+            parts = [block[:, rows, :].transpose(2, 0, 1) for block in self.blocks]
+            return np.ascontiguousarray(np.concatenate(parts)[: self.count])
+        block = self._pieces(self.blocks[0])[:, rows, :].transpose(2, 0, 1)
+        lanes, instants, width = block.shape  # no rows where there are no joints
+        return np.ascontiguousarray(block.reshape(lanes * instants, width)[: self.count])
+
+    @staticmethod
+    def _pieces(block: Array) -> Array:
+        return block if block.shape[2] == 1 else block[:-1]
+
+
+@dataclass(frozen=True)
+class BodyHistory:
+    """Motion of one body: its mass centre and its angle.
+
+    Attributes
+    ----------
+    x, y, vx, vy, ax, ay : arrays (instants,)
+        Mass centre, world axes.
+    angle, omega, alpha : arrays (instants,)
+        Of the link's x axis [rad], and its rates.
+    """
+
+    name: str
+    x: Array
+    y: Array
+    angle: Array
+    vx: Array
+    vy: Array
+    omega: Array
+    ax: Array
+    ay: Array
+    alpha: Array
+
+
+@dataclass(frozen=True)
+class PointHistory:
+    """Motion of a point of a body, world axes: arrays (instants,)."""
+
+    name: str
+    x: Array
+    y: Array
+    vx: Array
+    vy: Array
+    ax: Array
+    ay: Array
+
+    def __post_init__(self) -> None:
+        lock(self)
+
+
+@dataclass(frozen=True)
+class Reaction:
+    """Force and torque on body `on` by body `by` at a joint, world axes: arrays (instants,).
+
+    Attributes
+    ----------
+    unique : tuple of three bool, or None
+        Whether each of fx, fy, torque is determined; redundant constraints may leave it open, and
+        the one of least norm is given. None where it was not looked at.
+    """
+
+    joint: str
+    on: str
+    by: str
+    fx: Array
+    fy: Array
+    torque: Array
+    unique: tuple[bool, bool, bool] | None = (True, True, True)
+
+    def __post_init__(self) -> None:
+        lock(self)
+
+    @property
+    def magnitude(self) -> Array:
+        """√(fx² + fy²)."""
+        return np.sqrt(self.fx * self.fx + self.fy * self.fy)
+
+    @property
+    def direction(self) -> Array:
+        """Angle of the force from the world's x axis, 0 … 2π [rad]."""
+        return np.mod(np.arctan2(self.fy, self.fx), 2.0 * np.pi)
+
+
+@dataclass(frozen=True)
+class BranchDistance:
+    """How near a motion came to a singular position, at which branches meet.
+
+    Attributes
+    ----------
+    least : float
+        Least scaled pivot of the constraints, without unit: 0 where branches meet.
+    t : float
+        The instant of it.
+    """
+
+    least: float
+    t: float
+
+
+@dataclass(frozen=True)
+class Checks:
+    """Relative maxima over all instants of what must vanish, and the distance from other branches.
+
+    Attributes
+    ----------
+    constraint : float
+        Violation of the constraints, lengths by the model length.
+    equilibrium : float
+        f − M a − Gᵀλ as a part of its greatest term at any instant.
+    virtual_work : float
+        Power of loads, inertia and drivers as a part of the peak power.
+    energy : float or None
+        Of a motion over time the balance of energy as a part of the greatest energy that took part.
+    branch : BranchDistance or None
+        How near a followed motion came to another branch; None where none was followed.
+    """
+
+    constraint: float
+    equilibrium: float
+    virtual_work: float
+    energy: float | None = None
+    branch: BranchDistance | None = None

@@ -1,0 +1,223 @@
+"""What loads do over the instants of a solution: their forces, and lengths, angles and rates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mbody.errors import ModelError
+from mbody.kernels.load_breakdown import each_load
+from mbody.model.element import Element, listed
+from mbody.model.loads import CustomLoad, Damper, Load, Spring, TorsionDamper, TorsionSpring
+from mbody.model.loads._base import Turning
+from mbody.solution.places import column
+from mbody.system.read_only import lock
+
+if TYPE_CHECKING:
+    from mbody.solution.solution import Solution
+
+__all__ = ["LoadHistory", "argument", "load_history", "told_of"]
+
+Array = np.ndarray
+ALONG = (Spring, Damper)
+ABOUT = (TorsionSpring, TorsionDamper)
+FORCES = dict.fromkeys(("fx", "fy", "force"), "force")
+
+
+@dataclass(frozen=True)
+class LoadHistory:
+    """What a load does: its force and torque on body `on`, world axes, and what it goes by; arrays
+    (instants,), of a batch (designs, instants).
+
+    Attributes
+    ----------
+    name, on : str
+        The load, and the body on which it acts; on a body that it acts against (``by``; the ground
+        where there is none) the opposite acts.
+    fx, fy, torque : arrays
+        Force, and torque about the place at which it acts on that body; of what acts on all bodies
+        about the mass centre.
+    force : array
+        Of a spring or damper its tension, positive where it pulls its ends together; of all others
+        the magnitude √(fx² + fy²).
+    length : array or None
+        Distance of the ends of a spring or damper.
+    angle : array or None
+        Angle of the body of a torsion spring or damper from the other one [rad].
+    rate : array or None
+        Rate of that length or angle.
+    """
+
+    name: str
+    on: str
+    by: str
+    fx: Array
+    fy: Array
+    torque: Array
+    force: Array
+    length: Array | None = None
+    angle: Array | None = None
+    rate: Array | None = None
+
+    def __post_init__(self) -> None:
+        lock(self)
+
+
+def told_of(load: Load) -> dict[str, str]:
+    """What histories a load has, with the dimension of each; none where it acts on every body.
+
+    >>> told_of(Spring("spring", "ground", "bob", stiffness=1.0))["rate"]
+    'velocity'
+    """
+    if isinstance(load, ABOUT):
+        return {"torque": "torque", "angle": "angle", "rate": "angular velocity"}
+    if isinstance(load, Turning):
+        return {"torque": "torque"}
+    if isinstance(load, ALONG):
+        return {**FORCES, "length": "length", "rate": "velocity"}
+    return {**FORCES, "torque": "torque"} if _sides(load) else {}
+
+
+def _sides(load: Load) -> dict[str, str | None]:
+    """The bodies on which a load acts with the field of its place there, the one last on which its
+    history is told by default; none where it acts on every body.
+    """
+    places = load.places()
+    if isinstance(load, Turning):
+        return {load.by: None, load.body: None}
+    if "j" in places:
+        return {places["i"].body: "i", places["j"].body: "j"}
+    return {places["at"].body: "at"} if "at" in places else {}
+
+
+def load_history(solution: Solution, name: str, on: str | None = None) -> LoadHistory:
+    """The histories of a load; see `Solution.load`."""
+    loads = {load.name: load for load in solution.mechanism.loads}
+    if not isinstance(name, str) or name not in loads:
+        raise ModelError(f"there is no load {name!r} (there are: {listed(loads)})", str(name))
+    load = loads[name]
+    sides = _sides(load)
+    if not sides:
+        return _on_all(solution, load, on)
+    default = list(sides)[-1]
+    body = default if on is None else on
+    if body not in sides or (body == "ground" and isinstance(load, CustomLoad)):
+        acting = listed(side for side in sides if side != "ground")
+        raise ModelError(f"load '{name}' has no history on {on!r} (it has on: {acting})", name)
+    other = next((side for side in sides if side != body), "ground")
+    # the ground has no coordinates: there the opposite of what acts on the other body
+    moving = body if body != "ground" else other
+    fx, fy, torque = _forces(solution, load, moving)
+    if moving != body:
+        fx, fy = -fx, -fy
+        torque = _moved(solution, load, -torque, fx, fy, moving, sides[body])
+    else:
+        torque = _moved(solution, load, torque, fx, fy, moving, sides[moving])
+    force, length, angle, rate = np.hypot(fx, fy), None, None, None
+    if isinstance(load, ALONG):
+        length, rate, (ux, uy) = _stretched(solution, load)
+        sign = 1.0 if sides[body] == "i" else -1.0
+        force, torque = sign * (fx * ux + fy * uy), np.zeros_like(torque)
+    elif isinstance(load, ABOUT):
+        angle, rate = _turned(solution, load)
+    return LoadHistory(name, body, other, fx, fy, torque, force, length, angle, rate)
+
+
+def argument(solution: Solution, element: Element, field: str) -> Array | None:
+    """What a law of an element is evaluated at, over the instants; None where that is not known."""
+    of = element.__dataclass_fields__[field].metadata["of"]
+    if of == "time":
+        return solution.t
+    if isinstance(element, Spring):
+        return _stretched(solution, element)[0] - _own(solution, element, "free_length")
+    if isinstance(element, Damper):
+        return _stretched(solution, element)[1]
+    if isinstance(element, TorsionSpring):
+        return _turned(solution, element)[0] - _own(solution, element, "free_angle")
+    if isinstance(element, TorsionDamper):
+        return _turned(solution, element)[1]
+    return None
+
+
+def argument_rate(solution: Solution, element: Element, field: str) -> Array | None:
+    """Rate of `argument`; None where that is not known."""
+    if isinstance(element, Spring):
+        return _stretched(solution, element)[1]
+    if isinstance(element, TorsionSpring):
+        return _turned(solution, element)[1]
+    return None
+
+
+def _own(solution: Solution, element: Element, key: str) -> Any:
+    """A number of an element, a column of designs in a batch."""
+    return column(solution.system.values[f"{element.name}.{key}"])
+
+
+def _on_all(solution: Solution, load: Load, on: str | None) -> LoadHistory:
+    bodies = [body.name for body in solution.mechanism.bodies]
+    if on not in bodies:
+        raise ModelError(
+            f"'{load.name}' acts on every body: name one, as in load({load.name!r}, "
+            f"on={bodies[0]!r})",
+            load.name,
+        )
+    fx, fy, torque = _forces(solution, load, str(on))
+    return LoadHistory(load.name, str(on), "ground", fx, fy, torque, np.hypot(fx, fy))
+
+
+def _forces(solution: Solution, load: Load, body: str) -> tuple[Array, Array, Array]:
+    """Force and torque about the mass centre on a moving body, as the kernels have them."""
+    system = solution.system
+    n = 3 * system.coordinates
+    motion, batch = solution.record.table(slice(0, n)), solution.record.batch
+    pages = motion if batch else motion[None]
+    cause = [each.name for each in system.mechanism.loads].index(load.name)
+    column = 3 * system.bodies[body]
+    found = np.empty((len(pages), len(solution.t), 3))
+    t = np.array(solution.t)
+    for design, page in enumerate(pages):
+        output = np.empty((len(solution.t), len(system.mechanism.loads), system.coordinates))
+        work = system.work(designs=design if system.batch is not None else 0)
+        each_load(system.runtime(), work, np.ascontiguousarray(page), t, output)
+        found[design] = output[:, cause, column : column + 3]
+    whole = np.moveaxis(found, 2, 0)
+    fx, fy, torque = whole if batch else whole[:, 0]
+    return fx, fy, torque
+
+
+def _moved(
+    solution: Solution, load: Load, torque: Array, fx: Array, fy: Array, body: str, side: str | None
+) -> Array:
+    """A torque about the mass centre of a body, as one about a place of the load."""
+    if side is None:
+        return torque
+    x, y, _, _ = _end(solution, load, side)
+    centre = solution[body]
+    return torque - ((x - centre.x) * fy - (y - centre.y) * fx)
+
+
+def _end(solution: Solution, load: Load, side: str) -> tuple[Array, Array, Array, Array]:
+    """World place of an end, and its velocity."""
+    body = solution[load.place(side).body]
+    ax, ay = (column(part) for part in solution.system.numbers.arm(load, side))
+    c, s = np.cos(body.angle), np.sin(body.angle)
+    px, py = c * ax - s * ay, s * ax + c * ay
+    return body.x + px, body.y + py, body.vx - body.omega * py, body.vy + body.omega * px
+
+
+def _stretched(solution: Solution, load: Load) -> tuple[Array, Array, tuple[Array, Array]]:
+    """Distance of both ends, its rate, and the direction from i to j."""
+    (ix, iy, ivx, ivy), (jx, jy, jvx, jvy) = (_end(solution, load, side) for side in "ij")
+    dx, dy = jx - ix, jy - iy
+    length = np.hypot(dx, dy)
+    safe = np.where(length > 0.0, length, 1.0)
+    ux, uy = dx / safe, dy / safe
+    return length, ux * (jvx - ivx) + uy * (jvy - ivy), (ux, uy)
+
+
+def _turned(solution: Solution, load: Turning) -> tuple[Array, Array]:
+    """Angle of a body from the one that carries the opposite torque, and its rate."""
+    body, by = solution[load.body], solution[load.by]
+    return body.angle - by.angle, body.omega - by.omega

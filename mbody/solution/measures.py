@@ -1,0 +1,249 @@
+"""Measured quantities: formulas of the histories of a result."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mbody.errors import ModelError, brief
+from mbody.model.body import Body
+from mbody.model.coupling import Coupling
+from mbody.model.driver import Driver
+from mbody.model.element import listed
+from mbody.model.joints import Joint
+from mbody.model.loads import Load
+from mbody.model.mechanism import Mechanism
+from mbody.model.numbers import DRIVEN
+from mbody.model.study import Measure
+from mbody.quantities import FormulaError, Scope, Valued, evaluate, parse, parse_unit, told
+from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, dimension_of
+from mbody.solution.load_histories import told_of
+from mbody.solution.solution import Solution
+
+__all__ = ["check_measure", "checked_sides", "found_by", "measured", "sides"]
+
+#: What can be asked of a body, with its dimension; of a point all but the angles.
+MOTION = {
+    **dict.fromkeys(("x", "y"), "length"),
+    **dict.fromkeys(("vx", "vy"), "velocity"),
+    **dict.fromkeys(("ax", "ay"), "acceleration"),
+}
+TURNING = {"angle": "angle", "omega": "angular velocity", "alpha": "angular acceleration"}
+#: The origin of a link's axes, unless it has a point of that name.
+ORIGIN = "origin"
+FORCES = {"fx": "force", "fy": "force", "force": "force", "torque": "torque"}
+TORQUES = {"effort": "torque", "power": "power"} | {key: of[0] for key, of in DRIVEN.items()}
+PUSHES = {"effort": "force", "power": "power"} | {key: of[1] for key, of in DRIVEN.items()}
+
+
+def measured(solution: Solution, measure: Measure | str) -> tuple[np.ndarray, Dimension, str]:
+    """History of a quantity, its dimension and the unit that it is in.
+
+    Parameters
+    ----------
+    solution : Solution
+        Of any analysis; forces only of one that finds them.
+    measure : Measure or str
+        Such as ``"coupler.P.y - ground.O2.y"``: of bodies x, y, angle, their rates vx, vy, omega
+        and ax, ay, alpha; of points x to ay, ``coupler.origin`` being that of the link's axes; of
+        joints fx, fy, torque (on body j) and force, the magnitude; of loads the same, of springs
+        and dampers their tension and length or their torque and angle, and the rate; of drivers
+        effort, power, value, rate and acceleration; ``t``; the parameters.
+
+    Returns
+    -------
+    values : ndarray (instants,)
+        Angles without a unit of their own in rad; (designs, instants) of a batch.
+    dimension : Dimension
+    unit : str
+
+    Raises
+    ------
+    ModelError
+        For a name that the mechanism does not have, or units that do not fit.
+
+    >>> import mbody
+    >>> run = mbody.kinetostatics(mbody.makers.slider_crank(1.0, 3.0, speed=2.0))
+    >>> values, _, unit = measured(run, "rod.B.x - rod.A.x")
+    >>> round(float(values[0]), 6), unit
+    (2.872281, 'm')
+    """
+    asked = measure if isinstance(measure, Measure) else Measure(measure)
+    names = _Histories(solution.mechanism, lambda *name: _history(solution, *name))
+    names["t"] = Valued(solution.t, DIMENSIONS["time"])
+    for name in solution.mechanism.parameters:
+        # as the system has it, a column where it differs between designs
+        own = np.asarray(solution.system.values[name])
+        names[name] = replace(names[name], value=own[:, None] if own.ndim else own[()])
+    value, dimension, unit = _valued(asked, names)
+    shape = solution.t.shape
+    if solution.record.batch:
+        shape = (solution.record.count, *shape)
+    return np.broadcast_to(np.asarray(value, dtype=float), shape), dimension, unit
+
+
+def check_measure(mechanism: Mechanism, measure: Measure) -> str:
+    """Refuse a measure that names what the mechanism has not, or whose units do not fit; of others
+    the unit that values are in.
+
+    Raises
+    ------
+    ModelError
+        Such as `measured` raises later.
+    """
+    return _valued(measure, _Histories(mechanism, lambda *name: 1.0))[2]
+
+
+def sides(solution: Solution, left: str, right: str) -> tuple[np.ndarray, np.ndarray]:
+    """Histories of both sides of a relation between quantities that `checked_sides` let pass."""
+    return measured(solution, left)[0], measured(solution, right)[0]
+
+
+def checked_sides(mechanism: Mechanism, text: str, left: str, right: str) -> Dimension:
+    """What the sides of a relation measure.
+
+    Raises
+    ------
+    ModelError
+        Such as `sides` raises later.
+    """
+    try:
+        names = _Histories(mechanism, lambda *name: 1.0)
+        (_, of_a, _), (_, of_b, _) = (_valued(Measure(side), names) for side in (left, right))
+        _alike(left, of_a, right, of_b)
+    except ModelError as error:
+        raise ModelError(f"{brief(text, 100)}: {error}") from None
+    return of_b if _is_zero(left) else of_a
+
+
+def _alike(left: str, of_left: Dimension, right: str, of_right: Dimension) -> None:
+    """Refuse two sides that do not measure the same; a plain zero may stand beside anything."""
+    both = {of_left, of_right}
+    alike = of_left.mechanical == of_right.mechanical and (len(both) == 1 or NUMBER not in both)
+    if alike or _is_zero(left) or _is_zero(right):
+        return
+    raise ModelError(
+        f"'{left}' is {told(of_left)}, '{right}' is {told(of_right)}: give every number its unit"
+    )
+
+
+def _is_zero(text: str) -> bool:
+    try:
+        return float(text) == 0.0
+    except ValueError:
+        return False
+
+
+def found_by(solution: Solution, measure: Measure) -> bool:
+    """Whether the analysis found what a measure is made of; kinematics finds no forces."""
+    if solution.has_forces:
+        return True
+    joints = {joint.name for joint in solution.mechanism.joints}
+    machine = solution.mechanism
+    drivers = {element.name for element in (*machine.drivers, *machine.couplings)}
+    for name in parse(measure.of).names:
+        owner, _, key = name.rpartition(".")
+        if owner in joints or (owner in drivers and key in ("effort", "power")):
+            return False
+    return True
+
+
+def _valued(asked: Measure, names: _Histories) -> tuple[Any, Dimension, str]:
+    """Value of a measure, its dimension and its unit."""
+    scope = Scope(names.mechanism.units, names)
+    try:
+        tree = parse(asked.of)
+        for name in sorted(tree.names):
+            if name in names.mechanism and names.get(name) is None and scope.unit(name) is None:
+                raise FormulaError(f"'{name}' has many histories: name one, as in '{name}.x'")
+        found = evaluate(tree, scope, with_units=True)
+        dimension = found.dimension or NUMBER
+        if not asked.unit:
+            return found.value, dimension, scope.system.of(dimension)
+        one = evaluate(parse_unit(asked.unit), scope)
+        if not 0.0 < one.value < np.inf:
+            raise FormulaError(f"'{asked.unit}' is no unit")
+        if one.dimension is None or one.dimension.mechanical != dimension.mechanical:
+            raise FormulaError(f"it is {told(dimension)}, which '{asked.unit}' does not measure")
+        return found.value / one.value, dimension, asked.unit
+    except FormulaError as error:
+        raise ModelError(f"measure {asked.of!r}: {error}") from None
+
+
+class _Histories(dict[str, Valued]):
+    """Names in a measure: parameters, time, and the histories that are asked for."""
+
+    def __init__(self, mechanism: Mechanism, history: Callable[[str, str], Any]) -> None:
+        super().__init__(mechanism.scope.names)
+        self.mechanism, self.history = mechanism, history
+        self["t"] = Valued(1.0, DIMENSIONS["time"])
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """The history of that name; `default` where it is none, a unit perhaps."""
+        if name not in self and "." in name:
+            owner, _, key = name.rpartition(".")
+            dimension = _dimension(self.mechanism, owner, key)
+            self[name] = Valued(self.history(owner, key), dimension)
+        return super().get(name, default)
+
+
+def _dimension(mechanism: Mechanism, owner: str, key: str) -> Dimension:
+    """What the history `key` of a body, a point, a joint, a load or a driver measures;
+    FormulaError where there is none.
+    """
+    element, _, point = owner.partition(".")
+    if element != "ground" and element not in mechanism:
+        raise FormulaError(f"there is no body '{element}' (there are: {_bodies(mechanism)})")
+    known: dict[str, str]
+    match mechanism[element]:
+        case Body(points=points):
+            known = MOTION if point else MOTION | TURNING
+            if point and point != ORIGIN and point not in points:
+                told_points = listed(points)
+                raise FormulaError(f"'{element}' has no point '{point}' (it has: {told_points})")
+        case _ if point:
+            raise FormulaError(f"there is no body '{element}' (there are: {_bodies(mechanism)})")
+        case Joint():
+            known = FORCES
+        case Driver(rows=rows):
+            known = TORQUES if rows == "a" else PUSHES
+        case Coupling(rows=rows):
+            known = {"effort": "torque" if rows == "a" else "force"}
+        case load:
+            assert isinstance(load, Load)
+            known = told_of(load)
+            if not known:
+                raise FormulaError(
+                    f"'{element}' acts on every body, it has no history of its own: measure what "
+                    "it does to a body from Python, run.load(name, on=body)"
+                )
+    if key not in known:
+        raise FormulaError(f"'{owner}' has no '{key}' (it has: {', '.join(known)})")
+    return dimension_of(known[key])
+
+
+def _bodies(mechanism: Mechanism) -> str:
+    return listed(["ground", *(body.name for body in mechanism.bodies)])
+
+
+def _history(run: Solution, owner: str, key: str) -> np.ndarray:
+    """The history of a body, a point, a joint, a load or a driver."""
+    element, _, point = owner.partition(".")
+    if point:
+        body: Any = run.mechanism[element]
+        at_origin = point == ORIGIN and point not in body.points
+        return np.asarray(getattr(run.point(element if at_origin else owner), key))
+    if element in run.system.bodies:
+        return np.asarray(getattr(run[element], key))
+    if any(joint.name == element for joint in run.mechanism.joints):
+        reaction = run.reaction(element)
+        return np.asarray(reaction.magnitude if key == "force" else getattr(reaction, key))
+    if isinstance(run.mechanism[element], Load):
+        return np.asarray(getattr(run.load(element), key))
+    if key in DRIVEN:
+        return run.driven(element)[list(DRIVEN).index(key)]
+    effort = run.effort(element)
+    return effort if key == "effort" else effort * run.driven(element)[1]

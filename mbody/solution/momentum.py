@@ -1,0 +1,116 @@
+"""Momentum and angular momentum of all bodies at every instant of a motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mbody.errors import ModelError
+from mbody.model.element import Marker
+from mbody.system.read_only import lock
+
+if TYPE_CHECKING:
+    from mbody.solution.solution import Solution
+
+__all__ = ["Momentum", "momentum"]
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Momentum:
+    """Momentum of a motion: arrays (instants,), of a batch with a first axis of designs.
+
+    Attributes
+    ----------
+    x, y : arrays
+        Of all bodies together, Σ m v, world axes [force·time].
+    angular : array
+        About the place, counter-clockwise [force·length·time].
+    mass : float or array (designs, 1)
+        Of all bodies.
+    centre : arrays x, y
+        Mass centre of all bodies; nan where none has mass.
+    """
+
+    x: Array
+    y: Array
+    angular: Array
+    mass: Any
+    centre: tuple[Array, Array]
+
+    def __post_init__(self) -> None:
+        lock(self)
+
+
+def momentum(run: Solution, about: Any = (0.0, 0.0)) -> Momentum:
+    """Linear and angular momentum of all bodies of a solution (impulse, moment of momentum).
+
+    p = Σ m v,  L = Σ [(r_G − o) × m v + I ω]
+
+    Parameters
+    ----------
+    run : Solution
+        Of an analysis that finds velocities.
+    about : (x, y), Marker or str, optional
+        The place o that the angular momentum is about: one that stands still, by default the
+        origin; or a place on a body, such as ``"crank.A"``, where it is at each instant.
+
+    Returns
+    -------
+    Momentum
+        `x`, `y`, `angular`, and the `mass` and `centre` of all bodies.
+
+    Raises
+    ------
+    ModelError
+        For a place that is none.
+
+    Notes
+    -----
+    About a place that moves, velocities are still those of the world. The ground does not count.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> run = mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=10.0))
+    >>> of_all = momentum(run)
+    >>> x, y = of_all.centre
+    >>> moved = momentum(run, about=(2.0, 0.0)).angular - of_all.angular
+    >>> bool(abs(moved + 2.0 * of_all.y).max() < 1e-12)
+    True
+    """
+    ox, oy = _place(run, about)
+    mass = run.system.mass[: run.system.coordinates]
+    zero = np.zeros_like(run.record.take(0))
+    x, y, angular, mx, my = (zero.copy() for _ in range(5))
+    whole: Any = 0.0
+    for name in run:
+        body, b = run[name], run.system.bodies[name]
+        own = mass[3 * b : 3 * b + 3]
+        m, _, inertia = own[:, :, None] if run.system.batch is not None else own[:, 0]
+        x += m * body.vx
+        y += m * body.vy
+        angular += m * ((body.x - ox) * body.vy - (body.y - oy) * body.vx) + inertia * body.omega
+        mx += m * body.x
+        my += m * body.y
+        whole = whole + m
+    with np.errstate(invalid="ignore"):
+        centre = mx / whole, my / whole
+    return Momentum(x, y, angular, whole, centre)
+
+
+def _place(run: Solution, about: Any) -> tuple[Any, Any]:
+    """Where the place is: numbers, or arrays over the instants."""
+    if isinstance(about, str | Marker):
+        at = run.point(about)
+        return at.x, at.y
+    try:
+        x, y = (float(part) for part in about)
+    except (TypeError, ValueError):
+        x = y = np.nan
+    if not np.isfinite([x, y]).all():
+        raise ModelError(f'about must be a place, such as (0.0, 0.0) or "crank.A", not {about!r}')
+    return x, y

@@ -1,0 +1,87 @@
+"""Where ends of elements and link axes are in a solution, and where forces are told.
+
+Histories are arrays (instants,), of a batch (designs, instants); numbers of a batch stand beside
+them as columns.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mbody.model.element import Marker
+from mbody.model.joints import Joint
+
+if TYPE_CHECKING:
+    from mbody.model.element import Element, Numbers
+    from mbody.solution.solution import Solution
+
+__all__ = ["column", "ends", "link_poses", "place", "told_at", "torque_told"]
+
+Array = np.ndarray
+
+
+class _Columns:
+    """Numbers by dotted name, a column a design in a batch."""
+
+    def __init__(self, at: Numbers) -> None:
+        self.at = at
+
+    def __getitem__(self, name: str) -> Any:
+        return column(self.at[name])
+
+
+def column(value: Any) -> Any:
+    """A number, or one a design as a column (designs, 1)."""
+    array = np.asarray(value, dtype=float)
+    return array[:, None] if array.ndim else array
+
+
+def place(solution: Solution, element: Element, side: str) -> tuple[Array, Array]:
+    """History of the world place of an end, ``"i"`` or ``"j"``."""
+    body = solution[getattr(element, side).body]
+    ax, ay = (column(part) for part in solution.system.numbers.arm(element, side))
+    c, s = np.cos(body.angle), np.sin(body.angle)
+    return body.x + c * ax - s * ay, body.y + s * ax + c * ay
+
+
+def ends(solution: Solution, element: Element) -> tuple[Any, Any, Any, Any]:
+    """Numbers, the way from the place on i to that on j, and the directions of both markers."""
+    at = solution.system.numbers
+    (ix, iy), (jx, jy) = place(solution, element, "i"), place(solution, element, "j")
+    angles = (
+        solution[getattr(element, side).body].angle + column(at.angle(element, side))
+        for side in ("i", "j")
+    )
+    return _Columns(at), (jx - ix, jy - iy), *angles
+
+
+def told_at(solution: Solution, element: Element) -> tuple[Array, Array]:
+    """Where the force of an element is told: its place on j, or the point of contact."""
+    x, y = place(solution, element, "j")
+    offset = _offset(solution, element) if isinstance(element, Joint) else None
+    return (x, y) if offset is None else (x + offset[0], y + offset[1])
+
+
+def link_poses(solution: Solution) -> dict[str, tuple[float, float, float]]:
+    """(x, y, angle) of the link axes of every body at the last instant."""
+    found = {}
+    for body in solution.mechanism.bodies:
+        origin = solution.point(Marker(body.name, (0.0, 0.0)))
+        x, y, angle = (float(p[-1]) for p in (origin.x, origin.y, solution[body.name].angle))
+        found[body.name] = (x, y, angle)
+    return found
+
+
+def torque_told(solution: Solution, joint: Joint, fx: Array, fy: Array, torque: Array) -> Array:
+    """Torque of a reaction about the point where it is told, of that about the place on j."""
+    offset = _offset(solution, joint)
+    return torque if offset is None else torque - (offset[0] * fy - offset[1] * fx)
+
+
+def _offset(solution: Solution, joint: Joint) -> Any:
+    """From a joint's place on j to where its reaction is told; None for that place itself."""
+    if type(joint).told_at is Joint.told_at:
+        return None
+    return joint.told_at(*ends(solution, joint))

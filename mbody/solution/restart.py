@@ -1,0 +1,52 @@
+"""What a motion needs to go on as if it had not been interrupted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+__all__ = ["Restart", "Way"]
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Way:
+    """How a motion is followed: the method, its tolerances, the step of methods that have one."""
+
+    method: str
+    rtol: float
+    atol: float
+    step: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Restart:
+    """The state of the steps before the last one, which was cut to end in time.
+
+    Attributes
+    ----------
+    way : Way
+        How the motion was followed.
+    scale, y, slope : arrays (2·coordinates,)
+        Sizes of the coordinates, the state, its slope.
+    powers, gained : arrays (causes,)
+        Powers there, and the work done since the last instant of the result (before it: negative).
+    state : array
+        See `mbody.kernels.step_state`.
+    own : tuple of arrays
+        What the method itself carries on.
+    released : tuple of str
+        Drivers that have let go.
+    """
+
+    way: Way
+    scale: Array
+    y: Array
+    slope: Array
+    powers: Array
+    gained: Array
+    state: Array
+    own: tuple[Array, ...]
+    released: tuple[str, ...] = ()

@@ -1,0 +1,493 @@
+"""Results by name: histories of bodies, points, reactions, efforts; checks; tables."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mbody.errors import ModelError
+from mbody.kernels.output import PER_ATOM
+from mbody.model.coupling import Coupling
+from mbody.model.element import Marker, as_marker, listed
+from mbody.model.event import Occurrence
+from mbody.model.joints import Joint
+from mbody.model.mechanism import Mechanism
+from mbody.model.numbers import varied
+from mbody.solution.certificate import Certified, as_said, changed
+from mbody.solution.checks import breakdown, checks, residuals
+from mbody.solution.doubts import Doubt
+from mbody.solution.energy import Energy
+from mbody.solution.histories import (
+    BodyHistory,
+    BranchDistance,
+    Checks,
+    PointHistory,
+    Reaction,
+    Record,
+)
+from mbody.solution.load_histories import LoadHistory, load_history
+from mbody.solution.momentum import Momentum, momentum
+from mbody.solution.places import column, ends, told_at, torque_told
+from mbody.solution.restart import Restart
+from mbody.system.read_only import locked
+from mbody.system.system import System
+
+if TYPE_CHECKING:
+    from mbody.sheets.equations import Equations
+
+__all__ = ["Solution", "as_solution"]
+
+Array = np.ndarray
+
+
+def as_solution(given: Any) -> Solution:
+    """The same; refuses what is not the result of an analysis."""
+    if isinstance(given, Solution):
+        return given
+    raise ModelError(
+        "this reads the result of an analysis, as kinetostatics gives it, not an object of the "
+        f"type {type(given).__name__}: analyse first"
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """What an analysis found: histories by name, in the units of the mechanism.
+
+    Histories have one entry an instant; those of a batch have a first axis of designs. `status`,
+    `doubts` and `notes` say what the result certifies of itself; its residuals are looked at when
+    one of them is first read.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> run = mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0))
+    >>> round(float(run["crank"].omega[0]), 9)
+    10.0
+    """
+
+    system: System
+    analysis: str
+    t: Array
+    record: Record = field(repr=False)
+    given: Array | None = field(repr=False)
+    soft: float = 0.0
+    dependencies: dict[str, list[bool]] | None = field(default=None, repr=False)
+    notes: Certified[tuple[str, ...]] = Certified(())
+    status: Certified[str] = Certified("completed")
+    doubts: Certified[tuple[Doubt, ...]] = Certified(())
+    stats: dict[str, int] | None = None
+    energy: Energy | None = field(default=None, repr=False)
+    events: tuple[Occurrence, ...] = field(default=(), repr=False)
+    restart: Restart | None = field(default=None, repr=False)
+    released: Mapping[str, float] = field(default_factory=dict, repr=False)
+    branch: BranchDistance | None = None
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self.__post_init__()  # arrays forget in a file that they are locked
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "t", locked(self.t))
+        object.__setattr__(self, "given", locked(self.given))
+
+    def take(self, instants: Any) -> Solution:
+        """Only some of the instants, by their numbers, in that order; doubts that begin after the
+        last of them are left out.
+        """
+        if self.record.batch:
+            raise ModelError(
+                f"instants are of one design, this is a batch of {self.record.count} designs: "
+                "analyse one of them, system.design(n)"
+            )
+        index = np.asarray(instants, dtype=np.int64)
+        rows, said = self.record.table(slice(None))[index], as_said(self)
+        last = float(self.t[index].max(initial=-np.inf))
+        gone = [one for one in said.doubts if one.t is not None and one.t > last]
+        messages = {one.message for one in gone}
+        return changed(
+            self,
+            doubts=tuple(one for one in said.doubts if one not in gone),
+            notes=tuple(note for note in said.notes if note not in messages),
+            t=self.t[index],
+            record=Record([np.ascontiguousarray(rows[:, :, None])], len(index), batch=False),
+            given=None if self.given is None else self.given[index],
+            energy=None if self.energy is None else self.energy.take(index),
+            restart=None,
+        )
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The description that was analysed."""
+        return self.system.mechanism
+
+    @property
+    def ending(self) -> str:
+        """How the analysis ended, whatever is in doubt: "completed", "ended: …" or "stopped: …"."""
+        return as_said(self).status
+
+    @property
+    def has_forces(self) -> bool:
+        """Whether the analysis found reactions and efforts."""
+        return self.analysis in ("kinetostatics", "statics", "simulate")
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def __getitem__(self, body: str) -> BodyHistory:
+        if not isinstance(body, str) or body not in self.system.bodies:
+            known = listed(self.system.bodies)
+            raise ModelError(f"there is no body {body!r} (there are: {known})", str(body))
+        n3, b = self.system.coordinates, self.system.bodies[body]
+        if body == "ground":
+            zero = locked(np.zeros_like(self.record.take(0)))
+            return BodyHistory(body, *([zero] * 9))
+        parts = [self.record.take(k * n3 + 3 * b + n) for k in range(3) for n in range(3)]
+        return BodyHistory(body, *parts)
+
+    def point(self, place: Marker | str) -> PointHistory:
+        """Motion of a place on a body, such as ``"coupler.P"`` or ``coupler.at(1.0, 2.0)``."""
+        marker = as_marker(place, "point", "place")
+        body = self[marker.body]
+        x, y = self._local(marker)
+        c, s = np.cos(body.angle), np.sin(body.angle)
+        px, py = c * x - s * y, s * x + c * y
+        w, alpha = body.omega, body.alpha
+        return PointHistory(
+            str(marker),
+            body.x + px,
+            body.y + py,
+            body.vx - w * py,
+            body.vy + w * px,
+            body.ax - alpha * py - w * w * px,
+            body.ay + alpha * px - w * w * py,
+        )
+
+    def _local(self, marker: Marker) -> tuple[Any, Any]:
+        """Place of a marker from the mass centre in link axes, a column a design in a batch."""
+        at = self.system.numbers
+        if isinstance(marker.point, str):
+            name = f"{marker.body}.{marker.point}"
+            if f"{name}.x" not in self.system.values and f"{name}.r" not in self.system.values:
+                element: Any = self.mechanism[marker.body]
+                raise ModelError(
+                    f"body '{marker.body}' has no point '{marker.point}' (it has: "
+                    f"{listed(element.points)})",
+                    marker.body,
+                )
+            x, y = at.point(name)
+        elif isinstance(marker.point, tuple):
+            x, y = marker.point
+        else:
+            x, y = (
+                marker.point.r * np.cos(marker.point.angle),
+                marker.point.r * np.sin(marker.point.angle),
+            )
+        cx, cy = at.point(f"{marker.body}.cg")
+        return column(x - cx), column(y - cy)
+
+    def _atom(self, e: int, n: int) -> Array:
+        """History of number n of an atom (see `mbody.kernels.output`)."""
+        return self.record.take(3 * self.system.coordinates + PER_ATOM * e + n)
+
+    def reaction(self, joint: str, on: str | None = None) -> Reaction:
+        """Force and torque of a joint on body `on` (by default body j) at the joint's place on j.
+
+        Raises
+        ------
+        ModelError
+            For a joint that does not exist, a body that it does not join, or an analysis without
+            forces.
+        """
+        element = self._joint(joint)
+        i, j = element.i.body, element.j.body
+        if on not in (None, i, j):
+            raise ModelError(f"joint '{joint}' joins '{i}' and '{j}', not {on!r}", joint)
+        atoms = self.system.atoms_of[joint]
+        first = 3 * self.system.coordinates + 2
+        fx, fy, torque = self.record.some(first + PER_ATOM * atoms[0], 3)
+        for e in atoms[1:]:
+            x, y, z = self.record.some(first + PER_ATOM * e, 3)
+            fx, fy, torque = fx + x, fy + y, torque + z
+        torque = torque_told(self, element, fx, fy, torque)
+        unique = self._unique(joint)
+        if on == i:
+            return Reaction(joint, i, j, -fx, -fy, -torque, unique)
+        return Reaction(joint, j, i, fx, fy, torque, unique)
+
+    def told_at(self, joint: str) -> tuple[Array, Array]:
+        """Where the reaction of a joint, or the force of a driver of a length, is told: its place
+        on j, or the point of contact; world axes, arrays (instants,).
+
+        Raises
+        ------
+        ModelError
+            For what has no place on j, as a driver of an angle.
+        """
+        element = self.mechanism[joint]
+        if not isinstance(getattr(element, "j", None), Marker):
+            raise ModelError(
+                f"'{joint}', of the type {type(element).__name__}, acts at no place on a body j: "
+                "ask for that of a joint, or of a driver of a length",
+                joint,
+            )
+        return told_at(self, element)
+
+    def contact(self, joint: str) -> Array:
+        """Force with which the bodies of a cam or a rolling contact press on each other, negative
+        where one would have to pull.
+
+        Raises
+        ------
+        ModelError
+            For a joint that is no contact, and as `reaction`.
+        """
+        element, found = self._joint(joint), self.reaction(joint)
+        normal = element.normal(*ends(self, element))
+        if normal is None:
+            raise ModelError(
+                f"'{joint}' is a {type(element).__name__}, no contact that presses: ask for its "
+                "reaction",
+                joint,
+            )
+        press: Array = locked(found.fx * normal[0] + found.fy * normal[1])
+        return press
+
+    def _joint(self, joint: str) -> Joint:
+        machine = self.mechanism
+        element = machine[joint] if isinstance(joint, str) and joint in machine else None
+        if isinstance(element, Coupling):
+            raise ModelError(
+                f"'{joint}' is a coupling of several bodies, it has no reaction between two: ask "
+                "for its effort",
+                joint,
+            )
+        if not isinstance(element, Joint):
+            known = listed(one.name for one in machine.joints)
+            raise ModelError(f"there is no joint {joint!r} (there are: {known})", str(joint))
+        if not self.has_forces:
+            raise ModelError(
+                f"{self.analysis} finds no forces, as of '{joint}': use kinetostatics", joint
+            )
+        return element
+
+    def _unique(self, joint: str) -> tuple[bool, bool, bool] | None:
+        if not self.soft:
+            return (True, True, True)
+        if self.dependencies is None:
+            return None
+        open_parts = self.dependencies[joint]
+        return (not open_parts[0], not open_parts[1], not open_parts[2])
+
+    def unique_effort(self, name: str) -> bool | None:
+        """Whether the effort of a driver or a coupling is determined; redundant rows may leave it
+        open, and the one of least norm is given. None where it was not looked at.
+
+        Raises
+        ------
+        ModelError
+            As `effort`.
+        """
+        self._efforts(name)
+        if not self.soft:
+            return True
+        if self.dependencies is None:
+            return None
+        return not any(self.dependencies.get(name, ()))
+
+    def effort(self, driver: str) -> Array:
+        """Effort of a driver, a torque [force·length] or a force: its product with the driven rate
+        is the power given to the mechanism. Of a coupling the same of its value, which has no rate.
+        """
+        self._efforts(driver)
+        effort: Array = locked(-self._atom(self.system.atoms_of[driver][0], 0))
+        return effort
+
+    def _efforts(self, driver: str) -> None:
+        """Refuse what has no effort."""
+        machine = self.mechanism
+        drivers = [element.name for element in (*machine.drivers, *machine.couplings)]
+        if driver not in drivers:
+            known = listed(drivers)
+            raise ModelError(f"there is no driver {driver!r} (there are: {known})", str(driver))
+        if not self.has_forces:
+            raise ModelError(
+                f"{self.analysis} finds no forces, as of '{driver}': use kinetostatics", driver
+            )
+
+    def load(self, name: str, on: str | None = None) -> LoadHistory:
+        """What a load does: its force and torque on a body, and the length, angle and rate that a
+        spring or damper goes by; see `LoadHistory`.
+
+        Parameters
+        ----------
+        name : str
+            Of a load; for what acts on every body, as gravity, `on` is needed.
+        on : str, optional
+            The body on which it acts; by default body j, or the body that the load names.
+
+        Raises
+        ------
+        ModelError
+            For a load or a body that there is not.
+
+        Examples
+        --------
+        >>> import mbody
+        >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0)
+        >>> machine.add(mbody.Spring("spring", "ground", "rocker.B", stiffness=20.0))
+        >>> found = mbody.kinetostatics(machine).load("spring")
+        >>> bool(abs(found.force[0] - 20.0 * found.length[0]) < 1e-12)
+        True
+        """
+        return load_history(self, name, on)
+
+    def driven(self, driver: str) -> tuple[Array, Array, Array]:
+        """Value, rate and acceleration of what a driver drives, angles in rad: arrays (instants,),
+        or (designs, instants) of a batch whose designs may differ in its law.
+
+        Raises
+        ------
+        ModelError
+            For a driver that does not exist.
+        """
+        names = [d.name for d in self.mechanism.drivers]
+        if driver not in names:
+            raise ModelError(
+                f"there is no driver {driver!r} (there are: {listed(names)})", str(driver)
+            )
+        states = self.drive_states
+        if states is None:
+            element = self.mechanism.drivers[names.index(driver)]
+            designs = range(self.record.count if varied(self.system.values, element) else 1)
+            laws = [self.system.law_of(element, design=n) for n in designs]
+            parts = np.array([law.derivatives(self.t) for law in laws]).swapaxes(0, 1)
+            value, rate, change = np.broadcast_to(parts, (3, self.record.count, len(self.t)))
+        else:
+            value, rate, change = states[:, names.index(driver)].T
+        return value, rate, change
+
+    @functools.cached_property
+    def drive_states(self) -> Array | None:
+        """Value, rate, acceleration (instants, drivers, 3), None where designs differ in them."""
+        drivers = self.mechanism.drivers
+        if self.given is not None:
+            return self.given
+        if self.record.batch:
+            return None
+        states = np.zeros((len(self), len(drivers), 3))
+        for n, driver in enumerate(drivers):
+            for k, part in enumerate(self.system.law_of(driver).derivatives(self.t)):
+                states[:, n, k] = part
+        read: Array = locked(states)
+        return read
+
+    def measure(self, of: Any) -> Array:
+        """History (instants,) of a measured quantity: one of the mechanism's measures by name, a
+        `Measure`, or a formula of histories such as ``"coupler.P.y - rocker.y"``; angles in rad
+        where no unit is given.
+        """
+        from mbody.solution.measures import measured
+
+        return measured(self, self.mechanism.measures.get(of, of))[0]
+
+    def inertia(self, body: str) -> tuple[Array, Array, Array]:
+        """D'Alembert's inertia force and torque of a body: (−m ax, −m ay, −I α)."""
+        history, b = self[body], self.system.bodies[body]
+        mass = self.system.mass[3 * b : 3 * b + 3]
+        m, _, inertia = mass[:, :, None] if self.system.batch is not None else mass[:, 0]
+        return -m * history.ax, -m * history.ay, -inertia * history.alpha
+
+    def momentum(self, about: Any = (0.0, 0.0)) -> Momentum:
+        """Momentum, and angular momentum about a place; see `mbody.momentum`."""
+        return momentum(self, about)
+
+    @functools.cached_property
+    def residuals(self) -> Array:
+        """What `checks` and doubts are made of: (designs, instants, 5), see
+        `mbody.kernels.residuals`.
+        """
+        return residuals(self)
+
+    @functools.cached_property
+    def checks(self) -> Checks:
+        """Residuals by routes that the analysis did not take."""
+        return checks(self)
+
+    def breakdown(self, name: str, on: str | None = None) -> dict[str, Any]:
+        """What inertia and each load alone would make of a joint's reaction or a driver's effort.
+
+        Returns
+        -------
+        dict
+            By cause ("inertia", then the names of the loads): a `Reaction`, or the effort's array.
+            They sum to the whole.
+        """
+        if not isinstance(name, str):
+            raise ModelError(f"a breakdown is of a joint or a driver by name, not of {name!r}")
+        return breakdown(self, name, on)
+
+    def equations(self, instant: int = 0) -> Equations:
+        """The system of force equations of one instant, as arrays; ``print`` shows its numbers."""
+        from mbody.sheets.equations import system_of_equations
+
+        return system_of_equations(self, instant)
+
+    def columns(self) -> dict[str, Array]:
+        """All histories by column name, such as ``"crank.omega [rad/s]"``, for tables and files.
+
+        Names say the unit; the first column is time. Only of one design, not of a batch.
+        """
+        from mbody.files.tables import columns
+
+        return columns(self)
+
+    def to_dataframe(self) -> Any:
+        """The columns as a pandas DataFrame; pandas is asked for only here."""
+        from mbody.files.tables import dataframe
+
+        return dataframe(self)
+
+    def to_csv(self, path: Any, angle: str = "rad") -> None:
+        """Write the columns as comma-separated values, numbers in full precision, angles in
+        ``"rad"`` or ``"deg"``.
+        """
+        from mbody.files.tables import write_csv
+
+        write_csv(self, path, angle)
+
+    def data(self, angle: str = "deg") -> dict[str, Any]:
+        """The whole result as plain lists and texts, in the form that ``mbody … --json`` prints.
+
+        Parameters
+        ----------
+        angle : str
+            Unit of angles, ``"deg"`` or ``"rad"``; rates are in rad always.
+        """
+        from mbody.files.results import data
+
+        return data(self, angle)
+
+    def to_json(self, path: Any) -> None:
+        """Write `data` to a file."""
+        from mbody.files.results import write_json
+
+        write_json(self, path)
+
+    def to_npz(self, path: Any) -> None:
+        """Write the columns as arrays of NumPy's own format; ``np.load`` reads them by name."""
+        from mbody.files.results import write_npz
+
+        write_npz(self, path)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(body.name for body in self.mechanism.bodies)
+
+    def __str__(self) -> str:
+        from mbody.sheets.instant import sheet
+
+        return sheet(self)

@@ -1,0 +1,1 @@
+"""From a description to flat arrays: assembler, elimination order, pivots, Assur groups, rank."""

@@ -1,0 +1,359 @@
+"""The constraint assembler: a description becomes flat arrays, index lists and names.
+
+    Mechanism ──▶ atoms ──▶ slots, nodes, elimination order ──▶ System
+
+The symbolic phase depends on the topology alone. Numbers reach the kernels through one function of
+the user's numbers (`Numbers`), for one set and for a batch alike.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from mbody.errors import ModelError
+from mbody.kernels.constraints import KINDS as ATOM_KINDS
+from mbody.kernels.forces import KINDS as ACTION_KINDS
+from mbody.laws import LAW_KINDS, Constant, Law
+from mbody.model.coupling import Coupling
+from mbody.model.driver import Driver
+from mbody.model.element import Element, Numbers
+from mbody.model.joints import Joint
+from mbody.model.mechanism import Mechanism
+from mbody.model.primitives import Action, Atom, Signal
+from mbody.quantities import Formula
+from mbody.system.elimination_order import Elimination, eliminate, split
+from mbody.system.hooks import action_hook, atom_hook, law_hook
+from mbody.system.layout import Layout, integers
+from mbody.system.system import System, polar_points
+
+__all__ = ["assemble", "with_numbers_of"]
+
+# the loops of the core read a fixed number of parameters and let go of those beyond an atom's own
+SPARE = 8
+
+
+def assemble(mechanism: Mechanism) -> System:
+    """Assemble a mechanism: the constraint assembler.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Any number of bodies, joints, loops and drivers; redundant rows are allowed.
+
+    Returns
+    -------
+    System
+        Flat arrays, names and the order of elimination. Cost: a few ms for ten bodies, linear in
+        their number.
+
+    Raises
+    ------
+    ModelError
+        For a mechanism without bodies.
+
+    Examples
+    --------
+    >>> from mbody import Body, Mechanism, Revolute, assemble
+    >>> machine = Mechanism("pendulum")
+    >>> machine.add(Body("rod", mass=1.0, cg=(0.5, 0.0)), Revolute("O", "ground", "rod"))
+    >>> system = assemble(machine)
+    >>> system.coordinates, system.rows
+    (3, 2)
+    """
+    if not mechanism.bodies:
+        raise ModelError(f"'{mechanism.name}' has no bodies: add at least one Body")
+    mechanism = mechanism.snapshot()
+    compiler = _Compiler(mechanism)
+    numbers = compiler.numbers()
+    par, mass = compiler.compile(numbers)
+    return System(
+        mechanism=mechanism,
+        layout=compiler.layout(),
+        values=numbers,
+        formulas=compiler.formulas(numbers),
+        par=par,
+        mass=mass,
+        batch=None,
+        length=compiler.length(numbers),
+        owners=tuple(compiler.owners),
+        row_kinds=tuple(atom.rows for atom in compiler.atoms(numbers)),
+        signals=len(compiler.signal_laws),
+        plans={},
+        functions=compiler.functions(),
+        _compile=compiler.compile,
+    )
+
+
+def with_numbers_of(system: System, values: Mapping[str, Any]) -> System:
+    """The system with other numbers, of those that it has; parameters first, so that what is made
+    of them follows, and is not fixed by hand.
+    """
+    for own in (system.mechanism.parameters, system.values):
+        changed = {
+            name: values[name]
+            for name in own
+            if name in values and np.any(system.values.get(name) != values[name])
+        }
+        system = system.with_values(changed) if changed else system
+    return system
+
+
+class _Compiler:
+    """Works out, once for a topology, where every number of a mechanism goes."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self.bodies = (*mechanism.bodies, mechanism.ground)
+        self.index = {body.name: n for n, body in enumerate(self.bodies)}
+        self.polar = polar_points(mechanism)
+        self.carriers: tuple[Joint | Coupling | Driver, ...] = (
+            *mechanism.joints,
+            *mechanism.couplings,
+            *mechanism.drivers,
+        )
+        at = self.read(self.numbers())
+        found = [
+            (ATOM_KINDS.index(atom.kind), element, part, atom)
+            for element in self.carriers
+            for part, atom in enumerate(element.atoms(at))
+        ]
+        found.sort(key=lambda entry: entry[0])
+        self.owners = [(element, part) for _, element, part, _ in found]
+        self.first_atoms = [atom for *_, atom in found]
+        loads = [
+            (ACTION_KINDS.index(action.kind), cause, part, action)
+            for cause, load in enumerate(mechanism.loads)
+            for part, action in enumerate(load.actions(at))
+        ]
+        loads.sort(key=lambda entry: entry[0])
+        self.action_owners = [(cause, part) for _, cause, part, _ in loads]
+        self.first_actions = [action for *_, action in loads]
+        # signal 0 is the zero that rows without a law read
+        zero = Constant(0.0)
+        self.signal_laws: list[Law] = [zero]
+        self.atom_signal = [self._signals((atom.signal,)) for atom in self.first_atoms]
+        self.action_signal = [self._signals(action.signals) for action in self.first_actions]
+
+    def _signals(self, signals: tuple[Signal | None, ...]) -> int:
+        if not signals or signals[0] is None:
+            return 0
+        first = len(self.signal_laws)
+        self.signal_laws += [signal.law for signal in signals if signal is not None]
+        return 3 * first
+
+    def read(self, numbers: dict[str, Any]) -> Numbers:
+        """Numbers by dotted name, as elements read them."""
+        return Numbers(numbers, self.polar, self.mechanism.bodies)
+
+    def numbers(self) -> dict[str, Any]:
+        """All changeable numbers by dotted name."""
+        names = self.mechanism.scope.names
+        result: dict[str, Any] = {name: names[name].value for name in self.mechanism.parameters}
+        result |= self.mechanism.ground.numbers()
+        for element in self.mechanism:
+            result |= element.numbers()
+        return result
+
+    def formulas(self, numbers: dict[str, Any]) -> dict[str, Formula]:
+        """Formulas of parameters: of the changeable numbers, and of other parameters."""
+        parameters = self.mechanism.parameters
+        own = {name: value for name, value in parameters.items() if isinstance(value, Formula)}
+        found = {**own, **self.mechanism.formulas}
+        return {
+            name: formula
+            for name, formula in found.items()
+            if name in numbers and parameters.used_by(formula)
+        }
+
+    def atoms(self, numbers: dict[str, Any]) -> list[Atom]:
+        """All atoms in the order of the kernels, with their numbers."""
+        at = self.read(numbers)
+        made = {element.name: element.atoms(at) for element in self.carriers}
+        return [made[element.name][part] for element, part in self.owners]
+
+    def actions(self, numbers: dict[str, Any]) -> list[Action]:
+        """All actions in the order of the kernels, with their numbers."""
+        at = self.read(numbers)
+        made = [load.actions(at) for load in self.mechanism.loads]
+        return [made[cause][part] for cause, part in self.action_owners]
+
+    def laws(self, atoms: list[Atom], actions: list[Action]) -> list[Signal]:
+        """All laws: those of time in the order of the signals, then the elements' own."""
+        of_time = [Signal(Constant(0.0), [0.0])]
+        of_time += [atom.signal for atom in atoms if atom.signal is not None]
+        of_time += [signal for action in actions for signal in action.signals]
+        of_time += [action.law for action in actions if action.law is not None]
+        return of_time + [atom.law for atom in atoms if atom.law is not None]
+
+    def compile(self, numbers: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
+        """Parameters (rows, batch) and masses (3·bodies + 3, batch) from the user's numbers."""
+        atoms, actions = self.atoms(numbers), self.actions(numbers)
+        columns: list[Any] = []
+        at = self.read(numbers)
+        for joint in self.mechanism.joints:
+            joint.refuse(at, self.mechanism.units.length)
+        for (element, _), atom in zip(self.owners, atoms, strict=True):
+            columns += [*atom.parameters, *_arm(element, at)]
+        for law in self.laws(atoms, actions):
+            columns.extend(law.parameters)
+        for action in actions:
+            columns.extend(action.parameters)
+        columns += [0.0] * SPARE
+        masses: list[Any] = []
+        for body in self.mechanism.bodies:
+            weight = numbers.get(f"{body.name}.weight")
+            mass = numbers[f"{body.name}.mass"] if weight is None else weight / self.mechanism.g
+            masses += [mass, mass, numbers[f"{body.name}.inertia"]]
+        masses += [0.0] * 3
+        batch = max((np.size(value) for value in numbers.values() if np.ndim(value)), default=1)
+        return _stack(columns, batch), _stack(masses, batch)
+
+    def length(self, numbers: dict[str, Any]) -> float:
+        """Model length: the longest arm on a moving body, else another distance, as between the
+        centres of gears or of a cam and its roller, else one.
+        """
+        at = self.read(numbers)
+        moving, fixed = [0.0], [0.0]
+        for element in self.carriers:
+            for key, marker in element.places().items():
+                arm = math.hypot(*(float(part) for part in at.arm(element, key)))
+                (fixed if marker.body == "ground" else moving).append(arm)
+        apart = [abs(float(joint.apart(at))) for joint in self.mechanism.joints]
+        return max(moving) or max(fixed) or max(apart, default=0.0) or 1.0
+
+    def functions(self) -> tuple[tuple[str, Callable[..., Any] | None], ...]:
+        """The users' functions of atoms, actions and laws, wrapped for the hook, with names."""
+        found: list[tuple[str, Callable[..., Any] | None]] = []
+        for (element, _), atom in zip(self.owners, self.first_atoms, strict=True):
+            found.append((element.name, atom_hook(atom)))
+        causes = self.mechanism.loads
+        for (cause, _), action in zip(self.action_owners, self.first_actions, strict=True):
+            found.append((causes[cause].name, action_hook(action)))
+        names = self._law_names()
+        laws = self.laws(self.first_atoms, self.first_actions)
+        found += [(n, law_hook(law.law)) for n, law in zip(names, laws, strict=True)]
+        return tuple(found)
+
+    def _law_names(self) -> list[str]:
+        """Name of the element that each law belongs to."""
+        names = [""]
+        pairs = zip(self.owners, self.first_atoms, strict=True)
+        names += [element.name for (element, _), atom in pairs if atom.signal is not None]
+        loads = self.mechanism.loads
+        actions = list(zip(self.action_owners, self.first_actions, strict=True))
+        names += [loads[c].name for (c, _), action in actions for _ in action.signals]
+        names += [loads[c].name for (c, _), action in actions if action.law is not None]
+        pairs = zip(self.owners, self.first_atoms, strict=True)
+        return names + [element.name for (element, _), atom in pairs if atom.law is not None]
+
+    def layout(self) -> Layout:
+        """The index lists of the kernels: the symbolic phase."""
+        atoms, actions = self.first_atoms, self.first_actions
+        index, bodies = self.index, len(self.bodies) - 1
+        slots = split(bodies, [tuple(index[body] for body in atom.bodies) for atom in atoms])
+        plan = eliminate(slots)
+        place = {node: k for k, node in enumerate(plan.order)}
+        columns = [3 * s for node in plan.order for s in slots.sides[node][:2]]
+        laws = self.laws(atoms, actions)
+        sizes = [len(atom.parameters) + 2 for atom in atoms]
+        sizes += [len(law.parameters) for law in laws]
+        sizes += [len(action.parameters) for action in actions]
+        offset = np.concatenate([[0], np.cumsum(sizes)]).astype(int)
+        tables = [law.law.table() for law in laws]
+        table_start = np.concatenate([[0], np.cumsum([len(table) for table in tables])]).astype(int)
+        a, b = len(atoms), len(atoms) + len(laws)
+        of_time = len(self.signal_laws)
+        order = sorted(range(of_time), key=lambda n: isinstance(self.signal_laws[n], Constant))
+        own = iter(range(of_time, len(laws)))
+        action_law, atom_law = (
+            integers([-1 if part.law is None else next(own) for part in parts])
+            for parts in (actions, atoms)
+        )
+        atom_of = {element.name: e for e, (element, _) in enumerate(self.owners)}
+        driven = [atom_of[driver.name] for driver in self.mechanism.drivers]
+        return Layout(
+            bodies=bodies,
+            slots=len(slots.body),
+            nodes=len(slots.sides),
+            atom_kind=integers([ATOM_KINDS.index(atom.kind) for atom in atoms]),
+            atom_i=integers([index[atom.i] for atom in atoms]),
+            atom_j=integers([index[atom.j] for atom in atoms]),
+            atom_par=integers(offset[:a]),
+            atom_count=integers(sizes[:a]) - 2,
+            atom_arm=integers(offset[1 : a + 1]) - 2,
+            atom_signal=integers(self.atom_signal),
+            atom_node=integers([place[e] for e in range(a)]),
+            atom_law=atom_law,
+            atom_handle=integers([-1] * a),
+            node_column=integers(columns),
+            more=np.column_stack([plan.more_node, 3 * plan.more_slot]),
+            **self._sums(place, plan),
+            node_start=plan.node_start,
+            block_row=plan.block_row,
+            update=plan.update,
+            form_block=plan.form_block,
+            form_a=plan.form_a,
+            form_b=plan.form_b,
+            form_column=plan.form_column,
+            form_more=integers(plan.form_more),
+            fill=integers(plan.fill),
+            slot_body=integers(slots.body),
+            body_slot=integers([slots.body.index(n) for n in range(bodies)]),
+            law_kind=integers([LAW_KINDS.index(law.law.kind) for law in laws]),
+            law_par=integers(offset[a:b]),
+            law_count=integers(sizes[a:b]),
+            law_table=integers(table_start[:-1]),
+            law_handle=integers([-1] * len(laws)),
+            signal_law=integers(order),
+            signal_row=integers([3 * n for n in order]),
+            varying=sum(not isinstance(law, Constant) for law in self.signal_laws),
+            driver_row=integers([self.atom_signal[e] for e in driven]),
+            driver_node=integers([place[e] for e in driven]),
+            action_kind=integers([ACTION_KINDS.index(action.kind) for action in actions]),
+            action_i=integers([index[action.i] for action in actions]),
+            action_j=integers([index[action.j] for action in actions]),
+            action_by=integers([index[action.by] for action in actions]),
+            action_par=integers(offset[b:-1]),
+            action_count=integers(sizes[b:]),
+            action_signal=integers(self.action_signal),
+            action_law=action_law,
+            action_handle=integers([-1] * len(actions)),
+            action_cause=integers([cause for cause, _ in self.action_owners]),
+            table=np.concatenate([*tables, np.zeros(1)]),
+        )
+
+    def _sums(self, place: dict[int, int], plan: Elimination) -> dict[str, Any]:
+        """The parts of all sums, and where the blocks of their bodies stand."""
+        index, nodes = self.index, len(plan.order)
+        beyond: dict[int, list[int]] = {}
+        for n, k in enumerate(plan.more_node):
+            beyond.setdefault(int(k), []).append(12 * nodes + 6 * n)
+        start, table = [0], []
+        for e, atom in enumerate(self.first_atoms):
+            k = place[e]
+            at = [12 * k, 12 * k + 6, *beyond.get(k, [])]
+            block = dict(zip(atom.bodies, at, strict=True)) | {"ground": -1}
+            table += [
+                (ATOM_KINDS.index(p.kind), index[p.i], index[p.j], block[p.i], block[p.j])
+                for p in atom.parts
+            ]
+            start.append(len(table))
+        parts = np.array(table, dtype=np.int64).reshape(-1, 5)
+        return {"sum_start": integers(start), "part": parts}
+
+
+def _arm(element: Element, at: Numbers) -> tuple[Any, Any]:
+    """Arm of the place on j, where the reaction is told; angles need none."""
+    return at.arm(element, "j") if "j" in element.places() else (0.0, 0.0)
+
+
+def _stack(columns: list[Any], batch: int) -> np.ndarray:
+    """Numbers and arrays (batch,) as rows of one array."""
+    result = np.empty((len(columns), batch))
+    for n, column in enumerate(columns):
+        result[n] = column
+    return result

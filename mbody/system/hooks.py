@@ -1,0 +1,54 @@
+"""Users' plain Python as the kernels call it: functions of arrays (x, y) that fill y.
+
+A number that is not finite is an error of the user's function and is said so, at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from mbody.laws import Law
+from mbody.model.primitives import Action, Atom
+
+__all__ = ["action_hook", "atom_hook", "law_hook"]
+
+Hook = Callable[[np.ndarray, np.ndarray], None]
+
+
+def atom_hook(atom: Atom) -> Hook | None:
+    """Rows of a user's joint: y = (Φ, blocks, ν, γ)."""
+    return None if atom.function is None else _Hook(atom.function, 18)
+
+
+def action_hook(action: Action) -> Hook | None:
+    """Forces of a user's load: y = (Fx, Fy, T on i, then on j)."""
+    return None if action.function is None else _Hook(action.function, 6)
+
+
+def law_hook(law: Law) -> Hook | None:
+    """A law that is a Python function: y = (f, f′, f″)."""
+    return law.hook()
+
+
+class _Hook:
+    """Unpacks (t, side i, side j, parameters) for a user's physics, checks what it returns."""
+
+    def __init__(self, function: Callable[..., Any], size: int) -> None:
+        self.function = function
+        self.size = size
+
+    def __call__(self, x: np.ndarray, y: np.ndarray) -> None:
+        sides = tuple(x[1:9].tolist()), tuple(x[9:17].tolist())
+        result = self.function(*sides, x[17:].copy(), float(x[0]))
+        if result is None:
+            raise ValueError("physics returned nothing")
+        flat = np.concatenate([np.ravel(part) for part in result]) if self.size == 18 else result
+        values = np.asarray(flat, dtype=np.float64)
+        if values.shape != (self.size,):
+            raise ValueError(f"physics gave {values.size} numbers, {self.size} are wanted")
+        if not np.isfinite(values).all():
+            raise ValueError(f"physics gave a number that is not finite at t = {x[0]:g}")
+        y[:] = values

@@ -1,0 +1,290 @@
+"""The two bundles that every kernel takes: the layout (what is where) and the workspace (numbers).
+
+Coordinates: body b has (x, y, θ) of its mass centre at 3b, 3b+1, 3b+2; the ground is the last body.
+Constraint rows come in nodes of two, numbered in the order of elimination; a row that is not there
+is an identity row. Each node has two sides, each a block of 2×3 numbers on three columns. The
+columns are those of the slots: a body with many joints is split into several slots, tied by weld
+nodes, so that elimination stays cheap; every other body is one slot.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mbody.compiler.bundle import Bundle, Floats, Ints, Rows, Tables, words_of
+from mbody.compiler.lanes import aligned
+
+__all__ = [
+    "SAMPLES",
+    "Frame",
+    "Layout",
+    "Work",
+    "frame_of",
+    "integers",
+    "inverse_masses",
+    "stand_ins",
+]
+
+#: Samples of a step by which its branch is judged, both ends included, at most.
+SAMPLES = 7
+
+
+class Layout(Bundle):
+    """What is where; made once for a topology, the same for every set of numbers."""
+
+    bodies: int
+    slots: int
+    nodes: int
+    # atoms, sorted by kind: physics, body of either side, first parameter and how many, arm of
+    # the marker on j, first signal row, node, own law, user's function
+    atom_kind: Ints
+    atom_i: Ints
+    atom_j: Ints
+    atom_par: Ints
+    atom_count: Ints
+    atom_arm: Ints
+    atom_signal: Ints
+    atom_node: Ints
+    atom_law: Ints
+    atom_handle: Ints
+    # nodes: first column of either side; blocks below the diagonal of each; their rows
+    node_column: Ints
+    # sides of nodes beyond the second, of one row: (node, first column) of each, (sides, 2); their
+    # blocks follow all others
+    more: Tables
+    # sums: of atom e parts sum_start[e] to sum_start[e + 1]; of each part its physics, both bodies,
+    # and the places of their blocks, −1 for the ground, (parts, 5)
+    sum_start: Ints
+    part: Tables
+    node_start: Ints
+    block_row: Ints
+    # elimination: block that each pair of blocks of a column updates
+    update: Ints
+    # forming: block += side a · weights of the column · side bᵀ
+    form_block: Ints
+    form_a: Ints
+    form_b: Ints
+    form_column: Ints
+    form_more: Ints  # whether it adds to what an earlier line formed
+    fill: Ints  # blocks that only elimination fills
+    # slots: body of each; first slot of each body
+    slot_body: Ints
+    body_slot: Ints
+    # laws: physics, parameters, fixed data, user's function
+    law_kind: Ints
+    law_par: Ints
+    law_count: Ints
+    law_table: Ints
+    law_handle: Ints
+    # laws of time in the order varying, constant: which law fills which signal row
+    signal_law: Ints
+    signal_row: Ints
+    varying: int
+    # signal row and node of every driver, in the order of the description
+    driver_row: Ints
+    driver_node: Ints
+    # actions, sorted by kind: physics, bodies, body that it follows, parameters, first signal row,
+    # own law, cause
+    action_kind: Ints
+    action_i: Ints
+    action_j: Ints
+    action_by: Ints
+    action_par: Ints
+    action_count: Ints
+    action_signal: Ints
+    action_law: Ints
+    action_handle: Ints
+    action_cause: Ints
+    # fixed data of laws
+    table: Floats
+
+
+class Work(Bundle):
+    """Numbers of one set or of many lanes: arrays of shape (rows, lanes)."""
+
+    par: Rows  # parameters of atoms, laws and actions
+    mass: Rows  # (m, m, I) of each body
+    weight: Rows  # inverse of the positive weights, on columns; zero for the ground
+    share: Rows  # part of its body's force that each slot takes
+    pad: Rows  # one for identity rows, two rows a node
+    soft: Rows  # what the proximal term adds, two rows a node, before it is scaled
+    size: Rows  # model length
+    time: Rows
+    q: Rows
+    v: Rows
+    a: Rows
+    turn: Rows  # (cos θ, sin θ) of each body
+    signal: Rows  # (f, f′, f″) of each law of time
+    block: Rows  # 2×3 numbers of each side, both sides of each node, then further sides
+    phi: Rows
+    nu: Rows
+    gamma: Rows
+    diagonal: Rows  # of the Schur complement before elimination
+    cross: Rows  # the number beside the diagonal of each node, before elimination
+    pivot: Rows  # (1/d₀, l, 1/d₁) of each node
+    schur: Rows  # (a, b, c) of each node, then its blocks
+    lower: Rows  # blocks of the factor
+    near: Rows  # distances of each node from a singular position, at the samples of a step
+    x: Rows  # right-hand side and solution on nodes
+    lam: Rows  # multipliers on nodes
+    u: Rows  # on columns
+    r: Rows  # on columns
+    force: Rows  # on coordinates
+    scratch: Rows
+    # the path behind: position and its two derivatives at the last three places, in turn
+    past: Rows
+    # how far rows are from depending on each other at the places behind
+    # (`mbody.kernels.branch_monitor`)
+    watch: Rows
+    # positions to come back to while loops are closed
+    guess: Rows
+    base: Rows
+    # what a user's function is asked and tells
+    asked: Floats
+    told: Floats
+
+    if TYPE_CHECKING:
+        frame: Frame
+        memory: np.ndarray
+
+    def __init__(self, frame: Frame, memory: np.ndarray) -> None:
+        words = frame.words.copy()
+        words[frame.at] += memory.__array_interface__["data"][0]
+        self.__dict__["frame"], self.__dict__["memory"] = frame, memory
+        self._keep(words)
+
+    def __getattr__(self, name: str) -> np.ndarray:
+        # an array is made when it is first asked for: most never are
+        if name not in self.fields:
+            raise AttributeError(f"a workspace has no {name!r}")
+        view = self.frame.view(name, self.memory)
+        self.__dict__[name] = view
+        return view
+
+    def copied(self) -> Work:
+        """Another workspace of the same numbers."""
+        memory = self.frame.blank()
+        memory[:] = self.memory
+        return Work(self.frame, memory)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Work, (self.frame, self.memory)
+
+
+class Frame:
+    """Where everything stands in the memory of a workspace, and the table of its arrays: `count`
+    rows of the ones, and numbers of those that have no lanes.
+
+    Attributes
+    ----------
+    rows : int
+        Of the memory, which is (rows, lanes).
+    words, at : arrays
+        The table as `Bundle` has it, for memory that begins at zero, and where in it are places.
+    """
+
+    def __init__(self, count: dict[str, int], lengths: dict[str, int], lanes: int) -> None:
+        self.count, self.lengths, self.lanes = count, lengths, lanes
+        self.first: dict[str, int] = {}
+        # every array begins on a cache line
+        step, self.rows = max(1, 8 // lanes), 0
+        words: list[int] = []
+        at: list[int] = []
+        for name in Work.fields:
+            shape = (count[name], lanes) if name in count else (lengths[name],)
+            self.first[name] = self.rows
+            at.append(len(words) + 4)
+            words += words_of(8 * lanes * self.rows, shape)
+            size = count[name] if name in count else -(-lengths[name] // lanes)
+            self.rows += -(-size // step) * step
+        self.words, self.at = np.array(words), np.array(at)
+
+    def view(self, name: str, memory: np.ndarray) -> np.ndarray:
+        """An array of the workspace."""
+        first = self.first[name]
+        if name in self.lengths:
+            return memory[first:].reshape(-1)[: self.lengths[name]]
+        return memory[first : first + self.count[name]]
+
+    def blank(self) -> np.ndarray:
+        """Zeroed memory, beginning on a cache line."""
+        return aligned(self.rows, self.lanes)
+
+
+def frame_of(layout: Layout, parameters: int, signals: int, lanes: int) -> Frame:
+    """The frame of the workspaces of a system."""
+    L = layout
+    shape = L.bodies, L.slots, L.nodes, len(L.block_row), len(L.more)
+    return _frame(*shape, parameters, signals, lanes)
+
+
+@functools.lru_cache(maxsize=256)
+def _frame(
+    bodies: int,
+    slots: int,
+    nodes: int,
+    blocks: int,
+    more: int,
+    parameters: int,
+    signals: int,
+    lanes: int,
+) -> Frame:
+    coordinates, columns = 3 * (bodies + 1), 3 * (slots + 1)
+    rows = {
+        "par": parameters,
+        "weight": columns,
+        "share": slots,
+        "pad": 2 * nodes,
+        "soft": 2 * nodes,
+        "size": 1,
+        "time": 1,
+        "turn": 2 * (bodies + 1),
+        "signal": 3 * signals,
+        "block": 12 * nodes + 6 * more,
+        "cross": nodes,
+        "pivot": 3 * nodes,
+        "watch": 4 * nodes,
+        "schur": 3 * nodes + 4 * blocks,
+        "lower": 4 * blocks,
+        "near": SAMPLES * nodes,
+        "u": columns,
+        "r": columns,
+        "scratch": 32,
+        "past": 9 * coordinates,
+    }
+    rows |= dict.fromkeys(("phi", "nu", "gamma", "diagonal", "x", "lam"), 2 * nodes)
+    lengths = {"asked": 17 + parameters, "told": 18}
+    count = {n: max(1, rows.get(n, coordinates)) for n in Work.fields if n not in lengths}
+    return Frame(count, lengths, lanes)
+
+
+def integers(values: Any) -> np.ndarray:
+    """Index table as the kernels take it."""
+    return np.ascontiguousarray(values, dtype=np.int64).reshape(-1)
+
+
+def inverse_masses(layout: Layout, mass: np.ndarray, length: float) -> np.ndarray:
+    """Weights of free motion: (3·slots, sets) for masses (3·bodies + 3, sets).
+
+    A massless body moves as its joints tell it: a small mass serves, corrected later.
+    """
+    L = layout
+    share = 1.0 / np.bincount(L.slot_body, minlength=L.bodies)[L.slot_body]
+    own = mass.reshape(-1, 3, mass.shape[1])[L.slot_body] * share[:, None, None]
+    return np.asarray(1.0 / np.maximum(own, _least(mass, length))).reshape(-1, mass.shape[1])
+
+
+def stand_ins(layout: Layout, mass: np.ndarray, length: float) -> np.ndarray:
+    """In which sets a body has so little mass or inertia that another stands in for it: (sets,)."""
+    own = mass[: 3 * layout.bodies].reshape(-1, 3, mass.shape[1])
+    return np.asarray((own < _least(mass, length)).any(axis=(0, 1)))
+
+
+def _least(mass: np.ndarray, length: float) -> np.ndarray:
+    """What stands in for less mass and inertia than that, in every set: (3, sets)."""
+    unit = np.array([1.0, 1.0, length**2])[:, None]
+    own = mass.reshape(-1, 3, mass.shape[1]) / unit
+    return np.asarray(1e-7 * own.max(axis=(0, 1), initial=1e-300) * unit)

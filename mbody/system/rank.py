@@ -1,0 +1,172 @@
+"""Rank of the constraints, free motions, redundant rows, by dense linear algebra.
+
+It serves reports and errors; the kernels never need it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbody.kernels.loop_closure import violation
+from mbody.system.layout import Work
+from mbody.system.system import System
+
+__all__ = ["DENSE", "Rank", "dense", "jacobian", "rank_of", "shortest", "smallest_gap", "too_large"]
+
+#: Rows, and pairs of coordinates, up to which dense matrices are made.
+DENSE = 1500
+#: A singular value below this part of the greatest is zero.
+ZERO = 1e-9
+#: Rows from which on independent ones are recognised by Householder's reflections first, and the
+#: steps of inverse iteration for their least singular value.
+LARGE, ITERATIONS = 100, 6
+
+
+@dataclass(frozen=True)
+class Rank:
+    """Rank of the dimensionless Φ_q at one position.
+
+    Attributes
+    ----------
+    coordinates, rows, rank : int
+        Three coordinates a body; rows of joints and drivers.
+    motions : array (free, coordinates)
+        Free motions, orthonormal, lengths by the model length.
+    dependencies : array (redundant, rows)
+        Combinations of dimensionless rows that vanish, orthonormal.
+    """
+
+    coordinates: int
+    rows: int
+    rank: int
+    motions: np.ndarray
+    dependencies: np.ndarray
+
+    @property
+    def free(self) -> int:
+        """Degrees of freedom that are left."""
+        return self.coordinates - self.rank
+
+    @property
+    def redundant(self) -> int:
+        """Rows beyond the independent ones."""
+        return self.rows - self.rank
+
+
+def too_large(system: System) -> bool:
+    """Whether dense matrices of a system would be out of proportion."""
+    return max(system.rows, system.coordinates // 2) > DENSE
+
+
+def jacobian(system: System, work: Work) -> tuple[np.ndarray, np.ndarray]:
+    """Φ (rows,) and Φ_q (rows, coordinates) at the position in the workspace, with their units.
+
+    Rows as in `System.row_table`; the signals must be set.
+    """
+    L = system.layout
+    violation(system.runtime(), work)
+    atom, row, _ = system.row_table
+    node = L.atom_node[atom]
+    phi = work.phi[2 * node + row, 0]
+    blocks = work.block[: 12 * L.nodes, 0].reshape(-1, 2, 2, 3)
+    G = np.zeros((len(atom), L.bodies + 1, 3))
+    every = np.arange(len(atom))
+    for side, body in enumerate((L.atom_i, L.atom_j)):
+        G[every, body[atom]] += blocks[node, side, row]
+    for n, (k, column) in enumerate(L.more):
+        first = 12 * L.nodes + 6 * n
+        line = int(np.flatnonzero((node == k) & (row == 0))[0])
+        G[line, L.slot_body[column // 3]] += work.block[first : first + 3, 0]
+    return phi, G[:, :-1].reshape(len(atom), 3 * L.bodies)
+
+
+def dense(system: System, work: Work) -> tuple[np.ndarray, np.ndarray]:
+    """The same without units: lengths by the model length."""
+    phi, G = jacobian(system, work)
+    unit = np.where(system.row_table[2], 1.0, 1.0 / system.length)
+    scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+    return unit * phi, unit[:, None] * G * scale
+
+
+def rank_of(G: np.ndarray, zero: float = ZERO) -> Rank:
+    """Rank, free motions and dependencies of a dimensionless Φ_q (rows, coordinates).
+
+    A singular value below the part `zero` of the greatest counts as none.
+    """
+    rows, coordinates = G.shape
+    if not rows:
+        return Rank(coordinates, 0, 0, np.eye(coordinates), np.empty((0, 0)))
+    if LARGE <= rows <= coordinates:
+        motions = _null_space(G, zero)
+        if motions is not None:
+            return Rank(coordinates, rows, rows, motions, np.empty((0, rows)))
+    u, sizes, vt = np.linalg.svd(G)
+    rank = int((sizes > zero * max(1.0, sizes[0])).sum())
+    return Rank(coordinates, rows, rank, vt[rank:], u[:, rank:].T)
+
+
+def _null_space(G: np.ndarray, zero: float) -> np.ndarray | None:
+    """Free motions where all rows are clearly independent, else None.
+
+    Gᵀ = Q R by Householder's reflections, a tenth of the work of singular values. The least one of
+    R, by inverse iteration on RᵀR, must be a hundred times what counts as zero.
+    """
+    from scipy.linalg import solve_triangular
+
+    rows = G.shape[0]
+    Q, R = np.linalg.qr(G.T, mode="complete")
+    R = R[:rows]
+    greatest = max(1.0, float(np.linalg.norm(G)))
+    if np.abs(np.diag(R)).min() <= 100.0 * zero * greatest:
+        return None
+    x = np.random.default_rng(0).normal(size=rows)
+    size = 0.0
+    for _ in range(ITERATIONS):
+        x = solve_triangular(R, solve_triangular(R, x, trans="T"))
+        size = float(np.linalg.norm(x))
+        x /= size
+    if 1.0 / np.sqrt(size) <= 100.0 * zero * greatest:
+        return None
+    return np.ascontiguousarray(Q[:, rows:].T)
+
+
+def shortest(A: np.ndarray, b: np.ndarray, floor: float) -> np.ndarray:
+    """The shortest x (columns,) with the least |A x − b|; singular values of A (rows, columns)
+    below `floor` count as none, be they all of them.
+    """
+    u, sizes, vt = np.linalg.svd(A, full_matrices=False)
+    kept = sizes > floor
+    return np.asarray(((u[:, kept].T @ b) / sizes[kept]) @ vt[kept])
+
+
+def smallest_gap(system: System, work: Work, kept: np.ndarray) -> np.ndarray:
+    """Move the workspace to where the rows not in `kept` are violated least while those in `kept`
+    (rows,) hold; returns the dimensionless Φ there. Gauss–Newton with a growing penalty.
+    """
+    size = 3 * system.layout.bodies
+    scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+    for penalty in (1e1, 1e3, 1e5):
+        weight = np.where(kept, penalty, 1.0)
+        phi, G = dense(system, work)
+        damping, here = 1e-3, np.linalg.norm(weight * phi)
+        for _ in range(100):
+            A = np.vstack([weight[:, None] * G, damping * np.eye(size)])
+            step = np.linalg.lstsq(A, np.append(-weight * phi, np.zeros(size)), rcond=None)[0]
+            step *= min(1.0, 0.5 / max(np.abs(step).max(), 1e-300))
+            before = work.q[:size, 0].copy()
+            work.q[:size, 0] += scale * step
+            new_phi, new_G = dense(system, work)
+            now = np.linalg.norm(weight * new_phi)
+            if now < here:
+                done = here - now < 1e-12 * here
+                phi, G, here, damping = new_phi, new_G, now, 0.3 * damping
+                if done or here < 1e-13:
+                    break
+            else:
+                work.q[:size, 0] = before
+                damping = max(10.0 * damping, 1e-12)
+                if damping > 1e8:
+                    break
+    return dense(system, work)[0]

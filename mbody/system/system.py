@@ -1,0 +1,399 @@
+"""The system: what the computer runs. Made by `mbody.system.assembler`, taken by every analysis."""
+
+from __future__ import annotations
+
+import functools
+import weakref
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
+
+import numpy as np
+
+from mbody.compiler.callbacks import register, release
+from mbody.errors import ModelError
+from mbody.kernels.loop_closure import violation
+from mbody.laws import Law
+from mbody.model.driver import Driver
+from mbody.model.element import Element, Numbers, Polar, listed, place_name
+from mbody.model.joints import Distance
+from mbody.model.mechanism import Mechanism
+from mbody.model.user_physics import is_plain_field, plain_field
+from mbody.quantities import Formula, FormulaError
+from mbody.system.layout import Layout, Work, frame_of, integers, inverse_masses
+from mbody.system.read_only import locked
+
+__all__ = ["System", "polar_points"]
+
+
+@dataclass(frozen=True, eq=False)
+class System:
+    """What the computer runs: arrays, names and indices of one topology, immutable.
+
+    Attributes
+    ----------
+    mechanism : Mechanism
+        The description that it was made from.
+    layout : Layout
+        Index lists of the kernels.
+    values : dict
+        All changeable numbers by dotted name, and the parameters, each a float or an array
+        (batch,); read-only, as `formulas`: `with_values` makes a system of other numbers.
+    formulas : dict
+        What numbers are made of parameters, by dotted name; a number that is given a value of its
+        own leaves it.
+    par, mass : arrays (parameters, batch), (3·bodies + 3, batch)
+        Numbers of the kernels.
+    batch : int or None
+        Number of sets of numbers; None for one set.
+    length : float
+        Model length, by which sizes are made dimensionless.
+    owners : tuple
+        (element, index of its atom) of every atom, in the order of the kernels.
+    """
+
+    mechanism: Mechanism
+    layout: Layout
+    values: dict[str, Any]
+    formulas: dict[str, Formula]
+    par: np.ndarray
+    mass: np.ndarray
+    batch: int | None
+    length: float
+    owners: tuple[tuple[Element, int], ...]
+    row_kinds: tuple[str, ...]
+    signals: int
+    plans: dict[str, Any] = field(repr=False)
+    functions: tuple[tuple[str, Callable[..., Any] | None], ...] = field(repr=False)
+    _compile: Callable[[dict[str, Any]], tuple[np.ndarray, np.ndarray]] = field(repr=False)
+
+    def __post_init__(self) -> None:
+        for name in ("values", "formulas"):
+            object.__setattr__(self, name, locked(getattr(self, name)))
+
+    @functools.cached_property
+    def bodies(self) -> dict[str, int]:
+        """Index of every body by name; the ground is the last."""
+        names = [body.name for body in self.mechanism.bodies]
+        return {name: n for n, name in enumerate([*names, "ground"])}
+
+    @functools.cached_property
+    def numbers(self) -> Numbers:
+        """The numbers as elements read them: points, arms, laws."""
+        return Numbers(self.values, polar_points(self.mechanism), self.mechanism.bodies)
+
+    @functools.cached_property
+    def rows(self) -> int:
+        """Number of constraint rows, drivers included."""
+        return sum(len(kinds) for kinds in self.row_kinds)
+
+    @property
+    def coordinates(self) -> int:
+        """Number of coordinates, three a body."""
+        return 3 * self.layout.bodies
+
+    @functools.cached_property
+    def atoms_of(self) -> dict[str, list[int]]:
+        """Atoms of every joint, coupling, then driver, by name in the order of the description."""
+        found: dict[str, list[tuple[int, int]]] = {}
+        for e, (element, part) in enumerate(self.owners):
+            found.setdefault(element.name, []).append((part, e))
+        machine = self.mechanism
+        carriers = (*machine.joints, *machine.couplings, *machine.drivers)
+        return {c.name: [e for _, e in sorted(found[c.name])] for c in carriers}
+
+    @functools.cached_property
+    def drivers(self) -> tuple[Driver, ...]:
+        """The drivers, in the order of the description."""
+        return self.mechanism.drivers
+
+    @functools.cached_property
+    def has_user_code(self) -> bool:
+        """Whether plain Python of the user takes part: the analysis keeps to the scalar path."""
+        return any(function is not None for _, function in self.functions)
+
+    def law_of(self, element: Element, field: str = "law", design: int | None = None) -> Law:
+        """A law of a driver or a load with the numbers that this system has, or one of its designs.
+
+        Raises
+        ------
+        ModelError
+            When the numbers are a batch and no design is named.
+        """
+        law: Any = getattr(element, field)
+        own = law.numbers()
+        name = f"{element.name}.{field}"
+        plain = set(own) == {"value"}
+        current = {k: self.values[name if plain else f"{name}.{k}"] for k in own}
+        if design is not None:
+            current = {k: v[design] if np.ndim(v) else v for k, v in current.items()}
+        result: Law = law.with_numbers(current)
+        return result
+
+    def with_values(self, values: Mapping[str, Any] | None = None, /, **more: Any) -> System:
+        """The same topology with other numbers: one set, or a batch.
+
+        Parameters
+        ----------
+        values : mapping
+            Dotted names (``"crank.mass"``, ``"coupler.B.x"``, ``"motor.law.speed"``) and parameters
+            to floats or to arrays (batch,), all of one length. Parameters may be given as keywords;
+            what is made of them follows.
+
+        Returns
+        -------
+        System
+            Sharing the symbolic phase; with arrays it has a batch axis.
+
+        Raises
+        ------
+        ModelError
+            For a name that the mechanism does not have, a number that is not finite, a negative
+            mass, or arrays of different lengths.
+        """
+        if values is not None and not isinstance(values, Mapping):
+            raise ModelError(f'values must be a dict such as {{"crank.mass": 2.0}}, not {values!r}')
+        given = {**(values or {}), **more}
+        merged = dict(self.values)
+        batch = self.batch
+        for name, value in given.items():
+            merged[name] = array = self._checked(name, value)
+            if array.ndim:
+                if batch not in (None, len(array)):
+                    raise ModelError(
+                        f"'{name}' has {len(array)} values, others have {batch}: give arrays of "
+                        "one length",
+                        name,
+                    )
+                batch = len(array)
+        formulas = {name: f for name, f in self.formulas.items() if name not in given}
+        merged |= self._following(given, merged, formulas)
+        par, mass = self._compile(merged)
+        return replace(self, values=merged, formulas=formulas, par=par, mass=mass, batch=batch)
+
+    def _following(
+        self, given: Mapping[str, Any], values: Mapping[str, Any], formulas: Mapping[str, Formula]
+    ) -> dict[str, Any]:
+        """Numbers that change with the parameters among those given."""
+        parameters = self.mechanism.parameters
+        changed = {name for name in given if name in parameters}
+        if not changed:
+            return {}
+        fixed = sorted(changed & self.mechanism.fixed_parameters)
+        if fixed:
+            raise ModelError(
+                f"parameter '{fixed[0]}' stands in a table, a program, a guess or g of "
+                f"'{self.mechanism.name}', which a system cannot change: describe the mechanism "
+                "again with another value",
+                fixed[0],
+            )
+        # a parameter made of others follows them, unless it was given a value of its own
+        own = {name for name in parameters if name in changed or name not in formulas}
+        scope = parameters.scope({name: values[name] for name in own})
+        found: dict[str, Any] = {}
+        for name, formula in formulas.items():
+            if name in parameters:
+                found[name] = scope.names[name].value
+            else:
+                try:
+                    found[name] = self._checked(name, formula.value(scope))
+                except FormulaError as error:
+                    raise ModelError(f"'{name}': {error}", name) from None
+        return found
+
+    def _checked(self, name: str, value: Any) -> np.ndarray:
+        if name not in self.values:
+            raise ModelError(_no_such_value(str(name), self), str(name))
+        try:
+            array = np.asarray(value)
+            if array.dtype.kind not in "iuf":
+                raise TypeError
+            array = array.astype(np.float64)
+        except (TypeError, ValueError):
+            raise ModelError(
+                f"'{name}' must be a number or an array, not {value!r}", name
+            ) from None
+        if array.ndim > 1 or array.size == 0:
+            raise ModelError(
+                f"'{name}' must be a number or one row of them, not of shape {array.shape}", name
+            )
+        bad = np.flatnonzero(~np.isfinite(array))
+        if bad.size:
+            which = f"'{name}'[{bad[0]}]" if array.ndim else f"'{name}'"
+            raise ModelError(f"{which} is {array.flat[bad[0]]}, it must be finite", name)
+        sign, unit = self._sign(name)
+        if (sign == "positive" and (array <= 0.0).any()) or (sign and (array < 0.0).any()):
+            rule = "not be negative: give 0 or more"
+            if sign == "positive":
+                rule = "be positive: give more than 0"
+            raise ModelError(f"'{name}' is {array.min():g} {unit}, it must {rule}", name)
+        return array[()]  # a float where it is one number
+
+    def _sign(self, name: str) -> tuple[str, str]:
+        """What the description asks of a number, "positive" or "not negative", and its unit."""
+        element, _, key = name.partition(".")
+        unit = self.mechanism.units.of
+        if not key:
+            return "", ""
+        if isinstance(self.mechanism[element], Distance) and key == "length":
+            return "positive", unit("length")
+        for part in fields(self.mechanism[element]):
+            if part.name == key and part.metadata.get("sign", "any") != "any":
+                return str(part.metadata["sign"]), unit(part.metadata["dimension"])
+        return "", ""
+
+    def design(self, index: int) -> System:
+        """One set of a batch as a system of its own; a system of one set is its own design 0."""
+        count = self.batch or 1
+        if not hasattr(index, "__index__") or not -count <= index < count:
+            raise ModelError(f"there is no design {index!r}: give 0 to {count - 1}")
+        pick = {k: (v[index] if np.ndim(v) else v) for k, v in self.values.items()}
+        column = slice(index, index + 1) if index >= 0 else slice(index, index + 1 or None)
+        return replace(
+            self, values=pick, par=self.par[:, column], mass=self.mass[:, column], batch=None
+        )
+
+    def work(self, lanes: int = 1, designs: Any = 0, *, masses: bool = False) -> Work:
+        """A workspace filled with the numbers of the designs, one a lane.
+
+        `masses` chooses the masses as weights (free motion) instead of geometric ones.
+        """
+        L = self.layout
+        blank = self._blanks.get(lanes)
+        if blank is None:
+            blank = self._blanks[lanes] = self._blank(lanes)
+        work = blank.copied()
+        if self.batch is not None:
+            work.par[:] = self.par[:, np.broadcast_to(designs, lanes)]
+            work.mass[:] = self.mass[:, np.broadcast_to(designs, lanes)]
+        if masses:
+            work.weight[: 3 * L.slots] = inverse_masses(L, work.mass, self.length)
+        return work
+
+    @functools.cached_property
+    def _blanks(self) -> dict[int, Work]:
+        """A fresh workspace by number of lanes, to be copied."""
+        return {}
+
+    def _blank(self, lanes: int) -> Work:
+        """A workspace with all that is the same for every position."""
+        L = self.layout
+        frame = frame_of(L, self.par.shape[0], self.signals, lanes)
+        work = Work(frame, frame.blank())
+        work.par[:], work.mass[:] = self.par[:, :1], self.mass[:, :1]
+        work.size[:] = self.length
+        work.turn[2 * L.bodies] = 1.0
+        shares = np.bincount(L.slot_body, minlength=L.bodies)
+        work.share[:] = 1.0 / shares[L.slot_body][:, None]
+        columns = work.weight[: 3 * L.slots].reshape(L.slots, 3, lanes)
+        columns[:] = np.array([1.0, 1.0, self.length**-2])[None, :, None]
+        soft, pad, blocks = self._fixed_rows
+        work.soft[: len(soft)], work.pad[: len(pad)], work.block[: len(blocks)] = soft, pad, blocks
+        if lanes > 1:
+            # kernels of many lanes store what varies; what the physics has as constants stands here
+            one = self.work()
+            violation(self.runtime(), one)
+            for name in ("block", "phi", "nu", "gamma"):
+                getattr(work, name)[:] = getattr(one, name)
+        return work
+
+    @functools.cached_property
+    def _fixed_rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Numbers of the nodes that no position changes, each (rows, 1).
+
+        The proximal term and the identity rows, and the blocks of the welds between the slots of
+        one body: equal x and y, then equal angle.
+        """
+        L = self.layout
+        soft, pad, blocks = (np.zeros((size * L.nodes, 1)) for size in (2, 2, 12))
+        for kinds, node in zip(self.row_kinds, L.atom_node, strict=True):
+            for row in range(2):
+                if row < len(kinds):
+                    soft[2 * node + row] = 1.0 if kinds[row] == "l" else self.length**-2
+                else:
+                    pad[2 * node + row] = 1.0
+        seen: set[tuple[int, int]] = set()
+        for node in np.setdiff1d(np.arange(L.nodes), L.atom_node):
+            o = 12 * node
+            pair = (int(L.node_column[2 * node]), int(L.node_column[2 * node + 1]))
+            if pair not in seen:
+                seen.add(pair)
+                blocks[[o, o + 4]], blocks[[o + 6, o + 10]] = 1.0, -1.0
+            else:
+                blocks[o + 2], blocks[o + 8] = 1.0, -1.0
+                pad[2 * node + 1] = 1.0
+        return soft, pad, blocks
+
+    @functools.cached_property
+    def row_table(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Atom, row of the atom, and whether it is an angle, of every row: joints in the order of
+        the description, then drivers."""
+        found = [
+            (e, row, kind == "a")
+            for atoms in self.atoms_of.values()
+            for e in atoms
+            for row, kind in enumerate(self.row_kinds[e])
+        ]
+        table = np.array(found, dtype=np.int64).reshape(-1, 3)
+        return table[:, 0], table[:, 1], table[:, 2] == 1
+
+    def runtime(self) -> Layout:
+        """The layout with handles for the user's own functions, alive as long as the system."""
+        if not self.has_user_code:
+            return self.layout
+        return self._registered
+
+    @functools.cached_property
+    def _registered(self) -> Layout:
+        sizes = [len(self.layout.atom_handle), len(self.layout.action_handle)]
+        handles = [-1 if f is None else register(f) for _, f in self.functions]
+        names = {h: name for h, (name, _) in zip(handles, self.functions, strict=True) if h >= 0}
+        for handle in names:
+            weakref.finalize(self, release, handle)
+        object.__setattr__(self, "_user_names", names)
+        a, b = sizes[0], sizes[0] + sizes[1]
+        return self.layout.replaced(
+            atom_handle=integers(handles[:a]),
+            action_handle=integers(handles[a:b]),
+            law_handle=integers(handles[b:]),
+        )
+
+    def user_handles(self) -> list[int]:
+        """Handles of the users' functions in this process."""
+        return list(getattr(self, "_user_names", {}))
+
+    def user_name(self, handle: int) -> str:
+        """Name of the element whose function has that handle."""
+        names: dict[int, str] = getattr(self, "_user_names", {})
+        return names.get(handle, "?")
+
+    def __getstate__(self) -> dict[str, Any]:
+        # handles belong to this process: the callables travel, the handles do not
+        kept = dict(self.__dict__)
+        for key in ("_registered", "_user_names", "_blanks"):
+            kept.pop(key, None)
+        return kept
+
+
+def _no_such_value(name: str, system: System) -> str:
+    element, _, key = name.partition(".")
+    values, machine = system.values, system.mechanism
+    if element in machine and is_plain_field(machine[element], key):
+        return plain_field(machine[element], key)
+    own = [known for known in values if known.partition(".")[0] == element]
+    if own:
+        return f"there is no number '{name}' to change (there are: {listed(own)})"
+    owners = dict.fromkeys(known.partition(".")[0] for known in values)
+    return f"there is no number '{name}' to change (there are numbers of: {listed(owners)})"
+
+
+def polar_points(mechanism: Mechanism) -> frozenset[str]:
+    """Dotted names of all points that the user gave by distance and angle."""
+    bodies = (*mechanism.bodies, mechanism.ground)
+    points: list[tuple[str, object]] = []
+    points += [(f"{body.name}.{key}", p) for body in bodies for key, p in body.points.items()]
+    points += [(f"{body.name}.cg", body.cg) for body in bodies]
+    for element in mechanism:
+        inline = {k: m.point for k, m in element.places().items() if not isinstance(m.point, str)}
+        points += [(place_name(f"{element.name}.{k}", p), p) for k, p in inline.items()]
+    return frozenset(name for name, point in points if isinstance(point, Polar))
