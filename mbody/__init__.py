@@ -16,8 +16,8 @@ from mbody._version import __version__
 
 if TYPE_CHECKING:
     from mbody import engineering, gallery, laws, sweeps, testing
-    from mbody.analysis.driven.driver_range import reach
-    from mbody.analysis.driven.free_body import free_body, members
+    from mbody.analysis.driven.driver_range import driver_range
+    from mbody.analysis.driven.free_body import free_body, member_forces
     from mbody.analysis.driven.kinematics import kinematics
     from mbody.analysis.driven.kinetostatics import kinetostatics
     from mbody.analysis.driven.statics import statics
@@ -47,11 +47,11 @@ if TYPE_CHECKING:
         Table,
     )
     from mbody.makers import makers
-    from mbody.model.body import Body, Guess, SecondMoments, Slender, deg, rpm
-    from mbody.model.coupling import AngleCoupling, LengthCoupling, Term
+    from mbody.model.body import Body, Guess, SecondMoments, SlenderRod, deg, rpm
+    from mbody.model.coupling import AngleCoupling, CouplingTerm, LengthCoupling
     from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
     from mbody.model.element import Marker, Polar, number_field, polar
-    from mbody.model.event import Event, Occurrence, Stop
+    from mbody.model.event import Event, EventRecord, Stop
     from mbody.model.joints import (
         CamFollower,
         CustomJoint,
@@ -65,21 +65,21 @@ if TYPE_CHECKING:
         Rolling,
     )
     from mbody.model.loads import (
+        CentrifugalField,
         CustomLoad,
         Damper,
         Force,
         Gravity,
         PistonPressure,
-        RotatingField,
+        ReciprocatingCylinder,
         Spring,
         Torque,
         TorsionDamper,
         TorsionSpring,
-        ValvedCylinder,
     )
     from mbody.model.mechanism import Mechanism
-    from mbody.model.simulation import Simulation
-    from mbody.model.study import Ask, Measure, Question, Unknown
+    from mbody.model.simulation import SimulationSettings
+    from mbody.model.study import Instants, Measure, Question, Unknown
     from mbody.quantities import convert
     from mbody.solution.doubts import Doubt
     from mbody.solution.histories import Reaction
@@ -96,11 +96,11 @@ _HOME = {
     "analysis.initial.close_loops": "close_loops",
     "analysis.equilibria.equilibrium": "equilibrium",
     "analysis.equilibria.equilibrium_curve": "equilibrium_curve",
-    "analysis.driven.free_body": "free_body members",
+    "analysis.driven.free_body": "free_body member_forces",
     "analysis.driven.kinematics": "kinematics",
     "analysis.driven.kinetostatics": "kinetostatics",
     "analysis.driven.statics": "statics",
-    "analysis.driven.driver_range": "reach",
+    "analysis.driven.driver_range": "driver_range",
     "analysis.linear.linearize": "linearize",
     "analysis.linear.modes": "modes",
     "analysis.freedom.mobility": "mobility",
@@ -109,24 +109,24 @@ _HOME = {
     "system.assembler": "assemble",
     "engines.crosscheck": "Crosscheck crosscheck",
     "engines.mjcf": "to_mjcf",
-    "model.body": "Body Guess SecondMoments Slender deg rpm",
+    "model.body": "Body Guess SecondMoments SlenderRod deg rpm",
     "quantities": "convert",
     "files.model": "Limits from_text in_units load save to_text",
     "files.saved": "load_run save_run",
-    "model.study": "Ask Measure Question Unknown",
-    "model.simulation": "Simulation",
-    "model.coupling": "AngleCoupling LengthCoupling Term",
+    "model.study": "Instants Measure Question Unknown",
+    "model.simulation": "SimulationSettings",
+    "model.coupling": "AngleCoupling LengthCoupling CouplingTerm",
     "model.driver": "AngleDriver CoordinateDriver DistanceDriver",
     "solution.doubts": "Doubt",
     "model.element": "Marker Polar number_field polar",
     "errors": "ModelError ModelWarning SolveError",
-    "model.event": "Event Occurrence Stop",
+    "model.event": "Event EventRecord Stop",
     "model.joints": "CamFollower CustomJoint Distance Fixed Gear PinSlot Prismatic RackPinion "
     "Revolute Rolling",
     "laws": "Cam Constant ConstantAcceleration ConstantSpeed Dwell Function Harmonic Polynomial "
     "Rise Table",
-    "model.loads": "CustomLoad Damper Force Gravity PistonPressure RotatingField Spring Torque "
-    "TorsionDamper TorsionSpring ValvedCylinder",
+    "model.loads": "CustomLoad Damper Force Gravity PistonPressure CentrifugalField Spring Torque "
+    "TorsionDamper TorsionSpring ReciprocatingCylinder",
     "model.mechanism": "Mechanism",
     "solution.momentum": "momentum",
     "solution.histories": "Reaction",

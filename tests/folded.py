@@ -9,7 +9,7 @@ import math
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from mbody import Body, Gravity, Mechanism, Revolute, Simulation
+from mbody import Body, Gravity, Mechanism, Revolute, SimulationSettings
 
 G = 9.81
 NAMES = ("crank", "coupler", "rocker")
@@ -44,7 +44,7 @@ def four_bar(lengths, masses=(1.0, 2.0, 1.0), centres=(0.5, 0.5, 0.5), gravity=G
 
 def asked(machine, start, until=0.3, instants=31, rtol=1e-12, **more):
     """The machine, told how it starts."""
-    machine.simulation = Simulation(until, start, instants=instants, rtol=rtol, **more)
+    machine.simulation = SimulationSettings(until, start, instants=instants, rtol=rtol, **more)
     return machine
 
 

@@ -17,7 +17,7 @@ from collections import Counter
 import numpy as np
 
 import mbody
-from mbody import Body, Gravity, Mechanism, Revolute, Simulation, SolveError
+from mbody import Body, Gravity, Mechanism, Revolute, SimulationSettings, SolveError
 from mbody.solution.solution import Solution
 
 #: Method, tolerance or step, and how often it is drawn.
@@ -76,7 +76,7 @@ def machine(
     )
     if gravity:
         made.add(Gravity("gravity", y=-2.0))
-    made.simulation = Simulation(UNTIL, start={"crank": {"angle": crank, "omega": speed}})
+    made.simulation = SimulationSettings(UNTIL, start={"crank": {"angle": crank, "omega": speed}})
     return made
 
 

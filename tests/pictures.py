@@ -8,7 +8,7 @@ from pathlib import Path
 import mbody
 from mbody import gallery
 from mbody.analysis.driven.requests import asked
-from mbody.model.study import Ask
+from mbody.model.study import Instants
 from mbody.views import draw, save
 
 ROOT = Path(__file__).parents[1]
@@ -41,7 +41,7 @@ def picture(name):
     if machine.ask is None:
         run = mbody.simulate(machine, times=[shown.get("after", 0.0)])
     else:
-        run = asked(machine, "kinetostatics", Ask(at=shown["at"]) if "at" in shown else None)
+        run = asked(machine, "kinetostatics", Instants(at=shown["at"]) if "at" in shown else None)
     return draw(run, forces=shown.get("forces", False), paths=shown.get("paths", ()))
 
 

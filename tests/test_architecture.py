@@ -35,7 +35,7 @@ LAYERS = (
     {"units"},
     {"formulas"},
     {"laws"},
-    {"atoms", "elements"},
+    {"primitives", "elements"},
     {"bodies", "hooks", "own_code"},
     {"joints", "loads", "drivers", "couplings"},
     {"core", "elimination", "groups", "histories"},
@@ -62,7 +62,7 @@ FOLDERS = {
 
 # Some units may reach less than their layer allows: these imports and their own folder only.
 PLAIN = {"__future__", "collections.abc", "functools", "math", "numpy", "typing"}
-SHARED = {"_geometry", "_jit", "_lanes", "atoms", "elements", "errors", "laws", "own_code"}
+SHARED = {"_geometry", "_jit", "_lanes", "primitives", "elements", "errors", "laws", "own_code"}
 KERNELS = {"_jit", "_lanes", "_bundle", "_user", "laws", "joints", "loads"}
 PHYSICS = PLAIN | {"dataclasses"} | {f"mbody.{unit}" for unit in SHARED}
 ONLY = {

@@ -13,10 +13,10 @@ import pytest
 
 import mbody
 from mbody import cli, gallery
-from mbody.analysis.driven.free_body import members
+from mbody.analysis.driven.free_body import member_forces
 from mbody.analysis.driven.requests import asked_of
 from mbody.engines.oracle import Reference
-from mbody.model.study import Ask
+from mbody.model.study import Instants
 from mbody.solution.certificate import residual_doubts
 from mbody.solution.doubts import Doubt, doubted, inherited, succeeded
 from mbody.solution.histories import Record
@@ -53,7 +53,7 @@ def test_models_of_the_gallery_are_certain(name):
     if machine.simulation:
         run = mbody.simulate(machine)
     else:
-        run = asked_of(assemble(machine), "kinetostatics", machine.ask or Ask())
+        run = asked_of(assemble(machine), "kinetostatics", machine.ask or Instants())
     assert residual_doubts(run) == [] and succeeded(run.ending)
 
 
@@ -69,7 +69,7 @@ def test_random_linkages_are_certain(seed):
 def test_what_a_dead_centre_makes_of_rounding_is_no_doubt(near):
     """Forces grow as 1/distance there; what is left of them grows with them."""
     lengths = (6, 18, 12, 8)
-    end = mbody.reach(mbody.makers.four_bar(*lengths, start=math.pi / 2)).low
+    end = mbody.driver_range(mbody.makers.four_bar(*lengths, start=math.pi / 2)).low
     machine = mbody.makers.four_bar(*lengths, masses=(1, 2, 3), start=math.pi / 2)
     still = np.zeros(2)
     run = mbody.kinetostatics(
@@ -181,7 +181,7 @@ def test_a_table_holds_doubts(doubtful):
 def test_what_is_made_of_a_result_inherits_its_doubts(doubtful):
     for made in (
         mbody.free_body(doubtful, "rod"),
-        members(doubtful),
+        member_forces(doubtful),
         mbody.engineering.fluctuation(doubtful),
         mbody.engineering.shaking_force(doubtful),
         mbody.crosscheck(engine(), "pinocchio", ours=doubtful),
@@ -203,7 +203,7 @@ def test_what_is_made_of_a_result_inherits_its_doubts(doubtful):
     assert found.data()["doubts"] == [doubt.data() for doubt in held.doubts]
     assert "STATUS   doubtful" in str(found)
     assert mbody.modes(swing).status == "completed"
-    assert mbody.reach(mbody.makers.four_bar(6, 18, 12, 8, start=1.6)).status == "completed"
+    assert mbody.driver_range(mbody.makers.four_bar(6, 18, 12, 8, start=1.6)).status == "completed"
     assert inherited(rest.solution)["status"] == "completed"
 
 
@@ -241,7 +241,7 @@ def test_a_stop_that_ends_the_motion_at_once_has_its_key():
         mbody.Body("b", mass=1.0, guess=(0.0, 0.0, 0.0)), mbody.Prismatic("g", "ground", "b")
     )
     machine.add(mbody.Force("push", "b", -1.0))
-    machine.simulation = mbody.Simulation(
+    machine.simulation = mbody.SimulationSettings(
         1.0, {"b": {"x": 0.0, "vx": 0.0}}, events=[mbody.Stop("b.x")]
     )
     run = mbody.simulate(machine)
@@ -285,7 +285,9 @@ def coupled(*names):
         mbody.Revolute("A", "ground.A", "a"),
         mbody.Revolute("B", "ground.B", "b"),
         *(
-            mbody.AngleCoupling(name, [mbody.Term(1, angle="a"), mbody.Term(-1, angle="b")])
+            mbody.AngleCoupling(
+                name, [mbody.CouplingTerm(1, angle="a"), mbody.CouplingTerm(-1, angle="b")]
+            )
             for name in names
         ),
         mbody.AngleDriver("motor", "a", mbody.ConstantAcceleration(0.0, 1.0, 2.0)),

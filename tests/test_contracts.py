@@ -23,7 +23,9 @@ from mbody import (
     AngleDriver,
     Body,
     CamFollower,
+    CentrifugalField,
     CoordinateDriver,
+    CouplingTerm,
     CustomJoint,
     CustomLoad,
     Damper,
@@ -39,19 +41,17 @@ from mbody import (
     PistonPressure,
     Prismatic,
     RackPinion,
+    ReciprocatingCylinder,
     Revolute,
     Rolling,
-    RotatingField,
     Spring,
-    Term,
     Torque,
     TorsionDamper,
     TorsionSpring,
-    ValvedCylinder,
 )
 from mbody.kernels.constraints import KINDS
 from mbody.kernels.forces import KINDS as ACTION_KINDS
-from mbody.kernels.output import PER_ATOM
+from mbody.kernels.output import PER_PRIMITIVE
 from mbody.laws import Cam, ConstantSpeed, Function, Harmonic, Polynomial, Rise, Table
 from mbody.model.element import number_field
 from mbody.testing import Check, Report, check_joint, check_load
@@ -136,9 +136,9 @@ CYLINDER = {"area": 0.5, "near": 2.0, "far": -1.0, "clearance": 0.4, "delivery":
 LOADS = [
     Gravity("load", y=-9.81),
     Gravity("load", x=SWING, y=-9.81),
-    RotatingField("load", ON_GROUND, speed=3.0),
-    RotatingField("load", ON_GROUND, speed=SWING),
-    RotatingField("load", ON_GROUND, momentum=3.0, inertia=0.7),
+    CentrifugalField("load", ON_GROUND, speed=3.0),
+    CentrifugalField("load", ON_GROUND, speed=SWING),
+    CentrifugalField("load", ON_GROUND, momentum=3.0, inertia=0.7),
     Force("load", J, 3.0, angle=0.4),
     Force("load", J, SHAKY, angle=0.4),
     Force("load", J, 3.0, angle=0.4, follows=True),
@@ -161,9 +161,9 @@ LOADS = [
     TorsionDamper("load", "arm", law=Polynomial((0.0, 1.0, 0.0, 2.0))),
     PistonPressure("load", I, J, "crank", 0.5, 0.4, head=CYCLE, rod=0.3, phase=0.2),
     PistonPressure("load", ON_GROUND, J, "arm", 0.5, 0.4, head=2.0, rod=Function(hardening)),
-    ValvedCylinder("load", I, J, bulk_modulus=3.0, **CYLINDER),
-    ValvedCylinder("load", J, ON_GROUND, opposite_area=0.3, bulk_modulus=3.0, **CYLINDER),
-    ValvedCylinder("load", ON_GROUND, J, exponent=1.3, ambient=1.0, **CYLINDER),
+    ReciprocatingCylinder("load", I, J, bulk_modulus=3.0, **CYLINDER),
+    ReciprocatingCylinder("load", J, ON_GROUND, opposite_area=0.3, bulk_modulus=3.0, **CYLINDER),
+    ReciprocatingCylinder("load", ON_GROUND, J, exponent=1.3, ambient=1.0, **CYLINDER),
 ]
 
 
@@ -186,9 +186,9 @@ def test_loads(element):
     report = check_load(element)
     assert report.worst < 1e-8
     assert report["pickle"].error == 0.0
-    external = isinstance(element, Gravity | Force | RotatingField)
+    external = isinstance(element, Gravity | Force | CentrifugalField)
     assert math.isnan(report["action = reaction"].error) == external
-    still = not isinstance(element, Damper | TorsionDamper | ValvedCylinder)
+    still = not isinstance(element, Damper | TorsionDamper | ReciprocatingCylinder)
     assert report["velocity"].note.startswith("its forces do not") == still
     follower = isinstance(element, Force) and element.follows
     by_angle = isinstance(element, PistonPressure)
@@ -201,10 +201,10 @@ def test_every_kind_is_met():
     names = ("bar", "arm", "crank")
     bodies = [Body(name, mass=1.0, points=points, spread="point") for name in names]
     machine.add(*bodies)
-    parts = [*CONSTRAINTS, *LOADS, AngleCoupling("sum", [Term(1.0, angle="bar")])]
+    parts = [*CONSTRAINTS, *LOADS, AngleCoupling("sum", [CouplingTerm(1.0, angle="bar")])]
     machine.add(*(dataclasses.replace(e, name=f"{e.name} {n}") for n, e in enumerate(parts)))
     layout = mbody.assemble(machine).layout
-    assert {KINDS[k] for k in layout.atom_kind} == {*KINDS} - {"user"}
+    assert {KINDS[k] for k in layout.primitive_kind} == {*KINDS} - {"user"}
     assert {ACTION_KINDS[k] for k in layout.action_kind} == {*ACTION_KINDS} - {"user"}
 
 
@@ -540,7 +540,7 @@ def test_reactions_that_do_not_balance():
 def test_what_a_solution_tells_is_what_is_checked(monkeypatch):
     def tampered(L, W, *rest):
         breakdown(L, W, *rest)
-        rest[-1][:, :, 4::PER_ATOM] += 1e-6
+        rest[-1][:, :, 4::PER_PRIMITIVE] += 1e-6
 
     bench = importlib.import_module("mbody.testing.bench")
     breakdown = bench.breakdown

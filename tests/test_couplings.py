@@ -13,6 +13,7 @@ from mbody import (
     ConstantAcceleration,
     ConstantSpeed,
     CoordinateDriver,
+    CouplingTerm,
     Force,
     Gear,
     Gravity,
@@ -26,7 +27,6 @@ from mbody import (
     RackPinion,
     Revolute,
     SolveError,
-    Term,
     Torque,
 )
 from mbody.engines.oracle import Reference
@@ -46,7 +46,12 @@ def differential(left=3.0, case=5.0):
         *(Body(name, mass=1.0, inertia=0.2) for name in ("left", "right", "case")),
         *(Revolute(f"pin of {name}", "ground", name) for name in ("left", "right", "case")),
         AngleCoupling(
-            "bevels", [Term(1, angle="left"), Term(1, angle="right"), Term(-2, angle="case")]
+            "bevels",
+            [
+                CouplingTerm(1, angle="left"),
+                CouplingTerm(1, angle="right"),
+                CouplingTerm(-2, angle="case"),
+            ],
         ),
         AngleDriver("motor", "case", ConstantSpeed(0.0, case)),
         AngleDriver("wheel", "left", ConstantSpeed(0.0, left)),
@@ -85,7 +90,7 @@ def wheels(*between):
 @pytest.mark.parametrize("crossed", [False, True])
 def test_a_belt_turns_wheels_one_way_and_a_crossed_one_as_gears(crossed):
     sense = 1.0 if crossed else -1.0
-    belt = LengthCoupling("belt", [Term(2.0, angle="a"), Term(sense, angle="b")])
+    belt = LengthCoupling("belt", [CouplingTerm(2.0, angle="a"), CouplingTerm(sense, angle="b")])
     run = mbody.kinetostatics(wheels(belt), t=[0.0, 0.5])
     assert run["b"].omega == pytest.approx(-sense * 2.0 * run["a"].omega, rel=CLOSE)
     # the difference of the tensions, F = (I α + load)/r of the driven wheel
@@ -113,7 +118,10 @@ def test_a_screw_is_a_rack_of_the_radius_of_its_lead():
         )
         return mbody.kinetostatics(machine, t=[0.0, 0.4])
 
-    terms = [Term(1.0, coordinate=("ground", "nut")), Term(-lead / math.tau, angle="screw")]
+    terms = [
+        CouplingTerm(1.0, coordinate=("ground", "nut")),
+        CouplingTerm(-lead / math.tau, angle="screw"),
+    ]
     run = press(LengthCoupling("thread", terms))
     assert run["nut"].vx == pytest.approx(lead / math.tau * run["screw"].omega, rel=CLOSE)
     thrust = 5000.0 + 40.0 * lead / math.tau * 5.0
@@ -137,8 +145,8 @@ def tackle(speed=0.5):
         LengthCoupling(
             "rope",
             [
-                Term(2.0, distance=("ground.top", "block")),
-                Term(1.0, distance=("ground.pulley", "hand")),
+                CouplingTerm(2.0, distance=("ground.top", "block")),
+                CouplingTerm(1.0, distance=("ground.pulley", "hand")),
             ],
             value=10.0,
         ),
@@ -181,7 +189,7 @@ def scattered(count=6):
         AngleCoupling(
             "all wheels",
             [
-                Term(0.5 + 0.3 * n, angle=f"w{n}", relative_to="arm" if n % 2 else "ground")
+                CouplingTerm(0.5 + 0.3 * n, angle=f"w{n}", relative_to="arm" if n % 2 else "ground")
                 for n in range(count)
             ],
             value=0.2,
@@ -189,10 +197,10 @@ def scattered(count=6):
         LengthCoupling(
             "rope",
             [
-                Term(1.0, distance=(Marker("arm", "E"), Marker("slide", (0.2, 0.1)))),
-                Term(0.7, distance=("ground.S", Marker("slide", (0.0, 0.3)))),
-                Term(-0.4, coordinate=(Marker("ground", (0.1, 0.2), 0.5), "arm.E")),
-                Term(0.05, angle="w0", relative_to="w1"),
+                CouplingTerm(1.0, distance=(Marker("arm", "E"), Marker("slide", (0.2, 0.1)))),
+                CouplingTerm(0.7, distance=("ground.S", Marker("slide", (0.0, 0.3)))),
+                CouplingTerm(-0.4, coordinate=(Marker("ground", (0.1, 0.2), 0.5), "arm.E")),
+                CouplingTerm(0.05, angle="w0", relative_to="w1"),
             ],
             value=4.0,
         ),
@@ -241,7 +249,7 @@ def test_free_motion_is_the_oracles():
 def test_a_coupling_that_repeats_a_gear_is_redundant():
     machine = wheels(
         Gear("mesh", "a", "b", radius_i=2.0, radius_j=1.0),
-        AngleCoupling("chain", [Term(2.0, angle="a"), Term(1.0, angle="b")]),
+        AngleCoupling("chain", [CouplingTerm(2.0, angle="a"), CouplingTerm(1.0, angle="b")]),
     )
     report = mbody.mobility(machine)
     assert (
@@ -263,7 +271,9 @@ def test_a_coupling_that_cannot_close_is_told():
 
 def test_a_batch_of_ratios():
     system = mbody.assemble(
-        wheels(LengthCoupling("belt", [Term(2.0, angle="a"), Term(-1.0, angle="b")]))
+        wheels(
+            LengthCoupling("belt", [CouplingTerm(2.0, angle="a"), CouplingTerm(-1.0, angle="b")])
+        )
     )
     batch = mbody.kinetostatics(system.with_values({"belt.1.factor": [-1.0, -0.5, 4.0]}), t=[0.5])
     assert batch["b"].omega[:, 0] == pytest.approx([10.0, 20.0, -2.5], rel=CLOSE)
@@ -334,7 +344,9 @@ def test_a_pin_on_a_slot_driven_by_a_chain():
         Revolute("O", "ground.O", "crank"),
         Revolute("L", "ground.L", "lever"),
         PinSlot("slot", "lever", "crank.P"),
-        AngleCoupling("chain", [Term(2.0, angle="crank"), Term(-1.0, angle="wheel")]),
+        AngleCoupling(
+            "chain", [CouplingTerm(2.0, angle="crank"), CouplingTerm(-1.0, angle="wheel")]
+        ),
         AngleDriver("motor", "wheel", ConstantSpeed(0.2, 6.0)),
     )
     run = mbody.kinetostatics(machine, turn=True, instants=121)

@@ -147,7 +147,7 @@ def test_drivers_of_a_length(kind):
 
 
 def test_a_plane_that_turns_is_turned():
-    """Slender arms in a turning plane: the centrifugal moment is Pinocchio's own, in space."""
+    """SlenderRod arms in a turning plane: the centrifugal moment is Pinocchio's own, in space."""
     machine = mbody.Mechanism("arm")
     machine.add(
         mbody.Body(
@@ -158,7 +158,9 @@ def test_a_plane_that_turns_is_turned():
             spread=mbody.SecondMoments(0.18, 0.12, 0.05),
         ),
         mbody.Revolute("O", mbody.Marker("ground", (0.3, 0.0)), "arm"),
-        mbody.RotatingField("field", mbody.Marker("ground", (0.0, 0.0), math.pi / 2), momentum=4.0),
+        mbody.CentrifugalField(
+            "field", mbody.Marker("ground", (0.0, 0.0), math.pi / 2), momentum=4.0
+        ),
         mbody.AngleDriver("motor", "arm", mbody.Harmonic(0.4, 0.6, 3.0)),
     )
     report = check(machine, ours=mbody.kinetostatics(machine, np.linspace(0.0, 2.0, 9)))

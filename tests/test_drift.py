@@ -15,7 +15,7 @@ from mbody import (
     Harmonic,
     Mechanism,
     Revolute,
-    Simulation,
+    SimulationSettings,
     SolveError,
     Spring,
     Torque,
@@ -37,7 +37,9 @@ def pendulum():
         Gravity("gravity", y=-9.81),
         Torque("brake", "rod", value=-0.2),
     )
-    machine.simulation = Simulation(1.5, start={"rod": {"angle": 0.3, "omega": "w*(1 rad/s)"}})
+    machine.simulation = SimulationSettings(
+        1.5, start={"rod": {"angle": 0.3, "omega": "w*(1 rad/s)"}}
+    )
     return machine
 
 
@@ -55,7 +57,7 @@ def slider_crank():
         Spring("spring", "ground.O", "slider", stiffness=60.0, free_length=3.0),
         Damper("damper", "ground.O", "slider", coefficient=2.0),
     )
-    machine.simulation = Simulation(1.0, start={"crank": {"angle": 1.0, "omega": 3.0}})
+    machine.simulation = SimulationSettings(1.0, start={"crank": {"angle": 1.0, "omega": 3.0}})
     return machine
 
 
@@ -70,7 +72,7 @@ def chain(count, until=1.0):
         before = f"rod{n}.B"
     machine.add(Gravity("gravity", y=-9.81))
     start = {f"rod{n}": {"angle": 0.3 * n} for n in range(count)}
-    machine.simulation = Simulation(until, start=start)
+    machine.simulation = SimulationSettings(until, start=start)
     return machine
 
 
@@ -299,7 +301,9 @@ def test_singular_positions_are_passed_alone(monkeypatch):
     """A crank and a coupler as long as rocker and ground together fold flat on the way."""
     gone = gone_alone(monkeypatch)
     machine = makers.four_bar(1.0, 3.0, 2.0, 3.5, masses=(1.0, 3.0, 2.0)).without("motor").copied()
-    machine.simulation = Simulation(3.0, start={"crank": {"angle": 1.0, "omega": 6.0}}, rtol=1e-8)
+    machine.simulation = SimulationSettings(
+        3.0, start={"crank": {"angle": 1.0, "omega": 6.0}}, rtol=1e-8
+    )
     lengths = np.linspace(0.6, 1.3, COUNT)
     of, how = ["crank.angle", "rocker.angle"], {"until": 3.0}
     without, _ = swept(machine, {"crank.A.x": lengths}, of, **how)
@@ -397,7 +401,7 @@ def test_a_design_that_does_not_close_is_a_row():
 
 def test_a_start_without_a_value_is_a_row():
     machine = pendulum()
-    machine.simulation = Simulation(0.5, start={"rod": {"angle": "acos(l)"}})
+    machine.simulation = SimulationSettings(0.5, start={"rod": {"angle": "acos(l)"}})
     found = mbody.sweep(machine, {"l": [0.5, 2.0]}, "simulate", "first(rod.angle)")
     assert_allclose(found["first(rod.angle)"][0], math.acos(0.5), rtol=1e-14)
     assert "acos" in found.failures[1]

@@ -16,7 +16,7 @@ from mbody import (
     Mechanism,
     Prismatic,
     Revolute,
-    Simulation,
+    SimulationSettings,
     TorsionDamper,
     from_text,
     simulate,
@@ -67,7 +67,7 @@ def test_such_a_motor_turns_a_slider_crank():
         Prismatic("guide", "ground", "ram"),
         TorsionDamper("motor", "crank", law=lambda x: -T * (1.0 - x / top)),
     )
-    machine.simulation = Simulation(1.0, {"crank": {"angle": 0.5}}, rtol=1e-10, instants=21)
+    machine.simulation = SimulationSettings(1.0, {"crank": {"angle": 0.5}}, rtol=1e-10, instants=21)
     run = simulate(machine)
 
     def slope(t, y):

@@ -14,6 +14,7 @@ from mbody import (
     ConstantAcceleration,
     ConstantSpeed,
     CoordinateDriver,
+    CouplingTerm,
     DistanceDriver,
     Gear,
     Gravity,
@@ -22,7 +23,6 @@ from mbody import (
     Prismatic,
     Revolute,
     Spring,
-    Term,
     Torque,
     engineering,
     kinematics,
@@ -210,9 +210,11 @@ def test_couplings_push_the_frame_too():
         Revolute("A", "ground.A", "drum"),
         Revolute("B", "ground.B", "wheel"),
         LengthCoupling(
-            "rope", [Term(2.0, distance=("ground.hook", "block")), Term(0.3, angle="drum")], 9.0
+            "rope",
+            [CouplingTerm(2.0, distance=("ground.hook", "block")), CouplingTerm(0.3, angle="drum")],
+            9.0,
         ),
-        AngleCoupling("belt", [Term(1.5, angle="wheel"), Term(-1.0, angle="drum")]),
+        AngleCoupling("belt", [CouplingTerm(1.5, angle="wheel"), CouplingTerm(-1.0, angle="drum")]),
         AngleDriver("motor", "wheel", ConstantAcceleration(0.2, 3.0, -4.0)),
         Gravity("gravity", y=-9.81),
     )

@@ -11,6 +11,8 @@ from numpy.testing import assert_allclose
 from mbody import (
     AngleDriver,
     Body,
+    CentrifugalField,
+    CouplingTerm,
     Distance,
     Force,
     Gravity,
@@ -21,10 +23,8 @@ from mbody import (
     Prismatic,
     Question,
     Revolute,
-    RotatingField,
     SolveError,
     Spring,
-    Term,
     Torque,
     TorsionSpring,
     assemble,
@@ -395,7 +395,7 @@ def test_forces_that_follow_have_no_potential():
 
 
 def whirling(speed):
-    return pendulum(RotatingField("field", UPRIGHT, speed=speed))
+    return pendulum(CentrifugalField("field", UPRIGHT, speed=speed))
 
 
 def test_a_pendulum_in_a_field():
@@ -419,7 +419,7 @@ def test_a_pendulum_in_a_field():
 def test_a_free_spindle_is_stiffer():
     """With H held instead of ω the plane slows down as the mass goes out: K has one term more."""
     momentum, own = 9.0, 0.3
-    machine = pendulum(RotatingField("field", UPRIGHT, momentum=momentum, inertia=own))
+    machine = pendulum(CentrifugalField("field", UPRIGHT, momentum=momentum, inertia=own))
     found = equilibrium(machine)
     stable = found.stable[0]
 
@@ -644,7 +644,10 @@ def test_a_coupling_is_told_and_sets_what_is_rounding():
         Prismatic("right", upright("ground", 1.0), upright("b")),
         LengthCoupling(
             "rope",
-            [Term(1.0, distance=("ground.L", "a")), Term(1.0, distance=("ground.R", "b"))],
+            [
+                CouplingTerm(1.0, distance=("ground.L", "a")),
+                CouplingTerm(1.0, distance=("ground.R", "b")),
+            ],
             4.0,
         ),
         Gravity("gravity", y=-g),

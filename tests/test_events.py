@@ -18,7 +18,7 @@ from mbody import (
     Mechanism,
     Prismatic,
     Revolute,
-    Simulation,
+    SimulationSettings,
     Spring,
     Stop,
     cli,
@@ -39,7 +39,7 @@ def ball(height=1.0, **start):
     machine.add(
         Body("ball", mass=2.0, inertia=0.3, guess=(0.0, height, 0.0)), Gravity("gravity", y=-G)
     )
-    machine.simulation = Simulation(1.0, {"ball": {"y": height, **start}})
+    machine.simulation = SimulationSettings(1.0, {"ball": {"y": height, **start}})
     return machine
 
 
@@ -50,7 +50,7 @@ def blocks(*places, speed=1.0):
         machine.add(
             Body(f"b{n}", mass=1.0, guess=(place, 0.0, 0.0)), Prismatic(f"g{n}", "ground", f"b{n}")
         )
-    machine.simulation = Simulation(
+    machine.simulation = SimulationSettings(
         1.0, {f"b{n}": {"x": x, "vx": 0.0 if n else speed} for n, x in enumerate(places)}
     )
     return machine
@@ -191,7 +191,7 @@ def test_a_double_pendulum_strikes_its_elbow():
         Gravity("gravity", y=-G),
     )
     start = {"upper": {"angle": 0.1}, "lower": {"angle": 0.8, "omega": -3.0}}
-    machine.simulation = Simulation(1.0, start)
+    machine.simulation = SimulationSettings(1.0, start)
     stop = Stop("lower.angle - upper.angle", 0.5, "elbow stop")
     run = simulate(machine, 1.0, rtol=1e-11, events=[stop])
     assert run.events
@@ -273,7 +273,9 @@ def test_into_a_corner():
     """Both stops are struck at one instant."""
     machine = Mechanism("corner")
     machine.add(Body("ball", mass=2.0, inertia=0.3))
-    machine.simulation = Simulation(1.0, {"ball": {"x": 1.0, "y": 1.0, "vx": -1.0, "vy": -1.0}})
+    machine.simulation = SimulationSettings(
+        1.0, {"ball": {"x": 1.0, "y": 1.0, "vx": -1.0, "vy": -1.0}}
+    )
     corner = [Stop("ball.x", 0.5, "wall"), Stop("ball.y", 0.5, "floor")]
     run = simulate(machine, 3.0, events=corner)
     assert [one.t for one in run.events] == pytest.approx([1.0, 1.0], abs=1e-12)
@@ -346,7 +348,7 @@ def test_files_and_the_command(capsys):
 def test_drivers_that_go_take_their_events_along():
     machine = mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=5.0)
     watched = [Event("motor.power"), Event("crank.omega")]
-    machine.simulation = Simulation(1.0, events=watched)
+    machine.simulation = SimulationSettings(1.0, events=watched)
     assert machine.without("motor").simulation.events == (watched[1],)
 
 
@@ -371,7 +373,7 @@ def oscillator(speed=1.0):
         Prismatic("guide", "ground", "b"),
         Spring("spring", Marker("ground", (-5.0, 0.0)), "b", stiffness=100.0, free_length=5.0),
     )
-    machine.simulation = Simulation(1.0, {"b": {"x": 0.0, "vx": speed}})
+    machine.simulation = SimulationSettings(1.0, {"b": {"x": 0.0, "vx": speed}})
     return machine
 
 
@@ -443,7 +445,7 @@ def test_directions_of_near_crossings(of, sense):
 def test_forces_cross_close_together():
     """The pin of a pendulum that swings by 0.1 rad carries m g (3 cos φ − 2 cos 0.1)."""
     machine = gallery.load("simple_pendulum")
-    machine.simulation = Simulation(1.0, {"pendulum": {"angle": 1.5 * math.pi + 0.1}})
+    machine.simulation = SimulationSettings(1.0, {"pendulum": {"angle": 1.5 * math.pi + 0.1}})
     run = simulate(machine, 8.0, rtol=1e-10, instants=20001)
     force = run.reaction("O").magnitude
     level = float(force.max() - 1e-4 * np.ptp(force))

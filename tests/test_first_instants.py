@@ -17,7 +17,7 @@ from mbody import (
     ModelError,
     Prismatic,
     Revolute,
-    Simulation,
+    SimulationSettings,
     SolveError,
     close_loops,
     gallery,
@@ -65,7 +65,7 @@ def belt(**start):
         Prismatic("slot", Marker("belt", (0.0, 0.0), up), Marker("block", (0.0, 0.0), up)),
         CoordinateDriver("motor", "ground", "belt", ConstantSpeed(0.0, 0.1)),
     )
-    machine.simulation = Simulation(1.0, start)
+    machine.simulation = SimulationSettings(1.0, start)
     return machine
 
 
@@ -90,7 +90,7 @@ def test_a_full_start_of_so_many_digits(name, digits):
     machine = gallery.load(name)
     middle = simulate(machine, 0.02, instants=2, rtol=1e-10)
     start = full_start(middle, digits)
-    machine.simulation = Simulation(0.01, start, instants=2)
+    machine.simulation = SimulationSettings(0.01, start, instants=2)
     run = simulate(machine)
     size = 0.6 * 10.0 ** (1 - digits)
     for body in machine.bodies:
@@ -123,7 +123,7 @@ def test_the_oracle_agrees_which_velocities_are_the_nearest(off):
         name: {"angle": float(first[name].angle[0]), "omega": float(rate)}
         for name, rate in zip(names, given, strict=True)
     }
-    machine.simulation = Simulation(0.1, start, instants=2)
+    machine.simulation = SimulationSettings(0.1, start, instants=2)
     machine.add(Gravity("gravity", y=-9.81))
     if off > 1e-3:
         with pytest.raises(SolveError, match="the rates of the start do not fit") as caught:
@@ -143,7 +143,7 @@ def test_the_oracle_agrees_which_velocities_are_the_nearest(off):
 def test_places_that_contradict_are_named_with_the_nearest():
     start = starting.full(rocker=0.05)
     machine = starting.four_bar(motor=False)
-    machine.simulation = Simulation(0.1, start)
+    machine.simulation = SimulationSettings(0.1, start)
     with pytest.raises(SolveError, match=r"rocker\.angle = .* deg \(not ") as caught:
         simulate(machine)
     assert caught.value.element == "rocker"
@@ -154,7 +154,7 @@ def test_a_rate_whose_place_is_only_guessed_does_not_hold_it():
     machine = starting.four_bar(motor=False)
     found = close_loops(starting.four_bar(), drive={"motor": (1.0, 2.0)})
     omega = float(found["coupler"].omega[0])
-    machine.simulation = Simulation(
+    machine.simulation = SimulationSettings(
         0.1, {"crank": {"angle": 1.0}, "coupler": {"omega": omega}}, instants=2
     )
     run = simulate(machine)
@@ -248,7 +248,7 @@ def test_the_sentence_of_a_dead_centre_stays():
         AngleDriver("one", "bob", ConstantSpeed(0.0, 1.0)),
         AngleDriver("two", "bob", ConstantSpeed(0.0, 2.0)),
     )
-    machine.simulation = Simulation(1.0, {})
+    machine.simulation = SimulationSettings(1.0, {})
     with pytest.raises(SolveError, match="no velocities agree with 'two'"):
         simulate(machine)
     assert mbody.SolveError is SolveError

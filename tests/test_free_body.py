@@ -21,7 +21,7 @@ from mbody import (
     Torque,
     free_body,
     gallery,
-    members,
+    member_forces,
 )
 from mbody.makers import makers
 from tests.linkages import random_linkage, times_within
@@ -99,7 +99,7 @@ def test_a_crane():
         Revolute("B", "jib.B", "tie.B"),
         Force("load", "jib.E", 800.0, angle=-math.pi / 2.0),
     )
-    jib, tie = members(mbody.statics(crane))
+    jib, tie = member_forces(mbody.statics(crane))
     # moments about A: the tie's pull has the arm 4·3/5 = 2.4
     assert tie.kind == "two-force"
     assert tie.tension == pytest.approx(800.0 * 5.0 / 2.4, rel=1e-12)
@@ -120,7 +120,7 @@ def test_a_strut_is_pressed():
         Revolute("B", "beam.B", "strut.B"),
         Force("load", mbody.Marker("beam", (2.0, 0.0)), 100.0, angle=-math.pi / 2.0),
     )
-    beam, strut = members(mbody.statics(prop))
+    beam, strut = member_forces(mbody.statics(prop))
     assert strut.tension == pytest.approx(-50.0, rel=1e-12)
     assert "pressed with 50 N" in strut.words
     # three parallel forces meet nowhere
@@ -133,7 +133,7 @@ def test_other_members():
     machine.add(Body("idle"), Prismatic("P", "ground", "idle"))
     machine.add(CoordinateDriver("still", "ground", "idle", 0.0))
     machine.add(Torque("load", "rocker", value=3.0))
-    found = {member.body: member for member in members(mbody.statics(machine))}
+    found = {member.body: member for member in member_forces(mbody.statics(machine))}
     kinds = {name: member.kind for name, member in found.items()}
     assert kinds == {
         "crank": "two forces and a couple",
@@ -141,7 +141,9 @@ def test_other_members():
         "rocker": "two forces and a couple",
         "idle": "unloaded",
     }
-    moving = members(mbody.kinetostatics(makers.four_bar(1, 3, 2, 3.5, masses=(1, 1, 1), speed=3)))
+    moving = member_forces(
+        mbody.kinetostatics(makers.four_bar(1, 3, 2, 3.5, masses=(1, 1, 1), speed=3))
+    )
     assert moving[0].kind == "general"
 
 
@@ -157,7 +159,7 @@ def test_a_rod_with_two_springs_at_one_place():
         Spring("left", "ground.L", "bar", stiffness=10.0),
         Spring("right", "ground.R", "bar", stiffness=10.0),
     )
-    (member,) = members(mbody.statics(bar))
+    (member,) = member_forces(mbody.statics(bar))
     assert member.kind == "two-force"
     assert "at one place" in member.words
 
@@ -177,7 +179,7 @@ def test_a_bar_of_distance():
         Distance("rod", "ground.C", "arm.A", length=2.5),
         Torque("load", "arm", value=4.0),
     )
-    (arm,) = members(mbody.statics(machine))
+    (arm,) = member_forces(mbody.statics(machine))
     assert arm.kind == "two forces and a couple"
 
 
@@ -249,7 +251,10 @@ def test_instants_are_counted_from_the_end_too():
         Prismatic("guide", "ground", "block"),
         mbody.LengthCoupling(
             "rope",
-            [mbody.Term(1.0, distance=("ground.O", "block")), mbody.Term(0.2, angle="drum")],
+            [
+                mbody.CouplingTerm(1.0, distance=("ground.O", "block")),
+                mbody.CouplingTerm(0.2, angle="drum"),
+            ],
             3.0,
         ),
         AngleDriver("motor", "drum", mbody.ConstantSpeed(0.0, 2.0)),
@@ -258,7 +263,7 @@ def test_instants_are_counted_from_the_end_too():
     assert free_body(run, "block", -1) == free_body(run, "block", 2) != free_body(run, "block", 0)
     force, _, size, _ = unbalanced(run, "block", -1)
     assert force < SMALL * size
-    assert members(run, -1) == members(run, 2)
+    assert member_forces(run, -1) == member_forces(run, 2)
     for instant in (3, -4, 0.5, "1", True):
         with pytest.raises(mbody.ModelError, match="give a whole number, 0 to 2"):
             free_body(run, "block", instant)
@@ -269,6 +274,6 @@ def test_where_a_driver_of_an_angle_acts_is_not_told():
     with pytest.raises(
         mbody.ModelError, match="'motor', of the type AngleDriver, acts at no place"
     ):
-        run.told_at("motor")
+        run.reaction_point("motor")
     with pytest.raises(mbody.ModelError, match="there is no driver 3 to let go"):
         mbody.equilibrium(run.mechanism, free=3)

@@ -12,6 +12,7 @@ from mbody import (
     AngleCoupling,
     AngleDriver,
     Body,
+    CouplingTerm,
     Distance,
     Fixed,
     LengthCoupling,
@@ -21,7 +22,6 @@ from mbody import (
     Prismatic,
     Revolute,
     SolveError,
-    Term,
     mobility,
 )
 from mbody.engines.oracle import Reference
@@ -225,10 +225,11 @@ def coupled(*couplings):
 
 def test_couplings_join_bodies_and_close_loops():
     """A rope holds a block and closes nothing; a belt, and a second one, close a loop each."""
-    falls = Term(2.0, distance=("ground.hook", "block"))
-    rope = LengthCoupling("rope", [falls, Term(0.5, angle="a")], 12.0)
+    falls = CouplingTerm(2.0, distance=("ground.hook", "block"))
+    rope = LengthCoupling("rope", [falls, CouplingTerm(0.5, angle="a")], 12.0)
     belts = [
-        AngleCoupling(f"belt{n}", [Term(1.0, angle="a"), Term(-1.0, angle="b")]) for n in (1, 2)
+        AngleCoupling(f"belt{n}", [CouplingTerm(1.0, angle="a"), CouplingTerm(-1.0, angle="b")])
+        for n in (1, 2)
     ]
     assert coupled().notes == coupled(belts[0]).notes == ("not joined to the ground: 'block'",)
     for couplings, loops, freedom in (((), 0, 5), (belts[:1], 1, 4), ([rope], 0, 4)):

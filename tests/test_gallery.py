@@ -497,13 +497,13 @@ def test_mud_pump_sixbar():
     assert np.ptp(cut(found["bell"].angle)) == pytest.approx(high - low, rel=10.0 * near)
     stroke = 2.0 * 5.0 * math.sin((high - low) / 2.0)
     assert np.ptp(cut(found["ram"].x)) == pytest.approx(stroke, rel=10.0 * near)
-    assert mbody.reach(machine).unlimited
+    assert mbody.driver_range(machine).unlimited
 
 
 def test_mud_pump_sixbar_as_scanned():
     """arccos(2/3) to both sides of AE, and the position at 90 deg by circles."""
     machine, toggle = gallery.load("mud_pump_sixbar_as_scanned"), math.acos(2.0 / 3.0)
-    limits = mbody.reach(machine)
+    limits = mbody.driver_range(machine)
     assert list(limits) == pytest.approx([toggle, 2.0 * math.pi - toggle], abs=1e-12)
     with pytest.raises(mbody.SolveError, match=r"from 48\.1896851 deg to .* \(-48\.1896851 deg\)"):
         mbody.kinematics(machine, turn=True)

@@ -9,7 +9,6 @@ from numpy.testing import assert_allclose
 import mbody
 from mbody import (
     AngleDriver,
-    Ask,
     Body,
     Cam,
     ConstantAcceleration,
@@ -19,6 +18,7 @@ from mbody import (
     Dwell,
     Gravity,
     Harmonic,
+    Instants,
     Measure,
     Mechanism,
     ModelError,
@@ -265,7 +265,7 @@ def driven(law, **more):
 
 
 def at(law, values, name="crank"):
-    return asked(driven(law), "kinematics", Ask(at={name: values}))
+    return asked(driven(law), "kinematics", Instants(at={name: values}))
 
 
 SPEED, CHANGE = 25.0, -40.0  # turns back after 0.625 s and 7.8125 rad
@@ -361,7 +361,7 @@ MOVING, OTHER = ConstantSpeed(0.1, 1.0), ConstantSpeed(0.2, 2.0)
 
 
 def of_arm(wanted, first=MOVING, second=OTHER):
-    run = asked(arm(first, second), "kinematics", Ask(at=wanted))
+    run = asked(arm(first, second), "kinematics", Instants(at=wanted))
     return run.t.tolist(), run["a"].angle.tolist(), run["b"].angle.tolist()
 
 
@@ -403,22 +403,22 @@ def test_a_cylinder():
     made = Mechanism("m", ground={"C": (3.0, 0.0)}, units="mm-N-s")
     made.add(Body("arm", points={"A": (2.0, 0.0)}, guess=1.0), Revolute("O", "ground", "arm"))
     made.add(DistanceDriver("cylinder", "ground.C", "arm.A", ConstantSpeed(2.0, 0.5)))
-    run = asked(made, "kinetostatics", Ask(at={"cylinder": [2.5, "3 mm", 0.3e1]}))
+    run = asked(made, "kinetostatics", Instants(at={"cylinder": [2.5, "3 mm", 0.3e1]}))
     assert_allclose(run.t, [1.0, 2.0, 2.0], rtol=1e-14)
     length = np.array([2.5, 3.0, 3.0])
     assert_allclose(np.cos(run["arm"].angle), (4.0 + 9.0 - length**2) / 12.0, rtol=1e-13)
     assert_allclose(run["arm"].omega, length * 0.5 / (6.0 * np.sin(run["arm"].angle)), rtol=1e-12)
     with says(ModelError, "'cylinder': '3 deg' is an angle (rad), where a length"):
-        asked(made, "kinematics", Ask(at={"cylinder": "3 deg"}))
+        asked(made, "kinematics", Instants(at={"cylinder": "3 deg"}))
     with says(ModelError, "'cylinder' does not come there by its law"):
-        asked(made, "kinematics", Ask(at={"cylinder": 1.5}))
+        asked(made, "kinematics", Instants(at={"cylinder": 1.5}))
 
 
 def test_a_slide():
     made = Mechanism("m")
     made.add(Body("block", mass=1.0), Prismatic("guide", "ground", "block"))
     made.add(CoordinateDriver("screw", "ground", "block", ConstantAcceleration(0.0, 0.0, 2.0)))
-    run = asked(made, "kinetostatics", Ask(at={"screw": ["4 m", "100 cm"]}))
+    run = asked(made, "kinetostatics", Instants(at={"screw": ["4 m", "100 cm"]}))
     assert_allclose([run.t, run["block"].vx], [[2.0, 1.0], [4.0, 2.0]], rtol=1e-14)
     assert_allclose(run.effort("screw"), 2.0, rtol=1e-14)
 
@@ -426,7 +426,7 @@ def test_a_slide():
 @pytest.mark.parametrize("analysis", ["kinematics", "kinetostatics", "statics"])
 def test_times_are_taken_as_they_are_asked_for(analysis):
     made = driven(ConstantSpeed(0.5, 2.0))
-    run = asked(made, analysis, Ask(at={"t": [0.3, "100 ms", 0.3, "-0.2 s", 0]}))
+    run = asked(made, analysis, Instants(at={"t": [0.3, "100 ms", 0.3, "-0.2 s", 0]}))
     assert run.t.tolist() == [0.3, 0.1, 0.3, -0.2, 0.0]
     assert_allclose(run["crank"].angle, 0.5 + 2.0 * run.t, rtol=1e-14)
     verb = {"kinematics": kinematics, "kinetostatics": kinetostatics, "statics": statics}[analysis]
@@ -439,13 +439,13 @@ def test_times_are_taken_as_they_are_asked_for(analysis):
 def test_over_a_turn():
     made = driven(ConstantSpeed(0.5, 2.0))
     for over in ("turn", "motor"):
-        run = asked(made, "kinematics", Ask(over=over, instants=9))
+        run = asked(made, "kinematics", Instants(over=over, instants=9))
         assert_allclose(run["crank"].angle, 0.5 + np.linspace(0, 2 * math.pi, 9), atol=1e-13)
-    made.ask = Ask(over="turn", instants=5)
+    made.ask = Instants(over="turn", instants=5)
     assert len(asked(made, "kinematics")) == 5
     assert asked(driven(ConstantSpeed(0.5, 2.0)), "kinematics").t.tolist() == [0.0]
     with says(ModelError, "there is no driver 'crunk'"):
-        asked(made, "kinematics", Ask(at={"crunk": 1.0}))
+        asked(made, "kinematics", Instants(at={"crunk": 1.0}))
 
 
 def by_circles(theta, side):
@@ -462,7 +462,7 @@ def by_circles(theta, side):
 def test_the_branch_is_followed_from_the_beginning(crossed, side, law):
     """Guesses say the branch at t = 0; half a turn on they would say another."""
     wanted = [3.5, 5.9, 1.0, 4.2, 2.2]
-    run = asked(driven(law, crossed=crossed), "kinematics", Ask(at={"crank": wanted}))
+    run = asked(driven(law, crossed=crossed), "kinematics", Instants(at={"crank": wanted}))
     expected = by_circles(np.array(wanted), side)
     apart = np.remainder(run["rocker"].angle - expected + math.pi, 2 * math.pi) - math.pi
     assert_allclose(apart, 0.0, atol=1e-11)  # a sweep's last correction and the loops' condition
@@ -486,7 +486,7 @@ def test_the_branch_is_followed_from_the_beginning(crossed, side, law):
 )
 def test_what_is_no_question(fields, words):
     with says(ModelError, "ask: ", words):
-        Ask(**fields)
+        Instants(**fields)
 
 
 def test_questions_of_a_file():

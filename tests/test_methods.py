@@ -19,7 +19,7 @@ from mbody import (
     Mechanism,
     ModelError,
     Revolute,
-    Simulation,
+    SimulationSettings,
     SolveError,
     Spring,
     Torque,
@@ -446,7 +446,7 @@ def test_a_driver_lets_go():
 
 def test_a_released_motion_goes_on_and_is_asked_in_files(tmp_path):
     machine = driven()
-    machine.simulation = Simulation(1.0, release={"motor": "400 ms"}, method="dopri5")
+    machine.simulation = SimulationSettings(1.0, release={"motor": "400 ms"}, method="dopri5")
     mbody.save(machine, tmp_path / "released.toml")
     read = mbody.load(tmp_path / "released.toml")
     assert read.simulation.method == "dopri5"

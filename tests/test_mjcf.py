@@ -13,6 +13,7 @@ from mbody import (
     Body,
     CamFollower,
     CoordinateDriver,
+    CouplingTerm,
     Damper,
     Distance,
     DistanceDriver,
@@ -26,7 +27,6 @@ from mbody import (
     Revolute,
     Rolling,
     Spring,
-    Term,
     Torque,
     TorsionDamper,
     TorsionSpring,
@@ -223,7 +223,7 @@ def loaded():
 def coupled():
     """Angles that are coupled across bodies."""
     machine = Mechanism("coupled", ground={"O": (0, 0), "C": (3, 0)})
-    turns = [Term(2.0, angle="b"), Term(-1.5, angle="c", relative_to="a")]
+    turns = [CouplingTerm(2.0, angle="b"), CouplingTerm(-1.5, angle="c", relative_to="a")]
     machine.add(
         Body("a", mass=1.3, inertia=2, cg=(0.4, 0.1), points={"A": (1, 0)}, guess=1.1),
         Body("b", mass=2.3, inertia=1, cg=(0.2, 0.1), guess=0.2),

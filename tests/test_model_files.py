@@ -18,9 +18,9 @@ from numpy.testing import assert_allclose
 import mbody
 from mbody import (
     AngleDriver,
-    Ask,
     Body,
     Cam,
+    CentrifugalField,
     ConstantAcceleration,
     ConstantSpeed,
     CoordinateDriver,
@@ -34,6 +34,7 @@ from mbody import (
     Gravity,
     Guess,
     Harmonic,
+    Instants,
     Marker,
     Measure,
     Mechanism,
@@ -42,9 +43,8 @@ from mbody import (
     Prismatic,
     Revolute,
     Rise,
-    RotatingField,
     SecondMoments,
-    Slender,
+    SlenderRod,
     Spring,
     Table,
     Torque,
@@ -165,7 +165,7 @@ def machines(draw):
         inertia = st.sampled_from(["a", "3 kg*m^2"])
         spread = st.one_of(
             st.sampled_from([None, "point", SecondMoments(2.0, 1 / 3, 0.1)]),
-            st.builds(Slender, angles),
+            st.builds(SlenderRod, angles),
         )
         guess = st.one_of(
             st.none(), angles, st.tuples(numbers, numbers, turns), st.builds(Guess, x=numbers)
@@ -215,8 +215,8 @@ def machines(draw):
         lambda: Force(rest.pop(), place(one), draw(force_laws), draw(turns), draw(st.booleans())),
         lambda: Torque(rest.pop(), **bodies(), value=draw(torque_laws)),
         lambda: Gravity(draw(st.sampled_from(["gravity", rest.pop()])), draw(small), draw(small)),
-        lambda: RotatingField(rest.pop(), place("ground"), draw(speed_laws)),
-        lambda: RotatingField(
+        lambda: CentrifugalField(rest.pop(), place("ground"), draw(speed_laws)),
+        lambda: CentrifugalField(
             rest.pop(),
             place("ground"),
             momentum=draw(momentum_laws),
@@ -244,11 +244,11 @@ def machines(draw):
     if drivers:
         angular = machine[drivers[0]].rows == "a"
         asks = [
-            Ask(over="turn", instants=9),
-            Ask(over=drivers[0]),
-            Ask(at={"t": [0, "T/2", "30 ms"]}),
+            Instants(over="turn", instants=9),
+            Instants(over=drivers[0]),
+            Instants(at={"t": [0, "T/2", "30 ms"]}),
         ]
-        asks += [Ask(at={drivers[0]: [draw(angles), "0.25", "phi" if angular else "l"]})]
+        asks += [Instants(at={drivers[0]: [draw(angles), "0.25", "phi" if angular else "l"]})]
         machine.ask = draw(st.sampled_from([None, *asks]))
     return machine
 
@@ -823,7 +823,7 @@ def test_a_batch_of_units_for_laws_and_parameters():
     machine.add(
         Torque("M", "b", value="T*cos(n*f*t)"), Spring("s", "ground", "b.A", law="0.009 N/mm*x")
     )
-    machine.ask = Ask(at={"t": [0.1, "50 ms", "0.2"]})
+    machine.ask = Instants(at={"t": [0.1, "50 ms", "0.2"]})
     other = in_units(machine, "mm-N-ms")
     assert [v for v in other.ask.at["t"]] == [100.0, 50.0, 200.0]
     assert other["b"].points["A"] == pytest.approx((1000.0, 1000.0), rel=1e-15)

@@ -12,6 +12,7 @@ from mbody import (
     Body,
     ConstantSpeed,
     CoordinateDriver,
+    CouplingTerm,
     Gravity,
     LengthCoupling,
     Marker,
@@ -20,15 +21,14 @@ from mbody import (
     RackPinion,
     Revolute,
     Rolling,
-    Simulation,
+    SimulationSettings,
     SolveError,
     Spring,
-    Term,
     assemble,
     from_text,
 )
 from mbody.analysis.driven.requests import asked
-from mbody.model.study import Ask
+from mbody.model.study import Instants
 
 G, UP = 9.81, 0.5 * math.pi
 
@@ -50,7 +50,7 @@ def looping(speed):
         Rolling("track", "ground", "ball", radius=0.1, on_radius=1.0, internal=True, phase=-UP),
         Gravity("gravity", y=-G),
     )
-    machine.simulation = Simulation(1.5, {"ball": {"vx": speed}})
+    machine.simulation = SimulationSettings(1.5, {"ball": {"vx": speed}})
     return machine
 
 
@@ -117,10 +117,10 @@ def pressing(t, speed=40.0, preload=20.0):
 
 def test_a_cam_is_watched_at_and_between_the_instants_asked_for():
     machine = from_text(CAM)
-    one = asked(machine, "kinetostatics", Ask(at={"t": [0.03]}))
+    one = asked(machine, "kinetostatics", Instants(at={"t": [0.03]}))
     assert one.contact("contact") == pytest.approx(pressing(0.03), rel=1e-9)
     assert one.notes == ()  # at t = 0, from where it is followed, it pulls
-    both = asked(machine, "kinetostatics", Ask(at={"t": [0.03, 0.1]}))
+    both = asked(machine, "kinetostatics", Instants(at={"t": [0.03, 0.1]}))
     assert both.notes[0].startswith("contact 'contact' would have to pull 'follower' with ")
     assert "at 1 of 2 instants" in both.notes[0]
     assert told(both.notes)[0] == pytest.approx(-pressing(0.1), rel=1e-6)
@@ -147,8 +147,8 @@ def lowered(amplitude, factor=1.0):
     up = Marker("ground", (0.0, 0.0), UP), Marker("block", (0.0, 0.0), UP)
     hand = Marker("ground", (2.0, 0.0), UP), Marker("hand", (0.0, 0.0), UP)
     terms = [
-        Term(factor, distance=("ground.top", "block")),
-        Term(factor, distance=("ground.pulley", "hand")),
+        CouplingTerm(factor, distance=("ground.top", "block")),
+        CouplingTerm(factor, distance=("ground.pulley", "hand")),
     ]
     machine.add(
         Body("block", mass=2.0, guess=(0.0, 2.0, 0.0)),
@@ -186,7 +186,7 @@ def test_a_belt_is_no_rope():
         Body("b", mass=1.0, inertia=0.3),
         Revolute("A", "ground.A", "a"),
         Revolute("B", "ground.B", "b"),
-        LengthCoupling("belt", [Term(0.2, angle="a"), Term(-0.1, angle="b")]),
+        LengthCoupling("belt", [CouplingTerm(0.2, angle="a"), CouplingTerm(-0.1, angle="b")]),
         AngleDriver("motor", "a", mbody.laws.Harmonic(0.0, 1.0, 3.0)),
     )
     run = mbody.kinetostatics(machine, t=np.linspace(0.0, 2.0, 40))

@@ -483,7 +483,7 @@ def accelerations(system, q, v, t, passes):
     free_motion(system.runtime(), work, 0.0, passes)
     pushes = {}
     for joint in system.mechanism.joints:
-        nodes = [layout.atom_node[e] for e in system.atoms_of[joint.name]]
+        nodes = [layout.primitive_node[e] for e in system.primitives_of[joint.name]]
         pushes[joint.name] = -sum(
             work.block[12 * k + 6 : 12 * k + 12, 0].reshape(2, 3).T @ work.lam[2 * k : 2 * k + 2, 0]
             for k in nodes
@@ -591,7 +591,7 @@ def rod_four_bar(*drivers):
 def test_rows_come_in_the_order_of_the_description():
     """Joints, then drivers, as `System.row_table` says; sentences about drivers rest on it."""
     system = assemble(rod_four_bar(AngleDriver("motor", "crank", 1.0)))
-    names = [system.owners[atom][0].name for atom in system.row_table[0]]
+    names = [system.owners[primitive][0].name for primitive in system.row_table[0]]
     assert names == ["O2", "O2", "O4", "O4", "rod", "motor"]
 
 

@@ -22,11 +22,11 @@ from mbody import (
     Mechanism,
     ModelError,
     PistonPressure,
+    ReciprocatingCylinder,
     Revolute,
     Rise,
     Spring,
     Table,
-    ValvedCylinder,
     engineering,
     kinetostatics,
     statics,
@@ -77,8 +77,12 @@ def pressed(seed, loops, more):
     machine.add(
         PistonPressure("gas", a, b, "L1", 3.0, 2.0, head=CYCLE, rod="1 + 0.2*x", phase=0.3),
         PistonPressure("steam", ground, c, names[1], 2.0, head=CYCLE, phase=-2.0),
-        ValvedCylinder("oil", c, a, opposite_area=1.0, delivery=2.0, bulk_modulus=2.0, **CYLINDER),
-        ValvedCylinder("air", ground, b, delivery=2.0, exponent=1.3, ambient=1.0, **CYLINDER),
+        ReciprocatingCylinder(
+            "oil", c, a, opposite_area=1.0, delivery=2.0, bulk_modulus=2.0, **CYLINDER
+        ),
+        ReciprocatingCylinder(
+            "air", ground, b, delivery=2.0, exponent=1.3, ambient=1.0, **CYLINDER
+        ),
     )
     return machine, times_within(machine, turn, 241)
 
@@ -275,11 +279,11 @@ def test_tables_beside_the_model(tmp_path):
 
 # -- between valves ---------------------------------------------------------------------------
 
-OIL = ValvedCylinder(
+OIL = ReciprocatingCylinder(
     "oil", "ground", "slider.B", 2.0, near=5.0, far=3.0, clearance=0.5, suction=1.0, delivery=9.0,
     bulk_modulus=40.0, opposite_area=1.5,
 )  # fmt: skip
-AIR = ValvedCylinder(
+AIR = ReciprocatingCylinder(
     "air", "ground", "slider.B", 2.0, near=5.0, far=3.0, clearance=0.1, suction=0.0, delivery=6.0,
     exponent=1.35, ambient=1.0,
 )  # fmt: skip
@@ -363,8 +367,8 @@ def test_a_double_acting_cylinder_is_two():
     both = kinetostatics(engine(OIL), t=np.linspace(0.0, 0.9, 50))
     each = kinetostatics(
         engine(
-            ValvedCylinder("one", "ground", "slider.B", 2.0, near=5.0, far=3.0, **numbers),
-            ValvedCylinder("two", "ground", "slider.B", 1.5, near=3.0, far=5.0, **numbers),
+            ReciprocatingCylinder("one", "ground", "slider.B", 2.0, near=5.0, far=3.0, **numbers),
+            ReciprocatingCylinder("two", "ground", "slider.B", 1.5, near=3.0, far=5.0, **numbers),
         ),
         t=both.t,
     )
@@ -419,7 +423,7 @@ def test_of_an_oscillating_cylinder():
         Revolute("C", "ground.C", "cylinder.C"),
         mbody.Prismatic("bore", "cylinder.C", "piston.A"),
         AngleDriver("motor", "crank", ConstantSpeed(0.5, 5.0)),
-        ValvedCylinder(
+        ReciprocatingCylinder(
             *("oil", "cylinder.C", "piston.A", 2.0),
             **{"near": 2.0, "far": 4.0, "clearance": 0.5, "delivery": 9.0, "bulk_modulus": 40.0},
         ),

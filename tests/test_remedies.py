@@ -3,7 +3,17 @@
 import pytest
 
 import mbody
-from mbody import AngleDriver, Body, Event, ModelError, Revolute, Simulation, Stop, cli, gallery
+from mbody import (
+    AngleDriver,
+    Body,
+    Event,
+    ModelError,
+    Revolute,
+    SimulationSettings,
+    Stop,
+    cli,
+    gallery,
+)
 from mbody.files.model import from_text, to_text
 from mbody.makers import makers
 
@@ -119,7 +129,7 @@ def test_stops_may_be_given_by_themselves():
     whole = mbody.simulate(ball, 1.0)
     event = Event("ball.vy", name="top")
     machine = from_text(to_text(ball))
-    machine.simulation = Simulation(1.0, ball.simulation.start)
+    machine.simulation = SimulationSettings(1.0, ball.simulation.start)
     given = mbody.simulate(machine, 1.0, stops=[floor])
     times = [one.t for one in whole.events if one.name == floor.name]
     # located between other marks, to a part in 1e12 of a step

@@ -12,6 +12,8 @@ from numpy.testing import assert_allclose
 
 from mbody import (
     Body,
+    CentrifugalField,
+    CouplingTerm,
     Force,
     Gravity,
     LengthCoupling,
@@ -19,10 +21,8 @@ from mbody import (
     Mechanism,
     Prismatic,
     Revolute,
-    RotatingField,
     SolveError,
     Spring,
-    Term,
     Torque,
     TorsionSpring,
     equilibrium,
@@ -67,7 +67,10 @@ def rope(masses=(2.0, 3.0), apart=2.0, height=2.0, *more):
         Prismatic("right", upright("ground", half), upright("b")),
         LengthCoupling(
             "rope",
-            [Term(1.0, distance=("ground.L", "a")), Term(1.0, distance=("ground.R", "b"))],
+            [
+                CouplingTerm(1.0, distance=("ground.L", "a")),
+                CouplingTerm(1.0, distance=("ground.R", "b")),
+            ],
             4.0,
         ),
         Gravity("gravity", y=-g),
@@ -204,7 +207,7 @@ def test_linkages_of_two_freedoms_agree_with_a_scan_of_their_energy():
 
 
 def whirling(speed, *more):
-    return pendulum(RotatingField("field", UPRIGHT, speed=speed), *more)
+    return pendulum(CentrifugalField("field", UPRIGHT, speed=speed), *more)
 
 
 @pytest.mark.parametrize("start", np.linspace(10.0, 6.5, 8))
@@ -264,7 +267,7 @@ def test_two_crossings_of_two_free_motions():
         Revolute("O", "ground", "a"),
         Revolute("B", "a.B", "b"),
         Gravity("gravity", y=-g),
-        RotatingField("field", UPRIGHT, speed=1.0),
+        CentrifugalField("field", UPRIGHT, speed=1.0),
     )
     start = {"a": -0.5 * math.pi, "b": -0.5 * math.pi}
     curve = equilibrium_curve(machine, "field.speed", (0.0, 10.0), start=start)

@@ -23,7 +23,7 @@ from mbody import (
     Prismatic,
     Revolute,
     Rolling,
-    Simulation,
+    SimulationSettings,
     Spring,
     Table,
     Torque,
@@ -75,7 +75,7 @@ def test_pendulum():
 def test_a_point_mass_without_inertia():
     """Its own inertia is 0, which nothing may stand in for: the period of a level release."""
     machine = pendulum(mass=1.0, inertia=0.0, cg=(1.0, 0.0), guess=math.pi)
-    machine.simulation = Simulation(1.0, {"bob": {"angle": math.pi}})
+    machine.simulation = SimulationSettings(1.0, {"bob": {"angle": math.pi}})
     period = 2.36784194757623577
     run = simulate(machine, period, rtol=1e-12, instants=2)
     assert run["bob"].angle[-1] == pytest.approx(math.pi, abs=1e-10)
@@ -132,7 +132,9 @@ def test_windows_from_anywhere(seed, rtol):
 def test_start_at_a_singular_position():
     """All rods in one line at the start: the tangent of the start says the way."""
     machine = windows(2)
-    machine.simulation = Simulation(1.0, {f"c{n}": {"angle": 0.0, "omega": 7.0} for n in range(3)})
+    machine.simulation = SimulationSettings(
+        1.0, {f"c{n}": {"angle": 0.0, "omega": 7.0} for n in range(3)}
+    )
     k = G * 3.5 / 3.0
     truth = solve_ivp(
         lambda t, y: [y[1], -k * math.cos(y[0])],
@@ -159,7 +161,7 @@ def test_a_redundant_crank():
             Revolute(f"p{n}", mbody.Marker(f"c{n}", (1.0, 0.0)), f"coupler.P{n}"),
         )
     machine.add(Gravity("gravity", y=-G))
-    machine.simulation = Simulation(1.0, {"c0": {"angle": math.pi / 3.0}})
+    machine.simulation = SimulationSettings(1.0, {"c0": {"angle": math.pi / 3.0}})
     run = simulate(machine, rtol=1e-9, instants=2)
     # thdd = −(3.5 g/3) cos th, references.json: good to nine digits
     assert run["c0"].angle[-1] == pytest.approx(-2.69002479, abs=2e-7)
@@ -260,7 +262,7 @@ def test_momentum_of_what_floats():
         Body("b", mass=2.0, inertia=0.1, points={"P": (-0.3, 0.1)}),
         Revolute("pin", "a.P", "b.P"),
     )
-    machine.simulation = Simulation(
+    machine.simulation = SimulationSettings(
         5.0, {"a": {"x": 0.0, "y": 0.0, "angle": 0.3, "vx": 1.0, "omega": 4.0}, "b": {"angle": 1.0}}
     )
     run = simulate(machine, rtol=1e-10, instants=21)
@@ -280,7 +282,7 @@ def test_backwards():
         name: {"angle": float(there[name].angle[-1]), "omega": -float(there[name].omega[-1])}
         for name in there
     }
-    machine.simulation = Simulation(1.5, start)
+    machine.simulation = SimulationSettings(1.5, start)
     back = simulate(machine, rtol=1e-12, instants=2)
     for name in there:
         assert back[name].angle[-1] == pytest.approx(there[name].angle[0], abs=1e-8)
@@ -395,7 +397,9 @@ def test_a_near_miss():
         *(Revolute(name, *ends) for name, *ends in PINS),
         Gravity("gravity", y=-G),
     )
-    machine.simulation = Simulation(10.0, {"crank": {"angle": math.pi / 2.0, "omega": -1.0}})
+    machine.simulation = SimulationSettings(
+        10.0, {"crank": {"angle": math.pi / 2.0, "omega": -1.0}}
+    )
     run = simulate(machine, rtol=1e-10, instants=2)
     assert run["crank"].angle[-1] == pytest.approx(4.119706, abs=2e-6)
     assert run["rocker"].angle[-1] == pytest.approx(3.141592533, abs=1e-9)

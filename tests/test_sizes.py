@@ -227,7 +227,8 @@ def operations(system):
 
     By `kernels.constraints`, `kernels.schur_ldl` and `kernels.accelerations`: sine and cosine of a
     body and its weight; the
-    rows of an atom; of a node 36 to form its diagonal, 22 to invert it, 6 to solve, 24 for products
+    rows of a primitive; of a node 36 to form its diagonal, 22 to invert it, 6 to solve, 24 for
+    products
     with G and its transpose; of a formed block 18; of a block of the factor 14, and 8 to solve; of
     an update 8; and 12 of a slot. Counted with numbers that count: 181 a link of the chain, 570 of
     the hub.
@@ -235,7 +236,7 @@ def operations(system):
     L = system.layout
     return (
         22 * L.bodies
-        + 20 * len(L.atom_kind)
+        + 20 * len(L.primitive_kind)
         + 88 * L.nodes
         + 18 * len(L.form_block)
         + 22 * len(L.block_row)

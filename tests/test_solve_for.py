@@ -12,8 +12,10 @@ from mbody import (
     AngleCoupling,
     AngleDriver,
     Body,
+    CentrifugalField,
     ConstantSpeed,
     CoordinateDriver,
+    CouplingTerm,
     Force,
     Gravity,
     LengthCoupling,
@@ -22,11 +24,9 @@ from mbody import (
     Prismatic,
     Question,
     Revolute,
-    RotatingField,
     SecondMoments,
     SolveError,
     Spring,
-    Term,
     Torque,
     Unknown,
     cli,
@@ -427,8 +427,8 @@ def test_ratios_radii_and_second_moments_have_their_units(units):
     machine.add(
         *(Body(name, mass=1.0, inertia=0.5) for name in ("a", "b", "c")),
         *(Revolute(name.upper(), "ground", name) for name in ("a", "b", "c")),
-        AngleCoupling("chain", [Term(1.0, angle="a"), Term(-1.0, angle="b")]),
-        LengthCoupling("belt", [Term(0.1, angle="a"), Term(-0.3, angle="c")]),
+        AngleCoupling("chain", [CouplingTerm(1.0, angle="a"), CouplingTerm(-1.0, angle="b")]),
+        LengthCoupling("belt", [CouplingTerm(0.1, angle="a"), CouplingTerm(-0.3, angle="c")]),
         AngleDriver("motor", "a", ConstantSpeed(0.0, 6.0)),
     )
     machine = in_units(machine, units)
@@ -442,7 +442,7 @@ def test_ratios_radii_and_second_moments_have_their_units(units):
         Body("arm", mass=1.0, inertia=0.5, spread=SecondMoments(0.3, 0.2, 0.0)),
         Revolute("O", "ground", "arm"),
         AngleDriver("hold", "arm", 0.0),
-        RotatingField("field", "ground", speed=10.0),
+        CentrifugalField("field", "ground", speed=10.0),
     )
     spread = {"arm.spread.xy": {"unit": "kg m^2"}}
     found = solve_for(in_units(spun, units), spread, "hold.effort = 5 N m", analysis="statics")[0]

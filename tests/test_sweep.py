@@ -24,7 +24,7 @@ from mbody import (
     Measure,
     Mechanism,
     Revolute,
-    Simulation,
+    SimulationSettings,
     SolveError,
     Torque,
     cli,
@@ -65,7 +65,9 @@ def pendulum(length=1.0, start=0.3):
         Gravity("gravity", y=-9.81),
         Torque("brake", "rod", value=-0.2),
     )
-    machine.simulation = Simulation(until=0.5, start={"rod": {"angle": start, "omega": 1.0}})
+    machine.simulation = SimulationSettings(
+        until=0.5, start={"rod": {"angle": start, "omega": 1.0}}
+    )
     return machine
 
 
@@ -152,7 +154,7 @@ def test_instants_asked_for_in_the_words_of_a_description():
     found = mbody.sweep(
         machine, {"crank.mass": [1.0, 2.0]}, measure="motor.effort", at={"crank": ["60 deg", 2.0]}
     )
-    ask = mbody.Ask(at={"crank": ["60 deg", 2.0]})
+    ask = mbody.Instants(at={"crank": ["60 deg", 2.0]})
     run = mbody.analysis.driven.requests.asked(machine, "kinetostatics", ask)
     assert_allclose(found.t, run.t, rtol=1e-15)
     assert_allclose(found["motor.effort"][0], run.effort("motor"), rtol=LANE)

@@ -10,6 +10,7 @@ from mbody import (
     AngleCoupling,
     AngleDriver,
     Body,
+    CouplingTerm,
     Gear,
     Gravity,
     LengthCoupling,
@@ -18,8 +19,7 @@ from mbody import (
     Prismatic,
     RackPinion,
     Revolute,
-    Simulation,
-    Term,
+    SimulationSettings,
     TorsionSpring,
 )
 from mbody.makers import makers
@@ -84,7 +84,7 @@ def test_designs_of_a_batch_and_of_a_sweep_are_turned_one_by_one():
     np.testing.assert_allclose(found["first(motor.effort)"], alone, atol=1e-9)
 
 
-def wound(guess: float = 0.0, simulation: Simulation | None = None) -> Mechanism:
+def wound(guess: float = 0.0, simulation: SimulationSettings | None = None) -> Mechanism:
     """A rod on a torsion spring of frequency 2 rad/s, without gravity."""
     machine = Mechanism("wound", simulation=simulation)
     machine.add(
@@ -97,7 +97,7 @@ def wound(guess: float = 0.0, simulation: Simulation | None = None) -> Mechanism
 
 def test_turns_are_counted_on_along_a_motion_and_believed_where_they_are_said():
     """Closed form θ = θ₀ cos 2t: from an exact start of 3 turns, and 0.5 rad from a rough guess."""
-    said = wound(simulation=Simulation(1.0, {"rod": {"angle": 3 * TURN}}, rtol=1e-11))
+    said = wound(simulation=SimulationSettings(1.0, {"rod": {"angle": 3 * TURN}}, rtol=1e-11))
     run = mbody.simulate(said, instants=11)
     np.testing.assert_allclose(run["rod"].angle, 3 * TURN * np.cos(2 * run.t), atol=1e-7)
     rough = mbody.simulate(wound(3 * TURN + 0.5), 1.0, rtol=1e-11, instants=11)
@@ -163,7 +163,7 @@ def chained_five_bar(turns: int) -> Mechanism:
         Revolute("A", "one.A", "left"), Revolute("B", "two.A", "right"),
         Revolute("P", "left.P", "right.P"),
         AngleDriver("motor", "one", "60 deg"),
-        AngleCoupling("chain", [Term(1, angle="one"), Term(-1, angle="two")]),
+        AngleCoupling("chain", [CouplingTerm(1, angle="one"), CouplingTerm(-1, angle="two")]),
     )  # fmt: skip
     return machine
 
@@ -205,7 +205,9 @@ def test_a_rack_and_a_winch_do_not_turn_a_guess_back(turns):
         Revolute("D", Marker("ground", (9.0, 0.0)), "drum"),
         RackPinion("mesh", "rack", "pinion", radius=1.0),
         LengthCoupling(
-            "rope", [Term(1.0, coordinate=("ground", "rack")), Term(-0.5, angle="drum")], -0.8
+            "rope",
+            [CouplingTerm(1.0, coordinate=("ground", "rack")), CouplingTerm(-0.5, angle="drum")],
+            -0.8,
         ),
     )  # fmt: skip
     run = mbody.close_loops(machine)

@@ -14,7 +14,7 @@ from mbody import (
     Marker,
     Mechanism,
     Revolute,
-    Simulation,
+    SimulationSettings,
     Spring,
     Torque,
     TorsionDamper,
@@ -126,24 +126,26 @@ def test_a_driver_that_leads_into_a_dead_centre():
 def test_a_singular_position_of_joints_alone_is_passed():
     """Windows with their posts level, no driver: nothing to complain of."""
     machine = gallery.load("n_windows_2")
-    machine.simulation = Simulation(1.0, {f"c{n}": {"angle": 0.0, "omega": 1.0} for n in range(3)})
+    machine.simulation = SimulationSettings(
+        1.0, {f"c{n}": {"angle": 0.0, "omega": 1.0} for n in range(3)}
+    )
     assert stuck(*instant(machine)[:3]) is None
 
 
 def test_a_start_at_rest_where_branches_meet():
     """Three level posts: each may fall by itself to first order, and they are told to fall."""
     machine = gallery.load("n_windows_2")
-    machine.simulation = Simulation(1.0, {f"c{n}": {"angle": 0.0} for n in range(3)})
+    machine.simulation = SimulationSettings(1.0, {f"c{n}": {"angle": 0.0} for n in range(3)})
     (note,) = branching(*instant(machine))
     assert "3 motions are free there to first order, 1 nearby" in note
     moving = {f"c{n}": {"angle": 0.0, "omega": 1.0} for n in range(3)}
-    machine.simulation = Simulation(1.0, moving)
+    machine.simulation = SimulationSettings(1.0, moving)
     assert branching(*instant(machine)) == ()
-    machine.simulation = Simulation(1.0, {f"c{n}": {"angle": 0.5} for n in range(3)})
+    machine.simulation = SimulationSettings(1.0, {f"c{n}": {"angle": 0.5} for n in range(3)})
     assert branching(*instant(machine)) == ()
     still = Mechanism("no load", ground=machine.ground.points)
     still.add(*machine.bodies, *machine.joints)
-    still.simulation = Simulation(1.0, {f"c{n}": {"angle": 0.0} for n in range(3)})
+    still.simulation = SimulationSettings(1.0, {f"c{n}": {"angle": 0.0} for n in range(3)})
     assert branching(*instant(still)) == ()
 
 

@@ -32,7 +32,7 @@ from mbody import (
     Rise,
     Rolling,
     SecondMoments,
-    Slender,
+    SlenderRod,
     Spring,
     Table,
     Torque,
@@ -424,7 +424,7 @@ def test_places_guesses_and_spreads_take_units(pints):
         cg=polar(to("10 in"), to("30 deg")),
         points={"A": (to("1 ft"), 5.0), "B": polar(7.0, to("90 deg"))},
         guess=Guess(to("45 deg"), to("1 m"), 3.0),
-        spread=Slender(to("60 deg")),
+        spread=SlenderRod(to("60 deg")),
     )
     other = Body("b", spread=SecondMoments(Q(2.0, "g*m**2") if pints else "2 g*m^2", 1.0))
     machine.add(body, other)

@@ -16,8 +16,10 @@ from mbody import (
     AngleDriver,
     Body,
     CamFollower,
+    CentrifugalField,
     ConstantSpeed,
     CoordinateDriver,
+    CouplingTerm,
     CustomJoint,
     CustomLoad,
     Damper,
@@ -34,15 +36,13 @@ from mbody import (
     PistonPressure,
     Prismatic,
     RackPinion,
+    ReciprocatingCylinder,
     Revolute,
     Rolling,
-    RotatingField,
     Spring,
-    Term,
     Torque,
     TorsionDamper,
     TorsionSpring,
-    ValvedCylinder,
     cli,
     gallery,
     kinematics,
@@ -50,7 +50,7 @@ from mbody import (
 )
 from mbody.analysis.driven.requests import asked
 from mbody.makers import makers
-from mbody.model.study import Ask
+from mbody.model.study import Instants
 from mbody.sheets.names import force_names
 from mbody.views import draw, plot, save
 from mbody.views.backend import ENDINGS
@@ -327,9 +327,9 @@ def tackle():
     machine = Mechanism("tackle", ground={"top": (0, 5), "eye": (2, 5), "axis": (3, 5)})
     block = Marker("ground", (0, 0), UP), Marker("block", (0, 0), UP)
     parts = [
-        Term(2.0, distance=("ground.top", "block")),
-        Term(0.5, angle="drum"),
-        Term(1.0, coordinate=(Marker("ground", (2, 0), UP), "block")),
+        CouplingTerm(2.0, distance=("ground.top", "block")),
+        CouplingTerm(0.5, angle="drum"),
+        CouplingTerm(1.0, coordinate=(Marker("ground", (2, 0), UP), "block")),
     ]
     machine.add(
         Body("block", mass=1, guess=(0, 1, 0)),
@@ -349,7 +349,7 @@ def shafts():
         makers.bar("b", 1.0),
         Revolute("pin", "ground.A", "a.A"),
         Revolute("pivot", "ground.B", "b.A"),
-        AngleCoupling("chain", [Term(2.0, angle="a"), Term(-1.0, angle="b")]),
+        AngleCoupling("chain", [CouplingTerm(2.0, angle="a"), CouplingTerm(-1.0, angle="b")]),
         AngleDriver("motor", "a", ConstantSpeed(0.4, 1)),
     )
     return machine
@@ -439,7 +439,7 @@ def test_a_cam_touches_its_follower_all_round(kind, swings, clockwise):
     for k in range(len(run)):
         drawn = artists(draw(run, k))
         outline = drawn["cam:contact"].get_xy()
-        contact = np.array([part[k] for part in run.told_at("contact")])
+        contact = np.array([part[k] for part in run.reaction_point("contact")])
         assert gap(contact, outline) < CHORDS
         follower = run["follower"]
         place = np.array([follower.x[k], follower.y[k]])
@@ -473,7 +473,7 @@ def belt(sign):
         Body("b", mass=1, inertia=1),
         Revolute("A", "ground.A", "a"),
         Revolute("B", "ground.B", "b"),
-        LengthCoupling("belt", [Term(2.0, angle="a"), Term(sign, angle="b")]),
+        LengthCoupling("belt", [CouplingTerm(2.0, angle="a"), CouplingTerm(sign, angle="b")]),
         AngleDriver("motor", "a", ConstantSpeed(0, 1)),
     )
     return machine
@@ -541,7 +541,7 @@ def engine(*loads, tilt=0.3):
 def test_a_piston_moves_in_its_cylinder():
     line = Marker("ground", "O", 0.3)
     both = {"area": 0.02, "opposite_area": 0.015, "near": 1.0, "far": 0.6, "clearance": 0.05}
-    valves = ValvedCylinder("mud", line, "piston", **both, delivery=1e6, bulk_modulus=2e9)
+    valves = ReciprocatingCylinder("mud", line, "piston", **both, delivery=1e6, bulk_modulus=2e9)
     run = kinematics(engine(valves), turn=True, instants=9)
     u = np.array([math.cos(0.3), math.sin(0.3)])
     places = np.column_stack([run["piston"].x, run["piston"].y])
@@ -581,7 +581,7 @@ def test_a_spindle_has_its_speed_and_sense(given):
     machine.add(
         Body("ball", mass=2.0, cg=(1, 0), points={"O": (0, 0)}, spread="point"),
         Revolute("O", "ground.O", "ball.O"),
-        RotatingField("field", Marker("ground", "O", UP), **given),
+        CentrifugalField("field", Marker("ground", "O", UP), **given),
         AngleDriver("held", "ball", 0.0),
     )
     drawn = artists(draw(machine))
@@ -722,13 +722,15 @@ def test_the_axis_is_time_where_nothing_turns_on():
 
 def test_a_plot_is_smooth_between_the_places_of_a_driver():
     machine = gallery.load("flyball_governor")
-    row = cycle(machine, Ask(at={"arm_l": ["10 deg", "70 deg", "40 deg"]})).at["arm_l"]
+    row = cycle(machine, Instants(at={"arm_l": ["10 deg", "70 deg", "40 deg"]})).at["arm_l"]
     # 90 of 180 steps for 60 deg
     assert len(row) == SMOOTH and max(np.diff(row)) == pytest.approx(math.radians(60.0 / 90.0))
     assert [row[0], max(row), row[-1]] == pytest.approx(np.radians([10.0, 70.0, 40.0]))
     # a row that is as long is taken as it is
     known = np.linspace(0.2, 0.9, SMOOTH + 2)
-    assert list(cycle(machine, Ask(at={"arm_l": known.tolist()})).at["arm_l"]) == known.tolist()
+    assert (
+        list(cycle(machine, Instants(at={"arm_l": known.tolist()})).at["arm_l"]) == known.tolist()
+    )
 
 
 # -- files and the command --------------------------------------------------------------------

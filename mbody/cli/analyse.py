@@ -13,7 +13,7 @@ from mbody.errors import ModelError
 from mbody.solution.doubts import succeeded
 
 if TYPE_CHECKING:
-    from mbody.model.study import Ask
+    from mbody.model.study import Instants
     from mbody.solution.solution import Solution
 
 __all__ = ["analyse", "check_forms", "question", "told_status", "write"]
@@ -52,9 +52,9 @@ def told_status(result: Any, shown: bool = True) -> int:
     return 0 if succeeded(result.status) else 1
 
 
-def question(asked: Any, own: Ask | None) -> Ask | None:
+def question(asked: Any, own: Instants | None) -> Instants | None:
     """The instants that the arguments ask for, where they leave it open what the model asks."""
-    from mbody.model.study import Ask
+    from mbody.model.study import Instants
     from mbody.quantities import FormulaError, read
 
     if asked.at and asked.over:
@@ -64,7 +64,7 @@ def question(asked: Any, own: Ask | None) -> Ask | None:
         raise UsageError("--instants goes with --over")
     if asked.over or asked.instants is not None:
         try:
-            return Ask(over=over, instants=_whole(asked.instants))
+            return Instants(over=over, instants=_whole(asked.instants))
         except ModelError as error:
             raise ModelError(str(error).replace("ask: ", "--", 1)) from None
     at: dict[str, Any] = {}
@@ -73,7 +73,7 @@ def question(asked: Any, own: Ask | None) -> Ask | None:
             at[name] = [read(part, None, "deg") for part in text.split(",")]
         except FormulaError as error:
             raise ModelError(f"--at {name}: {error}", name) from None
-    return Ask(at=at) if at else own
+    return Instants(at=at) if at else own
 
 
 def _whole(text: str | None) -> int | None:

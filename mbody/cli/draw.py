@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from mbody.model.mechanism import Mechanism
-    from mbody.model.study import Ask
+    from mbody.model.study import Instants
     from mbody.solution.solution import Solution
 
 __all__ = ["draw", "plot"]
@@ -46,7 +46,7 @@ def plot(asked: Any) -> int:
     return _written(plotted(run, *asked.quantities), asked.output)
 
 
-def _solved(mechanism: Mechanism, analysis: str, wanted: Ask | None) -> Solution:
+def _solved(mechanism: Mechanism, analysis: str, wanted: Instants | None) -> Solution:
     from mbody.analysis.driven.requests import asked as solved
 
     return solved(mechanism, analysis, wanted)

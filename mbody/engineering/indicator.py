@@ -10,7 +10,7 @@ import numpy as np
 
 from mbody.errors import ModelError, brief
 from mbody.model.element import listed
-from mbody.model.loads import ValvedCylinder
+from mbody.model.loads import ReciprocatingCylinder
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.read_only import lock
@@ -49,7 +49,7 @@ class Indicator(Inherited):
 
 
 def indicator(run: Solution, cylinder: str, *, opposite: bool = False) -> Indicator:
-    """Pressure and volume in a `ValvedCylinder` and the flow through its valves: indicator diagram.
+    """Indicator diagram of a `ReciprocatingCylinder`: pressure, volume, flow through its valves.
 
     V = A h,  flow = −V̇ where p = p_delivery, V̇ where p = p_suction
 
@@ -77,7 +77,7 @@ def indicator(run: Solution, cylinder: str, *, opposite: bool = False) -> Indica
     >>> import mbody
     >>> machine = mbody.makers.slider_crank(1, 4, speed=10.0)
     >>> machine.add(
-    ...     mbody.ValvedCylinder(
+    ...     mbody.ReciprocatingCylinder(
     ...         "cylinder", "ground", "slider.B", area=0.5, near=5.0, far=3.0, clearance=0.1,
     ...         delivery=2.0, bulk_modulus=100.0
     ...     )
@@ -87,7 +87,7 @@ def indicator(run: Solution, cylinder: str, *, opposite: bool = False) -> Indica
     (2.0, True)
     """
     run = as_solution(run)
-    known = [load.name for load in run.mechanism.loads if isinstance(load, ValvedCylinder)]
+    known = [load.name for load in run.mechanism.loads if isinstance(load, ReciprocatingCylinder)]
     if cylinder not in known:
         raise ModelError(
             f"there is no cylinder with valves {brief(cylinder)} (there are: {listed(known)})"
@@ -99,7 +99,7 @@ def indicator(run: Solution, cylinder: str, *, opposite: bool = False) -> Indica
             cylinder,
         )
     load = run.mechanism[cylinder]
-    assert isinstance(load, ValvedCylinder)
+    assert isinstance(load, ReciprocatingCylinder)
     if opposite and load.opposite_area is None:
         raise ModelError(
             f"'{cylinder}' is single-acting, it has no opposite side: give it an opposite_area",

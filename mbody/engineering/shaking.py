@@ -12,7 +12,7 @@ from mbody.model.driver import Driver
 from mbody.model.element import Marker, as_marker
 from mbody.solution.checks import loaded
 from mbody.solution.doubts import Inherited, inherited
-from mbody.solution.places import torque_told
+from mbody.solution.places import reaction_torque
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.read_only import lock
 
@@ -134,7 +134,7 @@ def _by_joints(run: Solution, x: Array, y: Array) -> Array:
         if "ground" not in ends:
             continue
         force, place = run.reaction(joint.name, on="ground"), run.point(joint.j)
-        torque = torque_told(run, joint, -force.fx, -force.fy, force.torque)
+        torque = reaction_torque(run, joint, -force.fx, -force.fy, force.torque)
         at_place = np.column_stack([force.fx, force.fy, torque])
         total += _moved(at_place, place.x - x, place.y - y)
     for coupling in run.mechanism.couplings:
@@ -157,5 +157,5 @@ def _by_driver(run: Solution, driver: Driver, x: Array, y: Array) -> Array:
     force = driven(run, driver.name) * (1.0 if driver.bodies[1] == "ground" else -1.0)
     if "j" not in driver.places():
         return force
-    px, py = run.told_at(driver.name)
+    px, py = run.reaction_point(driver.name)
     return _moved(force, px - x, py - y)

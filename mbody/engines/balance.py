@@ -143,12 +143,14 @@ def _joints(system: System, run: Solution, pose: Array) -> tuple[Array, Array]:
 
     for joint in machine.joints:
         one = run.reaction(joint.name)
-        place = run.told_at(joint.name)
+        place = run.reaction_point(joint.name)
         act(_Ends(joint), np.array([one.fx, one.fy]), one.torque, place)
     for driver in machine.drivers:
         fx, fy, torque = driven(run, driver.name).T
         ahead = "j" in driver.places()
-        place = run.told_at(driver.name) if ahead else (np.zeros(len(run)), np.zeros(len(run)))
+        place = (
+            run.reaction_point(driver.name) if ahead else (np.zeros(len(run)), np.zeros(len(run)))
+        )
         act(driver, np.array([fx, fy]), torque, place)
     for coupling in machine.couplings:
         for k in range(len(run)):

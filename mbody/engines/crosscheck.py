@@ -16,7 +16,7 @@ from mbody.analysis.position.assembly_analysis import as_system
 from mbody.engines.opinion import AGREES, Engine, Opinion
 from mbody.errors import ModelError, brief
 from mbody.model.element import listed
-from mbody.model.study import Ask
+from mbody.model.study import Instants
 from mbody.solution.doubts import Doubt, certificate, status_of
 from mbody.solution.solution import Solution, as_solution
 
@@ -148,7 +148,7 @@ def crosscheck(
     elif system.mechanism.simulation is not None:
         run = simulate(system)
     else:
-        run = asked_of(system, "kinetostatics", system.mechanism.ask or Ask())
+        run = asked_of(system, "kinetostatics", system.mechanism.ask or Instants())
     found = {}
     for name in names:
         why = _broken(name) if against is None else ""

@@ -18,7 +18,7 @@ from mbody.files.files import writing
 from mbody.files.model import Limits, from_text, to_text
 from mbody.files.saved_parts import array, check_told, pages, want
 from mbody.kernels.step_state import PROGRESS
-from mbody.model.event import Occurrence
+from mbody.model.event import EventRecord
 from mbody.solution.doubts import as_doubt
 from mbody.solution.energy import Energy
 from mbody.solution.histories import BranchDistance, Record
@@ -207,7 +207,9 @@ def _solution(
         return Solution(system, analysis, np.atleast_1d(when), record, None, soft=soft)
 
     events = tuple(
-        Occurrence(name, t, instants(f"event.{n}", t), instants(f"after.{n}", t) if after else None)
+        EventRecord(
+            name, t, instants(f"event.{n}", t), instants(f"after.{n}", t) if after else None
+        )
         for n, (name, t, after) in enumerate(told["events"])
     )
     block = np.ascontiguousarray(pages(arrays, "pages", system, n, analysis)[:, :, None])

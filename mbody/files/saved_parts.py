@@ -9,7 +9,7 @@ import numpy as np
 
 from mbody.analysis.driven.requests import ANALYSES
 from mbody.files.arrays import Unreadable
-from mbody.kernels.output import PER_ATOM
+from mbody.kernels.output import PER_PRIMITIVE
 from mbody.solution.doubts import KINDS
 from mbody.system.system import System
 
@@ -50,7 +50,7 @@ def pages(
     arrays: Mapping[str, np.ndarray], name: str, system: System, count: int, analysis: str
 ) -> np.ndarray:
     """What was kept of so many instants: (instants, rows)."""
-    rows = 3 * system.coordinates + PER_ATOM * len(system.owners)
+    rows = 3 * system.coordinates + PER_PRIMITIVE * len(system.owners)
     return array(arrays, name, (count, rows), open=analysis != "simulate")
 
 

@@ -1,4 +1,4 @@
-"""Constraint rows: Φ, Φ_q, ν and γ of every atom. The one place that lists the kinds of physics."""
+"""Constraint equations: Φ, Φ_q, ν and γ of every primitive, and the list of their kinds."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ ROLLER, FACE, SUM, USER = range(7, len(KINDS))
 @njit
 def rows(L, W, w, position, velocity):
     """Fill Φ, Φ_q and ν (unless `position` is None) and γ (unless `velocity` is None)."""
-    for e in range(L.atom_kind.shape[0]):
-        kind = L.atom_kind[e]
+    for e in range(L.primitive_kind.shape[0]):
+        kind = L.primitive_kind[e]
         if kind == REVOLUTE:
             put(L, W, w, e, position, velocity, revolute(*ends(L, W, w, e)))
         elif kind == PRISMATIC:
@@ -57,8 +57,8 @@ def rows(L, W, w, position, velocity):
 
 @inline
 def ends(L, W, w, e):
-    """Both sides, the parameters and the signal of atom e, as the physics takes them."""
-    o, f = L.atom_par[e], L.atom_signal[e]
+    """Both sides, the parameters and the signal of primitive e, as the physics takes them."""
+    o, f = L.primitive_par[e], L.primitive_signal[e]
     p = (
         ld(W.par, o, w),
         ld(W.par, o + 1, w),
@@ -69,7 +69,7 @@ def ends(L, W, w, e):
         ld(W.par, o + 6, w),
     )
     signal = (ld(W.signal, f, w), ld(W.signal, f + 1, w), ld(W.signal, f + 2, w))
-    return side(W, L.atom_i[e], w), side(W, L.atom_j[e], w), p, signal
+    return side(W, L.primitive_i[e], w), side(W, L.primitive_j[e], w), p, signal
 
 
 @inline
@@ -90,9 +90,9 @@ def side(W, b, w):
 
 @inline
 def put(L, W, w, e, position, velocity, physics):
-    """Store what the physics of atom e gave at its node; constants stand there (`System.work`)."""
+    """Store what the physics of primitive e gave at its node; constants are there already."""
     phi, blocks, nu, gamma = physics
-    k = L.atom_node[e]
+    k = L.primitive_node[e]
     if position is not None:
         st_varying(W.phi, 2 * k, phi[0], w)
         st_varying(W.phi, 2 * k + 1, phi[1], w)
@@ -123,18 +123,18 @@ def contact(L, W, w, e, position, velocity):
     Like sums apart from `rows`, which would be slower for all others with them inside.
     """
     i, j, p, _ = ends(L, W, w, e)
-    if L.atom_kind[e] == ROLLER:
-        f = law_of_direction(L, W, w, L.atom_law[e], *roller_ray(i, j, p))
+    if L.primitive_kind[e] == ROLLER:
+        f = law_of_direction(L, W, w, L.primitive_law[e], *roller_ray(i, j, p))
         put(L, W, w, e, position, velocity, roller(i, j, p, f))
     else:
-        f = law_of_direction(L, W, w, L.atom_law[e], *face_ray(i, j, p))
+        f = law_of_direction(L, W, w, L.primitive_law[e], *face_ray(i, j, p))
         put(L, W, w, e, position, velocity, face(i, j, p, f))
 
 
 @njit
 def total(L, W, w, e, position, velocity):
-    """Φ = Σ c·(coordinate) − p₀ over the parts of atom e, in the first row of its node."""
-    k, o = L.atom_node[e], L.atom_par[e]
+    """Φ = Σ c·(coordinate) − p₀ over the parts of primitive e, in the first row of its node."""
+    k, o = L.primitive_node[e], L.primitive_par[e]
     first, end = L.sum_start[e], L.sum_start[e + 1]
     if position is not None:
         st(W.phi, 2 * k, -ld(W.par, o, w), w)
@@ -217,11 +217,11 @@ def custom(L, W, w, e):
 
 @njit
 def user_rows(L, W, lanes, e):
-    """Ask the user's function; NaN where it raised, the caller finds the exception."""
+    """Instants the user's function; NaN where it raised, the caller finds the exception."""
     for lane in range(lanes):
-        size = L.atom_count[e]
-        user_state(W, L.atom_i[e], L.atom_j[e], L.atom_par[e], size, lane)
-        bad = call_user(L.atom_handle[e], W.asked[: 17 + size], W.told[:18]) != 0
+        size = L.primitive_count[e]
+        user_state(W, L.primitive_i[e], L.primitive_j[e], L.primitive_par[e], size, lane)
+        bad = call_user(L.primitive_handle[e], W.asked[: 17 + size], W.told[:18]) != 0
         for n in range(18):
             W.scratch[n, lane] = np.nan if bad else W.told[n]
 

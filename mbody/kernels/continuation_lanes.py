@@ -181,7 +181,8 @@ def march_designs(
     """Follow all designs, `LANES` of them at a time, and keep only some rows of each instant.
 
     par, mass, q (rows, designs): numbers and first positions; wanted (kept,): rows that are kept,
-    as `keep_some` takes them; page (kept + an atom's, lanes): room for one instant; output (kept,
+    as `keep_some` takes them; page (kept + a primitive's, lanes): room for one instant; output
+    (kept,
     designs, instants); bad (designs,): set to one where a design must not be trusted. The last
     lanes repeat the last design. Else as `march`.
     """

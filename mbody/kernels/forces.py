@@ -9,13 +9,13 @@ from mbody.compiler.jit import inline, njit
 from mbody.compiler.lanes import count, ld, st
 from mbody.kernels.constraints import side, user_state
 from mbody.kernels.law_values import law_at
+from mbody.model.loads.centrifugal_field import centrifugal, spin
 from mbody.model.loads.force import force
 from mbody.model.loads.gravity import gravity
 from mbody.model.loads.pressure import piston, within_cycle
-from mbody.model.loads.rotating_field import centrifugal, spin
+from mbody.model.loads.reciprocating_cylinder import charge, travel
 from mbody.model.loads.spring import stretch
 from mbody.model.loads.torsion import twist
-from mbody.model.loads.valved_cylinder import charge, travel
 
 __all__ = ["KINDS", "forces", "signals"]
 
@@ -215,7 +215,7 @@ def lanes_law(L, W, n, lanes):
 
 @njit
 def user_force(L, W, lanes, e):
-    """Ask the user's function for (Fx, Fy, T) on i and j; NaN where it raised."""
+    """Instants the user's function for (Fx, Fy, T) on i and j; NaN where it raised."""
     for lane in range(lanes):
         size = L.action_count[e]
         user_state(W, L.action_i[e], L.action_j[e], L.action_par[e], size, lane)

@@ -10,7 +10,7 @@ from mbody.compiler.jit import inline, kernel
 from mbody.compiler.lanes import st
 from mbody.kernels.constraints import rows, turns
 from mbody.kernels.forces import forces, signals
-from mbody.kernels.output import keep_atoms
+from mbody.kernels.output import keep_primitives
 from mbody.kernels.position_velocity import clear, multipliers
 from mbody.kernels.schur_ldl import VANISHED, factor
 
@@ -19,7 +19,7 @@ __all__ = ["breakdown", "each_load"]
 
 @kernel
 def breakdown(L, W, soft, motion, t, causes, output):
-    """Fill output (instants, causes + 1, PER_ATOM·atoms, 1): inertia first, then every load.
+    """Fill output (instants, causes + 1, PER_PRIMITIVE·primitives, 1): inertia, then every load.
 
     motion (instants, 9·bodies): q, v, a of each instant; t (instants,).
     """
@@ -38,7 +38,7 @@ def breakdown(L, W, soft, motion, t, causes, output):
             else:
                 forces(L, W, w, cause)
             multipliers(L, W, w)
-            keep_atoms(L, W, w, output[k, cause + 1], 0)
+            keep_primitives(L, W, w, output[k, cause + 1], 0)
 
 
 @kernel

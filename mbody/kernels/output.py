@@ -1,38 +1,38 @@
-"""What is kept of an instant: motion by coordinate, then multipliers and reaction by atom."""
+"""What is kept of an instant: motion by coordinate, then multipliers and reaction by primitive."""
 
 from __future__ import annotations
 
 from mbody.compiler.jit import inline, njit
 from mbody.compiler.lanes import ld, st
 
-__all__ = ["PER_ATOM", "keep", "keep_atoms", "keep_some"]
+__all__ = ["PER_PRIMITIVE", "keep", "keep_primitives", "keep_some"]
 
-#: Numbers of one atom: λ₀, λ₁, then force (x, y) and torque on body j by body i at the marker on j.
-PER_ATOM = 5
+#: Numbers of one primitive: λ₀, λ₁, then force (x, y) and torque on body j at the marker on j.
+PER_PRIMITIVE = 5
 
 
 @njit
 def keep(L, W, w, page):
-    """Rows of page: q, v, a of all bodies, then `PER_ATOM` rows an atom."""
+    """Rows of page: q, v, a of all bodies, then `PER_PRIMITIVE` rows a primitive."""
     n3 = 3 * L.bodies
     for n in range(n3):
         st(page, n, ld(W.q, n, w), w)
         st(page, n3 + n, ld(W.v, n, w), w)
         st(page, 2 * n3 + n, ld(W.a, n, w), w)
-    keep_atoms(L, W, w, page, 3 * n3)
+    keep_primitives(L, W, w, page, 3 * n3)
 
 
 @njit
-def keep_atoms(L, W, w, page, first):
-    """Reactions of all atoms, from row `first` on."""
-    for e in range(L.atom_node.shape[0]):
-        keep_atom(L, W, w, e, page, first + PER_ATOM * e)
+def keep_primitives(L, W, w, page, first):
+    """Reactions of all primitives, from row `first` on."""
+    for e in range(L.primitive_node.shape[0]):
+        keep_primitive(L, W, w, e, page, first + PER_PRIMITIVE * e)
 
 
 @inline
-def keep_atom(L, W, w, e, page, row):
-    """Reaction of an atom: −(block of j)ᵀ λ, moved from the mass centre to the marker on j."""
-    k, j, arm = L.atom_node[e], L.atom_j[e], L.atom_arm[e]
+def keep_primitive(L, W, w, e, page, row):
+    """Reaction of a primitive: −(block of j)ᵀ λ, moved from the mass centre to the marker on j."""
+    k, j, arm = L.primitive_node[e], L.primitive_j[e], L.primitive_arm[e]
     o = 12 * k + 6
     x, y = ld(W.lam, 2 * k, w), ld(W.lam, 2 * k + 1, w)
     fx = -(ld(W.block, o, w) * x + ld(W.block, o + 3, w) * y)
@@ -62,9 +62,9 @@ def keep_some(L, W, w, rows, page):
         elif row < 3 * n3:
             st(page, n, ld(W.a, row - 2 * n3, w), w)
         else:
-            e = (row - 3 * n3) // PER_ATOM
+            e = (row - 3 * n3) // PER_PRIMITIVE
             room = rows.shape[0]
             if e != last:
-                keep_atom(L, W, w, e, page, room)
+                keep_primitive(L, W, w, e, page, room)
             last = e
-            st(page, n, ld(page, room + row - 3 * n3 - PER_ATOM * e, w), w)
+            st(page, n, ld(page, room + row - 3 * n3 - PER_PRIMITIVE * e, w), w)

@@ -17,7 +17,8 @@ __all__ = ["audit"]
 def audit(L, W, motion, t, lam, driven, given, by_law, still, output):
     """Fill output (instants, 5) from stored instants.
 
-    motion (instants, 9·bodies); lam (instants, 2·atoms); driven: atoms of the drivers; given
+    motion (instants, 9·bodies); lam (instants, 2·primitives); driven: primitives of the drivers;
+    given
     (instants, drivers, 3): their values and rates unless the laws say them (`by_law`); `still`:
     rates are none.
 
@@ -50,9 +51,9 @@ def audit(L, W, motion, t, lam, driven, given, by_law, still, output):
         output[k, 0] = worst
         forces(L, W, w, -1)
         clear(W.lam, w)
-        for e in range(L.atom_node.shape[0]):
-            W.lam[2 * L.atom_node[e], 0] = lam[k, 2 * e]
-            W.lam[2 * L.atom_node[e] + 1, 0] = lam[k, 2 * e + 1]
+        for e in range(L.primitive_node.shape[0]):
+            W.lam[2 * L.primitive_node[e], 0] = lam[k, 2 * e]
+            W.lam[2 * L.primitive_node[e] + 1, 0] = lam[k, 2 * e + 1]
         clear(W.u, w)
         apply_gt(L, W, w, W.lam, W.u)
         clear(W.r, w)

@@ -19,11 +19,11 @@ from mbody.model.element import (
 )
 from mbody.quantities.number import number
 
-__all__ = ["Body", "Guess", "SecondMoments", "Slender"]
+__all__ = ["Body", "Guess", "SecondMoments", "SlenderRod"]
 
 
 @dataclass(frozen=True)
-class Slender:
+class SlenderRod:
     """Mass spread along a line at `angle` [rad] in link axes, as of a thin rod."""
 
     angle: float = 0.0
@@ -82,12 +82,12 @@ def as_guess(value: Any, name: str) -> Guess:
     )
 
 
-def as_spread(value: Any, name: str) -> str | Slender | SecondMoments | None:
+def as_spread(value: Any, name: str) -> str | SlenderRod | SecondMoments | None:
     """How the mass of a body is spread, with checked numbers."""
     if value is None or (isinstance(value, str) and value == "point"):
         return value
-    if isinstance(value, Slender):
-        return Slender(number(value.angle, "angle", name, "spread.angle"))
+    if isinstance(value, SlenderRod):
+        return SlenderRod(number(value.angle, "angle", name, "spread.angle"))
     if isinstance(value, SecondMoments):
         values = (value.xx, value.yy, value.xy)
         return SecondMoments(
@@ -97,7 +97,7 @@ def as_spread(value: Any, name: str) -> str | Slender | SecondMoments | None:
             )
         )
     raise ModelError(
-        f"'{name}': spread must be \"point\", Slender(angle) or SecondMoments(xx, yy, xy), not "
+        f"'{name}': spread must be \"point\", SlenderRod(angle) or SecondMoments(xx, yy, xy), not "
         f"{value!r}",
         name,
     )
@@ -124,7 +124,7 @@ class Body(Element):
         Rough angle [rad], or (x, y, angle) of the link axes: it chooses the branch on which the
         loops are closed. Without one the link axes are parallel to those of the ground, where the
         loops are closed so; else they follow from the guesses of other bodies.
-    spread : "point", Slender, SecondMoments, optional
+    spread : "point", SlenderRod, SecondMoments, optional
         How the mass is spread in the plane; only loads of a rotating plane ask for it.
 
     Examples
@@ -146,7 +146,7 @@ class Body(Element):
     cg: Point = (0.0, 0.0)
     points: dict[str, Point] = field(default_factory=dict)
     guess: Any = None
-    spread: str | Slender | SecondMoments | None = None
+    spread: str | SlenderRod | SecondMoments | None = None
 
     def _enter(self) -> None:
         super()._enter()
@@ -215,7 +215,7 @@ class Body(Element):
         result |= point_numbers(self.cg, f"{self.name}.cg")
         for key, point in self.points.items():
             result |= point_numbers(point, f"{self.name}.{key}")
-        if isinstance(self.spread, (Slender, SecondMoments)):
+        if isinstance(self.spread, (SlenderRod, SecondMoments)):
             result |= {f"{self.name}.spread.{k}": v for k, v in vars(self.spread).items()}
         return result
 

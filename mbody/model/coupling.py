@@ -20,19 +20,19 @@ from mbody.model.element import (
     place_name,
     point_numbers,
 )
-from mbody.model.primitives import Atom, Part
+from mbody.model.primitives import ConstraintPrimitive, Part
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = ["AngleCoupling", "Coupling", "LengthCoupling", "Term"]
+__all__ = ["AngleCoupling", "Coupling", "LengthCoupling", "CouplingTerm"]
 
 #: What a term may be.
 KINDS = ("angle", "distance", "coordinate")
 
 
 @dataclass(frozen=True)
-class Term:
+class CouplingTerm:
     """One coordinate of a coupling with its factor: an angle, a distance or a displacement.
 
     Parameters
@@ -49,7 +49,7 @@ class Term:
     coordinate : pair of Marker or str, optional
         The places (i, j): the displacement of j along the x axis of the marker on i.
 
-    >>> Term(2.0, angle="drum").factor
+    >>> CouplingTerm(2.0, angle="drum").factor
     2.0
     """
 
@@ -85,26 +85,28 @@ class Coupling(Element):
     lengths: ClassVar[bool] = True
 
     @property
-    def parts(self) -> tuple[Term, ...]:
+    def parts(self) -> tuple[CouplingTerm, ...]:
         """The terms."""
-        found: tuple[Term, ...] = self.terms  # type: ignore[attr-defined]  # every kind's own field
+        found: tuple[CouplingTerm, ...] = self.terms  # type: ignore[attr-defined]  # every kind's own field
         return found
 
     def _enter(self) -> None:
         super()._enter()
         given: Any = getattr(self, "terms", ())
-        if isinstance(given, (Term, str)) or not isinstance(given, Sequence) or not given:
+        if isinstance(given, (CouplingTerm, str)) or not isinstance(given, Sequence) or not given:
             raise ModelError(
-                f"'{self.name}': terms must be a list of Term, not {given!r}", self.name
+                f"'{self.name}': terms must be a list of CouplingTerm, not {given!r}", self.name
             )
         terms = tuple(self._entered(n, term) for n, term in enumerate(given))
         object.__setattr__(self, "terms", terms)
 
-    def _entered(self, n: int, term: Any) -> Term:
+    def _entered(self, n: int, term: Any) -> CouplingTerm:
         """A term with numbers and places in the one form that they have inside."""
         which = f"terms[{n}]"
-        if not isinstance(term, Term):
-            raise ModelError(f"'{self.name}': {which} must be a Term, not {term!r}", self.name)
+        if not isinstance(term, CouplingTerm):
+            raise ModelError(
+                f"'{self.name}': {which} must be a CouplingTerm, not {term!r}", self.name
+            )
         if not self.lengths and term.ends:
             raise ModelError(
                 f"'{self.name}': {which} is a length, but this couples angles: use a "
@@ -143,7 +145,7 @@ class Coupling(Element):
             ) from None
         return as_marker(i, self.name, f"{which}.i"), as_marker(j, self.name, f"{which}.j")
 
-    def factor_of(self, term: Term) -> str:
+    def factor_of(self, term: CouplingTerm) -> str:
         """Dimension of the factor of a term."""
         return "length" if self.lengths and not term.ends else "number"
 
@@ -176,7 +178,7 @@ class Coupling(Element):
                 result |= point_numbers(marker.point, place_name(name, marker.point))
         return result
 
-    def atoms(self, at: Numbers) -> list[Atom]:
+    def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """One row; parameters are the value, then seven of every term."""
         parameters = [at[f"{self.name}.value"]]
         parts = []
@@ -192,7 +194,7 @@ class Coupling(Element):
             parts.append(Part(kind, *term.bodies))
         moving = [body for body in self.bodies if body != "ground"]
         i, j = (*moving, "ground")[:2]
-        return [Atom("sum", i, j, self.rows, parameters, parts=tuple(parts))]
+        return [ConstraintPrimitive("sum", i, j, self.rows, parameters, parts=tuple(parts))]
 
 
 @dataclass(frozen=True)
@@ -207,7 +209,7 @@ class AngleCoupling(Coupling):
     ----------
     name : str
         Unique in the mechanism.
-    terms : list of Term
+    terms : list of CouplingTerm
         Angles, each with its factor.
     value : float
         What their sum is [rad].
@@ -216,12 +218,12 @@ class AngleCoupling(Coupling):
     --------
     Both wheels of a differential turn as much as twice its case:
 
-    >>> wheels = [Term(1, angle="left"), Term(1, angle="right"), Term(-2, angle="case")]
-    >>> AngleCoupling("differential", wheels).bodies
+    >>> wheels = [CouplingTerm(1, angle="left"), CouplingTerm(1, angle="right")]
+    >>> AngleCoupling("differential", [*wheels, CouplingTerm(-2, angle="case")]).bodies
     ('ground', 'left', 'right', 'case')
     """
 
-    terms: Sequence[Term] = field(default=(), metadata={"terms": "angle"})
+    terms: Sequence[CouplingTerm] = field(default=(), metadata={"terms": "angle"})
     value: float = number_field("angle", 0.0)
     rows: ClassVar[str] = "a"
     lengths: ClassVar[bool] = False
@@ -238,7 +240,7 @@ class LengthCoupling(Coupling):
     ----------
     name : str
         Unique in the mechanism.
-    terms : list of Term
+    terms : list of CouplingTerm
         Distances, displacements and angles, each with its factor; that of an angle is a length.
     value : float
         What their sum is [length].
@@ -247,11 +249,11 @@ class LengthCoupling(Coupling):
     --------
     An open belt on wheels of the radii 2 and 1, and a rope of 5 that holds a block by two parts:
 
-    >>> belt = LengthCoupling("belt", [Term(2.0, angle="a"), Term(-1.0, angle="b")])
-    >>> falls = Term(2.0, distance=("ground.A", "block.B"))
-    >>> LengthCoupling("rope", [falls, Term(1.0, distance=("ground.A", "hand"))], 5.0).rows
+    >>> belt = LengthCoupling("belt", [CouplingTerm(2.0, angle="a"), CouplingTerm(-1.0, angle="b")])
+    >>> falls = CouplingTerm(2.0, distance=("ground.A", "block.B"))
+    >>> LengthCoupling("rope", [falls, CouplingTerm(1.0, distance=("ground.A", "hand"))], 5.0).rows
     'l'
     """
 
-    terms: Sequence[Term] = field(default=(), metadata={"terms": "length"})
+    terms: Sequence[CouplingTerm] = field(default=(), metadata={"terms": "length"})
     value: float = number_field("length", 0.0)

@@ -18,7 +18,7 @@ from mbody.model.element import (
     place_field,
     two_bodies,
 )
-from mbody.model.primitives import Atom
+from mbody.model.primitives import ConstraintPrimitive
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -41,7 +41,7 @@ class Driver(Element):
         """Names of the body that the coordinate is measured from and of the driven one."""
         raise NotImplementedError
 
-    def atoms(self, at: Numbers) -> list[Atom]:
+    def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """The driven row."""
         raise NotImplementedError
 
@@ -88,9 +88,9 @@ class AngleDriver(Driver):
         """(reference body, driven body)."""
         return self.relative_to, self.body
 
-    def atoms(self, at: Numbers) -> list[Atom]:
+    def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """Φ = θ_j − θ_i − f."""
-        return [Atom("angle", *self.bodies, self.rows, [0.0], at.law(self, "law"))]
+        return [ConstraintPrimitive("angle", *self.bodies, self.rows, [0.0], at.law(self, "law"))]
 
 
 @dataclass(frozen=True)
@@ -128,10 +128,14 @@ class DistanceDriver(Driver):
         """(body of i, body of j)."""
         return self.i.body, self.j.body
 
-    def atoms(self, at: Numbers) -> list[Atom]:
+    def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """Φ = |d| − f."""
         parameters = [*at.arm(self, "i"), *at.arm(self, "j")]
-        return [Atom("distance", *self.bodies, self.rows, parameters, at.law(self, "law"))]
+        return [
+            ConstraintPrimitive(
+                "distance", *self.bodies, self.rows, parameters, at.law(self, "law")
+            )
+        ]
 
 
 @dataclass(frozen=True)
@@ -166,8 +170,12 @@ class CoordinateDriver(Driver):
         """(body of i, body of j)."""
         return self.i.body, self.j.body
 
-    def atoms(self, at: Numbers) -> list[Atom]:
+    def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """Φ = u_i · d − f."""
         angle = at.angle(self, "i")
         parameters = [*at.arm(self, "i"), *at.arm(self, "j"), np.cos(angle), np.sin(angle)]
-        return [Atom("coordinate", *self.bodies, self.rows, parameters, at.law(self, "law"))]
+        return [
+            ConstraintPrimitive(
+                "coordinate", *self.bodies, self.rows, parameters, at.law(self, "law")
+            )
+        ]

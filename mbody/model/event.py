@@ -13,7 +13,7 @@ from mbody.quantities.number import entered
 if TYPE_CHECKING:
     from mbody.solution.solution import Solution
 
-__all__ = ["Event", "Occurrence", "Stop", "as_events", "check_restitution"]
+__all__ = ["Event", "EventRecord", "Stop", "as_events", "check_restitution"]
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ class Stop:
 
 
 @dataclass(frozen=True, eq=False)
-class Occurrence:
+class EventRecord:
     """What has happened along a motion, and when.
 
     Attributes

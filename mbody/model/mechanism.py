@@ -16,8 +16,8 @@ from mbody.model.evaluation import resolved
 from mbody.model.identity import whole
 from mbody.model.joints import Joint
 from mbody.model.loads import Load
-from mbody.model.simulation import Simulation
-from mbody.model.study import Ask, Measure, Question
+from mbody.model.simulation import SimulationSettings
+from mbody.model.study import Instants, Measure, Question
 from mbody.quantities import Formula, FormulaError, Parameters, Scope, read
 from mbody.quantities.deferred import substituted
 from mbody.quantities.number import number
@@ -51,9 +51,9 @@ class Mechanism:
         `Measure`.
     questions : dict, optional
         Questions by name, which `solve_for` answers: a `Question` each.
-    ask : Ask, optional
+    ask : Instants, optional
         The instants that the command analyses where nobody says otherwise.
-    simulation : Simulation, optional
+    simulation : SimulationSettings, optional
         The motion that `simulate` follows where nobody says otherwise.
     source, note : str
         Where it comes from, and what to look at.
@@ -78,8 +78,8 @@ class Mechanism:
         parameters: dict[str, Any] | None = None,
         measures: dict[str, Measure | str] | None = None,
         questions: dict[str, Question] | None = None,
-        ask: Ask | None = None,
-        simulation: Simulation | None = None,
+        ask: Instants | None = None,
+        simulation: SimulationSettings | None = None,
         source: str = "",
         note: str = "",
     ) -> None:

@@ -1,7 +1,9 @@
 """What elements hand to the assembler: constraints in pairs of rows, loads in single actions.
 
-An element may be any number of atoms: a `Fixed` joint is a pin and an equal angle. The kernels know
-only atoms, each of one kind of physics, so an element with new physics adds one kind and nothing
+An element may be any number of primitives: a `Fixed` joint is a pin and an equal angle. The
+kernels know
+only primitives, each of one kind of physics, so an element with new physics adds one kind and
+nothing
 else.
 """
 
@@ -13,7 +15,7 @@ from typing import Any
 
 from mbody.laws import Law
 
-__all__ = ["Action", "Atom", "Part", "Signal"]
+__all__ = ["ForcePrimitive", "ConstraintPrimitive", "Part", "Signal"]
 
 
 @dataclass(frozen=True)
@@ -28,7 +30,7 @@ class Signal:
 class Part:
     """One coordinate in the sum of a coupling: its physics, and the bodies that it lies between.
 
-    Its seven parameters, the factor first, stand among those of the atom.
+    Its seven parameters, the factor first, stand among those of the primitive.
     """
 
     kind: str
@@ -37,7 +39,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Atom:
+class ConstraintPrimitive:
     """Up to two constraint rows between bodies `i` and `j`.
 
     Attributes
@@ -78,7 +80,7 @@ class Atom:
 
 
 @dataclass(frozen=True)
-class Action:
+class ForcePrimitive:
     """One load between bodies `i` and `j` (or on every body, for gravity and fields).
 
     Attributes

@@ -11,7 +11,7 @@ from mbody.model.event import as_events
 from mbody.quantities import Formula, FormulaError, read
 from mbody.quantities.number import entered
 
-__all__ = ["ADAPTIVE", "EVEN", "METHODS", "STATE", "Simulation", "check_method"]
+__all__ = ["ADAPTIVE", "EVEN", "METHODS", "STATE", "SimulationSettings", "check_method"]
 
 #: Methods whose steps adapt themselves, and those whose steps are of one length.
 ADAPTIVE = ("dop853", "dopri5", "radau5")
@@ -28,7 +28,7 @@ STATE = {
 
 
 @dataclass(frozen=True)
-class Simulation:
+class SimulationSettings:
     """A motion that is asked for: how it begins, and how long it goes on.
 
     Parameters
@@ -54,7 +54,7 @@ class Simulation:
     release : mapping
         When drivers let go, by name; until then they follow their laws.
 
-    >>> Simulation(2.0, {"bob": {"angle": 0.5}}).start
+    >>> SimulationSettings(2.0, {"bob": {"angle": 0.5}}).start
     {'bob': {'angle': 0.5}}
     """
 
@@ -104,7 +104,7 @@ class Simulation:
         times = {name: _entered(t, f"release.{name}") for name, t in self.release.items()}
         object.__setattr__(self, "release", times)
 
-    def without(self, gone: set[str]) -> Simulation:
+    def without(self, gone: set[str]) -> SimulationSettings:
         """The same without what speaks of elements that are gone."""
         kept = [
             event

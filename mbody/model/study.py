@@ -11,11 +11,11 @@ from mbody.errors import ModelError
 from mbody.quantities import Formula, FormulaError, parse_unit, read
 from mbody.quantities.number import NotANumber, NotFinite, entered
 
-__all__ = ["Ask", "Measure", "Question", "Unknown"]
+__all__ = ["Instants", "Measure", "Question", "Unknown"]
 
 
 @dataclass(frozen=True)
-class Ask:
+class Instants:
     """The instants that an analysis is to be made for, where nobody says otherwise.
 
     Parameters
@@ -33,8 +33,8 @@ class Ask:
     ModelError
         For values that are no numbers, or both `at` and `over`.
 
-    >>> Ask(over="turn", instants=73)
-    Ask(at={}, over='turn', instants=73)
+    >>> Instants(over="turn", instants=73)
+    Instants(at={}, over='turn', instants=73)
     """
 
     at: Mapping[str, Any] = field(default_factory=dict)
@@ -173,7 +173,7 @@ class Question:
     analysis : str
         "kinetostatics", or "statics" for rest.
     at : mapping
-        The one instant, as of `Ask`; by default t = 0.
+        The one instant, as of `Instants`; by default t = 0.
     note : str
         What is asked, in words.
 
@@ -215,7 +215,7 @@ class Question:
             raise ModelError(
                 f"question: analysis must be 'kinetostatics' or 'statics', not {self.analysis!r}"
             )
-        ask = Ask(at=self.at)
+        ask = Instants(at=self.at)
         if any(len(row) > 1 for row in ask.at.values()):
             raise ModelError("question: at has several values: a question is of one instant")
         object.__setattr__(self, "at", ask.at)

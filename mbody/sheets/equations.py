@@ -10,7 +10,7 @@ import numpy as np
 
 from mbody.analysis.position.joint_places import direction, place
 from mbody.errors import ModelError
-from mbody.kernels.output import PER_ATOM
+from mbody.kernels.output import PER_PRIMITIVE
 from mbody.model.joints import Distance, Fixed, Prismatic, Revolute
 from mbody.sheets.equation_lines import lines
 from mbody.sheets.names import force_names, heading, link_names
@@ -248,9 +248,9 @@ class _Columns:
 
     def _multipliers(self, name: str) -> tuple[Array, Array]:
         """What unit multipliers of an element exert (coordinates, rows), and its λ (rows,)."""
-        atom, row, _ = self.system.row_table
-        own = np.isin(atom, self.system.atoms_of[name])
-        places = 3 * self.system.coordinates + PER_ATOM * atom[own] + row[own]
+        primitive, row, _ = self.system.row_table
+        own = np.isin(primitive, self.system.primitives_of[name])
+        places = 3 * self.system.coordinates + PER_PRIMITIVE * primitive[own] + row[own]
         return -self.phi_q[own].T, self.numbers[places]
 
     def _joint(self, joint: Joint) -> list[_Unknown]:
@@ -292,7 +292,7 @@ class _Columns:
         if isinstance(joint, Distance):
             exerted = self._multipliers(joint.name)[0][:, 0]
             return [("F", "force", f"tension, {self._along(exerted, joint.name)}")], None
-        kinds = "".join(self.system.row_kinds[e] for e in self.system.atoms_of[joint.name])
+        kinds = "".join(self.system.row_kinds[e] for e in self.system.primitives_of[joint.name])
         return [
             (f"λ{n}", "force" if kind == "l" else "torque", f"multiplier of row {n}")
             for n, kind in enumerate(kinds, 1)

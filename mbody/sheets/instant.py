@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.analysis.driven.free_body import members
-from mbody.model.loads import Force, Gravity, RotatingField
+from mbody.analysis.driven.free_body import member_forces
+from mbody.model.loads import CentrifugalField, Force, Gravity
 from mbody.sheets.couplings import couplings
 from mbody.sheets.measured import measures
 from mbody.sheets.names import (
@@ -209,7 +209,9 @@ class _Instant:
 
     def _members(self) -> list[str]:
         """Links that two or three forces hold, as sentences."""
-        told = [m.words for m in members(self.solution) if m.kind in ("two-force", "three-force")]
+        told = [
+            m.words for m in member_forces(self.solution) if m.kind in ("two-force", "three-force")
+        ]
         return [line for words in told[:MEMBERS] for line in paragraph(words, "MEMBER   ")]
 
     def _loads(self) -> list[str]:
@@ -243,7 +245,7 @@ class _Instant:
         if isinstance(load, Gravity):
             parts = [number(self._law(load, key)) for key in "xy"]
             return f"({', '.join(parts)}) {unit('acceleration')} on every mass"
-        if isinstance(load, RotatingField):
+        if isinstance(load, CentrifugalField):
             symbol = unit("angular velocity" if load.given == "speed" else "angular momentum")
             turning = f"{load.given} {number(self._law(load, load.given))} {symbol}"
             return f"{turning} about the axis in {load.axis}, on every mass"

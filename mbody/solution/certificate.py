@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 import numpy as np
 
 from mbody.kernels.constraints import KINDS
-from mbody.kernels.output import PER_ATOM
+from mbody.kernels.output import PER_PRIMITIVE
 from mbody.solution.doubts import Doubt, status_of
 
 if TYPE_CHECKING:
@@ -153,7 +153,7 @@ def _limits(
     carried = np.where(known, _carried(system, pages) / (top or 1.0), 0.0)
     yield "{} of the forces are out of balance", part, LEFT + ROUNDED * carried**2
     # a joint of the user that moves by itself gives power of which nothing is known
-    own = (system.layout.atom_kind == KINDS.index("user")).any()
+    own = (system.layout.primitive_kind == KINDS.index("user")).any()
     if not own and flowing > STILL * top * system.length * _pace(system, top):
         share = np.where(known, np.abs(power) / (flowing or 1.0), unknown)
         yield "{} of the power is out of balance", share, LEFT
@@ -167,8 +167,8 @@ def _pace(system: System, top: float) -> float:
 
 def _carried(system: System, pages: Array) -> Any:
     """The greatest force of a joint or driver at every instant, torques by the model length."""
-    atoms = pages[:, 3 * system.coordinates :][:, : PER_ATOM * len(system.owners)]
-    forces = np.abs(atoms.reshape(len(pages), -1, PER_ATOM)[:, :, 2:])
+    primitives = pages[:, 3 * system.coordinates :][:, : PER_PRIMITIVE * len(system.owners)]
+    forces = np.abs(primitives.reshape(len(pages), -1, PER_PRIMITIVE)[:, :, 2:])
     forces[:, :, 2] /= system.length
     return forces.reshape(len(pages), -1).max(axis=1, initial=0.0)
 

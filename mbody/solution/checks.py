@@ -9,12 +9,12 @@ import numpy as np
 from mbody.errors import ModelError
 from mbody.kernels.load_breakdown import breakdown as kernel
 from mbody.kernels.load_breakdown import each_load
-from mbody.kernels.output import PER_ATOM
+from mbody.kernels.output import PER_PRIMITIVE
 from mbody.kernels.residuals import audit
 from mbody.model.element import listed
 from mbody.model.joints import Joint
 from mbody.solution.histories import Checks, Reaction
-from mbody.solution.places import torque_told
+from mbody.solution.places import reaction_torque
 from mbody.system.layout import Work
 
 if TYPE_CHECKING:
@@ -94,10 +94,10 @@ def _audit(
     """
     system, t = solution.system, np.array(solution.t[instants])
     first = 3 * system.coordinates
-    atoms = solution.record.table(slice(first, first + PER_ATOM * len(system.owners)))
-    atoms = (atoms[design] if solution.record.batch else atoms)[instants]
-    lam = atoms.reshape(len(t), -1, PER_ATOM)[:, :, :2].reshape(len(t), -1)
-    driven = [system.atoms_of[driver.name][0] for driver in system.mechanism.drivers]
+    primitives = solution.record.table(slice(first, first + PER_PRIMITIVE * len(system.owners)))
+    primitives = (primitives[design] if solution.record.batch else primitives)[instants]
+    lam = primitives.reshape(len(t), -1, PER_PRIMITIVE)[:, :, :2].reshape(len(t), -1)
+    driven = [system.primitives_of[driver.name][0] for driver in system.mechanism.drivers]
     by_law = solution.given is None
     given = np.zeros((len(t), max(1, len(driven)), 3))
     if solution.given is not None:
@@ -133,7 +133,7 @@ def breakdown(solution: Solution, name: str, on: str | None) -> dict[str, Any]:
             f"{solution.analysis} finds no forces, as of '{name}': use kinetostatics", name
         )
     loads = system.mechanism.loads
-    size = PER_ATOM * len(system.owners)
+    size = PER_PRIMITIVE * len(system.owners)
     output = np.empty((len(solution.t), len(loads) + 1, size, 1))
     kernel(
         system.runtime(),
@@ -145,13 +145,13 @@ def breakdown(solution: Solution, name: str, on: str | None) -> dict[str, Any]:
         output,
     )
     causes = ["inertia", *(load.name for load in loads)]
-    atoms = system.atoms_of.get(name)
-    if atoms is None:
-        known = listed(system.atoms_of)
+    primitives = system.primitives_of.get(name)
+    if primitives is None:
+        known = listed(system.primitives_of)
         raise ModelError(f"'{name}' is neither a joint nor a driver (there are: {known})", name)
     element = system.mechanism[name]
     if not isinstance(element, Joint):
-        row = PER_ATOM * atoms[0]
+        row = PER_PRIMITIVE * primitives[0]
         return {cause: -output[:, n, row, 0] for n, cause in enumerate(causes)}
     whole = solution.reaction(name, on)
     return {
@@ -163,8 +163,10 @@ def breakdown(solution: Solution, name: str, on: str | None) -> dict[str, Any]:
 def _alone(solution: Solution, joint: Joint, whole: Reaction, rows: np.ndarray) -> Reaction:
     """The part of a whole reaction that is in these rows."""
     sign = 1.0 if whole.on == joint.j.body else -1.0
-    atoms = solution.system.atoms_of[joint.name]
-    parts = [np.sum([rows[:, PER_ATOM * e + n] for e in atoms], axis=0) for n in (2, 3, 4)]
+    primitives = solution.system.primitives_of[joint.name]
+    parts = [
+        np.sum([rows[:, PER_PRIMITIVE * e + n] for e in primitives], axis=0) for n in (2, 3, 4)
+    ]
     fx, fy, torque = (sign * part for part in parts)
-    torque = torque_told(solution, joint, fx, fy, torque)
+    torque = reaction_torque(solution, joint, fx, fy, torque)
     return Reaction(joint.name, whole.on, whole.by, fx, fy, torque, whole.unique)

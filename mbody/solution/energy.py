@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.laws import Constant
-from mbody.model.loads import Damper, Gravity, RotatingField, Spring, TorsionDamper, TorsionSpring
+from mbody.model.loads import (
+    CentrifugalField,
+    Damper,
+    Gravity,
+    Spring,
+    TorsionDamper,
+    TorsionSpring,
+)
 from mbody.system.read_only import lock
 
 if TYPE_CHECKING:
@@ -132,6 +139,6 @@ def _has_potential(load: Load) -> bool:
     match load:
         case Gravity(x=x, y=y):
             return isinstance(x, Constant) and isinstance(y, Constant)
-        case RotatingField(speed=speed, momentum=momentum):
+        case CentrifugalField(speed=speed, momentum=momentum):
             return isinstance(speed or momentum, Constant)
     return isinstance(load, Spring | TorsionSpring)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from mbody.model.element import Element, Numbers
     from mbody.solution.solution import Solution
 
-__all__ = ["column", "ends", "link_poses", "place", "told_at", "torque_told"]
+__all__ = ["column", "ends", "link_poses", "place", "reaction_point", "reaction_torque"]
 
 Array = np.ndarray
 
@@ -57,7 +57,7 @@ def ends(solution: Solution, element: Element) -> tuple[Any, Any, Any, Any]:
     return _Columns(at), (jx - ix, jy - iy), *angles
 
 
-def told_at(solution: Solution, element: Element) -> tuple[Array, Array]:
+def reaction_point(solution: Solution, element: Element) -> tuple[Array, Array]:
     """Where the force of an element is told: its place on j, or the point of contact."""
     x, y = place(solution, element, "j")
     offset = _offset(solution, element) if isinstance(element, Joint) else None
@@ -74,7 +74,7 @@ def link_poses(solution: Solution) -> dict[str, tuple[float, float, float]]:
     return found
 
 
-def torque_told(solution: Solution, joint: Joint, fx: Array, fy: Array, torque: Array) -> Array:
+def reaction_torque(solution: Solution, joint: Joint, fx: Array, fy: Array, torque: Array) -> Array:
     """Torque of a reaction about the point where it is told, of that about the place on j."""
     offset = _offset(solution, joint)
     return torque if offset is None else torque - (offset[0] * fy - offset[1] * fx)
@@ -82,6 +82,6 @@ def torque_told(solution: Solution, joint: Joint, fx: Array, fy: Array, torque: 
 
 def _offset(solution: Solution, joint: Joint) -> Any:
     """From a joint's place on j to where its reaction is told; None for that place itself."""
-    if type(joint).told_at is Joint.told_at:
+    if type(joint).reaction_point is Joint.reaction_point:
         return None
-    return joint.told_at(*ends(solution, joint))
+    return joint.reaction_point(*ends(solution, joint))

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.kernels.output import PER_ATOM
+from mbody.kernels.output import PER_PRIMITIVE
 from mbody.model.coupling import Coupling
 from mbody.model.element import Marker, as_marker, listed
-from mbody.model.event import Occurrence
+from mbody.model.event import EventRecord
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import varied
@@ -31,7 +31,7 @@ from mbody.solution.histories import (
 )
 from mbody.solution.load_histories import LoadHistory, load_history
 from mbody.solution.momentum import Momentum, momentum
-from mbody.solution.places import column, ends, told_at, torque_told
+from mbody.solution.places import column, ends, reaction_point, reaction_torque
 from mbody.solution.restart import Restart
 from mbody.system.read_only import locked
 from mbody.system.system import System
@@ -82,7 +82,7 @@ class Solution:
     doubts: Certified[tuple[Doubt, ...]] = Certified(())
     stats: dict[str, int] | None = None
     energy: Energy | None = field(default=None, repr=False)
-    events: tuple[Occurrence, ...] = field(default=(), repr=False)
+    events: tuple[EventRecord, ...] = field(default=(), repr=False)
     restart: Restart | None = field(default=None, repr=False)
     released: Mapping[str, float] = field(default_factory=dict, repr=False)
     branch: BranchDistance | None = None
@@ -190,9 +190,9 @@ class Solution:
         cx, cy = at.point(f"{marker.body}.cg")
         return column(x - cx), column(y - cy)
 
-    def _atom(self, e: int, n: int) -> Array:
-        """History of number n of an atom (see `mbody.kernels.output`)."""
-        return self.record.take(3 * self.system.coordinates + PER_ATOM * e + n)
+    def _primitive(self, e: int, n: int) -> Array:
+        """History of number n of a primitive (see `mbody.kernels.output`)."""
+        return self.record.take(3 * self.system.coordinates + PER_PRIMITIVE * e + n)
 
     def reaction(self, joint: str, on: str | None = None) -> Reaction:
         """Force and torque of a joint on body `on` (by default body j) at the joint's place on j.
@@ -207,19 +207,19 @@ class Solution:
         i, j = element.i.body, element.j.body
         if on not in (None, i, j):
             raise ModelError(f"joint '{joint}' joins '{i}' and '{j}', not {on!r}", joint)
-        atoms = self.system.atoms_of[joint]
+        primitives = self.system.primitives_of[joint]
         first = 3 * self.system.coordinates + 2
-        fx, fy, torque = self.record.some(first + PER_ATOM * atoms[0], 3)
-        for e in atoms[1:]:
-            x, y, z = self.record.some(first + PER_ATOM * e, 3)
+        fx, fy, torque = self.record.some(first + PER_PRIMITIVE * primitives[0], 3)
+        for e in primitives[1:]:
+            x, y, z = self.record.some(first + PER_PRIMITIVE * e, 3)
             fx, fy, torque = fx + x, fy + y, torque + z
-        torque = torque_told(self, element, fx, fy, torque)
+        torque = reaction_torque(self, element, fx, fy, torque)
         unique = self._unique(joint)
         if on == i:
             return Reaction(joint, i, j, -fx, -fy, -torque, unique)
         return Reaction(joint, j, i, fx, fy, torque, unique)
 
-    def told_at(self, joint: str) -> tuple[Array, Array]:
+    def reaction_point(self, joint: str) -> tuple[Array, Array]:
         """Where the reaction of a joint, or the force of a driver of a length, is told: its place
         on j, or the point of contact; world axes, arrays (instants,).
 
@@ -235,7 +235,7 @@ class Solution:
                 "ask for that of a joint, or of a driver of a length",
                 joint,
             )
-        return told_at(self, element)
+        return reaction_point(self, element)
 
     def contact(self, joint: str) -> Array:
         """Force with which the bodies of a cam or a rolling contact press on each other, negative
@@ -304,7 +304,7 @@ class Solution:
         is the power given to the mechanism. Of a coupling the same of its value, which has no rate.
         """
         self._efforts(driver)
-        effort: Array = locked(-self._atom(self.system.atoms_of[driver][0], 0))
+        effort: Array = locked(-self._primitive(self.system.primitives_of[driver][0], 0))
         return effort
 
     def _efforts(self, driver: str) -> None:

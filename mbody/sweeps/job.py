@@ -21,7 +21,7 @@ from mbody.compiler.lanes import LANES
 from mbody.errors import ModelError, SolveError
 from mbody.model.element import listed
 from mbody.model.numbers import varied
-from mbody.model.study import Ask
+from mbody.model.study import Instants
 from mbody.solution.doubts import Doubt
 from mbody.solution.histories import Record
 from mbody.solution.measures import measured
@@ -59,7 +59,7 @@ class Job:
     analysis : str
     how : dict
         Arguments of the analysis.
-    ask : Ask or None
+    ask : Instants or None
         The instants in the words of a description; else `how` says them.
     plan : Plan or None
         The instants; None of a free motion.
@@ -77,7 +77,7 @@ class Job:
     units: tuple[str, ...]
     analysis: str
     how: dict[str, Any]
-    ask: Ask | None
+    ask: Instants | None
     plan: Plan | None
     before: int
     course: Course | Drift | None
@@ -229,14 +229,14 @@ def _drift(
     return drift
 
 
-def _ask(system: System, how: dict[str, Any]) -> Ask | None:
+def _ask(system: System, how: dict[str, Any]) -> Instants | None:
     """The instants in the words of a description, where nothing else says them."""
     if any(name in how for name in ("t", "drive", "turn")):
         return None
     if "at" in how or "over" in how:
         told = {name: how.pop(name) for name in ("at", "over", "instants") if name in how}
-        return Ask(**told)
-    return system.mechanism.ask or Ask()
+        return Instants(**told)
+    return system.mechanism.ask or Instants()
 
 
 def _course(

@@ -66,8 +66,8 @@ def sweep(
         Called with the designs that are done, and all, now and then.
     **options
         The instants: ``t``, ``drive``, ``turn``, ``instants``, ``guess`` as of the analysis, or
-        ``at``, ``over`` as of `Ask`, by default what the mechanism itself asks; of simulate its own
-        arguments.
+        ``at``, ``over`` as of `Instants`, by default those of the mechanism itself; of simulate its
+        own arguments.
 
     Returns
     -------

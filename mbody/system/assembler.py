@@ -1,6 +1,6 @@
 """The constraint assembler: a description becomes flat arrays, index lists and names.
 
-    Mechanism ──▶ atoms ──▶ slots, nodes, elimination order ──▶ System
+    Mechanism ──▶ primitives ──▶ slots, nodes, elimination order ──▶ System
 
 The symbolic phase depends on the topology alone. Numbers reach the kernels through one function of
 the user's numbers (`Numbers`), for one set and for a batch alike.
@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.kernels.constraints import KINDS as ATOM_KINDS
+from mbody.kernels.constraints import KINDS as PRIMITIVE_KINDS
 from mbody.kernels.forces import KINDS as ACTION_KINDS
 from mbody.laws import LAW_KINDS, Constant, Law
 from mbody.model.coupling import Coupling
@@ -23,16 +23,16 @@ from mbody.model.driver import Driver
 from mbody.model.element import Element, Numbers
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
-from mbody.model.primitives import Action, Atom, Signal
+from mbody.model.primitives import ConstraintPrimitive, ForcePrimitive, Signal
 from mbody.quantities import Formula
 from mbody.system.elimination_order import Elimination, eliminate, split
-from mbody.system.hooks import action_hook, atom_hook, law_hook
+from mbody.system.hooks import action_hook, law_hook, primitive_hook
 from mbody.system.layout import Layout, integers
 from mbody.system.system import System, polar_points
 
 __all__ = ["assemble", "with_numbers_of"]
 
-# the loops of the core read a fixed number of parameters and let go of those beyond an atom's own
+# the loops of the kernels read a fixed number of parameters and drop those beyond the own ones
 SPARE = 8
 
 
@@ -80,7 +80,7 @@ def assemble(mechanism: Mechanism) -> System:
         batch=None,
         length=compiler.length(numbers),
         owners=tuple(compiler.owners),
-        row_kinds=tuple(atom.rows for atom in compiler.atoms(numbers)),
+        row_kinds=tuple(primitive.rows for primitive in compiler.primitives(numbers)),
         signals=len(compiler.signal_laws),
         plans={},
         functions=compiler.functions(),
@@ -117,13 +117,13 @@ class _Compiler:
         )
         at = self.read(self.numbers())
         found = [
-            (ATOM_KINDS.index(atom.kind), element, part, atom)
+            (PRIMITIVE_KINDS.index(primitive.kind), element, part, primitive)
             for element in self.carriers
-            for part, atom in enumerate(element.atoms(at))
+            for part, primitive in enumerate(element.primitives(at))
         ]
         found.sort(key=lambda entry: entry[0])
         self.owners = [(element, part) for _, element, part, _ in found]
-        self.first_atoms = [atom for *_, atom in found]
+        self.first_primitives = [primitive for *_, primitive in found]
         loads = [
             (ACTION_KINDS.index(action.kind), cause, part, action)
             for cause, load in enumerate(mechanism.loads)
@@ -135,7 +135,9 @@ class _Compiler:
         # signal 0 is the zero that rows without a law read
         zero = Constant(0.0)
         self.signal_laws: list[Law] = [zero]
-        self.atom_signal = [self._signals((atom.signal,)) for atom in self.first_atoms]
+        self.primitive_signal = [
+            self._signals((primitive.signal,)) for primitive in self.first_primitives
+        ]
         self.action_signal = [self._signals(action.signals) for action in self.first_actions]
 
     def _signals(self, signals: tuple[Signal | None, ...]) -> int:
@@ -169,36 +171,38 @@ class _Compiler:
             if name in numbers and parameters.used_by(formula)
         }
 
-    def atoms(self, numbers: dict[str, Any]) -> list[Atom]:
-        """All atoms in the order of the kernels, with their numbers."""
+    def primitives(self, numbers: dict[str, Any]) -> list[ConstraintPrimitive]:
+        """All primitives in the order of the kernels, with their numbers."""
         at = self.read(numbers)
-        made = {element.name: element.atoms(at) for element in self.carriers}
+        made = {element.name: element.primitives(at) for element in self.carriers}
         return [made[element.name][part] for element, part in self.owners]
 
-    def actions(self, numbers: dict[str, Any]) -> list[Action]:
+    def actions(self, numbers: dict[str, Any]) -> list[ForcePrimitive]:
         """All actions in the order of the kernels, with their numbers."""
         at = self.read(numbers)
         made = [load.actions(at) for load in self.mechanism.loads]
         return [made[cause][part] for cause, part in self.action_owners]
 
-    def laws(self, atoms: list[Atom], actions: list[Action]) -> list[Signal]:
+    def laws(
+        self, primitives: list[ConstraintPrimitive], actions: list[ForcePrimitive]
+    ) -> list[Signal]:
         """All laws: those of time in the order of the signals, then the elements' own."""
         of_time = [Signal(Constant(0.0), [0.0])]
-        of_time += [atom.signal for atom in atoms if atom.signal is not None]
+        of_time += [primitive.signal for primitive in primitives if primitive.signal is not None]
         of_time += [signal for action in actions for signal in action.signals]
         of_time += [action.law for action in actions if action.law is not None]
-        return of_time + [atom.law for atom in atoms if atom.law is not None]
+        return of_time + [primitive.law for primitive in primitives if primitive.law is not None]
 
     def compile(self, numbers: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
         """Parameters (rows, batch) and masses (3·bodies + 3, batch) from the user's numbers."""
-        atoms, actions = self.atoms(numbers), self.actions(numbers)
+        primitives, actions = self.primitives(numbers), self.actions(numbers)
         columns: list[Any] = []
         at = self.read(numbers)
         for joint in self.mechanism.joints:
             joint.refuse(at, self.mechanism.units.length)
-        for (element, _), atom in zip(self.owners, atoms, strict=True):
-            columns += [*atom.parameters, *_arm(element, at)]
-        for law in self.laws(atoms, actions):
+        for (element, _), primitive in zip(self.owners, primitives, strict=True):
+            columns += [*primitive.parameters, *_arm(element, at)]
+        for law in self.laws(primitives, actions):
             columns.extend(law.parameters)
         for action in actions:
             columns.extend(action.parameters)
@@ -226,69 +230,75 @@ class _Compiler:
         return max(moving) or max(fixed) or max(apart, default=0.0) or 1.0
 
     def functions(self) -> tuple[tuple[str, Callable[..., Any] | None], ...]:
-        """The users' functions of atoms, actions and laws, wrapped for the hook, with names."""
+        """The users' functions of constraints, loads, laws, wrapped for kernels, with names."""
         found: list[tuple[str, Callable[..., Any] | None]] = []
-        for (element, _), atom in zip(self.owners, self.first_atoms, strict=True):
-            found.append((element.name, atom_hook(atom)))
+        for (element, _), primitive in zip(self.owners, self.first_primitives, strict=True):
+            found.append((element.name, primitive_hook(primitive)))
         causes = self.mechanism.loads
         for (cause, _), action in zip(self.action_owners, self.first_actions, strict=True):
             found.append((causes[cause].name, action_hook(action)))
         names = self._law_names()
-        laws = self.laws(self.first_atoms, self.first_actions)
+        laws = self.laws(self.first_primitives, self.first_actions)
         found += [(n, law_hook(law.law)) for n, law in zip(names, laws, strict=True)]
         return tuple(found)
 
     def _law_names(self) -> list[str]:
         """Name of the element that each law belongs to."""
         names = [""]
-        pairs = zip(self.owners, self.first_atoms, strict=True)
-        names += [element.name for (element, _), atom in pairs if atom.signal is not None]
+        pairs = zip(self.owners, self.first_primitives, strict=True)
+        names += [element.name for (element, _), primitive in pairs if primitive.signal is not None]
         loads = self.mechanism.loads
         actions = list(zip(self.action_owners, self.first_actions, strict=True))
         names += [loads[c].name for (c, _), action in actions for _ in action.signals]
         names += [loads[c].name for (c, _), action in actions if action.law is not None]
-        pairs = zip(self.owners, self.first_atoms, strict=True)
-        return names + [element.name for (element, _), atom in pairs if atom.law is not None]
+        pairs = zip(self.owners, self.first_primitives, strict=True)
+        return names + [
+            element.name for (element, _), primitive in pairs if primitive.law is not None
+        ]
 
     def layout(self) -> Layout:
         """The index lists of the kernels: the symbolic phase."""
-        atoms, actions = self.first_atoms, self.first_actions
+        primitives, actions = self.first_primitives, self.first_actions
         index, bodies = self.index, len(self.bodies) - 1
-        slots = split(bodies, [tuple(index[body] for body in atom.bodies) for atom in atoms])
+        slots = split(
+            bodies, [tuple(index[body] for body in primitive.bodies) for primitive in primitives]
+        )
         plan = eliminate(slots)
         place = {node: k for k, node in enumerate(plan.order)}
         columns = [3 * s for node in plan.order for s in slots.sides[node][:2]]
-        laws = self.laws(atoms, actions)
-        sizes = [len(atom.parameters) + 2 for atom in atoms]
+        laws = self.laws(primitives, actions)
+        sizes = [len(primitive.parameters) + 2 for primitive in primitives]
         sizes += [len(law.parameters) for law in laws]
         sizes += [len(action.parameters) for action in actions]
         offset = np.concatenate([[0], np.cumsum(sizes)]).astype(int)
         tables = [law.law.table() for law in laws]
         table_start = np.concatenate([[0], np.cumsum([len(table) for table in tables])]).astype(int)
-        a, b = len(atoms), len(atoms) + len(laws)
+        a, b = len(primitives), len(primitives) + len(laws)
         of_time = len(self.signal_laws)
         order = sorted(range(of_time), key=lambda n: isinstance(self.signal_laws[n], Constant))
         own = iter(range(of_time, len(laws)))
-        action_law, atom_law = (
+        action_law, primitive_law = (
             integers([-1 if part.law is None else next(own) for part in parts])
-            for parts in (actions, atoms)
+            for parts in (actions, primitives)
         )
-        atom_of = {element.name: e for e, (element, _) in enumerate(self.owners)}
-        driven = [atom_of[driver.name] for driver in self.mechanism.drivers]
+        primitive_of = {element.name: e for e, (element, _) in enumerate(self.owners)}
+        driven = [primitive_of[driver.name] for driver in self.mechanism.drivers]
         return Layout(
             bodies=bodies,
             slots=len(slots.body),
             nodes=len(slots.sides),
-            atom_kind=integers([ATOM_KINDS.index(atom.kind) for atom in atoms]),
-            atom_i=integers([index[atom.i] for atom in atoms]),
-            atom_j=integers([index[atom.j] for atom in atoms]),
-            atom_par=integers(offset[:a]),
-            atom_count=integers(sizes[:a]) - 2,
-            atom_arm=integers(offset[1 : a + 1]) - 2,
-            atom_signal=integers(self.atom_signal),
-            atom_node=integers([place[e] for e in range(a)]),
-            atom_law=atom_law,
-            atom_handle=integers([-1] * a),
+            primitive_kind=integers(
+                [PRIMITIVE_KINDS.index(primitive.kind) for primitive in primitives]
+            ),
+            primitive_i=integers([index[primitive.i] for primitive in primitives]),
+            primitive_j=integers([index[primitive.j] for primitive in primitives]),
+            primitive_par=integers(offset[:a]),
+            primitive_count=integers(sizes[:a]) - 2,
+            primitive_arm=integers(offset[1 : a + 1]) - 2,
+            primitive_signal=integers(self.primitive_signal),
+            primitive_node=integers([place[e] for e in range(a)]),
+            primitive_law=primitive_law,
+            primitive_handle=integers([-1] * a),
             node_column=integers(columns),
             more=np.column_stack([plan.more_node, 3 * plan.more_slot]),
             **self._sums(place, plan),
@@ -311,7 +321,7 @@ class _Compiler:
             signal_law=integers(order),
             signal_row=integers([3 * n for n in order]),
             varying=sum(not isinstance(law, Constant) for law in self.signal_laws),
-            driver_row=integers([self.atom_signal[e] for e in driven]),
+            driver_row=integers([self.primitive_signal[e] for e in driven]),
             driver_node=integers([place[e] for e in driven]),
             action_kind=integers([ACTION_KINDS.index(action.kind) for action in actions]),
             action_i=integers([index[action.i] for action in actions]),
@@ -333,13 +343,13 @@ class _Compiler:
         for n, k in enumerate(plan.more_node):
             beyond.setdefault(int(k), []).append(12 * nodes + 6 * n)
         start, table = [0], []
-        for e, atom in enumerate(self.first_atoms):
+        for e, primitive in enumerate(self.first_primitives):
             k = place[e]
             at = [12 * k, 12 * k + 6, *beyond.get(k, [])]
-            block = dict(zip(atom.bodies, at, strict=True)) | {"ground": -1}
+            block = dict(zip(primitive.bodies, at, strict=True)) | {"ground": -1}
             table += [
-                (ATOM_KINDS.index(p.kind), index[p.i], index[p.j], block[p.i], block[p.j])
-                for p in atom.parts
+                (PRIMITIVE_KINDS.index(p.kind), index[p.i], index[p.j], block[p.i], block[p.j])
+                for p in primitive.parts
             ]
             start.append(len(table))
         parts = np.array(table, dtype=np.int64).reshape(-1, 5)

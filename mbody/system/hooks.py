@@ -11,19 +11,19 @@ from typing import Any
 import numpy as np
 
 from mbody.laws import Law
-from mbody.model.primitives import Action, Atom
+from mbody.model.primitives import ConstraintPrimitive, ForcePrimitive
 
-__all__ = ["action_hook", "atom_hook", "law_hook"]
+__all__ = ["action_hook", "primitive_hook", "law_hook"]
 
 Hook = Callable[[np.ndarray, np.ndarray], None]
 
 
-def atom_hook(atom: Atom) -> Hook | None:
+def primitive_hook(primitive: ConstraintPrimitive) -> Hook | None:
     """Rows of a user's joint: y = (Φ, blocks, ν, γ)."""
-    return None if atom.function is None else _Hook(atom.function, 18)
+    return None if primitive.function is None else _Hook(primitive.function, 18)
 
 
-def action_hook(action: Action) -> Hook | None:
+def action_hook(action: ForcePrimitive) -> Hook | None:
     """Forces of a user's load: y = (Fx, Fy, T on i, then on j)."""
     return None if action.function is None else _Hook(action.function, 6)
 

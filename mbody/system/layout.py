@@ -38,25 +38,25 @@ class Layout(Bundle):
     bodies: int
     slots: int
     nodes: int
-    # atoms, sorted by kind: physics, body of either side, first parameter and how many, arm of
+    # primitives, sorted by kind: physics, body of either side, first parameter and how many, arm of
     # the marker on j, first signal row, node, own law, user's function
-    atom_kind: Ints
-    atom_i: Ints
-    atom_j: Ints
-    atom_par: Ints
-    atom_count: Ints
-    atom_arm: Ints
-    atom_signal: Ints
-    atom_node: Ints
-    atom_law: Ints
-    atom_handle: Ints
+    primitive_kind: Ints
+    primitive_i: Ints
+    primitive_j: Ints
+    primitive_par: Ints
+    primitive_count: Ints
+    primitive_arm: Ints
+    primitive_signal: Ints
+    primitive_node: Ints
+    primitive_law: Ints
+    primitive_handle: Ints
     # nodes: first column of either side; blocks below the diagonal of each; their rows
     node_column: Ints
     # sides of nodes beyond the second, of one row: (node, first column) of each, (sides, 2); their
     # blocks follow all others
     more: Tables
-    # sums: of atom e parts sum_start[e] to sum_start[e + 1]; of each part its physics, both bodies,
-    # and the places of their blocks, −1 for the ground, (parts, 5)
+    # sums: of primitive e parts sum_start[e] to sum_start[e + 1]; of each part its physics, both
+    # bodies, and the places of their blocks, −1 for the ground, (parts, 5)
     sum_start: Ints
     part: Tables
     node_start: Ints
@@ -105,7 +105,7 @@ class Layout(Bundle):
 class Work(Bundle):
     """Numbers of one set or of many lanes: arrays of shape (rows, lanes)."""
 
-    par: Rows  # parameters of atoms, laws and actions
+    par: Rows  # parameters of primitives, laws and actions
     mass: Rows  # (m, m, I) of each body
     weight: Rows  # inverse of the positive weights, on columns; zero for the ground
     share: Rows  # part of its body's force that each slot takes

@@ -90,7 +90,9 @@ def _entries(
     """By (row, column): place in the blocks, value, whether it is constant."""
     found = {}
     # what stands still in a dwell of a cam does not elsewhere
-    pieces = set(L.atom_node[(L.atom_kind == ROLLER) | (L.atom_kind == FACE)].tolist())
+    pieces = set(
+        L.primitive_node[(L.primitive_kind == ROLLER) | (L.primitive_kind == FACE)].tolist()
+    )
     number = {int(row): n for n, row in enumerate(rows)}
     for k in range(L.nodes):
         for row in range(2):

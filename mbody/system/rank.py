@@ -67,19 +67,19 @@ def jacobian(system: System, work: Work) -> tuple[np.ndarray, np.ndarray]:
     """
     L = system.layout
     violation(system.runtime(), work)
-    atom, row, _ = system.row_table
-    node = L.atom_node[atom]
+    primitive, row, _ = system.row_table
+    node = L.primitive_node[primitive]
     phi = work.phi[2 * node + row, 0]
     blocks = work.block[: 12 * L.nodes, 0].reshape(-1, 2, 2, 3)
-    G = np.zeros((len(atom), L.bodies + 1, 3))
-    every = np.arange(len(atom))
-    for side, body in enumerate((L.atom_i, L.atom_j)):
-        G[every, body[atom]] += blocks[node, side, row]
+    G = np.zeros((len(primitive), L.bodies + 1, 3))
+    every = np.arange(len(primitive))
+    for side, body in enumerate((L.primitive_i, L.primitive_j)):
+        G[every, body[primitive]] += blocks[node, side, row]
     for n, (k, column) in enumerate(L.more):
         first = 12 * L.nodes + 6 * n
         line = int(np.flatnonzero((node == k) & (row == 0))[0])
         G[line, L.slot_body[column // 3]] += work.block[first : first + 3, 0]
-    return phi, G[:, :-1].reshape(len(atom), 3 * L.bodies)
+    return phi, G[:, :-1].reshape(len(primitive), 3 * L.bodies)
 
 
 def dense(system: System, work: Work) -> tuple[np.ndarray, np.ndarray]:

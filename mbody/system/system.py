@@ -49,7 +49,7 @@ class System:
     length : float
         Model length, by which sizes are made dimensionless.
     owners : tuple
-        (element, index of its atom) of every atom, in the order of the kernels.
+        (element, index of its primitive) of every primitive, in the order of the kernels.
     """
 
     mechanism: Mechanism
@@ -93,8 +93,8 @@ class System:
         return 3 * self.layout.bodies
 
     @functools.cached_property
-    def atoms_of(self) -> dict[str, list[int]]:
-        """Atoms of every joint, coupling, then driver, by name in the order of the description."""
+    def primitives_of(self) -> dict[str, list[int]]:
+        """Primitives of every joint, coupling, then driver, by name, in order of description."""
         found: dict[str, list[tuple[int, int]]] = {}
         for e, (element, part) in enumerate(self.owners):
             found.setdefault(element.name, []).append((part, e))
@@ -306,14 +306,14 @@ class System:
         """
         L = self.layout
         soft, pad, blocks = (np.zeros((size * L.nodes, 1)) for size in (2, 2, 12))
-        for kinds, node in zip(self.row_kinds, L.atom_node, strict=True):
+        for kinds, node in zip(self.row_kinds, L.primitive_node, strict=True):
             for row in range(2):
                 if row < len(kinds):
                     soft[2 * node + row] = 1.0 if kinds[row] == "l" else self.length**-2
                 else:
                     pad[2 * node + row] = 1.0
         seen: set[tuple[int, int]] = set()
-        for node in np.setdiff1d(np.arange(L.nodes), L.atom_node):
+        for node in np.setdiff1d(np.arange(L.nodes), L.primitive_node):
             o = 12 * node
             pair = (int(L.node_column[2 * node]), int(L.node_column[2 * node + 1]))
             if pair not in seen:
@@ -326,12 +326,13 @@ class System:
 
     @functools.cached_property
     def row_table(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Atom, row of the atom, and whether it is an angle, of every row: joints in the order of
-        the description, then drivers."""
+        """Of every row its primitive, its number in it, and whether it is an angle: joints in the
+        order of the description, then drivers.
+        """
         found = [
             (e, row, kind == "a")
-            for atoms in self.atoms_of.values()
-            for e in atoms
+            for primitives in self.primitives_of.values()
+            for e in primitives
             for row, kind in enumerate(self.row_kinds[e])
         ]
         table = np.array(found, dtype=np.int64).reshape(-1, 3)
@@ -345,7 +346,7 @@ class System:
 
     @functools.cached_property
     def _registered(self) -> Layout:
-        sizes = [len(self.layout.atom_handle), len(self.layout.action_handle)]
+        sizes = [len(self.layout.primitive_handle), len(self.layout.action_handle)]
         handles = [-1 if f is None else register(f) for _, f in self.functions]
         names = {h: name for h, (name, _) in zip(handles, self.functions, strict=True) if h >= 0}
         for handle in names:
@@ -353,7 +354,7 @@ class System:
         object.__setattr__(self, "_user_names", names)
         a, b = sizes[0], sizes[0] + sizes[1]
         return self.layout.replaced(
-            atom_handle=integers(handles[:a]),
+            primitive_handle=integers(handles[:a]),
             action_handle=integers(handles[a:b]),
             law_handle=integers(handles[b:]),
         )

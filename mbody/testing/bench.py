@@ -17,7 +17,7 @@ import numpy as np
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.kernels.load_breakdown import breakdown
 from mbody.kernels.loop_closure import laws_of_time, violation
-from mbody.kernels.output import PER_ATOM
+from mbody.kernels.output import PER_PRIMITIVE
 from mbody.kernels.residuals import audit
 from mbody.laws import Function
 from mbody.model.body import Body, SecondMoments
@@ -141,10 +141,10 @@ class Bench:
         padding = 0.0
         for e, kinds in enumerate(self.system.row_kinds):
             for row in range(2):
-                k, o = 2 * L.atom_node[e] + row, 12 * L.atom_node[e] + 3 * row
+                k, o = 2 * L.primitive_node[e] + row, 12 * L.primitive_node[e] + 3 * row
                 line = np.zeros(3 * L.bodies + 6)
                 line[-3:] = W.phi[k, 0], W.nu[k, 0], W.gamma[k, 0]
-                for b, first in ((L.atom_i[e], o), (L.atom_j[e], o + 6)):
+                for b, first in ((L.primitive_i[e], o), (L.primitive_j[e], o + 6)):
                     line[3 * b : 3 * b + 3] += W.block[first : first + 3, 0]
                 if row < len(kinds):
                     lines.append(line)
@@ -154,22 +154,22 @@ class Bench:
         return Rows(table[:, -3], table[:, :-6], table[:, -2], table[:, -1], padding)
 
     def reactions(self, state: State) -> tuple[Array, Array, Array, Array]:
-        """By atom, under the pushes: λ (·, 2); force and torque on j at the place on j, as a
+        """By primitive, under the pushes: λ (·, 2); force and torque on j at the place on j, as a
         solution tells them (·, 3); those on i at its mass centre (·, 3); the place on j (·, 2).
         """
         L, W = self._set(state)
-        atoms, pushes = len(L.atom_node), len(self.pushes)
+        primitives, pushes = len(L.primitive_node), len(self.pushes)
         motion = np.concatenate([state.q, state.v, 0.0 * state.q])[None, :]
-        output = np.zeros((1, pushes + 1, PER_ATOM * atoms, 1))
+        output = np.zeros((1, pushes + 1, PER_PRIMITIVE * primitives, 1))
         breakdown(L, W, 0.0, motion, np.array([state.t]), pushes, output)
         raise_user_error(self.system)
-        told = output[0, 1:, :, 0].sum(axis=0).reshape(atoms, PER_ATOM)
-        blocks = W.block[:, 0].reshape(-1, 2, 2, 3)[L.atom_node, 0]
+        told = output[0, 1:, :, 0].sum(axis=0).reshape(primitives, PER_PRIMITIVE)
+        blocks = W.block[:, 0].reshape(-1, 2, 2, 3)[L.primitive_node, 0]
         on_i = -np.einsum("erc,er->ec", blocks, told[:, :2])
         arm: tuple[Any, Any] = (0.0, 0.0)
         if "j" in self.element.places():
             arm = self.system.numbers.arm(self.element, "j")
-        pose = with_ground(state.q)[L.atom_j]
+        pose = with_ground(state.q)[L.primitive_j]
         place = pose[:, :2] + np.array([rotation(angle) @ arm for angle in pose[:, 2]])
         return told[:, :2], told[:, 2:], on_i, place
 

@@ -204,9 +204,9 @@ def _reactions(ledger: Ledger, stand: Bench, state: State) -> None:
     """The reaction told on j at its place, and that on i: together nothing."""
     _, on_j, on_i, place = stand.reactions(state)
     L = stand.system.layout
-    if (L.atom_i == L.bodies).all() and not on_i.any():
+    if (L.primitive_i == L.bodies).all() and not on_i.any():
         return ledger.skip("action = reaction", "the ground's side is all zeros, nobody reads it")
-    at_i = with_ground(state.q)[L.atom_i]
+    at_i = with_ground(state.q)[L.primitive_i]
     both = np.concatenate([about_origin(on_j, place), about_origin(on_i, at_i)])
     unbalanced(ledger, both, stand.length)
 
@@ -232,7 +232,7 @@ def _power(ledger: Ledger, stand: Bench, state: State, r: Rows, rng: np.random.G
 
     def power(u: Array) -> tuple[float, float]:
         w, parts = with_ground(u), []
-        for e, (i, j) in enumerate(zip(L.atom_i, L.atom_j, strict=True)):
+        for e, (i, j) in enumerate(zip(L.primitive_i, L.primitive_j, strict=True)):
             for sign, b in ((1.0, j), (-1.0, i)):
                 x, y = place[e] - q[b, :2]
                 rates = w[b, 0] - w[b, 2] * y, w[b, 1] + w[b, 2] * x, w[b, 2]

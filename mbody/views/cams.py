@@ -60,6 +60,6 @@ def face(joint: CamFollower, pose: Pose, more: float) -> Array:
     n = np.array([-u[1], u[0]])
     way = pose.place(joint, "j") - centre
     reach = float(np.abs(_radius(joint, pose)[2]).max())
-    along = np.array([way @ u, (pose.told_at(joint) - centre) @ u, reach, -reach])
+    along = np.array([way @ u, (pose.reaction_point(joint) - centre) @ u, reach, -reach])
     foot = centre + (way @ n) * n
     return np.array([foot + (along.min() - more) * u, foot + (along.max() + more) * u])

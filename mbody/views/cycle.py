@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.analysis.driven.requests import asks_for
-from mbody.model.study import Ask
+from mbody.model.study import Instants
 
 if TYPE_CHECKING:
     from mbody.model.mechanism import Mechanism
@@ -19,7 +19,7 @@ __all__ = ["SMOOTH", "cycle", "times"]
 SMOOTH = 181
 
 
-def times(mechanism: Mechanism, ask: Ask | None) -> np.ndarray | None:
+def times(mechanism: Mechanism, ask: Instants | None) -> np.ndarray | None:
     """Times (instants,) between the first and the last that are asked for; None where it is not a
     row of times.
     """
@@ -38,20 +38,22 @@ def _smooth(mechanism: Mechanism, name: str, row: Sequence[Any]) -> np.ndarray |
     return np.asarray(np.interp(between, np.arange(len(values)), values))
 
 
-def cycle(mechanism: Mechanism, ask: Ask | None) -> Ask:
+def cycle(mechanism: Mechanism, ask: Instants | None) -> Instants:
     """What a plot runs over: the turn, or between the times or places of a driver that are asked
     for; a turn where it is one instant.
 
     >>> import mbody
     >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5)
-    >>> cycle(machine, Ask(at={"t": 0.0})).over, len(cycle(machine, Ask(at={"t": [0, 1]})).at["t"])
-    ('turn', 181)
+    >>> cycle(machine, Instants(at={"t": 0.0})).over
+    'turn'
+    >>> len(cycle(machine, Instants(at={"t": [0, 1]})).at["t"])
+    181
     """
     if ask and len(ask.at) == 1:
         name, row = next(iter(ask.at.items()))
         smooth = _smooth(mechanism, name, row)
         if smooth is not None:
-            return Ask(at={name: smooth.tolist()})
+            return Instants(at={name: smooth.tolist()})
     if ask is None or (not ask.over and max(map(len, ask.at.values()), default=1) == 1):
-        return Ask(over="turn")
+        return Instants(over="turn")
     return ask

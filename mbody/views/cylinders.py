@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbody.model.loads import PistonPressure, ValvedCylinder
+from mbody.model.loads import PistonPressure, ReciprocatingCylinder
 from mbody.views.labels import symbolic
 from mbody.views.shapes import box, direction, hatching
 from mbody.views.style import INK, LINK, WHEEL, Z
@@ -52,7 +52,7 @@ class Barrel:
     angle: float
 
 
-def barrel(load: PistonPressure | ValvedCylinder, pose: Pose, block: float) -> Barrel:
+def barrel(load: PistonPressure | ReciprocatingCylinder, pose: Pose, block: float) -> Barrel:
     """A cylinder for a piston of that size, at one instant.
 
     The piston goes as far as the dead centres of the load; where it has none, as far as it comes
@@ -61,7 +61,7 @@ def barrel(load: PistonPressure | ValvedCylinder, pose: Pose, block: float) -> B
     angle, place = pose.direction(load, "i"), pose.place(load, "j")
     u = direction(angle)
     here = float(u @ (place - pose.place(load, "i")))
-    if isinstance(load, ValvedCylinder):
+    if isinstance(load, ReciprocatingCylinder):
         near, far = pose.number(load, "near"), pose.number(load, "far")
         sense, spare = math.copysign(1.0, near - far), pose.number(load, "clearance")
     else:
@@ -89,7 +89,7 @@ def _reached(load: PistonPressure, pose: Pose, least: float, here: float) -> tup
     return float(along.min()), float(along.max())
 
 
-def barrel_symbol(load: PistonPressure | ValvedCylinder, sketch: Sketch) -> None:
+def barrel_symbol(load: PistonPressure | ReciprocatingCylinder, sketch: Sketch) -> None:
     """A barrel with its piston and piston rod, hatched where it is fixed; open where no pressure
     acts on the side of the rod.
     """
@@ -120,8 +120,8 @@ def barrel_symbol(load: PistonPressure | ValvedCylinder, sketch: Sketch) -> None
     sketch.label(symbolic(load.name), middle, wanted, gap, turn=0.4, italic=True)
 
 
-def _double(load: PistonPressure | ValvedCylinder, pose: Pose) -> bool:
+def _double(load: PistonPressure | ReciprocatingCylinder, pose: Pose) -> bool:
     """Whether pressure acts on the side of the piston rod too."""
-    if isinstance(load, ValvedCylinder):
+    if isinstance(load, ReciprocatingCylinder):
         return load.opposite_area is not None
     return pose.number(load, "rod_area") > 0.0

@@ -15,17 +15,17 @@ import numpy as np
 
 from mbody.model.driver import AngleDriver, CoordinateDriver, Driver
 from mbody.model.loads import (
+    CentrifugalField,
     Damper,
     Force,
     Gravity,
     Load,
     PistonPressure,
-    RotatingField,
+    ReciprocatingCylinder,
     Spring,
     Torque,
     TorsionDamper,
     TorsionSpring,
-    ValvedCylinder,
 )
 from mbody.sheets.names import force_names
 from mbody.views.cylinders import barrel_symbol
@@ -67,7 +67,7 @@ def forces_shown(pose: Any, joints: bool) -> list[tuple[str, Array, Array, str, 
         name, on = names[joint.name]
         reaction = pose.run.reaction(joint.name, on)
         vector = np.array([reaction.fx[pose.k], reaction.fy[pose.k]])
-        found.append((name, pose.told_at(joint), vector, FORCE, on))
+        found.append((name, pose.reaction_point(joint), vector, FORCE, on))
     return found
 
 
@@ -245,13 +245,13 @@ def _(load: TorsionSpring | TorsionDamper, sketch: Sketch) -> None:
 
 
 @load_symbol.register(PistonPressure)
-@load_symbol.register(ValvedCylinder)
-def _(load: PistonPressure | ValvedCylinder, sketch: Sketch) -> None:
+@load_symbol.register(ReciprocatingCylinder)
+def _(load: PistonPressure | ReciprocatingCylinder, sketch: Sketch) -> None:
     barrel_symbol(load, sketch)
 
 
-@load_symbol.register(RotatingField)
-def _(load: RotatingField, sketch: Sketch) -> None:
+@load_symbol.register(CentrifugalField)
+def _(load: CentrifugalField, sketch: Sketch) -> None:
     """The axis, and at its end an arrow around it with ω, seen a little from above."""
     pose = sketch.pose
     origin, u = pose.place(load, "axis"), direction(pose.direction(load, "axis"))

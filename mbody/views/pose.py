@@ -10,7 +10,7 @@ import numpy as np
 
 from mbody.errors import ModelError
 from mbody.model.joints import CamFollower, Gear, Joint, RackPinion, Revolute, Rolling
-from mbody.model.loads import PistonPressure, ValvedCylinder
+from mbody.model.loads import PistonPressure, ReciprocatingCylinder
 from mbody.views.cams import outline
 from mbody.views.cylinders import barrel
 
@@ -117,9 +117,9 @@ class Pose:
         """The mass of a body."""
         return float(self.system.mass[3 * self.system.bodies[body], 0])
 
-    def told_at(self, joint: Joint) -> Array:
+    def reaction_point(self, joint: Joint) -> Array:
         """Where the reaction of a joint is told: a point of contact, or the place on j."""
-        return np.array([float(part[self.k]) for part in self.run.told_at(joint.name)])
+        return np.array([float(part[self.k]) for part in self.run.reaction_point(joint.name)])
 
     def pivot(self, by: str, body: str) -> Array:
         """What a body turns about: its pin on the other, on the ground, any pin, or its mass
@@ -159,7 +159,7 @@ class Pose:
         for centre, radius in circles:
             reached += [centre - radius, centre + radius]
         for load in self.mechanism.loads:
-            if isinstance(load, (PistonPressure, ValvedCylinder)):
+            if isinstance(load, (PistonPressure, ReciprocatingCylinder)):
                 own = barrel(load, self, 0.0)
                 reached += [own.head, own.mouth]
         if not reached:

@@ -181,7 +181,11 @@ def _(joint: Distance, sketch: Sketch) -> None:
 def _(joint: CamFollower, sketch: Sketch) -> None:
     """The cam with its base circle; on it a roller, an edge or a flat face."""
     pose, z = sketch.pose, Z["block"] - 0.2
-    centre, place, contact = pose.place(joint, "i"), pose.place(joint, "j"), pose.told_at(joint)
+    centre, place, contact = (
+        pose.place(joint, "i"),
+        pose.place(joint, "j"),
+        pose.reaction_point(joint),
+    )
     cam = outline(joint, pose)
     sketch.shape(cam, PLATE, INK, 1.3, Z["wheel"], name=f"cam:{joint.name}", weight=0.6)
     look: dict[str, Any] = {"dashes": (0, (4, 3)), "name": f"base:{joint.name}", "weight": 0.2}
@@ -214,7 +218,7 @@ def _(joint: Gear | Rolling | RackPinion, sketch: Sketch) -> None:
         ring = bool(getattr(joint, "internal", False)) and radius == greatest
         _wheel(sketch, joint, side, radius, ring, toothed)
     if len(circles) == 1:
-        touch, along = pose.told_at(joint), pose.direction(joint, "i")
+        touch, along = pose.reaction_point(joint), pose.direction(joint, "i")
         u, half = direction(along), 1.7 * greatest
         start, end = touch - half * u, touch + half * u
         if joint.i.body == "ground" and not toothed:
@@ -223,7 +227,7 @@ def _(joint: Gear | Rolling | RackPinion, sketch: Sketch) -> None:
             _rack(sketch, start, end, joint.name, joint.i.body == "ground")
         else:
             sketch.line([start, end], 2.4, INK, Z["link"], name=f"road:{joint.name}")
-    contact = pose.told_at(joint)
+    contact = pose.reaction_point(joint)
     wanted = outward(sketch, contact, joint.i.body, joint.j.body)
     sketch.label(symbolic(joint.name), contact, wanted, 4.0 * sketch.unit, turn=0.3, italic=True)
 

@@ -97,7 +97,7 @@ def of_forces(of: Linkage, acting: Acting, run: Any, truth: Any, values: Any) ->
         size = np.maximum(size, np.abs(wrenches[name]).max(axis=(0, -1)))
     power = sum((part * truth[name][3:6]).sum(axis=0) for name, part in left.items())
     for joint in run.mechanism.joints:
-        one, (px, py) = run.reaction(joint.name), run.told_at(joint.name)
+        one, (px, py) = run.reaction(joint.name), run.reaction_point(joint.name)
         size = np.maximum(size, one.magnitude.max(axis=-1))
         for body, sign in ((joint.j.body, 1.0), (joint.i.body, -1.0)):
             if body != "ground":

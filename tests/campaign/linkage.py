@@ -20,6 +20,7 @@ from mbody import (
     AngleCoupling,
     AngleDriver,
     Body,
+    CouplingTerm,
     Distance,
     Fixed,
     Gear,
@@ -30,7 +31,6 @@ from mbody import (
     RackPinion,
     Revolute,
     Rolling,
-    Term,
 )
 from mbody.model.element import Marker
 
@@ -430,7 +430,7 @@ def wheel(of: Linkage, kind: str) -> None:
         of.joints.append(
             AngleCoupling(
                 f"{name}_belt",
-                terms=[Term(float(r1), angle=body), Term(float(r2), angle=name)],
+                terms=[CouplingTerm(float(r1), angle=body), CouplingTerm(float(r2), angle=name)],
                 value=value,
             )
         )

@@ -8,6 +8,7 @@ from mbody import (
     Body,
     CamFollower,
     ConstantSpeed,
+    CouplingTerm,
     CustomLoad,
     Damper,
     Distance,
@@ -22,9 +23,8 @@ from mbody import (
     Revolute,
     Rolling,
     SecondMoments,
-    Slender,
+    SlenderRod,
     Spring,
-    Term,
     Torque,
     TorsionDamper,
     assemble,
@@ -54,14 +54,14 @@ TERMS = {
     "a coupling of nothing": [],
     "a coupling of a name": "crank",
     "a coupling of names": ["crank"],
-    "a term of nothing": [Term(1.0)],
-    "a term of two coordinates": [Term(1.0, angle="a", distance=("a.P", "b.Q"))],
-    "a term of one place": [Term(1.0, distance=["a.P"])],
-    "a term of no place": [Term(1.0, coordinate=3)],
-    "a term within a body": [Term(1.0, angle="a", relative_to="a")],
-    "a term whose factor is nan": [Term(NAN, angle="a")],
-    "a term whose factor is a mass": [Term("3 kg", angle="a")],
-    "a term of a number": [Term(1.0, angle=3)],
+    "a term of nothing": [CouplingTerm(1.0)],
+    "a term of two coordinates": [CouplingTerm(1.0, angle="a", distance=("a.P", "b.Q"))],
+    "a term of one place": [CouplingTerm(1.0, distance=["a.P"])],
+    "a term of no place": [CouplingTerm(1.0, coordinate=3)],
+    "a term within a body": [CouplingTerm(1.0, angle="a", relative_to="a")],
+    "a term whose factor is nan": [CouplingTerm(NAN, angle="a")],
+    "a term whose factor is a mass": [CouplingTerm("3 kg", angle="a")],
+    "a term of a number": [CouplingTerm(1.0, angle=3)],
 }
 
 #: What cannot be added to a mechanism with the body 'crank'.
@@ -74,9 +74,9 @@ ADDED = {
     "a torque on a body that is not there": Torque("T", "rod", value=1.0),
     "a torque by a body that is not there": Torque("T", "crank", by="rod", value=1.0),
     "a motor on a point": AngleDriver("motor", "crank.A", 1.0),
-    "a coupling of a body that is not there": AngleCoupling("C", [Term(1.0, angle="rod")]),
+    "a coupling of a body that is not there": AngleCoupling("C", [CouplingTerm(1.0, angle="rod")]),
     "a rope to a point that is not there": LengthCoupling(
-        "R", [Term(1.0, distance=("ground", "crank.C"))]
+        "R", [CouplingTerm(1.0, distance=("ground", "crank.C"))]
     ),
     "a motor relative to nothing": AngleDriver("motor", "crank", 1.0, relative_to="rod"),
     "a spring at no point": Spring("S", "ground.O", "crank.C", stiffness=1.0),
@@ -145,7 +145,7 @@ SCENARIOS = {
     "a guess that is a mass": lambda: Body("b", guess="30 kg"),
     "a guess of two numbers": lambda: Body("b", guess=(1, 2)),
     "a guess at nan": lambda: Body("b", guess=Guess(x=NAN)),
-    "a spread along nan": lambda: Body("b", spread=Slender(NAN)),
+    "a spread along nan": lambda: Body("b", spread=SlenderRod(NAN)),
     "a spread of nan": lambda: Body("b", spread=SecondMoments(1, NAN)),
     "a spread of no mass": lambda: Body("b", spread=SecondMoments(1, 1, 2)),
     "a spread that is none": lambda: Body("b", spread=3),
@@ -155,7 +155,9 @@ SCENARIOS = {
     # -- places and bodies
     **{name: lambda at=at: Revolute("it", at, "b.Q") for name, at in PLACES.items()},
     **{name: lambda terms=terms: LengthCoupling("it", terms) for name, terms in TERMS.items()},
-    "a length among angles": lambda: AngleCoupling("it", [Term(1.0, distance=("a.P", "b.Q"))]),
+    "a length among angles": lambda: AngleCoupling(
+        "it", [CouplingTerm(1.0, distance=("a.P", "b.Q"))]
+    ),
     "no body": lambda: AngleDriver("it", 3, 1.0),
     "a pin of a body with itself": lambda: Revolute("A", "crank.A", "crank.B"),
     "a spring from a body to itself": lambda: Spring("s", "crank.A", "crank", stiffness=1.0),

@@ -8,9 +8,9 @@ from mbody import (
     AngleDriver,
     Body,
     ConstantSpeed,
+    ReciprocatingCylinder,
     Revolute,
     Torque,
-    ValvedCylinder,
     assemble,
     kinetostatics,
 )
@@ -49,7 +49,7 @@ def two_motors():
 @functools.cache
 def compressor():
     """A four-bar as a compressor: a piston on the rocker."""
-    air = ValvedCylinder(
+    air = ReciprocatingCylinder(
         *("air", "ground.O2", "rocker.B"),
         **{"area": 0.1, "near": 5.0, "far": 1.0, "clearance": 0.1, "delivery": 2.0},
         **{"exponent": 1.3, "ambient": 1.0},

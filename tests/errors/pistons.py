@@ -2,7 +2,7 @@
 
 import math
 
-from mbody import Cam, PistonPressure, Rise, Table, ValvedCylinder
+from mbody import Cam, PistonPressure, ReciprocatingCylinder, Rise, Table
 
 TURN = 2.0 * math.pi
 
@@ -37,7 +37,7 @@ def pressure(law):
 
 
 def cylinder(changes):
-    return ValvedCylinder("cylinder", "ground.head", "piston", **{**CYLINDER, **changes})
+    return ReciprocatingCylinder("cylinder", "ground.head", "piston", **{**CYLINDER, **changes})
 
 
 SCENARIOS = {

@@ -1,6 +1,6 @@
 """Measures, and the instants that a mechanism or a command asks for."""
 
-from mbody import AngleDriver, Ask, ConstantAcceleration, ConstantSpeed, Measure
+from mbody import AngleDriver, ConstantAcceleration, ConstantSpeed, Instants, Measure
 from mbody.analysis.driven.requests import asked
 from tests.errors.models import by_law, four_bar
 from tests.errors.results import run
@@ -22,20 +22,20 @@ MEASURES = {
 }
 
 QUESTIONS = {
-    "at that is no table": lambda: Ask(at=5),
-    "at and over": lambda: Ask(at={"t": 1.0}, over="turn"),
-    "over that is no name": lambda: Ask(over=3),
-    "one instant": lambda: Ask(over="turn", instants=1),
-    "instants without over": lambda: Ask(instants=3),
-    "no values": lambda: Ask(at={"t": []}),
-    "a value that is none": lambda: Ask(at={"t": None}),
-    "a value that is nan": lambda: Ask(at={"t": float("nan")}),
-    "a value that is no formula": lambda: Ask(at={"t": "3 +"}),
+    "at that is no table": lambda: Instants(at=5),
+    "at and over": lambda: Instants(at={"t": 1.0}, over="turn"),
+    "over that is no name": lambda: Instants(over=3),
+    "one instant": lambda: Instants(over="turn", instants=1),
+    "instants without over": lambda: Instants(instants=3),
+    "no values": lambda: Instants(at={"t": []}),
+    "a value that is none": lambda: Instants(at={"t": None}),
+    "a value that is nan": lambda: Instants(at={"t": float("nan")}),
+    "a value that is no formula": lambda: Instants(at={"t": "3 +"}),
 }
 
 
 def ask(machine=None, **at):
-    return lambda: asked(machine or four_bar(), "kinematics", Ask(at=at))
+    return lambda: asked(machine or four_bar(), "kinematics", Instants(at=at))
 
 
 def two_drivers(law):
@@ -72,7 +72,7 @@ SCENARIOS = {
     "t of a stretch": ask(t="2*x"),
     "a driver that is not there": ask(engine=2.0),
     "a turn of a driver that is not there": lambda: asked(
-        four_bar(), "kinematics", Ask(over="engine")
+        four_bar(), "kinematics", Instants(over="engine")
     ),
     "a driver twice": ask(motor=1.0, crank=2.0),
     "values that are not as many": ask(two_drivers(0.5), motor=[1.0, 2.0], lever=[1.0, 2.0, 3.0]),

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from mbody import (
     AngleDriver,
     Body,
+    CentrifugalField,
+    CouplingTerm,
     CustomLoad,
     Distance,
     Force,
@@ -15,10 +17,8 @@ from mbody import (
     Mechanism,
     Prismatic,
     Revolute,
-    RotatingField,
     SecondMoments,
     Spring,
-    Term,
     Torque,
     TorsionSpring,
     assemble,
@@ -45,7 +45,9 @@ def pendulum(*more, **own):
 
 
 def turning(spread, **own):
-    return lambda: assemble(pendulum(RotatingField("field", AXIS, speed=3.0), spread=spread, **own))
+    return lambda: assemble(
+        pendulum(CentrifugalField("field", AXIS, speed=3.0), spread=spread, **own)
+    )
 
 
 def slider(*more):
@@ -61,7 +63,10 @@ def pulleys():
     for name, end, x, mass in (("a", "L", -0.75, 1.7), ("b", "R", 0.75, 2.6)):
         rail = Marker("ground", (x, 0.0), 0.5 * math.pi), Marker(name, (0.0, 0.0), 0.5 * math.pi)
         machine.add(Body(name, mass=mass, guess=(x, -2.0, 0.0)), Prismatic(f"rail{end}", *rail))
-    ends = [Term(1.0, distance=(f"ground.{end}", name)) for end, name in (("L", "a"), ("R", "b"))]
+    ends = [
+        CouplingTerm(1.0, distance=(f"ground.{end}", name))
+        for end, name in (("L", "a"), ("R", "b"))
+    ]
     machine.add(LengthCoupling("rope", ends, 4.0), Gravity("gravity", y=-9.81))
     return machine
 
@@ -85,7 +90,7 @@ class Whirl(CustomLoad):
 
 def spindle():
     """The spindle of a batch."""
-    field = RotatingField("field", AXIS, speed=3.0)
+    field = CentrifugalField("field", AXIS, speed=3.0)
     motor = AngleDriver("motor", "rod", 0.5)
     system = assemble(pendulum(field, motor, spread="point"))
     field.spindle(kinetostatics(system.with_values({"rod.mass": [1.0, 2.0]})))
@@ -140,11 +145,11 @@ def in_two():
 SPAN = ("push.value", (0.0, 5.0))
 
 SCENARIOS = {
-    "a field without a speed": lambda: RotatingField("field", AXIS),
-    "a field of a speed and a momentum": lambda: RotatingField(
+    "a field without a speed": lambda: CentrifugalField("field", AXIS),
+    "a field of a speed and a momentum": lambda: CentrifugalField(
         "field", AXIS, speed=3.0, momentum=2.0
     ),
-    "a field about an axis that moves": lambda: RotatingField("field", "rod.A", speed=3.0),
+    "a field about an axis that moves": lambda: CentrifugalField("field", "rod.A", speed=3.0),
     "a field on a body of unknown spread": turning(None),
     "a point with inertia": turning("point", inertia=0.2),
     "second moments that are another inertia": turning(SecondMoments(0.1, 0.2), inertia=0.2),

@@ -7,6 +7,7 @@ from unittest import mock
 
 from mbody import (
     Body,
+    CouplingTerm,
     Fixed,
     Gravity,
     LengthCoupling,
@@ -14,12 +15,11 @@ from mbody import (
     Mechanism,
     Revolute,
     Spring,
-    Term,
     assemble,
     free_body,
     kinematics,
     kinetostatics,
-    members,
+    member_forces,
     statics,
 )
 from tests.errors.models import four_bar
@@ -44,7 +44,7 @@ def batch():
 def belt():
     """A crank that a second wheel turns by a belt."""
     machine = four_bar(Body("wheel"), Revolute("W", "ground", "wheel"))
-    terms = [Term(0.2, angle="crank"), Term(-0.1, angle="wheel")]
+    terms = [CouplingTerm(0.2, angle="crank"), CouplingTerm(-0.1, angle="wheel")]
     machine.add(LengthCoupling("belt", terms))
     return kinetostatics(machine)
 
@@ -92,10 +92,10 @@ SCENARIOS = {
     "data of a batch": lambda: batch().data(),
     "some instants of a batch": lambda: batch().take([0]),
     "a free body of kinematics": lambda: free_body(motion(), "crank"),
-    "free bodies of a mechanism": lambda: members(four_bar()),  # type: ignore[arg-type]
-    "free bodies of a batch": lambda: members(batch()),
+    "free bodies of a mechanism": lambda: member_forces(four_bar()),  # type: ignore[arg-type]
+    "free bodies of a batch": lambda: member_forces(batch()),
     "a free body that is not there": lambda: free_body(run(), "rod"),
-    "free bodies at an instant that is not there": lambda: members(run(), 3),
+    "free bodies at an instant that is not there": lambda: member_forces(run(), 3),
     "a load that is not there": lambda: run().load("spring"),
     "a load on another body": lambda: kinetostatics(
         four_bar(Spring("spring", "ground.O2", "rocker.B", stiffness=1.0))
@@ -103,7 +103,7 @@ SCENARIOS = {
     "gravity on no body": lambda: kinetostatics(four_bar(Gravity("weight", y=-9.81))).load(
         "weight"
     ),
-    "where a driver of an angle acts": lambda: run().told_at("motor"),
+    "where a driver of an angle acts": lambda: run().reaction_point("motor"),
     "a frame without pandas": without_pandas,
     "a folder that is not there": lambda: run().to_csv("/nowhere/run.csv"),
     "a folder for a file": lambda: run().to_csv("/"),

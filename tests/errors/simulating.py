@@ -24,7 +24,7 @@ from mbody import (
     Mechanism,
     Prismatic,
     Revolute,
-    Simulation,
+    SimulationSettings,
     Spring,
     Stop,
     Torque,
@@ -85,13 +85,13 @@ class Failing(CustomLoad):
 def unfounded():
     machine = Mechanism("swing", parameters={"a": 0.5})
     machine.add(Body("bob", mass=1.0, guess=0.2), Revolute("O", "ground", "bob"))
-    machine.simulation = Simulation(1.0, {"bob": {"angle": "acos(a)"}})
+    machine.simulation = SimulationSettings(1.0, {"bob": {"angle": "acos(a)"}})
     simulate(assemble(machine).with_values(a=2.0))
 
 
 def begun(until=1.0, **start):
     machine = swing()
-    machine.simulation = Simulation(until, start)
+    machine.simulation = SimulationSettings(until, start)
     return lambda: simulate(machine)
 
 
@@ -109,13 +109,13 @@ def runaway():
     machine = Mechanism("slide")
     machine.add(Body("block", mass=1.0), Prismatic("guide", "ground", "block"))
     machine.add(Driving("wind", "ground", "block"))
-    machine.simulation = Simulation(5.0, {"block": {"x": 0.0, "vx": 1.0}})
+    machine.simulation = SimulationSettings(5.0, {"block": {"x": 0.0, "vx": 1.0}})
     return machine
 
 
 def contradicting():
     machine = four_bar(motor=False)
-    machine.simulation = Simulation(
+    machine.simulation = SimulationSettings(
         1.0, {"crank": {"angle": 1.0, "omega": 1.0}, "rocker": {"omega": 9.0}}
     )
     return machine
@@ -227,14 +227,14 @@ def garbled():
 
 SCENARIOS = {
     "a method that there is not": go(method="euler"),
-    "a method of a simulation that there is not": lambda: Simulation(1.0, method="euler"),
+    "a method of a simulation that there is not": lambda: SimulationSettings(1.0, method="euler"),
     "a step for a method that adapts its own": go(method="radau5", step=0.1),
     "a method without its step": go(method="rattle"),
     "a step of nothing": go(method="rattle", step=0.0),
-    "a step that is no number": lambda: Simulation(1.0, method="rattle", step="0.1 +"),
+    "a step that is no number": lambda: SimulationSettings(1.0, method="rattle", step="0.1 +"),
     "loads too stiff for explicit steps": go(bushed(), until=10.0),
     "a release that is no table": go(release="motor"),
-    "a release of a simulation that is no table": lambda: Simulation(1.0, release="motor"),
+    "a release of a simulation that is no table": lambda: SimulationSettings(1.0, release="motor"),
     "a release of what is no driver": go(release={"bob": 0.5}),
     "a release of a driver that there is not": go(four_bar(), release={"engine": 0.5}),
     "a release in metres": go(four_bar(), release={"motor": "3 m"}),
@@ -264,7 +264,7 @@ SCENARIOS = {
     "an end before the beginning at the command": said(
         ["simulate", "simple_pendulum", "--to", "-1"]
     ),
-    "a description of instants and every": lambda: Simulation(1.0, instants=5, every=0.1),
+    "a description of instants and every": lambda: SimulationSettings(1.0, instants=5, every=0.1),
     "more instants than memory holds": crowded,
     "a saved result of another time": saved(format=0),
     "a saved result of which a part is missing": saved("restart.y"),
@@ -337,10 +337,10 @@ SCENARIOS = {
     "a load without a value at first": go(swing(Force("push", "bob", "sqrt(-1 - t/(1 s))*1 N"))),
     "a load without a value later": go(swing(Force("push", "bob", "sqrt(0.5 - t/(1 s))*1 N"))),
     "a load that fails": go(swing(Failing("failing", "ground", "bob"))),
-    "a start that is no table": lambda: Simulation(1.0, 3),
-    "a start of a body that is no table": lambda: Simulation(1.0, {"bob": 3.0}),
-    "a start of what there is not": lambda: Simulation(1.0, {"bob": {"speed": 3.0}}),
-    "a start that is no number": lambda: Simulation(1.0, {"bob": {"angle": "3 +"}}),
+    "a start that is no table": lambda: SimulationSettings(1.0, 3),
+    "a start of a body that is no table": lambda: SimulationSettings(1.0, {"bob": 3.0}),
+    "a start of what there is not": lambda: SimulationSettings(1.0, {"bob": {"speed": 3.0}}),
+    "a start that is no number": lambda: SimulationSettings(1.0, {"bob": {"angle": "3 +"}}),
     "a start that other parameters make no number": unfounded,
     "a start of no body": begun(rod={"angle": 0.1}),
     "a start of a body in other units": begun(bob={"angle": "3 kg"}),

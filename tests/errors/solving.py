@@ -10,6 +10,7 @@ from mbody import (
     ConstantAcceleration,
     ConstantSpeed,
     CoordinateDriver,
+    CouplingTerm,
     DistanceDriver,
     Fixed,
     Gear,
@@ -23,14 +24,13 @@ from mbody import (
     Revolute,
     Spring,
     Table,
-    Term,
     Torque,
     assemble,
     close_loops,
+    driver_range,
     kinematics,
     kinetostatics,
     mobility,
-    reach,
     statics,
 )
 from mbody.makers import makers
@@ -205,7 +205,7 @@ def racked(height, radius=0.5):
 def rope(length):
     """A rope between two places that are one."""
     machine = Mechanism("hoist", ground={"hook": (0.0, 0.0)})
-    terms = [Term(1.0, distance=("ground.hook", "block"))]
+    terms = [CouplingTerm(1.0, distance=("ground.hook", "block"))]
     machine.add(
         Body("block"), Fixed("weld", "ground", "block"), LengthCoupling("rope", terms, length)
     )
@@ -238,10 +238,10 @@ SCENARIOS = {
     "loops at two times": lambda: close_loops(four_bar(), t=[0.0, 1.0]),
     "mobility of a batch": lambda: mobility(batch(crank_mass=[1.0, 2.0])),
     "mobility at two times": lambda: mobility(four_bar(), t=[0.0, 1.0]),
-    "a reach of one of two drivers": lambda: reach(second(1.6, "rocker")),
-    "a reach of a driver that is not there": lambda: reach(four_bar(), "engine"),
-    "a reach at times": lambda: reach(four_bar(), t=[0.0, 1.0]),
-    "a reach of a batch": lambda: reach(batch(crank_mass=[1.0, 2.0])),
+    "a reach of one of two drivers": lambda: driver_range(second(1.6, "rocker")),
+    "a reach of a driver that is not there": lambda: driver_range(four_bar(), "engine"),
+    "a reach at times": lambda: driver_range(four_bar(), t=[0.0, 1.0]),
+    "a reach of a batch": lambda: driver_range(batch(crank_mass=[1.0, 2.0])),
     # -- laws over the times
     "a table of a driver that ends": lambda: kinematics(by_law(TABLE), t=np.linspace(0.0, 3.0, 5)),
     "a table of a load that ends": lambda: statics(

@@ -9,6 +9,7 @@ from mbody import (
     AngleDriver,
     Body,
     ConstantSpeed,
+    CouplingTerm,
     DistanceDriver,
     Force,
     Gravity,
@@ -17,8 +18,7 @@ from mbody import (
     Mechanism,
     Prismatic,
     Revolute,
-    Simulation,
-    Term,
+    SimulationSettings,
     Torque,
     TorsionSpring,
     close_loops,
@@ -53,7 +53,7 @@ def folded(start, *more, lengths=(1.0, 2.0, 1.0, 2.0)):
         Revolute("C", "ground.C", "rocker"),
         *more,
     )
-    machine.simulation = Simulation(0.1, start, instants=3)
+    machine.simulation = SimulationSettings(0.1, start, instants=3)
     return machine
 
 
@@ -61,7 +61,7 @@ def windows(**rates):
     """Two windows of equal rods in line: a branch of theirs is shaky all along."""
     machine = gallery.load("n_windows_2")
     start = {name: {"angle": 0.0, "omega": rate} for name, rate in rates.items()}
-    machine.simulation = Simulation(0.1, start, instants=3)
+    machine.simulation = SimulationSettings(0.1, start, instants=3)
     return machine
 
 
@@ -80,7 +80,7 @@ def chain(count, **rates):
             Revolute(f"B{k}", f"r{k}.B", f"c{k + 1}.B"),
         )
     start = {name: {"angle": 0.0, "omega": rate} for name, rate in rates.items()}
-    machine.simulation = Simulation(0.1, start, instants=3)
+    machine.simulation = SimulationSettings(0.1, start, instants=3)
     return machine
 
 
@@ -119,8 +119,8 @@ def rope():
         LengthCoupling(
             "line",
             [
-                Term(1.0, distance=("ground.P", "block")),
-                Term(1.0, distance=("ground.Q", "weight")),
+                CouplingTerm(1.0, distance=("ground.P", "block")),
+                CouplingTerm(1.0, distance=("ground.Q", "weight")),
             ],
             1.8,
         ),
@@ -150,7 +150,7 @@ def unjoined(*points):
 
 def begun(start):
     machine = four_bar(motor=False)
-    machine.simulation = Simulation(0.1, start)
+    machine.simulation = SimulationSettings(0.1, start)
     return lambda: simulate(machine)
 
 

@@ -222,8 +222,8 @@ FAULTS = (
         "efforts: the sign of the multiplier",
         *(
             "solution/solution.py",
-            "locked(-self._atom(self.system.atoms_of[driver][0], 0))",
-            "locked(self._atom(self.system.atoms_of[driver][0], 0))",
+            "locked(-self._primitive(self.system.primitives_of[driver][0], 0))",
+            "locked(self._primitive(self.system.primitives_of[driver][0], 0))",
         ),
         "linkage",
     ),

@@ -11,6 +11,7 @@ from mbody import (
     Body,
     CamFollower,
     CoordinateDriver,
+    CouplingTerm,
     Damper,
     Distance,
     Fixed,
@@ -26,7 +27,6 @@ from mbody import (
     RackPinion,
     Revolute,
     Spring,
-    Term,
     Torque,
     TorsionSpring,
     laws,
@@ -226,8 +226,8 @@ def coupled() -> Mechanism:
         LengthCoupling(
             "rope",
             terms=[
-                Term(2.0, distance=("ground.P", "cart")),
-                Term(1.0, distance=("ground.P", "weight")),
+                CouplingTerm(2.0, distance=("ground.P", "cart")),
+                CouplingTerm(1.0, distance=("ground.P", "weight")),
             ],
             value=11.4,
         ),

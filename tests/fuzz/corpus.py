@@ -98,7 +98,7 @@ k = { distance = ["a", "b"], law = { polynomial = ["3 mm", "w * 1 mm/s"] } }
 [loads]
 F = { force = "80 lbf*sin(5 rad/s*t)", at = "a.A", angle = "330 deg", follows = true }
 T = { torque = { harmonic = { mean = 0, amplitude = "w", frequency = 3 } }, body = "b" }
-r = { rotating_field = { body = "ground", point = "Q", angle = "w*20 deg" }, speed = "w*t" }
+r = { centrifugal_field = { body = "ground", point = "Q", angle = "w*20 deg" }, speed = "w*t" }
 s = { spring = ["a.A", "b.A"], stiffness = "20 lbf/in", free_length = "h" }
 n = { spring = ["a", "b"], law = "100*x + 5*x^3" }
 d = { damper = ["a.A", "ground.O"], coefficient = 0.5 }

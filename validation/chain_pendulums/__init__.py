@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import mbody
-from mbody import Gravity, Mechanism, Revolute, Simulation
+from mbody import Gravity, Mechanism, Revolute, SimulationSettings
 from mbody.makers import makers
 from validation.case import Row, Source
 from validation.extrapolation import followed
@@ -26,14 +26,14 @@ REASON = "steps × 1e-12, were the errors of all steps to add up"
 
 
 def build(count: int = 2) -> Mechanism:
-    """Slender rods of 1 m and 1 kg, one from the end of the other, all level and at rest."""
+    """SlenderRod rods of 1 m and 1 kg, one from the end of the other, all level and at rest."""
     machine, place = Mechanism(f"pendulum of {count} rods"), "ground"
     for n in range(count):
         machine.add(makers.bar(f"rod{n}", 1.0, mass=1.0, ends=("A", "B"), guess=0.0))
         machine.add(Revolute(f"pin{n}", place, f"rod{n}.A"))
         place = f"rod{n}.B"
     machine.add(Gravity("gravity", y=-g))
-    machine.simulation = Simulation(
+    machine.simulation = SimulationSettings(
         TIMES.get(count, 1.0), {f"rod{n}": {"angle": 0.0} for n in range(count)}, rtol=RTOL
     )
     return machine

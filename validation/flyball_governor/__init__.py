@@ -38,7 +38,7 @@ def build(free: float = FREE, *, slender: bool = False, held: bool = True) -> mb
     θ leans an arm outwards from the spindle. The mass of an arm is a point at G, or (`slender`)
     spread evenly along a rod of twice that length. A driver may hold θ where the valve is closed.
     """
-    spread = mbody.Slender(math.pi / 2) if slender else "point"
+    spread = mbody.SlenderRod(math.pi / 2) if slender else "point"
     inertia = m * (2.0 * CG) ** 2 / 12.0 if slender else 0.0
     machine = mbody.Mechanism(
         "flyball governor", units="in-lbf-s", g=g, ground={"C_l": (-R, 0.0), "C_r": (R, 0.0)}
@@ -67,7 +67,7 @@ def build(free: float = FREE, *, slender: bool = False, held: bool = True) -> mb
         mbody.Spring(
             "spring", "ground", "collar", stiffness=k, free_length=2.0 * CB * math.cos(free)
         ),
-        mbody.RotatingField("field", AXIS, speed=REFERENCE[5.0][2]),
+        mbody.CentrifugalField("field", AXIS, speed=REFERENCE[5.0][2]),
     )
     if held:
         machine.add(mbody.AngleDriver("theta", "arm_l", CLOSED))

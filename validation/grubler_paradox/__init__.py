@@ -119,7 +119,9 @@ def moving() -> list[Row]:
     machine = build().without("motor")
     found = []
     for time in (1.0, 5.0):
-        machine.simulation = mbody.Simulation(time, {"crank1": {"angle": theta}}, rtol=1e-12)
+        machine.simulation = mbody.SimulationSettings(
+            time, {"crank1": {"angle": theta}}, rtol=1e-12
+        )
         run = mbody.simulate(machine, instants=101)
         crank, steps = run["crank1"], run.stats["steps"]
         exact = followed(

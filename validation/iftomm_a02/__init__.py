@@ -35,7 +35,9 @@ def build(count: int = 2) -> mbody.Mechanism:
     window = makers.four_bar(*(1.0, 1.0, 1.0, 1.0), masses=(1.0, 1.0, 1.0), start=math.pi / 2.0)
     machine = mbody.Mechanism("a window", ground=window.ground.points)
     machine.add(*window.bodies, *window.joints, mbody.Gravity("gravity", y=-9.81))
-    machine.simulation = mbody.Simulation(10.0, {"crank": {"angle": math.pi / 2.0, "omega": -1.0}})
+    machine.simulation = mbody.SimulationSettings(
+        10.0, {"crank": {"angle": math.pi / 2.0, "omega": -1.0}}
+    )
     return machine
 
 

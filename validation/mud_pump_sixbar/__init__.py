@@ -137,7 +137,7 @@ def extremes() -> list[Row]:
     at = np.array(dead_centres())
     run = mbody.kinematics(build(), drive={"motor": (at, omega)})
     swing = float(np.ptp(run["bell"].angle))
-    low, high = mbody.reach(build())
+    low, high = mbody.driver_range(build())
     return [
         TRIANGLES.relative("swing of the bell-crank", swing, OUT - IN, *SWEEP, "rad"),
         TRIANGLES.relative("stroke", float(np.ptp(run["ram"].x)), 2.0 * HALF, *SWEEP, "in"),

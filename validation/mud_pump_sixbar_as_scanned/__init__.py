@@ -43,7 +43,7 @@ def rows() -> list[Row]:
 
 def limits() -> list[Row]:
     """Dead centres of the crank, from `reach` and as the error of a whole turn says them."""
-    low, high = np.degrees(list(mbody.reach(build(), "crank")))
+    low, high = np.degrees(list(mbody.driver_range(build(), "crank")))
     rounding = 1e-10, "1e-10 deg: x is flat at its turning point, rounding of 360 deg remains"
     found = [
         TRIANGLE.absolute("lower dead centre", low, TOGGLE, *rounding, "deg"),

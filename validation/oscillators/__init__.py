@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 import mbody
-from mbody import Body, Damper, Force, Harmonic, Mechanism, Prismatic, Simulation, Spring
+from mbody import Body, Damper, Force, Harmonic, Mechanism, Prismatic, SimulationSettings, Spring
 from validation.case import Row, Source
 
 __all__ = ["build", "rows"]
@@ -37,7 +37,9 @@ def build(*loads: Any, x: float = 0.1, v: float = 0.0) -> Mechanism:
         *loads,
     )
     start = {"block": {"x": x, "vx": v}}
-    machine.simulation = Simulation(PERIODS * 2.0 * math.pi / OMEGA, start, rtol=RTOL, instants=101)
+    machine.simulation = SimulationSettings(
+        PERIODS * 2.0 * math.pi / OMEGA, start, rtol=RTOL, instants=101
+    )
     return machine
 
 
@@ -139,7 +141,9 @@ def two() -> list[Row]:
         Spring("right", "b", "ground.E", stiffness=k, free_length=1.0),
     )
     start = {"a": {"x": 0.1}, "b": {"x": 1.0}}
-    machine.simulation = Simulation(PERIODS * 2.0 * math.pi / OMEGA, start, rtol=RTOL, instants=101)
+    machine.simulation = SimulationSettings(
+        PERIODS * 2.0 * math.pi / OMEGA, start, rtol=RTOL, instants=101
+    )
     run = mbody.simulate(machine)
     slow, fast = np.cos(OMEGA * run.t), np.cos(math.sqrt((k + 2.0 * soft) / m) * run.t)
     ours = np.array([run["a"].x, run["b"].x - 1.0])

@@ -53,7 +53,7 @@ def build(
     machine.add(
         mbody.Prismatic("guide", AXIS, upright),
         mbody.Gravity("gravity", y=-g),
-        mbody.RotatingField("field", AXIS, speed=12.0),
+        mbody.CentrifugalField("field", AXIS, speed=12.0),
     )
     if held:
         machine.add(mbody.AngleDriver("theta", "arm_r", theta))

@@ -108,7 +108,7 @@ def polygon(run: mbody.Solution) -> list[float]:
 
 def members(run: mbody.Solution) -> list[Row]:
     """Which links are two- and three-force members, and the point M."""
-    crank, coupler, rocker = mbody.members(run)
+    crank, coupler, rocker = mbody.member_forces(run)
     kinds = [one.kind for one in (crank, coupler, rocker)]
     wanted = ["two forces and a couple", "two-force", "three-force"]
     # the lines of P and of AB, from the places alone

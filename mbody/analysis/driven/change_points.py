@@ -14,7 +14,7 @@ from mbody.analysis.driven.runner import Runner, Stuck
 from mbody.analysis.driven.time_grid import BY_DRIVER, BY_TIME, Plan
 from mbody.analysis.position.assembly_analysis import Closed, check_determined, closed
 from mbody.errors import SolveError
-from mbody.kernels.output import PER_ATOM
+from mbody.kernels.output import PER_PRIMITIVE
 from mbody.solution.certificate import as_said, changed
 from mbody.solution.doubts import Doubt
 from mbody.solution.histories import Record
@@ -60,12 +60,14 @@ def through_change_points(
         if k in singular:
             around = block[places[k] : places[k] + len(PLACES)]
             merged[k] = np.tensordot(WEIGHTS, around, 1)
-            atoms = _without_limit(runner, around, error)
-            for e in atoms:
-                first = 3 * runner.system.coordinates + PER_ATOM * e
-                merged[k, first : first + PER_ATOM] = np.nan
-            if atoms:
-                missing[k] = list(dict.fromkeys(runner.system.owners[e][0].name for e in atoms))
+            primitives = _without_limit(runner, around, error)
+            for e in primitives:
+                first = 3 * runner.system.coordinates + PER_PRIMITIVE * e
+                merged[k, first : first + PER_PRIMITIVE] = np.nan
+            if primitives:
+                missing[k] = list(
+                    dict.fromkeys(runner.system.owners[e][0].name for e in primitives)
+                )
         else:
             merged[k] = block[places[k]]
     found = runner.solution(beginning, asked, Record([merged], len(asked.s), batch=False))
@@ -140,8 +142,9 @@ def _beginning(runner: Runner, start: Closed, spread: Plan, error: SolveError) -
 
 
 def _without_limit(runner: Runner, around: np.ndarray, error: SolveError) -> list[int]:
-    """Atoms whose forces grow without bound towards the middle of the places; `error` is raised
-    where the motion does.
+    """Primitives whose forces grow without bound towards the middle of the places.
+
+    `error` is raised where the motion does.
     """
     near, far = np.abs(around[4] - around[3]), np.abs(around[5] - around[2])
     size = np.empty_like(near)
@@ -152,4 +155,4 @@ def _without_limit(runner: Runner, around: np.ndarray, error: SolveError) -> lis
     growing = (near > 0.8 * far + 1e-5 * size)[:, 0]
     if growing[: 3 * n].any():
         raise error
-    return np.flatnonzero(growing[3 * n :].reshape(-1, PER_ATOM).any(axis=1)).tolist()
+    return np.flatnonzero(growing[3 * n :].reshape(-1, PER_PRIMITIVE).any(axis=1)).tolist()

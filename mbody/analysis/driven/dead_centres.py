@@ -16,7 +16,7 @@ import numpy as np
 from mbody.analysis.position.assembly_analysis import Closed, drivers
 from mbody.errors import SolveError
 from mbody.kernels.continuation import DONE, LOST, follow
-from mbody.kernels.output import PER_ATOM
+from mbody.kernels.output import PER_PRIMITIVE
 from mbody.system.rank import dense, jacobian
 from mbody.system.system import System
 
@@ -149,7 +149,7 @@ class _Curve:
         s = given[:, 0, 0].copy() if count == 1 else steps.astype(float)
         ahead = np.zeros((len(steps), count))
         ahead[:-1, self.which] = change / ON_THE_WAY
-        output = np.empty((len(steps), 3 * n + PER_ATOM * len(system.owners), 1))
+        output = np.empty((len(steps), 3 * n + PER_PRIMITIVE * len(system.owners), 1))
         state, nearest = np.zeros(8), np.zeros(3)
         passed = np.empty((0, 1 + n))
         places = work.q[:n, 0].reshape(-1, 3)

@@ -15,12 +15,12 @@ from mbody.model.mechanism import Mechanism
 from mbody.solution.doubts import Inherited
 from mbody.system.system import System
 
-__all__ = ["Reach", "reach"]
+__all__ = ["DriverRange", "driver_range"]
 
 
 @dataclass(frozen=True)
-class Reach(Inherited):
-    """How far a driver can go; ``low, high = reach(…)``, and ``print`` says it in words.
+class DriverRange(Inherited):
+    """How far a driver can go; ``low, high = driver_range(…)``, and ``print`` says it in words.
 
     Attributes
     ----------
@@ -64,13 +64,13 @@ class Reach(Inherited):
         return f"'{self.body}' can {verb} {' '.join(ends)}"
 
 
-def reach(
+def driver_range(
     model: Mechanism | System,
     driver: str | None = None,
     *,
     t: float = 0.0,
     guess: Mapping[str, Any] | None = None,
-) -> Reach:
+) -> DriverRange:
     """How far a driver can go in both senses before a dead centre: its limits, toggle positions.
 
     At a dead centre the driven coordinate x turns back along the curve of closed positions: with τ
@@ -89,7 +89,7 @@ def reach(
 
     Returns
     -------
-    Reach
+    DriverRange
         (low, high) [rad] or [length] on the branch that the guesses say.
 
     Raises
@@ -112,22 +112,22 @@ def reach(
     A crank of 6 that a coupler of 18 and a rocker of 12 let swing only, on a ground of 8:
 
     >>> import math, mbody
-    >>> low, high = reach(mbody.makers.four_bar(6, 18, 12, 8, start=math.pi / 2))
+    >>> low, high = driver_range(mbody.makers.four_bar(6, 18, 12, 8, start=math.pi / 2))
     >>> round(math.degrees(low), 9) == round(math.degrees(math.acos(2 / 3)), 9)
     True
     """
     system = as_system(model)
     if system.batch is not None:
-        raise ModelError("reach takes one design: choose one of the batch with design(n)")
+        raise ModelError("driver_range takes one design: choose one of the batch with design(n)")
     found = _driver(system, driver)
     if isinstance(t, bool) or not isinstance(t, (int, float)) or not math.isfinite(t):
-        raise ModelError(f"reach takes one finite time, not {brief(t)}")
+        raise ModelError(f"driver_range takes one finite time, not {brief(t)}")
     start = closed(system, float(t), {}, guess)
-    check_determined(system, start, "reach")
+    check_determined(system, start, "driver_range")
     limits = ends(system, start, found)
     unit = "" if found.rows == "a" else system.mechanism.units.length
     limits_of = (limits.value, limits.low, limits.high)
-    return Reach(found.name, found.bodies[1], *limits_of, unit, notes=tuple(start.notes))
+    return DriverRange(found.name, found.bodies[1], *limits_of, unit, notes=tuple(start.notes))
 
 
 def _driver(system: System, name: str | None) -> Any:

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.kernels.output import PER_ATOM
+from mbody.kernels.output import PER_PRIMITIVE
 from mbody.model.element import listed
 from mbody.solution.checks import each_load_of, loaded
 from mbody.solution.doubts import Several
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.rank import jacobian
 
-__all__ = ["Member", "Wrench", "coupled", "driven", "free_body", "members"]
+__all__ = ["Member", "Wrench", "coupled", "driven", "free_body", "member_forces"]
 
 #: What is below this part of the greatest force of the mechanism is none.
 NONE = 1e-9
@@ -129,7 +129,7 @@ def free_body(solution: Solution, body: str, instant: int = 0) -> Several[Wrench
     return Several.of(solution, _forces(solution, body, k, each_load_of(solution, k)))
 
 
-def members(solution: Solution, instant: int = 0) -> Several[Member]:
+def member_forces(solution: Solution, instant: int = 0) -> Several[Member]:
     """Every moving link with the kind of member that it is, such as a two-force member.
 
     Two forces alone on a body lie on one line; three meet in one point, or are parallel.
@@ -160,7 +160,7 @@ def members(solution: Solution, instant: int = 0) -> Several[Member]:
     >>> import mbody
     >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5)
     >>> machine.add(mbody.Torque("load", "rocker", value=10.0))
-    >>> [member.kind for member in members(mbody.statics(machine))]
+    >>> [member.kind for member in member_forces(mbody.statics(machine))]
     ['two forces and a couple', 'two-force', 'two forces and a couple']
     """
     k = _checked(solution, None, instant)
@@ -203,7 +203,7 @@ def _forces(solution: Solution, body: str, instant: int, loads: np.ndarray) -> A
     for joint in machine.joints:
         if body in (joint.i.body, joint.j.body):
             reaction = solution.reaction(joint.name, on=body)
-            place = solution.told_at(joint.name)
+            place = solution.reaction_point(joint.name)
             parts = (*place, reaction.fx, reaction.fy, reaction.torque)
             yield Wrench(joint.name, "joint", *(float(part[instant]) for part in parts))
     for coupling in machine.couplings:
@@ -227,14 +227,16 @@ def coupled(solution: Solution, coupling: str, instant: int) -> np.ndarray:
     """What a coupling does to the bodies (bodies, 3): forces at the mass centres, and torques."""
     system = solution.system
     G = jacobian(system, loaded(solution, instant))[1]
-    row = int(np.flatnonzero(system.row_table[0] == system.atoms_of[coupling][0])[0])
+    row = int(np.flatnonzero(system.row_table[0] == system.primitives_of[coupling][0])[0])
     # an effort is −λ, and what rows do to coordinates is −Φ_qᵀ λ
     return np.asarray(G[row].reshape(-1, 3) * solution.effort(coupling)[instant])
 
 
 def driven(solution: Solution, driver: str) -> np.ndarray:
     """Force and torque of a driver on its body j, at its place there (instants, 3)."""
-    first = 3 * solution.system.coordinates + PER_ATOM * solution.system.atoms_of[driver][0]
+    first = (
+        3 * solution.system.coordinates + PER_PRIMITIVE * solution.system.primitives_of[driver][0]
+    )
     return np.column_stack([solution.record.take(first + n) for n in (2, 3, 4)])
 
 
@@ -244,7 +246,7 @@ def _driven(solution: Solution, driver: str, body: str, instant: int) -> Wrench:
     fx, fy, torque = driven(solution, driver)[instant].tolist()
     sign = 1.0 if element.bodies[1] == body else -1.0
     if "j" in element.places():
-        place = solution.told_at(driver)
+        place = solution.reaction_point(driver)
     else:
         place = solution[element.bodies[1]].x, solution[element.bodies[1]].y
     x, y = (float(part[instant]) for part in place)

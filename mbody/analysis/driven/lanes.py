@@ -18,7 +18,7 @@ from mbody.analysis.position.assembly_analysis import SUSPICIOUS, Closed, roundi
 from mbody.compiler.lanes import LANES, aligned
 from mbody.kernels.continuation_lanes import march_designs
 from mbody.kernels.loop_closure import close_designs
-from mbody.kernels.output import PER_ATOM
+from mbody.kernels.output import PER_PRIMITIVE
 from mbody.system.pivoting import Plans, room
 from mbody.system.system import System
 
@@ -139,7 +139,7 @@ def on_lanes(
         system.mass,
         np.ascontiguousarray(poses.T),
         wanted,
-        aligned(len(wanted) + PER_ATOM, LANES),
+        aligned(len(wanted) + PER_PRIMITIVE, LANES),
         output,
         bad,
     )

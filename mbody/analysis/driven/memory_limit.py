@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 
 from mbody.errors import ModelError
-from mbody.kernels.output import PER_ATOM
+from mbody.kernels.output import PER_PRIMITIVE
 from mbody.system.system import System
 
 __all__ = ["check_room", "memory"]
@@ -35,7 +35,7 @@ def check_room(system: System, instants: int) -> None:
     ModelError
         With the size that they would have.
     """
-    rows = 3 * system.coordinates + PER_ATOM * len(system.owners)
+    rows = 3 * system.coordinates + PER_PRIMITIVE * len(system.owners)
     wanted = int(instants) * (NUMBER * rows * int(system.batch or 1) + BESIDE)
     there = memory()
     if wanted > there:

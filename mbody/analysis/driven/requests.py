@@ -16,7 +16,7 @@ from mbody.laws import times_of
 from mbody.model.driver import AngleDriver, Driver
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
-from mbody.model.study import Ask
+from mbody.model.study import Instants
 from mbody.quantities import Formula, FormulaError
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.solution import Solution
@@ -31,7 +31,7 @@ ANALYSES = {"kinematics": kinematics, "kinetostatics": kinetostatics, "statics":
 HERE = 1e-12
 
 
-def asked(mechanism: Mechanism, analysis: str, ask: Ask | None = None) -> Solution:
+def asked(mechanism: Mechanism, analysis: str, ask: Instants | None = None) -> Solution:
     """A driven analysis at the instants asked for.
 
     The motion is followed from t = 0, so that the guesses of the bodies, which say the branch at
@@ -43,7 +43,7 @@ def asked(mechanism: Mechanism, analysis: str, ask: Ask | None = None) -> Soluti
         Driven so that no freedom is left.
     analysis : str
         "kinematics", "kinetostatics" or "statics".
-    ask : Ask, optional
+    ask : Instants, optional
         By default what the mechanism itself asks, else t = 0.
 
     Raises
@@ -55,14 +55,14 @@ def asked(mechanism: Mechanism, analysis: str, ask: Ask | None = None) -> Soluti
 
     >>> import mbody
     >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5, start=0.5, speed=10.0)
-    >>> run = asked(machine, "kinematics", Ask(at={"crank": "90 deg"}))
+    >>> run = asked(machine, "kinematics", Instants(at={"crank": "90 deg"}))
     >>> round(float(np.degrees(run["crank"].angle[0])), 6)
     90.0
     """
-    return asked_of(assemble(mechanism), analysis, ask or mechanism.ask or Ask())
+    return asked_of(assemble(mechanism), analysis, ask or mechanism.ask or Instants())
 
 
-def asked_of(system: System, analysis: str, ask: Ask) -> Solution:
+def asked_of(system: System, analysis: str, ask: Instants) -> Solution:
     """The same of a system, with the numbers that it has."""
     verb = ANALYSES[analysis]
     how, before = way_of(system, ask)
@@ -78,7 +78,7 @@ def asked_of(system: System, analysis: str, ask: Ask) -> Solution:
         return verb(system, drive={name: v[before:] for name, v in how["drive"].items()})
 
 
-def way_of(system: System, ask: Ask) -> tuple[dict[str, Any], int]:
+def way_of(system: System, ask: Instants) -> tuple[dict[str, Any], int]:
     """The arguments of an analysis, and how many instants before those that are asked for it is to
     begin.
     """
@@ -105,7 +105,7 @@ def asks_for(mechanism: Mechanism, name: str) -> str:
     return "angle" if _driver(mechanism, name).rows == "a" else "length"
 
 
-def check_ask(mechanism: Mechanism, ask: Ask) -> None:
+def check_ask(mechanism: Mechanism, ask: Instants) -> None:
     """Refuse a question that no analysis of the mechanism could answer.
 
     Raises
@@ -136,7 +136,7 @@ def _before(system: System, driver: Driver, wanted: dict[str, np.ndarray]) -> np
     return np.concatenate([[begin], values])
 
 
-def _instants(system: System, ask: Ask) -> dict[str, np.ndarray]:
+def _instants(system: System, ask: Instants) -> dict[str, np.ndarray]:
     """Times, or values of drivers that rest, by name."""
     mechanism = system.mechanism
     check_ask(mechanism, ask)

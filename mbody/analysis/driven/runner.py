@@ -28,7 +28,7 @@ from mbody.errors import SolveError
 from mbody.kernels.continuation import DONE, STUCK, follow
 from mbody.kernels.continuation_lanes import march
 from mbody.kernels.loop_closure import violation
-from mbody.kernels.output import PER_ATOM
+from mbody.kernels.output import PER_PRIMITIVE
 from mbody.model.remarks import remarks
 from mbody.solution.doubts import doubted
 from mbody.solution.histories import Record
@@ -79,7 +79,7 @@ class Runner:
         self.loads = analysis != "kinematics"
         self.still = analysis == "statics"
         self.layout = system.runtime()
-        self.rows = 3 * system.coordinates + PER_ATOM * len(system.owners)
+        self.rows = 3 * system.coordinates + PER_PRIMITIVE * len(system.owners)
         self.branches = Branches(system)
         #: Steps of the last motion on the scalar path.
         self.steps = 0

@@ -27,17 +27,19 @@ def open_reactions(system: System, report: Rank | None) -> dict[str, list[bool]]
     if report is None:
         return None
     touched = np.abs(report.dependencies).max(axis=0, initial=0.0) > SMALL
-    atom, _, is_angle = system.row_table
+    primitive, _, is_angle = system.row_table
     result = {}
     for joint in system.mechanism.joints:
-        own = np.isin(atom, system.atoms_of[joint.name])
+        own = np.isin(primitive, system.primitives_of[joint.name])
         lengths, angles = touched[own & ~is_angle], touched[own & is_angle]
         # the two rows of a pin are its world components; other rows reach both
-        pin = system.layout.atom_kind[system.atoms_of[joint.name][0]] == KINDS.index("revolute")
+        pin = system.layout.primitive_kind[system.primitives_of[joint.name][0]] == KINDS.index(
+            "revolute"
+        )
         fx, fy = (lengths[0], lengths[1]) if pin else (lengths.any(),) * 2
         result[joint.name] = [bool(fx), bool(fy), bool(angles.any())]
     for element in (*system.mechanism.drivers, *system.mechanism.couplings):
-        own = np.isin(atom, system.atoms_of[element.name])
+        own = np.isin(primitive, system.primitives_of[element.name])
         result[element.name] = [bool(touched[own].any())]
     return result
 

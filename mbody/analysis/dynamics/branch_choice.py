@@ -20,7 +20,7 @@ from mbody.analysis.singular.quadratic_cones import is_flat, tangent
 from mbody.analysis.singular.singular_positions import SUSPECT, Singular, singular
 from mbody.errors import SolveError
 from mbody.kernels.loop_closure import laws_of_time
-from mbody.kernels.output import PER_ATOM
+from mbody.kernels.output import PER_PRIMITIVE
 from mbody.kernels.state_derivative import begin
 from mbody.kernels.step_state import FREEST, PROGRESS, TIME
 from mbody.solution.doubts import Doubt
@@ -79,7 +79,7 @@ def suspect(system: System, start: Solution, t: float, q: Array, v: Array) -> bo
     if start.soft:
         return True
     work, n = system.work(masses=True), 2 * system.coordinates
-    page = np.empty((3 * system.coordinates + PER_ATOM * len(system.owners), 1))
+    page = np.empty((3 * system.coordinates + PER_PRIMITIVE * len(system.owners), 1))
     state, y = np.zeros(PROGRESS), np.concatenate([q, v])
     state[TIME] = t
     K, P = np.zeros((1, n)), np.zeros((1, len(causes(system))))

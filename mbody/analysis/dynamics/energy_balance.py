@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbody.kernels.output import PER_ATOM
+from mbody.kernels.output import PER_PRIMITIVE
 from mbody.model.simulation import EVEN
 from mbody.solution.doubts import Doubt
 from mbody.solution.solution import Solution
@@ -77,8 +77,8 @@ def energy_doubts(run: Solution, method: str, rtol: float) -> list[Doubt]:
 def _force(run: Solution) -> float:
     """The greatest force of joints and drivers at an ordinary instant."""
     first = 3 * run.system.coordinates
-    atoms = run.record.table(slice(first, first + PER_ATOM * len(run.system.owners)))
-    if not atoms.size:
+    primitives = run.record.table(slice(first, first + PER_PRIMITIVE * len(run.system.owners)))
+    if not primitives.size:
         return 0.0
-    forces = np.abs(atoms.reshape(len(run), -1, PER_ATOM)[:, :, 2:4]).max(axis=(1, 2))
+    forces = np.abs(primitives.reshape(len(run), -1, PER_PRIMITIVE)[:, :, 2:4]).max(axis=(1, 2))
     return float(np.median(forces))

@@ -31,7 +31,7 @@ from mbody.analysis.dynamics.zero_crossings import between, refined
 from mbody.analysis.initial.initial_state import watched
 from mbody.errors import SolveError
 from mbody.kernels.step_state import DONE, FREEST, MET, MORE, NEAR, NEXT, SLOPES, TIME
-from mbody.model.event import Event, Occurrence, Stop
+from mbody.model.event import Event, EventRecord, Stop
 from mbody.solution.histories import Record
 from mbody.solution.measures import check_measure
 from mbody.solution.restart import Way
@@ -249,7 +249,7 @@ class Eventful(Course):
     ) -> None:
         states = [None if one is None else self._instant(t, one) for one in (page, after)]
         assert states[0] is not None
-        self.occurred.append(Occurrence(event.name, t, states[0], states[1]))
+        self.occurred.append(EventRecord(event.name, t, states[0], states[1]))
 
     def _instant(self, t: float, page: Array) -> Solution:
         """A page as a solution of one instant."""

@@ -24,7 +24,7 @@ from mbody.analysis.dynamics.integrators import Memory, stepper
 from mbody.analysis.position.assembly_analysis import SOFT, raise_user_error
 from mbody.analysis.position.vanishing_distances import GONE, vanishing
 from mbody.errors import ModelError, SolveError
-from mbody.kernels.output import PER_ATOM
+from mbody.kernels.output import PER_PRIMITIVE
 from mbody.kernels.state_derivative import begin
 from mbody.kernels.step_state import (
     BRANCH,
@@ -43,7 +43,7 @@ from mbody.kernels.step_state import (
     TANGENTS,
     TIME,
 )
-from mbody.model.event import Occurrence
+from mbody.model.event import EventRecord
 from mbody.model.simulation import EVEN
 from mbody.solution.certificate import as_said, changed
 from mbody.solution.doubts import doubted
@@ -91,7 +91,7 @@ class Course:
         self.begun = np.zeros(self.causes)
         self.anchor: Restart | None = None
         self.judged, self.longest = (0.0, 0.0), 0.0
-        self.occurred: list[Occurrence] = []
+        self.occurred: list[EventRecord] = []
         self.stops: list[str] = []
 
     def run(
@@ -127,7 +127,7 @@ class Course:
         """The memory of the kernel with the first state, its slope and the first step."""
         n3 = self.system.coordinates
         self.first, self.until = first, until
-        self.rows = 3 * n3 + PER_ATOM * len(self.system.owners)
+        self.rows = 3 * n3 + PER_PRIMITIVE * len(self.system.owners)
         self.y[:n3], self.y[n3:] = q, v
         self.page = np.empty((self.rows, 1))
         self.state[TIME] = first

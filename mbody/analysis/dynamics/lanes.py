@@ -19,7 +19,7 @@ from mbody.analysis.dynamics.integrators import PATIENT
 from mbody.analysis.dynamics.options import AskedMotion, asked_motion, last_time, tolerances
 from mbody.analysis.initial.initial_state_batch import Onset, begun, onset_of
 from mbody.compiler.lanes import LANES, aligned
-from mbody.kernels.output import PER_ATOM
+from mbody.kernels.output import PER_PRIMITIVE
 from mbody.kernels.runge_kutta_lanes import drift_designs
 from mbody.kernels.runge_kutta_lanes_control import CONTROLS, Lot, Room
 from mbody.kernels.runge_kutta_lanes_rhs import begin_designs
@@ -131,7 +131,7 @@ def _followed(
     asked, n, n3 = drift.asked, len(which), system.coordinates
     way, times, table = asked.way, asked.times, TABLES[asked.way.method]()
     work, mass = system.work(LANES), system.mass[:, which]
-    count = 3 * n3 + PER_ATOM * len(system.owners)
+    count = 3 * n3 + PER_PRIMITIVE * len(system.owners)
     output, bad = np.empty((len(wanted), n, len(times))), np.zeros(n)
     first, page = np.empty((len(wanted), n)), aligned(max(2, count), LANES)
     begin = np.array([asked.first, float(times[0] <= asked.first)])

@@ -16,7 +16,7 @@ from mbody.analysis.dynamics.singular_start import opening
 from mbody.analysis.equilibria.equilibrium import released
 from mbody.analysis.initial.initial_state import state_of
 from mbody.errors import SolveError
-from mbody.kernels.output import PER_ATOM
+from mbody.kernels.output import PER_PRIMITIVE
 from mbody.kernels.step_state import PROGRESS
 from mbody.model.event import Stop
 from mbody.solution.certificate import as_said, changed
@@ -170,10 +170,10 @@ def _widened(system: System, run: Solution) -> Array:
     """Pages of a phase as those of the whole system."""
     block = run.record.blocks[0]
     n3 = 3 * system.coordinates
-    wide = np.zeros((len(run), n3 + PER_ATOM * len(system.owners), 1))
+    wide = np.zeros((len(run), n3 + PER_PRIMITIVE * len(system.owners), 1))
     wide[:, :n3] = block[:, :n3]
     here = {(element.name, part): e for e, (element, part) in enumerate(system.owners)}
     for e, (element, part) in enumerate(run.system.owners):
-        row, old = n3 + PER_ATOM * here[element.name, part], n3 + PER_ATOM * e
-        wide[:, row : row + PER_ATOM] = block[:, old : old + PER_ATOM]
+        row, old = n3 + PER_PRIMITIVE * here[element.name, part], n3 + PER_PRIMITIVE * e
+        wide[:, row : row + PER_PRIMITIVE] = block[:, old : old + PER_PRIMITIVE]
     return wide

@@ -92,7 +92,7 @@ def simulate(
     -------
     Solution
         Motion, reactions, efforts at every instant; `energy`, the account of energy with its
-        balance; `events`, an `Occurrence` each; `stats`, the counts of the steps; `status`.
+        balance; `events`, an `EventRecord` each; `stats`, the counts of the steps; `status`.
 
     Raises
     ------

@@ -23,7 +23,7 @@ from mbody.analysis.position.assembly_analysis import SOFT, raise_user_error
 from mbody.analysis.position.tangent_space import Manifold
 from mbody.errors import SolveError
 from mbody.kernels.loop_closure import laws_of_time
-from mbody.kernels.output import PER_ATOM
+from mbody.kernels.output import PER_PRIMITIVE
 from mbody.kernels.state_derivative import begin
 from mbody.kernels.step_state import PROGRESS, TIME
 from mbody.model.event import Stop
@@ -121,7 +121,7 @@ class Part:
     span : float
         How long it is.
     a : array (nodes, coordinates)
-    reactions : array (nodes, PER_ATOM · atoms)
+    reactions : array (nodes, PER_PRIMITIVE · primitives)
     powers : array (nodes, causes)
     evaluations : int
     """
@@ -160,7 +160,7 @@ class _Opening:
         n = 2 * system.coordinates
         self.K, self.y = np.zeros((1, n)), np.zeros(n)
         self.P = np.zeros((1, len(causes(system))))
-        self.page = np.empty((3 * system.coordinates + PER_ATOM * len(system.owners), 1))
+        self.page = np.empty((3 * system.coordinates + PER_PRIMITIVE * len(system.owners), 1))
         self.state = np.zeros(PROGRESS)
         self.stops = [event.name for event in asked.events if isinstance(event, Stop)]
 
@@ -315,7 +315,7 @@ class _Opening:
         so, all else from the balance of the loads there.
         """
         system, scale, n = self.system, self.first.scale, self.system.coordinates
-        L, work, (atom, row, angle) = system.layout, self.work, system.row_table
+        L, work, (primitive, row, angle) = system.layout, self.work, system.row_table
         unit = np.where(angle, 1.0, 1.0 / system.length)
         forces = Manifold(system, system.work(), t)
         forces.work.time[:] = t
@@ -323,17 +323,17 @@ class _Opening:
         loads = forces.force(page[:n], page[n : 2 * n])
         work.q[:n, 0] = page[:n]
         G = dense(system, work)[1]
-        lam = page[3 * n :].reshape(-1, PER_ATOM)[:, :2].copy()
-        rows = lam[atom, row] / unit
+        lam = page[3 * n :].reshape(-1, PER_PRIMITIVE)[:, :2].copy()
+        rows = lam[primitive, row] / unit
         left = loads - system.mass[:n, 0] * scale * page[2 * n : 3 * n] - G.T @ rows
         u, sizes, vt = np.linalg.svd(G, full_matrices=False)
         rank = int((sizes > OWN * sizes[0]).sum())
         rows = unit * (rows + u[:, :rank] @ ((vt[:rank] @ left) / sizes[:rank]))
-        lam[atom, row] = rows
-        block = work.block[: 12 * L.nodes, 0].reshape(-1, 2, 2, 3)[L.atom_node, 1]
+        lam[primitive, row] = rows
+        block = work.block[: 12 * L.nodes, 0].reshape(-1, 2, 2, 3)[L.primitive_node, 1]
         force = -np.einsum("erk,er->ek", block, lam)
-        ax, ay = (work.par[L.atom_arm + k, 0] for k in range(2))
-        c, s = work.turn[2 * L.atom_j, 0], work.turn[2 * L.atom_j + 1, 0]
+        ax, ay = (work.par[L.primitive_arm + k, 0] for k in range(2))
+        c, s = work.turn[2 * L.primitive_j, 0], work.turn[2 * L.primitive_j + 1, 0]
         px, py = c * ax - s * ay, s * ax + c * ay
         torque = force[:, 2] - (px * force[:, 1] - py * force[:, 0])
         return np.column_stack([lam, force[:, :2], torque]).ravel()

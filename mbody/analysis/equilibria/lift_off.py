@@ -7,7 +7,7 @@ import numpy as np
 from mbody.analysis.equilibria.search import BALANCED, Rest
 from mbody.analysis.position.tangent_space import Manifold
 from mbody.laws import Constant
-from mbody.model.loads import RotatingField
+from mbody.model.loads import CentrifugalField
 
 __all__ = ["lifting"]
 
@@ -20,7 +20,7 @@ def lifting(manifold: Manifold, rest: Rest) -> list[str]:
     system, found = manifold.system, []
     time = system.mechanism.units.time
     for load in system.mechanism.loads:
-        if not (isinstance(load, RotatingField) and isinstance(load.speed, Constant)):
+        if not (isinstance(load, CentrifugalField) and isinstance(load.speed, Constant)):
             continue
         name = f"{load.name}.speed"
         speed = abs(float(system.values[name]))

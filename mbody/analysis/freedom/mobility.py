@@ -273,10 +273,10 @@ class _Report:
 
     def _spared(self, joints: Rank) -> dict[str, int]:
         """By joint, how many of its rows the others imply: its part in the dependencies."""
-        atom = self.system.row_table[0][: self.joint_rows]
+        primitive = self.system.row_table[0][: self.joint_rows]
         found = {}
         for joint in (*self.mechanism.joints, *self.mechanism.couplings):
-            part = joints.dependencies[:, np.isin(atom, self.system.atoms_of[joint.name])]
+            part = joints.dependencies[:, np.isin(primitive, self.system.primitives_of[joint.name])]
             count = int(np.linalg.matrix_rank(part, tol=SMALL)) if part.size else 0
             if count:
                 found[joint.name] = count

@@ -15,7 +15,7 @@ from mbody.analysis.singular.branches import BESIDE
 from mbody.analysis.singular.singular_positions import SUSPECT, Singular, singular
 from mbody.errors import ModelError
 from mbody.kernels.loop_closure import project
-from mbody.kernels.output import PER_ATOM
+from mbody.kernels.output import PER_PRIMITIVE
 from mbody.model.mechanism import Mechanism
 from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
@@ -108,7 +108,7 @@ def close_loops(
         work.v[: len(v), 0] = v
         notes = [*start.notes, *more]
     n3 = system.coordinates
-    block = np.zeros((1, 3 * n3 + PER_ATOM * len(system.owners), 1))
+    block = np.zeros((1, 3 * n3 + PER_PRIMITIVE * len(system.owners), 1))
     block[0, :n3], block[0, n3 : 2 * n3] = work.q[:n3], work.v[:n3]
     return Solution(
         system=system,
@@ -167,9 +167,9 @@ def _check_velocities(system: System, work: Work) -> None:
     if too_large(system) or not system.rows:
         return
     G = dense(system, work)[1]
-    atom, row, is_angle = system.row_table
+    primitive, row, is_angle = system.row_table
     unit = np.where(is_angle, 1.0, 1.0 / system.length)
-    nu = unit * work.nu[2 * system.layout.atom_node[atom] + row, 0]
+    nu = unit * work.nu[2 * system.layout.primitive_node[primitive] + row, 0]
     v = work.v[: system.coordinates, 0].reshape(-1, 3) / [system.length, system.length, 1.0]
     rest = np.abs(G @ v.reshape(-1) - nu)
     if rest.max() > 1e-6 * max(np.abs(nu).max(), np.abs(v).max()):

@@ -18,12 +18,12 @@ from mbody.analysis.singular.branch_sentences import Rate
 from mbody.analysis.singular.branches import BESIDE
 from mbody.analysis.singular.singular_positions import SUSPECT, singular
 from mbody.errors import ModelError
-from mbody.kernels.output import PER_ATOM
+from mbody.kernels.output import PER_PRIMITIVE
 from mbody.model.driver import AngleDriver, CoordinateDriver
 from mbody.model.element import Marker, listed
 from mbody.model.event import Event, Stop, check_restitution
 from mbody.model.mechanism import Mechanism
-from mbody.model.simulation import STATE, Simulation
+from mbody.model.simulation import STATE, SimulationSettings
 from mbody.model.study import Measure
 from mbody.quantities import Formula, FormulaError, read
 from mbody.quantities.units import DIMENSIONS
@@ -50,7 +50,7 @@ RATES = {place: rate for place, rate, _ in PAIRS}
 COORDINATES = ("x", "y", "angle")
 
 
-def check_simulation(mechanism: Mechanism, simulation: Simulation) -> None:
+def check_simulation(mechanism: Mechanism, simulation: SimulationSettings) -> None:
     """Refuse a motion that begins with what the mechanism has not.
 
     Raises
@@ -143,10 +143,12 @@ def _check_coordinate(mechanism: Mechanism, stop: Stop) -> None:
 
 
 #: The first instant of motions that were asked for, as long as their systems live.
-_BEGUN: weakref.WeakKeyDictionary[System, tuple[Simulation, Solution]] = weakref.WeakKeyDictionary()
+_BEGUN: weakref.WeakKeyDictionary[System, tuple[SimulationSettings, Solution]] = (
+    weakref.WeakKeyDictionary()
+)
 
 
-def started(system: System, simulation: Simulation) -> Solution:
+def started(system: System, simulation: SimulationSettings) -> Solution:
     """The first instant of a motion: bodies held where it says, moving as it says.
 
     Raises
@@ -164,7 +166,7 @@ def started(system: System, simulation: Simulation) -> Solution:
     return found
 
 
-def _begun(system: System, simulation: Simulation) -> Solution:
+def _begun(system: System, simulation: SimulationSettings) -> Solution:
     if too_large(system):
         return _by_drivers(system, simulation)
     t, q, notes = 0.0, *_places(system, simulation)
@@ -184,7 +186,7 @@ def _begun(system: System, simulation: Simulation) -> Solution:
     else:
         v, more = branch_rates(system, here, t, work.q[: system.coordinates, 0], rates)
     n = system.coordinates
-    page = np.zeros((1, 3 * n + PER_ATOM * len(system.owners), 1))
+    page = np.zeros((1, 3 * n + PER_PRIMITIVE * len(system.owners), 1))
     page[0, :n], page[0, n : 2 * n, 0] = work.q[:n], v
     record = Record([page], 1, batch=False)
     every = (*notes, *start.notes, *more)
@@ -193,7 +195,7 @@ def _begun(system: System, simulation: Simulation) -> Solution:
     )
 
 
-def _places(system: System, simulation: Simulation) -> tuple[np.ndarray, tuple[str, ...]]:
+def _places(system: System, simulation: SimulationSettings) -> tuple[np.ndarray, tuple[str, ...]]:
     """The first position (coordinates + 3,), and notes."""
     things = said(system, simulation, rates=False, poses={})
     own = {
@@ -229,7 +231,7 @@ def _pose(system: System, body: str, places: Mapping[str, Any]) -> Any:
     return float(places["angle"])
 
 
-def _by_drivers(system: System, simulation: Simulation) -> Solution:
+def _by_drivers(system: System, simulation: SimulationSettings) -> Solution:
     """Of a mechanism that is too large for dense matrices: drivers hold what is said."""
     found = _held(system, simulation, rates=False)
     if any(rate in given for given in simulation.start.values() for _, rate, _ in PAIRS):
@@ -237,7 +239,9 @@ def _by_drivers(system: System, simulation: Simulation) -> Solution:
     return found
 
 
-def _held(system: System, simulation: Simulation, *, rates: bool, guess: Any = None) -> Solution:
+def _held(
+    system: System, simulation: SimulationSettings, *, rates: bool, guess: Any = None
+) -> Solution:
     """The loops closed with drivers in place of what is said: of places, or of what has a rate."""
     poses = guess or {}
     things = said(system, simulation, rates=rates, poses=poses)
@@ -247,7 +251,7 @@ def _held(system: System, simulation: Simulation, *, rates: bool, guess: Any = N
 
 def said(
     system: System,
-    simulation: Simulation,
+    simulation: SimulationSettings,
     *,
     rates: bool,
     poses: Mapping[str, Any],

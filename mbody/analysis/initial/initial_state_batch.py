@@ -19,7 +19,7 @@ from mbody.errors import ModelError, SolveError
 from mbody.kernels.loop_closure import close_designs, laws_of_time, project_designs
 from mbody.model.element import Numbers
 from mbody.model.numbers import moves_nothing
-from mbody.model.simulation import Simulation
+from mbody.model.simulation import SimulationSettings
 from mbody.solution.places import link_poses
 from mbody.solution.solution import Solution
 from mbody.system.system import System, polar_points
@@ -41,7 +41,7 @@ class Onset:
 
     Attributes
     ----------
-    simulation : Simulation or None
+    simulation : SimulationSettings or None
         What says it; None where guesses do.
     guess, rates : mapping or None
         As of `close_loops`; rates are taken design by design.
@@ -51,7 +51,7 @@ class Onset:
         Whether all designs begin from the same guess.
     """
 
-    simulation: Simulation | None
+    simulation: SimulationSettings | None
     guess: Mapping[str, Any] | None
     rates: Mapping[str, float] | None
     places: System

@@ -79,8 +79,8 @@ def fitting_rates(
     q = work.q[: system.coordinates, 0].copy()
     given = rates_of(system, q, said)
     G = dense(system, work)[1]
-    atom, row, angle = system.row_table
-    nu = work.nu[2 * system.layout.atom_node[atom] + row, 0]
+    primitive, row, angle = system.row_table
+    nu = work.nu[2 * system.layout.primitive_node[primitive] + row, 0]
     nu = nu * np.where(angle, 1.0, 1.0 / system.length)
     scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
     A, b = np.vstack([G, given.P]), np.append(nu, given.p)
@@ -103,7 +103,7 @@ def fitting_rates(
         return scale * v, _fitted(system, said, met - given.p)
     part = np.abs(off[: len(G)])
     taking = dict.fromkeys(
-        system.owners[atom[n]][0].name
+        system.owners[primitive[n]][0].name
         for n in np.argsort(-part)
         if part[n] > TAKES_PART * part.max(initial=0.0)
     )

@@ -12,7 +12,7 @@ from mbody.errors import ModelError, brief
 from mbody.model.driver import Driver
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import meant, plain
-from mbody.model.study import Ask, Measure, Question, Unknown
+from mbody.model.study import Instants, Measure, Question, Unknown
 from mbody.quantities import convert
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.measures import check_measure, checked_sides, sides
@@ -135,7 +135,7 @@ def check_question(mechanism: Mechanism, question: Question) -> None:
     ModelError
     """
     equations, sides = relations(question)
-    check_ask(mechanism, Ask(at=question.at))
+    check_ask(mechanism, Instants(at=question.at))
     for unknown in question.unknowns:
         _check_unknown(mechanism, unknown)
     for one in (*equations, *sides):

@@ -21,7 +21,7 @@ from mbody.laws import Polynomial
 from mbody.model.driver import Driver
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import DRIVEN, meant, moves_nothing, plain
-from mbody.model.study import Ask, Question, Unknown
+from mbody.model.study import Instants, Question, Unknown
 from mbody.quantities.units import DIMENSIONS, Dimension
 from mbody.solution.histories import Record
 from mbody.solution.measures import measured
@@ -68,7 +68,7 @@ class Trials:
     def __init__(self, mechanism: Mechanism, question: Question) -> None:
         self.question = question
         self.analysis = ANALYSES[question.analysis]
-        first = asked(mechanism, "kinematics", Ask(at=question.at))
+        first = asked(mechanism, "kinematics", Instants(at=question.at))
         self.time = float(first.t[0])
         self.states = {
             driver.name: np.array([float(part[0]) for part in first.driven(driver.name)])

@@ -61,8 +61,8 @@ class Moving:
         """Accelerations of the leaders at their ways and rates."""
         n, scale = self.system.coordinates, self.manifold.scale
         q, G = self.position(y)
-        atom, row, angle = self.system.row_table
-        nu = self.work.nu[2 * self.system.layout.atom_node[atom] + row, 0]
+        primitive, row, angle = self.system.row_table
+        nu = self.work.nu[2 * self.system.layout.primitive_node[primitive] + row, 0]
         nu = nu * np.where(angle, 1.0, 1.0 / self.system.length)
         v = scale * _solved(np.vstack([G, self.parts]), np.append(nu, w))
         page = np.concatenate([q, v, np.zeros(n)])[None, :, None]

@@ -31,9 +31,9 @@ BESIDE, TAKES_PART, NAMED = 0.1, 0.3, 6
 
 def violations(system: System, work: Work) -> np.ndarray:
     """Size of every row of Φ at the position in the workspace, lengths by the model length."""
-    atom, row, is_angle = system.row_table
+    primitive, row, is_angle = system.row_table
     violation(system.runtime(), work)
-    phi = np.abs(work.phi[2 * system.layout.atom_node[atom] + row, 0])
+    phi = np.abs(work.phi[2 * system.layout.primitive_node[primitive] + row, 0])
     return np.where(is_angle, phi, phi / system.length)
 
 
@@ -179,10 +179,10 @@ def _gap_met(system: System, work: Work, joints: int, t: float) -> SolveError:
     """The sentence where the smallest gap is not looked for: the gap at which closing ended."""
     if not too_large(system):
         _refuse_surplus(system, rank_of(np.nan_to_num(dense(system, work)[1][:joints])))
-    atom, _, is_angle = system.row_table
+    primitive, _, is_angle = system.row_table
     phi = system.length * violations(system, work)
     phi = np.where(np.isfinite(phi) & ~is_angle, phi, 0.0)
-    at = system.owners[int(atom[int(phi.argmax())])][0].name
+    at = system.owners[int(primitive[int(phi.argmax())])][0].name
     units = system.mechanism.units
     return SolveError(
         f"loops of '{system.mechanism.name}' do not close at t = {t:g} {units.time}: the search "

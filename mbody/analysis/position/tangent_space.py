@@ -16,7 +16,7 @@ import numpy as np
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.kernels.load_breakdown import breakdown
 from mbody.kernels.loop_closure import close, laws_of_time, project
-from mbody.kernels.output import PER_ATOM
+from mbody.kernels.output import PER_PRIMITIVE
 from mbody.kernels.residuals import audit
 from mbody.system.layout import Work
 from mbody.system.rank import dense, rank_of
@@ -151,7 +151,7 @@ class Manifold:
         loads = self.system.mechanism.loads
         if not loads:
             return 0.0
-        parts = np.empty((1, len(loads) + 1, PER_ATOM * len(self.system.owners), 1))
+        parts = np.empty((1, len(loads) + 1, PER_PRIMITIVE * len(self.system.owners), 1))
         top = 0.0
         self.motion[0, : self.size] = q
         for cause in range(len(loads)):

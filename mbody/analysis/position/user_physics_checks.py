@@ -60,7 +60,7 @@ def _functions(
 ) -> Iterator[tuple[str, Hook, list[Array], int]]:
     """Every function with its name, some questions to it, and how many numbers it answers."""
     L, par = system.layout, system.par[:, 0]
-    joints, loads = len(L.atom_kind), len(L.action_kind)
+    joints, loads = len(L.primitive_kind), len(L.action_kind)
     times = t, t + 1e-3, t + 0.37
     poses = pose, _near(system, pose, rng), _near(system, pose, rng)
     rates = [_rates(system, pose, rng) for _ in times]
@@ -71,7 +71,13 @@ def _functions(
             yield name, hook, [np.array([time]) for time in times], 3
             continue
         if n < joints:
-            i, j, o, count, size = L.atom_i[n], L.atom_j[n], L.atom_par[n], L.atom_count[n], 18
+            i, j, o, count, size = (
+                L.primitive_i[n],
+                L.primitive_j[n],
+                L.primitive_par[n],
+                L.primitive_count[n],
+                18,
+            )
         else:
             k = n - joints
             i, j, o, count, size = (
@@ -140,9 +146,9 @@ class _Joint:
         L = system.layout
         self.system, self.name, self.hook, self.t, self.pose = system, name, hook, t, pose
         self.rows = len(system.row_kinds[e])
-        self.bodies = int(L.atom_i[e]), int(L.atom_j[e])
-        o = L.atom_par[e]
-        self.own = system.par[o : o + L.atom_count[e], 0]
+        self.bodies = int(L.primitive_i[e]), int(L.primitive_j[e])
+        o = L.primitive_par[e]
+        self.own = system.par[o : o + L.primitive_count[e], 0]
         self.moving = [b for b in self.bodies if b < L.bodies]
 
     def at(self, t: float, q: Array, v: Array) -> tuple[Array, Array, Array, Array] | None:

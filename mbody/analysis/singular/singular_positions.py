@@ -73,7 +73,7 @@ class Rows:
     def __post_init__(self) -> None:
         L = self.system.length
         self.scale = np.tile([L, L, 1.0], self.system.layout.bodies)
-        self.atom, self.row, angle = self.system.row_table
+        self.primitive, self.row, angle = self.system.row_table
         self.unit = np.where(angle, 1.0, 1.0 / L)
         self.moving = 0.0
 
@@ -100,7 +100,7 @@ class Rows:
         return self._told(self.work.gamma)
 
     def _told(self, numbers: Array) -> Array:
-        node = self.system.layout.atom_node[self.atom]
+        node = self.system.layout.primitive_node[self.primitive]
         return np.asarray(self.unit * numbers[2 * node + self.row, 0])
 
     def form(self, x: Array, v: Array, clock: float, later: float = 0.0) -> Array:

@@ -197,9 +197,9 @@ class Constraints(Geometry):
     def _physics(self, e: CustomJoint, q: Any, v: Any, t: Any) -> tuple[Any, ...]:
         sides = (self.side(q, v, e.i.body), self.side(q, v, e.j.body))
         numbers: Any = Numbers(self)
-        (atom,) = e.atoms(numbers)
-        assert atom.function is not None
-        return tuple(atom.function(*sides, np.array(atom.parameters), t))
+        (primitive,) = e.primitives(numbers)
+        assert primitive.function is not None
+        return tuple(primitive.function(*sides, np.array(primitive.parameters), t))
 
     def _custom_phi(self, e: CustomJoint, q: Any, t: Any) -> list[Any]:
         if q.ndim == 1:

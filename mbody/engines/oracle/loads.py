@@ -11,20 +11,20 @@ from mbody.engines.independent_reading import law_by_formula
 from mbody.engines.oracle.constraints import STEP
 from mbody.engines.oracle.geometry import Numbers
 from mbody.engines.oracle.motion import Motion
-from mbody.model.body import Body, Slender
+from mbody.model.body import Body, SlenderRod
 from mbody.model.element import Marker
 from mbody.model.loads import (
+    CentrifugalField,
     CustomLoad,
     Damper,
     Force,
     Gravity,
     PistonPressure,
-    RotatingField,
+    ReciprocatingCylinder,
     Spring,
     Torque,
     TorsionDamper,
     TorsionSpring,
-    ValvedCylinder,
 )
 
 __all__ = ["Loads"]
@@ -67,7 +67,7 @@ class Loads(Motion):
         spread: Any = body.spread
         if spread in (None, "point"):
             return [(m, 0.0, 0.0)]
-        if isinstance(spread, Slender):
+        if isinstance(spread, SlenderRod):
             half = math.sqrt(3.0 * body.inertia / m)
             c, s = math.cos(spread.angle), math.sin(spread.angle)
             pairs = zip(*np.polynomial.legendre.leggauss(5))
@@ -80,7 +80,7 @@ class Loads(Motion):
             found += [(0.25 * m, sign * reach * x, sign * reach * y) for sign in (1.0, -1.0)]
         return found
 
-    def _spin(self, load: RotatingField, q: np.ndarray, t: float, f: np.ndarray) -> None:
+    def _spin(self, load: CentrifugalField, q: np.ndarray, t: float, f: np.ndarray) -> None:
         """ω² times its distance from the axis pushes every grain outwards."""
         (x0, y0), angle = self.place(q, load.axis), load.axis.angle
         normal = np.array([-math.sin(angle), math.cos(angle)])
@@ -127,7 +127,7 @@ class Loads(Motion):
             mass = np.diag(self.mass_matrix())[::3]
             f[:-1, 0] += mass * value(load.x, t)
             f[:-1, 1] += mass * value(load.y, t)
-        elif isinstance(load, RotatingField):
+        elif isinstance(load, CentrifugalField):
             self._spin(load, q, t, f)
         elif isinstance(load, Force):
             angle = load.angle
@@ -150,7 +150,7 @@ class Loads(Motion):
             angle += 2.0 * math.pi if angle < 0.0 else 0.0
             self._thrust(f, q, load, load.head_area * value(load.head, angle))
             self._thrust(f, q, load, -load.rod_area * value(load.rod, angle))
-        elif isinstance(load, ValvedCylinder):
+        elif isinstance(load, ReciprocatingCylinder):
             x, rate = self._stroke(q, v, load)
             size = load.area * self._charge(load, load.near, load.far, x, rate)
             if load.opposite_area is not None:

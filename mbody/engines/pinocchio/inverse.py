@@ -19,7 +19,7 @@ from mbody.engines.independent_reading import reading
 from mbody.engines.load_forces import NATIVE, gravity_of, wrenches
 from mbody.engines.pinocchio.model import Instant, Twin
 from mbody.engines.spanning_tree import Tree, tree_motion
-from mbody.model.loads import Gravity, RotatingField
+from mbody.model.loads import CentrifugalField, Gravity
 from mbody.solution.checks import each_load_of
 from mbody.solution.solution import Solution
 from mbody.system.system import System
@@ -32,10 +32,10 @@ Array = np.ndarray
 NONE = 1e-10
 
 
-def taken_over(system: System) -> tuple[list[str], RotatingField | None]:
+def taken_over(system: System) -> tuple[list[str], CentrifugalField | None]:
     """Names of loads whose forces only we know, and what turns the plane."""
     loads = system.mechanism.loads
-    fields = [load for load in loads if type(load) is RotatingField]
+    fields = [load for load in loads if type(load) is CentrifugalField]
     spin = fields[0] if len(fields) == 1 else None
     native = (*NATIVE, Gravity)
     names = [load.name for load in loads if type(load) not in native and load is not spin]
@@ -147,7 +147,7 @@ class Inverse:
             names = [name for name in self.system.bodies if name != "ground"]
             return {name: every[self.system.bodies[name]] for name in names}
         found = self.run.reaction(element.name)
-        place = np.array([part[k] for part in self.run.told_at(element.name)])
+        place = np.array([part[k] for part in self.run.reaction_point(element.name)])
         force, torque = np.array([found.fx[k], found.fy[k]]), float(found.torque[k])
         i, j = element.i.body, element.j.body
         return {
@@ -180,7 +180,7 @@ class Inverse:
         sizes_of = iter(x.tolist())
         for name, some in rows.items():
             parts = [next(sizes_of) for _ in some]
-            if name in system.atoms_of and name in {d.name for d in system.drivers}:
+            if name in system.primitives_of and name in {d.name for d in system.drivers}:
                 told.efforts[name] = parts[0]
                 told.given[name] = np.array([some[0].value, some[0].rate, some[0].change])
             else:

@@ -10,8 +10,8 @@ import numpy as np
 
 from mbody.engines.independent_reading import reading
 from mbody.engines.spanning_tree import Branch, Frame, Tree
-from mbody.model.body import SecondMoments, Slender
-from mbody.model.loads import RotatingField
+from mbody.model.body import SecondMoments, SlenderRod
+from mbody.model.loads import CentrifugalField
 from mbody.system.system import System
 
 __all__ = ["Instant", "Pose", "Twin", "placement"]
@@ -41,14 +41,14 @@ class Twin:
     system : System
         Of one design.
     tree : Tree
-    spin : RotatingField, optional
+    spin : CentrifugalField, optional
         What turns the plane.
     lumped : bool
         Whether welded bodies are one.
     """
 
     def __init__(
-        self, system: System, tree: Tree, spin: RotatingField | None = None, lumped: bool = False
+        self, system: System, tree: Tree, spin: CentrifugalField | None = None, lumped: bool = False
     ) -> None:
         import pinocchio as pin
 
@@ -75,7 +75,7 @@ class Twin:
         }
         self.data = self.model.createData()
 
-    def _spin(self, field: RotatingField) -> None:
+    def _spin(self, field: CentrifugalField) -> None:
         """A first joint about the axis in the plane; the ground turns with it."""
         at = reading(self.system)
         x, y = at.place(field, "axis")
@@ -108,7 +108,7 @@ class Twin:
         spread = getattr(self.system.mechanism[name], "spread", None)
         xx = yy = 0.5 * moment
         xy = 0.0
-        if isinstance(spread, Slender):
+        if isinstance(spread, SlenderRod):
             angle = float(values[f"{name}.spread.angle"])
             xx, yy = moment * math.cos(angle) ** 2, moment * math.sin(angle) ** 2
             xy = moment * math.cos(angle) * math.sin(angle)

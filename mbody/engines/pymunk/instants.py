@@ -248,7 +248,7 @@ class _Trial:
                 if name in [c.name for c in run.mechanism.couplings]:
                     found[:-1] += coupled(run, name, k)
                 continue
-            px, py = (float(part[k]) for part in run.told_at(name))
+            px, py = (float(part[k]) for part in run.reaction_point(name))
             for body in (element.i.body, element.j.body):
                 if body == "ground":
                     continue

@@ -17,8 +17,8 @@ from mbody.model.event import Event, Stop
 from mbody.model.loads import Gravity
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import meant
-from mbody.model.simulation import Simulation
-from mbody.model.study import Ask, Measure, Question, Unknown
+from mbody.model.simulation import SimulationSettings
+from mbody.model.study import Instants, Measure, Question, Unknown
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.measures import check_measure
 
@@ -138,7 +138,7 @@ def _questions(given: Any, mechanism: Mechanism) -> list[Problem]:
             fields = _set(given.ask)
             given_rows = fields.get("at", {}).items()
             rows = {name: _row(mechanism, name, row, given.angle) for name, row in given_rows}
-            mechanism.ask = Ask(**{**fields, "at": rows})
+            mechanism.ask = Instants(**{**fields, "at": rows})
             check_ask(mechanism, mechanism.ask)
         except ModelError as error:
             problems.append(Problem(("ask",), str(error).removeprefix("ask: ")))
@@ -148,7 +148,7 @@ def _questions(given: Any, mechanism: Mechanism) -> list[Problem]:
             start = {body: _set(state) for body, state in entry.start.items()}
             events = [Event(name=name, **_set(one)) for name, one in entry.events.items()]
             stops = [Stop(name=name, **_set(one)) for name, one in entry.stops.items()]
-            mechanism.simulation = Simulation(
+            mechanism.simulation = SimulationSettings(
                 *(entry.until, start, entry.rtol, entry.instants, [*events, *stops]),
                 *(entry.method, entry.step, entry.release, entry.every),
             )

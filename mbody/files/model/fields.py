@@ -25,8 +25,8 @@ from pydantic import (
 
 from mbody.errors import ModelError, brief
 from mbody.files.model.report import ENOUGH
-from mbody.model.body import Guess, SecondMoments, Slender
-from mbody.model.coupling import Term
+from mbody.model.body import Guess, SecondMoments, SlenderRod
+from mbody.model.coupling import CouplingTerm
 from mbody.model.element import Marker, Polar, check_name
 from mbody.quantities import Formula, FormulaError, read
 from mbody.quantities.number import NotANumber, NotFinite, entered
@@ -187,7 +187,9 @@ class TermIn(Strict):
 
 term = Annotated[
     TermIn,
-    AfterValidator(lambda t: Term(t.factor, t.angle, t.relative_to, t.distance, t.coordinate)),
+    AfterValidator(
+        lambda t: CouplingTerm(t.factor, t.angle, t.relative_to, t.distance, t.coordinate)
+    ),
 ]
 
 
@@ -226,7 +228,7 @@ class SecondMomentsIn(Strict):
 
 spread = Annotated[
     Annotated[Literal["point"], Tag("<text>")]
-    | Annotated[SlenderIn, AfterValidator(lambda s: Slender(s.slender)), Tag("<slender>")]
+    | Annotated[SlenderIn, AfterValidator(lambda s: SlenderRod(s.slender)), Tag("<slender>")]
     | Annotated[
         SecondMomentsIn, AfterValidator(lambda s: SecondMoments(s.xx, s.yy, s.xy)), Tag("<moments>")
     ],

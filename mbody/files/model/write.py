@@ -22,8 +22,8 @@ from mbody.files.model.toml import toml
 from mbody.files.model.write_studies import formulas_asked, questions
 from mbody.laws import Cam, Constant, Dwell, Law, Polynomial
 from mbody.laws.base import dimension_by
-from mbody.model.body import Body, Guess, SecondMoments, Slender
-from mbody.model.coupling import Term
+from mbody.model.body import Body, Guess, SecondMoments, SlenderRod
+from mbody.model.coupling import CouplingTerm
 from mbody.model.element import Element, Marker, Polar, place_name
 from mbody.model.loads import Gravity
 from mbody.model.mechanism import Mechanism
@@ -228,7 +228,7 @@ class Writer:
 
     def spread(self, name: str, spread: Any) -> Any:
         """How the mass of a body is spread."""
-        if isinstance(spread, Slender):
+        if isinstance(spread, SlenderRod):
             return {"slender": self.number(f"{name}.angle", spread.angle, ANGLE)}
         if isinstance(spread, SecondMoments):
             inertia = DIMENSIONS["inertia"]
@@ -280,7 +280,7 @@ class Writer:
             return [self.term(element, f"{element.name}.{n}", t) for n, t in enumerate(value)]
         return word(value)
 
-    def term(self, coupling: Any, name: str, term: Term) -> dict[str, Any]:
+    def term(self, coupling: Any, name: str, term: CouplingTerm) -> dict[str, Any]:
         """One coordinate of a coupling."""
         dimension = DIMENSIONS[coupling.factor_of(term)]
         table: dict[str, Any] = {"factor": self.number(f"{name}.factor", term.factor, dimension)}

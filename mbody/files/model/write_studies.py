@@ -10,7 +10,7 @@ from mbody.analysis.driven.requests import asks_for
 from mbody.model.event import Event, Stop
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import meant
-from mbody.model.simulation import STATE, Simulation
+from mbody.model.simulation import STATE, SimulationSettings
 from mbody.model.study import Question, Unknown
 from mbody.quantities import Formula
 from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension
@@ -80,7 +80,7 @@ def questions(writer: _Writer) -> dict[str, Any]:
                 for body, given in asked.start.items()
             }
         for key in ("rtol", "instants", "method"):
-            if getattr(asked, key) != getattr(Simulation(1.0), key):
+            if getattr(asked, key) != getattr(SimulationSettings(1.0), key):
                 data["simulate"][key] = getattr(asked, key)
         time = DIMENSIONS["time"]
         for key in ("step", "every"):

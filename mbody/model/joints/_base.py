@@ -9,7 +9,7 @@ import numpy as np
 
 from mbody.errors import ModelError
 from mbody.model.element import Element, Place, place_field, two_bodies
-from mbody.model.primitives import Atom
+from mbody.model.primitives import ConstraintPrimitive
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -51,7 +51,7 @@ class Joint(Element):
                     f"'{self.name}': {field} must be True or False, not {value!r}", self.name
                 )
 
-    def atoms(self, at: Numbers) -> list[Atom]:
+    def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """The joint's constraints with their numbers."""
         raise NotImplementedError
 
@@ -64,7 +64,7 @@ class Joint(Element):
             With the number in the unit of length given.
         """
 
-    def told_at(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> tuple[Any, Any] | None:
+    def reaction_point(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> tuple[Any, Any] | None:
         """Where the reaction is told, from the place on j: None for that place itself.
 
         Parameters
@@ -85,13 +85,13 @@ class Joint(Element):
 
     def normal(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> tuple[Any, Any] | None:
         """The unit normal of a contact from body i into body j, world axes; None where nothing
-        presses. Parameters as of `told_at`.
+        presses. Parameters as of `reaction_point`.
         """
         return None
 
     def fit(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> tuple[Any, Any]:
         """How far apart the places are, and should be, where others hold them [length]. Parameters
-        as of `told_at`.
+        as of `reaction_point`.
         """
         return np.hypot(*d), self.apart(at)
 

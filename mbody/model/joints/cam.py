@@ -15,7 +15,7 @@ from mbody.laws import Law
 from mbody.model.element import LawLike, law_field, number_field
 from mbody.model.geometry import between
 from mbody.model.joints._base import Joint
-from mbody.model.primitives import Atom
+from mbody.model.primitives import ConstraintPrimitive
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers, Value
@@ -104,7 +104,7 @@ class CamFollower(Joint):
                 self.name,
             )
 
-    def atoms(self, at: Numbers) -> list[Atom]:
+    def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """One row; parameters are both arms, directions, the sense of ψ, and what R adds to f."""
         ix, iy, jx, jy = *at.arm(self, "i"), *at.arm(self, "j")
         beta_i, beta_n = at.angle(self, "i"), at.angle(self, "j") + 0.5 * math.pi
@@ -114,8 +114,12 @@ class CamFollower(Joint):
             # the base counts to the arm: what is left of h is the law
             jx, jy = jx - base * np.cos(beta_n), jy - base * np.sin(beta_n)
             parameters = [ix, iy, jx, jy, beta_n, beta_i - beta_n, sense]
-            return [Atom("face", *bodies, "l", parameters, law=law)]
-        return [Atom("roller", *bodies, "l", [ix, iy, jx, jy, beta_i, sense, base], law=law)]
+            return [ConstraintPrimitive("face", *bodies, "l", parameters, law=law)]
+        return [
+            ConstraintPrimitive(
+                "roller", *bodies, "l", [ix, iy, jx, jy, beta_i, sense, base], law=law
+            )
+        ]
 
     @property
     def _sense(self) -> float:
@@ -202,7 +206,7 @@ class CamFollower(Joint):
             self.name,
         )
 
-    def told_at(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> Any:
+    def reaction_point(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> Any:
         """The point of contact, from the place on j."""
         (nx, ny), slope = self._normal(at, d, angle_i, angle_j)
         if not self.flat:

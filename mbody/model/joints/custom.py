@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from mbody.model.joints._base import Joint
-from mbody.model.primitives import Atom
+from mbody.model.primitives import ConstraintPrimitive
 from mbody.model.user_physics import OwnPhysics
 
 if TYPE_CHECKING:
@@ -67,10 +67,10 @@ class CustomJoint(Joint):
         """
         raise NotImplementedError(f"{type(self).__name__} needs a method physics(i, j, p, t)")
 
-    def atoms(self, at: Numbers) -> list[Atom]:
+    def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """One pair of rows through the hook."""
         parameters = list(self.parameters(at))
         physics = OwnPhysics(self, len(parameters))
         parameters += physics.numbers(at)
         bodies = (self.i.body, self.j.body)
-        return [Atom("user", *bodies, self.rows, parameters, function=physics)]
+        return [ConstraintPrimitive("user", *bodies, self.rows, parameters, function=physics)]

@@ -13,7 +13,7 @@ from mbody.laws import Constant
 from mbody.model.element import LawLike, law_field
 from mbody.model.geometry import between
 from mbody.model.joints._base import Joint
-from mbody.model.primitives import Atom
+from mbody.model.primitives import ConstraintPrimitive
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -64,11 +64,13 @@ class Distance(Joint):
         """The length of the rod."""
         return at[f"{self.name}.length"]
 
-    def atoms(self, at: Numbers) -> list[Atom]:
+    def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """One row; parameters are both arms."""
         parameters = [*at.arm(self, "i"), *at.arm(self, "j")]
         length = at.law(self, "length")
-        return [Atom("distance", self.i.body, self.j.body, self.rows, parameters, length)]
+        return [
+            ConstraintPrimitive("distance", self.i.body, self.j.body, self.rows, parameters, length)
+        ]
 
 
 @inline

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from mbody.model.joints._base import Joint
-from mbody.model.primitives import Atom
+from mbody.model.primitives import ConstraintPrimitive
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -36,9 +36,12 @@ class Fixed(Joint):
 
     rows = "lla"
 
-    def atoms(self, at: Numbers) -> list[Atom]:
+    def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """A pair of rows as of a pin, and one for the angle."""
         i, j = self.i.body, self.j.body
         pin = [*at.arm(self, "i"), *at.arm(self, "j")]
         beta = [at.angle(self, "j") - at.angle(self, "i")]
-        return [Atom("revolute", i, j, "ll", pin), Atom("angle", i, j, "a", beta)]
+        return [
+            ConstraintPrimitive("revolute", i, j, "ll", pin),
+            ConstraintPrimitive("angle", i, j, "a", beta),
+        ]

@@ -13,7 +13,7 @@ from mbody.errors import ModelError
 from mbody.model.element import number_field
 from mbody.model.geometry import between
 from mbody.model.joints._base import Joint
-from mbody.model.primitives import Atom
+from mbody.model.primitives import ConstraintPrimitive
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers, Value
@@ -81,11 +81,11 @@ class Gear(Joint):
         """The distance of the centres of wheels that mesh."""
         return sum(self.radii(at))
 
-    def atoms(self, at: Numbers) -> list[Atom]:
+    def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """One row; see `without_slip`."""
         return [without_slip(self, at, *self.radii(at))]
 
-    def told_at(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> Any:
+    def reaction_point(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> Any:
         """The pitch point, from the centre on j."""
         return touching(self.radii(at)[1], d)
 
@@ -103,14 +103,14 @@ def signed(ri: Value, rj: Value, internal: bool) -> tuple[Value, Value]:
     return ring * ri, -ring * rj
 
 
-def without_slip(element: Any, at: Numbers, ri: Value, rj: Value) -> Atom:
+def without_slip(element: Any, at: Numbers, ri: Value, rj: Value) -> ConstraintPrimitive:
     """The row of two wheels that do not slip; parameters are both arms, the parts of both angles in
     the direction of the line of centres, and the phase.
     """
     i, j = ri / (ri + rj), rj / (ri + rj)
     phase = at[f"{element.name}.phase"] + i * at.angle(element, "i") + j * at.angle(element, "j")
     parameters = [*at.arm(element, "i"), *at.arm(element, "j"), i, j, phase]
-    return Atom("gear", element.i.body, element.j.body, "l", parameters)
+    return ConstraintPrimitive("gear", element.i.body, element.j.body, "l", parameters)
 
 
 def touching(rj: Value, d: Any) -> Any:

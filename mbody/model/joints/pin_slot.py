@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mbody.model.joints._base import Joint
-from mbody.model.primitives import Atom
+from mbody.model.primitives import ConstraintPrimitive
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -41,8 +41,8 @@ class PinSlot(Joint):
 
     rows = "l"
 
-    def atoms(self, at: Numbers) -> list[Atom]:
+    def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """One row; parameters are both arms and the normal on i."""
         beta = at.angle(self, "i")
         parameters = [*at.arm(self, "i"), *at.arm(self, "j"), -np.sin(beta), np.cos(beta)]
-        return [Atom("coordinate", self.i.body, self.j.body, self.rows, parameters)]
+        return [ConstraintPrimitive("coordinate", self.i.body, self.j.body, self.rows, parameters)]

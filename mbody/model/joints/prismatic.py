@@ -10,7 +10,7 @@ import numpy as np
 from mbody.compiler.jit import inline
 from mbody.model.geometry import between, turned
 from mbody.model.joints._base import Joint
-from mbody.model.primitives import Atom
+from mbody.model.primitives import ConstraintPrimitive
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -43,12 +43,12 @@ class Prismatic(Joint):
 
     rows = "la"
 
-    def atoms(self, at: Numbers) -> list[Atom]:
+    def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """One pair of rows; parameters are both arms, the normal on i, and β_j − β_i."""
         beta_i, beta_j = at.angle(self, "i"), at.angle(self, "j")
         parameters = [*at.arm(self, "i"), *at.arm(self, "j")]
         parameters += [-np.sin(beta_i), np.cos(beta_i), beta_j - beta_i]
-        return [Atom("prismatic", self.i.body, self.j.body, self.rows, parameters)]
+        return [ConstraintPrimitive("prismatic", self.i.body, self.j.body, self.rows, parameters)]
 
 
 @inline

@@ -11,7 +11,7 @@ from mbody.compiler.jit import inline
 from mbody.model.element import number_field
 from mbody.model.geometry import between, turned
 from mbody.model.joints._base import Joint
-from mbody.model.primitives import Atom
+from mbody.model.primitives import ConstraintPrimitive
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -52,11 +52,11 @@ class RackPinion(Joint):
     rows = "l"
     held: ClassVar[bool] = True
 
-    def atoms(self, at: Numbers) -> list[Atom]:
+    def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """One row; see `along_line`."""
         return [along_line(self, at)]
 
-    def told_at(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> Any:
+    def reaction_point(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> Any:
         """The pitch point, from the centre on j."""
         return below(at[f"{self.name}.radius"], angle_i)
 
@@ -75,7 +75,7 @@ class RackPinion(Joint):
         )
 
 
-def along_line(element: Any, at: Numbers) -> Atom:
+def along_line(element: Any, at: Numbers) -> ConstraintPrimitive:
     """The row of a wheel that does not slip on a line; the offset is counted to the arm on i."""
     radius = at[f"{element.name}.radius"]
     beta_i, beta_j = at.angle(element, "i"), at.angle(element, "j")
@@ -83,7 +83,7 @@ def along_line(element: Any, at: Numbers) -> Atom:
     offset = at[f"{element.name}.offset"] - radius * (beta_j - beta_i)
     ix, iy = at.arm(element, "i")
     parameters = [ix + offset * ux, iy + offset * uy, *at.arm(element, "j"), ux, uy, radius]
-    return Atom("rack", element.i.body, element.j.body, "l", parameters)
+    return ConstraintPrimitive("rack", element.i.body, element.j.body, "l", parameters)
 
 
 def below(radius: Any, angle: Any) -> Any:

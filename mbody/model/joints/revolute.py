@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from mbody.compiler.jit import inline
 from mbody.model.geometry import between
 from mbody.model.joints._base import Joint
-from mbody.model.primitives import Atom
+from mbody.model.primitives import ConstraintPrimitive
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -37,10 +37,10 @@ class Revolute(Joint):
 
     rows = "ll"
 
-    def atoms(self, at: Numbers) -> list[Atom]:
+    def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """One pair of rows; parameters are both arms in link axes."""
         parameters = [*at.arm(self, "i"), *at.arm(self, "j")]
-        return [Atom("revolute", self.i.body, self.j.body, self.rows, parameters)]
+        return [ConstraintPrimitive("revolute", self.i.body, self.j.body, self.rows, parameters)]
 
 
 @inline

@@ -13,7 +13,7 @@ from mbody.model.element import number_field
 from mbody.model.joints._base import Joint
 from mbody.model.joints.gear import signed, touching, without_slip
 from mbody.model.joints.rack import along_line, below
-from mbody.model.primitives import Atom, Signal
+from mbody.model.primitives import ConstraintPrimitive, Signal
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers, Value
@@ -89,22 +89,25 @@ class Rolling(Joint):
         """The radius on a line, the distance of the centres on a wheel."""
         return at[f"{self.name}.radius"] if self.on_radius is None else sum(self.radii(at))
 
-    def atoms(self, at: Numbers) -> list[Atom]:
+    def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """One row across the contact and one along it."""
         arms = [*at.arm(self, "i"), *at.arm(self, "j")]
         bodies = self.i.body, self.j.body
         if self.on_radius is not None:
             ri, rj = self.radii(at)
             apart = Signal(Constant(0.0), [ri + rj])
-            across = Atom("distance", *bodies, "l", arms, apart)
+            across = ConstraintPrimitive("distance", *bodies, "l", arms, apart)
             return [across, without_slip(self, at, ri, rj)]
         # the radius counts to the arm on i, so that the centre stays on the shifted line
         radius, beta = at[f"{self.name}.radius"], at.angle(self, "i")
         nx, ny = -np.sin(beta), np.cos(beta)
         arms[0], arms[1] = arms[0] + radius * nx, arms[1] + radius * ny
-        return [Atom("coordinate", *bodies, "l", [*arms, nx, ny]), along_line(self, at)]
+        return [
+            ConstraintPrimitive("coordinate", *bodies, "l", [*arms, nx, ny]),
+            along_line(self, at),
+        ]
 
-    def told_at(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> Any:
+    def reaction_point(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> Any:
         """The point of contact, from the centre on j."""
         if self.on_radius is not None:
             return touching(self.radii(at)[1], d)

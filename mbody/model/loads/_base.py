@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from mbody.errors import ModelError
 from mbody.laws import Polynomial
 from mbody.model.element import Element, body_field
-from mbody.model.primitives import Action
+from mbody.model.primitives import ForcePrimitive
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -43,7 +43,7 @@ class Load(Element):
         """Names of the bodies that the load acts between."""
         return tuple(marker.body for marker in self.places().values())
 
-    def actions(self, at: Numbers) -> list[Action]:
+    def actions(self, at: Numbers) -> list[ForcePrimitive]:
         """The load's actions with their numbers."""
         raise NotImplementedError
 

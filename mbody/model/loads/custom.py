@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from mbody.model.element import Place, place_field, two_bodies
 from mbody.model.loads._base import Load
-from mbody.model.primitives import Action
+from mbody.model.primitives import ForcePrimitive
 from mbody.model.user_physics import OwnPhysics
 
 if TYPE_CHECKING:
@@ -94,9 +94,9 @@ class CustomLoad(Load):
         """
         raise NotImplementedError(f"{type(self).__name__} needs a method physics(i, j, p, t)")
 
-    def actions(self, at: Numbers) -> list[Action]:
+    def actions(self, at: Numbers) -> list[ForcePrimitive]:
         """One action through the hook."""
         parameters = list(self.parameters(at))
         physics = OwnPhysics(self, len(parameters))
         parameters += physics.numbers(at)
-        return [Action("user", self.i.body, self.j.body, parameters, function=physics)]
+        return [ForcePrimitive("user", self.i.body, self.j.body, parameters, function=physics)]

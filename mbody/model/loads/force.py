@@ -20,7 +20,7 @@ from mbody.model.element import (
     place_field,
 )
 from mbody.model.loads._base import Load
-from mbody.model.primitives import Action
+from mbody.model.primitives import ForcePrimitive
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -66,13 +66,15 @@ class Force(Load):
                 f"'{self.name}': follows must be True or False, not {self.follows!r}", self.name
             )
 
-    def actions(self, at: Numbers) -> list[Action]:
+    def actions(self, at: Numbers) -> list[ForcePrimitive]:
         """One action; parameters are the arm and the direction."""
         angle = at[f"{self.name}.angle"]
         if self.follows:
             angle = angle + at.angle(self, "at")
         parameters = [*at.arm(self, "at"), np.cos(angle), np.sin(angle), float(self.follows)]
-        return [Action("force", "ground", self.at.body, parameters, (at.law(self, "value"),))]
+        return [
+            ForcePrimitive("force", "ground", self.at.body, parameters, (at.law(self, "value"),))
+        ]
 
     @staticmethod
     def components(name: str, at: Marker | str, x: float, y: float) -> Force:

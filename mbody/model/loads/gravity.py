@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 from mbody.compiler.jit import inline
 from mbody.model.element import LawLike, law_field
 from mbody.model.loads._base import Load
-from mbody.model.primitives import Action
+from mbody.model.primitives import ForcePrimitive
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -38,9 +38,13 @@ class Gravity(Load):
     x: LawLike = law_field("acceleration", 0.0)
     y: LawLike = law_field("acceleration", 0.0)
 
-    def actions(self, at: Numbers) -> list[Action]:
+    def actions(self, at: Numbers) -> list[ForcePrimitive]:
         """One action on all bodies."""
-        return [Action("gravity", "ground", "ground", [], (at.law(self, "x"), at.law(self, "y")))]
+        return [
+            ForcePrimitive(
+                "gravity", "ground", "ground", [], (at.law(self, "x"), at.law(self, "y"))
+            )
+        ]
 
 
 @inline

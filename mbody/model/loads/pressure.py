@@ -22,7 +22,7 @@ from mbody.model.element import (
 )
 from mbody.model.geometry import turned
 from mbody.model.loads._base import Load
-from mbody.model.primitives import Action
+from mbody.model.primitives import ForcePrimitive
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -112,7 +112,7 @@ class PistonPressure(Load):
         """The two bodies whose axes it goes by, whatever places it has on them."""
         return "ground", self.cycle
 
-    def actions(self, at: Numbers) -> list[Action]:
+    def actions(self, at: Numbers) -> list[ForcePrimitive]:
         """An action for each face; parameters are the arm on j, the direction in i, the area
         (positive where pressure pushes along it) and the phase.
         """
@@ -123,7 +123,9 @@ class PistonPressure(Load):
         phase = at[f"{name}.phase"]
         areas = at[f"{name}.head_area"], -at[f"{name}.rod_area"]
         return [
-            Action("pressure", *ends, [*place, area, phase], law=at.law(self, side), by=self.cycle)
+            ForcePrimitive(
+                "pressure", *ends, [*place, area, phase], law=at.law(self, side), by=self.cycle
+            )
             for side, area in zip(("head", "rod"), areas, strict=True)
         ]
 

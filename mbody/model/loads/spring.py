@@ -11,7 +11,7 @@ from mbody.compiler.jit import inline
 from mbody.model.element import LawLike, Place, law_field, number_field, place_field, two_bodies
 from mbody.model.geometry import between
 from mbody.model.loads._base import LINE, Load, one_of
-from mbody.model.primitives import Action, Signal
+from mbody.model.primitives import ForcePrimitive, Signal
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -67,7 +67,7 @@ class Spring(_Between):
         super()._check()
         one_of(self, "stiffness")
 
-    def actions(self, at: Numbers) -> list[Action]:
+    def actions(self, at: Numbers) -> list[ForcePrimitive]:
         """One action; parameters are both arms and the free length."""
         name = self.name
         parameters = [*at.arm(self, "i"), *at.arm(self, "j"), at[f"{name}.free_length"], 0.0]
@@ -75,7 +75,7 @@ class Spring(_Between):
             tension = Signal(LINE, [at[f"{name}.preload"], at[f"{name}.stiffness"]])
         else:
             tension = at.law(self, "law")
-        return [Action("stretch", self.i.body, self.j.body, parameters, law=tension)]
+        return [ForcePrimitive("stretch", self.i.body, self.j.body, parameters, law=tension)]
 
 
 @dataclass(frozen=True)
@@ -101,14 +101,14 @@ class Damper(_Between):
         super()._check()
         one_of(self, "coefficient")
 
-    def actions(self, at: Numbers) -> list[Action]:
+    def actions(self, at: Numbers) -> list[ForcePrimitive]:
         """One action; parameters are both arms."""
         parameters = [*at.arm(self, "i"), *at.arm(self, "j"), 0.0, 1.0]
         if self.law is None:
             tension = Signal(LINE, [0.0, at[f"{self.name}.coefficient"]])
         else:
             tension = at.law(self, "law")
-        return [Action("stretch", self.i.body, self.j.body, parameters, law=tension)]
+        return [ForcePrimitive("stretch", self.i.body, self.j.body, parameters, law=tension)]
 
 
 @inline

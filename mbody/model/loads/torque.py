@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from mbody.model.element import LawLike, law_field
 from mbody.model.loads._base import Turning
-from mbody.model.primitives import Action
+from mbody.model.primitives import ForcePrimitive
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -40,6 +40,6 @@ class Torque(Turning):
 
     value: LawLike = law_field("torque", 0.0)
 
-    def actions(self, at: Numbers) -> list[Action]:
+    def actions(self, at: Numbers) -> list[ForcePrimitive]:
         """One action without parameters."""
-        return [Action("torque", self.by, self.body, [], (at.law(self, "value"),))]
+        return [ForcePrimitive("torque", self.by, self.body, [], (at.law(self, "value"),))]

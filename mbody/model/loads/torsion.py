@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from mbody.compiler.jit import inline
 from mbody.model.element import LawLike, law_field, number_field
 from mbody.model.loads._base import LINE, Turning, one_of
-from mbody.model.primitives import Action, Signal
+from mbody.model.primitives import ForcePrimitive, Signal
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -52,7 +52,7 @@ class TorsionSpring(Turning):
         super()._check()
         one_of(self, "stiffness")
 
-    def actions(self, at: Numbers) -> list[Action]:
+    def actions(self, at: Numbers) -> list[ForcePrimitive]:
         """One action; the parameter is the free angle."""
         name = self.name
         if self.law is None:
@@ -60,7 +60,7 @@ class TorsionSpring(Turning):
         else:
             torque = at.law(self, "law")
         parameters = [at[f"{name}.free_angle"], 0.0]
-        return [Action("twist", self.by, self.body, parameters, law=torque)]
+        return [ForcePrimitive("twist", self.by, self.body, parameters, law=torque)]
 
 
 @dataclass(frozen=True)
@@ -86,13 +86,13 @@ class TorsionDamper(Turning):
         super()._check()
         one_of(self, "coefficient")
 
-    def actions(self, at: Numbers) -> list[Action]:
+    def actions(self, at: Numbers) -> list[ForcePrimitive]:
         """One action without a free angle."""
         if self.law is None:
             torque = Signal(LINE, [0.0, at[f"{self.name}.coefficient"]])
         else:
             torque = at.law(self, "law")
-        return [Action("twist", self.by, self.body, [0.0, 1.0], law=torque)]
+        return [ForcePrimitive("twist", self.by, self.body, [0.0, 1.0], law=torque)]
 
 
 @inline

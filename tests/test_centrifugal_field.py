@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose
 from mbody import (
     AngleDriver,
     Body,
+    CentrifugalField,
     ConstantSpeed,
     Gravity,
     Marker,
@@ -18,9 +19,8 @@ from mbody import (
     Polynomial,
     Prismatic,
     Revolute,
-    RotatingField,
     SecondMoments,
-    Slender,
+    SlenderRod,
     assemble,
     from_text,
     kinetostatics,
@@ -44,7 +44,7 @@ def spread_of(body, rng):
     if not body.inertia:
         return "point"
     if kind == 0:
-        return Slender(float(rng.uniform(-3.0, 3.0)))
+        return SlenderRod(float(rng.uniform(-3.0, 3.0)))
     part, lean = rng.uniform(0.1, 0.9), rng.uniform(-0.9, 0.9)
     xx, yy = part * body.inertia, (1.0 - part) * body.inertia
     return SecondMoments(xx, yy, lean * math.sqrt(xx * yy))
@@ -65,8 +65,8 @@ def spinning(seed, *fields, loops=3):
 
 AXES = [Marker("ground", (0.3, -0.2), 1.1), Marker("ground", (0.0, 0.7), -2.0)]
 FIELDS = {
-    "held": RotatingField("field", AXES[0], speed=Polynomial((3.0, 2.0, -0.5))),
-    "free": RotatingField("field", AXES[0], momentum=Polynomial((9.0, 4.0)), inertia=0.7),
+    "held": CentrifugalField("field", AXES[0], speed=Polynomial((3.0, 2.0, -0.5))),
+    "free": CentrifugalField("field", AXES[0], momentum=Polynomial((9.0, 4.0)), inertia=0.7),
 }
 
 
@@ -111,7 +111,7 @@ def arm(spread, theta=0.4, off=0.3, length=2.0, mass=3.0, inertia=0.0, omega=5.0
         Body("arm", mass=mass, inertia=inertia, cg=(0.0, 0.5 * length), spread=spread),
         Revolute("O", "ground.O", "arm"),
         AngleDriver("motor", "arm", -theta),
-        RotatingField("field", UPRIGHT, speed=omega),
+        CentrifugalField("field", UPRIGHT, speed=omega),
     )
     return machine
 
@@ -134,7 +134,7 @@ def test_a_point(theta):
 def test_a_rod(theta):
     """∫ ω² (off + s sin θ) s cos θ dm over a uniform rod: m ω² cos θ (off l/2 + l² sin θ/3)."""
     length, mass = 2.0, 3.0
-    run = kinetostatics(arm(Slender(0.5 * math.pi), theta, inertia=mass * length**2 / 12.0))
+    run = kinetostatics(arm(SlenderRod(0.5 * math.pi), theta, inertia=mass * length**2 / 12.0))
     hand = mass * 25.0 * math.cos(theta) * (0.3 * 0.5 * length + length**2 * math.sin(theta) / 3.0)
     assert_allclose(run.effort("motor"), hand, atol=ROUNDING * 300.0)
 
@@ -156,11 +156,11 @@ def test_a_disc_feels_no_moment_and_a_plate_does():
 def test_a_free_spindle_is_rouths(theta):
     """The motor holds −d/dθ of H²/(2 J(θ)), differentiated here."""
     momentum, own, inertia = 7.0, 0.9, 1.0
-    machine = arm(Slender(0.5 * math.pi), theta, inertia=inertia)
+    machine = arm(SlenderRod(0.5 * math.pi), theta, inertia=inertia)
     machine = Mechanism("free", ground=machine.ground.points)
     machine.add(
-        *(e for e in arm(Slender(0.5 * math.pi), theta, inertia=inertia) if e.name != "field"),
-        RotatingField("field", UPRIGHT, momentum=momentum, inertia=own),
+        *(e for e in arm(SlenderRod(0.5 * math.pi), theta, inertia=inertia) if e.name != "field"),
+        CentrifugalField("field", UPRIGHT, momentum=momentum, inertia=own),
     )
 
     def energy(angle):
@@ -184,7 +184,7 @@ def test_a_free_spindle_without_inertia_stands():
     machine.add(
         Body("bead", mass=2.0, spread="point"),
         Prismatic("axis", UPRIGHT, Marker("bead", (0.0, 0.0), 0.5 * math.pi)),
-        RotatingField("field", UPRIGHT, momentum=3.0),
+        CentrifugalField("field", UPRIGHT, momentum=3.0),
         Gravity("gravity", y=-9.81),
     )
     machine.add(Body("stop"), Revolute("foot", "ground", "stop"), Revolute("pin", "stop", "bead"))
@@ -199,13 +199,13 @@ def test_the_axis_may_lie_anywhere():
     turn, x, y = 0.7, 3.0, -2.0
     c, s = math.cos(turn), math.sin(turn)
     machine = Mechanism("moved", ground={"O": (c * 0.3 - s * 0.1 + x, s * 0.3 + c * 0.1 + y)})
-    for element in arm(Slender(0.5 * math.pi), inertia=1.0):
+    for element in arm(SlenderRod(0.5 * math.pi), inertia=1.0):
         if element.name == "motor":
             element = AngleDriver("motor", "arm", turn - 0.4)
         if element.name == "field":
-            element = RotatingField("field", Marker("ground", (x, y), 0.5 * math.pi + turn), 5.0)
+            element = CentrifugalField("field", Marker("ground", (x, y), 0.5 * math.pi + turn), 5.0)
         machine.add(element)
-    here = kinetostatics(arm(Slender(0.5 * math.pi), inertia=1.0)).effort("motor")
+    here = kinetostatics(arm(SlenderRod(0.5 * math.pi), inertia=1.0)).effort("motor")
     assert_allclose(kinetostatics(machine).effort("motor"), here, rtol=1e-12)
 
 
@@ -214,12 +214,12 @@ def test_the_axis_may_lie_anywhere():
 
 def test_numbers_reach_the_kernel():
     """Each changed number gives what a new description gives; a batch is its designs."""
-    system = assemble(arm(Slender(0.5 * math.pi), inertia=1.0))
+    system = assemble(arm(SlenderRod(0.5 * math.pi), inertia=1.0))
     for name, value, fresh in (
-        ("field.speed", 7.0, arm(Slender(0.5 * math.pi), inertia=1.0, omega=7.0)),
-        ("arm.inertia", 0.6, arm(Slender(0.5 * math.pi), inertia=0.6)),
-        ("arm.spread.angle", 0.3, arm(Slender(0.3), inertia=1.0)),
-        ("arm.mass", 5.0, arm(Slender(0.5 * math.pi), inertia=1.0, mass=5.0)),
+        ("field.speed", 7.0, arm(SlenderRod(0.5 * math.pi), inertia=1.0, omega=7.0)),
+        ("arm.inertia", 0.6, arm(SlenderRod(0.5 * math.pi), inertia=0.6)),
+        ("arm.spread.angle", 0.3, arm(SlenderRod(0.3), inertia=1.0)),
+        ("arm.mass", 5.0, arm(SlenderRod(0.5 * math.pi), inertia=1.0, mass=5.0)),
     ):
         changed = kinetostatics(system.with_values({name: value})).effort("motor")
         assert_allclose(changed, kinetostatics(fresh).effort("motor"), rtol=ROUNDING)
@@ -259,7 +259,7 @@ O = { revolute = ["ground.O", "plate"] }
 [drivers]
 motor = { angle = "plate", law = -30 }
 [loads]
-field = { rotating_field = { body = "ground", angle = 90 }, speed = "w" }
+field = { centrifugal_field = { body = "ground", angle = 90 }, speed = "w" }
 """
 
 
@@ -293,7 +293,7 @@ def test_a_weight_is_a_mass_too():
 def test_a_moving_arm_feels_the_field_and_its_own_inertia():
     """The two parts of the effort: I α of the motion, and the field's, which is a static one."""
     machine = Mechanism("moving", ground={"O": (0.3, 0.0)})
-    field = RotatingField("field", UPRIGHT, speed=5.0)
+    field = CentrifugalField("field", UPRIGHT, speed=5.0)
     law = ConstantSpeed(-0.4, 2.0)
     parts = [e for e in arm("point") if e.name not in ("motor", "field")]
     machine.add(*parts, AngleDriver("motor", "arm", law), field)

@@ -17,11 +17,11 @@ from mbody import (
     Prismatic,
     Revolute,
     SolveError,
+    driver_range,
     gallery,
-    reach,
 )
 from mbody.analysis.driven import dead_centres
-from mbody.analysis.driven.driver_range import Reach
+from mbody.analysis.driven.driver_range import DriverRange
 from mbody.makers import makers
 
 pytestmark = pytest.mark.processor
@@ -38,7 +38,7 @@ def side(a, b, c):
 @pytest.mark.parametrize("start", [60.0, 90.0, 180.0, 270.0, 311.0])
 def test_a_crank_that_only_swings(start):
     """6, 18, 12 on 8: coupler and rocker fold at arccos(2/3) to either side."""
-    limits = reach(makers.four_bar(6, 18, 12, 8, start=math.radians(start)))
+    limits = driver_range(makers.four_bar(6, 18, 12, 8, start=math.radians(start)))
     toggle = math.acos(2.0 / 3.0)
     assert math.degrees(toggle) == pytest.approx(48.18968510422142, abs=1e-13)
     assert list(limits) == pytest.approx([toggle, 2.0 * math.pi - toggle], abs=EXACT)
@@ -54,7 +54,7 @@ def test_rocking_four_bars(lengths, crossed):
     a, b, c, d = lengths
     stretched = side(a, d, b + c)
     low = side(a, d, abs(b - c)) if abs(a - d) < abs(b - c) else -stretched
-    limits = reach(makers.four_bar(*lengths, start=1.0, crossed=crossed))
+    limits = driver_range(makers.four_bar(*lengths, start=1.0, crossed=crossed))
     assert list(limits) == pytest.approx([low, stretched], abs=EXACT)
 
 
@@ -77,7 +77,7 @@ def test_random_four_bars():
         elif low:
             start %= 2.0 * math.pi
             wanted = [low, 2.0 * math.pi - low]
-        limits = reach(makers.four_bar(a, b, c, d, start=start))
+        limits = driver_range(makers.four_bar(a, b, c, d, start=start))
         assert list(limits) == pytest.approx(wanted, abs=EXACT)
         checked += 1
 
@@ -87,22 +87,22 @@ def test_where_branches_meet_in_the_dead_centre():
     scissors fold where the jack's ends, 1 and 1.6 from the foot, are in line.
     """
     # extrapolated by a polynomial of degree 12 over a range ten times what is left
-    limits = reach(gallery.load("peaucellier"))
+    limits = driver_range(gallery.load("peaucellier"))
     flat = 2.0 * math.acos(2.0 / 3.0)
     assert list(limits) == pytest.approx([-flat, flat], abs=1e-9)
-    assert list(reach(gallery.load("scissor_lift"))) == pytest.approx([0.6, 2.6], abs=1e-9)
+    assert list(driver_range(gallery.load("scissor_lift"))) == pytest.approx([0.6, 2.6], abs=1e-9)
 
 
 @pytest.mark.parametrize("start", [0.3, 1.0, math.pi / 3.0, math.pi / 2.0, 4.0])
 @pytest.mark.parametrize("crossed", [False, True])
 def test_change_points_are_no_ends(start, crossed):
     """A parallelogram goes through its positions in line, and so does its crossed branch."""
-    assert reach(makers.four_bar(1, 3, 1, 3, start=start, crossed=crossed)).unlimited
+    assert driver_range(makers.four_bar(1, 3, 1, 3, start=start, crossed=crossed)).unlimited
 
 
 @pytest.mark.parametrize("name", ["hoekens", "norton_fourbar", "quick_return", "watt_sixbar"])
 def test_what_turns_right_round(name):
-    limits = reach(gallery.load(name))
+    limits = driver_range(gallery.load(name))
     assert limits.unlimited and list(limits) == [-math.inf, math.inf]
     assert str(limits) == "'crank' can turn all the way round"
 
@@ -116,7 +116,7 @@ def press(start=3.3, speed=0.0):
 
 
 def test_a_slider_that_drives():
-    limits = reach(press())
+    limits = driver_range(press())
     assert list(limits) == pytest.approx([2.0, 4.0], abs=EXACT)
     assert str(limits) == "'slider' can move from 2 m to 4 m"
 
@@ -129,7 +129,7 @@ def test_a_cylinder_that_lifts_an_arm():
         Revolute("O", "ground", "arm.O"),
         DistanceDriver("jack", "ground.C", "arm.P", 4.0),
     )
-    assert list(reach(machine, "jack")) == pytest.approx([1.0, 5.0], abs=EXACT)
+    assert list(driver_range(machine, "jack")) == pytest.approx([1.0, 5.0], abs=EXACT)
 
 
 def test_a_slide_without_an_end():
@@ -139,12 +139,12 @@ def test_a_slide_without_an_end():
         Prismatic("guide", "ground", "block"),
         CoordinateDriver("jack", "ground", "block", 0.5),
     )
-    limits = reach(machine)
+    limits = driver_range(machine)
     assert limits.unlimited and str(limits) == "'block' can move without end"
 
 
 def test_one_end_only():
-    told = str(Reach("m", "arm", 0.0, -math.inf, 1.0))
+    told = str(DriverRange("m", "arm", 0.0, -math.inf, 1.0))
     assert told == "'arm' can turn to 57.29577951 deg"
 
 
@@ -171,7 +171,7 @@ def two_arms(first, second):
 def test_one_of_two_drivers(name):
     """The other is held: C stays within 4 of D, where p and q are stretched."""
     first, second = math.radians(100.0), math.radians(80.0)
-    limits = reach(two_arms(first, second), name)
+    limits = driver_range(two_arms(first, second), name)
     D = 3.0 + 2.0 * np.exp(1j * second)
     spread = side(2.0, abs(D), 4.0)
     wanted = [np.angle(D) - spread, np.angle(D) + spread]
@@ -204,7 +204,7 @@ def test_the_position_that_was_asked_for_is_left_as_it_was():
 def test_a_large_mechanism_is_told_where_it_stopped(monkeypatch):
     """Beyond the size of dense matrices the place that the path reached is good to 1e-5."""
     monkeypatch.setattr(dead_centres, "LARGEST", 0)
-    limits = reach(makers.four_bar(6, 18, 12, 8, start=math.pi / 2.0))
+    limits = driver_range(makers.four_bar(6, 18, 12, 8, start=math.pi / 2.0))
     toggle = math.acos(2.0 / 3.0)
     assert list(limits) == pytest.approx([toggle, 2.0 * math.pi - toggle], abs=1e-5)
 
@@ -212,11 +212,11 @@ def test_a_large_mechanism_is_told_where_it_stopped(monkeypatch):
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: reach(two_arms(1.9, 1.2)), "has 2 drivers ('one', 'two')"),
-        (lambda: reach(press(), "jack"), "no driver 'jack' (there are: 'ram')"),
-        (lambda: reach(press(), t=math.nan), "one finite time, not nan"),
+        (lambda: driver_range(two_arms(1.9, 1.2)), "has 2 drivers ('one', 'two')"),
+        (lambda: driver_range(press(), "jack"), "no driver 'jack' (there are: 'ram')"),
+        (lambda: driver_range(press(), t=math.nan), "one finite time, not nan"),
         (
-            lambda: reach(mbody.assemble(press()).with_values({"rod.B.x": [3.0, 3.1]})),
+            lambda: driver_range(mbody.assemble(press()).with_values({"rod.B.x": [3.0, 3.1]})),
             "reach takes one design",
         ),
     ],

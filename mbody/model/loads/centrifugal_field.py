@@ -11,12 +11,12 @@ from mbody.compiler.jit import inline
 from mbody.errors import ModelError
 from mbody.model.element import LawLike, Place, law_field, number_field, place_field
 from mbody.model.loads._base import Load
-from mbody.model.primitives import Action
+from mbody.model.primitives import ForcePrimitive
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = ["RotatingField", "Spindle", "centrifugal", "spin"]
+__all__ = ["CentrifugalField", "Spindle", "centrifugal", "spin"]
 
 #: Second moments may miss the body's inertia by this part of it: digits that were typed.
 MISFIT = 1e-6
@@ -33,7 +33,7 @@ class Spindle(NamedTuple):
 
 
 @dataclass(frozen=True)
-class RotatingField(Load):
+class CentrifugalField(Load):
     """Centrifugal field of a spinning plane, as in a flyball machine: M a = f + ½ ω² ∂J/∂q.
 
     With n the unit normal to the axis and x = n · (r − r_axis), every mass element is pushed by
@@ -70,7 +70,7 @@ class RotatingField(Load):
     --------
     >>> from mbody.model.element import Marker
     >>> upright = Marker("ground", (0.0, 0.0), np.pi / 2)
-    >>> RotatingField("field", upright, speed=20.0).speed
+    >>> CentrifugalField("field", upright, speed=20.0).speed
     Constant(value=20.0)
     """
 
@@ -101,7 +101,7 @@ class RotatingField(Load):
         """The field that says how the plane turns: "speed" or "momentum"."""
         return "momentum" if self.speed is None else "speed"
 
-    def actions(self, at: Numbers) -> list[Action]:
+    def actions(self, at: Numbers) -> list[ForcePrimitive]:
         """One action on all bodies: the axis, its normal, how ω is found, then (xx, yy, xy) of each
         body.
         """
@@ -111,7 +111,9 @@ class RotatingField(Load):
         parameters = [x, y, -np.sin(angle), np.cos(angle), free, at[f"{self.name}.inertia"]]
         for body in at.bodies:
             parameters += second_moments(at, body, self.name)
-        return [Action("field", "ground", "ground", parameters, (at.law(self, self.given),))]
+        return [
+            ForcePrimitive("field", "ground", "ground", parameters, (at.law(self, self.given),))
+        ]
 
     def spindle(self, run: Any) -> Spindle:
         """How the plane turns during a run: speed, moment of inertia and angular momentum.
@@ -156,7 +158,7 @@ def second_moments(at: Numbers, body: Any, field: str) -> list[Any]:
     if spread is None:
         raise ModelError(
             f"'{field}' must know how the mass of '{name}' is spread in the plane: give "
-            f"Body('{name}', spread=...) as \"point\", Slender(angle) of a thin rod along that "
+            f"Body('{name}', spread=...) as \"point\", SlenderRod(angle) of a thin rod along that "
             "angle, or SecondMoments(xx, yy, xy)",
             name,
         )

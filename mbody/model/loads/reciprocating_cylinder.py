@@ -12,16 +12,16 @@ from mbody.compiler.jit import inline, njit
 from mbody.errors import ModelError
 from mbody.model.element import Place, number_field, place_field, two_bodies
 from mbody.model.loads._base import Load
-from mbody.model.primitives import Action
+from mbody.model.primitives import ForcePrimitive
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = ["ValvedCylinder", "charge", "travel"]
+__all__ = ["ReciprocatingCylinder", "charge", "travel"]
 
 
 @dataclass(frozen=True)
-class ValvedCylinder(Load):
+class ReciprocatingCylinder(Load):
     """Cylinder of a piston machine with self-acting valves, single- or double-acting: suction,
     compression, delivery, expansion; the indicator diagram of a liquid or a gas.
 
@@ -78,7 +78,7 @@ class ValvedCylinder(Load):
 
     Examples
     --------
-    >>> cylinder = ValvedCylinder(
+    >>> cylinder = ReciprocatingCylinder(
     ...     "cylinder", "ground", "piston", area=0.02, near=0.6, far=0.3, clearance=0.05,
     ...     delivery=2e7, bulk_modulus=2e9
     ... )
@@ -166,7 +166,7 @@ class ValvedCylinder(Load):
         )
         return float(told)
 
-    def actions(self, at: Numbers) -> list[Action]:
+    def actions(self, at: Numbers) -> list[ForcePrimitive]:
         """An action for each chamber: as of `PistonPressure`, then what `charge` takes, counted
         from the mass centre of i.
         """
@@ -180,7 +180,7 @@ class ValvedCylinder(Load):
         more += [float(gas), at[f"{name}.ambient"]]
         faces = [("area", near, way), ("opposite_area", far, -way)]
         return [
-            Action(
+            ForcePrimitive(
                 "chamber",
                 *self.bodies,
                 [*at.arm(self, "j"), ux, uy, s * at[f"{name}.{face}"], 0.0, origin + end, s, *more],
