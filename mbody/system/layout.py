@@ -142,6 +142,8 @@ class Work(Bundle):
     # positions to come back to while loops are closed
     guess: Rows
     base: Rows
+    # blocks of the position that was factored, while the factor serves at another one; one lane
+    factored_block: Floats
     # what a user's function is asked and tells
     asked: Floats
     told: Floats
@@ -256,7 +258,7 @@ def _frame(
         "past": 9 * coordinates,
     }
     rows |= dict.fromkeys(("phi", "nu", "gamma", "diagonal", "x", "lam"), 2 * nodes)
-    lengths = {"asked": 17 + parameters, "told": 18}
+    lengths = {"asked": 17 + parameters, "told": 18, "factored_block": rows["block"]}
     count = {n: max(1, rows.get(n, coordinates)) for n in Work.fields if n not in lengths}
     return Frame(count, lengths, lanes)
 
