@@ -6,10 +6,7 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from mbody.solution.solution import Solution
+from typing import Any
 
 __all__ = [
     "ModelError",
@@ -53,9 +50,7 @@ class SolveError(RuntimeError):
         What was computed before the stop; its last instant is the last good one.
     """
 
-    def __init__(
-        self, message: str, element: str | None = None, solution: Solution | None = None
-    ) -> None:
+    def __init__(self, message: str, element: str | None = None, solution: Any = None) -> None:
         super().__init__(message)
         self.element = element
         self.solution = solution

@@ -9,22 +9,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
 from mbody.kernels.constraints import KINDS
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.solution.doubts import Doubt, status_of
-
-if TYPE_CHECKING:
-    from mbody.solution.solution import Solution
-    from mbody.system.system import System
+from mbody.solution.result import Result
+from mbody.system.system import System
 
 __all__ = ["Certificate", "Certified", "as_said", "changed", "residual_doubts"]
 
 Array = np.ndarray
 T = TypeVar("T")
+R = TypeVar("R", bound=Result)
 
 #: Greatest violation of a constraint, as a part of 1 + the greatest coordinate in model lengths and
 #: radians. Over the gallery, some 250 random and near-singular linkages and chains of 300 links at
@@ -86,21 +85,22 @@ class Certified(Generic[T]):
         solution.__dict__[f"said_{self.name}"] = value
 
 
-def as_said(solution: Solution) -> Certificate:
+def as_said(solution: Result) -> Certificate:
     """What the analysis itself said of a result, without a look at its residuals."""
     held = solution.__dict__
     status = held.get("said_status", "completed")
     return Certificate(status, held["said_doubts"], held["said_notes"])
 
 
-def changed(solution: Solution, **parts: Any) -> Solution:
+def changed(solution: R, **parts: Any) -> R:
     """The same solution with other parts, as `dataclasses.replace`, without a look at residuals."""
     said = as_said(solution)
     own = {"status": said.status, "doubts": said.doubts, "notes": said.notes}
-    return replace(solution, **(own | parts))
+    replaced: R = replace(solution, **(own | parts))  # type: ignore[type-var]  # a dataclass
+    return replaced
 
 
-def _certificate(solution: Solution) -> Certificate:
+def _certificate(solution: Result) -> Certificate:
     """What the analysis said, and what the residuals add to it."""
     said = as_said(solution)
     doubts = said.doubts
@@ -110,7 +110,7 @@ def _certificate(solution: Solution) -> Certificate:
     return Certificate(status_of(said.status, doubts), doubts, (*said.notes, *added))
 
 
-def residual_doubts(solution: Solution) -> list[Doubt]:
+def residual_doubts(solution: Result) -> list[Doubt]:
     """A doubt for each sort of residual that rounding and condition do not explain, of a batch for
     each design; what is no number is in doubt.
     """
@@ -128,7 +128,7 @@ def residual_doubts(solution: Solution) -> list[Doubt]:
 
 
 def _limits(
-    solution: Solution, parts: Array, design: int
+    solution: Result, parts: Array, design: int
 ) -> Iterator[tuple[str, Array, Array | float]]:
     """Residuals (instants,) in words, and what rounding and condition explain of each."""
     system = solution.system
@@ -173,7 +173,7 @@ def _carried(system: System, pages: Array) -> Any:
     return forces.reshape(len(pages), -1).max(axis=1, initial=0.0)
 
 
-def _doubt(solution: Solution, which: str, what: str, size: Array, wrong: Array) -> Doubt:
+def _doubt(solution: Result, which: str, what: str, size: Array, wrong: Array) -> Doubt:
     """The doubt of one residual from its first instant on."""
     t, unit = float(solution.t[wrong[0]]), solution.mechanism.units.time
     bad = size[wrong]

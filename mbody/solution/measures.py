@@ -21,7 +21,7 @@ from mbody.model.study import Measure
 from mbody.quantities import FormulaError, Scope, Valued, evaluate, parse, parse_unit, told
 from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, dimension_of
 from mbody.solution.load_histories import told_of
-from mbody.solution.solution import Solution
+from mbody.solution.result import Result
 
 __all__ = ["check_measure", "checked_sides", "found_by", "measured", "sides"]
 
@@ -39,12 +39,12 @@ TORQUES = {"effort": "torque", "power": "power"} | {key: of[0] for key, of in DR
 PUSHES = {"effort": "force", "power": "power"} | {key: of[1] for key, of in DRIVEN.items()}
 
 
-def measured(solution: Solution, measure: Measure | str) -> tuple[np.ndarray, Dimension, str]:
+def measured(solution: Result, measure: Measure | str) -> tuple[np.ndarray, Dimension, str]:
     """History of a quantity, its dimension and the unit that it is in.
 
     Parameters
     ----------
-    solution : Solution
+    solution : Result
         Of any analysis; forces only of one that finds them.
     measure : Measure or str
         Such as ``"coupler.P.y - ground.O2.y"``: of bodies x, y, angle, their rates vx, vy, omega
@@ -97,7 +97,7 @@ def check_measure(mechanism: Mechanism, measure: Measure) -> str:
     return _valued(measure, _Histories(mechanism, lambda *name: 1.0))[2]
 
 
-def sides(solution: Solution, left: str, right: str) -> tuple[np.ndarray, np.ndarray]:
+def sides(solution: Result, left: str, right: str) -> tuple[np.ndarray, np.ndarray]:
     """Histories of both sides of a relation between quantities that `checked_sides` let pass."""
     return measured(solution, left)[0], measured(solution, right)[0]
 
@@ -137,7 +137,7 @@ def _is_zero(text: str) -> bool:
         return False
 
 
-def found_by(solution: Solution, measure: Measure) -> bool:
+def found_by(solution: Result, measure: Measure) -> bool:
     """Whether the analysis found what a measure is made of; kinematics finds no forces."""
     if solution.has_forces:
         return True
@@ -229,7 +229,7 @@ def _bodies(mechanism: Mechanism) -> str:
     return listed(["ground", *(body.name for body in mechanism.bodies)])
 
 
-def _history(run: Solution, owner: str, key: str) -> np.ndarray:
+def _history(run: Result, owner: str, key: str) -> np.ndarray:
     """The history of a body, a point, a joint, a load or a driver."""
     element, _, point = owner.partition(".")
     if point:
