@@ -1,8 +1,8 @@
-"""What a result certifies of itself: its status, doubts and notes, by what its analysis said and by
-residuals that are taken when they are first asked for.
+"""The certificate of a result: its status, doubts and notes, from the report of its analysis and
+from its residuals.
 
-Residuals cost a third of the kinetostatics of a turn, so that nobody pays for them who reads
-numbers alone; `status`, `doubts` and `notes` of a `Solution` are never without them.
+Residuals cost a third of the kinetostatics of a turn. They are computed when `status`, `doubts` or
+`notes` is first read, so a user who reads numbers alone does not pay for them.
 """
 
 from __future__ import annotations
@@ -36,7 +36,8 @@ LEFT = 1e-9
 #: each: of the square of the greatest one, as a part of the loads, at most 6e-16 is met, down to
 #: 1e-8 rad from a dead centre.
 ROUNDED = 1e-13
-#: Slower than this part of what forces would make of it, a mechanism stands: its power is rounding.
+#: A mechanism slower than this part of the speed that its forces would give it is at rest: its
+#: power is rounding.
 STILL = 1e-12
 
 
@@ -59,8 +60,8 @@ class Certificate:
 
 
 class Certified(Generic[T]):
-    """A field of a `Solution` that reads as its certificate says; what is assigned to it is what
-    the analysis said.
+    """A field of a `Solution` that is read from its certificate; what is assigned to it is the
+    report of the analysis.
     """
 
     def __init__(self, default: T) -> None:
@@ -72,28 +73,28 @@ class Certified(Generic[T]):
     def __get__(self, solution: Any, owner: type) -> T:
         if solution is None:  # the default of the field
             return self.default
-        held = solution.__dict__
-        if "certificate" not in held:
-            held["certificate"] = _certificate(solution)
-        value: T = getattr(held["certificate"], self.name)
+        fields = solution.__dict__
+        if "certificate" not in fields:
+            fields["certificate"] = _certificate(solution)
+        value: T = getattr(fields["certificate"], self.name)
         return value
 
     def __set__(self, solution: Any, value: T) -> None:
         solution.__dict__.pop("certificate", None)
         if self.name == "status" and str(value).startswith("doubtful:"):
             return  # follows from the doubts; how it ended is what it was
-        solution.__dict__[f"said_{self.name}"] = value
+        solution.__dict__[f"reported_{self.name}"] = value
 
 
 def as_said(solution: Result) -> Certificate:
-    """What the analysis itself said of a result, without a look at its residuals."""
-    held = solution.__dict__
-    status = held.get("said_status", "completed")
-    return Certificate(status, held["said_doubts"], held["said_notes"])
+    """What the analysis itself reported of a result, without computing its residuals."""
+    fields = solution.__dict__
+    status = fields.get("reported_status", "completed")
+    return Certificate(status, fields["reported_doubts"], fields["reported_notes"])
 
 
 def changed(solution: R, **parts: Any) -> R:
-    """The same solution with other parts, as `dataclasses.replace`, without a look at residuals."""
+    """The solution with other fields, as `dataclasses.replace`, without computing residuals."""
     said = as_said(solution)
     own = {"status": said.status, "doubts": said.doubts, "notes": said.notes}
     replaced: R = replace(solution, **(own | parts))  # type: ignore[type-var]  # a dataclass
@@ -101,7 +102,7 @@ def changed(solution: R, **parts: Any) -> R:
 
 
 def _certificate(solution: Result) -> Certificate:
-    """What the analysis said, and what the residuals add to it."""
+    """The report of the analysis, and what the residuals add to it."""
     said = as_said(solution)
     doubts = said.doubts
     if not any(doubt.kind == "residual" for doubt in doubts):
@@ -146,9 +147,9 @@ def _limits(
         return
     top, flowing = (float(np.nanmax(np.abs(whole), initial=0.0)) for whole in (term, flow))
     known &= np.isfinite(pages).all(axis=1)
-    # forces that are said to be missing are in no balance
-    said = any(doubt.kind == "incomplete" for doubt in as_said(solution).doubts)
-    unknown = 0.0 if said else np.nan
+    # forces that are reported as missing are in no balance
+    reported = any(doubt.kind == "incomplete" for doubt in as_said(solution).doubts)
+    unknown = 0.0 if reported else np.nan
     part = np.where(known, left / (top or 1.0), unknown)
     carried = np.where(known, _carried(system, pages) / (top or 1.0), 0.0)
     yield "{} of the forces are out of balance", part, LEFT + ROUNDED * carried**2
@@ -177,11 +178,11 @@ def _doubt(solution: Result, which: str, what: str, size: Array, wrong: Array) -
     """The doubt of one residual from its first instant on."""
     t, unit = float(solution.t[wrong[0]]), solution.mechanism.units.time
     bad = size[wrong]
-    told = f"{bad.max():.2g}" if np.isfinite(bad).all() else "an unknown part"
+    worst = f"{bad.max():.2g}" if np.isfinite(bad).all() else "an unknown part"
     many = f"at {len(wrong)} of {len(size)} instants, first " if len(size) > 1 else ""
     return Doubt(
         "residual",
-        f"{which}{what.format(told)} {many}at t = {t:.6g} {unit}, more than rounding explains: do "
+        f"{which}{what.format(worst)} {many}at t = {t:.6g} {unit}, more than rounding explains: do "
         "not rely on the numbers there; check what is near a singular position, and the elements "
         "written in Python",
         t,

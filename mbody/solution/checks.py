@@ -22,13 +22,13 @@ __all__ = ["breakdown", "checks", "each_load_of", "loaded", "residuals"]
 
 
 def residuals(solution: Result) -> np.ndarray:
-    """(designs, instants, 5), as `mbody.kernels.residuals` says, of one design too."""
+    """(designs, instants, 5), see `mbody.kernels.residuals`; of one design too."""
     designs = range(solution.system.batch or 1)
     return np.array([_audited(solution, design) for design in designs])
 
 
 def _audited(solution: Result, design: int) -> np.ndarray:
-    """The residuals of one design; a driver that has let go constrains nothing from then on."""
+    """The residuals of one design; a released driver constrains nothing from then on."""
     drivers, t = solution.system.mechanism.drivers, solution.t
     times = [solution.released.get(driver.name, np.inf) for driver in drivers]
     ends = sorted({time for time in times if time <= t.max(initial=-np.inf)})

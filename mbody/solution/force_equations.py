@@ -19,7 +19,7 @@ Array = np.ndarray
 class Equations:
     """matrix · unknowns = right-hand side: Newton's and Euler's equations of every moving link.
 
-    A row says Σ of what joints and drivers exert = m a − loads, moments about the mass centre. A
+    A row is Σ of what joints and drivers exert = m a − loads, moments about the mass centre. A
     column is what a unit of its unknown exerts on all links. ``print(run.equations())`` shows them.
 
     Attributes

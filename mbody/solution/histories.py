@@ -22,7 +22,7 @@ Array = np.ndarray
 
 
 class Record:
-    """Rows of numbers over instants, as the kernels left them; a history is taken when asked for.
+    """Rows of numbers over instants, as the kernels left them; histories are taken out when read.
 
     Parameters
     ----------

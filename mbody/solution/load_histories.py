@@ -15,7 +15,7 @@ from mbody.solution.histories import LoadHistory
 from mbody.solution.places import column
 from mbody.solution.result import Result
 
-__all__ = ["argument", "load_history", "told_of"]
+__all__ = ["argument", "load_history", "quantities_of"]
 
 Array = np.ndarray
 ALONG = (Spring, Damper)
@@ -23,10 +23,10 @@ ABOUT = (TorsionSpring, TorsionDamper)
 FORCES = dict.fromkeys(("fx", "fy", "force"), "force")
 
 
-def told_of(load: Load) -> dict[str, str]:
+def quantities_of(load: Load) -> dict[str, str]:
     """What histories a load has, with the dimension of each; none where it acts on every body.
 
-    >>> told_of(Spring("spring", "ground", "bob", stiffness=1.0))["rate"]
+    >>> quantities_of(Spring("spring", "ground", "bob", stiffness=1.0))["rate"]
     'velocity'
     """
     if isinstance(load, ABOUT):
@@ -40,7 +40,7 @@ def told_of(load: Load) -> dict[str, str]:
 
 def _sides(load: Load) -> dict[str, str | None]:
     """The bodies on which a load acts with the field of its place there, the one last on which its
-    history is told by default; none where it acts on every body.
+    history is given by default; none where it acts on every body.
     """
     places = load.places()
     if isinstance(load, Turning):

@@ -53,7 +53,7 @@ def momentum(run: Result, about: Any = (0.0, 0.0)) -> Momentum:
     run : Result
         Of an analysis that finds velocities.
     about : (x, y), Marker or str, optional
-        The place o that the angular momentum is about: one that stands still, by default the
+        The place o that the angular momentum is about: one at rest, by default the
         origin; or a place on a body, such as ``"crank.A"``, where it is at each instant.
 
     Returns

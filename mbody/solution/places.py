@@ -1,7 +1,7 @@
-"""Where ends of elements and link axes are in a solution, and where forces are told.
+"""Where ends of elements and link axes are in a solution, and where reactions act.
 
-Histories are arrays (instants,), of a batch (designs, instants); numbers of a batch stand beside
-them as columns.
+Histories are arrays (instants,), of a batch (designs, instants); numbers of a batch are
+columns beside them.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def ends(solution: Result, element: Element) -> tuple[Any, Any, Any, Any]:
 
 
 def reaction_point(solution: Result, element: Element) -> tuple[Array, Array]:
-    """Where the force of an element is told: its place on j, or the point of contact."""
+    """Where the force of an element acts: its place on j, or the point of contact."""
     x, y = place(solution, element, "j")
     offset = _offset(solution, element) if isinstance(element, Joint) else None
     return (x, y) if offset is None else (x + offset[0], y + offset[1])
@@ -72,13 +72,13 @@ def link_poses(solution: Result) -> dict[str, tuple[float, float, float]]:
 
 
 def reaction_torque(solution: Result, joint: Joint, fx: Array, fy: Array, torque: Array) -> Array:
-    """Torque of a reaction about the point where it is told, of that about the place on j."""
+    """Torque of a reaction about its reaction point, from that about the place on j."""
     offset = _offset(solution, joint)
     return torque if offset is None else torque - (offset[0] * fy - offset[1] * fx)
 
 
 def _offset(solution: Result, joint: Joint) -> Any:
-    """From a joint's place on j to where its reaction is told; None for that place itself."""
+    """From a joint's place on j to its reaction point; None for that place itself."""
     if type(joint).reaction_point is Joint.reaction_point:
         return None
     return joint.reaction_point(*ends(solution, joint))

@@ -106,14 +106,14 @@ class Solution:
                 "analyse one of them, system.design(n)"
             )
         index = np.asarray(instants, dtype=np.int64)
-        rows, said = self.record.table(slice(None))[index], as_said(self)
+        rows, report = self.record.table(slice(None))[index], as_said(self)
         last = float(self.t[index].max(initial=-np.inf))
-        gone = [one for one in said.doubts if one.t is not None and one.t > last]
+        gone = [one for one in report.doubts if one.t is not None and one.t > last]
         messages = {one.message for one in gone}
         return changed(
             self,
-            doubts=tuple(one for one in said.doubts if one not in gone),
-            notes=tuple(note for note in said.notes if note not in messages),
+            doubts=tuple(one for one in report.doubts if one not in gone),
+            notes=tuple(note for note in report.notes if note not in messages),
             t=self.t[index],
             record=Record([np.ascontiguousarray(rows[:, :, None])], len(index), batch=False),
             given=None if self.given is None else self.given[index],
@@ -221,7 +221,7 @@ class Solution:
         return Reaction(joint, j, i, fx, fy, torque, unique)
 
     def reaction_point(self, joint: str) -> tuple[Array, Array]:
-        """Where the reaction of a joint, or the force of a driver of a length, is told: its place
+        """Where the reaction of a joint, or the force of a driver of a length, acts: its place
         on j, or the point of contact; world axes, arrays (instants,).
 
         Raises
@@ -444,7 +444,7 @@ class Solution:
         return found
 
     def to_dataframe(self) -> Any:
-        """The columns as a pandas DataFrame; pandas is asked for only here."""
+        """The columns as a pandas DataFrame; pandas is needed only here."""
         return present("dataframe", self)
 
     def to_csv(self, path: Any, angle: str = "rad") -> None:
