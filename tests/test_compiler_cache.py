@@ -18,24 +18,23 @@ import pytest
 import mbody.compiler.cache as cache
 import mbody.compiler.jit as jit
 
-MODULES = ("_cache", "_inner", "_jit", "_user", "_lanes_type", "_lanes", "_bundle")
-
 SOURCES = {
     "__init__": '"""A small package."""\n',
-    "_helper": """\
-        from ._jit import inline
+    "kernels/__init__": '"""Kernels."""\n',
+    "kernels/helper": """\
+        from mbody.compiler.jit import inline
         FACTOR = 2.0
         @inline
         def scaled(x):
             return FACTOR * x
         """,
-    "_trial": """\
+    "kernels/trial": """\
         from __future__ import annotations
-        from ._jit import kernel, njit
-        from ._lanes import ld, sincos, st, wide
-        from ._bundle import Bundle, Rows
-        from ._user import call_user
-        from ._helper import scaled
+        from mbody.compiler.jit import kernel, njit
+        from mbody.compiler.lanes import ld, sincos, st, wide
+        from mbody.compiler.bundle import Bundle, Rows
+        from mbody.compiler.callbacks import call_user
+        from mbody.kernels.helper import scaled
 
         class Work(Bundle):
             rows: Rows
@@ -58,10 +57,10 @@ SOURCES = {
 RUN = """\
     import json
     import numpy as np
-    from mbody import _jit as jit
+    from mbody.compiler import jit
     from mbody.compiler.lanes import LANES, aligned
     from mbody.compiler.callbacks import failure, register
-    from mbody._trial import Work, ask, turn
+    from mbody.kernels.trial import Work, ask, turn
 
     work = Work(rows=aligned(2, LANES), more=aligned(2, LANES))
     work.rows[0] = 0.25
@@ -98,9 +97,9 @@ class Place:
     def __init__(self, root: Path) -> None:
         self.root = root
         self.package = root / "site" / "mbody"
-        self.package.mkdir(parents=True)
-        for name in MODULES:
-            shutil.copy(Path(jit.__file__).parent / f"{name}.py", self.package)
+        (self.package / "kernels").mkdir(parents=True)
+        compiler = shutil.ignore_patterns("__pycache__")
+        shutil.copytree(Path(jit.__file__).parent, self.package / "compiler", ignore=compiler)
         for name, text in SOURCES.items():
             (self.package / f"{name}.py").write_text(_dedent(text))
 
@@ -156,7 +155,7 @@ def test_a_second_process_compiles_nothing(warm):
 
 USE = """\
     from mbody.compiler.jit import compilations, kernel
-    from mbody._helper import scaled
+    from mbody.kernels.helper import scaled
 
     @kernel
     def other(x):
@@ -191,7 +190,7 @@ def test_a_changed_interface_of_numba_costs_only_time(warm):
 
 
 def test_an_edit_in_another_file_is_seen(warm):
-    helper = warm.package / "_helper.py"
+    helper = warm.package / "kernels" / "helper.py"
     before = helper.read_text()
     helper.write_text(before.replace("2.0", "4.0"))
     result = warm.run(MBODY_QUIET="1")
