@@ -12,7 +12,7 @@ import numpy as np
 from mbody.analysis.driven.batch import batch
 from mbody.analysis.driven.change_points import through_change_points
 from mbody.analysis.driven.dead_centres import DeadCentre, with_ends
-from mbody.analysis.driven.runner import Runner, Stuck
+from mbody.analysis.driven.runner import PathEnded, Runner
 from mbody.analysis.driven.time_grid import BY_DRIVER, BY_TIME, Plan, by_time, plan
 from mbody.analysis.position.assembly_analysis import as_system, check_determined, closed
 from mbody.analysis.position.closed_position import Closed
@@ -81,8 +81,8 @@ def _as_from_start(runner: Runner, asked: Plan, found: Closed) -> bool:
         with warnings.catch_warnings():
             warnings.simplefilter("error", ModelWarning)
             start = closed(system, 0.0, {})
-        q = Runner(system, runner.analysis).scalar(start, way, loads=False)[-1, :, 0]
-    except (ModelError, SolveError, ModelWarning, Stuck):
+        q = Runner(system, runner.analysis).scalar(start, way, with_forces=False)[-1, :, 0]
+    except (ModelError, SolveError, ModelWarning, PathEnded):
         return False
     n = system.coordinates
     off = (q[:n] - found.work.q[:n, 0]).reshape(-1, 3)
@@ -110,7 +110,7 @@ def _single(runner: Runner, start: Closed, asked: Plan) -> Solution:
     if block is None:
         try:
             block = runner.scalar(start, asked)
-        except Stuck as stuck:
+        except PathEnded as stuck:
             error = runner.explain(stuck, start, asked)
             # an instant at which branches meet is reached as a limit, where the path goes on
             near = abs(stuck.place - asked.s[stuck.done]) <= 1e-3 * np.ptp(asked.s)
