@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import functools
+import inspect
 import warnings
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -23,12 +24,56 @@ from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
-__all__ = ["driven"]
+__all__ = ["documented", "driven"]
 
 #: Way of a driver [rad, length] that is not followed to see whether a position is meant.
 FAR = 1e3
 #: Positions closer than this are one, in model lengths and radians.
 SAME = 1e-6
+
+Analysis = TypeVar("Analysis", bound=Callable[..., Solution])
+
+#: What the docstrings of kinematics, kinetostatics and statics share.
+SHARED = {
+    "{parameters}": """
+Parameters
+----------
+model : Mechanism or System
+    Driven so that no freedom is left.
+t : float or array (instants,), optional
+    Times at which the laws of the drivers are taken, by default 0.
+drive : mapping, optional
+    Instead of laws: value, or (value, rate, acceleration), of drivers by name, floats or arrays
+    (instants,), angles in rad. Drivers that are not named keep their laws.
+turn : str or True, optional
+    A whole turn of this driver (or driven body) from t = 0 on, at equal angles, both ends
+    included, with the rates of its law.
+instants : int, optional
+    How many of a turn, by default 361.
+guess : mapping, optional
+    By body, instead of its own guess: angle [rad], or (x, y, angle) of the link axes. It
+    chooses the branch; between instants the branch is followed.
+""",
+    "{raises}": """
+Raises
+------
+ModelError
+    For instants, drivers or guesses that do not fit the mechanism.
+SolveError
+    When loops do not close, the motion is not determined, a dead centre is in the way, or a
+    function of the user failed. It carries what was computed before.
+""",
+}
+
+
+def documented(analysis: Analysis) -> Analysis:
+    """Put the shared sections into the docstring of a driven analysis."""
+    if analysis.__doc__ is not None:
+        text = inspect.cleandoc(analysis.__doc__)
+        for place, section in SHARED.items():
+            text = text.replace(place, section.strip())
+        analysis.__doc__ = text
+    return analysis
 
 
 def driven(
