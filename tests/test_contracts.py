@@ -590,10 +590,11 @@ import traceback
 import numpy as np
 
 import mbody
-from mbody.kernels import rows
+from mbody.kernels import constraints
+from mbody.model.primitives import CONSTRAINTS
 from mbody.testing import check_joint, check_load
 
-assert rows.rows.__class__.__name__ == "function", "this must run without compiler"
+assert constraints.rows.__class__.__name__ == "function", "this must run without compiler"
 H = 1e-30
 rng = np.random.default_rng(3)
 
@@ -604,14 +605,15 @@ def side(q, v):
 
 def physics(kind, q, v, p, f):
     i, j = side(q[:3], v[:3]), side(q[3:], v[3:])
-    if kind in ("roller", "face"):
+    one = CONSTRAINTS[kind]
+    if one.argument:
         # the sense of turning is 1 or -1; the law, of period π, is asked at the angle of the ray
         n = 5 if kind == "roller" else 6
         p = (*p[:n], np.sign(p[n]), *p[n + 1 :])
-        x, y = getattr(rows, kind + "_ray")(i, j, p)
+        x, y = one.argument(i, j, p)
         angle = 2.0 * np.arctan(y / x) + 0.4
         f = 0.3 * np.sin(angle), 0.6 * np.cos(angle), -1.2 * np.sin(angle)
-    return getattr(rows, kind)(i, j, p, f)
+    return one.function(i, j, p, f)
 
 
 def matrix(blocks):
@@ -623,9 +625,7 @@ def worst(found, expected):
 
 
 result = {}
-for kind in rows.KINDS:
-    if kind in ("user", "sum"):
-        continue
+for kind in CONSTRAINTS:
     errors = np.zeros(3)
     for _ in range(50):
         q, v, p = rng.normal(size=6), rng.normal(size=6), tuple(rng.normal(size=7))
