@@ -152,7 +152,7 @@ def _loads(solution: Solution, turned: float) -> dict[str, Any]:
     """Forces of loads, and what springs and dampers go by; not of what acts on every body."""
     found = {}
     for load in solution.mechanism.loads:
-        keys = tuple(load.histories())
+        keys = tuple(load.quantities())
         if keys:
             history = solution.load(load.name)
             own = _fields(history, keys)

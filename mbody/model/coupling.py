@@ -181,7 +181,7 @@ class Coupling(Constraint):
                 result |= point_numbers(marker.point, place_name(name, marker.point))
         return result
 
-    def histories(self) -> dict[str, str]:
+    def quantities(self) -> dict[str, str]:
         """The effort."""
         return {"effort": self.effort_dimension}
 

@@ -54,7 +54,7 @@ class Driver(Constraint):
             names = ("length", "velocity", "acceleration")
         return dict(zip(DRIVEN, names, strict=True))
 
-    def histories(self) -> dict[str, str]:
+    def quantities(self) -> dict[str, str]:
         """The effort, its power, and the driven motion."""
         return {"effort": self.effort_dimension, "power": "power"} | self.motion
 

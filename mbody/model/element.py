@@ -294,7 +294,7 @@ class Element:
         except ModelError as error:
             raise ModelError(f"'{self.name}': {field.name}: {error}", self.name) from None
 
-    def histories(self) -> dict[str, str]:
+    def quantities(self) -> dict[str, str]:
         """The histories that a result has of it by its name, with the dimension of each."""
         return {}
 

@@ -78,7 +78,7 @@ class Joint(Constraint):
         """Whether the markers keep one direction and the places move apart."""
         return self.parallel and not self.coincident
 
-    def histories(self) -> dict[str, str]:
+    def quantities(self) -> dict[str, str]:
         """The reaction: components, magnitude of the force, and torque."""
         return {"fx": "force", "fy": "force", "force": "force", "torque": "torque"}
 

@@ -80,7 +80,7 @@ class Load(Element):
             return {places["i"].body: "i", places["j"].body: "j"}
         return {places["at"].body: "at"} if "at" in places else {}
 
-    def histories(self) -> dict[str, str]:
+    def quantities(self) -> dict[str, str]:
         """The histories that a result has of it, with the dimension of each; none where it acts on
         every body.
         """
@@ -128,7 +128,7 @@ class Turning(Load):
         """(carrier of the opposite torque, body), without places."""
         return {self.by: None, self.body: None}
 
-    def histories(self) -> dict[str, str]:
+    def quantities(self) -> dict[str, str]:
         """The torque, and the angle and the rate that it goes by."""
         turned = {"angle": "angle", "rate": "angular velocity"} if self.by_angle else {}
         return {"torque": "torque"} | turned
