@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.compiler.bundle import Bundle, Floats, Ints, Rows, Tables, words_of
+from mbody.compiler.bundle import Bundle, Floats, Ints, Rows, Tables, array_words
 from mbody.compiler.lanes import aligned
 
 __all__ = [
@@ -199,7 +199,7 @@ class Frame:
             shape = (count[name], lanes) if name in count else (lengths[name],)
             self.first[name] = self.rows
             at.append(len(words) + 4)
-            words += words_of(8 * lanes * self.rows, shape)
+            words += array_words(8 * lanes * self.rows, shape)
             size = count[name] if name in count else -(-lengths[name] // lanes)
             self.rows += -(-size // step) * step
         self.words, self.at = np.array(words), np.array(at)

@@ -13,10 +13,10 @@ from mbody.model.element import Element, Marker, Polar
 from mbody.model.joints import Fixed, Prismatic
 from mbody.model.mechanism import Mechanism
 
-__all__ = ["Geometry", "Numbers", "pair"]
+__all__ = ["Geometry", "ReferenceNumbers", "pair"]
 
 
-class Numbers:
+class ReferenceNumbers:
     """What a user's `parameters(at)` may ask, answered by the oracle's own arithmetic."""
 
     def __init__(self, reference: Geometry) -> None:
@@ -64,11 +64,7 @@ class Geometry:
         names = [body.name for body in mechanism.bodies]
         self.n = len(names)
         self.index = {name: k for k, name in enumerate([*names, "ground"])}
-        self.elements: tuple[Any, ...] = (
-            *mechanism.joints,
-            *mechanism.couplings,
-            *mechanism.drivers,
-        )
+        self.elements: tuple[Any, ...] = mechanism.constraints
         ends = list(itertools.accumulate((len(e.rows) for e in self.elements), initial=0))
         self.rows = {e.name: slice(*ends[k : k + 2]) for k, e in enumerate(self.elements)}
         self.m = ends[-1]
