@@ -14,7 +14,7 @@ import pytest
 import mbody
 from mbody import cli, gallery
 from mbody.analysis.driven.free_body import member_forces
-from mbody.analysis.driven.requests import asked_of
+from mbody.analysis.driven.requests import analyse_system_at
 from mbody.engines.oracle import Reference
 from mbody.model.study import Instants
 from mbody.solution.certificate import residual_doubts
@@ -53,7 +53,7 @@ def test_models_of_the_gallery_are_certain(name):
     if machine.simulation:
         run = mbody.simulate(machine)
     else:
-        run = asked_of(assemble(machine), "kinetostatics", machine.ask or Instants())
+        run = analyse_system_at(assemble(machine), "kinetostatics", machine.ask or Instants())
     assert residual_doubts(run) == [] and succeeded(run.ending)
 
 

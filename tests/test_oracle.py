@@ -18,7 +18,7 @@ from mbody import (
     statics,
 )
 from mbody.analysis.driven.runner import Runner
-from mbody.analysis.driven.time_grid import plan
+from mbody.analysis.driven.time_grid import time_grid
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.compiler.lanes import LANES
 from mbody.engines.oracle import Reference
@@ -117,7 +117,7 @@ def test_breakdown_by_cause(linkage, still):
 
 def by_scalar(system, analysis, times):
     """The same instants, one after the other."""
-    runner, asked = Runner(system, analysis), plan(system, times, None, None, None)
+    runner, asked = Runner(system, analysis), time_grid(system, times, None, None, None)
     start = closed(system, float(asked.t[0]), {})
     record = Record([runner.scalar(start, asked)], len(times), batch=False)
     return runner.solution(start, asked, record)

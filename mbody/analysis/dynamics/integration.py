@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mbody.analysis.driven.contacts import Held, pulled
+from mbody.analysis.driven.contacts import OneSidedForce, pulled
 from mbody.analysis.driven.diagnosis import (
     adjusted,
     branching,
@@ -17,7 +17,7 @@ from mbody.analysis.driven.diagnosis import (
     weightless,
 )
 from mbody.analysis.driven.time_grid import check_reach
-from mbody.analysis.driven.uniqueness import open_reactions, told_open
+from mbody.analysis.driven.uniqueness import open_note, open_reactions
 from mbody.analysis.dynamics.branch_passage import BranchWatch
 from mbody.analysis.dynamics.initial_step import CORRECTIONS, first_step, sizes
 from mbody.analysis.dynamics.integrators import Memory, stepper
@@ -342,11 +342,11 @@ class Course:
         notes = (*as_said(found).notes, *self.notes, *self.watch.notes(last))
         notes += tuple(pulled(found, self._between()))
         if self.soft:
-            notes += told_open(found.dependencies)
+            notes += open_note(found.dependencies)
         found = changed(found, notes=notes, branch=self.watch.least(last))
         return doubted(found, self.watch.doubts)
 
-    def _between(self) -> Mapping[str, Held] | None:
+    def _between(self) -> Mapping[str, OneSidedForce] | None:
         """Forces of contacts and ropes between the instants that are kept."""
         return None
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.analysis.driven.requests import check_ask
+from mbody.analysis.driven.requests import check_instants
 from mbody.errors import ModelError, brief
 from mbody.model.driver import Driver
 from mbody.model.mechanism import Mechanism
@@ -135,7 +135,7 @@ def check_question(mechanism: Mechanism, question: Question) -> None:
     ModelError
     """
     equations, sides = relations(question)
-    check_ask(mechanism, Instants(at=question.at))
+    check_instants(mechanism, Instants(at=question.at))
     for unknown in question.unknowns:
         _check_unknown(mechanism, unknown)
     for one in (*equations, *sides):

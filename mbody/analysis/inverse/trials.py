@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.requests import ANALYSES, asked
+from mbody.analysis.driven.requests import ANALYSES, analyse_at
 from mbody.analysis.driven.runner import PathEnded, Runner
 from mbody.analysis.driven.time_grid import by_time
 from mbody.analysis.inverse.conditions import Relation
@@ -68,7 +68,7 @@ class Trials:
     def __init__(self, mechanism: Mechanism, question: Question) -> None:
         self.question = question
         self.analysis = ANALYSES[question.analysis]
-        first = asked(mechanism, "kinematics", Instants(at=question.at))
+        first = analyse_at(mechanism, "kinematics", Instants(at=question.at))
         self.time = float(first.t[0])
         self.states = {
             driver.name: np.array([float(part[0]) for part in first.driven(driver.name)])
