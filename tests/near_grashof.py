@@ -234,7 +234,7 @@ def left_at(made: Linkage, angles: dict[str, np.ndarray]) -> np.ndarray | None:
 
 
 def _said(run: mbody.Solution) -> bool:
-    """Whether the result tells that its branch is in doubt, or that it passed a change point."""
+    """Whether the result reports that its branch is in doubt, or that it passed a change point."""
     return bool(run.doubts) or any("change point" in note for note in run.notes)
 
 

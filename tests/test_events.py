@@ -101,7 +101,7 @@ def test_crossings_of_a_pendulum_beside_another_integrator():
 
 
 def test_forces_are_events_too():
-    """A pin's force of a pendulum let go level: F = 3 m g sin(depth), 1.5 m g at 30°."""
+    """A pin's force of a pendulum released level: F = 3 m g sin(depth), 1.5 m g at 30°."""
     machine = gallery.load("simple_pendulum")
     run = simulate(machine, 1.0, rtol=1e-11, events=[Event("O.force - 14.715 N", stop=True)])
     assert run["pendulum"].angle[-1] == pytest.approx(math.pi + math.pi / 6.0, abs=1e-9)
@@ -125,7 +125,7 @@ def test_closing_in_is_quick_and_sure():
         assert function(x - 2.5e-12) <= 0.0 <= function(x + 2.5e-12)
 
 
-# -- how it is asked --------------------------------------------------------------------------
+# -- files and the command --------------------------------------------------------------------
 
 
 def test_files_and_the_command(capsys):

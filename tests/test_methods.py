@@ -1,4 +1,4 @@
-"""Methods of `simulate`: orders, stiffness, long times, restarts, drivers that let go."""
+"""Methods of `simulate`: orders, stiffness, long times, restarts, drivers that are released."""
 
 import math
 
@@ -42,7 +42,7 @@ def way_of(method):
 
 
 def pendulum(first=FIRST):
-    """A point mass on a massless arm, let go at an angle from hanging."""
+    """A point mass on a massless arm, released at an angle from hanging."""
     machine = Mechanism("pendulum")
     machine.add(
         Body("bob", mass=1.3, cg=(LENGTH, 0.0), guess=first - math.pi / 2),
@@ -388,7 +388,7 @@ def test_an_interrupted_motion_goes_on_bit_for_bit(method, watching):
         if t > 0.3:
             raise KeyboardInterrupt
 
-    last = 4.0 if watching else 25.0  # the kernel makes 500 steps at once where nothing is watched
+    last = 4.0 if watching else 25.0  # the kernel makes 500 steps at once without events
     cut = simulate(machine, last, progress=stop, **options)
     assert cut.status.endswith("by the user")
     assert cut.t[-1] < last
@@ -454,7 +454,7 @@ def test_a_released_motion_goes_on_and_is_asked_in_files(tmp_path):
     half = simulate(read, 0.5)
     rest = simulate(read, 1.0, start=half, times=[1.0])
     assert np.array_equal(rows(rest)[-1], rows(whole)[-1])
-    # what has let go stays so, without a word
+    # what is released stays so, without a note
     read.simulation = None
     rest = simulate(read, 1.0, start=half, times=[1.0], method="dopri5")
     assert np.array_equal(rows(rest)[-1], rows(whole)[-1])
