@@ -154,8 +154,8 @@ STEPPING = {
     "pace": lambda n: steps("rattle4", n),
     "pace by generalised-α": lambda n: steps("generalized-alpha", n),
     "follow": positions,
-    "march": lanes,
-    "march_designs": designs,
+    "follow_lanes": lanes,
+    "follow_designs": designs,
 }
 
 
