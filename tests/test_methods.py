@@ -27,7 +27,7 @@ from mbody import (
     simulate,
 )
 from mbody.analysis.dynamics.integration import Course
-from mbody.kernels.step_state import LAST_ONE, NEXT, TIME
+from mbody.kernels.step_state import LAST_STEP_ALLOWED, NEXT, TIME, Outputs
 from mbody.kernels.tableaus import order_5, order_8
 from mbody.model.simulation import EVEN, METHODS
 from mbody.solution.restart import Way
@@ -69,12 +69,13 @@ def even_steps(method, count, until, machine):
         return np.array([run[name].angle[-1] for name in run])
     course = Course(system, start, Way(method, 0.1, 0.1))
     course._begin(0.0, *(start_of(system, start)), until)
-    course.memory.rtol = course.memory.atol = 1e6
+    tolerances = course.motion.tolerances.replaced(relative=1e6, absolute=1e6)
+    course.motion.tolerances = tolerances
     none, gained = np.empty(0), np.zeros((1, course.causes))
-    output = np.empty((0, course.rows, 1))
+    outputs = Outputs(times=none, pages=np.empty((0, course.rows, 1)), work=gained)
     while course.state[TIME] < until * (1 - 1e-12):
-        course.state[NEXT], course.state[LAST_ONE] = h, 1.0
-        course._flow(until, 1, none, output, gained)
+        course.state[NEXT], course.state[LAST_STEP_ALLOWED] = h, 1.0
+        course._advance(until, 1, outputs)
     return course.y[2 : system.coordinates : 3].copy()
 
 

@@ -30,7 +30,7 @@ from numba.extending import (
     unbox,
 )
 
-__all__ = ["Bundle", "Floats", "Ints", "Rows", "Stacks", "Tables", "words_of"]
+__all__ = ["Bundle", "ComplexRows", "Floats", "Ints", "Rows", "Stacks", "Tables", "words_of"]
 
 #: Arrays by their kind of number and number of axes; to type checkers they are arrays of any kind.
 Ints = Any
@@ -38,6 +38,7 @@ Tables = Any
 Floats = Any
 Rows = Any
 Stacks = Any
+ComplexRows = Any
 
 _KINDS: dict[str, Any] = {
     "int": types.int64,
@@ -47,8 +48,13 @@ _KINDS: dict[str, Any] = {
     "Floats": types.Array(types.float64, 1, "C"),
     "Rows": types.Array(types.float64, 2, "C"),
     "Stacks": types.Array(types.float64, 3, "C"),
+    "ComplexRows": types.Array(types.complex128, 2, "C"),
 }
-_NUMPY = {types.int64: np.dtype(np.int64), types.float64: np.dtype(np.float64)}
+_NUMPY = {
+    types.int64: np.dtype(np.int64),
+    types.float64: np.dtype(np.float64),
+    types.complex128: np.dtype(np.complex128),
+}
 
 
 class Bundle:
@@ -76,7 +82,8 @@ class Bundle:
                 if array.ndim != kind.ndim:
                     raise TypeError(f"{type(self).__name__}.{name} has {kind.ndim} axes")
                 values[name] = array
-                words += words_of(array.__array_interface__["data"][0], array.shape)
+                place = array.__array_interface__["data"][0]
+                words += words_of(place, array.shape, array.itemsize)
             elif kind == types.int64:
                 words.append(int(values[name]))
             else:
@@ -109,15 +116,15 @@ def _restored(kind: type[Bundle], values: dict[str, Any]) -> Bundle:
     return kind(**values)
 
 
-def words_of(place: int, shape: tuple[int, ...]) -> list[int]:
-    """What numba holds of a C-contiguous array of numbers of 8 bytes: owners (none), size, size of
-    a number, place, shape and strides.
+def words_of(place: int, shape: tuple[int, ...], itemsize: int = 8) -> list[int]:
+    """What numba holds of a C-contiguous array of numbers of so many bytes: owners (none), size,
+    size of a number, place, shape and strides.
     """
-    strides = [8]
+    strides = [itemsize]
     for count in reversed(shape[1:]):
         strides.insert(0, strides[0] * count)
-    size = strides[0] * shape[0] // 8
-    return [0, 0, size, 8, place, *shape, *strides]
+    size = strides[0] * shape[0] // itemsize
+    return [0, 0, size, itemsize, place, *shape, *strides]
 
 
 class Address(types.Type):

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mbody.analysis.dynamics.integrators import stepping
 from mbody.analysis.initial.initial_state import state_of
 from mbody.analysis.position.tangent_space import Manifold
 from mbody.analysis.singular.branch_sentences import nearest_words, place_words, undecided
@@ -21,8 +22,8 @@ from mbody.analysis.singular.singular_positions import SUSPECT, Singular, singul
 from mbody.errors import SolveError
 from mbody.kernels.loop_closure import laws_of_time
 from mbody.kernels.output import PER_PRIMITIVE
-from mbody.kernels.state_derivative import begin
-from mbody.kernels.step_state import FREEST, PROGRESS, TIME
+from mbody.kernels.state_derivative import initial_derivative
+from mbody.kernels.step_state import BEST_CONDITIONING, TIME
 from mbody.solution.doubts import Doubt
 from mbody.solution.energy import causes
 from mbody.solution.solution import Solution
@@ -78,13 +79,12 @@ def suspect(system: System, start: Solution, t: float, q: Array, v: Array) -> bo
     """Whether a closer look at a start is worth its time: rows depend on each other, or nearly."""
     if start.soft:
         return True
-    work, n = system.work(masses=True), 2 * system.coordinates
-    page = np.empty((3 * system.coordinates + PER_PRIMITIVE * len(system.owners), 1))
-    state, y = np.zeros(PROGRESS), np.concatenate([q, v])
-    state[TIME] = t
-    K, P = np.zeros((1, n)), np.zeros((1, len(causes(system))))
-    begin(system.runtime(), work, 0.0, 0, y, K, P, page, state)
-    return not state[FREEST] > SUSPECT
+    work, n = system.work(masses=True), system.coordinates
+    page = np.empty((3 * n + PER_PRIMITIVE * len(system.owners), 1))
+    S = stepping(n, len(causes(system)), 0.0)
+    S.y[:n], S.y[n:], S.state[TIME] = q, v, t
+    initial_derivative(system.runtime(), work, S, 0, page)
+    return not S.state[BEST_CONDITIONING] > SUSPECT
 
 
 def chosen_motion(system: System, start: Solution) -> Start | None:

@@ -8,17 +8,17 @@ import numpy as np
 
 from mbody.analysis.driven.diagnosis import inertialess
 from mbody.analysis.singular.nearby_singularity import Crossing, crossing_note, look_ahead
-from mbody.kernels.singularity_monitor import LIGHT
+from mbody.kernels.singularity_monitor import STAND_IN_PART
 from mbody.kernels.step_state import (
-    ASKING,
-    DOUBTED,
-    FREED,
-    LEAST,
+    CROSSING_TIME,
+    DECIDE_BELOW,
+    KNOWN_UNTIL,
     LEAST_AT,
-    LIGHTER,
-    MEETING,
+    LEAST_CONDITIONING,
     NEXT,
-    PASSING,
+    SHORTENED_UNTIL,
+    STAND_IN_ENERGY,
+    STAND_IN_LIMIT,
     TIME,
 )
 from mbody.model.element import listed
@@ -56,8 +56,8 @@ class BranchWatch:
         self.open: tuple[Crossing, ...] = ()
         self.crossings: tuple[Crossing, ...] = ()
         self.doubts: tuple[Doubt, ...] = ()
-        state[PASSING] = state[DOUBTED] = state[MEETING] = -np.inf
-        state[LEAST], state[LIGHTER] = np.inf, LIGHT
+        state[KNOWN_UNTIL] = state[SHORTENED_UNTIL] = state[CROSSING_TIME] = -np.inf
+        state[LEAST_CONDITIONING], state[STAND_IN_LIMIT] = np.inf, STAND_IN_PART
         self.begun = np.zeros(0)
 
     @property
@@ -75,24 +75,27 @@ class BranchWatch:
         t, step = float(state[TIME]), 2.0 * float(state[NEXT])
         ahead = look_ahead(self.system, t, y[:n], y[n:], slope[n:], step / FIRST, self.soft)
         if ahead.clear:
-            state[PASSING], state[NEXT] = t, 0.99 * ahead.clear
+            state[KNOWN_UNTIL], state[NEXT] = t, 0.99 * ahead.clear
         elif ahead.crossing is not None:
             at = ahead.crossing
             over = 2.0 * (at.t - t)
-            state[PASSING], state[MEETING] = max(t, at.t + 0.5 * (at.t - t)), at.t
+            state[KNOWN_UNTIL], state[CROSSING_TIME] = max(t, at.t + 0.5 * (at.t - t)), at.t
             state[NEXT] = over * (1.0 + LITTLE) if step < over < FARTHER * step else step
             self.open = (at,) if at.t > t else ()
         elif step < HOPELESS * self.whole:
             self._give_up(t, step, ahead.elements)
         elif ahead.bend < np.inf:
-            state[DOUBTED], state[ASKING] = ahead.bend + max(ahead.bend - t, step), 0.0
+            state[SHORTENED_UNTIL], state[DECIDE_BELOW] = (
+                ahead.bend + max(ahead.bend - t, step),
+                0.0,
+            )
         else:
-            state[ASKING] = AGAIN * step
+            state[DECIDE_BELOW] = AGAIN * step
 
     def _give_up(self, t: float, step: float, elements: tuple[str, ...]) -> None:
         unit = self.system.mechanism.units.time
         who = f" of {listed(elements, 4)}" if elements else ""
-        self.state[PASSING] = t + 100.0 * step
+        self.state[KNOWN_UNTIL] = t + 100.0 * step
         self.doubts += (
             Doubt(
                 "branch",
@@ -107,7 +110,7 @@ class BranchWatch:
     def note(self, y: Array) -> None:
         """See whether change points that were seen are behind, at the state y."""
         t = float(self.state[TIME])
-        if not self.open or t <= self.state[PASSING]:
+        if not self.open or t <= self.state[KNOWN_UNTIL]:
             return
         n = len(y) // 2
         scale = np.tile([self.system.length, self.system.length, 1.0], n // 3)
@@ -122,13 +125,13 @@ class BranchWatch:
         stand in for none take much of the energy.
         """
         state, n = self.state, len(y) // 2
-        if state[FREED] <= state[LIGHTER]:
+        if state[STAND_IN_ENERGY] <= state[STAND_IN_LIMIT]:
             return
-        t, state[LIGHTER] = float(state[TIME]), MORE_OF_IT * float(state[FREED])
+        t, state[STAND_IN_LIMIT] = float(state[TIME]), MORE_OF_IT * float(state[STAND_IN_ENERGY])
         always = inertialess(self.system, t, self.begun)
         if inertialess(self.system, t, y[:n]) <= always:
             return
-        state[LIGHTER] = np.inf
+        state[STAND_IN_LIMIT] = np.inf
         names = _without_mass(self.system, y[n:])
         who = f"{listed(names, 4)} {'has' if len(names) == 1 else 'have'} no mass"
         message = (
@@ -148,9 +151,11 @@ class BranchWatch:
         found = [one for one in self.crossings if one.t <= last]
         if found:
             return BranchDistance(0.0, found[0].t)
-        if not np.isfinite(self.state[LEAST]):
+        if not np.isfinite(self.state[LEAST_CONDITIONING]):
             return None
-        return BranchDistance(float(np.sqrt(self.state[LEAST])), float(self.state[LEAST_AT]))
+        return BranchDistance(
+            float(np.sqrt(self.state[LEAST_CONDITIONING])), float(self.state[LEAST_AT])
+        )
 
 
 def _without_mass(system: System, v: Array) -> tuple[str, ...]:

@@ -30,7 +30,17 @@ from mbody.analysis.dynamics.integration import AT_ONCE, Course
 from mbody.analysis.dynamics.zero_crossings import between, refined
 from mbody.analysis.initial.initial_state import watched
 from mbody.errors import SolveError
-from mbody.kernels.step_state import DONE, FREEST, MET, MORE, NEAR, NEXT, SLOPES, TIME
+from mbody.kernels.step_state import (
+    BEST_CONDITIONING,
+    DELIVERED,
+    DONE,
+    EVALUATIONS,
+    MORE,
+    NEAR_SINGULAR,
+    NEXT,
+    TIME,
+    Outputs,
+)
 from mbody.model.event import Event, EventRecord, Stop
 from mbody.solution.histories import Record
 from mbody.solution.measures import check_measure
@@ -152,18 +162,19 @@ class Eventful(Course):
 
     def _restore(self, saved: Saved) -> None:
         """Go back, or ahead; the count of evaluations goes on."""
-        evaluations = self.state[SLOPES]
+        evaluations = self.state[EVALUATIONS]
         self.y[:], self.K[0], self.P[0], self.state[:] = saved.y, saved.K, saved.P, saved.state
         self.page, self.total = saved.page.copy(), saved.total.copy()
         self.work.near[:], self.watch.held = saved.near, saved.watch
-        self.state[SLOPES] = evaluations
+        self.state[EVALUATIONS] = evaluations
 
     def _run(self, until: float, steps: int, times: Array) -> tuple[int, Array, Array]:
         """Steps of the kernel: its code, pages and work at the times."""
         output = np.empty((len(times), self.rows, 1))
         gained = np.zeros((len(times) + 1, self.causes))
-        gained[-1], self.state[MET] = self.total, 0.0
-        code = self._flow(until, steps, times, output, gained)
+        gained[-1], self.state[DELIVERED] = self.total, 0.0
+        outputs = Outputs(times=times, pages=output, work=gained)
+        code = self._advance(until, steps, outputs)
         self.total = gained[-1].copy()
         return code, output, gained
 
@@ -254,7 +265,9 @@ class Eventful(Course):
     def _instant(self, t: float, page: Array) -> Solution:
         """A page as a solution of one instant."""
         record = Record([page[None].copy()], 1, batch=False)
-        return Solution(self.system, "simulate", np.array([t]), record, None, soft=self.soft)
+        return Solution(
+            self.system, "simulate", np.array([t]), record, None, soft=self.regularization
+        )
 
     def _ended(self, why: str) -> str:
         """Keep the last instant; the status of a motion that ends there."""
@@ -349,7 +362,7 @@ class Eventful(Course):
             return float(values(self.system, [measure], np.array([t]), pages)[0, 0])
 
         near = LOCATED * float(saved.state[NEXT])
-        t = closed_in(lambda t: value(t, self.steps.even), left, right, near)
+        t = closed_in(lambda t: value(t, self.steps.fixed), left, right, near)
         value(t, within=False)
         return Crossing(t, event, self._save())
 
@@ -414,7 +427,7 @@ class Eventful(Course):
     def _strike(self, stop: Stop, at: Slope) -> None:
         """One impact: the velocities after it, their slope, the energy that it took."""
         n, t = self.system.coordinates, float(self.state[TIME])
-        before, weakest = self.page.copy(), float(self.state[FREEST])
+        before, best = self.page.copy(), float(self.state[BEST_CONDITIONING])
         self._slope()
         v = self.y[n:].copy()
         way = jump(self.system, self.work, at)
@@ -430,7 +443,8 @@ class Eventful(Course):
         self.lost[self.stops.index(stop.name)] += 0.5 * float(mass @ (self.y[n:] ** 2 - v**2))
         self._slope()
         self._check_slope(self.K, t)
-        self.state[NEAR], self.state[FREEST] = 0.0, max(self.state[FREEST], weakest)
+        self.state[NEAR_SINGULAR] = 0.0
+        self.state[BEST_CONDITIONING] = max(self.state[BEST_CONDITIONING], best)
         self._record(stop, t, before, self.page)
 
     def _beyond(self, stop: Stop, at: Slope) -> SolveError:

@@ -20,28 +20,29 @@ from mbody.analysis.driven.time_grid import check_reach
 from mbody.analysis.driven.uniqueness import open_reactions, told_open
 from mbody.analysis.dynamics.branch_passage import BranchWatch
 from mbody.analysis.dynamics.initial_step import CORRECTIONS, first_step, sizes
-from mbody.analysis.dynamics.integrators import Memory, stepper
+from mbody.analysis.dynamics.integrators import PATIENT, Motion, integrator, stepping
 from mbody.analysis.position.assembly_analysis import SOFT, raise_user_error
 from mbody.analysis.position.vanishing_distances import GONE, vanishing
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.output import PER_PRIMITIVE
-from mbody.kernels.state_derivative import begin
+from mbody.kernels.state_derivative import initial_derivative
 from mbody.kernels.step_state import (
-    BRANCH,
-    CAREFUL,
+    BRANCH_UNCERTAIN,
+    DELIVERED,
     DONE,
-    LAST,
-    LAST_ONE,
-    MET,
+    EVALUATIONS,
+    JACOBIANS,
+    LAST_STEP,
+    LAST_STEP_ALLOWED,
     MORE,
+    NEAR_SINGULAR_STEPS,
     NEXT,
-    PROGRESS,
     REJECTED,
-    SLOPES,
-    STEEP,
     STEPS,
-    TANGENTS,
+    STIFF,
     TIME,
+    Outputs,
+    Tolerances,
 )
 from mbody.model.event import EventRecord
 from mbody.model.simulation import EVEN
@@ -62,8 +63,8 @@ Array = np.ndarray
 #: Steps of one call of the kernel; between calls there is progress, and Ctrl-C is heard.
 AT_ONCE = 500
 #: Of so many steps the mean is judged: what falls below this part of the greatest and of the time
-#: in which the motion changes, with so many steps still to go, crawls.
-JUDGED, SHRUNK, SLOW, PATIENT = 10_000, 0.1, 1e-4, 300_000
+#: in which the motion changes, with `PATIENT` steps still to go, crawls.
+JUDGED, SHRUNK, SLOW = 10_000, 0.1, 1e-4
 
 
 class Course:
@@ -73,21 +74,25 @@ class Course:
         self.system, self.start, self.way = system, start, way
         self.layout = system.runtime()
         self.work = system.work(masses=True)
-        self.soft = start.soft if start.system is system else SOFT * bool(start.soft)
-        # a small mass stands where there is none: corrections by the residual take it back
+        self.regularization = start.soft if start.system is system else SOFT * bool(start.soft)
+        # a small mass stands where there is none: refinement takes its effect back
         light = stand_ins(self.layout, system.mass, system.length).any()
-        regular = CORRECTIONS if light or self.soft else 0
+        regular = CORRECTIONS if light or self.regularization else 0
         self.causes = len(causes(system))
-        self.passes = CORRECTIONS
-        self.steps = stepper(way.method, self.layout, self.work, way.step)
-        n, m = 2 * system.coordinates, self.steps
-        self.y, self.state = np.zeros(n), np.zeros(PROGRESS)
-        self.K, self.P = np.zeros((m.slopes, n)), np.zeros((m.slopes, self.causes))
-        room = np.zeros((m.polynomial, n)), np.zeros((m.polynomial, self.causes))
-        self.memory = Memory(
-            *(self.layout, self.work, self.soft, regular, self.passes, way.rtol, way.atol),
-            *(self.y, self.K, self.P, *room, self.state),
+        self.steps = integrator(way.method, self.layout, self.work, way.step)
+        self.stepping = stepping(
+            system.coordinates, self.causes, self.regularization, self.steps.rows, self.steps.terms
         )
+        self.y, self.state = self.stepping.y, self.stepping.state
+        self.K, self.P, self.scale = self.stepping.K, self.stepping.P, self.stepping.scale
+        tolerances = Tolerances(
+            relative=way.rtol,
+            absolute=way.atol,
+            refinements=regular,
+            full_refinements=CORRECTIONS,
+            patience=PATIENT,
+        )
+        self.motion = Motion(self.layout, self.work, self.stepping, tolerances)
         self.begun = np.zeros(self.causes)
         self.anchor: Restart | None = None
         self.judged, self.longest = (0.0, 0.0), 0.0
@@ -131,7 +136,7 @@ class Course:
         self.y[:n3], self.y[n3:] = q, v
         self.page = np.empty((self.rows, 1))
         self.state[TIME] = first
-        self.watch = BranchWatch(self.system, bool(self.soft), self.state, until - first)
+        self.watch = BranchWatch(self.system, bool(self.regularization), self.state, until - first)
         if not self._slope():
             raise SolveError(
                 f"the start does not fit '{self.system.mechanism.name}': its loops do not close "
@@ -142,41 +147,38 @@ class Course:
         if problem is not None:
             raise problem
         self.notes = adjusted(self.system, np.concatenate([q, v]), self.y, until - first)
-        if self.soft:
+        if self.regularization:
             self.notes += branching(self.system, first, self.y[:n3], self.y[n3:])
         self._check_slope(self.K, first)
         self.watch.begun = self.y[:n3].copy()
-        self.memory.scale = self.scale = sizes(self.system.length, v, self.K[0, n3:])
+        self.scale[:] = sizes(self.system.length, v, self.K[0, n3:])
         first_one = first_step(self.way, self.y, self.K[0], self.scale, until - first)
         self.state[NEXT] = self.way.step or first_one
         self.judged, self.longest = (0.0, first), 0.0
 
     def _slope(self) -> bool:
         """Project the state, take its slope and its page; whether the loops close."""
-        begun = begin(
-            *(self.layout, self.work, self.soft, self.passes),
-            *(self.y, self.K, self.P, self.page, self.state),
-        )
+        closes = initial_derivative(self.layout, self.work, self.stepping, CORRECTIONS, self.page)
         raise_user_error(self.system)
-        return bool(begun)
+        return bool(closes)
 
-    def _flow(self, until: float, steps: int, times: Array, output: Array, gained: Array) -> int:
-        """At most so many steps; see `mbody.kernels.runge_kutta`."""
+    def _advance(self, until: float, steps: int, outputs: Outputs) -> int:
+        """At most so many steps; a code of `mbody.kernels.step_state`."""
         code, left = MORE, steps
         while code == MORE and left > 0:
             done = self.state[STEPS]
             count = 1 if self.watch.open else left
-            code = self.steps.steps(self.memory, until, count, times, output, gained)
+            code = self.steps.steps(self.motion, until, count, outputs)
             left -= max(1, int(self.state[STEPS] - done))
             self.watch.note(self.y)
             self.watch.weigh(self.y)
-            if code == BRANCH:
+            if code == BRANCH_UNCERTAIN:
                 self.watch.decide(self.y, self.K[0])
                 code = MORE
-            elif code == LAST:
+            elif code == LAST_STEP:
                 if until == self.until:
-                    self.anchor = self._anchored(gained[-1])
-                self.state[LAST_ONE] = 1.0
+                    self.anchor = self._anchored(outputs.work[-1])
+                self.state[LAST_STEP_ALLOWED] = 1.0
                 code, left = MORE, left + 1
         raise_user_error(self.system)
         return code
@@ -187,10 +189,11 @@ class Course:
         self.gained = np.zeros((len(times) + 1, self.causes))
         self.gained[-1] = self.begun
         if times[0] <= self.first:
-            self.output[0], self.state[MET] = self.page, 1.0
+            self.output[0], self.state[DELIVERED] = self.page, 1.0
+        outputs = Outputs(times=times, pages=self.output, work=self.gained)
         code = MORE
         while code == MORE:
-            code = self._flow(self.until, AT_ONCE, times, self.output, self.gained)
+            code = self._advance(self.until, AT_ONCE, outputs)
             self._judge()
             if progress is not None:
                 progress(float(self.state[TIME]))
@@ -226,8 +229,14 @@ class Course:
     def _anchored(self, gained: Array) -> Restart:
         """All that the next step depends on; `gained` since the beginning."""
         return Restart(
-            *(self.way, self.scale.copy(), self.y.copy(), self.K[0].copy(), self.P[0].copy()),
-            *(gained.copy(), self.state.copy(), tuple(part.copy() for part in self.steps.own)),
+            way=self.way,
+            scale=self.scale.copy(),
+            y=self.y.copy(),
+            slope=self.K[0].copy(),
+            powers=self.P[0].copy(),
+            gained=gained.copy(),
+            state=self.state.copy(),
+            own=tuple(part.copy() for part in self.steps.own),
         )
 
     def _resume(self, restart: Restart) -> None:
@@ -236,10 +245,13 @@ class Course:
         page = self.page.copy()
         self._slope()  # for the distances from singular positions with which the next step begins
         self.page = page
-        self.memory.scale = self.scale = restart.scale.copy()
+        self.scale[:] = restart.scale
         self.y[:], self.K[0], self.P[0] = restart.y, restart.slope, restart.powers
         self.begun[:], self.state[:] = restart.gained, restart.state
-        self.state[MET], self.judged = 0.0, (float(self.state[STEPS]), float(self.state[TIME]))
+        self.state[DELIVERED], self.judged = (
+            0.0,
+            (float(self.state[STEPS]), float(self.state[TIME])),
+        )
         for own, part in zip(self.steps.own, restart.own, strict=True):
             own[:] = part
 
@@ -254,18 +266,18 @@ class Course:
         if not self.state[STEPS]:
             return
         self.anchor = self._anchored(self.gained[-1])
-        met, done = int(self.state[MET]), self.gained[-1].copy()
+        met, done = int(self.state[DELIVERED]), self.gained[-1].copy()
         self._slope()
         if met and self.times[met - 1] == self.state[TIME]:
             met -= 1
         self.times = np.append(self.times[:met], self.state[TIME])
         self.output = np.concatenate([self.output[:met], self.page[None]])
         self.gained = np.concatenate([self.gained[:met], done[None]])
-        self.state[MET] = met + 1
+        self.state[DELIVERED] = met + 1
 
     def _kept(self) -> tuple[Array, Array, Array]:
         """Times, pages and work of the instants that are met."""
-        met = int(self.state[MET])
+        met = int(self.state[DELIVERED])
         return self.times[:met], self.output[:met], self.gained[:met]
 
     def _check_slope(self, K: Array, t: float) -> None:
@@ -280,7 +292,7 @@ class Course:
         unit = self.system.mechanism.units.time
         t = float(state[TIME])
         when = f"t = {t:.6g} {unit}"
-        if code == STEEP:
+        if code == STIFF:
             left = (self.until - t) / state[NEXT]
             return SolveError(
                 f"the loads are too stiff for explicit steps: at {when} the step has shrunk to "
@@ -318,18 +330,18 @@ class Course:
         stats = {
             "steps": int(state[STEPS]),
             "rejected": int(state[REJECTED]),
-            "careful": int(state[CAREFUL]),
-            "evaluations": int(state[SLOPES]),
+            "careful": int(state[NEAR_SINGULAR_STEPS]),
+            "evaluations": int(state[EVALUATIONS]),
         }
-        if state[TANGENTS]:
-            stats["tangents"] = int(state[TANGENTS])
+        if state[JACOBIANS]:
+            stats["tangents"] = int(state[JACOBIANS])
         found = Solution(
             system=self.system,
             analysis="simulate",
             t=times,
             record=Record([output], len(times), batch=False),
             given=None,
-            soft=self.soft,
+            soft=self.regularization,
             dependencies=self._dependencies(output[:, :n, 0]),
             notes=as_said(self.start).notes if self.start.analysis == "close_loops" else (),
             status=status,
@@ -341,7 +353,7 @@ class Course:
         last = float(times[-1]) if len(times) else self.first
         notes = (*as_said(found).notes, *self.notes, *self.watch.notes(last))
         notes += tuple(pulled(found, self._between()))
-        if self.soft:
+        if self.regularization:
             notes += told_open(found.dependencies)
         found = changed(found, notes=notes, branch=self.watch.least(last))
         return doubted(found, self.watch.doubts)
@@ -354,7 +366,7 @@ class Course:
         """What redundant rows leave open, at the one of some positions (instants, coordinates) at
         which they are fewest: a singular position has more of them.
         """
-        if not self.soft or too_large(self.system) or not len(q):
+        if not self.regularization or too_large(self.system) or not len(q):
             return None
         work, reports = self.system.work(), []
         for k in {0, len(q) // 2, len(q) - 1}:

@@ -20,9 +20,10 @@ from mbody.analysis.dynamics.options import AskedMotion, asked_motion, last_time
 from mbody.analysis.initial.initial_state_batch import Onset, begun, onset_of
 from mbody.compiler.lanes import LANES, aligned
 from mbody.kernels.output import PER_PRIMITIVE
-from mbody.kernels.runge_kutta_lanes import drift_designs
-from mbody.kernels.runge_kutta_lanes_control import CONTROLS, Lot, Room
-from mbody.kernels.runge_kutta_lanes_rhs import begin_designs
+from mbody.kernels.runge_kutta_lanes import runge_kutta_lanes
+from mbody.kernels.runge_kutta_lanes_control import CONTROLS, LaneWorkspace
+from mbody.kernels.runge_kutta_lanes_rhs import Batch, initial_derivatives
+from mbody.kernels.step_state import Tolerances
 from mbody.kernels.tableaus import Explicit, order_5, order_8
 from mbody.system.layout import inverse_masses, stand_ins
 from mbody.system.system import System
@@ -76,7 +77,10 @@ def drift_of(system: System, names: tuple[str, ...], how: Mapping[str, Any]) -> 
     last, errors = last_time(system, get("until")), tolerances(system, get("rtol"), get("atol"))
     onset, start = onset_of(system, names, how)
     asked = asked_motion(
-        *(system, float(start.t[-1]), last, errors),
+        system,
+        float(start.t[-1]),
+        last,
+        errors,
         method=get("method"),
         step=get("step"),
         kept=(get("instants"), get("every"), get("times")),
@@ -132,61 +136,65 @@ def _followed(
     way, times, table = asked.way, asked.times, TABLES[asked.way.method]()
     work, mass = system.work(LANES), system.mass[:, which]
     count = 3 * n3 + PER_PRIMITIVE * len(system.owners)
-    output, bad = np.empty((len(wanted), n, len(times))), np.zeros(n)
-    first, page = np.empty((len(wanted), n)), aligned(max(2, count), LANES)
-    begin = np.array([asked.first, float(times[0] <= asked.first)])
-    lot = Lot(
+    page = aligned(max(2, count), LANES)
+    batch = Batch(
         par=system.par[:, which],
         mass=mass,
         weight=inverse_masses(system.layout, mass, system.length),
         y=y.T.copy(),
-        slope=np.empty((2 * n3, n)),
+        derivative=np.empty((2 * n3, n)),
         scale=np.empty((2 * n3, n)),
         near=np.empty((max(1, system.layout.nodes), n)),
         step=np.empty(n),
-        pivot=np.empty(n),
-        begin=begin,
+        conditioning=np.empty(n),
+        begin=asked.first,
+        times=times,
+        rows=wanted,
+        output=np.empty((len(wanted), n, len(times))),
+        bad=np.zeros(n),
     )
-    begin_designs(system.layout, work, CORRECTIONS, asked.first, lot, wanted, page, first, bad)
-    if begin[1]:
-        output[:, :, 0] = first
-    if bad.all():
-        return output, bad == 0.0
-    whole, slope = float(times[-1]) - asked.first, np.ascontiguousarray(lot.slope.T)
-    scale = sizes(system.length, y[:, n3:], slope[:, n3:])
-    lot.scale[:] = scale.T
-    lot.step[:] = first_step(way, np.ascontiguousarray(lot.y.T), slope, scale, whole)
-    room = _room(lot, table, page, int(np.flatnonzero(bad == 0.0)[0]), work)
-    regular = CORRECTIONS if drift.light else 0
-    while not drift_designs(
-        *(system.layout, work, table, regular, CORRECTIONS, way.rtol, way.atol, float(times[-1])),
-        *(PATIENT, AT_ONCE, lot, room, times, wanted, output, bad),
-    ):
+    initial_derivatives(system.layout, work, CORRECTIONS, batch, page)
+    if batch.bad.all():
+        return batch.output, batch.bad == 0.0
+    whole, derivative = float(times[-1]) - asked.first, np.ascontiguousarray(batch.derivative.T)
+    scale = sizes(system.length, y[:, n3:], derivative[:, n3:])
+    batch.scale[:] = scale.T
+    batch.step[:] = first_step(way, np.ascontiguousarray(batch.y.T), derivative, scale, whole)
+    lanes = _workspace(batch, table, page, int(np.flatnonzero(batch.bad == 0.0)[0]), work)
+    tolerances = Tolerances(
+        relative=way.rtol,
+        absolute=way.atol,
+        refinements=CORRECTIONS if drift.light else 0,
+        full_refinements=CORRECTIONS,
+        patience=PATIENT,
+    )
+    bundles = system.layout, work, table, tolerances, batch, lanes
+    while not runge_kutta_lanes(*bundles, float(times[-1]), AT_ONCE):
         pass
-    return output, bad == 0.0
+    return batch.output, batch.bad == 0.0
 
 
-def _room(lot: Lot, table: Explicit, page: Array, design: int, work: Any) -> Room:
+def _workspace(batch: Batch, table: Explicit, page: Array, design: int, work: Any) -> LaneWorkspace:
     """The lanes before they have designs: numbers of one of them in all."""
-    n, rows = len(lot.y), 3 + len(table.D)
-    who = np.full(LANES + 1, -1)
-    who[-1] = 0
-    room = Room(
+    n, terms = len(batch.y), 3 + len(table.D)
+    designs = np.full(LANES + 1, -1)
+    designs[-1] = 0
+    lanes = LaneWorkspace(
         state=aligned(CONTROLS, LANES),
-        who=who,
+        design=designs,
         y=aligned(n, LANES),
         last=aligned(n, LANES),
-        ys=aligned(n, LANES),
+        stage=aligned(n, LANES),
         end=aligned(n, LANES),
         scale=aligned(n, LANES),
         K=aligned(len(table.A) * n, LANES).reshape(-1, n, LANES),
-        F=aligned(rows * n, LANES).reshape(-1, n, LANES),
+        F=aligned(terms * n, LANES).reshape(-1, n, LANES),
         page=page,
     )
     for of, own in zip(
-        (room.y, room.scale, room.K[0], work.par, work.mass, work.weight),
-        (lot.y, lot.scale, lot.slope, lot.par, lot.mass, lot.weight),
+        (lanes.y, lanes.scale, lanes.K[0], work.par, work.mass, work.weight),
+        (batch.y, batch.scale, batch.derivative, batch.par, batch.mass, batch.weight),
         strict=True,
     ):
         of[: len(own)] = own[:, design : design + 1]
-    return room
+    return lanes

@@ -148,7 +148,10 @@ def simulate(
             events = () if own is None else own.events
         events = (*as_events(events), *as_events(stops))
     asked = asked_motion(
-        *(system, first, last, errors),
+        system,
+        first,
+        last,
+        errors,
         method=method,
         step=step,
         kept=(instants, every, times),

@@ -17,6 +17,7 @@ import numpy as np
 from mbody.analysis.driven.diagnosis import valueless
 from mbody.analysis.dynamics.branch_choice import Start, chosen_motion
 from mbody.analysis.dynamics.initial_step import CORRECTIONS
+from mbody.analysis.dynamics.integrators import stepping
 from mbody.analysis.dynamics.options import AskedMotion
 from mbody.analysis.initial.initial_state import watched
 from mbody.analysis.position.assembly_analysis import SOFT, raise_user_error
@@ -24,8 +25,8 @@ from mbody.analysis.position.tangent_space import Manifold
 from mbody.errors import SolveError
 from mbody.kernels.loop_closure import laws_of_time
 from mbody.kernels.output import PER_PRIMITIVE
-from mbody.kernels.state_derivative import begin
-from mbody.kernels.step_state import PROGRESS, TIME
+from mbody.kernels.state_derivative import initial_derivative
+from mbody.kernels.step_state import TIME
 from mbody.model.event import Stop
 from mbody.solution.energy import account, causes
 from mbody.solution.histories import Record
@@ -157,11 +158,9 @@ class _Opening:
         self.work: Work = system.work(masses=True)
         free = len(first.T0)
         self.soft = SOFT * (system.rows > system.coordinates - free)
-        n = 2 * system.coordinates
-        self.K, self.y = np.zeros((1, n)), np.zeros(n)
-        self.P = np.zeros((1, len(causes(system))))
+        self.stepping = stepping(system.coordinates, len(causes(system)), self.soft)
+        self.K, self.y, self.P = self.stepping.K, self.stepping.y, self.stepping.P
         self.page = np.empty((3 * system.coordinates + PER_PRIMITIVE * len(system.owners), 1))
-        self.state = np.zeros(PROGRESS)
         self.stops = [event.name for event in asked.events if isinstance(event, Stop)]
 
     def solution(self) -> Solution:
@@ -259,11 +258,8 @@ class _Opening:
     def _at(self, t: float, q: Array, v: Array) -> bool:
         """Slope, powers and page at a state, projected; whether the loops close there."""
         n = self.system.coordinates
-        self.y[:n], self.y[n:], self.state[TIME] = q, v, t
-        good = begin(
-            *(self.layout, self.work, self.soft, CORRECTIONS, self.y, self.K, self.P),
-            *(self.page, self.state),
-        )
+        self.y[:n], self.y[n:], self.stepping.state[TIME] = q, v, t
+        good = initial_derivative(self.layout, self.work, self.stepping, CORRECTIONS, self.page)
         raise_user_error(self.system)
         if good and not np.isfinite(self.K).all():
             raise valueless(self.system, self.system.work(), t, self.y[:n], self.y[n:])

@@ -36,8 +36,14 @@ from mbody.system.rank import too_large
 from mbody.system.system import System
 
 __all__ = [
-    *("check_release", "check_simulation", "checked_events", "holding", "said", "started"),
-    *("state_of", "watched"),
+    "check_release",
+    "check_simulation",
+    "checked_events",
+    "holding",
+    "said",
+    "started",
+    "state_of",
+    "watched",
 ]
 
 #: Name of a driver; body, coordinate and direction; value and rate.
