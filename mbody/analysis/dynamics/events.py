@@ -41,7 +41,8 @@ from mbody.kernels.step_state import (
     TIME,
     Outputs,
 )
-from mbody.model.event import Event, EventRecord, Stop
+from mbody.model.event import Event, Stop
+from mbody.solution.event_record import EventRecord
 from mbody.solution.histories import Record
 from mbody.solution.measures import check_measure
 from mbody.solution.restart import Way
