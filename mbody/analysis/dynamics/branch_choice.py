@@ -30,7 +30,7 @@ from mbody.solution.solution import Solution
 from mbody.system.layout import Work
 from mbody.system.system import System
 
-__all__ = ["Start", "chosen_motion", "suspect"]
+__all__ = ["BranchStart", "choose_branch", "is_suspect"]
 
 Array = np.ndarray
 
@@ -45,7 +45,7 @@ NONE = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
-class Start:
+class BranchStart:
     """How a motion begins in a singular position.
 
     Attributes
@@ -75,7 +75,7 @@ class Start:
     doubts: tuple[Doubt, ...] = ()
 
 
-def suspect(system: System, start: Solution, t: float, q: Array, v: Array) -> bool:
+def is_suspect(system: System, start: Solution, t: float, q: Array, v: Array) -> bool:
     """Whether a closer look at a start is worth its time: rows depend on each other, or nearly."""
     if start.soft:
         return True
@@ -87,7 +87,7 @@ def suspect(system: System, start: Solution, t: float, q: Array, v: Array) -> bo
     return not S.state[BEST_CONDITIONING] > SUSPECT
 
 
-def chosen_motion(system: System, start: Solution) -> Start | None:
+def choose_branch(system: System, start: Solution) -> BranchStart | None:
     """How a motion begins where its start is singular; None where it is not, or rests for good.
 
     Raises
@@ -96,7 +96,7 @@ def chosen_motion(system: System, start: Solution) -> Start | None:
         For velocities that no motion has, or where branches are equally possible.
     """
     t, q, v = state_of(system, start)
-    if not system.rows or not suspect(system, start, t, q, v):
+    if not system.rows or not is_suspect(system, start, t, q, v):
         return None
     work = system.work()
     work.time[:] = t
@@ -122,7 +122,7 @@ class _Choice:
         top = max(manifold.largest(q), float(np.abs(self.force).max()))
         self.natural = float(np.sqrt(top / max(float(self.mass.max()), 1e-300)))
 
-    def start(self) -> Start | None:
+    def start(self) -> BranchStart | None:
         here, scale = self.here, self.here.rows.scale
         y = here.unknowns(self.v)
         if np.abs(self.v / scale).max() <= STILL * self.natural and here.steady:
@@ -201,7 +201,7 @@ class _Choice:
             np.linalg.lstsq((ways * self.mass) @ ways.T, drive, rcond=1e-12)[0] @ ways
         )
 
-    def _begun(self, T: Array, y: Array, a: Array, doubts: tuple[Doubt, ...]) -> Start:
+    def _begun(self, T: Array, y: Array, a: Array, doubts: tuple[Doubt, ...]) -> BranchStart:
         here, scale = self.here, self.here.rows.scale
         T0, place = still(T, here.clock), along(T, here)
         away, fast = norm(place), norm(y)
@@ -220,7 +220,7 @@ class _Choice:
             )
             doubts = (*doubts, Doubt("incomplete", why, self.t, joints))
         late = away / fast * np.sign(place @ y) if fast and away else 0.0
-        return Start(scale * q, scale * v, scale * a, scale, T0, away, late, growth, doubts)
+        return BranchStart(scale * q, scale * v, scale * a, scale, T0, away, late, growth, doubts)
 
     # -- sentences ----------------------------------------------------------------------------
 

@@ -26,11 +26,11 @@ from mbody.solution.doubts import Doubt
 from mbody.solution.histories import BranchDistance
 from mbody.system.system import System
 
-__all__ = ["BranchWatch", "Crossed"]
+__all__ = ["BranchPassage", "KnownCrossings"]
 
 Array = np.ndarray
 #: Change points ahead, those behind, doubts.
-Crossed = tuple[tuple[Crossing, ...], tuple[Crossing, ...], tuple[Doubt, ...]]
+KnownCrossings = tuple[tuple[Crossing, ...], tuple[Crossing, ...], tuple[Doubt, ...]]
 
 #: A step that may meet a singular position is asked about at first when it is this part of the one
 #: that was refused, as the kernel has it.
@@ -48,7 +48,7 @@ MORE_OF_IT = 10.0
 TAKES_PART = 0.1
 
 
-class BranchWatch:
+class BranchPassage:
     """Decides for one motion; `state` is that of its steps."""
 
     def __init__(self, system: System, soft: bool, state: Array, whole: float) -> None:
@@ -61,13 +61,13 @@ class BranchWatch:
         self.begun = np.zeros(0)
 
     @property
-    def held(self) -> Crossed:
+    def known(self) -> KnownCrossings:
         """What is known until now, to come back to."""
         return self.open, self.crossings, self.doubts
 
-    @held.setter
-    def held(self, known: Crossed) -> None:
-        self.open, self.crossings, self.doubts = known
+    @known.setter
+    def known(self, given: KnownCrossings) -> None:
+        self.open, self.crossings, self.doubts = given
 
     def decide(self, y: Array, slope: Array) -> None:
         """How the next steps pass what is near, from the state y and its slope (2·coordinates,)."""
@@ -120,7 +120,7 @@ class BranchWatch:
                 self.crossings += (found,)
         self.open = ()
 
-    def weigh(self, y: Array) -> None:
+    def check_inertia(self, y: Array) -> None:
         """See whether the inertia of the free motion vanishes at the state y, where masses that
         stand in for none take much of the energy.
         """

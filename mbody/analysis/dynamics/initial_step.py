@@ -9,14 +9,14 @@ import numpy as np
 
 from mbody.solution.restart import Way
 
-__all__ = ["CORRECTIONS", "first_step", "sizes"]
+__all__ = ["REFINEMENTS", "coordinate_sizes", "first_step"]
 
 #: Corrections by the residual where masses are stood in for, or rows are redundant, and of what is
 #: kept.
-CORRECTIONS = 2
+REFINEMENTS = 2
 
 
-def sizes(length: float, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+def coordinate_sizes(length: float, v: np.ndarray, a: np.ndarray) -> np.ndarray:
     """Sizes of coordinates and rates, to which absolute errors are relative: (…, 2·coordinates).
 
     Parameters
@@ -43,7 +43,7 @@ def first_step(
     Parameters
     ----------
     y, slope, scale : arrays (…, 2·coordinates)
-        The first state, its slope, and the sizes of the coordinates.
+        The first state, its derivative, and the sizes of the coordinates.
     whole : float
         How long the motion goes on.
     """

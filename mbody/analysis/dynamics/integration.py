@@ -18,8 +18,8 @@ from mbody.analysis.driven.diagnosis import (
 )
 from mbody.analysis.driven.time_grid import check_reach
 from mbody.analysis.driven.uniqueness import open_reactions, told_open
-from mbody.analysis.dynamics.branch_passage import BranchWatch
-from mbody.analysis.dynamics.initial_step import CORRECTIONS, first_step, sizes
+from mbody.analysis.dynamics.branch_passage import BranchPassage
+from mbody.analysis.dynamics.initial_step import REFINEMENTS, coordinate_sizes, first_step
 from mbody.analysis.dynamics.integrators import PATIENT, Motion, integrator, stepping
 from mbody.analysis.position.assembly_analysis import SOFT, raise_user_error
 from mbody.analysis.position.vanishing_distances import GONE, vanishing
@@ -56,7 +56,7 @@ from mbody.system.layout import stand_ins
 from mbody.system.rank import dense, rank_of, too_large
 from mbody.system.system import System
 
-__all__ = ["Course"]
+__all__ = ["Integration"]
 
 Array = np.ndarray
 
@@ -67,7 +67,7 @@ AT_ONCE = 500
 JUDGED, SHRUNK, SLOW = 10_000, 0.1, 1e-4
 
 
-class Course:
+class Integration:
     """Integrates one system from a first state."""
 
     def __init__(self, system: System, start: Solution, way: Way) -> None:
@@ -77,7 +77,7 @@ class Course:
         self.regularization = start.soft if start.system is system else SOFT * bool(start.soft)
         # a small mass stands where there is none: refinement takes its effect back
         light = stand_ins(self.layout, system.mass, system.length).any()
-        regular = CORRECTIONS if light or self.regularization else 0
+        regular = REFINEMENTS if light or self.regularization else 0
         self.causes = len(causes(system))
         self.steps = integrator(way.method, self.layout, self.work, way.step)
         self.stepping = stepping(
@@ -89,12 +89,12 @@ class Course:
             relative=way.rtol,
             absolute=way.atol,
             refinements=regular,
-            full_refinements=CORRECTIONS,
+            full_refinements=REFINEMENTS,
             patience=PATIENT,
         )
         self.motion = Motion(self.layout, self.work, self.stepping, tolerances)
         self.begun = np.zeros(self.causes)
-        self.anchor: Restart | None = None
+        self.restart_point: Restart | None = None
         self.judged, self.longest = (0.0, 0.0), 0.0
         self.occurred: list[EventRecord] = []
         self.stops: list[str] = []
@@ -114,7 +114,7 @@ class Course:
         if restart is not None:
             self._resume(restart)
         try:
-            code, status = self._follow(times, progress)
+            code, status = self._integrate(times, progress)
         except KeyboardInterrupt:
             unit = self.system.mechanism.units.time
             status = f"stopped: at t = {self.state[TIME]:.6g} {unit} by the user"
@@ -136,8 +136,10 @@ class Course:
         self.y[:n3], self.y[n3:] = q, v
         self.page = np.empty((self.rows, 1))
         self.state[TIME] = first
-        self.watch = BranchWatch(self.system, bool(self.regularization), self.state, until - first)
-        if not self._slope():
+        self.passage = BranchPassage(
+            self.system, bool(self.regularization), self.state, until - first
+        )
+        if not self._evaluate():
             raise SolveError(
                 f"the start does not fit '{self.system.mechanism.name}': its loops do not close "
                 "near it; give a motion of this mechanism, or its own guesses"
@@ -149,16 +151,16 @@ class Course:
         self.notes = adjusted(self.system, np.concatenate([q, v]), self.y, until - first)
         if self.regularization:
             self.notes += branching(self.system, first, self.y[:n3], self.y[n3:])
-        self._check_slope(self.K, first)
-        self.watch.begun = self.y[:n3].copy()
-        self.scale[:] = sizes(self.system.length, v, self.K[0, n3:])
+        self._check_finite(self.K, first)
+        self.passage.begun = self.y[:n3].copy()
+        self.scale[:] = coordinate_sizes(self.system.length, v, self.K[0, n3:])
         first_one = first_step(self.way, self.y, self.K[0], self.scale, until - first)
         self.state[NEXT] = self.way.step or first_one
         self.judged, self.longest = (0.0, first), 0.0
 
-    def _slope(self) -> bool:
+    def _evaluate(self) -> bool:
         """Project the state, take its slope and its page; whether the loops close."""
-        closes = initial_derivative(self.layout, self.work, self.stepping, CORRECTIONS, self.page)
+        closes = initial_derivative(self.layout, self.work, self.stepping, REFINEMENTS, self.page)
         raise_user_error(self.system)
         return bool(closes)
 
@@ -167,23 +169,23 @@ class Course:
         code, left = MORE, steps
         while code == MORE and left > 0:
             done = self.state[STEPS]
-            count = 1 if self.watch.open else left
+            count = 1 if self.passage.open else left
             code = self.steps.steps(self.motion, until, count, outputs)
             left -= max(1, int(self.state[STEPS] - done))
-            self.watch.note(self.y)
-            self.watch.weigh(self.y)
+            self.passage.note(self.y)
+            self.passage.check_inertia(self.y)
             if code == BRANCH_UNCERTAIN:
-                self.watch.decide(self.y, self.K[0])
+                self.passage.decide(self.y, self.K[0])
                 code = MORE
             elif code == LAST_STEP:
                 if until == self.until:
-                    self.anchor = self._anchored(outputs.work[-1])
+                    self.restart_point = self._restart_state(outputs.work[-1])
                 self.state[LAST_STEP_ALLOWED] = 1.0
                 code, left = MORE, left + 1
         raise_user_error(self.system)
         return code
 
-    def _follow(self, times: Array, progress: Callable[[float], None] | None) -> tuple[int, str]:
+    def _integrate(self, times: Array, progress: Callable[[float], None] | None) -> tuple[int, str]:
         """The whole motion, its instants kept: the last code of the kernel, and the status."""
         self.times, self.output = times, np.empty((len(times), self.rows, 1))
         self.gained = np.zeros((len(times) + 1, self.causes))
@@ -194,12 +196,12 @@ class Course:
         code = MORE
         while code == MORE:
             code = self._advance(self.until, AT_ONCE, outputs)
-            self._judge()
+            self._check_progress()
             if progress is not None:
                 progress(float(self.state[TIME]))
         return code, "completed"
 
-    def _judge(self) -> None:
+    def _check_progress(self) -> None:
         """Refuse to crawl: at loads that jump to and fro steps are cut for ever. Refuse to go on
         where a distance has become zero.
         """
@@ -226,7 +228,7 @@ class Course:
 
     # -- restarts -----------------------------------------------------------------------------
 
-    def _anchored(self, gained: Array) -> Restart:
+    def _restart_state(self, gained: Array) -> Restart:
         """All that the next step depends on; `gained` since the beginning."""
         return Restart(
             way=self.way,
@@ -243,7 +245,8 @@ class Course:
         """Take up what was left."""
         self.y[:], self.state[TIME] = restart.y, restart.state[TIME]
         page = self.page.copy()
-        self._slope()  # for the distances from singular positions with which the next step begins
+        # for the distances from singular positions with which the next step begins
+        self._evaluate()
         self.page = page
         self.scale[:] = restart.scale
         self.y[:], self.K[0], self.P[0] = restart.y, restart.slope, restart.powers
@@ -257,17 +260,19 @@ class Course:
 
     def _restart(self, gained: Array) -> Restart | None:
         """Where to take up, as seen from the last instant that was kept."""
-        if self.anchor is None or not len(gained):
+        if self.restart_point is None or not len(gained):
             return None
-        return replace(self.anchor, gained=self.anchor.gained - gained[-1, : self.causes])
+        return replace(
+            self.restart_point, gained=self.restart_point.gained - gained[-1, : self.causes]
+        )
 
     def _keep_now(self) -> None:
         """Keep the instant that a motion has come to, to go on from there."""
         if not self.state[STEPS]:
             return
-        self.anchor = self._anchored(self.gained[-1])
+        self.restart_point = self._restart_state(self.gained[-1])
         met, done = int(self.state[DELIVERED]), self.gained[-1].copy()
-        self._slope()
+        self._evaluate()
         if met and self.times[met - 1] == self.state[TIME]:
             met -= 1
         self.times = np.append(self.times[:met], self.state[TIME])
@@ -280,7 +285,7 @@ class Course:
         met = int(self.state[DELIVERED])
         return self.times[:met], self.output[:met], self.gained[:met]
 
-    def _check_slope(self, K: Array, t: float) -> None:
+    def _check_finite(self, K: Array, t: float) -> None:
         if np.isfinite(K[0]).all():
             return
         n = self.system.coordinates
@@ -351,12 +356,12 @@ class Course:
             restart=self._restart(gained),
         )
         last = float(times[-1]) if len(times) else self.first
-        notes = (*as_said(found).notes, *self.notes, *self.watch.notes(last))
+        notes = (*as_said(found).notes, *self.notes, *self.passage.notes(last))
         notes += tuple(pulled(found, self._between()))
         if self.regularization:
             notes += told_open(found.dependencies)
-        found = changed(found, notes=notes, branch=self.watch.least(last))
-        return doubted(found, self.watch.doubts)
+        found = changed(found, notes=notes, branch=self.passage.least(last))
+        return doubted(found, self.passage.doubts)
 
     def _between(self) -> Mapping[str, Held] | None:
         """Forces of contacts and ropes between the instants that are kept."""

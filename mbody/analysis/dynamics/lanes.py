@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.diagnosis import undetermined, weightless
-from mbody.analysis.dynamics.initial_step import CORRECTIONS, first_step, sizes
+from mbody.analysis.dynamics.initial_step import REFINEMENTS, coordinate_sizes, first_step
 from mbody.analysis.dynamics.integrators import PATIENT
-from mbody.analysis.dynamics.options import AskedMotion, asked_motion, last_time, tolerances
-from mbody.analysis.initial.initial_state_batch import Onset, begun, onset_of
+from mbody.analysis.dynamics.options import MotionRequest, last_time, motion_request, tolerances
+from mbody.analysis.initial.initial_state_batch import BatchStart, batch_start, initial_states
 from mbody.compiler.lanes import LANES, aligned
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.kernels.runge_kutta_lanes import runge_kutta_lanes
@@ -28,7 +28,7 @@ from mbody.kernels.tableaus import Explicit, order_5, order_8
 from mbody.system.layout import inverse_masses, stand_ins
 from mbody.system.system import System
 
-__all__ = ["Drift", "drift_of", "drifted"]
+__all__ = ["LaneMotions", "integrate_lanes", "lane_motions"]
 
 Array = np.ndarray
 
@@ -39,25 +39,27 @@ TABLES = {"dop853": order_8, "dopri5": order_5}
 
 
 @dataclass(frozen=True, eq=False)
-class Drift:
+class LaneMotions:
     """What the free motions of a batch share.
 
     Attributes
     ----------
-    onset : Onset
+    onset : BatchStart
         How they begin.
-    asked : AskedMotion
+    asked : MotionRequest
         How long they go on, how they are followed, and which instants are kept.
     light : bool
         Whether some body has so little mass that another stands in for it.
     """
 
-    onset: Onset
-    asked: AskedMotion
+    onset: BatchStart
+    asked: MotionRequest
     light: bool
 
 
-def drift_of(system: System, names: tuple[str, ...], how: Mapping[str, Any]) -> Drift | None:
+def lane_motions(
+    system: System, names: tuple[str, ...], how: Mapping[str, Any]
+) -> LaneMotions | None:
     """What the designs of a system share that differ in `names`; None where they go one by one:
     with other methods, events, drivers that let go, redundant joints, or code of the user.
 
@@ -75,8 +77,8 @@ def drift_of(system: System, names: tuple[str, ...], how: Mapping[str, Any]) -> 
         return None
     get = how.get
     last, errors = last_time(system, get("until")), tolerances(system, get("rtol"), get("atol"))
-    onset, start = onset_of(system, names, how)
-    asked = asked_motion(
+    onset, start = batch_start(system, names, how)
+    asked = motion_request(
         system,
         float(start.t[-1]),
         last,
@@ -90,11 +92,11 @@ def drift_of(system: System, names: tuple[str, ...], how: Mapping[str, Any]) -> 
     if asked.way.method not in TABLES or asked.events or asked.release or start.soft:
         return None
     light = stand_ins(system.layout, system.mass, system.length)
-    return Drift(onset, asked, bool(light.any()))
+    return LaneMotions(onset, asked, bool(light.any()))
 
 
-def drifted(
-    system: System, drift: Drift, values: Mapping[str, Array], wanted: Array
+def integrate_lanes(
+    system: System, drift: LaneMotions, values: Mapping[str, Array], wanted: Array
 ) -> tuple[Array, np.ndarray]:
     """Rows of all instants: (rows, designs, instants), and which designs can be trusted.
 
@@ -107,7 +109,7 @@ def drifted(
     wanted : array (rows,)
         Which rows, as `mbody.kernels.output` numbers them.
     """
-    q, v, good = begun(drift.onset, system, values)
+    q, v, good = initial_states(drift.onset, system, values)
     good &= stand_ins(system.layout, system.mass, system.length) == drift.light
     good &= np.isfinite(q).all(axis=1) & np.isfinite(v).all(axis=1)
     for design in np.flatnonzero(good).tolist():
@@ -129,7 +131,7 @@ def _moves(system: System, design: int, t: float, q: Array, v: Array) -> bool:
 
 
 def _followed(
-    system: System, drift: Drift, which: Array, y: Array, wanted: Array
+    system: System, drift: LaneMotions, which: Array, y: Array, wanted: Array
 ) -> tuple[Array, np.ndarray]:
     """Rows of the designs `which`, from their first states y, and which of them came to the end."""
     asked, n, n3 = drift.asked, len(which), system.coordinates
@@ -153,19 +155,19 @@ def _followed(
         output=np.empty((len(wanted), n, len(times))),
         bad=np.zeros(n),
     )
-    initial_derivatives(system.layout, work, CORRECTIONS, batch, page)
+    initial_derivatives(system.layout, work, REFINEMENTS, batch, page)
     if batch.bad.all():
         return batch.output, batch.bad == 0.0
     whole, derivative = float(times[-1]) - asked.first, np.ascontiguousarray(batch.derivative.T)
-    scale = sizes(system.length, y[:, n3:], derivative[:, n3:])
+    scale = coordinate_sizes(system.length, y[:, n3:], derivative[:, n3:])
     batch.scale[:] = scale.T
     batch.step[:] = first_step(way, np.ascontiguousarray(batch.y.T), derivative, scale, whole)
     lanes = _workspace(batch, table, page, int(np.flatnonzero(batch.bad == 0.0)[0]), work)
     tolerances = Tolerances(
         relative=way.rtol,
         absolute=way.atol,
-        refinements=CORRECTIONS if drift.light else 0,
-        full_refinements=CORRECTIONS,
+        refinements=REFINEMENTS if drift.light else 0,
+        full_refinements=REFINEMENTS,
         patience=PATIENT,
     )
     bundles = system.layout, work, table, tolerances, batch, lanes

@@ -18,14 +18,14 @@ from mbody.model.simulation import ADAPTIVE, EVEN, METHODS, check_method
 from mbody.solution.restart import Way
 from mbody.system.system import System
 
-__all__ = ["AskedMotion", "asked_motion", "last_time", "tolerances"]
+__all__ = ["MotionRequest", "motion_request", "last_time", "tolerances"]
 
 #: Steps of one motion, at most, and instants that are kept.
 MOST_STEPS, MOST_INSTANTS = 1e9, 10_000_000
 
 
 @dataclass(frozen=True, eq=False)
-class AskedMotion:
+class MotionRequest:
     """A motion that is asked for.
 
     Attributes
@@ -37,7 +37,7 @@ class AskedMotion:
     way : Way
         How it is followed.
     events : dict
-        What is watched for, with the restitution of each stop.
+        What is located, with the restitution of each stop.
     release : dict
         When drivers let go, by name, ascending.
     """
@@ -74,7 +74,7 @@ def tolerances(system: System, rtol: Any, atol: Any) -> tuple[float, float]:
     return float(rtol), float(rtol if atol is None else atol)
 
 
-def asked_motion(
+def motion_request(
     system: System,
     first: float,
     last: float,
@@ -85,7 +85,7 @@ def asked_motion(
     kept: tuple[Any, Any, Any],
     events: Any,
     release: Any,
-) -> AskedMotion:
+) -> MotionRequest:
     """The motion from `first` to `last`; `kept` are instants, every and times."""
     machine = system.mechanism
     own, unit = machine.simulation, machine.units.time
@@ -103,7 +103,7 @@ def asked_motion(
         release = own.release if release is None else release
     times = _times(machine, first, last, *kept)
     check_room(system, len(times))
-    return AskedMotion(
+    return MotionRequest(
         first,
         times,
         _way(system, METHODS[0] if method is None else method, errors, step, last - first),

@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from mbody.analysis.driven.contacts import one_sided
-from mbody.analysis.dynamics.events import Eventful
-from mbody.analysis.dynamics.integration import Course
-from mbody.analysis.dynamics.options import AskedMotion
+from mbody.analysis.dynamics.events import EventIntegration
+from mbody.analysis.dynamics.integration import Integration
+from mbody.analysis.dynamics.options import MotionRequest
 from mbody.analysis.dynamics.restart_checks import check_restart
-from mbody.analysis.dynamics.singular_start import opening
+from mbody.analysis.dynamics.singular_start import singular_start
 from mbody.analysis.equilibria.equilibrium import released
 from mbody.analysis.initial.initial_state import state_of
 from mbody.errors import SolveError
@@ -26,7 +26,7 @@ from mbody.solution.restart import Restart, Way
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
-__all__ = ["followed"]
+__all__ = ["integrate_phases"]
 
 Array = np.ndarray
 
@@ -34,10 +34,10 @@ Array = np.ndarray
 PARTS = ("units", "ground", "bodies", "joints", "couplings", "drivers", "loads")
 
 
-def followed(
+def integrate_phases(
     system: System,
     start: Solution,
-    asked: AskedMotion,
+    asked: MotionRequest,
     progress: Callable[[float], None] | None,
 ) -> Solution:
     """The motion from the last instant of `start`, as one result of the whole system; what had let
@@ -55,7 +55,7 @@ def followed(
     found: list[Solution] = []
     for until in [*sorted(set(later.values())), last]:
         free = released(system, gone) if gone else system
-        begun = opening(free, start, asked, until) if restart is None else None
+        begun = singular_start(free, start, asked, until) if restart is None else None
         if begun is not None:
             found.append(begun)
             start = begun
@@ -67,13 +67,13 @@ def followed(
         first = float(start.t[-1])
         times = asked.times[(asked.times >= first) & (asked.times <= until)]
         wanted = np.append(times, until) if not times.size or times[-1] < until else times
-        course = (
-            Eventful(free, start, asked.way, asked.events)
+        integration = (
+            EventIntegration(free, start, asked.way, asked.events)
             if asked.events or one_sided(free)
-            else Course(free, start, asked.way)
+            else Integration(free, start, asked.way)
         )
         try:
-            run = course.run(first, q, v, wanted, progress, restart)
+            run = integration.run(first, q, v, wanted, progress, restart)
         except SolveError as error:
             reached = [one for one in (*found, error.solution) if one is not None and len(one)]
             if reached and gone:
@@ -92,14 +92,14 @@ def followed(
     return _joined(system, asked, found, free_since)
 
 
-def _stops(asked: AskedMotion) -> list[str]:
+def _stops(asked: MotionRequest) -> list[str]:
     return [event.name for event in asked.events if isinstance(event, Stop)]
 
 
 def _restart(
     system: System, start: Solution, way: Way, gone: Sequence[str], stops: bool
 ) -> Restart | None:
-    """Where to take up a motion of the same system, followed in the same way."""
+    """Where to take up a motion of the same system, integrated in the same way."""
     found = start.restart
     if found is None or found.way != way or found.released != tuple(gone) or stops:
         return None
@@ -116,7 +116,7 @@ def _restart(
 
 
 def _joined(
-    system: System, asked: AskedMotion, found: Sequence[Solution], released: Mapping[str, float]
+    system: System, asked: MotionRequest, found: Sequence[Solution], released: Mapping[str, float]
 ) -> Solution:
     """One result of all phases; a driver that has let go has no effort."""
     last, stops = found[-1], _stops(asked)

@@ -7,10 +7,10 @@ from typing import Any
 
 from mbody.analysis.driven.extrapolation import extrapolated
 from mbody.analysis.dynamics.energy_balance import energy_doubts
-from mbody.analysis.dynamics.options import AskedMotion, asked_motion, last_time, tolerances
-from mbody.analysis.dynamics.release import followed
+from mbody.analysis.dynamics.options import MotionRequest, last_time, motion_request, tolerances
+from mbody.analysis.dynamics.release import integrate_phases
 from mbody.analysis.initial.close_loops import close_loops
-from mbody.analysis.initial.initial_state import started, state_of
+from mbody.analysis.initial.initial_state import initial_state_of, state_of
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.errors import ModelError, SolveError, brief
 from mbody.model.event import Event, Stop, as_events
@@ -105,7 +105,7 @@ def simulate(
     Notes
     -----
     Singular positions (change points, dead centres under inertia) are passed at any tolerance;
-    redundant joints are ordinary. Every step is watched for other branches of the constraints: a
+    redundant joints are ordinary. Every step is checked for other branches of the constraints: a
     bend in which one passes near is resolved, a change point is passed by the smooth continuation
     with a note, and what cannot be made certain is a doubt, as are a balance of energy out of
     proportion to the tolerance and an inertia that vanishes for want of masses (`doubts`);
@@ -137,7 +137,7 @@ def simulate(
     own = system.mechanism.simulation
     last, errors = last_time(system, until), tolerances(system, rtol, atol)
     if start is None and own is not None and guess is None and rates is None:
-        start = started(system, own)
+        start = initial_state_of(system, own)
     elif start is None:
         start = close_loops(system, guess=guess, rates=rates)
     elif guess is not None or rates is not None:
@@ -147,7 +147,7 @@ def simulate(
         if events is None:
             events = () if own is None else own.events
         events = (*as_events(events), *as_events(stops))
-    asked = asked_motion(
+    asked = motion_request(
         system,
         first,
         last,
@@ -163,7 +163,7 @@ def simulate(
 
         progress = shown(last)
     try:
-        run = followed(system, start, asked, progress or None)
+        run = integrate_phases(system, start, asked, progress or None)
     except SolveError as error:
         if isinstance(error.solution, Solution):
             error.solution = _judged(error.solution, asked)
@@ -171,7 +171,7 @@ def simulate(
     return _judged(run, asked)
 
 
-def _judged(run: Solution, asked: AskedMotion) -> Solution:
+def _judged(run: Solution, asked: MotionRequest) -> Solution:
     """The motion with what its description, its laws and its energy give to say."""
     system = run.system
     notes = as_said(run).notes

@@ -15,11 +15,11 @@ from fractions import Fraction
 import numpy as np
 
 from mbody.analysis.driven.diagnosis import valueless
-from mbody.analysis.dynamics.branch_choice import Start, chosen_motion
-from mbody.analysis.dynamics.initial_step import CORRECTIONS
+from mbody.analysis.dynamics.branch_choice import BranchStart, choose_branch
+from mbody.analysis.dynamics.initial_step import REFINEMENTS
 from mbody.analysis.dynamics.integrators import stepping
-from mbody.analysis.dynamics.options import AskedMotion
-from mbody.analysis.initial.initial_state import watched
+from mbody.analysis.dynamics.options import MotionRequest
+from mbody.analysis.initial.initial_state import event_measure
 from mbody.analysis.position.assembly_analysis import SOFT, raise_user_error
 from mbody.analysis.position.tangent_space import Manifold
 from mbody.errors import SolveError
@@ -36,7 +36,7 @@ from mbody.system.layout import Work
 from mbody.system.rank import dense
 from mbody.system.system import System
 
-__all__ = ["opening"]
+__all__ = ["singular_start"]
 
 Array = np.ndarray
 
@@ -53,7 +53,7 @@ ITERATIONS, SETTLED = 60, 1e-13
 #: Where they no longer fall, changes below this part are rounding: of a part of the mechanism that
 #: begins at rest beside one that moves, and so is still near its singular position.
 ROUNDING = 1e-6
-#: Samples of the first part at which events are watched for.
+#: Samples of the first part at which events are looked for.
 WATCHED = 33
 #: Nearer than this to the singular position the first accelerations are those there, and their
 #: change since then, which is more precise than the polynomial, continued back to its beginning.
@@ -114,7 +114,7 @@ def weights() -> Weights:
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class Collocation:
     """The first part of a motion: values at its nodes.
 
     Attributes
@@ -134,7 +134,9 @@ class Part:
     evaluations: int
 
 
-def opening(system: System, start: Solution, asked: AskedMotion, until: float) -> Solution | None:
+def singular_start(
+    system: System, start: Solution, asked: MotionRequest, until: float
+) -> Solution | None:
     """The first part of a motion whose start is singular; None where it is not.
 
     Raises
@@ -142,15 +144,20 @@ def opening(system: System, start: Solution, asked: AskedMotion, until: float) -
     SolveError
         For velocities that no motion has, or that several branches have.
     """
-    found = chosen_motion(system, start)
+    found = choose_branch(system, start)
     if found is None:
         return None
-    return _Opening(system, start, found, asked, until).solution()
+    return _SingularStart(system, start, found, asked, until).solution()
 
 
-class _Opening:
+class _SingularStart:
     def __init__(
-        self, system: System, start: Solution, first: Start, asked: AskedMotion, until: float
+        self,
+        system: System,
+        start: Solution,
+        first: BranchStart,
+        asked: MotionRequest,
+        until: float,
     ) -> None:
         self.system, self.start, self.first, self.asked = system, start, first, asked
         self.t, self.longest = float(start.t[-1]), until - float(start.t[-1])
@@ -176,9 +183,9 @@ class _Opening:
         return self._kept(part, np.append(times, end) - self.t)
 
     def _crossed(self, run: Solution) -> bool:
-        """Whether an event that is watched for may be within the first part."""
+        """Whether an event may be within the first part."""
         for event in self.asked.events:
-            value = measured(run, watched(self.system.mechanism, event))[0]
+            value = measured(run, event_measure(self.system.mechanism, event))[0]
             signs = np.sign(value[1:])
             if (signs != signs[0]).any():
                 return True
@@ -186,7 +193,7 @@ class _Opening:
 
     # -- the polynomial -----------------------------------------------------------------------
 
-    def _part(self) -> Part:
+    def _part(self) -> Collocation:
         """As long as the polynomial allows."""
         first, scale = self.first, self.first.scale
         swift, pull = (float(np.abs(one / scale).max()) for one in (first.v, first.a))
@@ -199,9 +206,9 @@ class _Opening:
                 return self._tried(self.longest)
         return self._tried(float(span))
 
-    def _tried(self, span: float) -> Part:
+    def _tried(self, span: float) -> Collocation:
         """The same, shortened where it is too long."""
-        best: tuple[float, Part] | None = None
+        best: tuple[float, Collocation] | None = None
         for _ in range(HALVED):
             found = self._settled(span)
             if found is not None:
@@ -222,7 +229,7 @@ class _Opening:
             "little beside it"
         )
 
-    def _settled(self, span: float) -> Part | None:
+    def _settled(self, span: float) -> Collocation | None:
         """Accelerations at the nodes that agree with the motion that they make; None where the
         iteration does not settle, or leaves the branch.
         """
@@ -251,7 +258,7 @@ class _Opening:
             if not change < 1e3 * max(top, np.abs(first.v / first.scale).max() / span):
                 return None
             if change <= SETTLED * top or (change <= ROUNDING * top and change > 0.5 * last):
-                return Part(span, a, reactions, powers, size * (iteration + 1))
+                return Collocation(span, a, reactions, powers, size * (iteration + 1))
             last = change
         return None
 
@@ -259,7 +266,7 @@ class _Opening:
         """Slope, powers and page at a state, projected; whether the loops close there."""
         n = self.system.coordinates
         self.y[:n], self.y[n:], self.stepping.state[TIME] = q, v, t
-        good = initial_derivative(self.layout, self.work, self.stepping, CORRECTIONS, self.page)
+        good = initial_derivative(self.layout, self.work, self.stepping, REFINEMENTS, self.page)
         raise_user_error(self.system)
         if good and not np.isfinite(self.K).all():
             raise valueless(self.system, self.system.work(), t, self.y[:n], self.y[n:])
@@ -267,7 +274,7 @@ class _Opening:
 
     # -- what is kept -------------------------------------------------------------------------
 
-    def _kept(self, part: Part, after: Array) -> Solution:
+    def _kept(self, part: Collocation, after: Array) -> Solution:
         """The motion at times after the start."""
         system, first, w = self.system, self.first, weights()
         n = system.coordinates
@@ -334,7 +341,7 @@ class _Opening:
         torque = force[:, 2] - (px * force[:, 1] - py * force[:, 0])
         return np.column_stack([lam, force[:, :2], torque]).ravel()
 
-    def _reactions(self, part: Part, c: Array) -> Array:
+    def _reactions(self, part: Collocation, c: Array) -> Array:
         """Limits of the reactions; where they grow without bound, with the time that they do not
         grow with, and none at the position itself.
         """

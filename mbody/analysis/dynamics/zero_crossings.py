@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-__all__ = ["between", "extrema", "refined"]
+__all__ = ["extrema", "refined", "sign_changes"]
 
 Array = np.ndarray
 #: Times, values and rates of one quantity, ascending.
@@ -100,7 +100,7 @@ def refined(sample: Callable[[Array], tuple[Array, Array]], given: Samples, near
     return t, g, r
 
 
-def between(t: Array, g: Array) -> list[int]:
+def sign_changes(t: Array, g: Array) -> list[int]:
     """Numbers of the intervals whose ends lie on two sides of zero, or end at it."""
     a, b = g[:-1], g[1:]
     return np.flatnonzero(((a > 0.0) & (b <= 0.0)) | ((a < 0.0) & (b >= 0.0))).tolist()

@@ -40,10 +40,10 @@ __all__ = [
     "check_simulation",
     "checked_events",
     "holding",
+    "initial_state_of",
     "said",
-    "started",
     "state_of",
-    "watched",
+    "event_measure",
 ]
 
 #: Name of a driver; body, coordinate and direction; value and rate.
@@ -107,7 +107,7 @@ def checked_events(
                 f"{what} '{event.name}': the name is taken by a {taken}: choose another", event.name
             )
         try:
-            check_measure(mechanism, watched(mechanism, event))
+            check_measure(mechanism, event_measure(mechanism, event))
         except ModelError as error:
             told = str(error).removeprefix("measure ")
             raise ModelError(f"{what} '{event.name}': {told}", event.name) from None
@@ -121,7 +121,7 @@ def checked_events(
     return found
 
 
-def watched(mechanism: Mechanism, event: Event | Stop) -> Measure:
+def event_measure(mechanism: Mechanism, event: Event | Stop) -> Measure:
     """What is to be zero: one of the mechanism's measures by its name, or a formula."""
     return mechanism.measures.get(event.of) or Measure(event.of)
 
@@ -129,7 +129,9 @@ def watched(mechanism: Mechanism, event: Event | Stop) -> Measure:
 def _check_coordinate(mechanism: Mechanism, stop: Stop) -> None:
     """Refuse a stop of what an impact does not leave as it is."""
     coordinates = []
-    for name in sorted(read(watched(mechanism, stop).of, None).names - mechanism.parameters.keys()):
+    for name in sorted(
+        read(event_measure(mechanism, stop).of, None).names - mechanism.parameters.keys()
+    ):
         owner, _, key = name.rpartition(".")
         if not owner:
             continue
@@ -154,7 +156,7 @@ _BEGUN: weakref.WeakKeyDictionary[System, tuple[SimulationSettings, Solution]] =
 )
 
 
-def started(system: System, simulation: SimulationSettings) -> Solution:
+def initial_state_of(system: System, simulation: SimulationSettings) -> Solution:
     """The first instant of a motion: bodies held where it says, moving as it says.
 
     Raises

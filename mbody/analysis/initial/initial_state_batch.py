@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.initial.close_loops import close_loops
-from mbody.analysis.initial.initial_state import holding, said, started, state_of
+from mbody.analysis.initial.initial_state import holding, initial_state_of, said, state_of
 from mbody.analysis.position.assembly_analysis import TOLERANCE
 from mbody.analysis.position.initial_guess import placed
 from mbody.analysis.position.whole_turns import by_rows, by_springs
@@ -24,7 +24,7 @@ from mbody.solution.places import link_poses
 from mbody.solution.solution import Solution
 from mbody.system.system import System, polar_points
 
-__all__ = ["Onset", "begun", "onset_of"]
+__all__ = ["BatchStart", "batch_start", "initial_states"]
 
 Array = np.ndarray
 
@@ -36,7 +36,7 @@ AGREE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Onset:
+class BatchStart:
     """How the designs of a batch begin.
 
     Attributes
@@ -59,9 +59,9 @@ class Onset:
     alike: bool
 
 
-def onset_of(
+def batch_start(
     system: System, names: tuple[str, ...], how: Mapping[str, Any]
-) -> tuple[Onset, Solution]:
+) -> tuple[BatchStart, Solution]:
     """How designs of a system begin that differ in `names`, and how the system itself does.
 
     Raises
@@ -74,17 +74,17 @@ def onset_of(
     alike = all(name not in machine.parameters and moves_nothing(machine, name) for name in names)
     if own is None or guess is not None or rates is not None:
         first = close_loops(system, guess=guess, rates=rates)
-        return Onset(None, guess, rates, system, system, alike), first
-    first = started(system, own)
+        return BatchStart(None, guess, rates, system, system, alike), first
+    first = initial_state_of(system, own)
     places = turning = holding(system, said(system, own, rates=False, poses={}))
     moving = said(system, own, rates=True, poses=link_poses(first))
     if moving:
         turning = holding(system, moving)
-    return Onset(own, None, None, places, turning, alike), first
+    return BatchStart(own, None, None, places, turning, alike), first
 
 
-def begun(
-    onset: Onset, system: System, values: Mapping[str, Array]
+def initial_states(
+    onset: BatchStart, system: System, values: Mapping[str, Array]
 ) -> tuple[Array, Array, np.ndarray]:
     """Positions and velocities, each (designs, coordinates), and which of them can be trusted.
 
@@ -118,7 +118,7 @@ def begun(
     return poses[:, :n3], velocities, good & (off <= AGREE)
 
 
-def _one_by_one(onset: Onset, system: System) -> tuple[Array, Array, np.ndarray]:
+def _one_by_one(onset: BatchStart, system: System) -> tuple[Array, Array, np.ndarray]:
     """The same where rates are asked for that joints may not allow."""
     designs, n3 = int(system.batch or 0), system.coordinates
     q, v, good = np.zeros((designs, n3)), np.zeros((designs, n3)), np.zeros(designs, dtype=bool)
@@ -133,7 +133,7 @@ def _one_by_one(onset: Onset, system: System) -> tuple[Array, Array, np.ndarray]
     return q, v, good
 
 
-def _told(onset: Onset, system: System, held: System, *, rates: bool) -> tuple[Array, Array]:
+def _told(onset: BatchStart, system: System, held: System, *, rates: bool) -> tuple[Array, Array]:
     """Values and rates of all drivers, NaN where their laws say them: (designs, drivers) each."""
     designs, count = int(system.batch or 0), len(held.drivers)
     values, speeds = np.full((2, designs, count), np.nan)
@@ -144,7 +144,7 @@ def _told(onset: Onset, system: System, held: System, *, rates: bool) -> tuple[A
     return values, speeds
 
 
-def _guessed(onset: Onset, places: System, first: Array) -> Array:
+def _guessed(onset: BatchStart, places: System, first: Array) -> Array:
     """First pose of every design: (designs, coordinates + 3)."""
     designs, names = len(first), [driver.name for driver in places.drivers]
     work, rows = places.work(), places.layout.driver_row
