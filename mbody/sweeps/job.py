@@ -92,7 +92,7 @@ class Job:
     def block(self) -> int:
         """Designs that are followed together."""
         if isinstance(self.course, LaneMotions):
-            most, instants = FREE, len(self.course.asked.times)
+            most, instants = FREE, len(self.course.request.times)
         elif self.plan is not None:
             most, instants = BLOCK, len(self.plan.t)
         else:
@@ -225,7 +225,7 @@ def _drift(
     except (ModelError, SolveError):
         return None
     if drift is not None:
-        _check_instants(columns, len(drift.asked.times))
+        _check_instants(columns, len(drift.request.times))
     return drift
 
 
@@ -327,7 +327,7 @@ def _together(
     own = dict(zip(job.names, np.ascontiguousarray(values.T), strict=True))
     system, given = job.system.with_values(own), None
     if isinstance(course, LaneMotions):
-        times = course.asked.times
+        times = course.request.times
         rows, sound = integrate_lanes(system, course, own, job.wanted)
     else:
         times = course.plan.t

@@ -38,7 +38,8 @@ Array = np.ndarray
 STILL = 1e-9
 #: Branches are equally good where their constraint differs by less than this part.
 TIE = 1e-6
-#: Further away than this from a singular position rows tell the motion, though not all its digits.
+#: Further away than this from a singular position the rows determine the motion, though not all its
+#: digits.
 FAR = 1e-4
 #: Forces below this part of the greatest are none.
 NONE = 1e-8
@@ -163,7 +164,7 @@ class _Choice:
     def _on_branch(self, y: Array) -> Array | None:
         """The velocities as those of a branch, where they differ from one by no more than rounding
         of digits, and by what the start is away from the singular position; None where the start is
-        so far away that its rows tell all.
+        so far away that its rows determine the motion.
         """
         here = self.here
         away = norm(here.y)

@@ -1,6 +1,4 @@
-"""How a free motion passes singular positions that its steps come near: what is decided, and what
-is said of it.
-"""
+"""Passage of a free motion by singular positions: which branch it takes, notes and doubts."""
 
 from __future__ import annotations
 
@@ -32,17 +30,18 @@ Array = np.ndarray
 #: Change points ahead, those behind, doubts.
 KnownCrossings = tuple[tuple[Crossing, ...], tuple[Crossing, ...], tuple[Doubt, ...]]
 
-#: A step that may meet a singular position is asked about at first when it is this part of the one
-#: that was refused, as the kernel has it.
+#: What lies ahead is first looked at when a step is this part of the one that was rejected, as the
+#: kernel has it.
 FIRST = 0.3
-#: It is asked about again when it is this part of that.
+#: It is looked at again when the step is this part of that.
 AGAIN = 0.1
 #: A step of this part of the whole motion that may still meet one is made in doubt.
 HOPELESS = 1e-9
-#: A step over a change point may be so many times the one that was asked about; it is longer by
+#: A step over a change point may be so many times the one that was looked at; it is longer by
 #: this part, for rounding.
 FARTHER, LITTLE = 4.0, 1e-9
-#: Inertia is looked at again where the part of the energy that stands in for it has so grown.
+#: Inertia is looked at again where the energy of masses that stand in for missing ones has so
+#: grown.
 MORE_OF_IT = 10.0
 #: A body takes part in a motion with this part of the fastest.
 TAKES_PART = 0.1
@@ -51,14 +50,14 @@ TAKES_PART = 0.1
 class BranchPassage:
     """Decides for one motion; `state` is that of its steps."""
 
-    def __init__(self, system: System, soft: bool, state: Array, whole: float) -> None:
-        self.system, self.soft, self.state, self.whole = system, soft, state, whole
+    def __init__(self, system: System, regularized: bool, state: Array, whole: float) -> None:
+        self.system, self.regularized, self.state, self.whole = system, regularized, state, whole
         self.open: tuple[Crossing, ...] = ()
         self.crossings: tuple[Crossing, ...] = ()
         self.doubts: tuple[Doubt, ...] = ()
         state[KNOWN_UNTIL] = state[SHORTENED_UNTIL] = state[CROSSING_TIME] = -np.inf
         state[LEAST_CONDITIONING], state[STAND_IN_LIMIT] = np.inf, STAND_IN_PART
-        self.begun = np.zeros(0)
+        self.first_position = np.zeros(0)
 
     @property
     def known(self) -> KnownCrossings:
@@ -69,11 +68,15 @@ class BranchPassage:
     def known(self, given: KnownCrossings) -> None:
         self.open, self.crossings, self.doubts = given
 
-    def decide(self, y: Array, slope: Array) -> None:
-        """How the next steps pass what is near, from the state y and its slope (2·coordinates,)."""
+    def decide(self, y: Array, derivative: Array) -> None:
+        """How the next steps pass what is near, from the state y and its derivative
+        (2·coordinates,).
+        """
         state, n = self.state, len(y) // 2
         t, step = float(state[TIME]), 2.0 * float(state[NEXT])
-        ahead = look_ahead(self.system, t, y[:n], y[n:], slope[n:], step / FIRST, self.soft)
+        ahead = look_ahead(
+            self.system, t, y[:n], y[n:], derivative[n:], step / FIRST, self.regularized
+        )
         if ahead.clear:
             state[KNOWN_UNTIL], state[NEXT] = t, 0.99 * ahead.clear
         elif ahead.crossing is not None:
@@ -128,7 +131,7 @@ class BranchPassage:
         if state[STAND_IN_ENERGY] <= state[STAND_IN_LIMIT]:
             return
         t, state[STAND_IN_LIMIT] = float(state[TIME]), MORE_OF_IT * float(state[STAND_IN_ENERGY])
-        always = inertialess(self.system, t, self.begun)
+        always = inertialess(self.system, t, self.first_position)
         if inertialess(self.system, t, y[:n]) <= always:
             return
         state[STAND_IN_LIMIT] = np.inf

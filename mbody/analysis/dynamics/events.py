@@ -55,7 +55,7 @@ Array = np.ndarray
 
 #: Samples of a step, and of the whole motion, at least.
 OF_A_STEP, OF_ALL = 4, 400
-#: Where only the motion itself tells a rate: how far the second sample is, as a part of the time
+#: Where a rate follows from two samples only: how far the second sample is, as a part of the time
 #: between samples.
 BESIDE = 1e-4
 #: What is noted of contacts and ropes.
@@ -116,7 +116,7 @@ class EventIntegration(Integration):
         carried = [has_exact_rates(measure) for measure in self.measures]
         self.carried = np.array(carried, dtype=bool)
         self.sided = one_sided(system)
-        self.held: dict[str, list[Held]] = {one.name: [] for one in self.sided}
+        self.forces: dict[str, list[Held]] = {one.name: [] for one in self.sided}
 
     # -- the motion ---------------------------------------------------------------------------
 
@@ -125,8 +125,8 @@ class EventIntegration(Integration):
         self.pages, self.works = list[Array](), list[Array]()
         if times[0] <= self.first:
             self._keep(self.first, self.page, self.total)
-        self.total = self.begun.copy()
-        code, status = MORE, self._settled()
+        self.total = self.initial_work.copy()
+        code, status = MORE, self._resolve_impacts()
         while code == MORE and not status:
             code, status = self._step()
             self._check_progress()
@@ -172,12 +172,12 @@ class EventIntegration(Integration):
     def _run(self, until: float, steps: int, times: Array) -> tuple[int, Array, Array]:
         """Steps of the kernel: its code, pages and work at the times."""
         output = np.empty((len(times), self.rows, 1))
-        gained = np.zeros((len(times) + 1, self.causes))
-        gained[-1], self.state[DELIVERED] = self.total, 0.0
-        outputs = Outputs(times=times, pages=output, work=gained)
+        work_done = np.zeros((len(times) + 1, self.causes))
+        work_done[-1], self.state[DELIVERED] = self.total, 0.0
+        outputs = Outputs(times=times, pages=output, work=work_done)
         code = self._advance(until, steps, outputs)
-        self.total = gained[-1].copy()
-        return code, output, gained
+        self.total = work_done[-1].copy()
+        return code, output, work_done
 
     def _step(self) -> tuple[int, str]:
         """One step, or one that was refused: the code of the kernel, and the status at an end."""
@@ -197,7 +197,7 @@ class EventIntegration(Integration):
         times = np.unique(np.concatenate([even, wanted, [end]]))
         times = np.append(t, times[(times > t) & (times <= end)])
         marks = self._marks(times[1:], times)
-        code, pages, gained = self._run(self.until, 1, marks)
+        code, pages, work_done = self._run(self.until, 1, marks)
         if state[TIME] == t:
             return code, ""
         self.page = pages[-1].copy()
@@ -205,7 +205,7 @@ class EventIntegration(Integration):
         found, rising = self._sampled(
             times, np.append(t, marks), np.concatenate([saved.page[None], pages])
         )
-        came_back, touching = self._left(found[:, 1])
+        came_back, touching = self._check_touching(found[:, 1])
         if came_back:
             self._restore(saved)
             state[NEXT] = 0.25 * h
@@ -218,12 +218,12 @@ class EventIntegration(Integration):
             found[row] = np.where(np.abs(found[row]) <= rounding, rounding, found[row])
         crossings = self._crossings(saved, times, found, rising)
         cut = next((one for one in crossings if _interrupts(one.event)), None)
-        self._hold(np.append(t, marks), np.concatenate([saved.page[None], pages]), cut)
+        self._record_forces(np.append(t, marks), np.concatenate([saved.page[None], pages]), cut)
         for n in np.flatnonzero(np.isin(marks, wanted)):
             if cut is None or marks[n] <= cut.t:
-                self._keep(float(marks[n]), pages[n], gained[n])
+                self._keep(float(marks[n]), pages[n], work_done[n])
         for one in crossings[: crossings.index(cut) if cut else None]:
-            if one.t <= self.first:  # told of by the motion that this one goes on with
+            if one.t <= self.first:  # reported by the motion that this one continues
                 continue
             self._record(one.event, one.t, one.saved.page)
         self.touching = touching
@@ -233,12 +233,12 @@ class EventIntegration(Integration):
         self._restore(cut.saved)
         state[NEXT] = min(state[NEXT], h)
         if isinstance(cut.event, Stop):
-            return MORE, self._settled()
+            return MORE, self._resolve_impacts()
         self._record(cut.event, cut.t, self.page)
         return MORE, self._ended(f"'{cut.event.of}' is zero")
 
-    def _hold(self, marks: Array, pages: Array, cut: Crossing | None) -> None:
-        """Note the forces of contacts and ropes over a step, within the instants asked for."""
+    def _record_forces(self, marks: Array, pages: Array, cut: Crossing | None) -> None:
+        """Record the forces of contacts and ropes over a step, within the output instants."""
         if not self.sided:
             return
         last = float(self.wanted[-1]) if cut is None else min(cut.t, float(self.wanted[-1]))
@@ -247,12 +247,12 @@ class EventIntegration(Integration):
             return
         run = motion_at(self.system, marks[inside], pages[inside])
         for one in self.sided:
-            self.held[one.name].append(holding(run, one))
+            self.forces[one.name].append(holding(run, one))
 
     def _between(self) -> dict[str, Held]:
         return {
             name: Held(*(np.concatenate([getattr(p, key) for p in parts]) for key in FORCES))
-            for name, parts in self.held.items()
+            for name, parts in self.forces.items()
             if parts
         }
 
@@ -282,7 +282,7 @@ class EventIntegration(Integration):
     # -- zeros --------------------------------------------------------------------------------
 
     def _marks(self, wanted: Array, times: Array) -> Array:
-        """`wanted` and, where a rate is told by two samples, others beside `times`."""
+        """`wanted` and, where a rate follows from two samples, others beside `times`."""
         if self.carried.all():
             return wanted
         return np.unique(np.concatenate([wanted, self._beside(times)]))
@@ -369,7 +369,7 @@ class EventIntegration(Integration):
 
     # -- stops --------------------------------------------------------------------------------
 
-    def _left(self, first: Array) -> tuple[Stop | None, dict[Stop, float]]:
+    def _check_touching(self, first: Array) -> tuple[Stop | None, dict[Stop, float]]:
         """By the first sample of a step, (events,): a stop that was touched and lies behind again,
         and those that still are touched.
         """
@@ -389,7 +389,7 @@ class EventIntegration(Integration):
             self.system, measure, float(self.state[TIME]), q, self.until - self.first
         )
 
-    def _settled(self) -> str:
+    def _resolve_impacts(self) -> str:
         """Strike every stop that is touched and approached, and begin anew; a status where what
         strikes comes to rest.
         """

@@ -97,7 +97,7 @@ def rates(system: System, measures: list[Measure], t: Array, pages: Array, step:
 
 
 def stop_coordinate(system: System, of: Measure, t: float, q: Array, span: float) -> StopCoordinate:
-    """The slopes of a coordinate at a position, by differences; `span` is the whole time."""
+    """A coordinate and its derivatives at a position, by differences; `span` is the whole time."""
     n = len(q)
     scale = np.tile([system.length, system.length, 1.0], n // 3)
     ways = np.vstack([STEP * np.diag(scale), np.zeros((1, n))])

@@ -36,7 +36,7 @@ def coordinate_sizes(length: float, v: np.ndarray, a: np.ndarray) -> np.ndarray:
 
 
 def first_step(
-    way: Way, y: np.ndarray, slope: np.ndarray, scale: np.ndarray, whole: float
+    way: Way, y: np.ndarray, derivative: np.ndarray, scale: np.ndarray, whole: float
 ) -> np.ndarray:
     """A rough first step (Hairer, Nørsett, Wanner, II.4): (…,).
 
@@ -48,7 +48,7 @@ def first_step(
         How long the motion goes on.
     """
     size = way.atol * scale + way.rtol * np.abs(y)
-    d0, d1 = (np.sqrt(np.mean((part / size) ** 2, axis=-1)) for part in (y, slope))
+    d0, d1 = (np.sqrt(np.mean((part / size) ** 2, axis=-1)) for part in (y, derivative))
     with np.errstate(divide="ignore", invalid="ignore"):
         step = np.where((d0 > 1e-5) & (d1 > 1e-5), 0.01 * d0 / d1, 1e-6 * whole)
     return np.minimum(step, 0.1 * whole)

@@ -1,4 +1,4 @@
-"""One motion over time: the kernel's memory, its calls, what comes of them."""
+"""Time integration of one motion: memory and calls of the integrator, and its result."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ __all__ = ["Integration"]
 
 Array = np.ndarray
 
-#: Steps of one call of the kernel; between calls there is progress, and Ctrl-C is heard.
+#: Steps of one call of the kernel; between calls progress is shown and Ctrl-C takes effect.
 AT_ONCE = 500
 #: Of so many steps the mean is judged: what falls below this part of the greatest and of the time
 #: in which the motion changes, with `PATIENT` steps still to go, crawls.
@@ -93,7 +93,7 @@ class Integration:
             patience=PATIENT,
         )
         self.motion = Motion(self.layout, self.work, self.stepping, tolerances)
-        self.begun = np.zeros(self.causes)
+        self.initial_work = np.zeros(self.causes)
         self.restart_point: Restart | None = None
         self.judged, self.longest = (0.0, 0.0), 0.0
         self.occurred: list[EventRecord] = []
@@ -129,7 +129,7 @@ class Integration:
         return found
 
     def _begin(self, first: float, q: Array, v: Array, until: float) -> None:
-        """The memory of the kernel with the first state, its slope and the first step."""
+        """First state with its derivative, and the length of the first step."""
         n3 = self.system.coordinates
         self.first, self.until = first, until
         self.rows = 3 * n3 + PER_PRIMITIVE * len(self.system.owners)
@@ -152,14 +152,14 @@ class Integration:
         if self.regularization:
             self.notes += branching(self.system, first, self.y[:n3], self.y[n3:])
         self._check_finite(self.K, first)
-        self.passage.begun = self.y[:n3].copy()
+        self.passage.first_position = self.y[:n3].copy()
         self.scale[:] = coordinate_sizes(self.system.length, v, self.K[0, n3:])
         first_one = first_step(self.way, self.y, self.K[0], self.scale, until - first)
         self.state[NEXT] = self.way.step or first_one
         self.judged, self.longest = (0.0, first), 0.0
 
     def _evaluate(self) -> bool:
-        """Project the state, take its slope and its page; whether the loops close."""
+        """Project the state, evaluate its derivative and its page; whether the loops close."""
         closes = initial_derivative(self.layout, self.work, self.stepping, REFINEMENTS, self.page)
         raise_user_error(self.system)
         return bool(closes)
@@ -188,11 +188,11 @@ class Integration:
     def _integrate(self, times: Array, progress: Callable[[float], None] | None) -> tuple[int, str]:
         """The whole motion, its instants kept: the last code of the kernel, and the status."""
         self.times, self.output = times, np.empty((len(times), self.rows, 1))
-        self.gained = np.zeros((len(times) + 1, self.causes))
-        self.gained[-1] = self.begun
+        self.work_done = np.zeros((len(times) + 1, self.causes))
+        self.work_done[-1] = self.initial_work
         if times[0] <= self.first:
             self.output[0], self.state[DELIVERED] = self.page, 1.0
-        outputs = Outputs(times=times, pages=self.output, work=self.gained)
+        outputs = Outputs(times=times, pages=self.output, work=self.work_done)
         code = MORE
         while code == MORE:
             code = self._advance(self.until, AT_ONCE, outputs)
@@ -202,8 +202,8 @@ class Integration:
         return code, "completed"
 
     def _check_progress(self) -> None:
-        """Refuse to crawl: at loads that jump to and fro steps are cut for ever. Refuse to go on
-        where a distance has become zero.
+        """Refuse to go on where loads that jump to and fro keep steps short for ever, or where a
+        distance has become zero.
         """
         n, unit = self.system.coordinates, self.system.mechanism.units.time
         gone = vanishing(self.system, self.y[:n], f"t = {self.state[TIME]:.6g} {unit}", GONE)
@@ -228,7 +228,7 @@ class Integration:
 
     # -- restarts -----------------------------------------------------------------------------
 
-    def _restart_state(self, gained: Array) -> Restart:
+    def _restart_state(self, work_done: Array) -> Restart:
         """All that the next step depends on; `gained` since the beginning."""
         return Restart(
             way=self.way,
@@ -236,7 +236,7 @@ class Integration:
             y=self.y.copy(),
             slope=self.K[0].copy(),
             powers=self.P[0].copy(),
-            gained=gained.copy(),
+            gained=work_done.copy(),
             state=self.state.copy(),
             own=tuple(part.copy() for part in self.steps.own),
         )
@@ -250,7 +250,7 @@ class Integration:
         self.page = page
         self.scale[:] = restart.scale
         self.y[:], self.K[0], self.P[0] = restart.y, restart.slope, restart.powers
-        self.begun[:], self.state[:] = restart.gained, restart.state
+        self.initial_work[:], self.state[:] = restart.gained, restart.state
         self.state[DELIVERED], self.judged = (
             0.0,
             (float(self.state[STEPS]), float(self.state[TIME])),
@@ -258,32 +258,32 @@ class Integration:
         for own, part in zip(self.steps.own, restart.own, strict=True):
             own[:] = part
 
-    def _restart(self, gained: Array) -> Restart | None:
+    def _restart(self, work_done: Array) -> Restart | None:
         """Where to take up, as seen from the last instant that was kept."""
-        if self.restart_point is None or not len(gained):
+        if self.restart_point is None or not len(work_done):
             return None
         return replace(
-            self.restart_point, gained=self.restart_point.gained - gained[-1, : self.causes]
+            self.restart_point, gained=self.restart_point.gained - work_done[-1, : self.causes]
         )
 
     def _keep_now(self) -> None:
-        """Keep the instant that a motion has come to, to go on from there."""
+        """Keep the instant that a motion has reached, to continue from there."""
         if not self.state[STEPS]:
             return
-        self.restart_point = self._restart_state(self.gained[-1])
-        met, done = int(self.state[DELIVERED]), self.gained[-1].copy()
+        self.restart_point = self._restart_state(self.work_done[-1])
+        met, done = int(self.state[DELIVERED]), self.work_done[-1].copy()
         self._evaluate()
         if met and self.times[met - 1] == self.state[TIME]:
             met -= 1
         self.times = np.append(self.times[:met], self.state[TIME])
         self.output = np.concatenate([self.output[:met], self.page[None]])
-        self.gained = np.concatenate([self.gained[:met], done[None]])
+        self.work_done = np.concatenate([self.work_done[:met], done[None]])
         self.state[DELIVERED] = met + 1
 
     def _kept(self) -> tuple[Array, Array, Array]:
         """Times, pages and work of the instants that are met."""
         met = int(self.state[DELIVERED])
-        return self.times[:met], self.output[:met], self.gained[:met]
+        return self.times[:met], self.output[:met], self.work_done[:met]
 
     def _check_finite(self, K: Array, t: float) -> None:
         if np.isfinite(K[0]).all():
@@ -331,7 +331,7 @@ class Integration:
 
     def _solution(self, status: str) -> Solution:
         n, state = self.system.coordinates, self.state
-        times, output, gained = self._kept()
+        times, output, work_done = self._kept()
         stats = {
             "steps": int(state[STEPS]),
             "rejected": int(state[REJECTED]),
@@ -351,9 +351,9 @@ class Integration:
             notes=as_said(self.start).notes if self.start.analysis == "close_loops" else (),
             status=status,
             stats=stats,
-            energy=account(self.system, output[:, : 2 * n, 0], gained, self.stops),
+            energy=account(self.system, output[:, : 2 * n, 0], work_done, self.stops),
             events=tuple(self.occurred),
-            restart=self._restart(gained),
+            restart=self._restart(work_done),
         )
         last = float(times[-1]) if len(times) else self.first
         notes = (*as_said(found).notes, *self.notes, *self.passage.notes(last))

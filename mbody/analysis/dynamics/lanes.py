@@ -1,4 +1,4 @@
-"""Free motions of many designs of one topology: what all share, and the lanes that follow them.
+"""Free motions of many designs of one topology: what all share, and their integration on lanes.
 
 Designs go side by side, one a lane, each with its own steps, as `simulate` of it alone has them in
 ordinary places. What a design gets does not depend on its neighbours, so the numbers do not depend
@@ -32,7 +32,7 @@ __all__ = ["LaneMotions", "integrate_lanes", "lane_motions"]
 
 Array = np.ndarray
 
-#: Steps of all lanes in one call of the kernel; between calls Ctrl-C is heard.
+#: Steps of all lanes in one call of the kernel; between calls Ctrl-C takes effect.
 AT_ONCE = 500
 #: Methods that lanes have.
 TABLES = {"dop853": order_8, "dopri5": order_5}
@@ -44,16 +44,16 @@ class LaneMotions:
 
     Attributes
     ----------
-    onset : BatchStart
+    start : BatchStart
         How they begin.
-    asked : MotionRequest
-        How long they go on, how they are followed, and which instants are kept.
+    request : MotionRequest
+        How long they go on, how they are integrated, and which instants are kept.
     light : bool
         Whether some body has so little mass that another stands in for it.
     """
 
-    onset: BatchStart
-    asked: MotionRequest
+    start: BatchStart
+    request: MotionRequest
     light: bool
 
 
@@ -61,7 +61,7 @@ def lane_motions(
     system: System, names: tuple[str, ...], how: Mapping[str, Any]
 ) -> LaneMotions | None:
     """What the designs of a system share that differ in `names`; None where they go one by one:
-    with other methods, events, drivers that let go, redundant joints, or code of the user.
+    with other methods, events, released drivers, redundant joints, or code of the user.
 
     Parameters
     ----------
@@ -77,10 +77,10 @@ def lane_motions(
         return None
     get = how.get
     last, errors = last_time(system, get("until")), tolerances(system, get("rtol"), get("atol"))
-    onset, start = batch_start(system, names, how)
-    asked = motion_request(
+    start, first = batch_start(system, names, how)
+    request = motion_request(
         system,
-        float(start.t[-1]),
+        float(first.t[-1]),
         last,
         errors,
         method=get("method"),
@@ -89,14 +89,14 @@ def lane_motions(
         events=get("events"),
         release=get("release"),
     )
-    if asked.way.method not in TABLES or asked.events or asked.release or start.soft:
+    if request.way.method not in TABLES or request.events or request.release or first.soft:
         return None
     light = stand_ins(system.layout, system.mass, system.length)
-    return LaneMotions(onset, asked, bool(light.any()))
+    return LaneMotions(start, request, bool(light.any()))
 
 
 def integrate_lanes(
-    system: System, drift: LaneMotions, values: Mapping[str, Array], wanted: Array
+    system: System, motions: LaneMotions, values: Mapping[str, Array], wanted: Array
 ) -> tuple[Array, np.ndarray]:
     """Rows of all instants: (rows, designs, instants), and which designs can be trusted.
 
@@ -109,15 +109,15 @@ def integrate_lanes(
     wanted : array (rows,)
         Which rows, as `mbody.kernels.output` numbers them.
     """
-    q, v, good = initial_states(drift.onset, system, values)
-    good &= stand_ins(system.layout, system.mass, system.length) == drift.light
+    q, v, good = initial_states(motions.start, system, values)
+    good &= stand_ins(system.layout, system.mass, system.length) == motions.light
     good &= np.isfinite(q).all(axis=1) & np.isfinite(v).all(axis=1)
     for design in np.flatnonzero(good).tolist():
-        good[design] = _moves(system, design, drift.asked.first, q[design], v[design])
-    rows = np.full((len(wanted), len(q), len(drift.asked.times)), np.nan)
+        good[design] = _moves(system, design, motions.request.first, q[design], v[design])
+    rows = np.full((len(wanted), len(q), len(motions.request.times)), np.nan)
     which = np.flatnonzero(good)
     if len(which):
-        found, sound = _followed(system, drift, which, np.hstack([q, v])[which], wanted)
+        found, sound = _integrated(system, motions, which, np.hstack([q, v])[which], wanted)
         rows[:, which], good[which] = found, sound
     return rows, good
 
@@ -130,12 +130,12 @@ def _moves(system: System, design: int, t: float, q: Array, v: Array) -> bool:
     return undetermined(one, t, q, v) is None and weightless(one) is None
 
 
-def _followed(
-    system: System, drift: LaneMotions, which: Array, y: Array, wanted: Array
+def _integrated(
+    system: System, motions: LaneMotions, which: Array, y: Array, wanted: Array
 ) -> tuple[Array, np.ndarray]:
     """Rows of the designs `which`, from their first states y, and which of them came to the end."""
-    asked, n, n3 = drift.asked, len(which), system.coordinates
-    way, times, table = asked.way, asked.times, TABLES[asked.way.method]()
+    request, n, n3 = motions.request, len(which), system.coordinates
+    way, times, table = request.way, request.times, TABLES[request.way.method]()
     work, mass = system.work(LANES), system.mass[:, which]
     count = 3 * n3 + PER_PRIMITIVE * len(system.owners)
     page = aligned(max(2, count), LANES)
@@ -149,7 +149,7 @@ def _followed(
         near=np.empty((max(1, system.layout.nodes), n)),
         step=np.empty(n),
         conditioning=np.empty(n),
-        begin=asked.first,
+        begin=request.first,
         times=times,
         rows=wanted,
         output=np.empty((len(wanted), n, len(times))),
@@ -158,7 +158,7 @@ def _followed(
     initial_derivatives(system.layout, work, REFINEMENTS, batch, page)
     if batch.bad.all():
         return batch.output, batch.bad == 0.0
-    whole, derivative = float(times[-1]) - asked.first, np.ascontiguousarray(batch.derivative.T)
+    whole, derivative = float(times[-1]) - request.first, np.ascontiguousarray(batch.derivative.T)
     scale = coordinate_sizes(system.length, y[:, n3:], derivative[:, n3:])
     batch.scale[:] = scale.T
     batch.step[:] = first_step(way, np.ascontiguousarray(batch.y.T), derivative, scale, whole)
@@ -166,7 +166,7 @@ def _followed(
     tolerances = Tolerances(
         relative=way.rtol,
         absolute=way.atol,
-        refinements=REFINEMENTS if drift.light else 0,
+        refinements=REFINEMENTS if motions.light else 0,
         full_refinements=REFINEMENTS,
         patience=PATIENT,
     )

@@ -1,4 +1,4 @@
-"""What is asked of a motion: the words of the call, else those of the description, made numbers."""
+"""Request of a motion: the options of the call, else those of the description, as numbers."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MOST_STEPS, MOST_INSTANTS = 1e9, 10_000_000
 
 @dataclass(frozen=True, eq=False)
 class MotionRequest:
-    """A motion that is asked for.
+    """A motion that is requested.
 
     Attributes
     ----------
@@ -35,11 +35,11 @@ class MotionRequest:
     times : array
         The instants that are kept; the last one ends the motion.
     way : Way
-        How it is followed.
+        How it is integrated.
     events : dict
         What is located, with the restitution of each stop.
     release : dict
-        When drivers let go, by name, ascending.
+        When drivers are released, by name, ascending.
     """
 
     first: float
@@ -113,7 +113,7 @@ def motion_request(
 
 
 def _way(system: System, method: Any, errors: tuple[float, float], step: Any, whole: float) -> Way:
-    """How the motion is followed."""
+    """How the motion is integrated."""
     check_method(method)
     if method in ADAPTIVE:
         if step is not None:
@@ -135,7 +135,7 @@ def _way(system: System, method: Any, errors: tuple[float, float], step: Any, wh
 
 
 def _release(system: System, given: Any) -> dict[str, float]:
-    """When drivers let go, in the order of time."""
+    """When drivers are released, in the order of time."""
     if not isinstance(given, Mapping):
         raise ModelError(f'release must be a table such as {{"motor": 2.0}}, not {given!r}')
     times = check_release(system.mechanism, given)

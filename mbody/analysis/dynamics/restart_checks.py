@@ -1,4 +1,4 @@
-"""Whether what a motion left behind can be taken up: sizes, finite numbers, a time that fits."""
+"""Checks of the state from which a motion is to be continued: sizes, finite numbers, its time."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def check_restart(system: System, restart: Restart, last: float) -> None:
     Parameters
     ----------
     system : System
-        Without the drivers that have let go.
+        Without the drivers that are released.
     restart : Restart
     last : float
         The last instant of the result.

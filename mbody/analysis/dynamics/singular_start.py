@@ -1,7 +1,7 @@
 """How a motion goes out of a singular position: its first part, along the branch that it takes.
 
 At the position itself the equations of motion have no one solution, and steps that begin there
-begin with wrong slopes. So the first part is a polynomial (collocation): the accelerations are
+begin with wrong derivatives. So the first part is a polynomial (collocation): the accelerations are
 those of the branch at nodes beside the position, where the rows are independent, and the state is
 their integral. Accelerations, reactions and powers at the first instant are limits.
 """
@@ -135,7 +135,7 @@ class Collocation:
 
 
 def singular_start(
-    system: System, start: Solution, asked: MotionRequest, until: float
+    system: System, start: Solution, request: MotionRequest, until: float
 ) -> Solution | None:
     """The first part of a motion whose start is singular; None where it is not.
 
@@ -147,7 +147,7 @@ def singular_start(
     found = choose_branch(system, start)
     if found is None:
         return None
-    return _SingularStart(system, start, found, asked, until).solution()
+    return _SingularStart(system, start, found, request, until).solution()
 
 
 class _SingularStart:
@@ -156,19 +156,19 @@ class _SingularStart:
         system: System,
         start: Solution,
         first: BranchStart,
-        asked: MotionRequest,
+        request: MotionRequest,
         until: float,
     ) -> None:
-        self.system, self.start, self.first, self.asked = system, start, first, asked
+        self.system, self.start, self.first, self.request = system, start, first, request
         self.t, self.longest = float(start.t[-1]), until - float(start.t[-1])
         self.layout = system.runtime()
         self.work: Work = system.work(masses=True)
         free = len(first.T0)
-        self.soft = SOFT * (system.rows > system.coordinates - free)
-        self.stepping = stepping(system.coordinates, len(causes(system)), self.soft)
+        self.regularization = SOFT * (system.rows > system.coordinates - free)
+        self.stepping = stepping(system.coordinates, len(causes(system)), self.regularization)
         self.K, self.y, self.P = self.stepping.K, self.stepping.y, self.stepping.P
         self.page = np.empty((3 * system.coordinates + PER_PRIMITIVE * len(system.owners), 1))
-        self.stops = [event.name for event in asked.events if isinstance(event, Stop)]
+        self.stops = [event.name for event in request.events if isinstance(event, Stop)]
 
     def solution(self) -> Solution:
         """The instants of the first part that are kept, and its end."""
@@ -179,12 +179,12 @@ class _SingularStart:
                 break
             part = self._tried(0.5 * part.span)
         end = self.t + min(part.span, self.longest)
-        times = self.asked.times[(self.asked.times >= self.t) & (self.asked.times < end)]
+        times = self.request.times[(self.request.times >= self.t) & (self.request.times < end)]
         return self._kept(part, np.append(times, end) - self.t)
 
     def _crossed(self, run: Solution) -> bool:
         """Whether an event may be within the first part."""
-        for event in self.asked.events:
+        for event in self.request.events:
             value = measured(run, event_measure(self.system.mechanism, event))[0]
             signs = np.sign(value[1:])
             if (signs != signs[0]).any():
@@ -247,8 +247,11 @@ class _SingularStart:
             for node in range(size):
                 if not self._at(self.t + span * w.at[node], q[node], v[node]):
                     return None
-                moved = np.abs((self.y[:n] - q[node]) / first.scale).max()
-                if iteration > 1 and moved > 0.05 * np.abs((q[node] - first.q) / first.scale).max():
+                projected = np.abs((self.y[:n] - q[node]) / first.scale).max()
+                if (
+                    iteration > 1
+                    and projected > 0.05 * np.abs((q[node] - first.q) / first.scale).max()
+                ):
                     return None
                 new[node], powers[node] = self.K[0, n:], self.P[0]
                 reactions[node] = self.page[3 * n :, 0]
@@ -306,7 +309,7 @@ class _SingularStart:
             t=self.t + after,
             record=Record([output], len(after), batch=False),
             given=None,
-            soft=self.soft,
+            soft=self.regularization,
             notes=before,
             doubts=first.doubts,
             stats={"steps": 1, "rejected": 0, "careful": 1, "evaluations": part.evaluations},
