@@ -24,8 +24,8 @@ from mbody import (
     simulate,
     to_text,
 )
-from mbody.analysis.dynamics.events import closed_in
-from mbody.analysis.dynamics.zero_crossings import between, extrema, refined
+from mbody.analysis.dynamics.events import bracketed_root
+from mbody.analysis.dynamics.zero_crossings import extrema, refined, sign_changes
 from tests.falling import ball
 
 G = 9.81
@@ -120,7 +120,7 @@ def test_closing_in_is_quick_and_sure():
             calls.append(x)
             return function(x)
 
-        x = closed_in(counted, (0.0, function(0.0)), (1.0, function(1.0)), 1e-12)
+        x = bracketed_root(counted, (0.0, function(0.0)), (1.0, function(1.0)), 1e-12)
         assert len(calls) <= most
         assert function(x - 2.5e-12) <= 0.0 <= function(x + 2.5e-12)
 
@@ -313,5 +313,5 @@ def test_samples_are_added_where_a_cubic_reaches_beyond_zero():
             sample = functools.partial(both, low=low)
             times, values, _ = refined(sample, (t, *sample(t)), 1e-12)
             truth = (np.diff(np.sign(f(fine) - low)) != 0.0).sum()
-            assert len(between(times, values)) == truth
+            assert len(sign_changes(times, values)) == truth
             assert len(times) < len(t) + 60

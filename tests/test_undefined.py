@@ -30,7 +30,7 @@ from mbody.analysis.driven.diagnosis import (
     valueless,
     weightless,
 )
-from mbody.analysis.initial.initial_state import started
+from mbody.analysis.initial.initial_state import initial_state_of
 from mbody.makers import makers
 
 G = 9.81
@@ -40,7 +40,7 @@ def instant(machine, start=None):
     """System, time, positions and rates of a start."""
     if start is None:
         own = machine.simulation
-        start = started(assemble(machine), own) if own else mbody.close_loops(machine)
+        start = initial_state_of(assemble(machine), own) if own else mbody.close_loops(machine)
     names = [body.name for body in machine.bodies]
     q = [part[-1] for n in names for part in (start[n].x, start[n].y, start[n].angle)]
     v = [part[-1] for n in names for part in (start[n].vx, start[n].vy, start[n].omega)]
