@@ -13,10 +13,8 @@ import mbody
 from mbody import (
     AngleDriver,
     Body,
-    CustomLoad,
     Force,
     Gravity,
-    Harmonic,
     Mechanism,
     ModelError,
     Revolute,
@@ -24,7 +22,6 @@ from mbody import (
     Spring,
     Torque,
     assemble,
-    close_loops,
     kinematics,
     kinetostatics,
     polar,
@@ -32,9 +29,11 @@ from mbody import (
 )
 from mbody.analysis.driven.runner import Runner
 from mbody.compiler.lanes import LANES
+from mbody.engineering import close_loops
 from mbody.engines.oracle import Reference
-from mbody.laws import ConstantAcceleration, Polynomial
+from mbody.laws import ConstantAcceleration, Harmonic, Polynomial
 from mbody.makers import makers
+from mbody.model.loads import CustomLoad
 
 DESIGNS = 2 * LANES + 9
 # uneven, with an instant given twice

@@ -23,11 +23,8 @@ from mbody import (
     AngleDriver,
     Body,
     CamFollower,
-    CentrifugalField,
     CoordinateDriver,
     CouplingTerm,
-    CustomJoint,
-    CustomLoad,
     Damper,
     Distance,
     DistanceDriver,
@@ -38,10 +35,8 @@ from mbody import (
     Marker,
     Mechanism,
     PinSlot,
-    PistonPressure,
     Prismatic,
     RackPinion,
-    ReciprocatingCylinder,
     Revolute,
     Rolling,
     Spring,
@@ -54,6 +49,8 @@ from mbody.kernels.forces import KINDS as ACTION_KINDS
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.laws import Cam, ConstantSpeed, Function, Harmonic, Polynomial, Rise, Table
 from mbody.model.element import number_field
+from mbody.model.joints import CustomJoint
+from mbody.model.loads import CentrifugalField, CustomLoad, PistonPressure, ReciprocatingCylinder
 from mbody.testing import Check, Report, check_joint, check_load
 
 ROOT = Path(__file__).parents[1]

@@ -11,17 +11,14 @@ from numpy.testing import assert_allclose
 from mbody import (
     AngleDriver,
     Body,
-    CentrifugalField,
     CouplingTerm,
     Distance,
     Force,
     Gravity,
-    Guess,
     LengthCoupling,
     Marker,
     Mechanism,
     Prismatic,
-    Question,
     Revolute,
     SolveError,
     Spring,
@@ -29,15 +26,18 @@ from mbody import (
     TorsionSpring,
     assemble,
     equilibrium,
-    equilibrium_curve,
-    from_text,
+    from_toml,
     gallery,
     statics,
-    to_text,
+    to_toml,
 )
 from mbody.cli import main
+from mbody.engineering import equilibrium_curve
 from mbody.engines.oracle import Reference
 from mbody.makers import makers
+from mbody.model.body import Guess
+from mbody.model.loads import CentrifugalField
+from mbody.model.study import Question
 
 pytestmark = pytest.mark.processor
 
@@ -618,7 +618,7 @@ def test_questions_of_a_driver_go_with_it():
         machine = gallery.load(name)
         for driver in machine.drivers:
             freed = machine.without(driver.name)
-            assert from_text(to_text(freed)) == freed, name
+            assert from_toml(to_toml(freed)) == freed, name
     machine = four_bar(AngleDriver("motor", "crank", 0.5), AngleDriver("second", "rocker", 1.0))
     for key, condition, at in (
         ("motor", "motor.effort = 0", {}),

@@ -14,18 +14,17 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from mbody import (
-    AngleDriver,
+from mbody import AngleDriver, ModelError, SolveError, Spring, Torque, assemble, kinetostatics
+from mbody.laws import (
     ConstantAcceleration,
+    Expression,
+    Function,
     Harmonic,
-    ModelError,
-    SolveError,
-    Spring,
-    Torque,
-    assemble,
-    kinetostatics,
+    Polynomial,
+    compiled,
+    law,
+    times_of,
 )
-from mbody.laws import Expression, Function, Polynomial, compiled, law, times_of
 from mbody.laws.machine import DEEPEST, LONGEST, OPERATIONS
 from mbody.makers import makers
 from mbody.quantities import FormulaError, Scope, Valued, evaluate, parse, read, text_of

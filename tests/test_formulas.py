@@ -16,19 +16,17 @@ from hypothesis import strategies as st
 from mbody import (
     AngleDriver,
     Body,
-    ConstantAcceleration,
     Force,
     Mechanism,
     ModelError,
     Revolute,
-    Rise,
-    Table,
     assemble,
     kinetostatics,
     polar,
 )
 from mbody.files.model.read import built
 from mbody.files.model.write import as_data
+from mbody.laws import ConstantAcceleration, Rise, Table
 from mbody.quantities import (
     FUNCTIONS,
     FormulaError,

@@ -12,8 +12,9 @@ from numpy.testing import assert_allclose
 import mbody
 from mbody import gallery
 from mbody.errors import ModelError
-from mbody.files.model import from_text, to_text
+from mbody.files.model import from_toml, in_units, to_toml
 from mbody.quantities import read
+from tests.model_text import model_from, text_from
 
 pytestmark = pytest.mark.processor
 
@@ -138,8 +139,8 @@ def test_a_page_that_reads_well(name):
 @pytest.mark.parametrize("name", NAMES)
 def test_comes_back_from_a_file(name):
     machine = gallery.load(name)
-    assert from_text(to_text(machine)) == machine
-    assert from_text(to_text(machine, as_json=True), is_json=True) == machine
+    assert from_toml(to_toml(machine)) == machine
+    assert model_from(text_from(machine, True), True) == machine
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -439,10 +440,10 @@ def test_porter_governor(r, rpm):
 
 def test_unequal_cranks_lock():
     """With one crank longer the rows are independent, and Grübler's count is right."""
-    text = to_text(gallery.load("parallel_cranks"))
+    text = to_toml(gallery.load("parallel_cranks"))
     head, crank3, rest = text.partition("[bodies.crank3]")
     with pytest.raises(mbody.SolveError, match="0 degrees of freedom"):
-        asked(from_text(head + crank3 + rest.replace('"-half"', '"-0.6 m"', 1)))
+        asked(from_toml(head + crank3 + rest.replace('"-half"', '"-0.6 m"', 1)))
 
 
 def test_mud_pump():
@@ -477,7 +478,7 @@ def test_mud_pump():
 
 def test_mud_pump_in_other_units():
     """Areas, pressures and the bulk modulus in SI, every number of the cylinders among them."""
-    inches, SI = run("mud_pump"), mbody.in_units(gallery.load("mud_pump"), "SI")
+    inches, SI = run("mud_pump"), in_units(gallery.load("mud_pump"), "SI")
     assert SI["cylinder1"].bulk_modulus == pytest.approx(2.2e9, rel=ROUNDING)
     assert SI["cylinder1"].opposite_area == pytest.approx(math.pi / 4 * (0.1651**2 - 0.0635**2))
     effort = asked(SI).effort("motor") / (4.4482216152605 * 0.0254)
@@ -519,7 +520,7 @@ def test_mud_pump_sixbar_as_scanned():
 
 def test_a_file_keeps_the_formulas_of_its_cam():
     """A parameter stands in the cam of the cutting force, and still does when written anew."""
-    written, other = to_text(gallery.load("quick_return")), {"period": "3 s"}
-    slower = from_text(written, parameters=other)
+    written, other = to_toml(gallery.load("quick_return")), {"period": "3 s"}
+    slower = from_toml(written, parameters=other)
     assert slower == gallery.load("quick_return", other)
     assert [load for load in slower.loads if getattr(load.value, "period", 0.0) == 3.0]

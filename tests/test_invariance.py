@@ -24,14 +24,13 @@ from mbody import (
     Fixed,
     Force,
     Gravity,
-    Harmonic,
     Mechanism,
-    Polynomial,
     Revolute,
     Torque,
     kinetostatics,
     statics,
 )
+from mbody.laws import Harmonic, Polynomial
 from mbody.makers import makers
 from mbody.model.body import Guess
 from mbody.model.element import Marker, Polar

@@ -10,34 +10,36 @@ import mbody
 from mbody import (
     AngleDriver,
     Body,
-    Cam,
-    ConstantAcceleration,
-    ConstantSpeed,
     CoordinateDriver,
     DistanceDriver,
-    Dwell,
     Gravity,
-    Harmonic,
-    Instants,
     Measure,
     Mechanism,
     ModelError,
-    Polynomial,
     Prismatic,
     Revolute,
-    Rise,
     Spring,
-    Table,
-    close_loops,
-    from_text,
+    from_toml,
     kinematics,
     kinetostatics,
     polar,
     statics,
-    to_text,
+    to_toml,
 )
 from mbody.analysis.driven.requests import asked
+from mbody.engineering import close_loops
+from mbody.laws import (
+    Cam,
+    ConstantAcceleration,
+    ConstantSpeed,
+    Dwell,
+    Harmonic,
+    Polynomial,
+    Rise,
+    Table,
+)
 from mbody.makers import makers
+from mbody.model.study import Instants
 from mbody.quantities.units import name_of
 from mbody.solution.measures import measured
 from tests.test_errors import says
@@ -247,8 +249,8 @@ def test_sheets_show_them():
 
 
 def test_measures_follow_the_parameters_of_a_file():
-    text = to_text(machine(measures={"far": Measure("coupler.P.x/l", "")}))
-    short, long = (from_text(text, parameters={"l": length}) for length in ("6 in", "12 in"))
+    text = to_toml(machine(measures={"far": Measure("coupler.P.x/l", "")}))
+    short, long = (from_toml(text, parameters={"l": length}) for length in ("6 in", "12 in"))
     a, b = (kinetostatics(m, t=T).data()["measures"]["far"] for m in (short, long))
     assert_allclose(a, 2 * np.array(b), rtol=2 * ROUNDED)
 
@@ -499,8 +501,8 @@ def test_questions_of_a_file():
         ('angle = "rad"\n', 'at = { motor = [0.7, "40 deg"] }', [0.7, math.radians(40)]),
         ("", 'at = { t = ["50 ms", 0.1] }', [0.6, 0.7]),
     ):
-        made = from_text(f"{head}{text}\n[ask]\n{table}")
+        made = from_toml(f"{head}{text}\n[ask]\n{table}")
         assert_allclose(asked(made, "kinematics")["crank"].angle, expected, rtol=1e-13)
-        again = from_text(to_text(made))
+        again = from_toml(to_toml(made))
         assert again == made
         np.testing.assert_array_equal(asked(again, "kinematics").t, asked(made, "kinematics").t)

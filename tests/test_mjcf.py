@@ -34,9 +34,11 @@ from mbody import (
     gallery,
 )
 from mbody.analysis.driven.requests import asked
+from mbody.engineering import close_loops
 from mbody.engines.mjcf import to_mjcf
 from mbody.engines.mujoco import opinion
 from mbody.laws import ConstantSpeed, Harmonic
+from mbody.model.loads import CustomLoad
 from tests.linkages import random_linkage, times_within
 
 mujoco = pytest.importorskip("mujoco")
@@ -268,7 +270,7 @@ def slides():
     return machine
 
 
-class Drag(mbody.CustomLoad):
+class Drag(CustomLoad):
     """Air on a body."""
 
     def physics(self, i, j, p, t):
@@ -482,7 +484,7 @@ def test_what_a_file_cannot_hold_is_named():
         Gravity("shake", x=Harmonic(0.0, 1.0, 2.0)),
         mbody.RackPinion("rack", "crank", "lever", radius=0.1),
     )
-    start = mbody.close_loops(crank_and_lever())
+    start = close_loops(crank_and_lever())
     told = {one.element for one in to_mjcf(machine, start).not_expressible}
     assert told == {"stop", "pull", "none", "shake", "rack"}
 

@@ -19,50 +19,50 @@ import mbody
 from mbody import (
     AngleDriver,
     Body,
-    Cam,
-    CentrifugalField,
-    ConstantAcceleration,
-    ConstantSpeed,
     CoordinateDriver,
-    CustomJoint,
     Damper,
     Distance,
     DistanceDriver,
-    Dwell,
     Fixed,
     Force,
     Gravity,
-    Guess,
-    Harmonic,
-    Instants,
     Marker,
     Measure,
     Mechanism,
     ModelError,
-    Polynomial,
     Prismatic,
     Revolute,
-    Rise,
-    SecondMoments,
-    SlenderRod,
     Spring,
-    Table,
     Torque,
     TorsionDamper,
     TorsionSpring,
-    from_text,
+    from_toml,
     gallery,
-    in_units,
     kinetostatics,
     polar,
-    to_text,
+    to_toml,
 )
-from mbody.files.model import json_schema
+from mbody.files.model import in_units, json_schema
 from mbody.files.model.write import as_data
-from mbody.laws import SHAPES
+from mbody.laws import (
+    SHAPES,
+    Cam,
+    ConstantAcceleration,
+    ConstantSpeed,
+    Dwell,
+    Harmonic,
+    Polynomial,
+    Rise,
+    Table,
+)
 from mbody.makers import makers
+from mbody.model.body import Guess, SecondMoments, SlenderRod
+from mbody.model.joints import CustomJoint
+from mbody.model.loads import CentrifugalField
+from mbody.model.study import Instants
 from mbody.quantities.units import unit_system
 from tests.linkages import random_linkage, times_within
+from tests.model_text import model_from, text_from
 from tests.test_errors import says
 
 # -- random mechanisms ------------------------------------------------------------------------
@@ -280,12 +280,12 @@ def whole(machine):
 @given(machines())
 def test_any_mechanism_comes_back_to_the_last_bit(machine):
     for as_json in (False, True):
-        text = to_text(machine, as_json=as_json)
-        again = from_text(text, is_json=as_json)
+        text = text_from(machine, as_json)
+        again = model_from(text, as_json)
         assert whole(again) == whole(machine)
         open_angles = {f.angle for f in again.formulas.values()}
         assert again == machine, open_angles
-        assert to_text(again, as_json=as_json) == text  # and writes the same
+        assert text_from(again, as_json) == text  # and writes the same
         data = json.loads(text) if as_json else tomllib.loads(text)
         SCHEMA.validate(data)
 
@@ -314,7 +314,7 @@ def test_linkages_run_alike_to_the_last_bit(seed, tmp_path):
 
 def test_text_stays_text():
     machine = gallery.load("norton_fourbar")
-    text = to_text(machine)
+    text = to_toml(machine)
     for words in (
         'weight  = "1.5 lbf"',
         '"9*cos(45 deg) + 3*cos(100 deg)"',
@@ -329,12 +329,12 @@ def test_plain_radians_of_python_are_said():
     machine = Mechanism("m", parameters={"phi": 0.3})
     machine.add(Body("b", points={"A": polar(1.0, "2*phi")}), Revolute("O", "ground", "b"))
     machine.add(AngleDriver("d", "b", "0.3*sin(2*t)"))
-    text = to_text(machine)
-    assert 'angle = "rad"' in text and from_text(text) == machine
+    text = to_toml(machine)
+    assert 'angle = "rad"' in text and from_toml(text) == machine
     # beside plain degrees of a file, what is in radians says so
-    mixture = from_text('parameters = { phi = 3 }\n[bodies.c]\npoints.A = { r = 1, angle = "phi" }')
+    mixture = from_toml('parameters = { phi = 3 }\n[bodies.c]\npoints.A = { r = 1, angle = "phi" }')
     mixture.add(Body("b", points={"A": polar(1.0, "2*phi")}))
-    again = from_text(to_text(mixture))
+    again = from_toml(to_toml(mixture))
     assert again["b"].points["A"].angle == 6.0
     assert again["c"].points["A"].angle == math.radians(3.0)
 
@@ -348,14 +348,14 @@ def test_python_code_is_refused():
         other = copy.copy(machine)
         other.add(element)
         with says(ModelError, *words, "model file does not carry"):
-            to_text(other)
+            to_toml(other)
 
 
 def test_words_of_numpy():
     machine = makers.four_bar(1, 3, 2, 3.5)
     machine.add(Force("F", "rocker", Table([0, 1], [1, 1], periodic=np.True_), follows=np.True_))
-    assert from_text(to_text(machine)) == machine
-    assert from_text(to_text(machine, as_json=True), is_json=True) == machine
+    assert from_toml(to_toml(machine)) == machine
+    assert model_from(text_from(machine, True), True) == machine
 
 
 def test_titles_are_text(tmp_path):
@@ -368,7 +368,7 @@ def test_titles_are_text(tmp_path):
     with says(ModelError, "cannot be written"):
         mbody.save(Mechanism("m"), tmp_path / "no" / "m.toml")
     long = Mechanism("m" * 300)
-    assert from_text(to_text(long)) == long
+    assert from_toml(to_toml(long)) == long
 
 
 # -- the schema -------------------------------------------------------------------------------
@@ -437,7 +437,7 @@ def test_schema_and_reader_refuse_the_same(change):
     change(data)
     assert not SCHEMA.is_valid(data)
     with pytest.raises(ModelError):
-        from_text(json.dumps(data), is_json=True)
+        model_from(json.dumps(data), True)
 
 
 # -- errors -----------------------------------------------------------------------------------
@@ -447,7 +447,7 @@ CRANK = 'name = "m"\n[bodies.crank]\nmass = 1\n[joints]\nO = { revolute = ["grou
 
 def problems(text, is_json=False):
     with pytest.raises(ModelError) as caught:
-        from_text(text, is_json=is_json, name="file")
+        model_from(text, is_json, name="file")
     assert all(f"line {line}: " in str(caught.value) for line, *_ in caught.value.problems if line)
     return [(line, field) for line, field, _ in caught.value.problems]
 
@@ -515,7 +515,7 @@ def test_all_that_is_wrong_at_once():
         "T = { torque = 3, bodi = 'crank' }\n[bodies.rod]\nmas = 3\nmass = '2 m'\n"
     )
     with pytest.raises(ModelError) as caught:
-        from_text(text, name="file")
+        from_toml(text, name="file")
     told = str(caught.value)
     assert told.startswith("file:\n  line 6: joints.A: names no kind of joint")
     for words in (
@@ -539,7 +539,7 @@ def test_very_many_errors_are_counted_in_time():
     text = CRANK + "[loads]\n" + "".join(f"F{n} = {{ forc = 1 }}\n" for n in range(5000))
     began = time.perf_counter()
     with pytest.raises(ModelError, match="and 4980 more") as caught:
-        from_text(text)
+        from_toml(text)
     assert str(caught.value).count("\n") == 21
     assert time.perf_counter() - began < 5.0  # 1.0 here; reading all again for each took a minute
 
@@ -562,7 +562,7 @@ def test_very_many_errors_are_counted_in_time():
 def test_large_texts_are_read_or_refused_in_time(text):
     began = time.perf_counter()
     try:
-        assert from_text(text).name == "mechanism"
+        assert from_toml(text).name == "mechanism"
     except ModelError as error:
         assert len(str(error)) < 400
     assert time.perf_counter() - began < 3.0  # linear: 0.2 here
@@ -594,7 +594,7 @@ def test_large_texts_are_read_or_refused_in_time(text):
 )
 def test_what_is_no_model(text, is_json, words):
     with pytest.raises(ModelError) as caught:
-        from_text(text, is_json=is_json, name="file")
+        model_from(text, is_json, name="file")
     assert words in str(caught.value) and str(caught.value).startswith("file: ")
 
 
@@ -631,12 +631,12 @@ def test_tables_with_and_without_a_header(content, tmp_path):
     """The same points as in the model itself: plain angles are degrees, or what the file says."""
     inline = TABLED.replace('file = "FILE"', "x = [0, 1, 2], y = [0, 30, -90]")
     law = tabled(tmp_path, content)
-    assert law == from_text(inline)["motor"].law
+    assert law == from_toml(inline)["motor"].law
     assert law.y == (0.0, math.radians(30.0), math.radians(-90.0))
     head = 'angle = "rad"\n'
-    assert tabled(tmp_path, content, head=head) == from_text(head + inline)["motor"].law
+    assert tabled(tmp_path, content, head=head) == from_toml(head + inline)["motor"].law
     machine = mbody.load(tmp_path / "m.toml")
-    assert from_text(to_text(machine)) == machine
+    assert from_toml(to_toml(machine)) == machine
 
 
 @pytest.mark.parametrize(
@@ -682,10 +682,10 @@ def test_tables_lie_below_the_model(tmp_path):
         with says_in_file("there is no file", "lies outside"):
             tabled(home, None, name)
     with says_in_file("a model from text has no folder"):
-        from_text(TABLED.replace("FILE", "data/lift.csv"))
+        from_toml(TABLED.replace("FILE", "data/lift.csv"))
     both = TABLED.replace('file = "FILE"', 'file = "data/lift.csv", x = [0, 1]')
     with says_in_file("give x and y, or the file that has them"):
-        from_text(both, folder=home)
+        from_toml(both, folder=home)
 
 
 class says_in_file:
@@ -722,9 +722,9 @@ def test_files_that_cannot_be_read(tmp_path):
 
 def test_parameters_from_outside():
     text = 'name = "m"\n[parameters]\na = "1 in"\nb = "2*a"\n[bodies.c]\npoints.A = ["b", 0]\n'
-    assert from_text(text)["c"].points["A"][0] == pytest.approx(0.0508, rel=1e-15)
-    assert from_text(text, parameters={"a": "1 m"})["c"].points["A"][0] == 2.0
-    assert from_text(text, parameters={"b": 5})["c"].points["A"][0] == 5.0
+    assert from_toml(text)["c"].points["A"][0] == pytest.approx(0.0508, rel=1e-15)
+    assert from_toml(text, parameters={"a": "1 m"})["c"].points["A"][0] == 2.0
+    assert from_toml(text, parameters={"b": 5})["c"].points["A"][0] == 5.0
     for given_parameters, words in (
         ({"z": 1}, "model: there is no parameter 'z' (there are: 'a', 'b')"),
         ({"a": None}, "parameter 'a' must be a number, not None"),
@@ -732,7 +732,7 @@ def test_parameters_from_outside():
         ({"a": "2 +"}, "parameter 'a'"),
     ):
         with says_in_file(words):
-            from_text(text, parameters=given_parameters)
+            from_toml(text, parameters=given_parameters)
 
 
 # -- other units ------------------------------------------------------------------------------
@@ -910,7 +910,7 @@ T12 = { of = "motor.effort", unit = "lbf*in" }
 
 def test_norton_in_si_is_norton_in_inches():
     """The same machine by two ways: the book's inches, and text in SI units by hand."""
-    inches, metres = gallery.load("norton_fourbar"), from_text(NORTON_SI)
+    inches, metres = gallery.load("norton_fourbar"), from_toml(NORTON_SI)
     for t in ([0.0], [0.0, 0.1, 0.2]):
         book, ours = (kinetostatics(machine, t=t) for machine in (inches, metres))
         compare(book, ours, 1e-12)

@@ -22,21 +22,17 @@ from numpy.testing import assert_allclose
 from mbody import (
     AngleDriver,
     Body,
-    ConstantSpeed,
     CoordinateDriver,
     Distance,
     DistanceDriver,
     Force,
     Gravity,
-    Harmonic,
     Mechanism,
-    Polynomial,
     Prismatic,
     Revolute,
     SolveError,
     Torque,
     assemble,
-    close_loops,
     kinematics,
     kinetostatics,
     statics,
@@ -45,8 +41,10 @@ from mbody.analysis.driven.runner import Runner
 from mbody.analysis.driven.time_grid import plan
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.compiler.lanes import LANES
+from mbody.engineering import close_loops
 from mbody.engines.oracle import Reference
 from mbody.kernels.accelerations import free_motion
+from mbody.laws import ConstantSpeed, Harmonic, Polynomial
 from mbody.makers import makers
 from mbody.model.element import Marker
 from mbody.solution.histories import Record

@@ -12,36 +12,34 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import mbody
 from mbody import (
     AngleDriver,
     Body,
+    DistanceDriver,
+    Force,
+    Marker,
+    Mechanism,
+    ModelError,
+    Rolling,
+    Spring,
+    Torque,
+    TorsionDamper,
+    TorsionSpring,
+    polar,
+)
+from mbody.laws import (
     Cam,
     Constant,
     ConstantAcceleration,
     ConstantSpeed,
-    DistanceDriver,
     Dwell,
-    Force,
-    Guess,
     Harmonic,
-    Marker,
-    Mechanism,
-    ModelError,
     Polynomial,
     Rise,
-    Rolling,
-    SecondMoments,
-    SlenderRod,
-    Spring,
     Table,
-    Torque,
-    TorsionDamper,
-    TorsionSpring,
-    convert,
-    polar,
 )
-from mbody.quantities import FormulaError, Scope, evaluate, parse, parse_unit, read
+from mbody.model.body import Guess, SecondMoments, SlenderRod
+from mbody.quantities import FormulaError, Scope, convert, evaluate, parse, parse_unit, read, rpm
 from mbody.quantities.units import (
     DIMENSIONS,
     NUMBER,
@@ -217,7 +215,7 @@ def test_words_of_the_book():
     assert value("1 ft", "length", "in-lbf-s") == 12.0
     assert value("0.02 blob", "mass", "in-lbf-s") == 0.02
     assert value("0.1 mm") == 0.0001 and value("25.4 mm", "length", "in-lbf-s") == 1.0
-    assert value("300 rpm") == mbody.rpm(300.0)
+    assert value("300 rpm") == rpm(300.0)
     for degrees in np.arange(-720.0, 720.0, 7.5).tolist():
         assert value(f"{degrees!r} deg") == math.radians(degrees)
     assert value("80 N*m", "torque", "mm-N-s") == 80000.0

@@ -16,27 +16,20 @@ from mbody import (
     AngleDriver,
     Body,
     CamFollower,
-    CentrifugalField,
-    ConstantSpeed,
     CoordinateDriver,
     CouplingTerm,
-    CustomJoint,
-    CustomLoad,
     Damper,
     Distance,
     Fixed,
     Force,
     Gear,
     Gravity,
-    Harmonic,
     LengthCoupling,
     Marker,
     Mechanism,
     PinSlot,
-    PistonPressure,
     Prismatic,
     RackPinion,
-    ReciprocatingCylinder,
     Revolute,
     Rolling,
     Spring,
@@ -49,7 +42,10 @@ from mbody import (
     kinetostatics,
 )
 from mbody.analysis.driven.requests import asked
+from mbody.laws import ConstantSpeed, Harmonic
 from mbody.makers import makers
+from mbody.model.joints import CustomJoint
+from mbody.model.loads import CentrifugalField, CustomLoad, PistonPressure, ReciprocatingCylinder
 from mbody.model.study import Instants
 from mbody.sheets.names import force_names
 from mbody.views import draw, plot, save

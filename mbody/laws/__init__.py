@@ -110,7 +110,7 @@ def as_law(
 def _as_formula(formula: Formula, argument: Dimension) -> Law | Formula:
     """A constant, or the formula itself where it has the variable of such a law."""
     if not formula.variable:
-        return Constant(formula)  # type: ignore[arg-type]  # a float once a mechanism takes it
+        return Constant(formula)  # a float once a mechanism takes it
     wanted = "t" if argument == DIMENSIONS["time"] else "x"
     others = formula.names & set(VARIABLES) - {wanted}
     if others:

@@ -14,6 +14,7 @@ from mbody.errors import ModelError
 from mbody.laws.base import FloatArray, Law, let_in, measured, term
 from mbody.laws.kernels import SHAPES
 from mbody.quantities.deferred import is_pending
+from mbody.quantities.types import Converted, NumberField, required
 from mbody.quantities.units import Dimension
 
 __all__ = ["Cam", "Dwell", "Rise"]
@@ -57,10 +58,10 @@ class Rise(Law):
     kind: ClassVar[str] = "pieces"
 
     shape: str
-    height: float = term(1)
-    start: float = term(argument=1)
-    duration: float = term(argument=1)
-    base: float = term(1, default=0.0)
+    height: NumberField = term(1)
+    start: NumberField = term(argument=1)
+    duration: NumberField = term(argument=1)
+    base: NumberField = term(1, default=0.0)
 
     def _check(self) -> None:
         if self.shape not in SHAPES:
@@ -97,7 +98,7 @@ class Dwell:
     Dwell(duration=0.1)
     """
 
-    duration: float
+    duration: NumberField = required()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "duration", let_in(self.duration, "Dwell", "duration"))
@@ -136,8 +137,8 @@ class Cam(Law):
 
     kind: ClassVar[str] = "pieces"
 
-    segments: Sequence[Rise | Dwell]
-    period: float = term(argument=1)
+    segments: Converted[tuple[Rise | Dwell, ...], Sequence[Rise | Dwell]] = required()
+    period: NumberField = term(argument=1)
 
     def _enter(self) -> None:
         super()._enter()

@@ -10,6 +10,7 @@ import numpy as np
 from mbody.errors import ModelError
 from mbody.laws import Constant
 from mbody.model.element import (
+    BodyName,
     Element,
     LawLike,
     Place,
@@ -70,9 +71,9 @@ class AngleDriver(Driver):
 
     main: ClassVar[tuple[str, ...]] = ("body",)
 
-    body: str = body_field()
+    body: BodyName = body_field()
     law: LawLike = law_field("angle", 0.0)
-    relative_to: str = body_field("ground")
+    relative_to: BodyName = body_field("ground")
     rows = "a"
 
     def _check(self) -> None:

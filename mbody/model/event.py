@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from mbody.errors import ModelError, brief
 from mbody.quantities import Formula, FormulaError, read
 from mbody.quantities.number import entered
+from mbody.quantities.types import NumberField, default
 
 if TYPE_CHECKING:
     from mbody.solution.solution import Solution
@@ -91,7 +92,7 @@ class Stop:
     """
 
     of: str
-    restitution: Any = 0.0
+    restitution: NumberField = default(0.0)
     name: str = ""
 
     def __post_init__(self) -> None:

@@ -1,6 +1,6 @@
 """Formulas: numbers with units, of parameters, as text. Read, checked, never executed."""
 
-from mbody.quantities.convert import convert
+from mbody.quantities.convert import convert, deg, rpm
 from mbody.quantities.evaluate import Scope, Valued, evaluate, told
 from mbody.quantities.formula import Formula, read
 from mbody.quantities.parameters import Parameters
@@ -16,10 +16,12 @@ __all__ = [
     "Scope",
     "Valued",
     "convert",
+    "deg",
     "evaluate",
     "parse",
     "parse_unit",
     "read",
+    "rpm",
     "text_of",
     "told",
 ]

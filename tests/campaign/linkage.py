@@ -24,7 +24,6 @@ from mbody import (
     Distance,
     Fixed,
     Gear,
-    Guess,
     Mechanism,
     PinSlot,
     Prismatic,
@@ -32,6 +31,7 @@ from mbody import (
     Revolute,
     Rolling,
 )
+from mbody.model.body import Guess
 from mbody.model.element import Marker
 
 __all__ = ["Linkage", "Unfit", "random_linkage"]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.model.element import Element, Place, place_field, two_bodies
+from mbody.model.element import Element, InheritedPlace, place_field, two_bodies
 from mbody.model.primitives import ConstraintPrimitive
 
 if TYPE_CHECKING:
@@ -35,8 +35,8 @@ class Joint(Element):
     #: Whether other joints must hold the places `apart` from each other, as those of gears.
     held: ClassVar[bool] = False
 
-    i: Place = place_field()
-    j: Place = place_field()
+    i: InheritedPlace = place_field()
+    j: InheritedPlace = place_field()
 
     def _check(self) -> None:
         super()._check()

@@ -12,6 +12,7 @@ from mbody.model.element import number_field
 from mbody.model.geometry import between, turned
 from mbody.model.joints._base import Joint
 from mbody.model.primitives import ConstraintPrimitive
+from mbody.quantities.types import NumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -47,8 +48,8 @@ class RackPinion(Joint):
     'l'
     """
 
-    radius: float = number_field("length", 0.0, sign="positive")
-    offset: float = number_field("length", 0.0)
+    radius: NumberField = number_field("length", 0.0, sign="positive")
+    offset: NumberField = number_field("length", 0.0)
     rows = "l"
     held: ClassVar[bool] = True
 
