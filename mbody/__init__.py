@@ -17,6 +17,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from mbody._version import __version__ as __version__
+from mbody.solution import presentation
 
 if TYPE_CHECKING:
     from mbody import gallery, laws, makers
@@ -148,6 +149,17 @@ __all__ = [
     "laws",
     "makers",
 ]
+
+presentation.register(
+    sheet="mbody.sheets.present:sheet",
+    data="mbody.files.present:data",
+    equations="mbody.sheets.equations:system_of_equations",
+    columns="mbody.files.tables:columns",
+    dataframe="mbody.files.tables:dataframe",
+    csv="mbody.files.tables:write_csv",
+    json="mbody.files.results:write_json",
+    npz="mbody.files.results:write_npz",
+)
 
 _FOLDERS = ("gallery", "laws", "makers")
 _MODULES = {

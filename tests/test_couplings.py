@@ -31,7 +31,7 @@ from mbody.files.model import in_units
 from mbody.laws import ConstantAcceleration, ConstantSpeed, Harmonic
 from tests.agreement import assert_agrees
 from tests.model_text import model_from, text_from
-from tests.test_oracle import accelerations
+from tests.oracle_runs import accelerations
 
 pytestmark = pytest.mark.processor
 

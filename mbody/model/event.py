@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import Any
 
 from mbody.errors import ModelError, brief
 from mbody.quantities import Formula, FormulaError, read
-from mbody.quantities.number import entered
+from mbody.quantities.number import float_or_formula
 from mbody.quantities.types import NumberField, default
 
-if TYPE_CHECKING:
-    from mbody.solution.solution import Solution
-
-__all__ = ["Event", "EventRecord", "Stop", "as_events", "check_restitution"]
+__all__ = ["Event", "Stop", "as_events", "check_restitution"]
 
 
 @dataclass(frozen=True)
@@ -98,34 +95,12 @@ class Stop:
     def __post_init__(self) -> None:
         _named(self, "stop")
         try:
-            given = entered(self.restitution, None)
+            given = float_or_formula(self.restitution, None)
         except FormulaError as error:
             raise ModelError(f"stop '{self.name}': restitution: {error}", self.name) from None
         if not isinstance(given, Formula):
             check_restitution(given, self.name)
         object.__setattr__(self, "restitution", given)
-
-
-@dataclass(frozen=True, eq=False)
-class EventRecord:
-    """What has happened along a motion, and when.
-
-    Attributes
-    ----------
-    name : str
-        Of the event or stop.
-    t : float
-        When.
-    state : Solution
-        The one instant, of an impact just before it.
-    after : Solution or None
-        Of an impact, the same instant just after it.
-    """
-
-    name: str
-    t: float
-    state: Solution = field(repr=False)
-    after: Solution | None = field(default=None, repr=False)
 
 
 def _named(event: Event | Stop, what: str) -> None:

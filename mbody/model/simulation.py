@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 from mbody.errors import ModelError
 from mbody.model.event import Event, Stop, as_events
 from mbody.quantities import Formula, FormulaError, read
-from mbody.quantities.number import entered
+from mbody.quantities.number import float_or_formula
 from mbody.quantities.types import (
     Converted,
     Number,
@@ -142,6 +142,6 @@ def check_method(method: Any) -> None:
 def _entered(value: Any, name: str) -> float | Formula:
     """A number of a simulation."""
     try:
-        return entered(value, None)
+        return float_or_formula(value, None)
     except FormulaError as error:
         raise ModelError(f"simulation: {name}: {error}") from None

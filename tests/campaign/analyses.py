@@ -14,7 +14,8 @@ import mbody
 from mbody import Mechanism, ModelError, SolveError
 from mbody.engineering import close_loops
 from mbody.errors import ModelWarning
-from tests.campaign.linkage import Linkage, random_linkage
+from tests.campaign.drawing import random_linkage
+from tests.campaign.linkage import Linkage
 from tests.campaign.loads import Acting, random_loads
 
 __all__ = ["ANALYSES", "Finding", "examine"]

@@ -3,7 +3,7 @@
 import pint
 
 from mbody import AngleDriver, Body, Force, Mechanism, ModelError, Spring, Torque
-from mbody.laws import ConstantSpeed, Table, compiled
+from mbody.laws import ConstantSpeed, Table, compile_formula
 from mbody.quantities import FormulaError, Scope, convert, read
 from mbody.quantities.units import DIMENSIONS
 from tests.errors.models import crank_alone
@@ -109,7 +109,7 @@ def parameter_m(value=2.0):
 def by_itself(text, argument):
     """What the compiler of formulas says of a variable that is not its own."""
     try:
-        compiled(read(text, None), Scope(), DIMENSIONS[argument])
+        compile_formula(read(text, None), Scope(), DIMENSIONS[argument])
     except FormulaError as error:
         raise ModelError(str(error)) from error
 
