@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from mbody.laws.machine import OPERATIONS
 
 from mbody import ModelError, SolveError, Spring, Torque, assemble, kinetostatics
 from mbody.laws import Expression, Polynomial, law
+from mbody.laws.postfix import MAX_OPERATIONS, MAX_STACK, OPERATIONS
 from mbody.quantities import FormulaError, Scope, Valued, text_of
 from mbody.quantities.tree import Binary, Call, Name, Negative, Plain
 from mbody.quantities.units import DIMENSIONS, NUMBER

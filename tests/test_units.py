@@ -30,6 +30,7 @@ from mbody.quantities.units import (
     SYMBOLS,
     UNIT_SYSTEMS,
     known,
+    pint_unit,
     unit_system,
 )
 from tests.test_errors import says

@@ -176,7 +176,9 @@ def _valued(measure: Measure, names: _Histories) -> tuple[Any, Dimension, str]:
         if not 0.0 < one.value < np.inf:
             raise FormulaError(f"'{measure.unit}' is no unit")
         if one.dimension is None or one.dimension.mechanical != dimension.mechanical:
-            raise FormulaError(f"it is {told(dimension)}, which '{measure.unit}' does not measure")
+            raise FormulaError(
+                f"it is {dimension_text(dimension)}, which '{measure.unit}' does not measure"
+            )
         return found.value / one.value, dimension, measure.unit
     except FormulaError as error:
         raise ModelError(f"measure {measure.of!r}: {error}") from None
