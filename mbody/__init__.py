@@ -201,15 +201,16 @@ _MODULES = {
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names.split()}
 
+if not TYPE_CHECKING:  # a type checker would take every name for one of these
 
-def __getattr__(name: str) -> Any:
-    if name in _FOLDERS:
-        return importlib.import_module(f"mbody.{name}")
-    if name in _MODULE_OF:
-        value = getattr(importlib.import_module(f"mbody.{_MODULE_OF[name]}"), name)
-        globals()[name] = value
-        return value
-    raise AttributeError(f"module 'mbody' has no attribute '{name}'")
+    def __getattr__(name: str) -> Any:
+        if name in _FOLDERS:
+            return importlib.import_module(f"mbody.{name}")
+        if name in _MODULE_OF:
+            value = getattr(importlib.import_module(f"mbody.{_MODULE_OF[name]}"), name)
+            globals()[name] = value
+            return value
+        raise AttributeError(f"module 'mbody' has no attribute '{name}'")
 
 
 def __dir__() -> list[str]:
