@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from mbody.errors import ModelError
 from mbody.model.element import (
@@ -149,6 +149,8 @@ class Body(Element):
     >>> coupler = Body("coupler", points={"A": (0.2, 0.0), "B": (0.5, 0.4)})
     >>> rocker = Body("rocker", points={"O4": (0.6, 0.0), "B": (0.5, 0.4)})
     """
+
+    role: ClassVar[str] = "body"
 
     mass: OptionalNumberField = number_field("mass", None, sign="not negative")
     weight: OptionalNumberField = number_field("weight", None, sign="not negative")

@@ -22,7 +22,7 @@ from mbody.kernels.residuals import audit
 from mbody.laws import Function
 from mbody.model.body import Body, SecondMoments
 from mbody.model.element import Element, Marker, Point, Polar
-from mbody.model.loads import Force, Load
+from mbody.model.loads import Force
 from mbody.model.mechanism import Mechanism
 from mbody.system.assembler import assemble
 from mbody.system.system import System
@@ -209,7 +209,7 @@ class Bench:
     def other_world(self, rng: np.random.Generator) -> dict[str, Frame]:
         """Another place of the whole world; turned if the element does not know its axes."""
         turned = "ground" not in _by_angle(self.element)
-        if isinstance(self.element, Load) and len(mentioned(self.element)) < 2:
+        if self.element.role == "load" and len(mentioned(self.element)) < 2:
             turned = bool(getattr(self.element, "follows", mentioned(self.element)))
         return {"ground": _frame(rng, self.length, turned)}
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.model.numbers import DRIVEN
+from mbody.model.driver import DRIVEN
 from mbody.model.study import Measure
 from mbody.quantities import parse
 from mbody.solution.histories import Record

@@ -35,6 +35,7 @@ class _Between(Load):
 
     i: InheritedPlace = place_field()
     j: InheritedPlace = place_field()
+    along_line: ClassVar[bool] = True
 
     def _check(self) -> None:
         super()._check()
@@ -70,6 +71,8 @@ class Spring(_Between):
     free_length: NumberField = number_field("length", 0.0, sign="not negative")
     preload: NumberField = number_field("force", 0.0)
     law: OptionalLaw = law_field("force", None, of="length")
+    conservative = True
+    free = "free_length"
 
     def _check(self) -> None:
         super()._check()
@@ -104,6 +107,7 @@ class Damper(_Between):
 
     coefficient: OptionalNumberField = number_field("damping", None, sign="not negative")
     law: OptionalLaw = law_field("force", None, of="velocity")
+    dissipative = True
 
     def _check(self) -> None:
         super()._check()

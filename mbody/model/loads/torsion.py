@@ -48,6 +48,9 @@ class TorsionSpring(Turning):
     free_angle: NumberField = number_field("angle", 0.0)
     preload: NumberField = number_field("torque", 0.0)
     law: OptionalLaw = law_field("torque", None, of="angle")
+    conservative = True
+    by_angle = True
+    free = "free_angle"
 
     def _check(self) -> None:
         super()._check()
@@ -82,6 +85,8 @@ class TorsionDamper(Turning):
 
     coefficient: OptionalNumberField = number_field("torsion damping", None, sign="not negative")
     law: OptionalLaw = law_field("torque", None, of="angular velocity")
+    dissipative = True
+    by_angle = True
 
     def _check(self) -> None:
         super()._check()
