@@ -70,7 +70,7 @@ def close_loops(
     Examples
     --------
     >>> import mbody
-    >>> run = mbody.close_loops(mbody.makers.four_bar(1, 3, 2, 3.5), drive={"motor": 1.0})
+    >>> run = close_loops(mbody.makers.four_bar(1, 3, 2, 3.5), drive={"motor": 1.0})
     >>> run.checks.constraint < 1e-12
     True
     """
