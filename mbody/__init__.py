@@ -13,6 +13,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from mbody._version import __version__
+from mbody.solution import presentation
 
 if TYPE_CHECKING:
     from mbody import engineering, gallery, laws, sweeps, testing
@@ -51,7 +52,7 @@ if TYPE_CHECKING:
     from mbody.model.coupling import AngleCoupling, CouplingTerm, LengthCoupling
     from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
     from mbody.model.element import Marker, Polar, number_field, polar
-    from mbody.model.event import Event, EventRecord, Stop
+    from mbody.model.event import Event, Stop
     from mbody.model.joints import (
         CamFollower,
         CustomJoint,
@@ -82,6 +83,7 @@ if TYPE_CHECKING:
     from mbody.model.study import Instants, Measure, Question, Unknown
     from mbody.quantities import convert
     from mbody.solution.doubts import Doubt
+    from mbody.solution.event_record import EventRecord
     from mbody.solution.histories import Reaction
     from mbody.solution.momentum import momentum
     from mbody.solution.solution import Solution
@@ -90,6 +92,16 @@ if TYPE_CHECKING:
     from mbody.system.system import System
     from mbody.views import draw, plot
 
+presentation.register(
+    sheet="mbody.sheets.present:sheet",
+    data="mbody.files.present:data",
+    equations="mbody.sheets.equations:system_of_equations",
+    columns="mbody.files.tables:columns",
+    dataframe="mbody.files.tables:dataframe",
+    csv="mbody.files.tables:write_csv",
+    json="mbody.files.results:write_json",
+    npz="mbody.files.results:write_npz",
+)
 
 # where each public name lives: loaded when it is asked for, so that `import mbody` costs nothing
 _HOME = {
@@ -120,7 +132,8 @@ _HOME = {
     "solution.doubts": "Doubt",
     "model.element": "Marker Polar number_field polar",
     "errors": "ModelError ModelWarning SolveError",
-    "model.event": "Event EventRecord Stop",
+    "model.event": "Event Stop",
+    "solution.event_record": "EventRecord",
     "model.joints": "CamFollower CustomJoint Distance Fixed Gear PinSlot Prismatic RackPinion "
     "Revolute Rolling",
     "laws": "Cam Constant ConstantAcceleration ConstantSpeed Dwell Function Harmonic Polynomial "

@@ -6,10 +6,7 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from mbody.solution.solution import Solution
+from typing import Any
 
 __all__ = [
     "ModelError",
@@ -43,7 +40,7 @@ class ModelError(ValueError):
 
 
 class SolveError(RuntimeError):
-    """An analysis could not give what was asked.
+    """An analysis could not give the requested result.
 
     Attributes
     ----------
@@ -53,9 +50,7 @@ class SolveError(RuntimeError):
         What was computed before the stop; its last instant is the last good one.
     """
 
-    def __init__(
-        self, message: str, element: str | None = None, solution: Solution | None = None
-    ) -> None:
+    def __init__(self, message: str, element: str | None = None, solution: Any = None) -> None:
         super().__init__(message)
         self.element = element
         self.solution = solution
@@ -66,7 +61,7 @@ class ModelWarning(UserWarning):
 
 
 def brief(value: Any, most: int = 60) -> str:
-    """A value as it stands in a sentence, cut where it is long.
+    """A value for a sentence, cut where it is long.
 
     >>> brief("crank")
     "'crank'"
@@ -93,7 +88,7 @@ def at_the_command() -> Iterator[None]:
 
 
 def angle_told(value: float) -> str:
-    """An angle [rad] in the unit of where the user stands.
+    """An angle [rad] in the unit of the interface that the user works with.
 
     >>> angle_told(1.5707963267948966)
     '1.5708 rad'
@@ -105,7 +100,7 @@ def angle_told(value: float) -> str:
 
 
 def remedy(*, python: str, command: str) -> str:
-    """What to try, in the words of where the user stands.
+    """What to try, in the words of the interface that the user works with.
 
     Parameters
     ----------

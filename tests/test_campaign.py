@@ -5,8 +5,8 @@ import pytest
 
 import mbody
 from tests.campaign.analyses import ANALYSES, examine
+from tests.campaign.drawing import random_linkage
 from tests.campaign.hunt import Tally, hunt
-from tests.campaign.linkage import random_linkage
 
 SEEDS = range(120)
 

@@ -29,7 +29,7 @@ from mbody import (
 )
 from mbody.engines.oracle import Reference
 from tests.linkages import random_linkage, times_within
-from tests.test_oracle import FORCE, assert_forces, forces_of, motion_of
+from tests.oracle_runs import FORCE, assert_forces, forces_of, motion_of
 
 UPRIGHT = Marker("ground", (0.0, 0.0), 0.5 * math.pi)
 ROUNDING = 1e-13  # some hundred operations on doubles

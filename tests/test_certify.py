@@ -22,7 +22,7 @@ from mbody.solution.doubts import Doubt, doubted, inherited, succeeded
 from mbody.solution.histories import Record
 from mbody.system.assembler import assemble
 from tests.linkages import random_linkage, times_within
-from tests.test_oracle import motion_of
+from tests.oracle_runs import motion_of
 
 DOUBT = Doubt("branch", "it may have leapt at t = 0.3 s", 0.3, ("rod",))
 

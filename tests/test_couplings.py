@@ -31,7 +31,7 @@ from mbody import (
 )
 from mbody.engines.oracle import Reference
 from tests.agreement import assert_agrees
-from tests.test_oracle import accelerations
+from tests.oracle_runs import accelerations
 
 pytestmark = pytest.mark.processor
 

@@ -1,4 +1,4 @@
-"""Motion and force laws against independent formulas, scipy's spline, and their own definitions."""
+"""Motion and force laws against independent formulas and their own definitions."""
 
 import math
 import os
@@ -10,21 +10,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from scipy.integrate import quad
-from scipy.interpolate import CubicSpline
 
 from mbody.compiler import callbacks
-from mbody.errors import ModelError
 from mbody.laws import (
     LAW_KINDS,
     SHAPES,
-    Cam,
     Constant,
     ConstantAcceleration,
     ConstantSpeed,
-    Dwell,
     Function,
     Harmonic,
     Law,
@@ -36,41 +29,10 @@ from mbody.laws import (
     law,
     times_of,
 )
+from tests.law_examples import CAM, EXAMPLES, IDS, broken_function
 
 PI = math.pi
 KNOTS = np.array([0.0, 0.1, 0.25, 0.3, 0.55, 0.7, 1.0])
-CAM = Cam(
-    [
-        Rise("cycloidal", 3.0, 0.0, 1.0, base=-1.0),
-        Dwell(0.5),
-        Rise("modified-sine", -1.0, 0.0, 0.5),
-        Rise("4-5-6-7", -2.0, 0.25, 1.0),
-    ],
-    period=4.0,
-)
-
-
-def named_function(t):
-    return math.exp(-t) * math.sin(3.0 * t)
-
-
-def broken_function(t):
-    raise RuntimeError(f"the valve table has no entry for {t:g}")
-
-
-EXAMPLES = [
-    Constant(3.0),
-    ConstantSpeed(1.0, -2.0),
-    ConstantAcceleration(60.0, 25.0, -40.0),
-    Polynomial([1.0, -2.0, 0.5, 3.0, -0.25]),
-    Harmonic(1.0, 2.0, 3.0, 0.4),
-    Table(KNOTS, np.cos(3.0 * KNOTS), outside="line"),
-    Table(KNOTS, np.sin(2.0 * PI * KNOTS), periodic=True),
-    *[Rise(shape, -2.0, 0.2, 0.7, 1.5) for shape in SHAPES],
-    CAM,
-    Function(named_function),
-]
-IDS = [f"{type(e).__name__}-{i}" for i, e in enumerate(EXAMPLES)]
 
 
 def difference(function, x, h=2e-3):
@@ -192,204 +154,6 @@ def test_elementary_laws_against_the_complex_step():
         np.testing.assert_allclose(f, formula(x), rtol=1e-13, atol=1e-13)
         slope = formula(x + 1e-30j).imag / 1e-30
         np.testing.assert_allclose(f1, slope, rtol=1e-12, atol=1e-13 * np.max(np.abs(slope)))
-
-
-# --- rises and cams -----------------------------------------------------------------------------
-
-
-def published_acceleration(shape, u):
-    """s″ of a unit rise as Norton's handbook prints it, each part by itself."""
-    if shape == "cycloidal":
-        return 2 * PI * math.sin(2 * PI * u)
-    if shape == "harmonic":
-        return PI**2 / 2 * math.cos(PI * u)
-    if shape == "3-4-5":
-        return 60 * u - 180 * u**2 + 120 * u**3
-    if shape == "4-5-6-7":
-        return 420 * u**2 - 1680 * u**3 + 2100 * u**4 - 840 * u**5
-    if shape == "parabolic":
-        return 4.0 if u < 0.5 else -4.0
-    if shape == "modified-trapezoidal":
-        peak = 4.888124
-        if u < 1 / 8:
-            return peak * math.sin(4 * PI * u)
-        if u < 3 / 8:
-            return peak
-        if u < 5 / 8:
-            return peak * math.cos(4 * PI * (u - 3 / 8))
-        if u < 7 / 8:
-            return -peak
-        return -peak * math.cos(4 * PI * (u - 7 / 8))
-    peak = 5.527957
-    if u < 1 / 8:
-        return peak * math.sin(4 * PI * u)
-    if u < 7 / 8:
-        return peak * math.cos(4 * PI / 3 * (u - 1 / 8))
-    return -peak * math.cos(4 * PI * (u - 7 / 8))
-
-
-@pytest.mark.parametrize("shape", SHAPES)
-def test_rise_is_the_integral_of_the_published_acceleration(shape):
-    rise = Rise(shape, 1.0, 0.0, 1.0)
-    joins = [1 / 8, 3 / 8, 1 / 2, 5 / 8, 7 / 8]
-    for u in (0.05, 0.2, 0.3, 0.45, 0.6, 0.8, 0.95):
-        f, f1, f2 = rise.derivatives(u)
-        inner = [j for j in joins if j < u]
-        a = published_acceleration(shape, u)
-        v = quad(lambda w: published_acceleration(shape, w), 0, u, points=inner or None)[0]
-        s = quad(
-            lambda w, u=u: (u - w) * published_acceleration(shape, w), 0, u, points=inner or None
-        )[0]
-        assert (f, f1, f2) == pytest.approx((s, v, a), abs=2e-6)  # 7 printed digits
-
-
-@pytest.mark.parametrize(
-    ("shape", "peaks"),
-    [
-        ("cycloidal", (2.0, 2 * PI, 4 * PI**2)),
-        ("harmonic", (PI / 2, PI**2 / 2, None)),
-        ("3-4-5", (1.875, 5.7735, 60.0)),
-        ("4-5-6-7", (2.1875, 7.5132, 52.5)),
-        ("parabolic", (2.0, 4.0, None)),
-        ("modified-trapezoidal", (2.0, 4.888, 61.43)),
-        ("modified-sine", (1.76, 5.528, 69.47)),
-    ],
-)
-def test_peaks_of_the_usual_rises(shape, peaks):
-    height, duration = -0.03, 0.2
-    rise = Rise(shape, height, 0.5, duration, base=0.1)
-    x = 0.5 + duration * np.linspace(0.0, 1.0, 20001)
-    _, f1, f2 = rise.derivatives(x)
-    jerk = np.diff(f2) / np.diff(x)
-    for k, (peak, found) in enumerate(zip(peaks, (f1, f2, jerk), strict=True), 1):
-        if peak is not None:
-            scaled = np.max(np.abs(found)) / (abs(height) / duration**k)
-            assert scaled == pytest.approx(peak, rel=4e-4), (shape, k)  # digits printed
-
-
-@pytest.mark.parametrize("shape", SHAPES)
-def test_joins_of_a_rise_are_smooth(shape):
-    rise = Rise(shape, 2.0, 1.0, 0.5, base=3.0)
-    ends = () if shape in ("harmonic", "parabolic") else (0.0, 1.0)
-    middle = () if shape == "parabolic" else (0.5,)
-    for u in (*ends, 1 / 8, 3 / 8, *middle, 5 / 8, 7 / 8):
-        x = 1.0 + 0.5 * u
-        left, right = rise.derivatives(x - 1e-9), rise.derivatives(x + 1e-9)
-        # over 2e-9 f'' moves by less than 2e-9 × (peak jerk 70 h/β³)
-        assert left == pytest.approx(right, abs=2e-9 * 70 * 2.0 / 0.5**3)
-    assert rise.derivatives(0.999) == (3.0, 0.0, 0.0)
-    assert rise.derivatives(1.5) == (5.0, 0.0, 0.0)
-    assert rise(1.25) == pytest.approx(4.0, abs=1e-15)
-    u = np.linspace(0.0, 1.0, 101)  # mirror image: s(1 − u) = 1 − s(u)
-    np.testing.assert_allclose(rise(1 + u / 2) + rise(1.5 - u / 2), 8.0, atol=1e-14)
-
-
-def test_at_a_jump_the_value_to_the_right_is_given():
-    rise = Rise("parabolic", 1.0, 0.0, 1.0)
-    assert [rise.derivatives(x)[2] for x in (-1e-9, 0.0, 0.5, 1.0)] == [0.0, 4.0, -4.0, 0.0]
-
-
-def test_a_cam_is_its_rises_one_after_another():
-    t = np.linspace(0.0, 1.0, 21)
-    parts = [  # where they really begin, and on which level
-        (t, Rise("cycloidal", 3.0, 0.0, 1.0, -1.0)),
-        (1.0 + t / 2, Constant(2.0)),
-        (1.5 + t / 2, Rise("modified-sine", -1.0, 1.5, 0.5, 2.0)),
-        (2.0 + t / 4, Constant(1.0)),
-        (2.25 + t, Rise("4-5-6-7", -2.0, 2.25, 1.0, 1.0)),
-        (3.25 + 0.7499 * t, Constant(-1.0)),
-    ]
-    for x, alone in parts:
-        for turn in (-2, 0, 5):
-            for found, expected in zip(
-                CAM.derivatives(x + 4.0 * turn), alone.derivatives(x), strict=True
-            ):
-                np.testing.assert_allclose(found, expected, atol=1e-12)
-    assert CAM(4.0) == CAM(0.0) == -1.0
-    assert CAM(np.nextafter(4.0, 0.0)) == -1.0
-
-
-# --- tables -------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("end", ["natural", "not-a-knot", "clamped", "periodic"])
-@pytest.mark.parametrize("n", [2, 3, 4, 5, 12])
-def test_spline_against_scipy(end, n):
-    rng = np.random.default_rng(n)
-    x = np.cumsum(rng.uniform(0.1, 1.0, n)) - 2.0
-    y = rng.normal(size=n)
-    if end == "periodic":
-        y[-1] = y[0]
-        table = Table(x, y, periodic=True)
-    else:
-        table = Table(x, y, end=end)
-    oracle = CubicSpline(x, y, bc_type=end)
-    at = np.concatenate([x, np.linspace(x[0], x[-1], 201)])
-    for order, found in enumerate(table.derivatives(at)):
-        expected = oracle(at, order)
-        size = max(1.0, np.max(np.abs(expected)))
-        if end == "periodic":  # at the very end scipy gives the end, here it is the beginning
-            assert found[-1] == pytest.approx(expected[0], abs=1e-12 * size)
-        np.testing.assert_allclose(found, expected, atol=1e-11 * size)
-
-
-def test_periodic_table_repeats():
-    x = np.linspace(0.3, 1.3, 41)
-    table = Table(x, np.sin(2 * PI * x), periodic=True)
-    t = np.linspace(-3.0, 5.0, 77)
-    for found, expected in zip(
-        table.derivatives(t),
-        (np.sin(2 * PI * t), 2 * PI * np.cos(2 * PI * t), -4 * PI**2 * np.sin(2 * PI * t)),
-        strict=True,
-    ):
-        # error of f'' of a cubic spline: h²/12 max f⁗ = 5e-5 × (2π)⁴ = 0.08 of 39
-        np.testing.assert_allclose(found, expected, atol=0.003 * np.max(np.abs(expected)))
-
-
-def test_outside_a_table():
-    x, y = [0.0, 0.1, 0.2], [1.0, 2.0, 4.0]
-    strict = Table(x, y)
-    with pytest.raises(ModelError, match=r"the table covers 0 to 0\.2, but 0\.31 was requested"):
-        strict(np.array([0.1, 0.31, 0.5]))
-    # 0.2 as a time that was summed up is still inside
-    assert strict(0.2 * (1 + 1e-10)) == pytest.approx(4.0, abs=1e-8)
-    empty = np.empty((0, 1))
-    tab = strict.table()
-    assert np.isnan(law(strict.code, empty, 0, 0, 0, tab, 0, 0.31)).all()
-    assert np.isnan(law(strict.code, empty, 0, 0, 0, tab, 0, math.nan)).all()
-    hold, line = Table(x, y, outside="hold"), Table(x, y, outside="line")
-    assert hold.derivatives(-1.0) == (1.0, 0.0, 0.0) and hold.derivatives(9.0) == (4.0, 0.0, 0.0)
-    end = line.derivatives(0.2)
-    assert line.derivatives(0.3) == pytest.approx((4.0 + 0.1 * end[1], end[1], 0.0))
-
-
-@given(
-    steps=st.lists(st.floats(0.01, 10.0), min_size=1, max_size=30),
-    data=st.data(),
-    end=st.sampled_from(["natural", "not-a-knot", "clamped", "periodic"]),
-)
-@settings(max_examples=80)
-def test_a_spline_meets_its_points_and_is_smooth(steps, data, end):
-    x = np.concatenate([[0.0], np.cumsum(steps)])
-    values = st.floats(-100.0, 100.0)
-    y = np.array(data.draw(st.lists(values, min_size=x.size, max_size=x.size)))
-    if end == "periodic":
-        y[-1] = y[0]
-        table = Table(x, y, periodic=True)
-    else:
-        table = Table(x, y, end=end)
-    np.testing.assert_allclose(table(x), y, atol=1e-9)
-    c = table.table()[2 + x.size :].reshape(-1, 4)
-    h = np.diff(x)
-    f1 = c[:, 1] + h * (2 * c[:, 2] + 3 * h * c[:, 3])
-    f2 = 2 * c[:, 2] + 6 * h * c[:, 3]
-    size1, size2 = np.max(np.abs(c[:, 1])) + 1, np.max(np.abs(2 * c[:, 2])) + 1
-    np.testing.assert_allclose(f1[:-1], c[1:, 1], atol=1e-9 * size1)
-    np.testing.assert_allclose(
-        f2[:-1], 2 * c[1:, 2], atol=1e-9 * size2 + 1e-12 * 200 / h.min() ** 2
-    )
-    if end == "periodic":
-        assert f1[-1] == pytest.approx(c[0, 1], abs=1e-9 * size1)
 
 
 # --- Python functions ---------------------------------------------------------------------------

@@ -1,6 +1,6 @@
 """Pressures on pistons: over the cycle of a crank, and between valves.
 
-Tolerances as in test_oracle: forces 1e-10 of the greatest, where the pressures of a liquid are as
+Tolerances as in oracle_runs: forces 1e-10 of the greatest, where the pressures of a liquid are as
 soft as the other loads are.
 """
 
@@ -34,7 +34,7 @@ from mbody import (
 from mbody.compiler.lanes import LANES
 from mbody.makers import makers
 from tests.linkages import random_linkage, times_within
-from tests.test_oracle import assert_checked, assert_forces, assert_motion, forces_of
+from tests.oracle_runs import assert_checked, assert_forces, assert_motion, forces_of
 
 TURN = 2.0 * math.pi
 ROUNDING = 1e-13  # some hundred roundings: one position of one loop

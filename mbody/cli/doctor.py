@@ -43,7 +43,7 @@ def doctor(asked: Any) -> int:
 
 def examine() -> dict[str, Any]:
     """Versions, the cache of the kernels, and whether mbody is ready."""
-    from mbody import __version__
+    from mbody._version import __version__
     from mbody.compiler.cache import cache_folder
 
     needed = {name: _version(name) for name in NEEDED}

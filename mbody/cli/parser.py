@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 from typing import NoReturn
 
-from mbody import __version__
+from mbody._version import __version__
 from mbody.cli.usage import UsageError
 
 __all__ = ["parser"]

@@ -18,8 +18,9 @@ def solve(asked: Any) -> int:
     """Answer one question of a model, or all of them; 1 where one has none, or a doubt."""
     from mbody._version import __version__
     from mbody.analysis.inverse.solve_for import solve_for
+    from mbody.files.answers import answer_data
     from mbody.files.results import error_data
-    from mbody.sheets.answers import answer_data, sheet
+    from mbody.sheets.answers import sheet
 
     mechanism = taken(asked)
     questions = mechanism.questions

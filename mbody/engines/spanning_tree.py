@@ -100,8 +100,8 @@ def spanning_tree(system: System) -> Tree:
 
     Fixed and prismatic joints come in first and are cut only where loops have no others; then
     joints at massless bodies, so that these stand between others where they can, for the inertia
-    that hangs on them. A part that no joint of these constraint_rows to the ground floats at its heaviest
-    body.
+    that hangs on them. A part that no joint of these connects to the ground floats at its
+    heaviest body.
 
     Examples
     --------

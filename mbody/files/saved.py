@@ -18,9 +18,9 @@ from mbody.files.files import writing
 from mbody.files.model import Limits, from_text, to_text
 from mbody.files.saved_parts import array, check_told, pages, want
 from mbody.kernels.step_state import PROGRESS
-from mbody.model.event import EventRecord
 from mbody.solution.doubts import as_doubt
 from mbody.solution.energy import Energy
+from mbody.solution.event_record import EventRecord
 from mbody.solution.histories import BranchDistance, Record
 from mbody.solution.restart import Restart, Way
 from mbody.solution.solution import Solution, as_solution

@@ -1,6 +1,8 @@
-"""Constraint equations: Φ, Φ_q, ν and γ of every primitive, and the list of their kinds."""
+"""Constraint equations: Φ, Φ_q, ν and γ of every primitive, each by the physics of its joint."""
 
 from __future__ import annotations
+
+import functools
 
 import numpy as np
 
@@ -9,50 +11,25 @@ from mbody.compiler.jit import inline, njit
 from mbody.compiler.lanes import count, ld, sincos, st, st_varying
 from mbody.kernels.law_values import law_of_direction
 from mbody.model.joints.angle import angle
-from mbody.model.joints.cam import face, face_ray, roller, roller_ray
 from mbody.model.joints.coordinate import coordinate
 from mbody.model.joints.distance import distance
-from mbody.model.joints.gear import gear
-from mbody.model.joints.prismatic import prismatic
-from mbody.model.joints.rack import rack
-from mbody.model.joints.revolute import revolute
+from mbody.model.primitives import CONSTRAINTS
 
-__all__ = ["FACE", "KINDS", "ROLLER", "rows", "side", "turns"]
+__all__ = ["BY_DIRECTION", "KINDS", "rows", "side", "turns"]
 
-#: Names of the kinds of physics; the number of a kind is its place.
-KINDS = (
-    *("revolute", "prismatic", "angle", "distance", "coordinate", "gear", "rack"),
-    *("roller", "face", "sum", "user"),
-)
-REVOLUTE, PRISMATIC, ANGLE, DISTANCE, COORDINATE, GEAR, RACK = range(7)
-ROLLER, FACE, SUM, USER = range(7, len(KINDS))
+#: Kinds of physics; the number of a kind is its place. Those of joints in the order of
+#: `mbody.model.joints`, then the sum of a coupling, then a user's own.
+KINDS = (*CONSTRAINTS, "sum", "user")
+ANGLE, DISTANCE, SUM = (KINDS.index(kind) for kind in ("angle", "distance", "sum"))
+#: Numbers of the kinds with a law of a direction that the position gives, as cams have.
+BY_DIRECTION = tuple(n for n, one in enumerate(CONSTRAINTS.values()) if one.argument)
 
 
 @njit
 def rows(L, W, w, position, velocity):
     """Fill Φ, Φ_q and ν (unless `position` is None) and γ (unless `velocity` is None)."""
     for e in range(L.primitive_kind.shape[0]):
-        kind = L.primitive_kind[e]
-        if kind == REVOLUTE:
-            put(L, W, w, e, position, velocity, revolute(*ends(L, W, w, e)))
-        elif kind == PRISMATIC:
-            put(L, W, w, e, position, velocity, prismatic(*ends(L, W, w, e)))
-        elif kind == ANGLE:
-            put(L, W, w, e, position, velocity, angle(*ends(L, W, w, e)))
-        elif kind == DISTANCE:
-            put(L, W, w, e, position, velocity, distance(*ends(L, W, w, e)))
-        elif kind == COORDINATE:
-            put(L, W, w, e, position, velocity, coordinate(*ends(L, W, w, e)))
-        elif kind == GEAR:
-            put(L, W, w, e, position, velocity, gear(*ends(L, W, w, e)))
-        elif kind == RACK:
-            put(L, W, w, e, position, velocity, rack(*ends(L, W, w, e)))
-        elif ROLLER <= kind <= FACE:
-            contact(L, W, w, e, position, velocity)
-        elif kind == SUM:
-            total(L, W, w, e, position, velocity)
-        else:
-            put(L, W, w, e, position, velocity, custom(L, W, w, e))
+        every_kind(L, W, w, e, L.primitive_kind[e], position, velocity)
 
 
 @inline
@@ -114,21 +91,6 @@ def put(L, W, w, e, position, velocity, physics):
     if velocity is not None:
         st_varying(W.gamma, 2 * k, gamma[0], w)
         st_varying(W.gamma, 2 * k + 1, gamma[1], w)
-
-
-@njit
-def contact(L, W, w, e, position, velocity):
-    """A cam and its follower: the law at the angle that the position gives, then the physics.
-
-    Like sums apart from `rows`, which would be slower for all others with them inside.
-    """
-    i, j, p, _ = ends(L, W, w, e)
-    if L.primitive_kind[e] == ROLLER:
-        f = law_of_direction(L, W, w, L.primitive_law[e], *roller_ray(i, j, p))
-        put(L, W, w, e, position, velocity, roller(i, j, p, f))
-    else:
-        f = law_of_direction(L, W, w, L.primitive_law[e], *face_ray(i, j, p))
-        put(L, W, w, e, position, velocity, face(i, j, p, f))
 
 
 @njit
@@ -250,3 +212,50 @@ def turns(L, W, w):
         s, c = sincos(ld(W.q, 3 * b + 2, w))
         st(W.turn, 2 * b, c, w)
         st(W.turn, 2 * b + 1, s, w)
+
+
+@njit(forceinline=True)
+def last_kinds(L, W, w, e, kind, position, velocity):
+    """What no joint's physics is: a sum, or a user's own."""
+    if kind == SUM:
+        total(L, W, w, e, position, velocity)
+    else:
+        put(L, W, w, e, position, velocity, custom(L, W, w, e))
+
+
+def branch(otherwise, number):
+    """Compiled ``if kind == number: … else: otherwise(…)`` with the physics of that kind.
+
+    Numba compiles no table of functions that lanes could take, so that the chain of branches over
+    `CONSTRAINTS` is made here, one inside the other. None of them is kept on disk: `rows` is, with
+    all of them.
+    """
+    one = CONSTRAINTS[KINDS[number]]
+    physics, direction = one.function, one.argument
+
+    @njit(forceinline=True, cache=False)
+    def direct(L, W, w, e, kind, position, velocity):
+        if kind == number:
+            put(L, W, w, e, position, velocity, physics(*ends(L, W, w, e)))
+        else:
+            otherwise(L, W, w, e, kind, position, velocity)
+
+    # a function of its own: with its loop over lanes inside `rows` all other kinds would be slower
+    @njit(cache=False)
+    def evaluated(L, W, w, e, position, velocity):
+        i, j, p, _ = ends(L, W, w, e)
+        f = law_of_direction(L, W, w, L.primitive_law[e], *direction(i, j, p))
+        put(L, W, w, e, position, velocity, physics(i, j, p, f))
+
+    @njit(forceinline=True, cache=False)
+    def by_direction(L, W, w, e, kind, position, velocity):
+        if kind == number:
+            evaluated(L, W, w, e, position, velocity)
+        else:
+            otherwise(L, W, w, e, kind, position, velocity)
+
+    return by_direction if direction else direct
+
+
+#: The first kind is asked for first.
+every_kind = functools.reduce(branch, reversed(range(len(CONSTRAINTS))), last_kinds)

@@ -1,6 +1,8 @@
-"""Generalised forces of all loads. The one place that lists their kinds of physics."""
+"""Generalised forces of all loads, each by the physics in its own file."""
 
 from __future__ import annotations
+
+import functools
 
 import numpy as np
 
@@ -10,18 +12,17 @@ from mbody.compiler.lanes import count, ld, st
 from mbody.kernels.constraints import side, user_state
 from mbody.kernels.law_values import law_at
 from mbody.model.loads.centrifugal_field import centrifugal, spin
-from mbody.model.loads.force import force
 from mbody.model.loads.gravity import gravity
 from mbody.model.loads.pressure import piston, within_cycle
 from mbody.model.loads.reciprocating_cylinder import charge, travel
-from mbody.model.loads.spring import stretch
-from mbody.model.loads.torsion import twist
+from mbody.model.primitives import LOADS
 
 __all__ = ["KINDS", "forces", "signals"]
 
-#: Names of the kinds of physics; the number of a kind is its place.
-KINDS = ("gravity", "field", "force", "torque", "stretch", "twist", "pressure", "chamber", "user")
-GRAVITY, FIELD, FORCE, TORQUE, STRETCH, TWIST, PRESSURE, CHAMBER, USER = range(len(KINDS))
+#: Kinds of physics; the number of a kind is its place. Those of `mbody.model.loads` in its order,
+#: then a user's own.
+KINDS = (*LOADS, "user")
+CHAMBER = KINDS.index("chamber")
 
 
 @njit
@@ -62,37 +63,26 @@ def forces(L, W, w, cause):
     for e in range(L.action_kind.shape[0]):
         if cause >= 0 and L.action_cause[e] != cause:
             continue
-        kind, i, j = L.action_kind[e], L.action_i[e], L.action_j[e]
-        f = L.action_signal[e]
-        if kind == GRAVITY:
-            gx, gy = ld(W.signal, f, w), ld(W.signal, f + 3, w)
-            for b in range(L.bodies):
-                fx, fy = gravity(ld(W.mass, 3 * b, w), gx, gy)
-                add(W, w, b, fx, fy, 0.0)
-        elif kind == FIELD:
-            field(L, W, w, parameters(L, W, w, e), L.action_par[e] + 6, ld(W.signal, f, w))
-        elif kind == FORCE:
-            fx, fy, t = force(side(W, j, w), parameters(L, W, w, e), ld(W.signal, f, w))
-            add(W, w, j, fx, fy, t)
-        elif kind == TORQUE:
-            couple(W, w, i, j, ld(W.signal, f, w))
-        elif kind == STRETCH:
-            pull(L, W, w, e, i, j)
-        elif kind == TWIST:
-            x = twist(side(W, i, w), side(W, j, w), parameters(L, W, w, e))
-            couple(W, w, i, j, -own_law(L, W, w, e, x))
-        elif kind in (PRESSURE, CHAMBER):
-            press(L, W, w, e, i, j)
-        else:
-            user_force(L, W, count(w), e)
-            s = W.scratch
-            add(W, w, i, ld(s, 0, w), ld(s, 1, w), ld(s, 2, w))
-            add(W, w, j, ld(s, 3, w), ld(s, 4, w), ld(s, 5, w))
+        every_kind(L, W, w, e, L.action_kind[e])
 
 
 @inline
-def field(L, W, w, p, o, given):
-    """The centrifugal load of all bodies, whose second moments begin at parameter o."""
+def weights(L, W, w, e, kind):
+    """Form "every mass": a force on every body by its mass and two signals."""
+    f = L.action_signal[e]
+    gx, gy = ld(W.signal, f, w), ld(W.signal, f + 3, w)
+    for b in range(L.bodies):
+        fx, fy = gravity(ld(W.mass, 3 * b, w), gx, gy)
+        add(W, w, b, fx, fy, 0.0)
+
+
+@inline
+def field(L, W, w, e, kind):
+    """Form "spinning plane": the centrifugal load of all bodies, whose second moments follow the
+    parameters of the plane.
+    """
+    p, o = parameters(L, W, w, e), L.action_par[e] + 6
+    given = ld(W.signal, L.action_signal[e], w)
     J = p[5]
     for b in range(L.bodies):
         J = J + centrifugal(side(W, b, w), ld(W.mass, 3 * b, w), p, moments(W, w, o + 3 * b))[3]
@@ -110,29 +100,19 @@ def moments(W, w, o):
 
 
 @inline
-def pull(L, W, w, e, i, j):
-    """A tension along the line between two places: +u on i, −u on j."""
-    x, (ux, uy), arms = stretch(side(W, i, w), side(W, j, w), parameters(L, W, w, e))
-    f = own_law(L, W, w, e, x)
-    pix, piy, pjx, pjy = arms
-    fx, fy = f * ux, f * uy
-    add(W, w, i, fx, fy, pix * fy - piy * fx)
-    add(W, w, j, -fx, -fy, pjy * fx - pjx * fy)
-
-
-@inline
-def press(L, W, w, e, i, j):
-    """The pressure of a chamber on a piston: +f u on j, −f u on i, on one line."""
-    p, first, second = parameters(L, W, w, e), side(W, i, w), side(W, j, w)
+def press(L, W, w, e, kind):
+    """Form "piston": the pressure of a chamber, +f u on j and −f u on i, on one line."""
+    i, j, p = L.action_i[e], L.action_j[e], parameters(L, W, w, e)
+    first, second = side(W, i, w), side(W, j, w)
     u, arm, d = piston(first, second, p)
-    if L.action_kind[e] == PRESSURE:
-        st(W.scratch, 0, ld(W.q, 3 * L.action_by[e] + 2, w) + p[5], w)
-        cycle_law(L, W, L.action_law[e], count(w))
-    else:
+    if kind == CHAMBER:
         s, rate = travel(first, second, u, arm, d)
         st(W.scratch, 0, s, w)
         st(W.scratch, 2, rate, w)
         chamber(L, W, L.action_par[e] + 6, count(w))
+    else:
+        st(W.scratch, 0, ld(W.q, 3 * L.action_by[e] + 2, w) + p[5], w)
+        cycle_law(L, W, L.action_law[e], count(w))
     f = p[4] * ld(W.scratch, 1, w)
     fx, fy = f * u[0], f * u[1]
     add(W, w, i, -fx, -fy, d[1] * fx - d[0] * fy)
@@ -177,10 +157,11 @@ def add(W, w, b, fx, fy, t):
 
 
 @inline
-def couple(W, w, i, j, t):
-    """Torque t on body j, its opposite on body i."""
-    st(W.force, 3 * i + 2, ld(W.force, 3 * i + 2, w) - t, w)
-    st(W.force, 3 * j + 2, ld(W.force, 3 * j + 2, w) + t, w)
+def act(W, w, b, wrench):
+    """Add a wrench (Fx, Fy, T) at the mass centre of body b, if there is one."""
+    if wrench is not None:
+        fx, fy, t = wrench
+        add(W, w, b, fx, fy, t)
 
 
 @inline
@@ -222,3 +203,60 @@ def user_force(L, W, lanes, e):
         bad = call_user(L.action_handle[e], W.asked[: 17 + size], W.told[:6]) != 0
         for n in range(6):
             W.scratch[n, lane] = np.nan if bad else W.told[n]
+
+
+@njit(forceinline=True)
+def last_kind(L, W, w, e, kind):
+    """What no load's physics is: a user's own."""
+    user_force(L, W, count(w), e)
+    s = W.scratch
+    add(W, w, L.action_i[e], ld(s, 0, w), ld(s, 1, w), ld(s, 2, w))
+    add(W, w, L.action_j[e], ld(s, 3, w), ld(s, 4, w), ld(s, 5, w))
+
+
+#: Loads that act otherwise than by a wrench on i and on j.
+FORMS = {"every mass": weights, "spinning plane": field, "piston": press}
+
+
+def branch(otherwise, number):
+    """Compiled ``if kind == number: … else: otherwise(…)``, as of constraints."""
+    one = LOADS[KINDS[number]]
+    physics, argument, form = one.function, one.argument, FORMS.get(one.form)
+
+    @njit(forceinline=True, cache=False)
+    def by_form(L, W, w, e, kind):
+        if kind == number:
+            form(L, W, w, e, kind)
+        else:
+            otherwise(L, W, w, e, kind)
+
+    @njit(forceinline=True, cache=False)
+    def of_time(L, W, w, e, kind):
+        if kind == number:
+            i, j = L.action_i[e], L.action_j[e]
+            p, f = parameters(L, W, w, e), ld(W.signal, L.action_signal[e], w)
+            on_i, on_j = physics(side(W, i, w), side(W, j, w), p, f)
+            act(W, w, i, on_i)
+            act(W, w, j, on_j)
+        else:
+            otherwise(L, W, w, e, kind)
+
+    @njit(forceinline=True, cache=False)
+    def of_state(L, W, w, e, kind):
+        if kind == number:
+            i, j = L.action_i[e], L.action_j[e]
+            first, second, p = side(W, i, w), side(W, j, w), parameters(L, W, w, e)
+            x, known = argument(first, second, p)
+            on_i, on_j = physics(first, second, p, own_law(L, W, w, e, x), known)
+            act(W, w, i, on_i)
+            act(W, w, j, on_j)
+        else:
+            otherwise(L, W, w, e, kind)
+
+    if form is not None:
+        return by_form
+    return of_state if argument else of_time
+
+
+#: The first kind is asked for first.
+every_kind = functools.reduce(branch, reversed(range(len(LOADS))), last_kind)

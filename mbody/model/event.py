@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import Any
 
 from mbody.errors import ModelError, brief
 from mbody.quantities import Formula, FormulaError, read
 from mbody.quantities.number import float_or_formula
 
-if TYPE_CHECKING:
-    from mbody.solution.solution import Solution
-
-__all__ = ["Event", "EventRecord", "Stop", "as_events", "check_restitution"]
+__all__ = ["Event", "Stop", "as_events", "check_restitution"]
 
 
 @dataclass(frozen=True)
@@ -103,28 +100,6 @@ class Stop:
         if not isinstance(given, Formula):
             check_restitution(given, self.name)
         object.__setattr__(self, "restitution", given)
-
-
-@dataclass(frozen=True, eq=False)
-class EventRecord:
-    """What has happened along a motion, and when.
-
-    Attributes
-    ----------
-    name : str
-        Of the event or stop.
-    t : float
-        When.
-    state : Solution
-        The one instant, of an impact just before it.
-    after : Solution or None
-        Of an impact, the same instant just after it.
-    """
-
-    name: str
-    t: float
-    state: Solution = field(repr=False)
-    after: Solution | None = field(default=None, repr=False)
 
 
 def _named(event: Event | Stop, what: str) -> None:

@@ -1,21 +1,92 @@
-"""What elements hand to the assembler: constraints in pairs of rows, loads in single actions.
+"""What elements hand to the kernels: pairs of constraint rows, and single loads.
 
-An element may be any number of primitives: a `Fixed` joint is a pin and an equal angle. The
-kernels know
-only primitives, each of one kind of physics, so an element with new physics adds one kind and
-nothing
-else.
+An element may be any number of primitives: a `Fixed` joint is a pin and an equal angle. The kernels
+know only primitives, each of one kind of physics: a function in the file of its element, entered
+into the list of its kind by `constraint_physics` or `load_physics`. The number of a kind is its
+place in that list, which `mbody.model.joints` and `mbody.model.loads` fill in the order in which
+they name their files.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 from mbody.laws import Law
 
-__all__ = ["ForcePrimitive", "ConstraintPrimitive", "Part", "Signal"]
+__all__ = [
+    "CONSTRAINTS",
+    "LOADS",
+    "ConstraintPrimitive",
+    "ForcePrimitive",
+    "Part",
+    "Physics",
+    "Signal",
+    "constraint_physics",
+    "load_physics",
+]
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+@dataclass(frozen=True, eq=False)
+class Physics:
+    """One kind of physics.
+
+    Attributes
+    ----------
+    function : callable
+        Compiled: of a constraint (i, j, p, f) → Φ, Φ_q, ν, γ, of a load (i, j, p, f) → the wrenches
+        (Fx, Fy, T) on i and on j about the mass centres, None where there is none.
+    argument : callable or None
+        Compiled, (i, j, p): where the primitive's own law is evaluated. Of a constraint the vector
+        (x, y) whose direction is the angle; of a load (x, known), and `known` goes to `function`
+        as a fifth argument.
+    form : str
+        Of loads: how the kernels use the function, "wrench" as above, else one of the forms of
+        `mbody.kernels.forces`.
+    """
+
+    function: Callable[..., Any]
+    argument: Callable[..., Any] | None = None
+    form: str = "wrench"
+
+
+#: Physics of all constraint primitives by kind, in the order of their numbers.
+CONSTRAINTS: dict[str, Physics] = {}
+#: Physics of all loads by kind, in the order of their numbers.
+LOADS: dict[str, Physics] = {}
+
+
+def constraint_physics(*, argument: Callable[..., Any] | None = None) -> Callable[[F], F]:
+    """Enter the decorated function into `CONSTRAINTS`; its name is the kind."""
+    return _entered(CONSTRAINTS, "", argument, "wrench")
+
+
+def load_physics(
+    kind: str = "", *, argument: Callable[..., Any] | None = None, form: str = "wrench"
+) -> Callable[[F], F]:
+    """Enter the decorated function into `LOADS`; the kind is its name, if no other is given."""
+    return _entered(LOADS, kind, argument, form)
+
+
+def _entered(
+    table: dict[str, Physics], kind: str, argument: Callable[..., Any] | None, form: str
+) -> Callable[[F], F]:
+    def enter(function: F) -> F:
+        # compiled kernels are kept on disk under the sources of the package alone
+        if not function.__module__.startswith("mbody.model."):
+            raise TypeError(
+                f"{function.__name__}: physics outside mbody is a CustomJoint or a CustomLoad"
+            )
+        name = kind or function.__name__
+        if name in table:
+            raise TypeError(f"there are two kinds of physics named {name!r}: choose another name")
+        table[name] = Physics(function, argument, form)
+        return function
+
+    return enter
 
 
 @dataclass(frozen=True)
@@ -45,7 +116,7 @@ class ConstraintPrimitive:
     Attributes
     ----------
     kind : str
-        The physics, one of `mbody.kernels.constraints.KINDS`.
+        The physics: one of `CONSTRAINTS`, "sum" of a coupling, or "user".
     i, j : str
         Names of the two bodies.
     rows : str
@@ -86,7 +157,7 @@ class ForcePrimitive:
     Attributes
     ----------
     kind : str
-        The physics, one of `mbody.kernels.forces.KINDS`.
+        The physics: one of `LOADS`, or "user".
     i, j : str
         Names of the two bodies; the action on `j` is the positive one.
     parameters : list

@@ -12,7 +12,7 @@ from mbody.sheets.names import ABOUT, REDUNDANT, ROUNDING
 from mbody.sheets.table import WIDTH, Column, cut, even, number, numbers, paragraph, table
 
 if TYPE_CHECKING:
-    from mbody.sheets.equations import Equations
+    from mbody.solution.force_equations import Equations
 
 __all__ = ["lines"]
 

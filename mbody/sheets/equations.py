@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import operator
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -12,12 +11,11 @@ from mbody.analysis.position.joint_places import direction, place
 from mbody.errors import ModelError
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.model.joints import Distance, Fixed, Prismatic, Revolute
-from mbody.sheets.equation_lines import lines
 from mbody.sheets.names import force_names, heading, link_names
 from mbody.sheets.table import angles, number
 from mbody.solution.checks import loaded
+from mbody.solution.force_equations import Equations
 from mbody.system.rank import DENSE, dense, jacobian, rank_of
-from mbody.system.read_only import lock
 
 if TYPE_CHECKING:
     from mbody.model.coupling import Coupling
@@ -25,80 +23,12 @@ if TYPE_CHECKING:
     from mbody.model.joints import Joint
     from mbody.solution.solution import Solution
 
-__all__ = ["Equations", "equations", "system_of_equations"]
+__all__ = ["equations", "system_of_equations"]
 
 Array = np.ndarray
 
 #: A coefficient no greater than this (an arm: than this part of the model length) is rounding.
 SMALL = 1e-12
-
-
-@dataclass(frozen=True, eq=False)
-class Equations:
-    """matrix · unknowns = right-hand side: Newton's and Euler's equations of every moving link.
-
-    A row says Σ of what joints and drivers exert = m a − loads, moments about the mass centre. A
-    column is what a unit of its unknown exerts on all links. ``print(run.equations())`` shows them.
-
-    Attributes
-    ----------
-    rows, row_units : tuples of str
-        ΣFx, ΣFy and ΣM of the links in the order of the description, and their units.
-    unknowns, units, meanings : tuples of str
-        Names of the unknowns in the order of joints, couplings, drivers; their units; what each is.
-    matrix : array (rows, unknowns)
-        Square where constraints determine the motion and none is redundant.
-    rhs : array (rows,)
-        m a_Gx, m a_Gy and I_G α less what the loads exert.
-    values : array (unknowns,)
-        The solution: reactions and efforts.
-    rank : int
-        Independent columns; where it is less than their number, values are not unique.
-
-    Examples
-    --------
-    >>> import mbody
-    >>> run = mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=10))
-    >>> system = run.equations()
-    >>> system.unknowns
-    ('F12x', 'F12y', 'F32x', 'F32y', 'F43x', 'F43y', 'F14x', 'F14y', 'T12')
-    >>> bool(np.allclose(np.linalg.solve(system.matrix, system.rhs), system.values))
-    True
-    """
-
-    rows: tuple[str, ...]
-    row_units: tuple[str, ...]
-    unknowns: tuple[str, ...]
-    units: tuple[str, ...]
-    meanings: tuple[str, ...]
-    matrix: Array
-    rhs: Array
-    values: Array
-    rank: int
-    heading: tuple[str, ...] = field(repr=False)
-
-    def __post_init__(self) -> None:
-        lock(self)
-
-    @property
-    def residual(self) -> Array:
-        """What the solution leaves, matrix · values − rhs (rows,)."""
-        return self.matrix @ self.values - self.rhs
-
-    def data(self) -> dict[str, Any]:
-        """Everything as plain lists and texts, ready for JSON."""
-        return {
-            "rows": list(self.rows),
-            "row_units": list(self.row_units),
-            "unknowns": list(self.unknowns),
-            "units": list(self.units),
-            "matrix": self.matrix.tolist(),
-            "rhs": self.rhs.tolist(),
-            "values": self.values.tolist(),
-        }
-
-    def __str__(self) -> str:
-        return "\n".join(lines(self))
 
 
 def equations(solution: Solution, instant: int = 0) -> str:

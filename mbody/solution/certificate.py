@@ -1,30 +1,29 @@
-"""What a result certifies of itself: its status, doubts and notes, by what its analysis said and by
-residuals that are taken when they are first asked for.
+"""The certificate of a result: its status, doubts and notes, from the report of its analysis and
+from its residuals.
 
-Residuals cost a third of the kinetostatics of a turn, so that nobody pays for them who reads
-numbers alone; `status`, `doubts` and `notes` of a `Solution` are never without them.
+Residuals cost a third of the kinetostatics of a turn. They are computed when `status`, `doubts` or
+`notes` is first read, so a user who reads numbers alone does not pay for them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
 from mbody.kernels.constraints import KINDS
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.solution.doubts import Doubt, status_of
-
-if TYPE_CHECKING:
-    from mbody.solution.solution import Solution
-    from mbody.system.system import System
+from mbody.solution.result import Result
+from mbody.system.system import System
 
 __all__ = ["Certificate", "Certified", "as_said", "changed", "residual_doubts"]
 
 Array = np.ndarray
 T = TypeVar("T")
+R = TypeVar("R", bound=Result)
 
 #: Greatest violation of a constraint, as a part of 1 + the greatest coordinate in model lengths and
 #: radians. Over the gallery, some 250 random and near-singular linkages and chains of 300 links at
@@ -37,7 +36,8 @@ LEFT = 1e-9
 #: each: of the square of the greatest one, as a part of the loads, at most 6e-16 is met, down to
 #: 1e-8 rad from a dead centre.
 ROUNDED = 1e-13
-#: Slower than this part of what forces would make of it, a mechanism stands: its power is rounding.
+#: A mechanism slower than this part of the speed that its forces would give it is at rest: its
+#: power is rounding.
 STILL = 1e-12
 
 
@@ -60,8 +60,8 @@ class Certificate:
 
 
 class Certified(Generic[T]):
-    """A field of a `Solution` that reads as its certificate says; what is assigned to it is what
-    the analysis said.
+    """A field of a `Solution` that is read from its certificate; what is assigned to it is the
+    report of the analysis.
     """
 
     def __init__(self, default: T) -> None:
@@ -73,35 +73,36 @@ class Certified(Generic[T]):
     def __get__(self, solution: Any, owner: type) -> T:
         if solution is None:  # the default of the field
             return self.default
-        held = solution.__dict__
-        if "certificate" not in held:
-            held["certificate"] = _certificate(solution)
-        value: T = getattr(held["certificate"], self.name)
+        fields = solution.__dict__
+        if "certificate" not in fields:
+            fields["certificate"] = _certificate(solution)
+        value: T = getattr(fields["certificate"], self.name)
         return value
 
     def __set__(self, solution: Any, value: T) -> None:
         solution.__dict__.pop("certificate", None)
         if self.name == "status" and str(value).startswith("doubtful:"):
             return  # follows from the doubts; how it ended is what it was
-        solution.__dict__[f"said_{self.name}"] = value
+        solution.__dict__[f"reported_{self.name}"] = value
 
 
-def as_said(solution: Solution) -> Certificate:
-    """What the analysis itself said of a result, without a look at its residuals."""
-    held = solution.__dict__
-    status = held.get("said_status", "completed")
-    return Certificate(status, held["said_doubts"], held["said_notes"])
+def as_said(solution: Result) -> Certificate:
+    """What the analysis itself reported of a result, without computing its residuals."""
+    fields = solution.__dict__
+    status = fields.get("reported_status", "completed")
+    return Certificate(status, fields["reported_doubts"], fields["reported_notes"])
 
 
-def changed(solution: Solution, **parts: Any) -> Solution:
-    """The same solution with other parts, as `dataclasses.replace`, without a look at residuals."""
+def changed(solution: R, **parts: Any) -> R:
+    """The solution with other fields, as `dataclasses.replace`, without computing residuals."""
     said = as_said(solution)
     own = {"status": said.status, "doubts": said.doubts, "notes": said.notes}
-    return replace(solution, **(own | parts))
+    replaced: R = replace(solution, **(own | parts))  # type: ignore[type-var]  # a dataclass
+    return replaced
 
 
-def _certificate(solution: Solution) -> Certificate:
-    """What the analysis said, and what the residuals add to it."""
+def _certificate(solution: Result) -> Certificate:
+    """The report of the analysis, and what the residuals add to it."""
     said = as_said(solution)
     doubts = said.doubts
     if not any(doubt.kind == "residual" for doubt in doubts):
@@ -110,7 +111,7 @@ def _certificate(solution: Solution) -> Certificate:
     return Certificate(status_of(said.status, doubts), doubts, (*said.notes, *added))
 
 
-def residual_doubts(solution: Solution) -> list[Doubt]:
+def residual_doubts(solution: Result) -> list[Doubt]:
     """A doubt for each sort of residual that rounding and condition do not explain, of a batch for
     each design; what is no number is in doubt.
     """
@@ -128,7 +129,7 @@ def residual_doubts(solution: Solution) -> list[Doubt]:
 
 
 def _limits(
-    solution: Solution, parts: Array, design: int
+    solution: Result, parts: Array, design: int
 ) -> Iterator[tuple[str, Array, Array | float]]:
     """Residuals (instants,) in words, and what rounding and condition explain of each."""
     system = solution.system
@@ -146,9 +147,9 @@ def _limits(
         return
     top, flowing = (float(np.nanmax(np.abs(whole), initial=0.0)) for whole in (term, flow))
     known &= np.isfinite(pages).all(axis=1)
-    # forces that are said to be missing are in no balance
-    said = any(doubt.kind == "incomplete" for doubt in as_said(solution).doubts)
-    unknown = 0.0 if said else np.nan
+    # forces that are reported as missing are in no balance
+    reported = any(doubt.kind == "incomplete" for doubt in as_said(solution).doubts)
+    unknown = 0.0 if reported else np.nan
     part = np.where(known, left / (top or 1.0), unknown)
     carried = np.where(known, _carried(system, pages) / (top or 1.0), 0.0)
     yield "{} of the forces are out of balance", part, LEFT + ROUNDED * carried**2
@@ -173,15 +174,15 @@ def _carried(system: System, pages: Array) -> Any:
     return forces.reshape(len(pages), -1).max(axis=1, initial=0.0)
 
 
-def _doubt(solution: Solution, which: str, what: str, size: Array, wrong: Array) -> Doubt:
+def _doubt(solution: Result, which: str, what: str, size: Array, wrong: Array) -> Doubt:
     """The doubt of one residual from its first instant on."""
     t, unit = float(solution.t[wrong[0]]), solution.mechanism.units.time
     bad = size[wrong]
-    told = f"{bad.max():.2g}" if np.isfinite(bad).all() else "an unknown part"
+    worst = f"{bad.max():.2g}" if np.isfinite(bad).all() else "an unknown part"
     many = f"at {len(wrong)} of {len(size)} instants, first " if len(size) > 1 else ""
     return Doubt(
         "residual",
-        f"{which}{what.format(told)} {many}at t = {t:.6g} {unit}, more than rounding explains: do "
+        f"{which}{what.format(worst)} {many}at t = {t:.6g} {unit}, more than rounding explains: do "
         "not rely on the numbers there; check what is near a singular position, and the elements "
         "written in Python",
         t,

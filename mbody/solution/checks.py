@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,22 +15,20 @@ from mbody.model.element import listed
 from mbody.model.joints import Joint
 from mbody.solution.histories import Checks, Reaction
 from mbody.solution.places import reaction_torque
+from mbody.solution.result import Result
 from mbody.system.layout import Work
-
-if TYPE_CHECKING:
-    from mbody.solution.solution import Solution
 
 __all__ = ["breakdown", "checks", "each_load_of", "loaded", "residuals"]
 
 
-def residuals(solution: Solution) -> np.ndarray:
-    """(designs, instants, 5), as `mbody.kernels.residuals` says, of one design too."""
+def residuals(solution: Result) -> np.ndarray:
+    """(designs, instants, 5), see `mbody.kernels.residuals`; of one design too."""
     designs = range(solution.system.batch or 1)
     return np.array([_audited(solution, design) for design in designs])
 
 
-def _audited(solution: Solution, design: int) -> np.ndarray:
-    """The residuals of one design; a driver that has let go constrains nothing from then on."""
+def _audited(solution: Result, design: int) -> np.ndarray:
+    """The residuals of one design; a released driver constrains nothing from then on."""
     drivers, t = solution.system.mechanism.drivers, solution.t
     times = [solution.released.get(driver.name, np.inf) for driver in drivers]
     ends = sorted({time for time in times if time <= t.max(initial=-np.inf)})
@@ -45,7 +43,7 @@ def _audited(solution: Solution, design: int) -> np.ndarray:
     return parts
 
 
-def checks(solution: Solution) -> Checks:
+def checks(solution: Result) -> Checks:
     """Residuals, relative, greatest of all instants, and the balance of energy."""
     constraint, unbalanced, term, power, flow = np.moveaxis(solution.residuals, 2, 0)
     forces, energy = solution.has_forces, solution.energy
@@ -63,19 +61,19 @@ def checks(solution: Solution) -> Checks:
     )
 
 
-def _motion(solution: Solution, design: int) -> np.ndarray:
+def _motion(solution: Result, design: int) -> np.ndarray:
     motion = solution.record.table(slice(0, 3 * solution.system.coordinates))
     return motion[design] if solution.record.batch else motion
 
 
-def loaded(solution: Solution, instant: int) -> Work:
+def loaded(solution: Result, instant: int) -> Work:
     """A workspace at one instant of one design: its motion, its rows, and the sum of all loads on
     the coordinates in `force`.
     """
     return _audit(solution, 0, slice(instant, instant + 1 or None))[1]
 
 
-def each_load_of(solution: Solution, instant: int) -> np.ndarray:
+def each_load_of(solution: Result, instant: int) -> np.ndarray:
     """Force (x, y) at the mass centre and torque of every load on every body at one instant of one
     design: (loads, bodies, 3).
     """
@@ -87,7 +85,7 @@ def each_load_of(solution: Solution, instant: int) -> np.ndarray:
 
 
 def _audit(
-    solution: Solution, design: int, instants: slice = slice(None), gone: Any = ()
+    solution: Result, design: int, instants: slice = slice(None), gone: Any = ()
 ) -> tuple[np.ndarray, Work]:
     """(instants, 5), see `mbody.kernels.residuals`, and the workspace as the last instant left it;
     `gone`: numbers of drivers whose rows are not looked at.
@@ -119,7 +117,7 @@ def _audit(
     return output, work
 
 
-def breakdown(solution: Solution, name: str, on: str | None) -> dict[str, Any]:
+def breakdown(solution: Result, name: str, on: str | None) -> dict[str, Any]:
     """Reactions or efforts that inertia and each load would have alone, by cause."""
     system = solution.system
     if system.batch is not None:
@@ -160,7 +158,7 @@ def breakdown(solution: Solution, name: str, on: str | None) -> dict[str, Any]:
     }
 
 
-def _alone(solution: Solution, joint: Joint, whole: Reaction, rows: np.ndarray) -> Reaction:
+def _alone(solution: Result, joint: Joint, whole: Reaction, rows: np.ndarray) -> Reaction:
     """The part of a whole reaction that is in these rows."""
     sign = 1.0 if whole.on == joint.j.body else -1.0
     primitives = solution.system.primitives_of[joint.name]

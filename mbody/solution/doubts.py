@@ -56,13 +56,13 @@ class Doubt:
         }
 
 
-def as_doubt(told: Mapping[str, Any]) -> Doubt:
+def as_doubt(data: Mapping[str, Any]) -> Doubt:
     """The doubt of which these are the `data`.
 
     >>> as_doubt(Doubt("energy", "the energy grows", 1.0).data()).message
     'the energy grows'
     """
-    return Doubt(told["kind"], told["message"], told["t"], tuple(told["elements"]))
+    return Doubt(data["kind"], data["message"], data["t"], tuple(data["elements"]))
 
 
 def status_of(status: str, doubts: Sequence[Doubt]) -> str:
@@ -83,23 +83,23 @@ def doubted(result: Result, doubts: Iterable[Doubt]) -> Result:
     doubts = list(doubts)
     if not doubts:
         return result
-    held: Any = result
-    known = {(one.kind, one.message) for one in held.doubts}
+    found: Any = result
+    known = {(one.kind, one.message) for one in found.doubts}
     new = [one for one in doubts if (one.kind, one.message) not in known]
     if not new:
         return result
-    every = (*held.doubts, *new)
-    notes = (*held.notes, *(one.message for one in new if one.message not in held.notes))
+    every = (*found.doubts, *new)
+    notes = (*found.notes, *(one.message for one in new if one.message not in found.notes))
     # a result that finds its status by its doubts keeps how it ended
-    ending = getattr(held, "ending", None)
-    status = status_of(held.status, every) if ending is None else ending
-    changed: Result = replace(held, doubts=every, notes=notes, status=status)
+    ending = getattr(found, "ending", None)
+    status = status_of(found.status, every) if ending is None else ending
+    changed: Result = replace(found, doubts=every, notes=notes, status=status)
     return changed
 
 
 def succeeded(status: str) -> bool:
-    """Whether a result of this status is all that was asked for, and sure: completed, or ended by
-    an event that was asked for; neither stopped by the user nor in doubt.
+    """Whether a result of this status is complete and certain: completed, or ended by a requested
+    event; neither stopped by the user nor in doubt.
 
     >>> [succeeded(s) for s in ("completed", "ended: 'x' is zero", "doubtful: …", "stopped: …")]
     [True, True, False, False]
@@ -162,9 +162,9 @@ def inherited(*results: Any, notes: Iterable[str] = ()) -> dict[str, Any]:
     """
     every = [one for result in results for one in getattr(result, "doubts", ())]
     doubts = tuple(dict.fromkeys(every))
-    told = dict.fromkeys((*notes, *(one.message for one in doubts)))
+    messages = dict.fromkeys((*notes, *(one.message for one in doubts)))
     return {
         "status": status_of("completed", doubts),
         "doubts": doubts,
-        "notes": tuple(told),
+        "notes": tuple(messages),
     }

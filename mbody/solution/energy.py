@@ -89,12 +89,12 @@ class Energy:
     def data(self) -> dict[str, Any]:
         """The same as lists, ready for JSON."""
         plain = [f.name for f in fields(self) if f.name != "by"]
-        told: dict[str, Any] = {name: getattr(self, name).tolist() for name in plain}
-        return told | {"by": {name: part.tolist() for name, part in self.by.items()}}
+        data: dict[str, Any] = {name: getattr(self, name).tolist() for name in plain}
+        return data | {"by": {name: part.tolist() for name, part in self.by.items()}}
 
 
 def causes(system: System, stops: Sequence[str] = ()) -> list[str]:
-    """What work is told of: every load, or "loads" of none and of very many; drivers; stops."""
+    """Causes whose work is listed: loads ("loads" for none and very many), drivers, stops."""
     loads = [load.name for load in system.mechanism.loads]
     drivers = [driver.name for driver in system.mechanism.drivers]
     return [*(loads if 0 < len(loads) <= ACCOUNTED else ["loads"]), *drivers, *stops]

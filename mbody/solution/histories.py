@@ -8,13 +8,21 @@ import numpy as np
 
 from mbody.system.read_only import lock
 
-__all__ = ["BodyHistory", "BranchDistance", "Checks", "PointHistory", "Reaction", "Record"]
+__all__ = [
+    "BodyHistory",
+    "BranchDistance",
+    "Checks",
+    "LoadHistory",
+    "PointHistory",
+    "Reaction",
+    "Record",
+]
 
 Array = np.ndarray
 
 
 class Record:
-    """Rows of numbers over instants, as the kernels left them; a history is taken when asked for.
+    """Rows of numbers over instants, as the kernels left them; histories are taken out when read.
 
     Parameters
     ----------
@@ -173,3 +181,42 @@ class Checks:
     virtual_work: float
     energy: float | None = None
     branch: BranchDistance | None = None
+
+
+@dataclass(frozen=True)
+class LoadHistory:
+    """What a load does: its force and torque on body `on`, world axes, and what it goes by; arrays
+    (instants,), of a batch (designs, instants).
+
+    Attributes
+    ----------
+    name, on : str
+        The load, and the body on which it acts; on a body that it acts against (``by``; the ground
+        where there is none) the opposite acts.
+    fx, fy, torque : arrays
+        Force, and torque about the place at which it acts on that body; of what acts on all bodies
+        about the mass centre.
+    force : array
+        Of a spring or damper its tension, positive where it pulls its ends together; of all others
+        the magnitude √(fx² + fy²).
+    length : array or None
+        Distance of the ends of a spring or damper.
+    angle : array or None
+        Angle of the body of a torsion spring or damper from the other one [rad].
+    rate : array or None
+        Rate of that length or angle.
+    """
+
+    name: str
+    on: str
+    by: str
+    fx: Array
+    fy: Array
+    torque: Array
+    force: Array
+    length: Array | None = None
+    angle: Array | None = None
+    rate: Array | None = None
+
+    def __post_init__(self) -> None:
+        lock(self)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -12,13 +11,11 @@ from mbody.kernels.load_breakdown import each_load
 from mbody.model.element import Element, listed
 from mbody.model.loads import CustomLoad, Damper, Load, Spring, TorsionDamper, TorsionSpring
 from mbody.model.loads._base import Turning
+from mbody.solution.histories import LoadHistory
 from mbody.solution.places import column
-from mbody.system.read_only import lock
+from mbody.solution.result import Result
 
-if TYPE_CHECKING:
-    from mbody.solution.solution import Solution
-
-__all__ = ["LoadHistory", "argument", "load_history", "told_of"]
+__all__ = ["argument", "load_history", "quantities_of"]
 
 Array = np.ndarray
 ALONG = (Spring, Damper)
@@ -26,49 +23,10 @@ ABOUT = (TorsionSpring, TorsionDamper)
 FORCES = dict.fromkeys(("fx", "fy", "force"), "force")
 
 
-@dataclass(frozen=True)
-class LoadHistory:
-    """What a load does: its force and torque on body `on`, world axes, and what it goes by; arrays
-    (instants,), of a batch (designs, instants).
-
-    Attributes
-    ----------
-    name, on : str
-        The load, and the body on which it acts; on a body that it acts against (``by``; the ground
-        where there is none) the opposite acts.
-    fx, fy, torque : arrays
-        Force, and torque about the place at which it acts on that body; of what acts on all bodies
-        about the mass centre.
-    force : array
-        Of a spring or damper its tension, positive where it pulls its ends together; of all others
-        the magnitude √(fx² + fy²).
-    length : array or None
-        Distance of the ends of a spring or damper.
-    angle : array or None
-        Angle of the body of a torsion spring or damper from the other one [rad].
-    rate : array or None
-        Rate of that length or angle.
-    """
-
-    name: str
-    on: str
-    by: str
-    fx: Array
-    fy: Array
-    torque: Array
-    force: Array
-    length: Array | None = None
-    angle: Array | None = None
-    rate: Array | None = None
-
-    def __post_init__(self) -> None:
-        lock(self)
-
-
-def told_of(load: Load) -> dict[str, str]:
+def quantities_of(load: Load) -> dict[str, str]:
     """What histories a load has, with the dimension of each; none where it acts on every body.
 
-    >>> told_of(Spring("spring", "ground", "bob", stiffness=1.0))["rate"]
+    >>> quantities_of(Spring("spring", "ground", "bob", stiffness=1.0))["rate"]
     'velocity'
     """
     if isinstance(load, ABOUT):
@@ -82,7 +40,7 @@ def told_of(load: Load) -> dict[str, str]:
 
 def _sides(load: Load) -> dict[str, str | None]:
     """The bodies on which a load acts with the field of its place there, the one last on which its
-    history is told by default; none where it acts on every body.
+    history is given by default; none where it acts on every body.
     """
     places = load.places()
     if isinstance(load, Turning):
@@ -92,7 +50,7 @@ def _sides(load: Load) -> dict[str, str | None]:
     return {places["at"].body: "at"} if "at" in places else {}
 
 
-def load_history(solution: Solution, name: str, on: str | None = None) -> LoadHistory:
+def load_history(solution: Result, name: str, on: str | None = None) -> LoadHistory:
     """The histories of a load; see `Solution.load`."""
     loads = {load.name: load for load in solution.mechanism.loads}
     if not isinstance(name, str) or name not in loads:
@@ -125,7 +83,7 @@ def load_history(solution: Solution, name: str, on: str | None = None) -> LoadHi
     return LoadHistory(name, body, other, fx, fy, torque, force, length, angle, rate)
 
 
-def argument(solution: Solution, element: Element, field: str) -> Array | None:
+def argument(solution: Result, element: Element, field: str) -> Array | None:
     """What a law of an element is evaluated at, over the instants; None where that is not known."""
     of = element.__dataclass_fields__[field].metadata["of"]
     if of == "time":
@@ -141,7 +99,7 @@ def argument(solution: Solution, element: Element, field: str) -> Array | None:
     return None
 
 
-def argument_rate(solution: Solution, element: Element, field: str) -> Array | None:
+def argument_rate(solution: Result, element: Element, field: str) -> Array | None:
     """Rate of `argument`; None where that is not known."""
     if isinstance(element, Spring):
         return _stretched(solution, element)[1]
@@ -150,12 +108,12 @@ def argument_rate(solution: Solution, element: Element, field: str) -> Array | N
     return None
 
 
-def _own(solution: Solution, element: Element, key: str) -> Any:
+def _own(solution: Result, element: Element, key: str) -> Any:
     """A number of an element, a column of designs in a batch."""
     return column(solution.system.values[f"{element.name}.{key}"])
 
 
-def _on_all(solution: Solution, load: Load, on: str | None) -> LoadHistory:
+def _on_all(solution: Result, load: Load, on: str | None) -> LoadHistory:
     bodies = [body.name for body in solution.mechanism.bodies]
     if on not in bodies:
         raise ModelError(
@@ -167,7 +125,7 @@ def _on_all(solution: Solution, load: Load, on: str | None) -> LoadHistory:
     return LoadHistory(load.name, str(on), "ground", fx, fy, torque, np.hypot(fx, fy))
 
 
-def _forces(solution: Solution, load: Load, body: str) -> tuple[Array, Array, Array]:
+def _forces(solution: Result, load: Load, body: str) -> tuple[Array, Array, Array]:
     """Force and torque about the mass centre on a moving body, as the kernels have them."""
     system = solution.system
     n = 3 * system.coordinates
@@ -188,7 +146,7 @@ def _forces(solution: Solution, load: Load, body: str) -> tuple[Array, Array, Ar
 
 
 def _moved(
-    solution: Solution, load: Load, torque: Array, fx: Array, fy: Array, body: str, side: str | None
+    solution: Result, load: Load, torque: Array, fx: Array, fy: Array, body: str, side: str | None
 ) -> Array:
     """A torque about the mass centre of a body, as one about a place of the load."""
     if side is None:
@@ -198,7 +156,7 @@ def _moved(
     return torque - ((x - centre.x) * fy - (y - centre.y) * fx)
 
 
-def _end(solution: Solution, load: Load, side: str) -> tuple[Array, Array, Array, Array]:
+def _end(solution: Result, load: Load, side: str) -> tuple[Array, Array, Array, Array]:
     """World place of an end, and its velocity."""
     body = solution[load.place(side).body]
     ax, ay = (column(part) for part in solution.system.numbers.arm(load, side))
@@ -207,7 +165,7 @@ def _end(solution: Solution, load: Load, side: str) -> tuple[Array, Array, Array
     return body.x + px, body.y + py, body.vx - body.omega * py, body.vy + body.omega * px
 
 
-def _stretched(solution: Solution, load: Load) -> tuple[Array, Array, tuple[Array, Array]]:
+def _stretched(solution: Result, load: Load) -> tuple[Array, Array, tuple[Array, Array]]:
     """Distance of both ends, its rate, and the direction from i to j."""
     (ix, iy, ivx, ivy), (jx, jy, jvx, jvy) = (_end(solution, load, side) for side in "ij")
     dx, dy = jx - ix, jy - iy
@@ -217,7 +175,7 @@ def _stretched(solution: Solution, load: Load) -> tuple[Array, Array, tuple[Arra
     return length, ux * (jvx - ivx) + uy * (jvy - ivy), (ux, uy)
 
 
-def _turned(solution: Solution, load: Turning) -> tuple[Array, Array]:
+def _turned(solution: Result, load: Turning) -> tuple[Array, Array]:
     """Angle of a body from the one that carries the opposite torque, and its rate."""
     body, by = solution[load.body], solution[load.by]
     return body.angle - by.angle, body.omega - by.omega

@@ -28,12 +28,12 @@ from mbody.quantities import (
     parse_unit,
 )
 from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, dimension_of
-from mbody.solution.load_histories import told_of
-from mbody.solution.solution import Solution
+from mbody.solution.load_histories import quantities_of
+from mbody.solution.result import Result
 
 __all__ = ["check_measure", "checked_sides", "found_by", "measured", "sides"]
 
-#: What can be asked of a body, with its dimension; of a point all but the angles.
+#: What can be measured of a body, with its dimension; of a point all but the angles.
 MOTION = {
     **dict.fromkeys(("x", "y"), "length"),
     **dict.fromkeys(("vx", "vy"), "velocity"),
@@ -47,12 +47,12 @@ TORQUES = {"effort": "torque", "power": "power"} | {key: of[0] for key, of in DR
 PUSHES = {"effort": "force", "power": "power"} | {key: of[1] for key, of in DRIVEN.items()}
 
 
-def measured(solution: Solution, measure: Measure | str) -> tuple[np.ndarray, Dimension, str]:
+def measured(solution: Result, measure: Measure | str) -> tuple[np.ndarray, Dimension, str]:
     """History of a quantity, its dimension and the unit that it is in.
 
     Parameters
     ----------
-    solution : Solution
+    solution : Result
         Of any analysis; forces only of one that finds them.
     measure : Measure or str
         Such as ``"coupler.P.y - ground.O2.y"``: of bodies x, y, angle, their rates vx, vy, omega
@@ -79,14 +79,14 @@ def measured(solution: Solution, measure: Measure | str) -> tuple[np.ndarray, Di
     >>> round(float(values[0]), 6), unit
     (2.872281, 'm')
     """
-    asked = measure if isinstance(measure, Measure) else Measure(measure)
+    wanted = measure if isinstance(measure, Measure) else Measure(measure)
     names = _Histories(solution.mechanism, lambda *name: _history(solution, *name))
     names["t"] = Valued(solution.t, DIMENSIONS["time"])
     for name in solution.mechanism.parameters:
         # as the system has it, a column where it differs between designs
         own = np.asarray(solution.system.values[name])
         names[name] = replace(names[name], value=own[:, None] if own.ndim else own[()])
-    value, dimension, unit = _valued(asked, names)
+    value, dimension, unit = _valued(wanted, names)
     shape = solution.t.shape
     if solution.record.batch:
         shape = (solution.record.count, *shape)
@@ -105,7 +105,7 @@ def check_measure(mechanism: Mechanism, measure: Measure) -> str:
     return _valued(measure, _Histories(mechanism, lambda *name: 1.0))[2]
 
 
-def sides(solution: Solution, left: str, right: str) -> tuple[np.ndarray, np.ndarray]:
+def sides(solution: Result, left: str, right: str) -> tuple[np.ndarray, np.ndarray]:
     """Histories of both sides of a relation between quantities that `checked_sides` let pass."""
     return measured(solution, left)[0], measured(solution, right)[0]
 
@@ -146,7 +146,7 @@ def _is_zero(text: str) -> bool:
         return False
 
 
-def found_by(solution: Solution, measure: Measure) -> bool:
+def found_by(solution: Result, measure: Measure) -> bool:
     """Whether the analysis found what a measure is made of; kinematics finds no forces."""
     if solution.has_forces:
         return True
@@ -160,32 +160,32 @@ def found_by(solution: Solution, measure: Measure) -> bool:
     return True
 
 
-def _valued(asked: Measure, names: _Histories) -> tuple[Any, Dimension, str]:
+def _valued(measure: Measure, names: _Histories) -> tuple[Any, Dimension, str]:
     """Value of a measure, its dimension and its unit."""
     scope = Scope(names.mechanism.units, names)
     try:
-        tree = parse(asked.of)
+        tree = parse(measure.of)
         for name in sorted(tree.names):
             if name in names.mechanism and names.get(name) is None and scope.unit(name) is None:
                 raise FormulaError(f"'{name}' has many histories: name one, as in '{name}.x'")
         found = evaluate(tree, scope, with_units=True)
         dimension = found.dimension or NUMBER
-        if not asked.unit:
+        if not measure.unit:
             return found.value, dimension, scope.system.of(dimension)
-        one = evaluate(parse_unit(asked.unit), scope)
+        one = evaluate(parse_unit(measure.unit), scope)
         if not 0.0 < one.value < np.inf:
-            raise FormulaError(f"'{asked.unit}' is no unit")
+            raise FormulaError(f"'{measure.unit}' is no unit")
         if one.dimension is None or one.dimension.mechanical != dimension.mechanical:
             raise FormulaError(
-                f"it is {dimension_text(dimension)}, which '{asked.unit}' does not measure"
+                f"it is {dimension_text(dimension)}, which '{measure.unit}' does not measure"
             )
-        return found.value / one.value, dimension, asked.unit
+        return found.value / one.value, dimension, measure.unit
     except FormulaError as error:
-        raise ModelError(f"measure {asked.of!r}: {error}") from None
+        raise ModelError(f"measure {measure.of!r}: {error}") from None
 
 
 class _Histories(dict[str, Valued]):
-    """Names in a measure: parameters, time, and the histories that are asked for."""
+    """Names in a measure: parameters, time, and histories by name."""
 
     def __init__(self, mechanism: Mechanism, history: Callable[[str, str], Any]) -> None:
         super().__init__(mechanism.scope.names)
@@ -213,8 +213,8 @@ def _dimension(mechanism: Mechanism, owner: str, key: str) -> Dimension:
         case Body(points=points):
             known = MOTION if point else MOTION | TURNING
             if point and point != ORIGIN and point not in points:
-                told_points = listed(points)
-                raise FormulaError(f"'{element}' has no point '{point}' (it has: {told_points})")
+                known_points = listed(points)
+                raise FormulaError(f"'{element}' has no point '{point}' (it has: {known_points})")
         case _ if point:
             raise FormulaError(f"there is no body '{element}' (there are: {_bodies(mechanism)})")
         case Joint():
@@ -225,7 +225,7 @@ def _dimension(mechanism: Mechanism, owner: str, key: str) -> Dimension:
             known = {"effort": "torque" if rows == "a" else "force"}
         case load:
             assert isinstance(load, Load)
-            known = told_of(load)
+            known = quantities_of(load)
             if not known:
                 raise FormulaError(
                     f"'{element}' acts on every body, it has no history of its own: measure what "
@@ -240,7 +240,7 @@ def _bodies(mechanism: Mechanism) -> str:
     return listed(["ground", *(body.name for body in mechanism.bodies)])
 
 
-def _history(run: Solution, owner: str, key: str) -> np.ndarray:
+def _history(run: Result, owner: str, key: str) -> np.ndarray:
     """The history of a body, a point, a joint, a load or a driver."""
     element, _, point = owner.partition(".")
     if point:

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from mbody.errors import ModelError
 from mbody.model.element import Marker
+from mbody.solution.result import Result
 from mbody.system.read_only import lock
-
-if TYPE_CHECKING:
-    from mbody.solution.solution import Solution
 
 __all__ = ["Momentum", "momentum"]
 
@@ -45,17 +43,17 @@ class Momentum:
         lock(self)
 
 
-def momentum(run: Solution, about: Any = (0.0, 0.0)) -> Momentum:
+def momentum(run: Result, about: Any = (0.0, 0.0)) -> Momentum:
     """Linear and angular momentum of all bodies of a solution (impulse, moment of momentum).
 
     p = Σ m v,  L = Σ [(r_G − o) × m v + I ω]
 
     Parameters
     ----------
-    run : Solution
+    run : Result
         Of an analysis that finds velocities.
     about : (x, y), Marker or str, optional
-        The place o that the angular momentum is about: one that stands still, by default the
+        The place o that the angular momentum is about: one at rest, by default the
         origin; or a place on a body, such as ``"crank.A"``, where it is at each instant.
 
     Returns
@@ -102,7 +100,7 @@ def momentum(run: Solution, about: Any = (0.0, 0.0)) -> Momentum:
     return Momentum(x, y, angular, whole, centre)
 
 
-def _place(run: Solution, about: Any) -> tuple[Any, Any]:
+def _place(run: Result, about: Any) -> tuple[Any, Any]:
     """Where the place is: numbers, or arrays over the instants."""
     if isinstance(about, str | Marker):
         at = run.point(about)

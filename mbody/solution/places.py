@@ -1,21 +1,18 @@
-"""Where ends of elements and link axes are in a solution, and where forces are told.
+"""Where ends of elements and link axes are in a solution, and where reactions act.
 
-Histories are arrays (instants,), of a batch (designs, instants); numbers of a batch stand beside
-them as columns.
+Histories are arrays (instants,), of a batch (designs, instants); numbers of a batch are
+columns beside them.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from mbody.model.element import Marker
+from mbody.model.element import Element, Marker, Numbers
 from mbody.model.joints import Joint
-
-if TYPE_CHECKING:
-    from mbody.model.element import Element, Numbers
-    from mbody.solution.solution import Solution
+from mbody.solution.result import Result
 
 __all__ = ["column", "ends", "link_poses", "place", "reaction_point", "reaction_torque"]
 
@@ -38,7 +35,7 @@ def column(value: Any) -> Any:
     return array[:, None] if array.ndim else array
 
 
-def place(solution: Solution, element: Element, side: str) -> tuple[Array, Array]:
+def place(solution: Result, element: Element, side: str) -> tuple[Array, Array]:
     """History of the world place of an end, ``"i"`` or ``"j"``."""
     body = solution[getattr(element, side).body]
     ax, ay = (column(part) for part in solution.system.numbers.arm(element, side))
@@ -46,7 +43,7 @@ def place(solution: Solution, element: Element, side: str) -> tuple[Array, Array
     return body.x + c * ax - s * ay, body.y + s * ax + c * ay
 
 
-def ends(solution: Solution, element: Element) -> tuple[Any, Any, Any, Any]:
+def ends(solution: Result, element: Element) -> tuple[Any, Any, Any, Any]:
     """Numbers, the way from the place on i to that on j, and the directions of both markers."""
     at = solution.system.numbers
     (ix, iy), (jx, jy) = place(solution, element, "i"), place(solution, element, "j")
@@ -57,14 +54,14 @@ def ends(solution: Solution, element: Element) -> tuple[Any, Any, Any, Any]:
     return _Columns(at), (jx - ix, jy - iy), *angles
 
 
-def reaction_point(solution: Solution, element: Element) -> tuple[Array, Array]:
-    """Where the force of an element is told: its place on j, or the point of contact."""
+def reaction_point(solution: Result, element: Element) -> tuple[Array, Array]:
+    """Where the force of an element acts: its place on j, or the point of contact."""
     x, y = place(solution, element, "j")
     offset = _offset(solution, element) if isinstance(element, Joint) else None
     return (x, y) if offset is None else (x + offset[0], y + offset[1])
 
 
-def link_poses(solution: Solution) -> dict[str, tuple[float, float, float]]:
+def link_poses(solution: Result) -> dict[str, tuple[float, float, float]]:
     """(x, y, angle) of the link axes of every body at the last instant."""
     found = {}
     for body in solution.mechanism.bodies:
@@ -74,14 +71,14 @@ def link_poses(solution: Solution) -> dict[str, tuple[float, float, float]]:
     return found
 
 
-def reaction_torque(solution: Solution, joint: Joint, fx: Array, fy: Array, torque: Array) -> Array:
-    """Torque of a reaction about the point where it is told, of that about the place on j."""
+def reaction_torque(solution: Result, joint: Joint, fx: Array, fy: Array, torque: Array) -> Array:
+    """Torque of a reaction about its reaction point, from that about the place on j."""
     offset = _offset(solution, joint)
     return torque if offset is None else torque - (offset[0] * fy - offset[1] * fx)
 
 
-def _offset(solution: Solution, joint: Joint) -> Any:
-    """From a joint's place on j to where its reaction is told; None for that place itself."""
+def _offset(solution: Result, joint: Joint) -> Any:
+    """From a joint's place on j to its reaction point; None for that place itself."""
     if type(joint).reaction_point is Joint.reaction_point:
         return None
     return joint.reaction_point(*ends(solution, joint))

@@ -38,7 +38,7 @@ class Restart:
     own : tuple of arrays
         What the method itself carries on.
     released : tuple of str
-        Drivers that have let go.
+        Released drivers.
     """
 
     way: Way

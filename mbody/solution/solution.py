@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from mbody.errors import ModelError
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.model.coupling import Coupling
 from mbody.model.element import Marker, as_marker, listed
-from mbody.model.event import EventRecord
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import varied
@@ -21,23 +20,25 @@ from mbody.solution.certificate import Certified, as_said, changed
 from mbody.solution.checks import breakdown, checks, residuals
 from mbody.solution.doubts import Doubt
 from mbody.solution.energy import Energy
+from mbody.solution.event_record import EventRecord
+from mbody.solution.force_equations import Equations
 from mbody.solution.histories import (
     BodyHistory,
     BranchDistance,
     Checks,
+    LoadHistory,
     PointHistory,
     Reaction,
     Record,
 )
-from mbody.solution.load_histories import LoadHistory, load_history
+from mbody.solution.load_histories import load_history
+from mbody.solution.measures import measured
 from mbody.solution.momentum import Momentum, momentum
 from mbody.solution.places import column, ends, reaction_point, reaction_torque
+from mbody.solution.presentation import present
 from mbody.solution.restart import Restart
 from mbody.system.read_only import locked
 from mbody.system.system import System
-
-if TYPE_CHECKING:
-    from mbody.sheets.equations import Equations
 
 __all__ = ["Solution", "as_solution"]
 
@@ -105,14 +106,14 @@ class Solution:
                 "analyse one of them, system.design(n)"
             )
         index = np.asarray(instants, dtype=np.int64)
-        rows, said = self.record.table(slice(None))[index], as_said(self)
+        rows, report = self.record.table(slice(None))[index], as_said(self)
         last = float(self.t[index].max(initial=-np.inf))
-        gone = [one for one in said.doubts if one.t is not None and one.t > last]
+        gone = [one for one in report.doubts if one.t is not None and one.t > last]
         messages = {one.message for one in gone}
         return changed(
             self,
-            doubts=tuple(one for one in said.doubts if one not in gone),
-            notes=tuple(note for note in said.notes if note not in messages),
+            doubts=tuple(one for one in report.doubts if one not in gone),
+            notes=tuple(note for note in report.notes if note not in messages),
             t=self.t[index],
             record=Record([np.ascontiguousarray(rows[:, :, None])], len(index), batch=False),
             given=None if self.given is None else self.given[index],
@@ -220,7 +221,7 @@ class Solution:
         return Reaction(joint, j, i, fx, fy, torque, unique)
 
     def reaction_point(self, joint: str) -> tuple[Array, Array]:
-        """Where the reaction of a joint, or the force of a driver of a length, is told: its place
+        """Where the reaction of a joint, or the force of a driver of a length, acts: its place
         on j, or the point of contact; world axes, arrays (instants,).
 
         Raises
@@ -391,8 +392,6 @@ class Solution:
         `Measure`, or a formula of histories such as ``"coupler.P.y - rocker.y"``; angles in rad
         where no unit is given.
         """
-        from mbody.solution.measures import measured
-
         return measured(self, self.mechanism.measures.get(of, of))[0]
 
     def inertia(self, body: str) -> tuple[Array, Array, Array]:
@@ -433,32 +432,26 @@ class Solution:
 
     def equations(self, instant: int = 0) -> Equations:
         """The system of force equations of one instant, as arrays; ``print`` shows its numbers."""
-        from mbody.sheets.equations import system_of_equations
-
-        return system_of_equations(self, instant)
+        found: Equations = present("equations", self, instant)
+        return found
 
     def columns(self) -> dict[str, Array]:
         """All histories by column name, such as ``"crank.omega [rad/s]"``, for tables and files.
 
         Names say the unit; the first column is time. Only of one design, not of a batch.
         """
-        from mbody.files.tables import columns
-
-        return columns(self)
+        found: dict[str, Array] = present("columns", self)
+        return found
 
     def to_dataframe(self) -> Any:
-        """The columns as a pandas DataFrame; pandas is asked for only here."""
-        from mbody.files.tables import dataframe
-
-        return dataframe(self)
+        """The columns as a pandas DataFrame; pandas is needed only here."""
+        return present("dataframe", self)
 
     def to_csv(self, path: Any, angle: str = "rad") -> None:
         """Write the columns as comma-separated values, numbers in full precision, angles in
         ``"rad"`` or ``"deg"``.
         """
-        from mbody.files.tables import write_csv
-
-        write_csv(self, path, angle)
+        present("csv", self, path, angle)
 
     def data(self, angle: str = "deg") -> dict[str, Any]:
         """The whole result as plain lists and texts, in the form that ``mbody … --json`` prints.
@@ -468,26 +461,19 @@ class Solution:
         angle : str
             Unit of angles, ``"deg"`` or ``"rad"``; rates are in rad always.
         """
-        from mbody.files.results import data
-
-        return data(self, angle)
+        found: dict[str, Any] = present("data", self, angle)
+        return found
 
     def to_json(self, path: Any) -> None:
         """Write `data` to a file."""
-        from mbody.files.results import write_json
-
-        write_json(self, path)
+        present("json", self, path)
 
     def to_npz(self, path: Any) -> None:
         """Write the columns as arrays of NumPy's own format; ``np.load`` reads them by name."""
-        from mbody.files.results import write_npz
-
-        write_npz(self, path)
+        present("npz", self, path)
 
     def __iter__(self) -> Iterator[str]:
         return iter(body.name for body in self.mechanism.bodies)
 
     def __str__(self) -> str:
-        from mbody.sheets.instant import sheet
-
-        return sheet(self)
+        return str(present("sheet", self))

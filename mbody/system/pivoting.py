@@ -15,7 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from mbody.compiler.lanes import aligned
-from mbody.kernels.constraints import FACE, ROLLER
+from mbody.kernels.constraints import BY_DIRECTION
 from mbody.kernels.square_lu import Square
 from mbody.system.assur_groups import diagonal_blocks
 from mbody.system.layout import Layout, Work, integers
@@ -90,9 +90,7 @@ def _entries(
     """By (row, column): place in the blocks, value, whether it is constant."""
     found = {}
     # what stands still in a dwell of a cam does not elsewhere
-    pieces = set(
-        L.primitive_node[(L.primitive_kind == ROLLER) | (L.primitive_kind == FACE)].tolist()
-    )
+    pieces = set(L.primitive_node[np.isin(L.primitive_kind, BY_DIRECTION)].tolist())
     number = {int(row): n for n, row in enumerate(rows)}
     for k in range(L.nodes):
         for row in range(2):

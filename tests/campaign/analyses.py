@@ -12,7 +12,8 @@ import numpy as np
 
 import mbody
 from mbody import Mechanism, ModelError, SolveError
-from tests.campaign.linkage import Linkage, random_linkage
+from tests.campaign.drawing import random_linkage
+from tests.campaign.linkage import Linkage
 from tests.campaign.loads import Acting, random_loads
 
 __all__ = ["ANALYSES", "Finding", "examine"]

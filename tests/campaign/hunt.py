@@ -15,7 +15,7 @@ from typing import Any
 
 import mbody
 from tests.campaign.analyses import ANALYSES, Finding, examine
-from tests.campaign.linkage import random_linkage
+from tests.campaign.drawing import random_linkage
 
 __all__ = ["Tally", "hunt"]
 

@@ -7,7 +7,8 @@ import numpy as np
 from mbody.analysis.driven.lanes import closed_poses, in_all_lanes, with_middle
 from mbody.analysis.driven.runner import Runner, Stuck
 from mbody.analysis.driven.time_grid import BY_INSTANT, Plan
-from mbody.analysis.position.assembly_analysis import Closed, check_determined, closed, rounding
+from mbody.analysis.position.assembly_analysis import check_determined, closed, rounding
+from mbody.analysis.position.closed_position import Closed
 from mbody.analysis.position.whole_turns import by_springs
 from mbody.compiler.lanes import LANES
 from mbody.errors import SolveError

@@ -12,7 +12,8 @@ import numpy as np
 
 from mbody.analysis.driven.runner import Runner, Stuck
 from mbody.analysis.driven.time_grid import BY_DRIVER, BY_TIME, Plan
-from mbody.analysis.position.assembly_analysis import Closed, check_determined, closed
+from mbody.analysis.position.assembly_analysis import check_determined, closed
+from mbody.analysis.position.closed_position import Closed
 from mbody.errors import SolveError
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.solution.certificate import as_said, changed

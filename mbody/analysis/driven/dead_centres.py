@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.position.assembly_analysis import Closed, drivers
+from mbody.analysis.position.assembly_analysis import drivers
+from mbody.analysis.position.closed_position import Closed
 from mbody.errors import SolveError
 from mbody.kernels.continuation import DONE, LOST, follow
 from mbody.kernels.output import PER_PRIMITIVE

@@ -14,7 +14,8 @@ from mbody.analysis.driven.change_points import through_change_points
 from mbody.analysis.driven.dead_centres import DeadCentre, with_ends
 from mbody.analysis.driven.runner import Runner, Stuck
 from mbody.analysis.driven.time_grid import BY_DRIVER, BY_TIME, Plan, by_time, plan
-from mbody.analysis.position.assembly_analysis import Closed, as_system, check_determined, closed
+from mbody.analysis.position.assembly_analysis import as_system, check_determined, closed
+from mbody.analysis.position.closed_position import Closed
 from mbody.errors import ModelError, ModelWarning, SolveError
 from mbody.model.mechanism import Mechanism
 from mbody.solution.certificate import as_said, changed

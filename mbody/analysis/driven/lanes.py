@@ -14,7 +14,8 @@ import numpy as np
 
 from mbody.analysis.driven.runner import Runner
 from mbody.analysis.driven.time_grid import BY_DRIVER, BY_INSTANT, Plan
-from mbody.analysis.position.assembly_analysis import SUSPICIOUS, Closed, rounding
+from mbody.analysis.position.assembly_analysis import SUSPICIOUS, rounding
+from mbody.analysis.position.closed_position import Closed
 from mbody.compiler.lanes import LANES, aligned
 from mbody.kernels.continuation_lanes import march_designs
 from mbody.kernels.loop_closure import close_designs

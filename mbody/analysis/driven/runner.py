@@ -21,7 +21,8 @@ from mbody.analysis.driven.time_grid import (
     check_laws,
 )
 from mbody.analysis.driven.uniqueness import open_reactions, told_open
-from mbody.analysis.position.assembly_analysis import Closed, drivers, raise_user_error
+from mbody.analysis.position.assembly_analysis import drivers, raise_user_error
+from mbody.analysis.position.closed_position import Closed
 from mbody.analysis.position.vanishing_distances import vanishing
 from mbody.compiler.lanes import LANES
 from mbody.errors import SolveError

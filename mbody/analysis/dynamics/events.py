@@ -31,7 +31,8 @@ from mbody.analysis.dynamics.zero_crossings import between, refined
 from mbody.analysis.initial.initial_state import watched
 from mbody.errors import SolveError
 from mbody.kernels.step_state import DONE, FREEST, MET, MORE, NEAR, NEXT, SLOPES, TIME
-from mbody.model.event import Event, EventRecord, Stop
+from mbody.model.event import Event, Stop
+from mbody.solution.event_record import EventRecord
 from mbody.solution.histories import Record
 from mbody.solution.measures import check_measure
 from mbody.solution.restart import Way

@@ -43,11 +43,11 @@ from mbody.kernels.step_state import (
     TANGENTS,
     TIME,
 )
-from mbody.model.event import EventRecord
 from mbody.model.simulation import EVEN
 from mbody.solution.certificate import as_said, changed
 from mbody.solution.doubts import doubted
 from mbody.solution.energy import account, causes
+from mbody.solution.event_record import EventRecord
 from mbody.solution.histories import Record
 from mbody.solution.restart import Restart, Way
 from mbody.solution.solution import Solution

@@ -21,6 +21,7 @@ from mbody.model.mechanism import Mechanism
 from mbody.quantities.units import UnitSystem
 from mbody.solution.doubts import Doubt, doubted
 from mbody.solution.histories import BodyHistory, Reaction, Record
+from mbody.solution.presentation import present
 from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble, with_numbers_of
 from mbody.system.rank import DENSE, too_large
@@ -143,9 +144,7 @@ class Equilibria:
         }
 
     def __str__(self) -> str:
-        from mbody.sheets.equilibrium import sheet
-
-        return sheet(self)
+        return str(present("sheet", self))
 
 
 def equilibrium(

@@ -23,6 +23,7 @@ from mbody.errors import ModelError, SolveError
 from mbody.model.mechanism import Mechanism
 from mbody.solution.doubts import Doubt, Inherited, certificate, doubted
 from mbody.solution.histories import BodyHistory, PointHistory, Reaction, Record
+from mbody.solution.presentation import present
 from mbody.solution.solution import Solution
 from mbody.system.read_only import lock
 from mbody.system.system import System
@@ -135,9 +136,7 @@ class EquilibriumCurve(Inherited):
         }
 
     def __str__(self) -> str:
-        from mbody.sheets.equilibrium import curve_sheet
-
-        return curve_sheet(self)
+        return str(present("sheet", self))
 
 
 def _flat(history: History) -> History:

@@ -12,12 +12,14 @@ import numpy as np
 
 from mbody.analysis.driven.time_grid import plan
 from mbody.analysis.freedom.free_motions import FreeMotion, components, free_motions
-from mbody.analysis.position.assembly_analysis import DEAD, Closed, as_system, closed
+from mbody.analysis.position.assembly_analysis import DEAD, as_system, closed
+from mbody.analysis.position.closed_position import Closed
 from mbody.errors import ModelError
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.remarks import remarks
 from mbody.quantities.units import UnitSystem
+from mbody.solution.presentation import present
 from mbody.system.layout import Work
 from mbody.system.rank import DENSE, Rank, dense, rank_of, too_large
 from mbody.system.system import System
@@ -138,9 +140,7 @@ class Mobility:
         return plain
 
     def __str__(self) -> str:
-        from mbody.sheets.mobility import sheet
-
-        return sheet(self)
+        return str(present("sheet", self))
 
 
 def mobility(

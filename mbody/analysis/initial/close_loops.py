@@ -9,7 +9,8 @@ import numpy as np
 
 from mbody.analysis.driven.time_grid import plan
 from mbody.analysis.initial.initial_velocities import branch_rates, no_velocities
-from mbody.analysis.position.assembly_analysis import Closed, as_system, closed, raise_user_error
+from mbody.analysis.position.assembly_analysis import as_system, closed, raise_user_error
+from mbody.analysis.position.closed_position import Closed
 from mbody.analysis.singular.branch_sentences import Rate
 from mbody.analysis.singular.branches import BESIDE
 from mbody.analysis.singular.singular_positions import SUSPECT, Singular, singular

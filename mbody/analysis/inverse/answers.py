@@ -8,6 +8,7 @@ from typing import Any
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import Question
 from mbody.solution.doubts import Doubt
+from mbody.solution.presentation import present
 from mbody.solution.solution import Solution
 from mbody.system.read_only import lock
 
@@ -85,11 +86,8 @@ class Answer:
 
     def data(self, angle: str = "deg") -> dict[str, Any]:
         """The solutions as plain dicts, ready for JSON."""
-        from mbody.sheets.answers import answer_data
-
-        return answer_data(self, angle)
+        found: dict[str, Any] = present("data", self, angle)
+        return found
 
     def __str__(self) -> str:
-        from mbody.sheets.answers import sheet
-
-        return sheet(self)
+        return str(present("sheet", self))

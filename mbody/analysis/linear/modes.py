@@ -17,6 +17,7 @@ from mbody.errors import ModelError, SolveError
 from mbody.model.mechanism import Mechanism
 from mbody.quantities.units import UnitSystem
 from mbody.solution.doubts import Inherited, certificate, inherited
+from mbody.solution.presentation import present
 from mbody.solution.solution import Solution
 from mbody.system.read_only import lock
 from mbody.system.system import System
@@ -183,9 +184,7 @@ class Modes(Inherited):
         }
 
     def __str__(self) -> str:
-        from mbody.sheets.modes import sheet
-
-        return sheet(self)
+        return str(present("sheet", self))
 
 
 def modes(

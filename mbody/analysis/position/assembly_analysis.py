@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
+from mbody.analysis.position.closed_position import Closed
 from mbody.analysis.position.initial_guess import placed
 from mbody.analysis.position.joint_places import direction, place
 from mbody.analysis.position.misclosure import explain_gap, refuse_near_redundant, violations
@@ -25,13 +25,12 @@ from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
 from mbody.system.assembler import assemble
 from mbody.system.layout import Work
-from mbody.system.rank import Rank, dense, rank_of, too_large
+from mbody.system.rank import dense, rank_of, too_large
 from mbody.system.system import System
 
 __all__ = [
     "MISFIT",
     "SOFT",
-    "Closed",
     "as_system",
     "check_determined",
     "closed",
@@ -61,34 +60,6 @@ MISFIT = 1e-6
 NEAR = 0.2
 #: Points that a sentence names.
 NAMED = 3
-
-
-@dataclass
-class Closed:
-    """A closed position with what was found on the way.
-
-    Attributes
-    ----------
-    work : Work
-        Workspace at the position, its factor valid.
-    soft : float
-        Proximal term for the rows: zero unless some are redundant.
-    ratio : float
-        Least pivot as a part of its diagonal.
-    straight : bool
-        Whether the way from the guess led straight there, without a singular position.
-    rank : Rank or None
-        Rank report, where one was made.
-    notes : list of str
-        Sentences for the user.
-    """
-
-    work: Work
-    soft: float = 0.0
-    ratio: float = 1.0
-    straight: bool = True
-    rank: Rank | None = None
-    notes: list[str] = field(default_factory=list)
 
 
 def as_system(model: Mechanism | System) -> System:

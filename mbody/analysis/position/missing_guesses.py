@@ -14,7 +14,7 @@ from mbody.model.element import wrapped
 from mbody.system.system import System
 
 if TYPE_CHECKING:
-    from mbody.analysis.position.assembly_analysis import Closed
+    from mbody.analysis.position.closed_position import Closed
 
 __all__ = ["nearest_to_guesses"]
 

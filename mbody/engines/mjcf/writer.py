@@ -125,10 +125,10 @@ class MjcfWriter:
         notes = list(elements.notes)
         if self.document.stand_ins:
             notes.append(
-                f"{', '.join(repr(one) for one in self.document.stand_ins)}: without mass or inertia; "
-                f"the file has very small ones ({STAND_IN:g} of the greatest, {POINT:g} for point "
-                "masses), since MuJoCo cannot move a massless body; where loads act on these alone "
-                "its steps are unstable: give them masses before the file is run freely"
+                f"{', '.join(repr(one) for one in self.document.stand_ins)}: without mass or "
+                f"inertia; the file has very small ones ({STAND_IN:g} of the greatest, {POINT:g} "
+                "for point masses), since MuJoCo cannot move a massless body; where loads act on "
+                "these alone its steps are unstable: give them masses before the file is run freely"
             )
         return Exported(
             text="",

@@ -258,8 +258,8 @@ class _PinocchioCheck:
                 (LOCAL + MARGIN * integrated.growth * both) * unit / comparison.top(kind)
             )
             self.reasons[kind] = (
-                f"errors of both (energy {error:.1e}, loops {integrated.gap:.1e}), which the motion "
-                f"makes {integrated.growth.max(initial=0.0):.3g} times as great"
+                f"errors of both (energy {error:.1e}, loops {integrated.gap:.1e}), which the "
+                f"motion makes {integrated.growth.max(initial=0.0):.3g} times as great"
             )
 
     def _forward(self, good: list[int], found: list[tuple[Instant, Forces]]) -> None:

@@ -23,12 +23,14 @@ def _word(name: str) -> str:
 
 
 def _elements(module: Any, base: type[Element], ending: str = "") -> dict[str, type[Element]]:
-    classes = [c for c in map(vars(module).get, module.__all__) if isinstance(c, type)]
-    return {
+    """Classes of elements by their word, in its alphabetical order."""
+    classes = [cls for cls in vars(module).values() if isinstance(cls, type)]
+    found = {
         _word(cls.__name__.removesuffix(ending)): cls
         for cls in classes
         if issubclass(cls, base) and cls is not base and not cls.__name__.startswith("Custom")
     }
+    return dict(sorted(found.items()))
 
 
 #: Kinds of elements by section of a file.

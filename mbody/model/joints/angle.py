@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from mbody.compiler.jit import inline
+from mbody.model.primitives import constraint_physics
 
 __all__ = ["angle"]
 
 
+@constraint_physics()
 @inline
 def angle(i, j, p, f):
     """Φ = θ_j − θ_i + β − f;  ν = ḟ;  γ = f̈."""

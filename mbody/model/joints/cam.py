@@ -15,7 +15,7 @@ from mbody.laws import Law
 from mbody.model.element import LawLike, law_field, number_field
 from mbody.model.geometry import between
 from mbody.model.joints._base import Joint
-from mbody.model.primitives import ConstraintPrimitive
+from mbody.model.primitives import ConstraintPrimitive, constraint_physics
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers, Value
@@ -261,6 +261,7 @@ def roller_ray(i, j, p):
     return c * dx + s * dy, p[5] * (s * dx - c * dy)
 
 
+@constraint_physics(argument=roller_ray)
 @inline
 def roller(i, j, p, f):
     """Φ = |d| − f(ψ) − p₆ with u = d/|d|, t = k×u, k = ±f′/|d|;  Φ_q = (u + k t)·∂d ∓ f′ ∂θ_i."""
@@ -289,6 +290,7 @@ def face_ray(i, j, p):
     return c, p[6] * s
 
 
+@constraint_physics(argument=face_ray)
 @inline
 def face(i, j, p, f):
     """Φ = n·d − f(ψ), n fixed in j, m = k×n;  Φ_q = n·∂d + m·d ∂θ_j ∓ f′ (∂θ_i − ∂θ_j)."""

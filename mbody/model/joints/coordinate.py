@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from mbody.compiler.jit import inline
 from mbody.model.geometry import between, turned
+from mbody.model.primitives import constraint_physics
 
 __all__ = ["coordinate"]
 
 
+@constraint_physics()
 @inline
 def coordinate(i, j, p, f):
     """Φ = u·d − f with u fixed in i;  γ = f̈ + ω²u·d − 2ω (k×u)·ḋ − u·(rest of d̈)."""

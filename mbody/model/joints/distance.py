@@ -13,7 +13,7 @@ from mbody.laws import Constant
 from mbody.model.element import LawLike, law_field
 from mbody.model.geometry import between
 from mbody.model.joints._base import Joint
-from mbody.model.primitives import ConstraintPrimitive
+from mbody.model.primitives import ConstraintPrimitive, constraint_physics
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -73,6 +73,7 @@ class Distance(Joint):
         ]
 
 
+@constraint_physics()
 @inline
 def distance(i, j, p, f):
     """Φ = |d| − f;  Φ_q = u·∂d with u = d/|d|;  γ = f̈ − (ḋ² − (u·ḋ)²)/|d| − u·(rest of d̈)."""

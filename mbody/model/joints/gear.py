@@ -13,7 +13,7 @@ from mbody.errors import ModelError
 from mbody.model.element import number_field
 from mbody.model.geometry import between
 from mbody.model.joints._base import Joint
-from mbody.model.primitives import ConstraintPrimitive
+from mbody.model.primitives import ConstraintPrimitive, constraint_physics
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers, Value
@@ -118,6 +118,7 @@ def touching(rj: Value, d: Any) -> Any:
     return tuple(-rj * part / np.hypot(*d) for part in d)
 
 
+@constraint_physics()
 @inline
 def gear(i, j, p, f):
     """Φ = n·d, n normal to ψ = p₄θ_i + p₅θ_j + p₆, turning at w = p₄ω_i + p₅ω_j."""

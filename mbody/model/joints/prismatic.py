@@ -10,7 +10,7 @@ import numpy as np
 from mbody.compiler.jit import inline
 from mbody.model.geometry import between, turned
 from mbody.model.joints._base import Joint
-from mbody.model.primitives import ConstraintPrimitive
+from mbody.model.primitives import ConstraintPrimitive, constraint_physics
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -51,6 +51,7 @@ class Prismatic(Joint):
         return [ConstraintPrimitive("prismatic", self.i.body, self.j.body, self.rows, parameters)]
 
 
+@constraint_physics()
 @inline
 def prismatic(i, j, p, f):
     """Φ₀ = n·d, Φ₁ = θ_j − θ_i + β;  with n turning at ω_i: n̈·d and ṅ·ḋ make γ₀."""

@@ -11,7 +11,7 @@ from mbody.compiler.jit import inline
 from mbody.model.element import number_field
 from mbody.model.geometry import between, turned
 from mbody.model.joints._base import Joint
-from mbody.model.primitives import ConstraintPrimitive
+from mbody.model.primitives import ConstraintPrimitive, constraint_physics
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -91,6 +91,7 @@ def below(radius: Any, angle: Any) -> Any:
     return radius * np.sin(angle), -radius * np.cos(angle)
 
 
+@constraint_physics()
 @inline
 def rack(i, j, p, f):
     """Φ = u·d + r (θ_j − θ_i);  γ = ω² u·d − 2ω (k×u)·ḋ − u·(rest of d̈), u fixed in i."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from mbody.compiler.jit import inline
 from mbody.model.geometry import between
 from mbody.model.joints._base import Joint
-from mbody.model.primitives import ConstraintPrimitive
+from mbody.model.primitives import ConstraintPrimitive, constraint_physics
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -43,6 +43,7 @@ class Revolute(Joint):
         return [ConstraintPrimitive("revolute", self.i.body, self.j.body, self.rows, parameters)]
 
 
+@constraint_physics()
 @inline
 def revolute(i, j, p, f):
     """Φ = (r_i + p_i) − (r_j + p_j);  Φ_q = [1, k×p_i | −1, −k×p_j];  γ = ω_i² p_i − ω_j² p_j."""

@@ -1,27 +1,17 @@
-"""Loads, one subject a file: the frozen dataclass that a user writes and its compiled physics."""
+"""Loads, one subject a file: the frozen dataclass that a user writes and its compiled physics.
 
-from mbody.model.loads._base import Load
-from mbody.model.loads.centrifugal_field import CentrifugalField
-from mbody.model.loads.custom import CustomLoad
-from mbody.model.loads.force import Force
-from mbody.model.loads.gravity import Gravity
-from mbody.model.loads.pressure import PistonPressure
-from mbody.model.loads.reciprocating_cylinder import ReciprocatingCylinder
-from mbody.model.loads.spring import Damper, Spring
-from mbody.model.loads.torque import Torque
-from mbody.model.loads.torsion import TorsionDamper, TorsionSpring
+This is the one list of them, as `mbody.model.joints` is of joints: a new load is a file and a line
+at its end.
+"""
 
-__all__ = [
-    "CustomLoad",
-    "Damper",
-    "Force",
-    "Gravity",
-    "Load",
-    "PistonPressure",
-    "CentrifugalField",
-    "Spring",
-    "Torque",
-    "TorsionDamper",
-    "TorsionSpring",
-    "ReciprocatingCylinder",
-]
+# ruff: noqa: I001
+from mbody.model.loads._base import Load as Load
+from mbody.model.loads.gravity import Gravity as Gravity
+from mbody.model.loads.centrifugal_field import CentrifugalField as CentrifugalField
+from mbody.model.loads.force import Force as Force
+from mbody.model.loads.torque import Torque as Torque
+from mbody.model.loads.spring import Damper as Damper, Spring as Spring
+from mbody.model.loads.torsion import TorsionDamper as TorsionDamper, TorsionSpring as TorsionSpring
+from mbody.model.loads.pressure import PistonPressure as PistonPressure
+from mbody.model.loads.reciprocating_cylinder import ReciprocatingCylinder as ReciprocatingCylinder
+from mbody.model.loads.custom import CustomLoad as CustomLoad

@@ -11,7 +11,7 @@ from mbody.compiler.jit import inline
 from mbody.errors import ModelError
 from mbody.model.element import LawLike, Place, law_field, number_field, place_field
 from mbody.model.loads._base import Load
-from mbody.model.primitives import ForcePrimitive
+from mbody.model.primitives import ForcePrimitive, load_physics
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -187,6 +187,7 @@ def second_moments(at: Numbers, body: Any, field: str) -> list[Any]:
     return [xx, yy, xy]
 
 
+@load_physics("field", form="spinning plane")
 @inline
 def centrifugal(j, m, p, moments):
     """(Fx, Fy, T)/ω² of one body and its part of J: m x n, ½ dI_nn/dθ, m x² + I_nn.

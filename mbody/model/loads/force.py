@@ -20,7 +20,7 @@ from mbody.model.element import (
     place_field,
 )
 from mbody.model.loads._base import Load
-from mbody.model.primitives import ForcePrimitive
+from mbody.model.primitives import ForcePrimitive, load_physics
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -87,13 +87,14 @@ class Force(Load):
         return Force(name, at, Constant(float(np.hypot(x, y))), float(np.arctan2(y, x)))
 
 
+@load_physics()
 @inline
-def force(j, p, f):
-    """F = f u, with u fixed in the world or in the body; T = p_j × F."""
+def force(i, j, p, f):
+    """F = f u on j, with u fixed in the world or in the body; T = p_j × F."""
     c, s = j[3], j[4]
     px, py = c * p[0] - s * p[1], s * p[0] + c * p[1]
     fixed = 1.0 - p[4]
     ux = fixed * p[2] + p[4] * (c * p[2] - s * p[3])
     uy = fixed * p[3] + p[4] * (s * p[2] + c * p[3])
     fx, fy = f * ux, f * uy
-    return fx, fy, px * fy - py * fx
+    return None, (fx, fy, px * fy - py * fx)

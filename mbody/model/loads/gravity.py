@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 from mbody.compiler.jit import inline
 from mbody.model.element import LawLike, law_field
 from mbody.model.loads._base import Load
-from mbody.model.primitives import ForcePrimitive
+from mbody.model.primitives import ForcePrimitive, load_physics
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -47,7 +47,8 @@ class Gravity(Load):
         ]
 
 
+@load_physics(form="every mass")
 @inline
-def gravity(m, fx, fy):
+def gravity(m, gx, gy):
     """F = m g."""
-    return m * fx, m * fy
+    return m * gx, m * gy

@@ -22,7 +22,7 @@ from mbody.model.element import (
 )
 from mbody.model.geometry import turned
 from mbody.model.loads._base import Load
-from mbody.model.primitives import ForcePrimitive
+from mbody.model.primitives import ForcePrimitive, load_physics
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -179,6 +179,7 @@ def _deg(angle: float) -> str:
     return f"{math.degrees(angle):.6g}"
 
 
+@load_physics("pressure", form="piston")
 @inline
 def piston(i, j, p):
     """(u, p_j, d): the line of stroke in the world, the arm on j, and the place on j seen from i.

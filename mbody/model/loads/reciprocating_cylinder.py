@@ -12,7 +12,7 @@ from mbody.compiler.jit import inline, njit
 from mbody.errors import ModelError
 from mbody.model.element import Place, number_field, place_field, two_bodies
 from mbody.model.loads._base import Load
-from mbody.model.primitives import ForcePrimitive
+from mbody.model.primitives import ForcePrimitive, load_physics
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -190,6 +190,7 @@ class ReciprocatingCylinder(Load):
         ]
 
 
+@load_physics("chamber", form="piston")
 @inline
 def travel(i, j, u, arm, d):
     """(s, ṡ) = u · d and its rate: d from the mass centre of i to the place on j."""

@@ -11,12 +11,12 @@ from mbody.compiler.jit import inline
 from mbody.model.element import LawLike, Place, law_field, number_field, place_field, two_bodies
 from mbody.model.geometry import between
 from mbody.model.loads._base import LINE, Load, one_of
-from mbody.model.primitives import ForcePrimitive, Signal
+from mbody.model.primitives import ForcePrimitive, Signal, load_physics
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = ["Damper", "Spring", "stretch"]
+__all__ = ["Damper", "Spring", "elongation", "stretch"]
 
 
 @dataclass(frozen=True)
@@ -112,8 +112,8 @@ class Damper(_Between):
 
 
 @inline
-def stretch(i, j, p):
-    """(x, u, arms): what the law takes (stretch, or its rate where p₅ = 1), and where it pulls.
+def elongation(i, j, p):
+    """(x, (u, arms)): what the law takes (stretch, or its rate where p₅ = 1), and where it pulls.
 
     u = d/|d|; two ends at one point have no direction: the pull is then zero.
     """
@@ -122,4 +122,14 @@ def stretch(i, j, p):
     reach = np.sqrt(dx * dx + dy * dy + 1e-300)
     ux, uy = dx / reach, dy / reach
     rate = p[5]
-    return (1.0 - rate) * (length - p[4]) + rate * (ux * dvx + uy * dvy), (ux, uy), arms
+    x = (1.0 - rate) * (length - p[4]) + rate * (ux * dvx + uy * dvy)
+    return x, ((ux, uy), arms)
+
+
+@load_physics(argument=elongation)
+@inline
+def stretch(i, j, p, f, known):
+    """A tension f along the line between two places: f u on i, −f u on j."""
+    (ux, uy), (pix, piy, pjx, pjy) = known
+    fx, fy = f * ux, f * uy
+    return (fx, fy, pix * fy - piy * fx), (-fx, -fy, pjy * fx - pjx * fy)

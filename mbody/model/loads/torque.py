@@ -5,14 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
+from mbody.compiler.jit import inline
 from mbody.model.element import LawLike, law_field
 from mbody.model.loads._base import Turning
-from mbody.model.primitives import ForcePrimitive
+from mbody.model.primitives import ForcePrimitive, load_physics
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = ["Torque"]
+__all__ = ["Torque", "torque"]
 
 
 @dataclass(frozen=True)
@@ -43,3 +44,10 @@ class Torque(Turning):
     def actions(self, at: Numbers) -> list[ForcePrimitive]:
         """One action without parameters."""
         return [ForcePrimitive("torque", self.by, self.body, [], (at.law(self, "value"),))]
+
+
+@load_physics()
+@inline
+def torque(i, j, p, f):
+    """T = f on j, −f on i."""
+    return (0.0, 0.0, -f), (0.0, 0.0, f)

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 from mbody.compiler.jit import inline
 from mbody.model.element import LawLike, law_field, number_field
 from mbody.model.loads._base import LINE, Turning, one_of
-from mbody.model.primitives import ForcePrimitive, Signal
+from mbody.model.primitives import ForcePrimitive, Signal, load_physics
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = ["TorsionDamper", "TorsionSpring", "twist"]
+__all__ = ["TorsionDamper", "TorsionSpring", "turn", "twist"]
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,14 @@ class TorsionDamper(Turning):
 
 
 @inline
-def twist(i, j, p):
+def turn(i, j, p):
     """What the law takes: θ_j − θ_i − θ₀, or the rate ω_j − ω_i where p₁ = 1."""
     rate = p[1]
-    return (1.0 - rate) * (j[2] - i[2] - p[0]) + rate * (j[7] - i[7])
+    return (1.0 - rate) * (j[2] - i[2] - p[0]) + rate * (j[7] - i[7]), None
+
+
+@load_physics(argument=turn)
+@inline
+def twist(i, j, p, f, known):
+    """T = −f on j, f on i: it turns back."""
+    return (0.0, 0.0, f), (0.0, 0.0, -f)

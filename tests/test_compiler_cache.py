@@ -1,4 +1,4 @@
-"""The decorators, the disk cache and the door to users' Python.
+"""The disk cache of compiled code, and its folders.
 
 The cache is tried in processes of their own, on a small package made of the modules below it.
 """
@@ -14,30 +14,27 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from llvmlite import binding
 
 import mbody.compiler.cache as cache
-import mbody.compiler.callbacks as user
 import mbody.compiler.jit as jit
-
-MODULES = ("_cache", "_inner", "_jit", "_user", "_lanes_type", "_lanes", "_bundle")
 
 SOURCES = {
     "__init__": '"""A small package."""\n',
-    "_helper": """\
-        from ._jit import inline
+    "kernels/__init__": '"""Kernels."""\n',
+    "kernels/helper": """\
+        from mbody.compiler.jit import inline
         FACTOR = 2.0
         @inline
         def scaled(x):
             return FACTOR * x
         """,
-    "_trial": """\
+    "kernels/trial": """\
         from __future__ import annotations
-        from ._jit import kernel, njit
-        from ._lanes import ld, sincos, st, wide
-        from ._bundle import Bundle, Rows
-        from ._user import call_user
-        from ._helper import scaled
+        from mbody.compiler.jit import kernel, njit
+        from mbody.compiler.lanes import ld, sincos, st, wide
+        from mbody.compiler.bundle import Bundle, Rows
+        from mbody.compiler.callbacks import call_user
+        from mbody.kernels.helper import scaled
 
         class Work(Bundle):
             rows: Rows
@@ -60,10 +57,10 @@ SOURCES = {
 RUN = """\
     import json
     import numpy as np
-    from mbody import _jit as jit
+    from mbody.compiler import jit
     from mbody.compiler.lanes import LANES, aligned
     from mbody.compiler.callbacks import failure, register
-    from mbody._trial import Work, ask, turn
+    from mbody.kernels.trial import Work, ask, turn
 
     work = Work(rows=aligned(2, LANES), more=aligned(2, LANES))
     work.rows[0] = 0.25
@@ -100,9 +97,9 @@ class Place:
     def __init__(self, root: Path) -> None:
         self.root = root
         self.package = root / "site" / "mbody"
-        self.package.mkdir(parents=True)
-        for name in MODULES:
-            shutil.copy(Path(jit.__file__).parent / f"{name}.py", self.package)
+        (self.package / "kernels").mkdir(parents=True)
+        compiler = shutil.ignore_patterns("__pycache__")
+        shutil.copytree(Path(jit.__file__).parent, self.package / "compiler", ignore=compiler)
         for name, text in SOURCES.items():
             (self.package / f"{name}.py").write_text(_dedent(text))
 
@@ -158,7 +155,7 @@ def test_a_second_process_compiles_nothing(warm):
 
 USE = """\
     from mbody.compiler.jit import compilations, kernel
-    from mbody._helper import scaled
+    from mbody.kernels.helper import scaled
 
     @kernel
     def other(x):
@@ -192,60 +189,8 @@ def test_a_changed_interface_of_numba_costs_only_time(warm):
     np.testing.assert_allclose(result["sine"], np.sin(0.5), rtol=1e-15)
 
 
-class Library:
-    """What `link_into` asks of a library of numba."""
-
-    def __init__(self, name: str, code: str) -> None:
-        self.name, self.code = name, code
-
-    def _get_module_for_linking(self):
-        return binding.parse_assembly(self.code)
-
-
-def test_code_is_linked_whatever_the_order():
-    from mbody.compiler.linking import link_into
-
-    whole = "declare i64 @f()\ndefine i64 @main() { %x = call i64 @f() ret i64 %x }"
-    needs_g = "declare i64 @g()\ndefine linkonce_odr i64 @f() { %x = call i64 @g() ret i64 %x }"
-    f = Library("f", needs_g)
-    g = Library("g", "define linkonce_odr i64 @g() { ret i64 42 }")
-
-    def missing(module):
-        return {function.name for function in module.functions if function.is_declaration}
-
-    # LLVM alone leaves out g, which nothing has asked for when it comes
-    module = binding.parse_assembly(whole)
-    for library in (g, f):
-        module.link_in(library._get_module_for_linking(), preserve=True)
-    assert missing(module) == {"g"}
-    for libraries in ([g, f], [f, g]):
-        module = binding.parse_assembly(whole)
-        link_into(module, libraries)
-        assert not missing(module)
-    # what no library has is numba's or the C library's
-    module = binding.parse_assembly(whole)
-    link_into(module, [f])
-    assert missing(module) == {"g"}
-
-
-@pytest.mark.skipif(jit.PLAIN, reason="NUMBA_DISABLE_JIT is set")
-def test_the_collector_goes_on_after_a_compilation():
-    import gc
-
-    @jit.kernel
-    def local(x):
-        return x + 1
-
-    assert gc.isenabled() and local(1) == 2 and gc.isenabled()
-    gc.disable()
-    try:
-        assert local(1.5) == 2.5 and not gc.isenabled()
-    finally:
-        gc.enable()
-
-
 def test_an_edit_in_another_file_is_seen(warm):
-    helper = warm.package / "_helper.py"
+    helper = warm.package / "kernels" / "helper.py"
     before = helper.read_text()
     helper.write_text(before.replace("2.0", "4.0"))
     result = warm.run(MBODY_QUIET="1")
@@ -331,9 +276,6 @@ def test_an_interrupt_at_the_door_is_kept(warm):
     assert warm.process(code).stdout.strip() == "1 1 KeyboardInterrupt()"
 
 
-# --- Folders -----------------------------------------------------------------------------------
-
-
 @pytest.fixture
 def folders(monkeypatch, tmp_path):
     """Environment without any of the variables, and a home and a temporary folder of its own."""
@@ -399,109 +341,3 @@ def test_folders_of_versions_long_unused_are_removed(folders, monkeypatch):
     assert not old.exists()
     assert recent.exists()
     assert other.exists()
-
-
-# --- Users' functions --------------------------------------------------------------------------
-
-
-def test_user_functions():
-    x, y = np.array([1.0, 2.0]), np.array([5.0, 6.0])
-    kept = []
-
-    def good(x, y):
-        kept.append((x, y))
-        y[0] += x.sum()
-
-    def bad(x, y):
-        y[:] = 0.0
-        raise ValueError("not today")
-
-    handle, bad_handle = user.register(good), user.register(bad)
-    assert user.call_user(handle, x, y) == 0
-    np.testing.assert_array_equal(y, [8.0, 6.0])
-    x[:] = 0.0
-    np.testing.assert_array_equal(kept[0][0], [1.0, 2.0])  # what a user keeps is the user's
-
-    assert user.call_user(bad_handle, x, y) == 1
-    np.testing.assert_array_equal(y, [8.0, 6.0])
-    assert user.failure(handle) is None
-    with pytest.raises(ValueError, match="not today"):
-        user.raise_failure()
-    user.raise_failure()
-
-    assert user.call_user(bad_handle, x, y) == 1
-    user.release(bad_handle)
-    assert user.failure() is None
-    assert user.call_user(bad_handle, x, y) == 1
-    number, error = user.failure(bad_handle)
-    assert number == bad_handle
-    assert isinstance(error, LookupError)
-    user.release(handle)
-    user.release(handle)
-
-    with pytest.raises(TypeError, match="not a function"):
-        user.register(3)
-
-
-def test_empty_arrays_reach_users():
-    handle = user.register(lambda x, y: y.__setitem__(0, x.size))
-    y = np.ones(1)
-    assert user.call_user(handle, np.empty(0), y) == 0
-    assert y[0] == 0.0
-    user.release(handle)
-
-
-@pytest.mark.skipif(jit.PLAIN, reason="NUMBA_DISABLE_JIT is set")
-def test_only_contiguous_rows_of_float64_reach_users():
-    from numba.core.errors import TypingError
-
-    handle, y = user.register(lambda x, y: None), np.zeros(3)
-    for x in (np.zeros(6)[::2], np.zeros(3, dtype=np.float32), np.zeros((3, 1))):
-        with pytest.raises(TypingError, match="contiguous 1-D float64"):
-            user.call_user(handle, x, y)
-    user.release(handle)
-
-
-# --- Decorators --------------------------------------------------------------------------------
-
-
-def test_division_by_zero_gives_infinity():
-    @jit.njit(cache=False)
-    def inverse(x):
-        return 1.0 / x
-
-    with np.errstate(divide="ignore"):
-        assert inverse(np.float64(0.0)) == np.inf
-
-
-def test_functions_from_elsewhere_are_not_kept():
-    @jit.njit
-    def local(x):
-        return x + 1
-
-    assert local(1) == 2
-    assert jit.PLAIN or local.stats.cache_path is None
-
-
-@pytest.mark.skipif(jit.PLAIN, reason="NUMBA_DISABLE_JIT is set")
-def test_a_changed_interface_of_numba_costs_only_the_cache(monkeypatch):
-    monkeypatch.setattr(cache, "_PACKAGE", Path(__file__).resolve().parent)
-
-    def broken():
-        raise AttributeError("no longer there")
-
-    monkeypatch.setattr(cache, "_cache_type", broken)
-
-    @jit.njit
-    def local(x):
-        return x + 1
-
-    assert local(1) == 2
-
-
-def test_a_handle_may_be_released_while_the_door_is_held():
-    """A finalizer runs wherever the collector starts, also inside `failure` of the same thread."""
-    handle = user.register(lambda x, y: None)
-    with user._lock:
-        user.release(handle)
-    assert user.failure(handle) is None

@@ -1,0 +1,54 @@
+"""The one door through which results are presented: as text, as data, as tables, in files.
+
+An analysis and its result know nothing of sheets and files, which are built on them. A result asks
+here for a form of itself by name; `mbody` itself, which stands above all, registers who makes it.
+What makes a form is loaded when it is first wanted.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+__all__ = ["present", "register"]
+
+_MAKERS: dict[str, str] = {}
+
+
+def register(**makers: str) -> None:
+    """Name the functions that make forms of results.
+
+    Parameters
+    ----------
+    **makers
+        By form, such as ``sheet="mbody.sheets.present:sheet"``: the module and its function, which
+        takes the result and what else `present` was given.
+    """
+    _MAKERS.update(makers)
+
+
+def present(form: str, result: Any, *args: Any) -> Any:
+    """A result in one of the registered forms.
+
+    Parameters
+    ----------
+    form : str
+        Such as ``"sheet"`` or ``"data"``.
+    result : object
+        What an analysis found.
+    *args
+        Further arguments of that form, as a path.
+
+    Raises
+    ------
+    KeyError
+        For a form that nobody makes.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> present("sheet", mbody.mobility(mbody.makers.four_bar(1, 3, 2, 3.5))).splitlines()[0][:8]
+    'Mobility'
+    """
+    module, _, function = _MAKERS[form].partition(":")
+    return getattr(importlib.import_module(module), function)(result, *args)
