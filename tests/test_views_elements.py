@@ -27,7 +27,7 @@ from mbody.makers import makers
 from mbody.views import draw
 from mbody.views.shapes import hull, rounded
 from mbody.views.sketch import Sketch
-from mbody.views.symbols import joint_symbol
+from mbody.views.joint_symbols import joint_symbol
 from tests.odd_mechanisms import ODD, planetary, shafts, tackle
 from tests.picture_reader import artists, gap, inside
 
