@@ -176,9 +176,15 @@ class Manifold:
             motions = rank_of(G).motions
         return Place(q, force, motions, G, motions @ force)
 
-    def closed(self, q: Array) -> Array | None:
-        """Close the constraints from q by least motion."""
-        q = q.copy()
+    def closed(self, q: Array, fixed: Array | None = None) -> Array | None:
+        """Close the constraints from q by least motion, or by none in some directions.
+
+        Parameters
+        ----------
+        fixed : array (n, coordinates), optional
+            Directions, without units, along which the position stays where q is.
+        """
+        q, start = q.copy(), q
         last = np.inf
         for _ in range(CORRECTIONS):
             phi, G = self.rows(q)
@@ -192,6 +198,9 @@ class Manifold:
             if not worst < 1e3 * reach:
                 return None
             last = worst
+            if fixed is not None:
+                phi = np.append(phi, fixed @ ((q - start) / self.scale))
+                G = np.vstack([G, fixed])
             q -= self.scale * np.linalg.lstsq(G, phi, rcond=1e-9)[0]
         return None
 
