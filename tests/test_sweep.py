@@ -140,7 +140,7 @@ def test_reductions_are_those_of_numpy():
 def test_the_models_own_ask_and_measures_are_taken(analysis):
     machine = mbody.gallery.load("norton_fourbar")
     found = mbody.sweep(machine, {"rocker.B.x": [10.0, 10.5]}, analysis, "coupler.angle")
-    run = mbody.analysis.driven.requests.asked(machine, analysis)
+    run = mbody.analysis.driven.requests.analyse_at(machine, analysis)
     assert_allclose(found["coupler.angle"][0], run["coupler"].angle[0], rtol=LANE)
     if analysis != "kinematics":
         own = mbody.sweep(machine, {"rocker.B.x": [10.0]}, analysis)
@@ -156,7 +156,7 @@ def test_instants_asked_for_in_the_words_of_a_description():
         machine, {"crank.mass": [1.0, 2.0]}, measure="motor.effort", at={"crank": ["60 deg", 2.0]}
     )
     ask = Instants(at={"crank": ["60 deg", 2.0]})
-    run = mbody.analysis.driven.requests.asked(machine, "kinetostatics", ask)
+    run = mbody.analysis.driven.requests.analyse_at(machine, "kinetostatics", ask)
     assert_allclose(found.t, run.t, rtol=1e-15)
     assert_allclose(found["motor.effort"][0], run.effort("motor"), rtol=LANE)
 

@@ -42,7 +42,13 @@ from mbody.kernels.branch_monitor import (
 )
 from mbody.kernels.forces import forces, signals
 from mbody.kernels.output import keep
-from mbody.kernels.position_velocity import accelerations, multipliers, newton, rates, velocities
+from mbody.kernels.position_velocity import (
+    accelerations,
+    multipliers,
+    newton,
+    set_rates,
+    velocities,
+)
 from mbody.kernels.predictor import compare_step, predict, store_place
 from mbody.kernels.schur_ldl import VANISHED, constraint_conditioning
 
@@ -319,7 +325,7 @@ def derivatives_along_chord(L, W, w, path, k, last):
     """By instant: derivatives at the last place along the chord that begins at instant k."""
     size = W.q.shape[0]
     for d in range(L.driver_row.shape[0]):
-        rates(L, W, w, d, path.chords[k, d], 0.0)
+        set_rates(L, W, w, d, path.chords[k, d], 0.0)
     velocities(L, W, w, True)
     accelerations(L, W, w, True)
     for n in range(3 * L.bodies):
@@ -345,6 +351,6 @@ def derivatives_by_time(L, W, w, path, k):
             st(W.a, n, 0.0, w)
         return
     for d in range(L.driver_row.shape[0]):
-        rates(L, W, w, d, path.given[k, d, 1], path.given[k, d, 2])
+        set_rates(L, W, w, d, path.given[k, d, 1], path.given[k, d, 2])
     velocities(L, W, w, True)
     accelerations(L, W, w, True)

@@ -22,13 +22,13 @@ from mbody.kernels.continuation import BY_DRIVER, CORRECTION, SLIGHT, SPREAD, TU
 from mbody.kernels.forces import forces, signals
 from mbody.kernels.output import keep, keep_some
 from mbody.kernels.position_velocity import (
-    acting,
+    applied_share,
+    columns_to_bodies,
     put_column,
-    rates,
     rates_of_rows,
-    reach_square,
+    set_rates,
+    size_square,
     take_off,
-    to_bodies,
 )
 from mbody.kernels.predictor import compare_step, predict, predict_by_three, store_place
 from mbody.kernels.square_lu import factor_square, solve_both, solve_square, solve_transposed
@@ -199,7 +199,7 @@ def advance(L, P, Q, W, F, path, followed, k):
         failed = larger(failed, select_le(off, TURNED * terms + SLIGHT, zero, one))
     last = store_place(L, W, w, last)
     if path.mode == BY_DRIVER and not path.at_rest:
-        rates(L, W, w, 0, ld(path.given, 2 * k, w), ld(path.given, 2 * k + 1, w))
+        set_rates(L, W, w, 0, ld(path.given, 2 * k, w), ld(path.given, 2 * k + 1, w))
         motion_square(L, S, W, w, F, W.nu, W.v)
         accelerations_square(L, S, W, w, F)
     if path.at_rest:
@@ -272,8 +272,8 @@ def newton_square(L, P, W, w, F):
         solve_both(P, W, w, F, W.phi, W.u, W.nu, W.v)
     else:
         solve_both(P, W, w, F, W.phi, W.u, W.nu, W.r)
-        to_bodies(L, w, W.r, W.v)
-    size = reach_square(L, W, w)
+        columns_to_bodies(L, w, W.r, W.v)
+    size = size_square(L, W, w)
     take_off(L, w, W.u, W.q)
     return size
 
@@ -285,7 +285,7 @@ def motion_square(L, P, W, w, F, c, target):
         solve_square(P, W, w, F, c, target)
     else:
         solve_square(P, W, w, F, c, W.u)
-        to_bodies(L, w, W.u, target)
+        columns_to_bodies(L, w, W.u, target)
 
 
 @njit
@@ -314,7 +314,7 @@ def multipliers_square(L, P, W, w, F):
     """
     for k in range(P.column.shape[0]):
         c = P.column[k]
-        st(W.r, c, acting(L, W, w, c // 3, c % 3), w)
+        st(W.r, c, applied_share(L, W, w, c // 3, c % 3), w)
     solve_transposed(P, W, w, F, W.r, W.lam)
     rest = 0.0 * ld(W.size, 0, w)
     terms = rest

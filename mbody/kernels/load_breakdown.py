@@ -1,7 +1,7 @@
 """Breakdown by cause: what each load is, and the multipliers that it would have alone.
 
-Kinetostatics is linear in inertia and loads, so each costs one solve with the factor of the
-instant.
+Φ_qᵀ λ = f − M a is linear in inertia and loads: λ is the sum of what −M a and each load would have
+alone, each one solve with the factor of the instant.
 """
 
 from __future__ import annotations

@@ -1,9 +1,13 @@
 """Closing the loops from a rough guess, and the projection of velocities.
 
-Damped Newton in the affine invariant form (Deuflhard 2004, algorithm NLEQ-ERR): the damping keeps
-to the path that leads straight from the guess to the solution, so that the guess chooses the
-branch. Where that path ends at a singular position, Levenberg–Marquardt finds the nearest closed
-position, or the smallest gap.
+Damped Newton in the affine invariant form (Deuflhard 2004, algorithm NLEQ-ERR): q ← q + κ Δ with
+Φ_q Δ = −Φ. The damping κ keeps to the Newton path Φ(q(s)) = (1 − s) Φ(q₀), which leads straight
+from the guess to the solution, so that the guess chooses the branch. A step is accepted where the
+simplified correction, from the new position by the old Φ_q, falls: |Δ̄| ≤ (1 − κ/4) |Δ|; along the
+path it is (1 − κ) Δ + O(κ²), so that some κ > 0 passes wherever Φ_q is regular.
+
+Where the path ends at a singular position, Levenberg–Marquardt finds the nearest closed position,
+or the smallest gap.
 """
 
 from __future__ import annotations
@@ -33,12 +37,12 @@ __all__ = [
     "violation",
 ]
 
-STEPS = 200
-SMALLEST = 1e-4
+#: Newton steps, and the least damping.
+STEPS, SMALLEST = 200, 1e-4
 
 
 @njit
-def correction(L, W, w):
+def newton_correction(L, W, w):
     """u = W⁻¹ Gᵀ S⁻¹ Φ by the present factor; its size in model lengths and radians."""
     for n in range(2 * L.nodes):
         W.x[n, 0] = W.phi[n, 0]
@@ -60,7 +64,7 @@ def norm(L, W):
 
 
 @inline
-def moved(L, W, base, u, part):
+def move(L, W, base, u, part):
     """q = base − part · u."""
     for b in range(L.bodies):
         for n in range(3):
@@ -82,11 +86,11 @@ def simplified_correction(L, W, w, part):
     base. G must not be that of q: near a singular position G(q)ᵀ S⁻¹ Φ(q) grows with the step by
     more than Φ falls, however short the step is. Leaves q there, with its blocks.
     """
-    moved(L, W, W.base, W.r, part)
+    move(L, W, W.base, W.r, part)
     turns(L, W, w)
     rows(L, W, w, True, None)
     exchange_blocks(L, W)
-    size = correction(L, W, w)
+    size = newton_correction(L, W, w)
     exchange_blocks(L, W)
     return size
 
@@ -120,13 +124,13 @@ def close(L, W, regularization, tolerance):
     as a part of its diagonal).
     """
     w = 0.0
-    good, _, _ = newton_path(L, W, w, regularization, tolerance)
+    good, _, _ = damped_newton(L, W, w, regularization, tolerance)
     if good:
         return True, True, constraint_conditioning(L, W)
     for n in range(W.q.shape[0]):
         W.q[n, 0] = W.guess[n, 0]
-    descend(L, W, w, tolerance)
-    good, _, _ = newton_path(L, W, w, regularization, tolerance)
+    levenberg_marquardt(L, W, w, tolerance)
+    good, _, _ = damped_newton(L, W, w, regularization, tolerance)
     return good, False, constraint_conditioning(L, W)
 
 
@@ -148,7 +152,7 @@ def close_designs(L, W, tolerance, par, first, poses, state):
         for d in range(L.driver_row.shape[0]):
             if not math.isnan(first[design, d]):
                 W.signal[L.driver_row[d], 0] = first[design, d]
-        good, _, _ = newton_path(L, W, w, 0.0, tolerance[design])
+        good, _, _ = damped_newton(L, W, w, 0.0, tolerance[design])
         ratio = constraint_conditioning(L, W)
         state[design, 0] = 1.0 if good else 0.0
         state[design, 1] = ratio
@@ -157,7 +161,7 @@ def close_designs(L, W, tolerance, par, first, poses, state):
 
 
 @njit
-def newton_path(L, W, w, regularization, tolerance):
+def damped_newton(L, W, w, regularization, tolerance):
     """Damped Newton; W.guess keeps the start. Returns (closed, last correction, least pivot)."""
     for n in range(W.q.shape[0]):
         W.guess[n, 0] = W.q[n, 0]
@@ -167,12 +171,12 @@ def newton_path(L, W, w, regularization, tolerance):
     rows(L, W, w, True, None)
     for iteration in range(STEPS):
         least = factor(L, W, w, regularization, VANISHED)
-        size = correction(L, W, w)
+        size = newton_correction(L, W, w)
         step = reach(L, W, w)
         if not step < 1e12:
             return False, step, least
         if step <= tolerance or (step <= 1e3 * tolerance and step >= 0.5 * smallest):
-            moved(L, W, W.q, W.u, 1.0)
+            move(L, W, W.q, W.u, 1.0)
             return True, step, least
         smallest = min(smallest, step)
         if iteration > 0:
@@ -199,19 +203,19 @@ def newton_path(L, W, w, regularization, tolerance):
 
 
 @njit
-def descend(L, W, w, tolerance):
+def levenberg_marquardt(L, W, w, tolerance):
     """Levenberg–Marquardt on ½|Φ|² from W.q: ends at a closed position or at the smallest gap."""
     turns(L, W, w)
     rows(L, W, w, True, None)
     here, damping = gap(L, W), 1e-2
     for _ in range(4 * STEPS):
         factor(L, W, w, damping, VANISHED)
-        correction(L, W, w)
+        newton_correction(L, W, w)
         step = reach(L, W, w)
         part = min(1.0, 0.5 / step) if step > 0.0 else 1.0
         for n in range(W.q.shape[0]):
             W.base[n, 0] = W.q[n, 0]
-        moved(L, W, W.base, W.u, part)
+        move(L, W, W.base, W.u, part)
         turns(L, W, w)
         rows(L, W, w, True, None)
         now = gap(L, W)

@@ -1,7 +1,18 @@
 """One instant: position by Newton, velocity, acceleration and multipliers, from one factor.
 
-Of  [W Gᵀ; G 0] [u; λ] = [f; c]  each of these is one half, so that each costs one solve:
-u = W⁻¹ Gᵀ S⁻¹ c (position, velocity, acceleration) and λ = S⁻¹ G W⁻¹ f (reactions).
+With G = Φ_q, positive weights W and the Schur complement S = G W⁻¹ Gᵀ = L D Lᵀ
+(`mbody.kernels.schur_ldl`), each is one half of [W Gᵀ; G 0] [u; λ] = [f; c] and costs one solve:
+
+    position       Δq = −W⁻¹ Gᵀ S⁻¹ Φ          (Newton: Φ_q Δq = −Φ)
+    velocity       v  =  W⁻¹ Gᵀ S⁻¹ ν          (Φ_q v = ν = −Φ_t)
+    acceleration   a  =  W⁻¹ Gᵀ S⁻¹ γ          (Φ_q a = γ)
+    multipliers    λ  =  S⁻¹ G W⁻¹ (f − M a)   (Φ_qᵀ λ = f − M a)
+
+Near a singular position the least singular value σ of G W^(−½) is small, as a part of the greatest,
+and S has σ²: with rounding ε a solution x = S⁻¹ c is off by ε/σ² |x|. That error is along the left
+singular vector of σ, which Gᵀ multiplies by σ, so that u is off by ε/σ |x|. For λ nothing damps it.
+Both are refined by their residuals, c − G u and f − M a − Gᵀ λ, which multiplies the error by ε/σ²
+each time.
 """
 
 from __future__ import annotations
@@ -18,12 +29,12 @@ __all__ = [
     "multipliers",
     "newton",
     "put_column",
-    "rates",
+    "set_rates",
     "rates_of_rows",
     "reach",
-    "reach_square",
+    "size_square",
     "take_off",
-    "to_bodies",
+    "columns_to_bodies",
     "velocities",
 ]
 
@@ -48,7 +59,7 @@ def copy(source, target, w):
 
 
 @inline
-def squares(array, w):
+def sum_of_squares(array, w):
     """Sum of squares of each lane; NaN where there is one."""
     m = 0.0 * ld(array, 0, w)
     for n in range(array.shape[0]):
@@ -66,10 +77,8 @@ def weigh(L, W, w, u):
 
 @njit
 def least_motion(L, W, w, c, checked):
-    """u = W⁻¹ Gᵀ S⁻¹ c: the least u with G u = c, corrected by its residual if `checked`.
-
-    The product with Gᵀ damps the error of S⁻¹, so that without a correction u is as good as the
-    condition of G itself allows; nearly dependent rows want it all the same.
+    """u = W⁻¹ Gᵀ S⁻¹ c: the u with G u = c that makes uᵀ W u least, refined by its residual c − G u
+    if `checked`, which nearly dependent rows need.
     """
     copy(c, W.x, w)
     solve(L, W, w)
@@ -78,12 +87,12 @@ def least_motion(L, W, w, c, checked):
     weigh(L, W, w, W.u)
     if not checked:
         return
-    terms = squares(c, w)
+    terms = sum_of_squares(c, w)
     for _ in range(REFINEMENTS):
         apply_g(L, W, w, W.u, W.x)
         for n in range(2 * L.nodes):
             st(W.x, n, ld(c, n, w) - ld(W.x, n, w), w)
-        if highest(squares(W.x, w) - ROUNDING * ROUNDING * terms) <= 0.0:
+        if highest(sum_of_squares(W.x, w) - ROUNDING * ROUNDING * terms) <= 0.0:
             break
         solve(L, W, w)
         clear(W.r, w)
@@ -94,7 +103,7 @@ def least_motion(L, W, w, c, checked):
 
 
 @inline
-def to_bodies(L, w, u, target):
+def columns_to_bodies(L, w, u, target):
     """Columns to coordinates: a body moves as its first slot."""
     for b in range(L.bodies):
         o, s = 3 * b, 3 * L.body_slot[b]
@@ -148,12 +157,12 @@ def newton(L, W, w, regularization, guard):
 
 @inline
 def reach(L, W, w):
-    """Size of the motion on columns, lengths by the model length: root of the sum of squares."""
-    return np.sqrt(reach_square(L, W, w))
+    """Size of a motion on columns, lengths by the model length: root of the sum of squares."""
+    return np.sqrt(size_square(L, W, w))
 
 
 @inline
-def reach_square(L, W, w):
+def size_square(L, W, w):
     """The square of `reach`."""
     per_length = 1.0 / ld(W.size, 0, w)
     far, turned = 0.0 * per_length, 0.0 * per_length
@@ -169,12 +178,12 @@ def reach_square(L, W, w):
 def velocities(L, W, w, checked):
     """v from G v = ν, with the ν of the last position."""
     least_motion(L, W, w, W.nu, checked)
-    to_bodies(L, w, W.u, W.v)
+    columns_to_bodies(L, w, W.u, W.v)
 
 
 @njit
-def rates(L, W, w, d, rate, acceleration):
-    """Other rate and acceleration for driver d than those that its law gave."""
+def set_rates(L, W, w, d, rate, acceleration):
+    """Set rate and acceleration of driver d, instead of those that its law gave."""
     st(W.nu, 2 * L.driver_node[d], rate, w)
     st(W.signal, L.driver_row[d] + 1, rate, w)
     st(W.signal, L.driver_row[d] + 2, acceleration, w)
@@ -185,11 +194,11 @@ def accelerations(L, W, w, checked):
     """a from G a = γ, the velocities being set."""
     rows(L, W, w, None, True)
     least_motion(L, W, w, W.gamma, checked)
-    to_bodies(L, w, W.u, W.a)
+    columns_to_bodies(L, w, W.u, W.a)
 
 
 @inline
-def unbalanced(L, W, w):
+def force_residual(L, W, w):
     """r = f − M a − Gᵀ λ on columns, each slot taking its share of f − M a.
 
     Returns the sums of squares of r and of its terms."""
@@ -199,7 +208,7 @@ def unbalanced(L, W, w):
     rest = terms
     for s in range(L.slots):
         for n in range(3):
-            f, g = acting(L, W, w, s, n), ld(W.r, 3 * s + n, w)
+            f, g = applied_share(L, W, w, s, n), ld(W.r, 3 * s + n, w)
             x = f - g
             terms = terms + f * f + g * g
             rest = rest + x * x
@@ -208,7 +217,7 @@ def unbalanced(L, W, w):
 
 
 @inline
-def acting(L, W, w, s, n):
+def applied_share(L, W, w, s, n):
     """Share of slot s in f − M a of its body, component n."""
     o = 3 * L.slot_body[s] + n
     return ld(W.share, s, w) * (ld(W.force, o, w) - ld(W.mass, o, w) * ld(W.a, o, w))
@@ -216,13 +225,13 @@ def acting(L, W, w, s, n):
 
 @njit
 def multipliers(L, W, w):
-    """λ from Gᵀ λ = f − M a, the loads being in W.force; returns what is left unbalanced, as a
+    """λ from Gᵀ λ = f − M a, the loads being in W.force; returns the size of the residual, as a
     part of the terms.
     """
     clear(W.lam, w)
     for s in range(L.slots):
         for n in range(3):
-            st(W.r, 3 * s + n, acting(L, W, w, s, n), w)
+            st(W.r, 3 * s + n, applied_share(L, W, w, s, n), w)
     for n in range(3 * L.slots, W.r.shape[0]):
         st(W.r, n, 0.0, w)
     rest = 0.0 * ld(W.size, 0, w)
@@ -233,7 +242,7 @@ def multipliers(L, W, w):
         solve(L, W, w)
         for n in range(2 * L.nodes):
             st(W.lam, n, ld(W.lam, n, w) + ld(W.x, n, w), w)
-        rest, terms = unbalanced(L, W, w)
+        rest, terms = force_residual(L, W, w)
         if highest(rest - ROUNDING * ROUNDING * terms) <= 0.0:
             break
     return np.sqrt(rest / (terms + 1e-300))

@@ -179,11 +179,11 @@ def check_fit(system: System, q: np.ndarray, design: int) -> None:
     SolveError
         With the distance that is wrong.
     """
-    held = [joint for joint in system.mechanism.joints if joint.spaced]
-    if not held:
+    spaced = [joint for joint in system.mechanism.joints if joint.spaced]
+    if not spaced:
         return
     system = system if system.batch is None else system.design(design)
-    for joint in held:
+    for joint in spaced:
         way = place(system, q, joint, "j") - place(system, q, joint, "i")
         angles = (direction(system, q, joint, side) for side in ("i", "j"))
         found, wanted = map(float, joint.fit(system.numbers, tuple(way), *angles))

@@ -61,11 +61,11 @@ def unguessed(
     says anything; `placed` leaves their link axes parallel to those of the ground.
     """
     machine = system.mechanism
-    told = {name for driver in machine.drivers for name in driver.bodies} | set(guess or {})
+    known = {name for driver in machine.drivers for name in driver.bodies} | set(guess or {})
     for joint in machine.joints:
         if joint.parallel:
-            told |= {joint.i.body, joint.j.body}
-    if all(body.guess.angle is not None or body.name in told for body in machine.bodies):
+            known |= {joint.i.body, joint.j.body}
+    if all(body.guess.angle is not None or body.name in known for body in machine.bodies):
         return ()
     placing = _Placing(system, guess or {}, drive, None, system.numbers)
     placing.coordinates()

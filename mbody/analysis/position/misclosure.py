@@ -17,7 +17,7 @@ __all__ = ["explain_gap", "refuse_near_redundant", "violations"]
 
 #: Rows up to which the smallest gap is looked for, and joints at which: a second or two in all.
 SEARCHED, CANDIDATES = 60, 8
-#: Rows that are held are closed within this, in model lengths and radians.
+#: Rows that are fixed are closed within this, in model lengths and radians.
 HELD = 1e-6
 #: A gap below this, in model lengths and radians, may be an error of lengths that should agree;
 #: A gap below this, in model lengths and radians, is rounding of joints that fit.
@@ -161,11 +161,11 @@ def _out_of_reach(system: System, work: Work, off: np.ndarray, t: float) -> Solv
     n = int(off.argmax())
     driver, row = system.drivers[n], system.layout.driver_row[n]
     turns, units = driver.angular, system.mechanism.units
-    asked, distance = float(work.signal[row, 0]), float(off[n])
+    requested, distance = float(work.signal[row, 0]), float(off[n])
     if turns:
-        wanted, near = angle_told(asked), angle_told(float(f"{distance:.3g}"))
+        wanted, near = angle_told(requested), angle_told(float(f"{distance:.3g}"))
     else:
-        wanted = f"{asked:.6g} {units.length}"
+        wanted = f"{requested:.6g} {units.length}"
         near = f"{distance * system.length:.3g} {units.length}"
     return SolveError(
         f"driver '{driver.name}' cannot bring '{driver.bodies[1]}' to {wanted} at t = {t:g} "

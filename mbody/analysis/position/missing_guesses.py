@@ -66,13 +66,13 @@ def nearest_to_guesses(
     own = _scaled(system, work.q[:n, 0])
     if not names or np.abs(own - _scaled(system, first[:n])).max() < SAME:
         return result
-    held = _held(base, guess or {})
+    fixed = _fixed(base, guess or {})
     found = [work.q[:, 0].copy()]
     more = [first, placed(base, guess, values, aimed=True)]
     loose = (np.random.default_rng(seed) for seed in range(count))
     more += [placed(base, guess, values, loose=random) for random in loose]
     weight = work.weight.copy()
-    easy = [b for b, body in enumerate(base.mechanism.bodies) if body.name not in held]
+    easy = [b for b, body in enumerate(base.mechanism.bodies) if body.name not in fixed]
     slots = np.flatnonzero(np.isin(system.layout.slot_body, easy))
     work.weight[(3 * slots[:, None] + np.arange(3)).ravel()] *= EASE
     for other in more:
@@ -94,18 +94,18 @@ def nearest_to_guesses(
     return result
 
 
-def _held(system: System, guess: Mapping[str, Any]) -> set[str]:
+def _fixed(system: System, guess: Mapping[str, Any]) -> set[str]:
     """Bodies whose angle is guessed, or driven against one of those or the ground."""
     machine = system.mechanism
-    held = {"ground", *guess}
-    held |= {body.name for body in machine.bodies if body.guess.angle is not None}
+    fixed = {"ground", *guess}
+    fixed |= {body.name for body in machine.bodies if body.guess.angle is not None}
     before = 0
-    while len(held) > before:
-        before = len(held)
+    while len(fixed) > before:
+        before = len(fixed)
         for driver in machine.drivers:
-            if driver.angular and held & set(driver.bodies):
-                held |= set(driver.bodies)
-    return held
+            if driver.angular and fixed & set(driver.bodies):
+                fixed |= set(driver.bodies)
+    return fixed
 
 
 def _scaled(system: System, q: Array) -> Array:

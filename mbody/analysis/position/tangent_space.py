@@ -2,7 +2,7 @@
 
 Coordinates are those of the mass centres with lengths by the model length; forces are then torques.
 With N the null space of Φ_q, and Φ_qᵀ λ the best balance of the loads f, what drives the mechanism
-is r = Nᵀ f, and K = −Nᵀ ∂(f − Φ_qᵀ λ)/∂q N (λ held) is its tangent stiffness: r changes by −K y
+is r = Nᵀ f, and K = −Nᵀ ∂(f − Φ_qᵀ λ)/∂q N (λ fixed) is its tangent stiffness: r changes by −K y
 along q + N y on the manifold, and K is symmetric where the loads have a potential.
 """
 
@@ -251,7 +251,7 @@ class Manifold:
         return np.asarray(-(here.motions @ np.array(columns).T))
 
     def change(self, here: Place, along: Array) -> Array:
-        """∂(f − Φ_qᵀ λ)/∂q along a direction, λ held: (coordinates,)."""
+        """∂(f − Φ_qᵀ λ)/∂q along a direction, λ fixed: (coordinates,)."""
 
         def unbalanced(step: float) -> Array:
             q = here.q + step * self.scale * along

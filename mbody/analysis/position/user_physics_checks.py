@@ -112,7 +112,7 @@ def _side(q: Array, v: Array, body: int) -> Array:
 
 
 def _answer(hook: Hook, question: Array, size: int) -> Array | None:
-    """What a function gives; None where it cannot be asked that."""
+    """What a function gives; None where it cannot be evaluated."""
     found = np.zeros(size)
     try:
         hook(question.copy(), found)
@@ -190,7 +190,7 @@ def _check_derivatives(joint: _Joint, rng: np.random.Generator) -> None:
 
 
 class _Unanswered(Exception):
-    """The function could not be asked there."""
+    """The function could not be evaluated there."""
 
 
 def _wrong(
@@ -200,20 +200,20 @@ def _wrong(
     t, columns = joint.t, joint.columns
     unit = np.tile([joint.system.length, joint.system.length, 1.0], len(joint.moving))
 
-    def asked(time: float, q: Array, v: Array) -> tuple[Array, Array, Array, Array]:
+    def evaluated(time: float, q: Array, v: Array) -> tuple[Array, Array, Array, Array]:
         answer = joint.at(time, q, v)
         if answer is None:
             raise _Unanswered
         return answer
 
-    phi, G, nu, gamma = asked(t, q, v)
+    phi, G, nu, gamma = evaluated(t, q, v)
     size = np.maximum(np.abs(G * unit).max(axis=1), np.abs(phi))
     for m, column in enumerate(columns):
         move = np.zeros_like(q)
         move[column] = unit[m]
 
         def shifted(s: float, move: Array = move) -> Array:
-            return asked(t, q + s * move, v)[0]
+            return evaluated(t, q + s * move, v)[0]
 
         slopes = _slopes(shifted)
         bad = _off(G[:, m] * unit[m], slopes, size)
@@ -222,12 +222,12 @@ def _wrong(
             name = joint.system.mechanism.bodies[int(column) // 3].name
             partial = f"∂Φ/∂{'xyθ'[m % 3]} of '{name}'"
             return "Φ_q", row, float(G[row, m]), wanted / float(unit[m]), partial
-    bad = _off(nu, _slopes(lambda s: -asked(t + s, q, v)[0]), np.maximum(size, np.abs(nu)))
+    bad = _off(nu, _slopes(lambda s: -evaluated(t + s, q, v)[0]), np.maximum(size, np.abs(nu)))
     if bad is not None:
         return "ν", bad[0], float(nu[bad[0]]), bad[1], "−∂Φ/∂t"
 
     def rate(s: float) -> Array:
-        _, there, moved, _ = asked(t + s, q + s * v + 0.5 * s * s * a, v + s * a)
+        _, there, moved, _ = evaluated(t + s, q + s * v + 0.5 * s * s * a, v + s * a)
         left: Array = G @ a[columns] * s - there @ (v + s * a)[columns] + moved
         return left
 
