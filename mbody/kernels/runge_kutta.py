@@ -8,10 +8,8 @@ is projected too, a = f(P(y)), with the refinements that nearly dependent rows w
 is taken of what a projection keeps. Neither the multipliers, which grow without bound there, nor
 the noise across the manifold then decide the length of a step.
 
-What a step of one motion and steps on lanes have in common is `mbody.kernels.runge_kutta_stages`.
-The loops themselves are two, here and in `mbody.kernels.runge_kutta_lanes`: near singular
-positions, at branches and at stiffness a motion needs decisions of its own, each an `if` with one
-outcome, and lanes, which have none, leave such a design to this loop.
+What a step of one motion and steps on lanes have in common is `mbody.kernels.runge_kutta_stages`;
+why the loops are two is explained in `mbody.kernels.runge_kutta_lanes`.
 
 Hairer, Nørsett, Wanner: Solving Ordinary Differential Equations I, II.5 and II.6 (the methods), and
 II, IV.2 (how stiffness shows); Hairer, Lubich, Wanner: Geometric Numerical Integration, IV.4

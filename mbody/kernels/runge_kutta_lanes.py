@@ -6,9 +6,16 @@ next design. What a lane gets depends on its design alone, so the numbers are th
 company. A design that meets anything out of the ordinary (a singular position near by, no number,
 steps that vanish or that stiffness limits) is marked and left to `runge_kutta`.
 
-Stages and the control of the length are `mbody.kernels.runge_kutta_stages`, projections those of
-one motion. The loop is a second one: an `if` has one outcome for all lanes, so here every decision
-is a number of each lane, taken in `mbody.kernels.runge_kutta_lanes_control`.
+One source serves both integrators where lanes bear it: stages, dense output, control of the length
+and of stiffness (`mbody.kernels.runge_kutta_stages`), projections, accelerations, samples. The
+loops are two. Near a singular position one motion projects every stage, retries a step in several
+ways and leaves the choice of its branch to Python, each an `if` with one outcome; on lanes every
+decision is a number of each lane, taken in `mbody.kernels.runge_kutta_lanes_control`, and all lanes
+wait for the longest way. Measured on a free four-bar over 20 s at rtol 1e-8, on one core: 64
+designs take 0.54 ms each on lanes and 4.0 ms each alone, so lanes cannot follow the loop of one
+motion; one design takes 10.9 ms on lanes, 2.7 times as long as alone, so one motion cannot take the
+loop of lanes. Norms of errors and the cubic of the dense output are summed up in two orders, of
+which neither would keep the last digit of the other.
 """
 
 from __future__ import annotations
