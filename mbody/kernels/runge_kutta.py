@@ -22,7 +22,7 @@ import math
 
 from mbody.compiler.jit import kernel, njit
 from mbody.kernels.dense_output import deliver, has_instant
-from mbody.kernels.projection import constraint_conditioning, tangential_part
+from mbody.kernels.projection import least_conditioning, tangential_part
 from mbody.kernels.runge_kutta_stages import (
     SAFETY,
     STIFF_LIMIT,
@@ -121,13 +121,13 @@ def dense_output(L, W, method, S, h, refinements):
         state_derivative(L, W, S, S.state[TIME] + C[s] * h, S.stage, s, refinements, False)
         S.state[EVALUATIONS] += 1
     for n in range(y.shape[0]):
-        polynomial(D, h, y[n] - last[n], K, n, end, F)
+        interpolant(D, h, y[n] - last[n], K, n, end, F)
     for c in range(P.shape[1]):
-        polynomial(D, h, h * mean_power(B, P, c), P, c, end, G)
+        interpolant(D, h, h * mean_power(B, P, c), P, c, end, G)
 
 
 @njit
-def polynomial(D, h, change, K, n, end, F):
+def interpolant(D, h, change, K, n, end, F):
     """Column n of F from the derivatives in column n of K and the change over the step."""
     F[0, n] = change
     F[1, n] = h * K[0, n] - change
@@ -191,7 +191,7 @@ def runge_kutta(L, W, method, S, T, O, until, steps):
             if not good:
                 break
             if sample[s] == 0:
-                part = constraint_conditioning(L, W, w)
+                part = least_conditioning(L, W, w)
             else:
                 part = sample_conditioning(L, W, w, sample[s])
             if part < least:

@@ -26,7 +26,7 @@ from mbody.compiler.jit import kernel, njit
 from mbody.compiler.lanes import larger, ld, select_le, smaller, st, wide
 from mbody.kernels.accelerations import free_accelerations
 from mbody.kernels.output import keep
-from mbody.kernels.projection import constraint_conditioning, projected_accelerations
+from mbody.kernels.projection import least_conditioning, projected_accelerations
 from mbody.kernels.runge_kutta_lanes_control import (
     ACCEPTED,
     END_CONDITIONING,
@@ -43,8 +43,8 @@ from mbody.kernels.runge_kutta_lanes_control import (
     STEP_START,
     STIFFNESS,
     accept_or_reject,
-    advance,
     any_instant,
+    finish_steps,
     leave_design,
     next_instants,
     refill_lanes,
@@ -86,7 +86,7 @@ def runge_kutta_lanes(L, W, method, T, batch, lanes, until, rounds):
             off_manifold_derivative(L, W, lanes.stage, t + C[s] * h, K[s], regular)
             n = method.sample[s]
             if n == 0:
-                least = smaller(least, constraint_conditioning(L, W, w))
+                least = smaller(least, least_conditioning(L, W, w))
             else:
                 least = smaller(least, sample_conditioning(L, W, w, n))
         st(S, STAGE_CONDITIONING, least, w)
@@ -106,7 +106,7 @@ def runge_kutta_lanes(L, W, method, T, batch, lanes, until, rounds):
         turned = largest_rotation(L, w, lanes.y, lanes.end)
         st(S, RISK, singularity_risk(L, W, w, method.at, STEEPER, turned), w)
         st(S, STAND_INS, stand_in_energy(L, W, w, W.v) if regular > 0 else 0.0 * turned, w)
-        advance(lanes, batch, until, T.patience, method.stable)
+        finish_steps(lanes, batch, until, T.patience, method.stable)
         accepted = ld(S, ACCEPTED, w)
         keep_last_sample(L, W, w, method.sample[end_row], accepted)
         for n in range(lanes.y.shape[0]):
