@@ -172,7 +172,7 @@ class Integration:
             count = 1 if self.passage.open else left
             code = self.steps.steps(self.motion, until, count, outputs)
             left -= max(1, int(self.state[STEPS] - done))
-            self.passage.note(self.y)
+            self.passage.record_crossings(self.y)
             self.passage.check_inertia(self.y)
             if code == BRANCH_UNCERTAIN:
                 self.passage.decide(self.y, self.K[0])
