@@ -64,3 +64,16 @@ def test_no_line_begins_with_a_starred_tuple():
         if numbers:
             found[path.relative_to(ROOT).as_posix()] = numbers
     assert not found.keys() - PENDING_LINES, found
+
+
+@pytest.mark.parametrize("path", sorted(KERNELS.glob("*.py")), ids=lambda path: path.name)
+def test_slots_of_a_state_have_names(path):
+    """`state[TIME]`, not `state[0]`."""
+    found = [
+        node.lineno
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Subscript)
+        and isinstance(node.slice, ast.Constant)
+        and "state" in (getattr(node.value, "id", ""), getattr(node.value, "attr", ""))
+    ]
+    assert not found
