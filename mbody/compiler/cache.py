@@ -36,7 +36,7 @@ PLAIN = bool(getattr(numba.config, "DISABLE_JIT", 0))
 #: The sources that may hold a compiled function or a constant of one; the tests see to it.
 COMPILED = (
     *("compiler/*.py", "kernels/*.py", "laws/*.py", "model/joints/*.py", "model/loads/*.py"),
-    *("model/geometry.py", "system/layout.py"),
+    *("model/geometry.py", "model/primitives.py", "system/layout.py"),
 )
 
 _PACKAGE = Path(__file__).resolve().parents[1]

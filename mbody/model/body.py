@@ -125,7 +125,7 @@ class Body(Element):
         loops are closed. Without one the link axes are parallel to those of the ground, where the
         loops are closed so; else they follow from the guesses of other bodies.
     spread : "point", SlenderRod, SecondMoments, optional
-        How the mass is spread in the plane; only loads of a rotating plane ask for it.
+        How the mass is spread in the plane; only loads of a rotating plane need it.
 
     Examples
     --------
@@ -133,7 +133,7 @@ class Body(Element):
     >>> crank.at("A")
     Marker(body='crank', point='A', angle=0.0)
 
-    Where a drawing tells places, give the points of all bodies in its axes, as in one position of
+    Where a drawing has dimensions, give the points of all bodies in its axes, as in one position of
     the mechanism; then no body needs a guess, and all angles count from the drawing:
 
     >>> coupler = Body("coupler", points={"A": (0.2, 0.0), "B": (0.5, 0.4)})

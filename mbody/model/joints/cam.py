@@ -38,7 +38,7 @@ class CamFollower(Joint):
     Φ = |d| − R(ψ) = 0, a flat face with the normal n keeps Φ = n · d − h(ψ) = 0: one row, without
     friction. R is the pitch curve, h the support function of the cam, which is R of a follower that
     translates along n through the centre. The reaction is the force of contact on the follower,
-    told at the point of contact, where it has no torque.
+    reported at the point of contact, where it has no torque.
 
     Parameters
     ----------
@@ -73,8 +73,8 @@ class CamFollower(Joint):
     θ_i − θ_j and a constant for a flat face. With `clockwise` it is how far the cam has turned
     clockwise, and then also the polar angle of the profile in the cam's axes.
 
-    The contact holds whatever the sign of its force: where it is negative the follower would leave
-    the cam, and the result has a note; ``run.contact(name)`` gives the force that presses.
+    The contact is kept whatever the sign of its force: where it is negative the follower would
+    leave the cam, and the result has a note; ``run.contact(name)`` gives the force that presses.
 
     Norton, Design of Machinery, chapter 8; the radius of curvature of the cam is h + h″ for a flat
     face, and (R² + R′²)^(3/2) / (R² + 2R′² − R R″) of the pitch curve for a roller.
@@ -187,7 +187,7 @@ class CamFollower(Joint):
         n = int(R.argmin())
         if not self.flat and R[n] <= 0.0:
             raise ModelError(
-                f"'{self.name}': the radius of its profile is {R[n]:.4g} {unit} at {_told(n)}, it "
+                f"'{self.name}': the radius of its profile is {R[n]:.4g} {unit} at {_at(n)}, it "
                 "must be positive: give a greater base_radius, or raise the profile",
                 self.name,
             )
@@ -202,7 +202,7 @@ class CamFollower(Joint):
         remedy = "base_radius" if self.base_radius is not None else "the profile"
         smaller = "" if self.flat else ", or take a smaller roller"
         raise ModelError(
-            f"'{self.name}': the cam undercuts its {what} is {rho[n]:.4g} {unit} at {_told(n)}: "
+            f"'{self.name}': the cam undercuts its {what} is {rho[n]:.4g} {unit} at {_at(n)}: "
             f"raise {remedy} by more than {more:.4g} {unit}{smaller}",
             self.name,
         )
@@ -231,8 +231,8 @@ class CamFollower(Joint):
         return (np.cos(ray), np.sin(ray)), slope
 
 
-def _told(n: int) -> str:
-    """A place of the profile."""
+def _at(n: int) -> str:
+    """Angle of a place of the profile."""
     return f"{360.0 * n / (PLACES - 1):.4g} deg"
 
 
@@ -256,7 +256,7 @@ def _raised(R: Any, R1: Any, R2: Any, wheel: float) -> float:
 
 @inline
 def roller_ray(i, j, p):
-    """(cos ψ, sin ψ) |d| of the angle that a roller's profile is asked at: ψ = ±(θ_i + β − ∠d)."""
+    """(cos ψ, sin ψ) |d| of the angle on a roller's profile: ψ = ±(θ_i + β − ∠d)."""
     _, (dx, dy), _, _ = between(i, j, p[0], p[1], p[2], p[3])
     s, c = sincos(i[2] + p[4])
     return c * dx + s * dy, p[5] * (s * dx - c * dy)
@@ -286,7 +286,7 @@ def roller(i, j, p, f):
 
 @inline
 def face_ray(i, j, p):
-    """(cos ψ, sin ψ) of the angle that a flat face asks the profile at: ψ = ±(θ_i − θ_j + β)."""
+    """(cos ψ, sin ψ) of the angle on a flat face's profile: ψ = ±(θ_i − θ_j + β)."""
     s, c = sincos(i[2] - j[2] + p[5])
     return c, p[6] * s
 

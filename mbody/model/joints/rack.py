@@ -26,7 +26,7 @@ __all__ = ["RackPinion", "along_line", "below", "rack", "turns_on_line"]
 class RackPinion(Joint):
     """Rack and pinion: the pitch circle about the place on j rolls on a line of i.
 
-    Other joints hold the pinion at its distance: its centre stands by the radius to the left of the
+    Other joints keep the pinion at its distance: its centre is by the radius to the left of the
     pitch line, which goes through the place on i in the direction of its marker, the marker's y
     axis pointing to the pinion. Φ = u · d + r (θ_j − θ_i) − offset,
     one row. The reaction is the tangential tooth force on the pinion at the pitch point.

@@ -1,4 +1,4 @@
-"""A cylinder with self-acting valves: the pressures in it by the way of the piston."""
+"""A cylinder with self-acting valves: the pressures in it over the stroke of the piston."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class ReciprocatingCylinder(Load):
     """Cylinder of a piston machine with self-acting valves, single- or double-acting: suction,
     compression, delivery, expansion; the indicator diagram of a liquid or a gas.
 
-    A chamber of the volume A h, h = clearance + way of the piston from its `near` dead centre,
+    A chamber of the volume A h, h = clearance + travel of the piston from its `near` dead centre,
     holds a liquid of bulk modulus K, or a gas, p Vⁿ = const; a valve opens where the pressure
     reaches that outside. With c the clearance and H = c + stroke,
 
@@ -68,7 +68,7 @@ class ReciprocatingCylinder(Load):
 
     Notes
     -----
-    At rest a chamber counts as being compressed, so that statics holds the piston against delivery;
+    At rest a chamber counts as being compressed: in statics the piston works against delivery;
     of a double-acting cylinder both do. Beyond the dead centres pressures stay what they are there.
     Valves have no mass and no loss.
 
