@@ -29,11 +29,11 @@ from mbody import (
     gallery,
 )
 from mbody.engines.pymunk import MARGIN, opinion
+from mbody.engines.pymunk.extrapolation import extrapolated
 from mbody.engines.pymunk.instants import kinematic
-from mbody.engines.pymunk.limits import limit
 from mbody.engines.pymunk.motion import trajectory
 from mbody.engines.pymunk.space import Space
-from mbody.engines.pymunk.steps import Stepper, of_system
+from mbody.engines.pymunk.steps import SpaceStepper, of_system
 from mbody.makers import makers
 from tests.linkages import random_linkage, times_within
 
@@ -331,7 +331,7 @@ def test_locked_wheels_slide_with_the_limiting_deceleration(axles):
                 shape.friction = math.sqrt(MU)
             space.space.add(pymunk.SimpleMotor(space.bodies[0], space.bodies[part.j], 0.0))
             rates[part.j, 2] = 0.0
-    stepper = Stepper(space, lambda times: np.zeros((0, len(times))))
+    stepper = SpaceStepper(space, lambda times: np.zeros((0, len(times))))
     stepper.put(kinematic(start, "place")[0], rates)
     h = 1e-4
     stepper.go(0.0, h, 50)
@@ -408,7 +408,7 @@ def test_a_wheel_on_a_wheel_is_taken_over():
 
 def test_the_limit_takes_three_powers_away():
     values = [np.array([1.0 + h - 2.0 * h**2 + 3.0 * h**3]) for h in (0.4, 0.2, 0.1, 0.05)]
-    found, spread = limit(values)
+    found, spread = extrapolated(values)
     assert found[0] == pytest.approx(1.0, abs=1e-13)
     # the error of the level before is 3/2³ of … the cube of the step, far above that of the limit
     assert 1e-4 < spread[0] < 1e-1
@@ -419,7 +419,7 @@ def test_impulses_from_momenta_have_the_sizes_that_pymunk_tells(seed):
     machine, _ = random_linkage(seed, loops=2, sliders=bool(seed % 2), extras=True)
     run = mbody.kinetostatics(machine)
     space = Space(run.system, 1.0, 20000)
-    stepper = Stepper(space, lambda times: of_system(run.system, times, 1.0))
+    stepper = SpaceStepper(space, lambda times: of_system(run.system, times, 1.0))
     stepper.put(kinematic(run, "place")[0], kinematic(run, "rate")[0])
     h = 1e-3
     told = stepper.go(0.0, h, 5)[3 * run.system.coordinates :].reshape(-1, 4)

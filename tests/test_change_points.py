@@ -23,6 +23,7 @@ from mbody import (
     statics,
 )
 from mbody.engines.oracle import Reference
+from mbody.laws import Table
 from mbody.makers import makers
 
 pytestmark = pytest.mark.processor
@@ -172,6 +173,15 @@ def test_a_whole_turn_of_forces_with_two_instants_that_have_none():
     run = kinetostatics(machine, turn=True)
     assert np.flatnonzero(np.isnan(run.reaction("B").fx)).tolist() == [0, 180, 360]
     assert [doubt.kind for doubt in run.doubts] == ["incomplete"]
+
+
+def test_missing_forces_leave_the_other_doubts_of_a_result():
+    machine = parallelogram(0.0)
+    table = Table([0.0, 0.5, 1.0], [5.0, 6.0, 5.0], outside="hold")
+    machine.add(Gravity("gravity", y=-9.81), Torque("load", "crank", value=table))
+    run = kinetostatics(machine, t=[0.0, 0.2, 0.4, 0.9, 1.1])
+    assert {doubt.kind for doubt in run.doubts} == {"incomplete", "extrapolation"}
+    assert all(doubt.message in run.notes for doubt in run.doubts)
 
 
 def test_forces_that_have_a_limit_under_load():

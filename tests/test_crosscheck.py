@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import mbody
+from mbody.engines.comparison import Comparison
 from mbody.engines.crosscheck import ALWAYS, ENGINES, installed
-from mbody.engines.ledger import Ledger
 from mbody.engines.opinion import Inexpressible, Opinion, Row
 from mbody.engines.spanning_tree import spanning_tree, tree_motion
 from tests.linkages import random_linkage, times_within
@@ -350,14 +350,14 @@ def test_a_fault_of_inertia_moves_the_free_motion():
 
 
 def test_what_is_no_number_differs():
-    ledger = Ledger()
+    ledger = Comparison()
     ledger.add("force", "A.fx", [1.0, 2.0], np.array([1.0, np.nan]))
     (row,) = ledger.rows({"force": 1e-9}, {"force": "rounding"})
     assert row.verdict == "differs" and math.isnan(row.theirs)
 
 
 def test_a_row_tells_the_instant_that_is_worst_for_what_is_expected_there():
-    ledger = Ledger()
+    ledger = Comparison()
     ledger.add("force", "A.fx", [1.0, 2.0], np.array([1.1, 2.5]))
     (row,) = ledger.rows({"force": np.array([0.01, 1.0])}, {"force": "rounding"})
     assert row.ours == 1.0 and row.difference == pytest.approx(0.1 / 2.5)

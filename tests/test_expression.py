@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from mbody import ModelError, SolveError, Spring, Torque, assemble, kinetostatics
 from mbody.laws import Expression, Polynomial, law
-from mbody.laws.machine import DEEPEST, LONGEST, OPERATIONS
+from mbody.laws.postfix import MAX_OPERATIONS, MAX_STACK, OPERATIONS
 from mbody.quantities import FormulaError, Scope, Valued, text_of
 from mbody.quantities.tree import Binary, Call, Name, Negative, Plain
 from mbody.quantities.units import DIMENSIONS, NUMBER
@@ -241,7 +241,9 @@ def test_no_value_is_a_sentence():
 
 def test_analyses_name_the_driver_the_time_and_the_text():
     times = np.linspace(0.0, 2.0, 9)
-    with pytest.raises(ModelError, match=r"driver 'motor': 'log\(1 - t\)' has no value at 1: ask"):
+    with pytest.raises(
+        ModelError, match=r"driver 'motor': 'log\(1 - t\)' has no value at 1: evaluate"
+    ):
         kinetostatics(four_bar(program("log(1 - t)")), t=times)
     with pytest.raises(ModelError, match=r"'motor', .*sqrt\(t\).*, has an infinite rate at t = 0"):
         kinetostatics(four_bar(program("sqrt(t)")), t=times)
@@ -345,7 +347,9 @@ def test_plain_degrees_are_scaled():
 
 def test_a_program_that_keeps_too_many_waiting():
     text = "t"
-    for _ in range(DEEPEST):
+    for _ in range(MAX_STACK):
         text = f"sin(t)+({text})*sin(t)" if len(text) < 20 else f"exp(t)*({text})"
-    with pytest.raises(FormulaError, match=rf"numbers waiting, at most {LONGEST} with {DEEPEST}"):
+    with pytest.raises(
+        FormulaError, match=rf"numbers waiting, at most {MAX_OPERATIONS} with {MAX_STACK}"
+    ):
         made(text)

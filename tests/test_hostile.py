@@ -51,8 +51,8 @@ TOML = {
     "nan": ("[bodies.a]\nmass = nan\n", "line 2: bodies.a.mass: is nan, it must be finite"),
     "inf": ("[bodies.a]\nmass = -inf\n", "is -inf, it must be finite"),
     "1e400": ("[bodies.a]\nmass = 1e400\n", "is inf, it must be finite"),
-    "text 1e400": ('[bodies.a]\nmass = "1e400"\n', "comes to inf, it must be finite"),
-    "a long exponent": ('[bodies.a]\nmass = "1e999999999999"\n', "no number that a computer"),
+    "text 1e400": ('[bodies.a]\nmass = "1e400"\n', "evaluates to inf, it must be finite"),
+    "a long exponent": ('[bodies.a]\nmass = "1e999999999999"\n', "too large or too small"),
     "a huge whole number": (f"[bodies.a]\nmass = {'9' * 900_000}\n", "very many digits"),
     "a huge hexadecimal number": (f"[bodies.a]\nmass = {HEX}\n", "very many digits"),
     "a huge number for text": (f"name = {HEX}\n", "very many digits"),
@@ -60,7 +60,10 @@ TOML = {
     "a date": ("[bodies.a]\nmass = 2020-01-01\n", "must be a number or text"),
     "a call": ("[bodies.a]\nmass = \"__import__('os')\"\n", "there is no function '__import__'"),
     "another call": ('[bodies.a]\nmass = "exit()"\n', "there is no function 'exit'"),
-    "an attribute": ('[bodies.a]\nmass = "().__class__"\n', "holds '.', which no formula has"),
+    "an attribute": (
+        '[bodies.a]\nmass = "().__class__"\n',
+        "contains '.', which is not allowed",
+    ),
     "a long formula": (f'[bodies.a]\nmass = "{"1+" * 2000}1"\n', "4001 characters", "at most 2000"),
     "a formula without end": (f'[bodies.a]\nmass = "{LONG}"\n', "at most 2000 are read"),
     "brackets": (f'[bodies.a]\nmass = "{"(" * 900}1"\n', "nested more than 40 deep"),
@@ -70,7 +73,7 @@ TOML = {
     "many small units": (f'[bodies.a]\nmass = "1 {"um " * 600}"\n', "is a quantity in m"),
     "many degrees": (f'[bodies.a]\nmass = "(1+1) {"rev " * 490}"\n', "is a quantity in rad"),
     "a law of many parts": (law(f'"{"+".join(["sin(t)"] * 190)}"'), "operations", "at most 200"),
-    "parameters in a ring": (entries("parameters", '"eN"'), "made of each other"),
+    "parameters in a ring": (entries("parameters", '"eN"'), "depend on each other"),
     "a long key": (f"{LONG} = 1\n", "line 1: xxx", "there is no such key"),
     "a long name": (f"[bodies.{LONG}]\n", "has 900000 characters: give at most 200"),
     "a long unit system": (f'units = "{LONG}"\n', "there is no unit system 'xxx"),
@@ -120,9 +123,12 @@ TOML = {
         "the segments last 20000 in all",
     ),
     "a file from text": (law('{ table = { file = "x.csv" } }'), "has no folder beside it"),
-    "a measure in nothing": (MOTOR + '[measures]\nm = { of = "a.x", unit = "m*0" }', "is no unit"),
+    "a measure in nothing": (
+        MOTOR + '[measures]\nm = { of = "a.x", unit = "m*0" }',
+        "is not a unit",
+    ),
     "a bidi override in a name": ('[bodies."\u202egnp"]\n', "cannot be printed"),
-    "a direction in a formula": ('[bodies.a]\nmass = "1\u202e"\n', "holds '\\u202e'"),
+    "a direction in a formula": ('[bodies.a]\nmass = "1\u202e"\n', "contains '\\u202e'"),
 }
 
 

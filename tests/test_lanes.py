@@ -417,7 +417,9 @@ def test_a_bundle_is_made_whole():
         np.testing.assert_array_equal(other.rows, rows)
         assert other.address != memory.address and other.scale == 1.5
     assert memory.replaced(scale=2.5).scale == 2.5 and memory.scale == 1.5
-    with pytest.raises(AttributeError, match="a Memory does not change: make another"):
+    with pytest.raises(
+        AttributeError, match="the fields of a Memory cannot change: make a new one"
+    ):
         memory.rows = rows
     with pytest.raises(TypeError, match="Memory: missing or unknown: kinds, more"):
         Memory(rows=rows, **{"more" if k == "kinds" else k: v for k, v in given.items()})

@@ -169,7 +169,7 @@ def test_measures_that_do_not_serve(of, unit, words):
     [
         (3, "", "measure: of must be text, not 3"),
         ("t", 3, "measure: unit must be text, not 3"),
-        ("t +", "", "ends where a number is wanted"),
+        ("t +", "", "ends where a number is expected"),
         ("t", "nonsense", "there is no unit 'nonsense'"),
         ("", "", "it is empty"),
     ],

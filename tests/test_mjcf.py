@@ -276,7 +276,7 @@ def test_drivers_can_be_held():
     free, held = (to_mjcf(machine, held=held).text for held in (False, True))
     models = [mujoco.MjModel.from_xml_string(text) for text in (free, held)]
     assert [model.neq for model in models] == [0, 2] and [model.nu for model in models] == [2, 2]
-    point = to_mjcf(DRIVEN["coordinate of a point"], held=True)
+    point = to_mjcf(DRIVEN["coordinate of a point"], fix_drivers=True)
     assert [one.element for one in point.not_expressible] == ["m"]
 
 

@@ -247,7 +247,7 @@ def operations(system):
 
 def memory(system):
     """Bytes of the index lists, the numbers and one workspace."""
-    layout, work = system.layout.held().values(), system.work().held().values()
+    layout, work = system.layout.as_dict().values(), system.work().as_dict().values()
     parts = [*layout, *work, system.par, system.mass]
     return sum(np.asarray(part).nbytes for part in parts)
 

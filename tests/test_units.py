@@ -31,8 +31,8 @@ from mbody.quantities.units import (
     NUMBER,
     SYMBOLS,
     UNIT_SYSTEMS,
-    foreign,
     known,
+    pint_unit,
     unit_system,
 )
 from tests.test_errors import says
@@ -84,9 +84,9 @@ def test_ratios_are_those_of_pint(symbol):
 def test_a_unit_is_known_by_its_symbol():
     assert known("kN").factor == 1000.0
     assert known("stone") is None
-    assert foreign("stone").ratio == 14 * Fraction("0.45359237")
+    assert pint_unit("stone").ratio == 14 * Fraction("0.45359237")
     for text in ("nonsense", "", "a b", "1", "x" * 41, "kelvin", "ampere", "mm^2", "µ"):
-        assert foreign(text) is None
+        assert pint_unit(text) is None
 
 
 @pytest.mark.parametrize(

@@ -1,9 +1,9 @@
-"""The cache on disk of compiled functions, under one hash of all sources that they are made of.
+"""The cache of compiled functions on disk, under one hash of all sources that they are made of.
 
-Numba's own disk cache asks only whether the file of the *calling* function has changed, so after
-an edit of a callee in another file it answers with the old code; and it refuses to import where
-nothing can be written.  The cache below is filed under a hash of all sources that may hold or feed
-a compiled function, and where it finds no folder it does without.
+Numba's own disk cache checks only the file of the *calling* function. After an edit of a called
+function in another file it returns the old code, and where nothing can be written the import
+fails. The cache below is stored under a hash of all sources that contain compiled functions or
+their constants. Where no folder can be written, nothing is cached.
 """
 
 # mypy: disallow-any-unimported=False, disallow-subclassing-any=False
@@ -30,13 +30,19 @@ import numba
 
 __all__ = ["COMPILED", "PLAIN", "attach_cache", "cache_folder"]
 
-#: True where functions stay plain Python; then nothing is compiled and nothing kept.
+#: True where functions stay plain Python; then nothing is compiled or cached.
 PLAIN = bool(getattr(numba.config, "DISABLE_JIT", 0))
 
-#: The sources that may hold a compiled function or a constant of one; the tests see to it.
+#: The sources that may contain a compiled function or a constant of one; a test checks the list.
 COMPILED = (
-    *("compiler/*.py", "kernels/*.py", "laws/*.py", "model/joints/*.py", "model/loads/*.py"),
-    *("model/geometry.py", "model/primitives.py", "system/layout.py"),
+    "compiler/*.py",
+    "kernels/*.py",
+    "laws/*.py",
+    "model/joints/*.py",
+    "model/loads/*.py",
+    "model/geometry.py",
+    "model/primitives.py",
+    "system/layout.py",
 )
 
 _PACKAGE = Path(__file__).resolve().parents[1]
@@ -60,7 +66,7 @@ def _fingerprint() -> tuple[tuple[str, int, int], ...]:
 
 @functools.cache
 def _stamp() -> tuple[str, tuple[tuple[str, int, int], ...]] | None:
-    """Hash of everything that the compiled code depends on, and the files' state with it.
+    """Hash of everything that the compiled code depends on, and the fingerprint of the sources.
 
     None where the sources cannot be read (a package without sources, or inside an archive).
     """
@@ -85,7 +91,7 @@ def _stamp() -> tuple[str, tuple[tuple[str, int, int], ...]] | None:
 
 
 def _writable(folder: Path) -> bool:
-    """Make the folder and really write in it: permission bits alone tell too little."""
+    """Make the folder and write a file in it: permission bits alone are not enough."""
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder) as file:
@@ -98,7 +104,7 @@ def _writable(folder: Path) -> bool:
 def _owned(folder: Path) -> bool:
     """Whether an existing folder belongs to this user.
 
-    Cache files are pickles and can run anything: those of somebody else are never opened.
+    Cache files are pickles and can run any code: those of another user are never opened.
     """
     if not hasattr(os, "getuid"):
         return True
@@ -109,7 +115,9 @@ def _owned(folder: Path) -> bool:
 
 
 def _private_temporary() -> Path | None:
-    """A folder in the temporary directory that nobody else can have prepared or can enter."""
+    """A folder in the temporary directory that belongs to this user and that only this user can
+    enter.
+    """
     user = str(os.getuid()) if hasattr(os, "getuid") else os.environ.get("USERNAME", "user")
     try:
         folder = Path(tempfile.gettempdir()) / f"mbody-{user}"
@@ -125,7 +133,7 @@ def _private_temporary() -> Path | None:
 
 
 def _candidates() -> Iterator[tuple[Path, bool]]:
-    """Folders to keep the caches of all versions in, best first, and whether the user named it."""
+    """Folders for the caches of all versions, best first, each with whether the user named it."""
     for name, suffix in (("MBODY_CACHE_DIR", ""), ("NUMBA_CACHE_DIR", "mbody")):
         value = os.environ.get(name)
         if value:
@@ -147,7 +155,7 @@ def _candidates() -> Iterator[tuple[Path, bool]]:
 
 @functools.cache
 def cache_folder() -> Path | None:
-    """The folder that keeps this version's compiled kernels, or None if there is none.
+    """The folder of this version's compiled kernels, or None if there is none.
 
     The first that can be written of ``$MBODY_CACHE_DIR/<hash>``, ``$NUMBA_CACHE_DIR/mbody/<hash>``,
     ``$XDG_CACHE_HOME/mbody/<hash>`` (by default ``~/.cache``), and a private temporary folder.
@@ -164,7 +172,9 @@ def cache_folder() -> Path | None:
 
 
 def _prune(base: Path, used: Path) -> None:
-    """Mark a folder as used today and remove those of other versions unused for long."""
+    """Mark a folder as used today and remove those of other versions that were not used for 30
+    days.
+    """
     now = time.time()
     try:
         if now - used.stat().st_mtime < 86400.0 and any(used.iterdir()):
@@ -189,8 +199,8 @@ def _prune(base: Path, used: Path) -> None:
 def _cache_type() -> Any:
     """Numba's cache of compiled functions, filed under the stamp of the package.
 
-    None where nothing can be kept.  The classes extended here are not numba's public interface:
-    whoever calls this takes any exception as "no cache".
+    None where nothing can be stored.  The classes extended here are not numba's public interface:
+    callers treat any exception as "no cache".
     """
     folder, stamp = cache_folder(), _stamp()
     if folder is None or stamp is None:
@@ -202,7 +212,7 @@ def _cache_type() -> Any:
 
     class Locator(caching._CacheLocator):
         def __init__(self, function: Any, file: str) -> None:
-            self._py_file = file  # numba names it in its warnings
+            self._py_file = file  # numba prints it in its warnings
             self._label = f"{function.__module__}-{function.__code__.co_firstlineno}"
 
         @classmethod
@@ -234,8 +244,8 @@ def _cache_type() -> Any:
             super().__init__(function)
             self._impl.rebuilt = rebuilt
             # Numba numbers the data files of a function 1, 2, ...  Two processes that compile it
-            # for different types at once would both write number 1, and one would find the
-            # other's code there.
+            # for different types at once would both write number 1, and one would load the
+            # code of the other.
             file = self._cache_file
             pattern = file._data_name_pattern
             pattern = form + pattern.replace("{number:d}", "{number:d}-" + token)
@@ -247,15 +257,15 @@ def _cache_type() -> Any:
         def load_overload(self, signature: Any, target_context: Any) -> Any:
             try:
                 return super().load_overload(signature, target_context)
-            except Exception:  # a damaged file is as good as none: start afresh and compile
+            except Exception:  # a damaged file: clear the cache and compile
                 with contextlib.suppress(OSError):
                     self.flush()
                 return None
 
         def save_overload(self, signature: Any, data: Any) -> None:
-            # No harm in a full disk or a folder that has gone.
+            # A full disk or a removed folder only means that nothing is cached.
             with contextlib.suppress(OSError):
-                # Sources edited since this process started are not what was compiled.
+                # If sources were edited since this process started, they are not what was compiled.
                 if _fingerprint() == fingerprint:
                     super().save_overload(signature, data)
 
@@ -263,12 +273,13 @@ def _cache_type() -> Any:
 
 
 def attach_cache(dispatcher: Any, function: Callable[..., Any], form: str = "") -> None:
-    """Give a compiled function its place on disk, if there is any; `form` tells forms apart.
+    """Attach the disk cache to a compiled function, if there is one; `form` is a prefix of its
+    files.
 
-    A dispatcher with a method `rebuilt` takes what was kept of it up in its own way.
+    A dispatcher with a method `rebuilt` restores its compiled code from the cache by that method.
     """
     try:
-        # The stamp covers the package alone, so functions from elsewhere are not kept.
+        # The hash covers the package alone, so functions from elsewhere are not cached.
         if _PACKAGE in Path(function.__code__.co_filename).resolve().parents:
             kind = _cache_type()
             if kind is not None:

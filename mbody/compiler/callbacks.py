@@ -1,7 +1,7 @@
 """Users' plain Python, called from compiled code.
 
-A function is registered for a handle; :func:`call_user` calls it by that handle from a kernel as
-from plain Python, and what it raises waits in :func:`failure` until somebody takes it.
+A function is registered and gets a handle. :func:`call_user` calls it by that handle, from a kernel
+or from plain Python. An exception that it raises is stored until :func:`failure` returns it.
 """
 
 # mypy: disallow-any-unimported=False, disallow-subclassing-any=False
@@ -28,17 +28,17 @@ __all__ = ["call_user", "failure", "raise_failure", "register", "release"]
 
 UserFunction = Callable[[np.ndarray, np.ndarray], Any]
 
-# reentrant: the garbage collector may release a handle while this thread already holds it
+# reentrant: the garbage collector may release a handle while this thread has the lock
 _lock = threading.RLock()
 _functions: dict[int, UserFunction] = {}
 _failures: dict[int, BaseException] = {}
 _next_handle = 0
 
-_DONE, _FAILED, _LOST = 0, 1, 2
+_DONE, _FAILED, _INTERRUPTED = 0, 1, 2
 
 
 def register(function: UserFunction) -> int:
-    """Keep ``function(x, y)`` for :func:`call_user`; the handle is valid until released."""
+    """Register ``function(x, y)`` for :func:`call_user`; the handle is valid until released."""
     global _next_handle
     if not callable(function):
         raise TypeError(f"not a function: {function!r}")
@@ -49,14 +49,14 @@ def register(function: UserFunction) -> int:
 
 
 def release(handle: int) -> None:
-    """Forget a registered function and what it may have raised; any handle is accepted."""
+    """Remove a registered function and its stored exception; any handle is accepted."""
     with _lock:
         _functions.pop(handle, None)
         _failures.pop(handle, None)
 
 
 def failure(handle: int | None = None) -> tuple[int, BaseException] | None:
-    """Take what a user's function raised: (handle, exception), or None.
+    """Return and remove the exception of a user's function: (handle, exception), or None.
 
     Without a handle, the oldest failure of any function.  ``KeyboardInterrupt`` and ``SystemExit``
     are among them and must be raised again by the caller.
@@ -70,7 +70,7 @@ def failure(handle: int | None = None) -> tuple[int, BaseException] | None:
 
 
 def raise_failure(handle: int | None = None) -> None:
-    """Raise again what a user's function raised, if anything."""
+    """Raise the stored exception of a user's function again, if there is one."""
     found = failure(handle)
     if found is not None:
         raise found[1]
@@ -83,7 +83,9 @@ def _keep_failure(handle: int, error: BaseException) -> int:
 
 
 def _call(handle: int, x: np.ndarray, y: np.ndarray) -> int:
-    """Call a registered function, on copies: it may keep them, a kernel's memory does not last."""
+    """Call a registered function, on copies: the function may keep them, but a kernel's memory is
+    reused.
+    """
     try:
         with _lock:
             function = _functions.get(handle)
@@ -106,7 +108,7 @@ def _view(address: int, size: int) -> np.ndarray:
 def _enter(
     handle: int, x_address: int, x_size: int, y_address: int, y_size: int, status: int
 ) -> None:
-    """Called by compiled code, with the lock of the interpreter held."""
+    """Called by compiled code, which has acquired the lock of the interpreter."""
     try:
         if x_size < 0:
             result = _keep_failure(handle, KeyboardInterrupt())
@@ -117,10 +119,10 @@ def _enter(
     ctypes.c_int64.from_address(status).value = result
 
 
-# Compiled code finds the door by name, which (unlike an address) can be written into a cache
-# file.  Numba's object mode would do the same but compile its block anew in every process.
-_DOOR = "mbody_call_user"
-_door = ctypes.CFUNCTYPE(
+# Compiled code finds the callback by a symbol name, which (unlike an address) can be written into a
+# cache file.  Numba's object mode would do the same but compile its block in every process.
+_SYMBOL = "mbody_call_user"
+_callback = ctypes.CFUNCTYPE(
     None,
     ctypes.c_int64,
     ctypes.c_size_t,
@@ -129,12 +131,12 @@ _door = ctypes.CFUNCTYPE(
     ctypes.c_int64,
     ctypes.c_size_t,
 )(_enter)
-llvmlite.binding.add_symbol(_DOOR, ctypes.cast(_door, ctypes.c_void_p).value)
+llvmlite.binding.add_symbol(_SYMBOL, ctypes.cast(_callback, ctypes.c_void_p).value)
 
 
 @intrinsic
-def _through_door(typing_context: Any, handle: Any, x: Any, y: Any) -> Any:
-    """Call ``_enter``; an interrupt that meets it before its first line leaves ``_LOST``."""
+def _call_by_symbol(typing_context: Any, handle: Any, x: Any, y: Any) -> Any:
+    """Call ``_enter``; an interrupt before its first line leaves the status ``_INTERRUPTED``."""
     for array in (x, y):
         if not (
             isinstance(array, types.Array)
@@ -147,25 +149,27 @@ def _through_door(typing_context: Any, handle: Any, x: Any, y: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         word = ir.IntType(64)
         number = context.cast(builder, arguments[0], signature.args[0], types.int64)
-        status = cgutils.alloca_once_value(builder, ir.Constant(word, _LOST))
+        status = cgutils.alloca_once_value(builder, ir.Constant(word, _INTERRUPTED))
         status_address = builder.ptrtoint(status, word)
         values = [number]
         for kind, value in zip(signature.args[1:], arguments[1:], strict=True):
             array = context.make_array(kind)(context, builder, value)
             values += [builder.ptrtoint(array.data, word), array.nitems]
-        door = cgutils.get_or_insert_function(
-            builder.module, ir.FunctionType(ir.VoidType(), [word] * 6), _DOOR
+        callback = cgutils.get_or_insert_function(
+            builder.module, ir.FunctionType(ir.VoidType(), [word] * 6), _SYMBOL
         )
-        builder.store(ir.Constant(word, _LOST), status)
-        builder.call(door, [*values, status_address])
-        # An exception that ctypes met before the first line of _enter is gone.  Python looks for
-        # signals just there, so it was a keyboard interrupt: have that kept.
-        lost = builder.icmp_signed("==", builder.load(status), ir.Constant(word, _LOST))
-        with builder.if_then(lost, likely=False):
+        builder.store(ir.Constant(word, _INTERRUPTED), status)
+        builder.call(callback, [*values, status_address])
+        # An exception that occurred in ctypes before the first line of _enter is lost.  Python
+        # checks for signals there, so it was a keyboard interrupt: store one.
+        interrupted = builder.icmp_signed(
+            "==", builder.load(status), ir.Constant(word, _INTERRUPTED)
+        )
+        with builder.if_then(interrupted, likely=False):
             nothing = ir.Constant(word, 0)
             builder.store(ir.Constant(word, _FAILED), status)
             builder.call(
-                door, [number, nothing, ir.Constant(word, -1), nothing, nothing, status_address]
+                callback, [number, nothing, ir.Constant(word, -1), nothing, nothing, status_address]
             )
         return builder.load(status)
 
@@ -187,4 +191,4 @@ else:
         ``x`` and ``y`` are contiguous 1-D float64 arrays; the function fills ``y``.  Returns 0, or
         1 if it raised: then ``y`` is as before and :func:`failure` gives the exception.
         """
-        return _through_door(handle, x, y)
+        return _call_by_symbol(handle, x, y)

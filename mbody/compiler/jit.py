@@ -1,11 +1,10 @@
-"""Compilation of the kernels: one decorator for all, and a count of what was compiled.
+"""Compilation of the kernels: decorators, and a count of what was compiled.
 
-Every compiled function of the package carries ``@njit`` (or ``@inline``) of this module.  What
-is compiled is kept on disk (`mbody.compiler.cache`) and found again by later processes.  Three
-names in
-the environment matter:
+Every compiled function of the package has the decorator ``@njit``, ``@inline`` or ``@kernel`` of
+this module.  Compiled code is stored on disk (`mbody.compiler.cache`) and loaded by later
+processes.  Three environment variables matter:
 
-``MBODY_CACHE_DIR``    the folder to keep compiled kernels in,
+``MBODY_CACHE_DIR``    the folder for compiled kernels,
 ``MBODY_QUIET``        any text but "0": do not announce a compilation,
 ``NUMBA_DISABLE_JIT``  ``1``: every function stays the plain Python function that was written.
 """
@@ -35,8 +34,8 @@ __all__ = [
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-#: Freedoms given to the compiler: fuse a multiplication and an addition, forget the sign of a
-#: zero.  Sums keep their order and NaN and infinity keep their meaning: the kernels rely on both.
+#: What the compiler may do: fuse a multiplication and an addition, ignore the sign of a zero.
+#: Sums keep their order, and NaN and infinity keep their meaning: the kernels rely on both.
 FASTMATH = frozenset({"contract", "nsz"})
 
 
@@ -44,7 +43,7 @@ Entry: Any
 Inner: Any
 try:
     from mbody.compiler.linking import Entry, Inner
-except Exception:  # an interface of numba has changed: every function gets machine code of its own
+except Exception:  # an interface of numba has changed: every function gets its own machine code
     from numba.core.registry import CPUDispatcher
 
     Entry = Inner = CPUDispatcher
@@ -92,8 +91,8 @@ else:
         """Compile a function of kernels: ``@njit`` or ``@njit(forceinline=True, ...)``.
 
         The options are those of ``numba.njit``; here ``cache`` and ``nogil`` are on, a division
-        by zero gives an infinity instead of an exception, and ``fastmath`` is ``FASTMATH``. It
-        has no machine code of its own (`mbody.compiler.linking`), and makes no arrays.
+        by zero gives an infinity instead of an exception, and ``fastmath`` is ``FASTMATH``. The
+        function has no machine code of its own (`mbody.compiler.linking`) and allocates no arrays.
         """
         if function is None:
             return lambda function: _compile(function, Inner, options)
@@ -106,10 +105,10 @@ else:
     def kernel(function, /):
         """Compile an entry point, which Python calls.
 
-        It makes no arrays and returns none, and neither does what it calls: they work in memory
-        that they were given. Numba would count the references to arrays, each ``fields.rows`` of
-        a named tuple an atomic addition, which costs a scalar kernel 40 % and makes threads wait
-        for each other. So nothing is counted in any function of the package.
+        It allocates and returns no arrays, and neither do the functions that it calls: they work
+        in the arrays of their arguments. So reference counting is switched off in all functions of
+        the package. With it, each ``fields.rows`` of a named tuple would be an atomic addition,
+        which costs a scalar kernel 40 % and makes threads wait for each other.
         """
         return _compile(function, Entry, {})
 
@@ -131,7 +130,7 @@ def _announce() -> None:
     if cache_folder() is not None:
         detail = "once, up to a minute"
     else:
-        detail = "no folder to keep them in, see MBODY_CACHE_DIR"
+        detail = "no folder to store them, see MBODY_CACHE_DIR"
     with contextlib.suppress(OSError, ValueError):
         print(f"mbody: compiling kernels for this machine ({detail}) ...", file=sys.stderr)
 
@@ -146,7 +145,7 @@ def _count(dispatcher: Any) -> None:
 
 
 def _listen() -> None:
-    """Have numba tell of each compilation; it says nothing of functions loaded from disk."""
+    """Count numba's compile events; functions loaded from disk cause none."""
     try:
         from numba.core import event
 
@@ -159,7 +158,7 @@ def _listen() -> None:
 
         event.register("numba:compile", Compilations())
     except Exception:
-        return  # an interface of numba has changed: compilations go uncounted
+        return  # an interface of numba has changed: compilations are not counted
 
 
 if not PLAIN:

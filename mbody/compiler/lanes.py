@@ -1,26 +1,27 @@
-"""Numbers of many lanes: one physics source for one design or for ``LANES`` of them at a time.
+"""Numbers with many lanes (SIMD): one physics source for one design or for ``LANES`` at a time.
 
 The physics is written once, for numbers.  Compiled for float64 it works on one design (or one
-position); compiled for ``Lanes(n)`` the same source works on n of them in step, each operation
-being one of LLVM's on ``<n x double>``.  Loops over lanes that the compiler is left to vectorise
-itself are two to five times slower.
+position); compiled for ``Lanes(n)`` the same source works on n of them in parallel: each operation
+is one LLVM operation on ``<n x double>``.  Loops over lanes that the compiler vectorises by itself
+are two to five times slower.
 
 Kernels keep their numbers in 2-D float64 C-contiguous arrays of shape ``(rows, lanes)``: a row is
-one quantity.  A *witness* ``w``, any number of the type to work with, tells how a row is read:
+one quantity.  A *witness* ``w``, any number of the type to work with, decides how a row is read:
 ``0.0`` in a scalar kernel (arrays of one column), :func:`wide` in a wide one (``LANES`` columns)::
 
     x = ld(W, row, w)
     s, c = sincos(x)
     st(W, row + 1, select_le(c, 0.0, s, x * s), w)
 
-Nothing checks rows or columns.  Numbers of many lanes live inside compiled code only; they are
-added, subtracted, multiplied and divided among themselves and with ordinary numbers, and taken by
-``np.sqrt`` and ``np.abs``.  They cannot be compared in an ``if``, which has one outcome for all.
+Rows and columns are not checked.  Numbers with many lanes exist inside compiled code only.  They
+can be added, subtracted, multiplied and divided among themselves and with ordinary numbers, and
+``np.sqrt`` and ``np.abs`` accept them.  They cannot be compared in an ``if``, which has one outcome
+for all lanes.
 
 Every function here is also a plain Python function that does the same to NumPy rows of any
 length, of floats or of complex numbers, so that with ``NUMBA_DISABLE_JIT=1`` whole kernels run on
-either (complex steps give derivatives).  A row is there an array: ``a += b`` would change every
-name of it, so sources for both write ``a = a + b``.
+either (complex steps give derivatives).  There a row is an array, and ``a += b`` would change it
+in place under every name: sources for both write ``a = a + b``.
 """
 
 # mypy: disallow-any-unimported=False, disallow-subclassing-any=False
@@ -69,7 +70,7 @@ __all__ = [
 ]
 
 #: Lanes of a wide kernel, measured best on a four-bar: with 32 lanes of 8 bytes the compiler runs
-#: out of registers; fewer than these leave the arithmetic units waiting for each other.
+#: out of registers; with fewer lanes the arithmetic units wait for each other.
 LANES = 16
 
 #: float, complex, or a row of either; in compiled code float64 or Lanes.
@@ -77,7 +78,7 @@ Number = Any
 
 
 # ---------------------------------------------------------------------------------------------
-# The functions as plain Python sees them.  Their decorators give them their compiled meaning.
+# The functions in plain Python.  Their decorators define the compiled versions.
 
 
 def aligned(rows: int, lanes: int) -> np.ndarray:
@@ -111,8 +112,8 @@ def st(array: np.ndarray, row: int, value: Number, w: Number) -> None:
 
 @row_store(constants=False)
 def st_varying(array: np.ndarray, row: int, value: Number, w: Number) -> None:
-    """As `st`, but of many lanes leave out what is a constant in the source of the physics: it must
-    stand there already. Stores are what lanes wait for.
+    """As `st`, but with many lanes a value that is a constant in the source is not stored: the row
+    must contain it already. Stores are the slowest part of wide kernels.
     """
     if array.shape[1] == 1 or np.ndim(value):
         array[row] = value
@@ -124,27 +125,27 @@ def count(w: Number) -> int:
     return int(np.size(w))
 
 
-def _chosen(condition: Any, x: Number, y: Number) -> Number:
+def _where(condition: Any, x: Number, y: Number) -> Number:
     found: np.ndarray = np.asarray(np.where(condition, x, y))
     return found if found.ndim else found.item()
 
 
 @elementwise(4, select_ordered)
 def select_le(a: Number, b: Number, x: Number, y: Number) -> Number:
-    """Lane by lane, x where a <= b, else y: a NaN in a or b gives y.  Both are evaluated."""
-    return _chosen(np.real(a) <= np.real(b), x, y)
+    """Lane by lane, x where a <= b, else y (also where a or b is NaN).  Both are evaluated."""
+    return _where(np.real(a) <= np.real(b), x, y)
 
 
 @elementwise(2, extreme("<"))
 def smaller(a: Number, b: Number) -> Number:
     """Lane by lane the smaller of two; NaN where either is NaN."""
-    return _chosen(np.isnan(a) | (np.real(a) < np.real(b)), a, b)
+    return _where(np.isnan(a) | (np.real(a) < np.real(b)), a, b)
 
 
 @elementwise(2, extreme(">"))
 def larger(a: Number, b: Number) -> Number:
     """Lane by lane the larger of two; NaN where either is NaN."""
-    return _chosen(np.isnan(a) | (np.real(a) > np.real(b)), a, b)
+    return _where(np.isnan(a) | (np.real(a) > np.real(b)), a, b)
 
 
 @reduction(extreme("<"))
@@ -163,7 +164,7 @@ def sincos(x: Number) -> tuple[Number, Number]:
     """Sine and cosine of an angle in rad.
 
     Compiled: off by less than 2e-16 for |x| <= 1e5.  Beyond that a float64 goes to ``np.sin`` and
-    ``np.cos``; lanes stay good to 1e6 and lose figures further on.  NaN and infinities give NaN.
+    ``np.cos``; lanes are accurate to 1e6 and lose digits beyond.  NaN and infinities return NaN.
     """
     return np.sin(x), np.cos(x)
 
@@ -176,8 +177,8 @@ _TWO_OVER_PI = 0.6366197723675814
 _HALF_PI_1 = 1.5707963267341256e00
 _HALF_PI_2 = 6.0771005063039660e-11
 _HALF_PI_3 = 2.0222662487959506e-21
-# Added to a small number this leaves no room for a fraction: the sum's last bits are the nearest
-# whole number.  (Freedom to reorder sums would undo it; FASTMATH does not give it.)
+# Added to a small number this leaves no bits for a fraction: the last bits of the sum are the
+# nearest integer.  (Reordering of sums would undo it; FASTMATH does not allow that.)
 _ROUND = 1.5 * 2.0**52
 _FAR = 1e5
 
@@ -198,7 +199,7 @@ def _negate_if_two(t: Number, x: Number) -> Number:
 def _sincos(x: Number) -> tuple[Number, Number]:
     """Sine and cosine by the polynomials of Sun's fdlibm, on the octant around the nearest k pi/2.
 
-    Compiled only: the type of x says whether this is one number or many lanes.
+    Compiled only: the type of x decides between one number and many lanes.
     """
     t = x * _TWO_OVER_PI + _ROUND
     k = t - _ROUND
@@ -223,13 +224,13 @@ def _sincos(x: Number) -> tuple[Number, Number]:
 
 
 if not PLAIN:
-    # The C library's by name: LLVM would compute its own sin and cos before asking for the branch.
+    # The C library's by name: LLVM would evaluate its own sin and cos before taking the branch.
     _far_sine: Any = types.ExternalFunction("sin", signature(types.float64, types.float64))
     _far_cosine: Any = types.ExternalFunction("cos", signature(types.float64, types.float64))
 
     @overload(sincos, jit_options={"forceinline": True, "fastmath": set(FASTMATH)})
     def _overload_sincos(x: Any) -> Any:
-        # Numba wants the signatures below equal to that above, annotations and all.
+        # Numba requires that the signatures below equal that above, including the annotations.
         def lanes(x: Any) -> Any:
             return _sincos(x)
 

@@ -1,8 +1,7 @@
-"""Numba's type of numbers of many lanes, and the LLVM instructions of what is done with them.
+"""Numba's type of numbers with many lanes, and the LLVM instructions of their operations.
 
-Arithmetic of :class:`Lanes` is given here.  The functions of `mbody.compiler.lanes` are written
-there as
-plain Python, each under a decorator of this module that gives it its compiled meaning.
+The arithmetic of :class:`Lanes` is defined here.  The functions of `mbody.compiler.lanes` are plain
+Python there, each with a decorator of this module that defines its compiled version.
 """
 
 # mypy: disallow-any-unimported=False, disallow-subclassing-any=False
@@ -47,7 +46,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 class Lanes(types.Type):
-    """Numba's type of ``lanes`` float64 numbers that go through a computation in step."""
+    """Numba's type of ``lanes`` float64 numbers that are computed in parallel."""
 
     def __init__(self, lanes: int) -> None:
         self.lanes = lanes
@@ -82,7 +81,9 @@ def _llvm_type(kind: Any) -> Any:
 
 
 def _common(*kinds: Any) -> Any:
-    """The type to compute in: the Lanes among the operands, or float64; None if they misfit."""
+    """The type to compute in: the Lanes among the operands, or float64; None if they do not
+    match.
+    """
     found = {kind for kind in kinds if isinstance(kind, Lanes)}
     if len(found) > 1 or not all(isinstance(kind, Lanes) or is_plain(kind) for kind in kinds):
         return None
@@ -91,8 +92,8 @@ def _common(*kinds: Any) -> Any:
 
 @lower_cast(types.Float, Lanes)
 @lower_cast(types.Integer, Lanes)
-def _spread(context: Any, builder: Any, source: Any, target: Any, value: Any) -> Any:
-    """One ordinary number to all lanes."""
+def _broadcast(context: Any, builder: Any, source: Any, target: Any, value: Any) -> Any:
+    """Copy one ordinary number to all lanes."""
     number = context.cast(builder, value, source, types.float64)
     vector = _llvm_type(target)
     index = ir.IntType(32)
@@ -107,7 +108,7 @@ def _spread(context: Any, builder: Any, source: Any, target: Any, value: Any) ->
 
 
 def _unary(function: Any, generate: Callable[[Any, Any], Any]) -> None:
-    """Give a function of one number its meaning for lanes."""
+    """Define a function of one number for lanes."""
 
     @type_callable(function)
     def _typer(context: Any) -> Any:
@@ -171,7 +172,7 @@ _unary(abs, _intrinsic("fabs"))
 
 
 def witness(lanes: int) -> Callable[[F], F]:
-    """Decorator of the function without arguments that gives so many zeros."""
+    """Decorator of the function without arguments that returns this many zeros."""
 
     def decorate(function: F) -> F:
         @type_callable(function)
@@ -225,7 +226,7 @@ def row_load(function: F) -> F:
     @lower_builtin(function, types.Array, types.Integer, types.float64)
     def _lower(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         value = builder.load(_address(context, builder, sig, arguments))
-        value.align = 8  # LLVM would take for granted the alignment of a whole row
+        value.align = 8  # LLVM would assume the alignment of a whole row
         return value
 
     return function
@@ -264,7 +265,7 @@ def row_store(*, constants: bool) -> Callable[[F], F]:
 
 
 def lane_count(function: F) -> F:
-    """Decorator of the function that tells how many lanes a number has."""
+    """Decorator of the function that returns the number of lanes."""
 
     @type_callable(function)
     def _typer(context: Any) -> Any:
@@ -315,9 +316,9 @@ def extreme(relation: str) -> Callable[[Any, Any, Any], Any]:
     """Generator of the smaller or the larger of two numbers, where NaN prevails."""
 
     def generate(builder: Any, a: Any, b: Any) -> Any:
-        # "Unordered" relations hold for NaN: this gives a if either is NaN ...
+        # "Unordered" relations are true for NaN: this is a if either is NaN ...
         chosen = builder.select(builder.fcmp_unordered(relation, a, b), a, b)
-        # ... so that only a NaN in b alone is left to see to.
+        # ... so that only a NaN in b alone remains.
         return builder.select(builder.fcmp_unordered("uno", b, b), b, chosen)
 
     return generate
@@ -328,7 +329,7 @@ def select_ordered(builder: Any, a: Any, b: Any, x: Any, y: Any) -> Any:
     return builder.select(builder.fcmp_ordered("<=", a, b), x, y)
 
 
-def _whole(kind: Any) -> Any:
+def _integer_type(kind: Any) -> Any:
     """The type of 64-bit integers with as many lanes as a type of floats."""
     word = ir.IntType(64)
     return ir.VectorType(word, kind.count) if isinstance(kind, ir.VectorType) else word
@@ -340,14 +341,14 @@ def _constant(kind: Any, value: int) -> Any:
 
 def if_odd(builder: Any, t: Any, x: Any, y: Any) -> Any:
     """Instructions of x where the last bit of t is set, else y."""
-    kind = _whole(t.type)
+    kind = _integer_type(t.type)
     bit = builder.and_(builder.bitcast(t, kind), _constant(kind, 1))
     return builder.select(builder.icmp_unsigned("!=", bit, _constant(kind, 0)), x, y)
 
 
 def negate_if_two(builder: Any, t: Any, x: Any) -> Any:
     """Instructions of -x where the last bit but one of t is set, else x."""
-    kind = _whole(t.type)
+    kind = _integer_type(t.type)
     bit = builder.and_(builder.bitcast(t, kind), _constant(kind, 2))
     sign = builder.shl(bit, _constant(kind, 62))
     return builder.bitcast(builder.xor(builder.bitcast(x, kind), sign), x.type)

@@ -1,11 +1,11 @@
-"""Functions that only compiled functions call: lowered, without machine code of their own.
+"""Linking: functions that only compiled functions call get no machine code of their own.
 
 Numba optimises each compiled function together with all that it calls, turns that into machine code
-and wraps it for Python. Of a function that only kernels call, none of this is used: each kernel
-optimises the same source once more as a part of itself. Here such a function stays as LLVM's own
-code until a kernel takes it in, with all that it calls in turn, each once.
+and wraps it for Python. For a function that only kernels call, this work is wasted: each kernel
+optimises the same source again as a part of itself. Here such a function remains LLVM code until it
+is linked into a kernel, together with all functions that it calls, each once.
 
-Called from Python all the same, as tests do, such a function is compiled once more, as numba does.
+If such a function is called from Python, as in tests, it is compiled again in numba's usual way.
 """
 
 # mypy: disallow-any-unimported=False, disallow-subclassing-any=False
@@ -32,7 +32,7 @@ class InnerLibrary(codegen.JITCodeLibrary):
     """Code of one function, neither linked with what it calls nor optimised as a whole."""
 
     def finalize(self) -> None:
-        """Nothing is left to do before a kernel takes the code in."""
+        """Nothing to do before the code is linked into a kernel."""
         self._raise_if_finalized()
         self._finalized = True
 
@@ -43,12 +43,12 @@ class InnerLibrary(codegen.JITCodeLibrary):
     def serialize_using_object_code(self) -> tuple[str, str, bytes]:
         """The code with all that it calls."""
         module = self._get_module_for_linking().clone()
-        take_in(module, reached(self))
+        link_into(module, called_libraries(self))
         return self.name, "inner", module.as_bitcode()
 
     @classmethod
     def restored(cls, home: Any, name: str, bitcode: bytes) -> InnerLibrary:
-        """What `serialize_using_object_code` has told."""
+        """The library from what `serialize_using_object_code` returned."""
         from llvmlite import binding
 
         found = cls(home, name)
@@ -58,12 +58,12 @@ class InnerLibrary(codegen.JITCodeLibrary):
 
 
 class EntryLibrary(codegen.JITCodeLibrary):
-    """Code of a kernel, with that of all functions that it reaches, each taken in once."""
+    """Code of a kernel, linked with that of all functions that it calls in turn, each once."""
 
     def finalize(self) -> None:
         """Link, optimise, make machine code."""
-        libraries = reached(self)
-        take_in(self._final_module, libraries)
+        libraries = called_libraries(self)
+        link_into(self._final_module, libraries)
         for library in libraries:
             # numba before 0.63 keeps no such list
             getattr(self, "_reload_init", set()).update(getattr(library, "_reload_init", ()))
@@ -71,11 +71,12 @@ class EntryLibrary(codegen.JITCodeLibrary):
         super().finalize()
 
 
-def take_in(module: Any, libraries: list[Any]) -> None:
+def link_into(module: Any, libraries: list[Any]) -> None:
     """Link the code of libraries into a module.
 
-    LLVM leaves out what nothing has asked for yet, and what comes later may ask for it: so again
-    for what is still open. Without that kernels would call nowhere.
+    LLVM leaves out functions that nothing has used so far, but a library linked later may use them.
+    So linking is repeated for the symbols that are still undefined; otherwise a kernel would call
+    an undefined address.
     """
     homes = {
         function.name: library
@@ -83,18 +84,18 @@ def take_in(module: Any, libraries: list[Any]) -> None:
         for function in library._get_module_for_linking().functions
         if not function.is_declaration
     }
-    waiting = libraries
-    while waiting:
-        for library in waiting:
+    pending = libraries
+    while pending:
+        for library in pending:
             module.link_in(library._get_module_for_linking(), preserve=True)
-        open_ = {function.name for function in module.functions if function.is_declaration}
-        left = list({homes[name]: None for name in sorted(open_ & homes.keys())})
-        if left == waiting:
+        undefined = {function.name for function in module.functions if function.is_declaration}
+        left = list({homes[name]: None for name in sorted(undefined & homes.keys())})
+        if left == pending:
             raise RuntimeError(f"{left[0].name} cannot be linked")
-        waiting = left
+        pending = left
 
 
-def reached(library: Any) -> list[Any]:
+def called_libraries(library: Any) -> list[Any]:
     """Libraries of all functions that those called by a library call in turn."""
     found: dict[Any, None] = {}
     waiting = list(library._linking_libraries)
@@ -184,7 +185,7 @@ class Entry(registry.CPUDispatcher):
         super().__init__(py_func, locals or {}, targetoptions, pipeline_class=_ENTRY)
 
     def compile(self, signature: Any) -> Any:
-        """See numba's `Dispatcher`; what it leaves behind is collected at the end."""
+        """See numba's `Dispatcher`; garbage is collected once, at the end."""
         collecting = gc.isenabled()
         gc.disable()
         try:
@@ -194,7 +195,7 @@ class Entry(registry.CPUDispatcher):
                 gc.enable()
 
     def add_overload(self, found: Any) -> None:
-        """Keep what was compiled, and give the functions within it what numba keeps of them."""
+        """Store the compiled code, and register the environments of the functions within it."""
         home = found.target_context.codegen()
         for environment in found._find_referenced_environments():
             home.set_env(environment.env_name, environment)
@@ -209,7 +210,7 @@ class Inner(registry.CPUDispatcher):
         self._called: Entry | None = None
 
     def add_overload(self, found: Any) -> None:
-        """Keep what was compiled out of Python's reach."""
+        """Store the compiled code, without making it callable from Python."""
         self.overloads[tuple(found.signature.args)] = found
 
     def _compile_for_args(self, *arguments: Any, **named: Any) -> Any:
@@ -220,7 +221,9 @@ class Inner(registry.CPUDispatcher):
 
     @staticmethod
     def rebuilt(context: Any, payload: Any) -> Any:
-        """What was kept of an `Inner`, as `CompileResult._reduce` has told it."""
+        """An `Inner` restored from the cache: `payload` is what `CompileResult._reduce`
+        returned.
+        """
         (name, _, bitcode), fndesc, environment, signature, *_, annotation, reload, _ = payload
         library = InnerLibrary.restored(context.codegen(), name, bitcode)
         parts = dict.fromkeys(CR_FIELDS) | {

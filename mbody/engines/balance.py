@@ -6,18 +6,16 @@ where they can be. Σ F = m a, Σ M = I α of every free body;  Σ (f − M a)·
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from mbody.analysis.driven.free_body import coupled, driven
-from mbody.engines.gear_contacts import MESHING, held_rates
+from mbody.engines.comparison import Comparison
+from mbody.engines.gear_contacts import MESHING, constraint_rates
 from mbody.engines.independent_reading import laws_of, reading
-from mbody.engines.ledger import Ledger
-from mbody.engines.load_forces import NATIVE, gravity_of, wrenches
+from mbody.engines.load_forces import NATIVE, BodyState, gravity_of, wrenches
 from mbody.engines.opinion import Opinion
-from mbody.engines.spanning_tree import Frame
 from mbody.model.driver import AngleDriver
 from mbody.model.element import listed
 from mbody.model.loads import Gravity
@@ -34,31 +32,6 @@ Array = np.ndarray
 EXPECTED = 5e-12
 
 
-@dataclass(frozen=True)
-class _Pose:
-    """One body of the result at one instant."""
-
-    place: Array
-    angle: float
-    velocity: Array
-
-    @property
-    def turns(self) -> float:
-        return self.angle
-
-    def arm(self, at: Frame) -> Array:
-        c, s = np.cos(self.angle), np.sin(self.angle)
-        return np.array([c * at.x - s * at.y, s * at.x + c * at.y])
-
-    def moving(self, arm: Array) -> tuple[Array, Array]:
-        across = np.array([-arm[1], arm[0]])
-        return self.velocity[:2] + self.velocity[2] * across, np.zeros(2)
-
-    def wrench(self, force: Array, torque: float, at: Array) -> Array:
-        arm = at - self.place
-        return np.array([*force, torque + arm[0] * force[1] - arm[1] * force[0]])
-
-
 def opinion(system: System, run: Solution) -> Opinion:
     """What the balance of forces and of power says of a result."""
     loads, borrowed = _loads(system, run)
@@ -73,23 +46,25 @@ def opinion(system: System, run: Solution) -> Opinion:
     inertia = mass * motion[2] * (run.analysis != "statics")
     joints, size = _joints(system, run, motion[0])
     left = loads + joints - inertia
-    ledger = Ledger()
+    comparison = Comparison()
     length = system.length
     parts = [size, np.abs(loads).max(axis=(1, 2), initial=0.0)]
-    ledger.size("force", np.array([*parts[0], *np.abs(loads[..., :2]).ravel()]))
-    ledger.size("force", inertia[..., :2])
-    ledger.size("torque", np.abs(np.concatenate([loads[..., 2], inertia[..., 2]])))
-    ledger.size("torque", length * ledger.top("force"))
+    comparison.size("force", np.array([*parts[0], *np.abs(loads[..., :2]).ravel()]))
+    comparison.size("force", inertia[..., :2])
+    comparison.size("torque", np.abs(np.concatenate([loads[..., 2], inertia[..., 2]])))
+    comparison.size("torque", length * comparison.top("force"))
     for b, body in enumerate(system.mechanism.bodies):
         for part, key in enumerate(("fx", "fy", "torque")):
             kind = "torque" if part == 2 else "force"
-            ledger.add(kind, f"{body.name}: sum of {key}", np.zeros(count), left[:, b, part])
+            comparison.add(kind, f"{body.name}: sum of {key}", np.zeros(count), left[:, b, part])
     if run.analysis != "statics":
-        _power(system, run, loads - inertia, motion[1], ledger)
-    _laws(system, run, ledger)
-    _meshing(system, run, ledger)
+        _power(system, run, loads - inertia, motion[1], comparison)
+    _laws(system, run, comparison)
+    _meshing(system, run, comparison)
     why = "where Newton's method ends, and rounding of sums"
-    rows = ledger.rows(dict.fromkeys(ledger.kinds, EXPECTED), dict.fromkeys(ledger.kinds, why))
+    rows = comparison.rows(
+        dict.fromkeys(comparison.kinds, EXPECTED), dict.fromkeys(comparison.kinds, why)
+    )
     notes = []
     if borrowed:
         notes.append(f"taken over from our result as forces: {listed(borrowed)}")
@@ -105,12 +80,12 @@ def _loads(system: System, run: Solution) -> tuple[Array, list[str]]:
     for k in range(len(run)):
         t = float(run.t[k])
         found[k, :, :2] = mass[:, None] * gravity_of(system, t)
-        poses: dict[str, Any] = {"ground": _Pose(np.zeros(2), 0.0, np.zeros(3))}
+        poses: dict[str, Any] = {"ground": BodyState(np.zeros(2), 0.0, np.zeros(3))}
         for name in names:
             one = run[name]
             place = np.array([one.x[k], one.y[k]])
             rates = np.array([one.vx[k], one.vy[k], one.omega[k]])
-            poses[name] = _Pose(place, float(one.angle[k]), rates)
+            poses[name] = BodyState(place, float(one.angle[k]), rates)
         for load in loads:
             if type(load) in NATIVE:
                 for body, wrench in wrenches(system, load, poses, t).items():
@@ -158,7 +133,7 @@ def _joints(system: System, run: Solution, pose: Array) -> tuple[Array, Array]:
     return found, size
 
 
-def _laws(system: System, run: Solution, ledger: Ledger) -> None:
+def _laws(system: System, run: Solution, comparison: Comparison) -> None:
     """Angle, rate and acceleration of driven bodies, beside those of the laws."""
     parts = (("angle", 1.0), ("omega", 0.0), ("alpha", 0.0))
     for driver in system.drivers:
@@ -168,35 +143,37 @@ def _laws(system: System, run: Solution, ledger: Ledger) -> None:
         body, base = run[driver.body], run[driver.relative_to]
         for n, (key, least) in enumerate(parts[: 1 if run.analysis == "statics" else 3]):
             kind = f"driven {key}"
-            ledger.size(kind, np.append(by_law[n], least))
-            if ledger.sizes[kind] > 0.0:
+            comparison.size(kind, np.append(by_law[n], least))
+            if comparison.sizes[kind] > 0.0:
                 ours = getattr(body, key) - getattr(base, key)
-                ledger.add(kind, f"{driver.name}: {key} by its law", ours, by_law[n])
+                comparison.add(kind, f"{driver.name}: {key} by its law", ours, by_law[n])
 
 
-def _meshing(system: System, run: Solution, ledger: Ledger) -> None:
+def _meshing(system: System, run: Solution, comparison: Comparison) -> None:
     """What gears, racks, wheels, cams and couplings hold keeps its value: rate, acceleration."""
     if run.analysis == "statics":
         return
     machine = system.mechanism
     joints = [joint for joint in machine.joints if isinstance(joint, MESHING)]
     for element in (*joints, *machine.couplings):
-        for n, (first, second, *sizes) in enumerate(held_rates(system, run, element)):
+        for n, (first, second, *sizes) in enumerate(constraint_rates(system, run, element)):
             for key, part, size in (("rate", first, sizes[0]), ("acceleration", second, sizes[1])):
                 kind = f"{element.name} {key}"
-                ledger.size(kind, size)
-                if ledger.sizes[kind] > 0.0:
+                comparison.size(kind, size)
+                if comparison.sizes[kind] > 0.0:
                     name = f"{element.name}: {key} of row {n}"
-                    ledger.add(kind, name, np.zeros(len(run)), part)
+                    comparison.add(kind, name, np.zeros(len(run)), part)
 
 
-def _power(system: System, run: Solution, left: Array, rates: Array, ledger: Ledger) -> None:
+def _power(
+    system: System, run: Solution, left: Array, rates: Array, comparison: Comparison
+) -> None:
     """Power of loads, inertia and drivers: nothing is left, whatever the joints carry."""
     terms = left * rates
     given = [run.effort(d.name) * run.driven(d.name)[1] for d in system.drivers]
     whole = terms.sum(axis=(1, 2)) + sum(given, np.zeros(len(run)))
-    ledger.size("power", terms)
+    comparison.size("power", terms)
     for part in given:
-        ledger.size("power", part)
-    if ledger.sizes["power"] > 0.0:
-        ledger.add("power", "power", np.zeros(len(run)), whole)
+        comparison.size("power", part)
+    if comparison.sizes["power"] > 0.0:
+        comparison.add("power", "power", np.zeros(len(run)), whole)

@@ -13,22 +13,22 @@ from typing import Any
 
 import numpy as np
 
-from mbody.engines.spanning_tree import Frame, frame
+from mbody.engines.spanning_tree import MarkerFrame, marker_frame
 from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
 from mbody.model.element import Element
 from mbody.model.joints import Distance, Fixed, PinSlot, Prismatic, Revolute
 from mbody.system.system import System
 
-__all__ = ["HELD", "Tie", "ties"]
+__all__ = ["CUT_JOINTS", "ConstraintRow", "constraint_rows"]
 
 Array = np.ndarray
 
 #: Joints that are held by rows of this kind.
-HELD = (Revolute, Prismatic, Fixed, Distance, PinSlot)
+CUT_JOINTS = (Revolute, Prismatic, Fixed, Distance, PinSlot)
 
 
 @dataclass(frozen=True)
-class Tie:
+class ConstraintRow:
     """One row: where it pushes and how, and its value, rate and acceleration.
 
     Attributes
@@ -55,7 +55,7 @@ class Tie:
     jacobian: Array
 
 
-def ties(system: System, element: Element, bodies: Any) -> list[Tie]:
+def constraint_rows(system: System, element: Element, bodies: Any) -> list[ConstraintRow]:
     """The rows of a joint or a driver.
 
     Parameters
@@ -67,8 +67,8 @@ def ties(system: System, element: Element, bodies: Any) -> list[Tie]:
     if isinstance(element, AngleDriver):
         return [_angle(element.relative_to, element.body, bodies, 0.0)]
     one: Any = element
-    i, j = frame(system, element, "i"), frame(system, element, "j")
-    row = _Row(one.i.body, one.j.body, i, j, bodies)
+    i, j = marker_frame(system, element, "i"), marker_frame(system, element, "j")
+    row = _PointPair(one.i.body, one.j.body, i, j, bodies)
     direction = bodies[one.i.body].angle + i.angle
     along = np.array([math.cos(direction), math.sin(direction)])
     across = np.array([-along[1], along[0]])
@@ -87,41 +87,46 @@ def ties(system: System, element: Element, bodies: Any) -> list[Tie]:
     return [row.reach()]
 
 
-def _angle(i: str, j: str, bodies: Any, more: float) -> Tie:
+def _angle(i: str, j: str, bodies: Any, more: float) -> ConstraintRow:
     """θ_j − θ_i + what is given, within −π … π."""
     a, b = bodies[i], bodies[j]
     jacobian = b.jacobian[2] - a.jacobian[2]
     rate, change = b.velocity[2] - a.velocity[2], b.acceleration[2] - a.acceleration[2]
     turn = math.remainder(b.angle - a.angle + more, 2.0 * math.pi)
-    return Tie(i, j, b.place, np.zeros(2), 1.0, turn, float(rate), float(change), jacobian)
+    return ConstraintRow(
+        i, j, b.place, np.zeros(2), 1.0, turn, float(rate), float(change), jacobian
+    )
 
 
-class _Row:
+class _PointPair:
     """Rows between two places."""
 
-    def __init__(self, i: str, j: str, at_i: Frame, at_j: Frame, bodies: Any) -> None:
+    def __init__(self, i: str, j: str, at_i: MarkerFrame, at_j: MarkerFrame, bodies: Any) -> None:
         self.i, self.j, self.a, self.b = i, j, bodies[i], bodies[j]
         self.near = self.a.place + self.a.arm(at_i)
         self.place = self.b.place + self.b.arm(at_j)
         self.d = self.place - self.near
         # of i the point that is where the place on j is
-        va, aa = self.a.moving(self.place - self.a.place)
-        vb, ab = self.b.moving(self.place - self.b.place)
-        self.v = vb - va
+        arms = self.place - self.a.place, self.place - self.b.place
+        self.v = self.b.velocity_at(arms[1]) - self.a.velocity_at(arms[0])
+        aa, ab = self.a.acceleration_at(arms[0]), self.b.acceleration_at(arms[1])
         w = self.a.velocity[2]
         self.acceleration = ab - aa - 2.0 * w * np.array([-self.v[1], self.v[0]])
 
-    def fixed(self, n: Array) -> Tie:
+    def fixed(self, n: Array) -> ConstraintRow:
         """n·d, n fixed in i."""
         return self._tie(n, float(n @ self.d), float(n @ self.acceleration))
 
-    def reach(self) -> Tie:
+    def reach(self) -> ConstraintRow:
         """|d|: in the axes of i it grows by what of the velocity goes across, too."""
         length = math.hypot(*self.d)
         n = self.d / length
         across = float(n[0] * self.v[1] - n[1] * self.v[0])
         return self._tie(n, length, float(n @ self.acceleration) + across * across / length)
 
-    def _tie(self, n: Array, value: float, change: float) -> Tie:
-        jacobian = self.b.pulled(n, 0.0, self.place) - self.a.pulled(n, 0.0, self.place)
-        return Tie(self.i, self.j, self.place, n, 0.0, value, float(n @ self.v), change, jacobian)
+    def _tie(self, n: Array, value: float, change: float) -> ConstraintRow:
+        jacobian = self.b.generalized_force(n, 0.0, self.place)
+        jacobian = jacobian - self.a.generalized_force(n, 0.0, self.place)
+        return ConstraintRow(
+            self.i, self.j, self.place, n, 0.0, value, float(n @ self.v), change, jacobian
+        )

@@ -17,7 +17,7 @@ from mbody.model.joints import CamFollower, Gear, RackPinion, Rolling
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
-__all__ = ["MESHING", "Rates", "held_rates"]
+__all__ = ["MESHING", "Rates", "constraint_rates"]
 
 Array = np.ndarray
 #: First and second derivative, arrays (instants,), and the sizes of their terms.
@@ -27,13 +27,13 @@ Rates = tuple[Array, Array, Array, Array]
 MESHING = (Gear, RackPinion, Rolling, CamFollower)
 
 
-def held_rates(system: System, run: Solution, element: Any) -> list[Rates]:
+def constraint_rates(system: System, run: Solution, element: Any) -> list[Rates]:
     """Of every row of a joint of `MESHING` or a coupling.
 
     >>> import mbody
     >>> made = mbody.gallery.load("planetary_train")
     >>> run = mbody.kinetostatics(made)
-    >>> rows = held_rates(run.system, run, made.joints[-1])
+    >>> rows = constraint_rates(run.system, run, made.joints[-1])
     >>> bool(abs(rows[0][0]) <= 1e-12 * rows[0][2])
     True
     """

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.engines.taylor import Jet
+from mbody.engines.jets import Jet
 from mbody.laws import (
     Constant,
     ConstantAcceleration,

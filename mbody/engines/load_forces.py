@@ -1,14 +1,24 @@
-"""Loads as another engine's own kinematics make them: force laws written once more."""
+"""Force laws of the loads for the engines that judge a result, independent of the kernels.
+
+The numbers and laws are those of `independent_reading`. Kinematics belongs to each engine: an
+engine gives `BodyState` objects, or its own places and directions. The dense oracle does not use
+this file: it has the force laws once more, so that both can be compared.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from mbody.engines.independent_reading import reading
-from mbody.engines.spanning_tree import frame
+from mbody.engines.spanning_tree import MarkerFrame, marker_frame
+from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
+from mbody.model.element import Element
+from mbody.model.joints import Distance
 from mbody.model.loads import (
     Damper,
     Force,
@@ -21,12 +31,70 @@ from mbody.model.loads import (
 )
 from mbody.system.system import System
 
-__all__ = ["NATIVE", "gravity_of", "wrenches"]
+__all__ = [
+    "NATIVE",
+    "BodyState",
+    "PointForce",
+    "applied_forces",
+    "geometry_of",
+    "gravity_of",
+    "turning",
+    "wrenches",
+]
 
 Array = np.ndarray
 
-#: Loads whose forces are made here, from laws and positions; gravity is the engine's own.
+#: Loads with force laws here; gravity is that of each engine.
 NATIVE = (Force, Torque, Spring, Damper, TorsionSpring, TorsionDamper)
+
+
+@dataclass(frozen=True)
+class BodyState:
+    """Position and rates of one body, as an engine has them.
+
+    Attributes
+    ----------
+    place : array (2,)
+        Of the mass centre, in the world.
+    angle : float
+        [rad]
+    velocity : array (3,)
+        (vx, vy, ω).
+    """
+
+    place: Array
+    angle: float
+    velocity: Array
+
+    @property
+    def whole_angle(self) -> float:
+        """The angle with whole turns."""
+        return self.angle
+
+    def arm(self, at: MarkerFrame) -> Array:
+        """From the mass centre to a place, world axes (2,)."""
+        c, s = math.cos(self.angle), math.sin(self.angle)
+        return np.array([c * at.x - s * at.y, s * at.x + c * at.y])
+
+    def velocity_at(self, arm: Array) -> Array:
+        """Velocity (2,) of the body's point at an arm in world axes."""
+        across = np.array([-arm[1], arm[0]])
+        return np.asarray(self.velocity[:2] + self.velocity[2] * across)
+
+    def wrench(self, force: Array, torque: float, at: Array) -> Array:
+        """A force at a place of the world and a torque, about the mass centre (3,)."""
+        arm = at - self.place
+        return np.array([*force, torque + arm[0] * force[1] - arm[1] * force[0]])
+
+
+@dataclass(frozen=True)
+class PointForce:
+    """A force (2,) and a torque on a body at a place (2,) of the world."""
+
+    body: str
+    at: Array
+    force: Array
+    torque: float = 0.0
 
 
 def gravity_of(system: System, t: float) -> Array:
@@ -38,69 +106,118 @@ def gravity_of(system: System, t: float) -> Array:
     return found
 
 
+def applied_forces(
+    system: System,
+    element: Element,
+    value: float,
+    point: Callable[[str, MarkerFrame], Array],
+    direction: Callable[[str, float], Array],
+) -> list[PointForce]:
+    """The forces of a load, a driver or a rod on its bodies, where its force or torque is `value`.
+
+    A positive value pushes the ends of a line apart, or turns the second body forwards.
+
+    Parameters
+    ----------
+    point : callable
+        World place (2,) of a frame on a body.
+    direction : callable
+        Unit vector (2,) at an angle on a body, in the world.
+    """
+    one: Any = element
+    if isinstance(element, Spring | Damper | Distance | DistanceDriver):
+        ends = [marker_frame(system, element, side) for side in ("i", "j")]
+        i, j = (point(m.body, at) for m, at in zip((one.i, one.j), ends, strict=True))
+        d = j - i
+        length = math.hypot(*d)
+        push = value * (d / length if length else np.zeros(2))
+        return [PointForce(one.i.body, i, -push), PointForce(one.j.body, j, push)]
+    if isinstance(element, CoordinateDriver):
+        push = value * direction(one.i.body, marker_frame(system, element, "i").angle)
+        j = point(one.j.body, marker_frame(system, element, "j"))
+        return [PointForce(one.i.body, j, -push), PointForce(one.j.body, j, push)]
+    if isinstance(element, Force):
+        at = marker_frame(system, element, "at")
+        angle = float(reading(system)[f"{element.name}.angle"])
+        if element.follows:
+            push = value * direction(element.at.body, angle + at.angle)
+        else:
+            push = value * direction("ground", angle)
+        return [PointForce(element.at.body, point(element.at.body, at), push)]
+    base = one.relative_to if isinstance(element, AngleDriver) else one.by
+    return turning(base, one.body, value)
+
+
+def geometry_of(
+    bodies: Any,
+) -> tuple[Callable[[str, MarkerFrame], Array], Callable[[str, float], Array]]:
+    """The functions `point` and `direction` of `applied_forces` from a `BodyState` by name."""
+
+    def point(body: str, at: MarkerFrame) -> Array:
+        return np.asarray(bodies[body].place + bodies[body].arm(at))
+
+    def direction(body: str, angle: float) -> Array:
+        angle += bodies[body].angle
+        return np.array([math.cos(angle), math.sin(angle)])
+
+    return point, direction
+
+
+def turning(base: str, body: str, torque: float) -> list[PointForce]:
+    """A torque on a body, and its opposite on the base."""
+    zero = np.zeros(2)
+    return [PointForce(base, zero, zero, -torque), PointForce(body, zero, zero, torque)]
+
+
 def wrenches(system: System, load: Load, bodies: Any, t: float) -> dict[str, Array]:
     """Force and torque about the mass centres (3,) of one load of `NATIVE`, by body.
 
-    `bodies` are poses by name, with ``place``, ``angle``, ``turns`` (the angle with whole turns),
-    ``velocity``, ``arm``, ``moving`` and ``wrench``.
+    Parameters
+    ----------
+    bodies : mapping
+        A `BodyState` by name, that of the ground too.
     """
     found: dict[str, Array] = {}
 
-    def push(body: str, force: Any, torque: float, at: Any) -> None:
-        found[body] = found.get(body, np.zeros(3)) + bodies[body].wrench(force, torque, at)
-
-    if isinstance(load, Force):
-        at = frame(system, load, "at")
-        pose = bodies[load.at.body]
-        angle = float(reading(system)[f"{load.name}.angle"])
-        if load.follows:
-            angle += pose.angle + at.angle
-        size = float(reading(system).law(load, "value")(t))
-        force = size * np.array([math.cos(angle), math.sin(angle)])
-        push(load.at.body, force, 0.0, pose.place + pose.arm(at))
-    elif isinstance(load, Spring | Damper):
-        ends = [frame(system, load, side) for side in ("i", "j")]
-        poses = [bodies[marker.body] for marker in (load.i, load.j)]
-        places = [pose.place + pose.arm(at) for pose, at in zip(poses, ends, strict=True)]
-        rates = [pose.moving(pose.arm(at))[0] for pose, at in zip(poses, ends, strict=True)]
-        d = places[1] - places[0]
-        length = math.hypot(*d)
-        u = d / length if length else np.zeros(2)
-        tension = _tension(system, load, length, float(u @ (rates[1] - rates[0])))
-        push(load.i.body, tension * u, 0.0, places[0])
-        push(load.j.body, -tension * u, 0.0, places[1])
-    elif isinstance(load, Torque | TorsionSpring | TorsionDamper):
-        a, b = bodies[load.by], bodies[load.body]
-        torque = _torque(system, load, b.turns - a.turns, b.velocity[2] - a.velocity[2], t)
-        push(load.body, np.zeros(2), torque, b.place)
-        push(load.by, np.zeros(2), -torque, a.place)
+    value = _value(system, load, bodies, t)
+    for one in applied_forces(system, load, value, *geometry_of(bodies)):
+        wrench = bodies[one.body].wrench(one.force, one.torque, one.at)
+        found[one.body] = found.get(one.body, np.zeros(3)) + wrench
     found.pop("ground", None)
     return found
 
 
-def _tension(system: System, load: Any, length: float, rate: float) -> float:
-    """What pulls two places together."""
-    values, name = reading(system).values, load.name
-    if isinstance(load, Damper):
-        if load.law is None:
-            return float(values[f"{name}.coefficient"]) * rate
-        return float(reading(system).law(load)(rate))
-    stretch = length - float(values[f"{name}.free_length"])
-    if load.law is None:
-        return float(values[f"{name}.preload"]) + float(values[f"{name}.stiffness"]) * stretch
-    return float(reading(system).law(load)(stretch))
+def _value(system: System, load: Any, bodies: Any, t: float) -> float:
+    """The force law: the force or torque of a load, with the sign of `applied_forces`."""
+    at = reading(system)
+    values, name = at.values, load.name
+    if isinstance(load, Force | Torque):
+        return float(at.law(load, "value")(t))
+    x, rate = _deflection(system, load, bodies)
+    if isinstance(load, Damper | TorsionDamper):
+        if load.law is not None:
+            return -float(at.law(load)(rate))
+        return -float(values[f"{name}.coefficient"]) * rate
+    free = "free_length" if isinstance(load, Spring) else "free_angle"
+    x -= float(values[f"{name}.{free}"])
+    if load.law is not None:
+        return -float(at.law(load)(x))
+    return -float(values[f"{name}.preload"]) - float(values[f"{name}.stiffness"]) * x
 
 
-def _torque(system: System, load: Any, angle: float, rate: float, t: float) -> float:
-    """What turns the body."""
-    values, name = reading(system).values, load.name
-    if isinstance(load, Torque):
-        return float(reading(system).law(load, "value")(t))
-    if isinstance(load, TorsionDamper):
-        if load.law is None:
-            return -float(values[f"{name}.coefficient"]) * rate
-        return -float(reading(system).law(load)(rate))
-    turned = angle - float(values[f"{name}.free_angle"])
-    if load.law is None:
-        return -float(values[f"{name}.preload"]) - float(values[f"{name}.stiffness"]) * turned
-    return -float(reading(system).law(load)(turned))
+def _deflection(system: System, load: Any, bodies: Any) -> tuple[float, float]:
+    """Length or angle between the two ends of a spring or damper, and its rate."""
+    if isinstance(load, TorsionSpring | TorsionDamper):
+        a, b = bodies[load.by], bodies[load.body]
+        return b.whole_angle - a.whole_angle, b.velocity[2] - a.velocity[2]
+    poses = [bodies[marker.body] for marker in (load.i, load.j)]
+    arms = [
+        pose.arm(marker_frame(system, load, side))
+        for pose, side in zip(poses, ("i", "j"), strict=True)
+    ]
+    i, j = (pose.place + arm for pose, arm in zip(poses, arms, strict=True))
+    vi, vj = (pose.velocity_at(arm) for pose, arm in zip(poses, arms, strict=True))
+    d = j - i
+    length = math.hypot(*d)
+    u = d / length if length else np.zeros(2)
+    return length, float(u @ (vj - vi))

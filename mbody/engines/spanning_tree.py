@@ -13,7 +13,7 @@ from mbody.model.joints import Fixed, Joint, Prismatic, Revolute
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
-__all__ = ["Branch", "Frame", "Tree", "frame", "spanning_tree", "tree_motion"]
+__all__ = ["Branch", "MarkerFrame", "Tree", "marker_frame", "spanning_tree", "tree_motion"]
 
 #: Joints that a tree can hold, the hardest to cut first.
 KINDS: dict[type, str] = {Fixed: "fixed", Prismatic: "prismatic", Revolute: "revolute"}
@@ -22,7 +22,7 @@ FREEDOMS = {"revolute": 1, "prismatic": 1, "fixed": 0, "free": 3}
 
 
 @dataclass(frozen=True)
-class Frame:
+class MarkerFrame:
     """A place [length] and a direction [rad] on a body, from its mass centre in link axes."""
 
     x: float
@@ -43,7 +43,7 @@ class Branch:
         coordinates are (x, y, θ) of its mass centre in the world.
     joint : Joint or None
         None where it is free.
-    on_parent, on_body : Frame
+    on_parent, on_body : MarkerFrame
         The joint's place and direction on both. A revolute joint turns from one direction to the
         other; a prismatic one slides along the direction, the same on both.
     reversed : bool
@@ -55,8 +55,8 @@ class Branch:
     parent: str
     kind: str
     joint: Joint | None
-    on_parent: Frame
-    on_body: Frame
+    on_parent: MarkerFrame
+    on_body: MarkerFrame
     reversed: bool = False
 
     @property
@@ -89,10 +89,10 @@ class Tree:
         return next(branch for branch in self.branches if branch.body == body)
 
 
-def frame(system: System, element: Element, field: str) -> Frame:
+def marker_frame(system: System, element: Element, field: str) -> MarkerFrame:
     """The frame of an element's marker (``"i"`` or ``"j"``), from the mass centre of its body."""
     at = reading(system)
-    return Frame(*at.arm(element, field), at.angle(element, field))
+    return MarkerFrame(*at.arm(element, field), at.angle(element, field))
 
 
 def spanning_tree(system: System) -> Tree:
@@ -100,7 +100,7 @@ def spanning_tree(system: System) -> Tree:
 
     Fixed and prismatic joints come in first and are cut only where loops have no others; then
     joints at massless bodies, so that these stand between others where they can, for the inertia
-    that hangs on them. A part that no joint of these ties to the ground floats at its heaviest
+    that hangs on them. A part that no such joint connects to the ground floats at its heaviest
     body.
 
     Examples
@@ -147,7 +147,7 @@ def spanning_tree(system: System) -> Tree:
     for body in heaviest:
         if body.name not in reached:
             reached.add(body.name)
-            nowhere = Frame(0.0, 0.0, 0.0)
+            nowhere = MarkerFrame(0.0, 0.0, 0.0)
             branches.append(Branch(body.name, "ground", "free", None, nowhere, nowhere))
             _hang(system, body.name, neighbours, reached, branches)
     others = [joint for joint in machine.joints if type(joint) not in KINDS]
@@ -171,7 +171,7 @@ def _hang(
         if body in reached:
             continue
         reached.add(body)
-        i, j = frame(system, joint, "i"), frame(system, joint, "j")
+        i, j = marker_frame(system, joint, "i"), marker_frame(system, joint, "j")
         ends = (j, i) if turned else (i, j)
         branches.append(Branch(body, parent, KINDS[type(joint)], joint, *ends, turned))
         waiting += [(further, body) for further in reversed(neighbours[body])]
@@ -227,7 +227,7 @@ def _way(branch: Branch, run: Solution) -> tuple[Any, Any, Any]:
     return along, speed, change - w * w * along
 
 
-def _moved(pose: Any, at: Frame) -> tuple[tuple[Any, Any], tuple[Any, Any], tuple[Any, Any]]:
+def _moved(pose: Any, at: MarkerFrame) -> tuple[tuple[Any, Any], tuple[Any, Any], tuple[Any, Any]]:
     """Place, velocity and acceleration of a place on a body."""
     c, s = np.cos(pose.angle), np.sin(pose.angle)
     px, py = c * at.x - s * at.y, s * at.x + c * at.y

@@ -56,11 +56,35 @@ def norm(L, W):
 
 
 @inline
-def moved(L, W, base, part):
+def moved(L, W, base, u, part):
     """q = base − part · u."""
     for b in range(L.bodies):
         for n in range(3):
-            W.q[3 * b + n, 0] = base[3 * b + n, 0] - part * W.u[3 * L.body_slot[b] + n, 0]
+            W.q[3 * b + n, 0] = base[3 * b + n, 0] - part * u[3 * L.body_slot[b] + n, 0]
+
+
+@inline
+def exchange_blocks(L, W):
+    """The blocks at hand for those in `factored_block`."""
+    for n in range(W.factored_block.shape[0]):
+        here = W.block[n, 0]
+        W.block[n, 0] = W.factored_block[n]
+        W.factored_block[n] = here
+
+
+@njit
+def simplified_correction(L, W, w, part):
+    """Size of the simplified Newton correction at q = base − part · r: S and G are those of the
+    base. G must not be that of q: near a singular position G(q)ᵀ S⁻¹ Φ(q) grows with the step by
+    more than Φ falls, however short the step is. Leaves q there, with its blocks.
+    """
+    moved(L, W, W.base, W.r, part)
+    turns(L, W, w)
+    rows(L, W, w, True, None)
+    exchange_blocks(L, W)
+    size = correction(L, W, w)
+    exchange_blocks(L, W)
+    return size
 
 
 @inline
@@ -135,16 +159,16 @@ def newton_path(L, W, w, soft, tolerance):
         W.guess[n, 0] = W.q[n, 0]
     part, last, least = 1.0, 0.0, 0.0
     smallest = 1e300
+    turns(L, W, w)
+    rows(L, W, w, True, None)
     for iteration in range(STEPS):
-        turns(L, W, w)
-        rows(L, W, w, True, None)
         least = factor(L, W, w, soft, VANISHED)
         size = correction(L, W, w)
         step = reach(L, W, w)
         if not step < 1e12:
             return False, step, least
         if step <= tolerance or (step <= 1e3 * tolerance and step >= 0.5 * smallest):
-            moved(L, W, W.q, 1.0)
+            moved(L, W, W.q, W.u, 1.0)
             return True, step, least
         smallest = min(smallest, step)
         if iteration > 0:
@@ -155,13 +179,10 @@ def newton_path(L, W, w, soft, tolerance):
             W.base[n, 0] = W.q[n, 0]
         for n in range(W.u.shape[0]):
             W.r[n, 0] = W.u[n, 0]
+        for n in range(W.factored_block.shape[0]):
+            W.factored_block[n] = W.block[n, 0]
         while True:
-            for n in range(W.u.shape[0]):
-                W.u[n, 0] = W.r[n, 0]
-            moved(L, W, W.base, part)
-            turns(L, W, w)
-            rows(L, W, w, True, None)
-            ahead = correction(L, W, w)
+            ahead = simplified_correction(L, W, w, part)
             if ahead <= (1.0 - 0.25 * part) * size:
                 break
             part *= 0.5
@@ -186,7 +207,7 @@ def descend(L, W, w, tolerance):
         part = min(1.0, 0.5 / step) if step > 0.0 else 1.0
         for n in range(W.q.shape[0]):
             W.base[n, 0] = W.q[n, 0]
-        moved(L, W, W.base, part)
+        moved(L, W, W.base, W.u, part)
         turns(L, W, w)
         rows(L, W, w, True, None)
         now = gap(L, W)

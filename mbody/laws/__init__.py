@@ -1,7 +1,7 @@
 """Laws: scalar functions of one variable with first and second derivative.
 
-Of time for drivers (position, rate, acceleration) and forces; of deflection or rate for springs
-and dampers. Common laws are compiled, formulas too; `Function` takes any Python function.
+Drivers and forces take laws of time, springs and dampers laws of deflection or rate. The common
+laws and formulas are compiled; `Function` takes any Python function.
 
 >>> from mbody.laws import Harmonic
 >>> Harmonic(mean=1.0, amplitude=2.0, frequency=3.0)(0.0)
@@ -19,7 +19,6 @@ import numpy as np
 from mbody.errors import ModelError
 from mbody.laws.base import Law, finite
 from mbody.laws.cams import Cam, Dwell, Rise
-from mbody.laws.compiled import compiled
 from mbody.laws.elementary import (
     Constant,
     ConstantAcceleration,
@@ -28,11 +27,12 @@ from mbody.laws.elementary import (
     Polynomial,
 )
 from mbody.laws.expression import Expression
+from mbody.laws.from_formula import compile_formula
 from mbody.laws.function import Function
 from mbody.laws.kernels import LAW_KINDS, SHAPES, evaluate, law
-from mbody.laws.tables import Table
+from mbody.laws.table import Table
 from mbody.laws.times import times_of
-from mbody.quantities import VARIABLES, Formula, FormulaError, read, told
+from mbody.quantities import VARIABLES, Formula, FormulaError, dimension_text, read
 from mbody.quantities.units import DIMENSIONS, Dimension
 
 __all__ = [
@@ -51,7 +51,7 @@ __all__ = [
     "Expression",
     "Function",
     "as_law",
-    "compiled",
+    "compile_formula",
     "law",
     "evaluate",
     "times_of",
@@ -61,21 +61,22 @@ __all__ = [
 def as_law(
     value: Any, dimension: Dimension | None = None, argument: Dimension = DIMENSIONS["time"]
 ) -> Law | Formula:
-    """The law that a value stands for: a number is a `Constant`, a Python function a `Function`.
+    """The law for a value: `Constant` for a number, `Function` for a Python function.
 
     Parameters
     ----------
     value : Law, float, str, quantity or callable
         Text may have units, parameters and the variable: ``t`` of time, else ``x``.
     dimension : Dimension, optional
-        Of the law's value; text with units is held against it.
+        Of the law's value; the units of text are checked against it.
     argument : Dimension
-        Of what it is a law of.
+        Of the variable.
 
     Returns
     -------
     Law or Formula
-        A formula where text holds the variable: it becomes a law when a mechanism takes it.
+        A formula where the text contains the variable: it becomes a law when it is added to a
+        mechanism.
 
     Raises
     ------
@@ -108,14 +109,14 @@ def as_law(
 
 
 def _as_formula(formula: Formula, argument: Dimension) -> Law | Formula:
-    """A constant, or the formula itself where it has the variable of such a law."""
+    """A constant, or the formula itself if it contains the variable of such a law."""
     if not formula.variable:
-        return Constant(formula)  # type: ignore[arg-type]  # a float once a mechanism takes it
+        return Constant(formula)  # type: ignore[arg-type]  # becomes a float in a mechanism
     wanted = "t" if argument == DIMENSIONS["time"] else "x"
     others = formula.names & set(VARIABLES) - {wanted}
     if others:
         raise FormulaError(
             f"{formula.text!r} is a formula of '{min(others)}', but the variable here is "
-            f"'{wanted}', {told(argument)}"
+            f"'{wanted}', {dimension_text(argument)}"
         )
     return replace(formula, argument=argument)

@@ -1,4 +1,4 @@
-"""What every law shares: checked numbers, the kernel's view of them, and evaluation by name."""
+"""Base class of the laws: checked numbers, the kernel's parameters, and evaluation."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from mbody.errors import ModelError
 from mbody.laws.kernels import LAW_KINDS, FloatArray, evaluate
 from mbody.quantities import Formula, FormulaError
 from mbody.quantities.deferred import is_pending, substituted
-from mbody.quantities.formula import checked
-from mbody.quantities.number import NotANumber, NotFinite, entered
+from mbody.quantities.formula import verified
+from mbody.quantities.number import NotANumber, NotFinite, float_or_formula
 from mbody.quantities.units import DIMENSIONS, Dimension
 
 __all__ = [
@@ -26,10 +26,10 @@ __all__ = [
     "dimension_by",
     "finite",
     "finite_array",
-    "let_in",
-    "let_in_all",
-    "measured",
-    "term",
+    "law_number",
+    "law_numbers",
+    "with_dimension",
+    "law_field",
 ]
 
 Value: TypeAlias = float | FloatArray
@@ -48,37 +48,37 @@ def finite(value: Any, owner: str, field: str) -> float:
     raise ModelError(f"{owner}: {field} must be a finite number, it is {value!r}")
 
 
-def let_in(value: Any, owner: str, field: str) -> Any:
-    """The value as a finite float, or as a formula where it is text or a quantity.
+def law_number(value: Any, owner: str, field: str) -> Any:
+    """The value as a finite float, or as a formula if it is text or a quantity.
 
-    >>> let_in("60 deg", "Constant", "value").text
+    >>> law_number("60 deg", "Constant", "value").text
     '60 deg'
     """
     try:
-        return entered(value, None)
+        return float_or_formula(value, None)
     except (NotANumber, NotFinite):
         return finite(value, owner, field)
     except FormulaError as error:
         raise ModelError(f"{owner}: {field}: {error}") from None
 
 
-def let_in_all(values: Any, owner: str, field: str) -> tuple[Any, ...]:
-    """One row of numbers, each as by `let_in`."""
+def law_numbers(values: Any, owner: str, field: str) -> tuple[Any, ...]:
+    """One row of numbers, each converted by `law_number`."""
     if hasattr(values, "dimensionality") and np.ndim(values.magnitude) == 1:
-        values = list(values)  # of pint: every number has its unit
+        values = list(values)  # of pint: each number has its unit
     if isinstance(values, (tuple, list)) and any(map(_is_text, values)):
-        return tuple(let_in(v, owner, f"{field}[{n}]") for n, v in enumerate(values))
+        return tuple(law_number(v, owner, f"{field}[{n}]") for n, v in enumerate(values))
     return tuple(finite_array(values, owner, field).tolist())
 
 
 def _is_text(value: Any) -> bool:
-    """Whether it has units or parameters of its own."""
+    """Whether the value is text, a formula or a quantity."""
     return isinstance(value, (str, Formula)) or hasattr(value, "dimensionality")
 
 
-def term(value: int = 0, argument: int = 0, angle: int = 0, *, default: Any = MISSING) -> Any:
-    """Dataclass field for numbers of a law, with the powers in their dimension of the law's value,
-    of its argument and of an angle: a speed is ``term(1, -1)``.
+def law_field(value: int = 0, argument: int = 0, angle: int = 0, *, default: Any = MISSING) -> Any:
+    """Dataclass field for a number of a law. Its dimension is given by the powers of the law's
+    value, of its argument and of an angle: a speed is ``law_field(1, -1)``.
     """
     return field(default=default, metadata={"powers": (value, argument, angle)})
 
@@ -106,7 +106,7 @@ def finite_array(values: Any, owner: str, field: str) -> FloatArray:
 
 
 def dimension_by(powers: tuple[int, int, int], value: Dimension, argument: Dimension) -> Dimension:
-    """The dimension of a number of a law from the powers of its `term`.
+    """The dimension of a number of a law from the powers of its `law_field`.
 
     >>> from mbody.quantities.units import name_of
     >>> name_of(dimension_by((1, -1, 0), DIMENSIONS["angle"], DIMENSIONS["time"]))
@@ -115,10 +115,12 @@ def dimension_by(powers: tuple[int, int, int], value: Dimension, argument: Dimen
     return value ** powers[0] * argument ** powers[1] * DIMENSIONS["angle"] ** powers[2]
 
 
-def measured(part: Any, dimension: Dimension, name: str) -> Any:
-    """Numbers of a law whose text has that dimension; FormulaError where it has another."""
+def with_dimension(part: Any, dimension: Dimension, name: str) -> Any:
+    """Numbers of a law whose formulas get that dimension; FormulaError if their units do not
+    fit.
+    """
     try:
-        return substituted(part, lambda formula: checked(formula.of(dimension)))
+        return substituted(part, lambda formula: verified(formula.of(dimension)))
     except FormulaError as error:
         raise FormulaError(f"{name}: {error}") from None
 
@@ -127,8 +129,9 @@ def measured(part: Any, dimension: Dimension, name: str) -> Any:
 class Law:
     """A scalar function f(x) with f′ and f″: a motion of time, a force of deflection or rate.
 
-    Laws are frozen, compare by their fields, and pickle. ``law(x)`` gives f, ``law.derivatives(x)``
-    gives (f, f′, f″), both by the compiled code that the core runs, for a float or an array.
+    Laws are frozen, compare by their fields, and pickle. ``law(x)`` returns f and
+    ``law.derivatives(x)`` returns (f, f′, f″), for a float or an array. Both use the same compiled
+    code as the kernels.
 
     >>> from mbody.laws import ConstantSpeed
     >>> ConstantSpeed(1.0, 2.0)(3.0)
@@ -138,27 +141,27 @@ class Law:
     kind: ClassVar[str] = ""
 
     def __post_init__(self) -> None:
-        self._enter()
+        self._read_numbers()
         if not self.pending:
             self._check()
 
     @cached_property
     def pending(self) -> bool:
-        """Whether numbers of it are text, which a mechanism turns into floats."""
+        """Whether some of its numbers are text, which a mechanism converts to floats."""
         return is_pending(self)
 
-    def _enter(self) -> None:
-        """Let every number in."""
+    def _read_numbers(self) -> None:
+        """Read every number: a float or a formula."""
         for part in fields(self):
             if "powers" in part.metadata:
-                value = let_in(getattr(self, part.name), type(self).__name__, part.name)
+                value = law_number(getattr(self, part.name), type(self).__name__, part.name)
                 object.__setattr__(self, part.name, value)
 
     def _check(self) -> None:
-        """Refuse numbers that do not fit together; all are floats here."""
+        """Raise ModelError if the numbers do not fit together; all are floats here."""
 
     def dimensioned(self, value: Dimension, argument: Dimension) -> Law:
-        """The same law with text held against the dimensions that its numbers must have.
+        """The same law with the units of its text checked against the dimensions of its numbers.
 
         Raises
         ------
@@ -169,7 +172,9 @@ class Law:
         for part in fields(self):
             powers, own = part.metadata.get("powers"), getattr(self, part.name)
             if powers and is_pending(own):
-                changed[part.name] = measured(own, dimension_by(powers, value, argument), part.name)
+                changed[part.name] = with_dimension(
+                    own, dimension_by(powers, value, argument), part.name
+                )
         return replace(self, **changed) if changed else self
 
     @property
@@ -178,7 +183,7 @@ class Law:
         return LAW_KINDS.index(self.kind)
 
     def numbers(self) -> dict[str, float]:
-        """The numbers that may be changed without making a new law, by field name."""
+        """The numbers that can change without a new law, by field name."""
         return {field.name: getattr(self, field.name) for field in fields(self)}
 
     def with_numbers(self, numbers: Mapping[str, Any]) -> Law:
@@ -200,8 +205,8 @@ class Law:
     def turns(self, x: float) -> FloatArray:
         """Ascending places after x, (k,), between which the law is monotonic.
 
-        Beyond the last one the law is constant or has shown that it repeats itself; it is inf
-        where the law runs on for ever.
+        Beyond the last place the law is constant or repeats itself; the last place is inf where the
+        law is monotonic without end.
         """
         raise NotImplementedError
 
@@ -211,7 +216,7 @@ class Law:
     def __call__(self, x: FloatArray) -> FloatArray: ...
     def __call__(self, x: Value) -> Value:
         """The value f at x, a float or an array of any shape; errors as `derivatives`."""
-        return self._asked(x, 1)[0]
+        return self._values(x, 1)[0]
 
     @overload
     def derivatives(self, x: float) -> tuple[float, float, float]: ...
@@ -225,28 +230,28 @@ class Law:
         ModelError
             x is not finite, outside the range of a table, or where a formula has no value.
         """
-        f, f1, f2 = self._asked(x, 3)
+        f, f1, f2 = self._values(x, 3)
         return f, f1, f2
 
-    def _asked(self, x: Value, orders: int) -> Any:
-        """The first so many of f, f′, f″ at x, looked through for numbers that are none."""
+    def _values(self, x: Value, orders: int) -> Any:
+        """The first `orders` of f, f′, f″ at x, checked for NaN."""
         if self.pending:
             raise ModelError(
-                f"{type(self).__name__}: numbers of it are text, which have a value only in a "
-                "mechanism: add what has the law to one, and ask there"
+                f"{type(self).__name__}: its numbers are text, which has a value only in a "
+                "mechanism: add the element with this law to one and evaluate it there"
             )
         xs = np.asarray(x, dtype=float)
         flat = np.ascontiguousarray(xs).reshape(-1)
         if not np.isfinite(flat).all():
             bad = flat[~np.isfinite(flat)][0]
-            raise ModelError(f"{type(self).__name__}: asked at x = {bad}; x must be finite")
+            raise ModelError(f"{type(self).__name__}: evaluated at x = {bad}; x must be finite")
         out = self.raw(flat)
-        self._refuse(flat, out[:, :orders])
+        self._check_values(flat, out[:, :orders])
         columns = out[:, :orders].T
         return columns[:, 0].tolist() if xs.ndim == 0 else [f.reshape(xs.shape) for f in columns]
 
-    def _refuse(self, xs: FloatArray, out: FloatArray) -> None:
-        """Raise the sentence of a law without a value at one of xs (N,), out (N, orders)."""
+    def _check_values(self, xs: FloatArray, out: FloatArray) -> None:
+        """Raise ModelError if the law has no value at one of xs (N,); out is (N, orders)."""
 
     def raw(self, xs: FloatArray) -> FloatArray:
         """f, f′, f″, (N, 3), at finite xs (N,); NaN where the law has no value."""

@@ -1,4 +1,4 @@
-"""Cam laws: the usual rises between dwells, and programs of them repeated with a period."""
+"""Cam laws: standard rises between dwells, and periodic programs of rises and dwells."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.laws.base import FloatArray, Law, let_in, measured, term
+from mbody.laws.base import FloatArray, Law, law_field, law_number, with_dimension
 from mbody.laws.kernels import SHAPES
 from mbody.quantities.deferred import is_pending
 from mbody.quantities.units import Dimension
@@ -42,13 +42,13 @@ class Rise(Law):
     height : float
         Total change of f.
     start, duration : float
-        Where the rise begins, how long it takes (> 0), in units of x.
+        Start and duration (> 0) of the rise, in units of x.
     base : float
         Value before the rise.
 
     Notes
     -----
-    Where f″ jumps, the value to the right is given. Norton, Cam Design and Manufacturing Handbook.
+    Where f″ jumps, the value is that to the right. Norton, Cam Design and Manufacturing Handbook.
 
     >>> Rise("3-4-5", height=2.0, start=0.0, duration=1.0).derivatives(0.25)[1]
     2.109375
@@ -57,10 +57,10 @@ class Rise(Law):
     kind: ClassVar[str] = "pieces"
 
     shape: str
-    height: float = term(1)
-    start: float = term(argument=1)
-    duration: float = term(argument=1)
-    base: float = term(1, default=0.0)
+    height: float = law_field(1)
+    start: float = law_field(argument=1)
+    duration: float = law_field(argument=1)
+    base: float = law_field(1, default=0.0)
 
     def _check(self) -> None:
         if self.shape not in SHAPES:
@@ -84,7 +84,7 @@ class Rise(Law):
         return np.array([float(SHAPES.index(self.shape))])
 
     def turns(self, x: float) -> FloatArray:
-        """Start and end of the rise, as far as they lie after x."""
+        """Start and end of the rise, those after x."""
         places = np.array([self.start, self.start + self.duration])
         return places[places > x]
 
@@ -100,13 +100,13 @@ class Dwell:
     duration: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "duration", let_in(self.duration, "Dwell", "duration"))
+        object.__setattr__(self, "duration", law_number(self.duration, "Dwell", "duration"))
         if not is_pending(self.duration) and self.duration <= 0.0:
             raise ModelError(f"Dwell: duration must be positive, it is {self.duration:g}")
 
     def dimensioned(self, value: Dimension, argument: Dimension) -> Dwell:
-        """The same with its text held against the dimension of the argument."""
-        return Dwell(measured(self.duration, argument, "duration"))
+        """The same with the units of its text checked against the dimension of the argument."""
+        return Dwell(with_dimension(self.duration, argument, "duration"))
 
 
 @dataclass(frozen=True)
@@ -116,12 +116,12 @@ class Cam(Law):
     Parameters
     ----------
     segments : sequence of Rise or Dwell
-        In their order from x = 0. Each begins where the one before it ended: the `start` of a rise
-        counts from there, so that 0 means at once and a positive number a dwell before it. The
-        level is carried on; only the first rise may have a `base`, the level at x = 0. The heights
-        must add up to 0.
+        In order from x = 0. Each segment begins where the one before it ended. The `start` of a
+        rise counts from there: 0 means no dwell before it, a positive number is the length of that
+        dwell. Each rise begins at the level that the one before it reached; only the first may have
+        a `base`, the level at x = 0. The heights must add up to 0.
     period : float
-        After which the program repeats; what the segments leave of it is a dwell at the end.
+        The program repeats with it; the time after the last segment is a dwell.
 
     Raises
     ------
@@ -137,10 +137,10 @@ class Cam(Law):
     kind: ClassVar[str] = "pieces"
 
     segments: Sequence[Rise | Dwell]
-    period: float = term(argument=1)
+    period: float = law_field(argument=1)
 
-    def _enter(self) -> None:
-        super()._enter()
+    def _read_numbers(self) -> None:
+        super()._read_numbers()
         try:
             object.__setattr__(self, "segments", tuple(self.segments))
         except TypeError:
@@ -155,18 +155,18 @@ class Cam(Law):
         if self.period <= 0.0:
             raise ModelError(f"Cam: period must be positive, it is {self.period:g}")
         if not self._rises:
-            raise ModelError("Cam: the program has no rise; use Constant for a law that rests")
+            raise ModelError("Cam: the program has no rise; use Constant for a law without motion")
 
     def dimensioned(self, value: Dimension, argument: Dimension) -> Law:
         """The same; the segments' text has the dimensions of rises and dwells."""
         if not self.pending:
             return self
         segments: list[Any] = [segment.dimensioned(value, argument) for segment in self.segments]
-        return Cam(segments, measured(self.period, argument, "period"))
+        return Cam(segments, with_dimension(self.period, argument, "period"))
 
     @cached_property
     def _rises(self) -> tuple[Rise, ...]:
-        """The rises where they really begin, each on the level that it really leaves."""
+        """The rises with their start and base counted from x = 0 and from the level there."""
         end, level, base = 0.0, 0.0, 0.0
         rises: list[Rise] = []
         for i, segment in enumerate(self.segments):
@@ -181,7 +181,7 @@ class Cam(Law):
             if segment.base and rises:
                 raise ModelError(
                     f"Cam: segments[{i}] has base = {segment.base:g}, but the level is "
-                    "carried on from the segment before it: leave base out"
+                    "taken from the segment before it: leave base out"
                 )
             if not rises:
                 level = base = segment.base

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.laws.base import FloatArray, Law, let_in_all, measured, term
+from mbody.laws.base import FloatArray, Law, law_field, law_numbers, with_dimension
 from mbody.quantities.units import Dimension
 
 __all__ = ["Constant", "ConstantAcceleration", "ConstantSpeed", "Harmonic", "Polynomial"]
@@ -23,9 +23,9 @@ class _Ascending(Law):
     kind: ClassVar[str] = "polynomial"
 
     def turns(self, x: float) -> FloatArray:
-        """Places after x where f′ may change its sign, then inf."""
+        """Places after x where f′ may change its sign, followed by inf."""
         slope = np.polynomial.Polynomial(self.parameters(self.numbers())).trim().deriv()
-        # real parts of complex roots too: a needless place costs nothing, a missed one would
+        # real parts of complex roots too: a superfluous place does no harm, a missing one would
         places = np.unique(np.real(slope.roots()))
         return np.append(places[places > x], math.inf)
 
@@ -38,7 +38,7 @@ class Constant(_Ascending):
     (3.0, 0.0, 0.0)
     """
 
-    value: float = term(1)
+    value: float = law_field(1)
 
 
 @dataclass(frozen=True)
@@ -49,8 +49,8 @@ class ConstantSpeed(_Ascending):
     (7.0, 2.0, 0.0)
     """
 
-    value: float = term(1)
-    speed: float = term(1, -1)
+    value: float = law_field(1)
+    speed: float = law_field(1, -1)
 
 
 @dataclass(frozen=True)
@@ -61,9 +61,9 @@ class ConstantAcceleration(_Ascending):
     (7.5, 5.0, -40.0)
     """
 
-    value: float = term(1)
-    speed: float = term(1, -1)
-    acceleration: float = term(1, -2)
+    value: float = law_field(1)
+    speed: float = law_field(1, -1)
+    acceleration: float = law_field(1, -2)
 
     def parameters(self, numbers: Mapping[str, Any]) -> list[Any]:
         """[value, speed, acceleration/2]."""
@@ -80,8 +80,8 @@ class Polynomial(_Ascending):
 
     coefficients: Sequence[float] | FloatArray
 
-    def _enter(self) -> None:
-        values = let_in_all(self.coefficients, "Polynomial", "coefficients")
+    def _read_numbers(self) -> None:
+        values = law_numbers(self.coefficients, "Polynomial", "coefficients")
         object.__setattr__(self, "coefficients", values)
 
     def _check(self) -> None:
@@ -93,7 +93,7 @@ class Polynomial(_Ascending):
         if not self.pending:
             return self
         given = enumerate(self.coefficients)
-        return Polynomial([measured(c, value / argument**i, f"c{i}") for i, c in given])
+        return Polynomial([with_dimension(c, value / argument**i, f"c{i}") for i, c in given])
 
     def numbers(self) -> dict[str, float]:
         """{"c0": …, "c1": …, …}."""
@@ -120,15 +120,15 @@ class Harmonic(Law):
 
     kind: ClassVar[str] = "harmonic"
 
-    mean: float = term(1)
-    amplitude: float = term(1)
-    frequency: float = term(0, -1, 1)
-    phase: float = term(angle=1, default=0.0)
+    mean: float = law_field(1)
+    amplitude: float = law_field(1)
+    frequency: float = law_field(0, -1, 1)
+    phase: float = law_field(angle=1, default=0.0)
 
     def turns(self, x: float) -> FloatArray:
-        """The next two crests."""
+        """The next two extremes."""
         if self.amplitude == 0.0 or self.frequency == 0.0:
             return np.array([math.inf])
-        near = math.floor((self.frequency * x + self.phase) / math.pi - 0.5) + np.arange(-3, 5)
-        places = np.sort(((near + 0.5) * math.pi - self.phase) / self.frequency)
+        n = math.floor((self.frequency * x + self.phase) / math.pi - 0.5) + np.arange(-3, 5)
+        places = np.sort(((n + 0.5) * math.pi - self.phase) / self.frequency)
         return np.asarray(places[places > x][:2])

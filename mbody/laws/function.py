@@ -1,4 +1,4 @@
-"""A law that is any Python function, with the derivatives that it lacks."""
+"""A law from any Python function, with numerical derivatives where none are given."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from mbody.laws.base import FloatArray, Law, finite
 
 __all__ = ["Function"]
 
-# Steps of the differences, as fractions of the scale: no simple ratio to each other or to 1, so
-# that no period of a user's function falls on several of them.
+# Steps of the differences, as fractions of the scale. They have no simple ratio to each other or to
+# 1, so that the period of a user's function does not coincide with several of them.
 FIRST_STEP = 0.0837
 RATIO = 1.87
 LEVELS = 20
@@ -33,7 +33,7 @@ class Function(Law):
     function : callable
         f(x); takes and returns one float.
     rate, acceleration : callable, optional
-        f′(x) and f″(x). What is missing is found numerically (see the notes).
+        f′(x) and f″(x). If missing, they are found numerically (see the notes).
     scale : float
         Length in x over which the function changes smoothly (> 0), for example the duration of a
         motion; an upper bound will do.
@@ -41,18 +41,19 @@ class Function(Law):
     Raises
     ------
     ModelError
-        Something is not callable; later, a function that does not return one finite number. What
-        the function itself raises is passed on as it is.
+        An argument is not callable; later, a function that does not return one finite number.
+        Exceptions of the function itself are passed on unchanged.
 
     Notes
     -----
     A first derivative is exact to rounding (complex step) where the function takes complex numbers
-    and the result agrees with a difference, which is checked at every x. All else comes from
-    central differences at steps from ``0.084 scale`` downwards, extrapolated to step 0 until the
-    error no longer shrinks (Ridders 1982). Measured on smooth functions, relative to the largest
-    value of the derivative nearby: f′ 1e-15 (complex) or 1e-12 (not); f″ 1e-15 where a given `rate`
-    takes complex numbers, 1e-12 where the function does, otherwise 1e-10. A function that varies up
-    to a thousand times faster than `scale` costs twice the calls and one or two digits.
+    and the result agrees with a difference, which is checked at every x. All other derivatives
+    come from central differences at steps from ``0.084 scale`` downwards, extrapolated to step 0
+    until the error no longer shrinks (Ridders 1982). Measured on smooth functions, relative to the
+    largest value of the derivative nearby: f′ 1e-15 (complex) or 1e-12 (not); f″ 1e-15 where a
+    given `rate` takes complex numbers, 1e-12 where the function does, otherwise 1e-10. A function
+    that varies up to a thousand times faster than `scale` costs twice the calls and one or two
+    digits.
 
     About 10 to 50 calls of the function are made for one x (15 to 50 µs), up to ``0.084 scale`` to
     either side of it: give `rate` and `acceleration` to be fast, and at the edge of what the
@@ -87,7 +88,7 @@ class Function(Law):
             raise ModelError(f"Function: scale must be positive, it is {self.scale:g}")
 
     def numbers(self) -> dict[str, float]:
-        """None: the core cannot look into the function."""
+        """None: the numbers within the function are not known."""
         return {}
 
     def parameters(self, numbers: Mapping[str, Any]) -> list[Any]:
@@ -104,25 +105,25 @@ class Function(Law):
     def _at(self, x: float) -> tuple[float, float, float]:
         function, rate, acceleration = self.function, self.rate, self.acceleration
         if rate is not None and acceleration is not None:
-            return checked(function, x), checked(rate, x), checked(acceleration, x)
+            return finite_value(function, x), finite_value(rate, x), finite_value(acceleration, x)
         if rate is not None:
-            return checked(function, x), *_differentiate(rate, x, self.scale, False)[:2]
+            return finite_value(function, x), *_differentiate(rate, x, self.scale, False)[:2]
         if acceleration is not None:
             f, f1, _ = _differentiate(function, x, self.scale, False)
-            return f, f1, checked(acceleration, x)
+            return f, f1, finite_value(acceleration, x)
         return _differentiate(function, x, self.scale, True)
 
     def raw(self, xs: FloatArray) -> FloatArray:
         """f, f′, f″, (N, 3), at xs (N,)."""
-        # what the compiled loop would get from the hook, without the detour
+        # the same values as the compiled loop gets from the hook, without the callback
         out = np.empty((xs.size, 3))
         for i, x in enumerate(xs.tolist()):
             out[i] = self._at(x)
         return out
 
 
-def checked(function: Callable[[float], float], x: float) -> float:
-    """The function's value as a float; ModelError where it is not one finite number."""
+def finite_value(function: Callable[[float], float], x: float) -> float:
+    """The function's value as a float; ModelError if it is not one finite number."""
     value = function(x)
     try:
         result = float(value)
@@ -142,9 +143,9 @@ def _complex_slope(function: Callable[..., Any], x: float, quiet: bool) -> float
         if quiet:
             return complex(function(complex(x, COMPLEX_STEP))).imag / COMPLEX_STEP
         with warnings.catch_warnings():
-            warnings.simplefilter("error")  # a function that drops the imaginary part says so
+            warnings.simplefilter("error")  # a function that drops the imaginary part warns
             return complex(function(complex(x, COMPLEX_STEP))).imag / COMPLEX_STEP
-    except Exception:  # its own errors come again, and are passed on, with real numbers
+    except Exception:  # its own errors occur again with real numbers, and are passed on then
         return math.nan
 
 
@@ -157,7 +158,7 @@ class _Limit:
         self.error = math.inf
 
     def add(self, estimate: float, noise: float) -> None:
-        """Take the estimate at the next smaller step, its rounding error being `noise`."""
+        """Add the estimate at the next smaller step; `noise` is its rounding error."""
         row, factor = [estimate], 1.0
         for m, before in enumerate(self.row):
             factor *= RATIO * RATIO
@@ -172,22 +173,22 @@ def _differentiate(
     function: Callable[[float], float], x: float, scale: float, second: bool
 ) -> tuple[float, float, float]:
     """f, f′, f″ of a Python function at x (f″ only if `second`, otherwise 0)."""
-    f = checked(function, x)
+    f = finite_value(function, x)
     slope = _complex_slope(function, x, quiet=False)
     slope_d, bend_c, bend_d = _Limit(), _Limit(), _Limit()  # from differences, from complex slopes
     step, size, steepest = FIRST_STEP * max(scale, 1e-6 * abs(x)), abs(f), abs(slope)
     agree = False
     for level in range(LEVELS):
         right, left = x + step, x - step
-        f_right, f_left = checked(function, right), checked(function, left)
+        f_right, f_left = finite_value(function, right), finite_value(function, left)
         width = 0.5 * (right - left)
         size = max(size, abs(f_right), abs(f_left))
         first = (f_right - f_left) / (2.0 * width)
         noise = EPS * (size + abs(x * first)) / width
         slope_d.add(first, noise)
         bend_d.add((f_right - 2.0 * f + f_left) / width**2, 4.0 * noise / width)
-        # a goal is met where smaller steps would add more rounding error than they take away
-        met = slope_d.error <= 4.0 * noise and (
+        # converged where smaller steps would add more rounding error than they remove
+        converged = slope_d.error <= 4.0 * noise and (
             not second or bend_d.error <= 4.0 * (4.0 * noise / width)
         )
         if slope == slope:
@@ -199,8 +200,8 @@ def _differentiate(
             bend_c.add(bend, noise)
             agree = abs(slope - slope_d.value) + slope_d.error <= 1e-6 * steepest
             if agree:
-                met = not second or bend_c.error <= 4.0 * noise
-        if met and level > 1:
+                converged = not second or bend_c.error <= 4.0 * noise
+        if converged and level > 1:
             break
         step /= RATIO
     if agree:

@@ -1,8 +1,8 @@
-"""Compiled laws: f, f′ and f″ at one x, chosen by an integer code; no objects, no strings.
+"""Compiled laws: f, f′ and f″ at one x, selected by an integer code; no objects, no strings.
 
-A law reads its changeable numbers from ``par[o : o + n, lane]`` and its fixed data from
+A law reads its variable numbers from ``par[o : o + n, lane]`` and its fixed data from
 ``tab[k : k + m]``; a user's function is called through its handle. Where f″ jumps (the ends of a
-harmonic or parabolic rise) the value to the right is given.
+harmonic or parabolic rise) the value is that to the right.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbody.compiler.jit import kernel, njit
-from mbody.laws.machine import expression
+from mbody.laws.postfix import expression
 
 __all__ = ["LAW_KINDS", "SHAPES", "OUTSIDE", "TOLERANCE", "evaluate", "law", "thomas"]
 
@@ -37,7 +37,7 @@ OUTSIDE = ("error", "hold", "line", "periodic")
 """What a table does outside its range; the integer code is the index."""
 
 TOLERANCE = 1e-9
-"""A table is continued over this fraction of its range, so that rounding never leaves it."""
+"""A table is extended by this fraction of its range, so that rounding does not leave it."""
 
 PI = math.pi
 
@@ -84,7 +84,7 @@ def spline(tab: FloatArray, k: int, x: float) -> Three:
     r = min(max(x, low), high) if outside == 1 or outside == 2 else x
     if not (r >= low - margin and r <= high + margin) or x != x:
         return math.nan, math.nan, math.nan
-    # the interval: a guess as if knots were even, then bisection where the guess is wrong
+    # the interval: a guess for equidistant knots, then bisection where the guess is wrong
     i = min(max(int((r - low) / span * (count - 1)), 0), count - 2)
     if tab[first + i] > r or r >= tab[first + i + 1]:
         i = 0
@@ -172,7 +172,7 @@ def half(shape: int, u: float) -> Three:
 
 @njit
 def rise(shape: int, base: float, height: float, start: float, duration: float, x: float) -> Three:
-    """A rise between two dwells; every shape is its own mirror image, s(1 − u) = 1 − s(u)."""
+    """A rise between two dwells; every shape is point-symmetric, s(1 − u) = 1 − s(u)."""
     w = x - start
     if w < 0.0:
         return base, 0.0, 0.0
@@ -190,7 +190,7 @@ def rise(shape: int, base: float, height: float, start: float, duration: float, 
 
 @njit
 def pieces(par: FloatArray, o: int, n: int, lane: int, tab: FloatArray, k: int, x: float) -> Three:
-    """A rise, or the one of a cam's rises that holds x.
+    """A rise, or the rise of a cam program that contains x.
 
     Rise: par = (height, start, duration, base), tab = (shape). Cam: no par, tab = (period, count,
     then shape, height, start, duration, base of each rise).
@@ -219,7 +219,7 @@ def built_in(
     k: int,
     x: float,
 ) -> Three:
-    """f, f′, f″ at one x of the built-in law of that code.
+    """f, f′, f″ at one x of the built-in law with that code.
 
     par (rows, lanes): parameters par[o : o + n, lane]; tab: fixed data from tab[k] on.
     """
@@ -271,7 +271,10 @@ def evaluate(
 
 @kernel
 def thomas(lower: FloatArray, diagonal: FloatArray, upper: FloatArray, right: FloatArray) -> None:
-    """Solve a tridiagonal system in place: right (n, r) becomes the solution; diagonal changes."""
+    """Solve a tridiagonal system in place (Thomas algorithm).
+
+    `right` (n, r) becomes the solution; `diagonal` (n,) is overwritten.
+    """
     n = diagonal.size
     for i in range(1, n):
         w = lower[i] / diagonal[i - 1]

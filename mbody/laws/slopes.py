@@ -1,4 +1,4 @@
-"""Slopes at the points of a table, from its intervals and the slopes of its chords."""
+"""Slopes at the points of a table (pchip, cubic splines), from its intervals and chord slopes."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ def of_pchip(h: FloatArray, chord: FloatArray, periodic: bool) -> FloatArray:
     """f′ at the points of a monotone piecewise cubic, (N,), from the intervals h and the slopes of
     their chords, (N − 1,).
 
-    Within, the weighted harmonic mean of both chords, 0 at an extreme (Fritsch and Butland 1984);
-    at the ends a formula of three points, limited so that the end stays monotone.
+    At inner points the weighted harmonic mean of both chords, 0 at an extreme (Fritsch and Butland
+    1984); at the ends a three-point formula, limited so that the curve remains monotone.
     """
-    if periodic:  # every point lies within
+    if periodic:  # every point is an inner point
         before, left = np.roll(h, 1), np.roll(chord, 1)
         d = _mean(before, h, left, chord)
         return np.append(d, d[0])
@@ -29,7 +29,7 @@ def of_pchip(h: FloatArray, chord: FloatArray, periodic: bool) -> FloatArray:
 
 
 def _mean(h0: FloatArray, h1: FloatArray, s0: FloatArray, s1: FloatArray) -> FloatArray:
-    """Slope between two chords: 0 where they do not go the same way."""
+    """Slope between two chords: 0 where their signs differ."""
     w0, w1 = 2.0 * h1 + h0, h1 + 2.0 * h0
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         mean = (w0 + w1) / (w0 / s0 + w1 / s1)
@@ -37,7 +37,7 @@ def _mean(h0: FloatArray, h1: FloatArray, s0: FloatArray, s1: FloatArray) -> Flo
 
 
 def _end(h0: float, h1: float, s0: float, s1: float) -> float:
-    """Slope at an end, beside the chord s0, the next one being s1."""
+    """Slope at an end: s0 is the slope of the chord there, s1 that of the next chord."""
     d = ((2.0 * h0 + h1) * s0 - h0 * s1) / (h0 + h1)
     if np.sign(d) != np.sign(s0):
         return 0.0

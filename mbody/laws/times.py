@@ -12,19 +12,19 @@ from mbody.errors import ModelError
 from mbody.laws.base import FloatArray, Law, finite, finite_array
 from mbody.laws.elementary import Constant, ConstantAcceleration, ConstantSpeed
 from mbody.laws.expression import Expression
-from mbody.laws.function import Function, checked
-from mbody.laws.samples import looked_through
+from mbody.laws.function import Function, finite_value
+from mbody.laws.monotonic import monotonic_nodes
 
 __all__ = ["times_of"]
 
-CLOSE = 1e-12  # of the values' size: what rounding may put beyond a turning point
-SAMPLES = 32  # a scale of a Python function, to look for turning points
-LONGEST = 1024  # scales of a Python function that are looked through
-REMEDY = "ask for values before that, or change the law or the start"
+CLOSE = 1e-12  # of the values' size: rounding may exceed a turning point by this
+SAMPLES = 32  # per scale of a Python function, in the search for turning points
+MAX_SCALES = 1024  # of a Python function, in that search
+REMEDY = "request values before that, or change the law or the start"
 
 
 def times_of(
-    law: Law, values: Any, t0: float, told: Callable[[float], str] = "{:g}".format
+    law: Law, values: Any, t0: float, formatted: Callable[[float], str] = "{:g}".format
 ) -> FloatArray:
     """Times, increasing from `t0`, at which a law takes increasing or decreasing values.
 
@@ -40,8 +40,8 @@ def times_of(
         All increasing or all decreasing (equal neighbours are allowed), from f(t0) onwards.
     t0 : float
         Where the search begins.
-    told : callable, optional
-        How a value stands in a sentence, with its unit.
+    formatted : callable, optional
+        Formats a value with its unit, for error messages.
 
     Returns
     -------
@@ -51,13 +51,13 @@ def times_of(
     Raises
     ------
     ModelError
-        The law runs the other way, turns back, or never reaches a value; values that are not
-        monotonic.
+        The law begins in the other direction, turns back, or never reaches a value; or the values
+        are not monotonic.
 
     Notes
     -----
-    A Python `Function` is sampled 32 times a `scale` for turning points, over 1024 scales at most;
-    an `Expression` as closely as its own f′ and f″ ask for.
+    A Python `Function` is sampled for turning points 32 times per `scale`, over at most 1024
+    scales; an `Expression` as densely as its f′ and f″ require.
 
     >>> from mbody.laws import ConstantAcceleration
     >>> times_of(ConstantAcceleration(0.0, 25.0, -40.0), [0.0, 4.2, 7.8], 0.0)
@@ -71,15 +71,15 @@ def times_of(
     if (steps > 0.0).any() and (steps < 0.0).any():
         i = int(np.flatnonzero(steps * np.sign(steps[steps != 0.0][0]) < 0.0)[0])
         raise ModelError(
-            f"the values must all increase or all decrease, but {told(wanted[i + 1])} "
-            f"follows {told(wanted[i])}: ask for each stretch by itself"
+            f"the values must all increase or all decrease, but {formatted(wanted[i + 1])} "
+            f"follows {formatted(wanted[i])}: request each stretch separately"
         )
     begin = law(t0)
     size = max(abs(begin), float(np.max(np.abs(wanted))))
     sign = 1.0 if wanted[-1] - begin >= 0.0 else -1.0
     if float(np.min(sign * (wanted - begin))) < -CLOSE * size:
         raise ModelError(
-            f"the law is at {told(begin)} at t = {t0:g}, already past {told(wanted[0])}: "
+            f"the law is at {formatted(begin)} at t = {t0:g}, already past {formatted(wanted[0])}: "
             "start earlier, or from a later value"
         )
     # from here on the law and the values increase
@@ -87,12 +87,12 @@ def times_of(
     if rest[-1] <= CLOSE * size:
         return np.full(wanted.size, t0)
     if isinstance(law, Constant | ConstantSpeed | ConstantAcceleration):
-        return _accelerated(law, sign, rest, t0, begin, wanted[-1], CLOSE * size, told)
+        return _accelerated(law, sign, rest, t0, begin, wanted[-1], CLOSE * size, formatted)
     if isinstance(law, Function):
         nodes = _sampled(law, sign, begin, float(rest[-1]), t0)
-        reached = np.array([checked(law.function, t) for t in nodes.tolist()])
+        reached = np.array([finite_value(law.function, t) for t in nodes.tolist()])
     elif isinstance(law, Expression):
-        nodes = looked_through(law, sign, begin, float(rest[-1]), t0, CLOSE * size)
+        nodes = monotonic_nodes(law, sign, begin, float(rest[-1]), t0, CLOSE * size)
         reached = law(nodes)
     else:
         nodes = _refined(law, sign, begin, float(rest[-1]), t0)
@@ -103,43 +103,45 @@ def times_of(
     if back.size:
         ended = int(back[0])
     if rest[-1] > gain[: ended + 1].max() + CLOSE * size:
-        at, asked = float(nodes[ended]), float(wanted[-1])
+        at, last = float(nodes[ended]), float(wanted[-1])
         raise ModelError(
-            _why(law, at, t0, begin, sign * gain[ended] + begin, asked, back.size > 0, told)
+            _not_reached(
+                law, at, t0, begin, sign * gain[ended] + begin, last, back.size > 0, formatted
+            )
         )
     return _solve(law, sign, begin, rest, nodes[: ended + 1], gain[: ended + 1])
 
 
-def _why(
+def _not_reached(
     law: Law,
     at: float,
     t0: float,
     begin: float,
     reached: float,
-    asked: float,
+    wanted: float,
     back: bool,
-    told: Callable[[float], str],
+    formatted: Callable[[float], str],
 ) -> str:
-    """The sentence for a value that is not reached."""
+    """The message for a value that is not reached."""
     if back and at == t0:
         return (
-            f"the law runs the other way from t = {t0:g}, where it is {told(begin)}: it does not "
-            f"reach {told(asked)}; {REMEDY}"
+            f"the law goes in the other direction from t = {t0:g}, where it is {formatted(begin)}: "
+            f"it does not reach {formatted(wanted)}; {REMEDY}"
         )
     if back:
         return (
-            f"the law turns back at t = {at:g} where it has reached {told(reached)}; it does not "
-            f"reach {told(asked)}: {REMEDY}"
+            f"the law turns back at t = {at:g} where it has reached {formatted(reached)}; it does "
+            f"not reach {formatted(wanted)}: {REMEDY}"
         )
     if reached == begin:
         return (
-            f"the law stays at {told(begin)} from t = {t0:g}: it does not reach {told(asked)}; "
-            f"{REMEDY}"
+            f"the law stays at {formatted(begin)} from t = {t0:g}: it does not reach "
+            f"{formatted(wanted)}; {REMEDY}"
         )
     more = ", or give a larger scale" if isinstance(law, Function) else ""
     return (
-        f"the law goes no further than {told(reached)}, at t = {at:g}; it does not reach "
-        f"{told(asked)}: {REMEDY}{more}"
+        f"the law goes no further than {formatted(reached)}, at t = {at:g}; it does not reach "
+        f"{formatted(wanted)}: {REMEDY}{more}"
     )
 
 
@@ -149,21 +151,21 @@ def _accelerated(
     rest: FloatArray,
     t0: float,
     begin: float,
-    asked: float,
+    wanted: float,
     close: float,
-    told: Callable[[float], str],
+    formatted: Callable[[float], str],
 ) -> FloatArray:
     """Closed form: rest = v τ + a τ²/2 with τ = 2 rest/(v + √(v² + 2 a rest))."""
     _, v, a = (sign * d for d in law.derivatives(t0))
     if v < 0.0 and v * v <= 2.0 * a * close:
-        v = 0.0  # a start at the turning point, but for rounding
+        v = 0.0  # a start at the turning point, apart from rounding
     if v < 0.0 or (v == 0.0 and a <= 0.0):
         stays = v == 0.0 and a == 0.0
-        raise ModelError(_why(law, t0, t0, begin, begin, asked, not stays, told))
+        raise ModelError(_not_reached(law, t0, t0, begin, begin, wanted, not stays, formatted))
     square = v * v + 2.0 * a * rest
     if a < 0.0 and rest[-1] + v * v / (2.0 * a) > close:
         reached = begin - sign * v * v / (2.0 * a)
-        raise ModelError(_why(law, t0 - v / a, t0, begin, reached, asked, True, told))
+        raise ModelError(_not_reached(law, t0 - v / a, t0, begin, reached, wanted, True, formatted))
     below = v + np.sqrt(np.maximum(square, 0.0))
     return t0 + 2.0 * rest / np.where(below > 0.0, below, 1.0)
 
@@ -191,12 +193,12 @@ def _sampled(law: Function, sign: float, begin: float, rest: float, t0: float) -
     """Samples of a Python function until it has gained `rest` or turned back."""
     step = law.scale / SAMPLES
     nodes, best = [t0], 0.0
-    for i in range(1, SAMPLES * LONGEST + 1):
+    for i in range(1, SAMPLES * MAX_SCALES + 1):
         nodes.append(t0 + i * step)
-        gain = sign * (checked(law.function, nodes[-1]) - begin)
+        gain = sign * (finite_value(law.function, nodes[-1]) - begin)
         if gain >= rest:
             break
-        if gain < best:  # turned back: find the crest
+        if gain < best:  # turned back: find the extreme
             low, high = nodes[max(i - 2, 0)], nodes[i]
             if i == 1 and sign * law.derivatives(low)[1] <= 0.0:
                 break

@@ -6,7 +6,7 @@ import dataclasses
 from typing import Any, TypeVar
 
 from mbody.errors import ModelError
-from mbody.laws import Law, compiled
+from mbody.laws import Law, compile_formula
 from mbody.model.element import Element
 from mbody.quantities import Formula, FormulaError, Scope
 from mbody.quantities.deferred import formulas_in, substituted
@@ -45,7 +45,7 @@ def resolved(element: E, scope: Scope) -> tuple[E, dict[str, Formula], set[str]]
         if isinstance(value, Formula) and "law" in field.metadata:
             name = f"{element.name}.{field.name}"
             try:
-                laws[field.name], numbers = compiled(value, scope, value.argument or TIME)
+                laws[field.name], numbers = compile_formula(value, scope, value.argument or TIME)
             except FormulaError as error:
                 raise ModelError(f"'{element.name}': {field.name}: {error}", element.name) from None
             formulas |= {f"{name}.{key}": formula for key, formula in numbers.items()}

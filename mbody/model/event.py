@@ -8,7 +8,7 @@ from typing import Any
 
 from mbody.errors import ModelError, brief
 from mbody.quantities import Formula, FormulaError, read
-from mbody.quantities.number import entered
+from mbody.quantities.number import float_or_formula
 
 __all__ = ["Event", "Stop", "as_events", "check_restitution"]
 
@@ -94,7 +94,7 @@ class Stop:
     def __post_init__(self) -> None:
         _named(self, "stop")
         try:
-            given = entered(self.restitution, None)
+            given = float_or_formula(self.restitution, None)
         except FormulaError as error:
             raise ModelError(f"stop '{self.name}': restitution: {error}", self.name) from None
         if not isinstance(given, Formula):

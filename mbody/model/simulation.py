@@ -9,7 +9,7 @@ from typing import Any
 from mbody.errors import ModelError
 from mbody.model.event import as_events
 from mbody.quantities import Formula, FormulaError, read
-from mbody.quantities.number import entered
+from mbody.quantities.number import float_or_formula
 
 __all__ = ["ADAPTIVE", "EVEN", "METHODS", "STATE", "SimulationSettings", "check_method"]
 
@@ -129,6 +129,6 @@ def check_method(method: Any) -> None:
 def _entered(value: Any, name: str) -> float | Formula:
     """A number of a simulation."""
     try:
-        return entered(value, None)
+        return float_or_formula(value, None)
     except FormulaError as error:
         raise ModelError(f"simulation: {name}: {error}") from None

@@ -9,7 +9,7 @@ from typing import Any
 
 from mbody.errors import ModelError
 from mbody.quantities import Formula, FormulaError, parse_unit, read
-from mbody.quantities.number import NotANumber, NotFinite, entered
+from mbody.quantities.number import NotANumber, NotFinite, float_or_formula
 
 __all__ = ["Instants", "Measure", "Question", "Unknown"]
 
@@ -67,7 +67,7 @@ def _row(name: str, value: Any) -> tuple[float | Formula, ...]:
     if not values:
         raise ModelError(f"ask: at.{name} is empty: give at least one value")
     try:
-        return tuple(entered(part, None) for part in values)
+        return tuple(float_or_formula(part, None) for part in values)
     except NotANumber as error:
         raise ModelError(
             f"ask: at.{name}: {error}: give a number, or text with units", name
@@ -145,7 +145,7 @@ class Unknown:
             if value is None:
                 continue
             try:
-                object.__setattr__(self, key, entered(value, None))
+                object.__setattr__(self, key, float_or_formula(value, None))
             except FormulaError as error:
                 raise ModelError(f"unknown '{self.name}': {key}: {error}", self.name) from None
         try:

@@ -1,7 +1,7 @@
-"""Formulas: numbers with units, of parameters, as text. Read, checked, never executed."""
+"""Formulas: numbers as text, with units and parameters. They are parsed, never executed."""
 
 from mbody.quantities.convert import convert
-from mbody.quantities.evaluate import Scope, Valued, evaluate, told
+from mbody.quantities.evaluate import Scope, Valued, dimension_text, evaluate
 from mbody.quantities.formula import Formula, read
 from mbody.quantities.parameters import Parameters
 from mbody.quantities.parse import FUNCTIONS, VARIABLES, FormulaError, parse, parse_unit
@@ -21,5 +21,5 @@ __all__ = [
     "parse_unit",
     "read",
     "text_of",
-    "told",
+    "dimension_text",
 ]

@@ -1,4 +1,4 @@
-"""Values from one unit to another."""
+"""Conversion of values from one unit to another."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from mbody.errors import ModelError
-from mbody.quantities.evaluate import Scope, evaluate, told
+from mbody.quantities.evaluate import Scope, dimension_text, evaluate
 from mbody.quantities.parse import FormulaError, parse_unit
 
 __all__ = ["convert"]
@@ -25,7 +25,7 @@ def convert(values: Any, unit: str, to: str) -> Any:
     Raises
     ------
     ModelError
-        For a unit that there is not, or two that do not measure the same.
+        For an unknown unit, or two units of different dimensions.
 
     >>> round(convert(243.2375907612, "lbf in", "N m"), 6)
     27.482158
@@ -33,10 +33,10 @@ def convert(values: Any, unit: str, to: str) -> Any:
     try:
         old, new = (evaluate(parse_unit(name), Scope()) for name in (unit, to))
         if old.dimension != new.dimension or old.dimension is None or new.dimension is None:
-            kinds = [told(v.dimension) if v.dimension else "no unit" for v in (old, new)]
+            kinds = [dimension_text(v.dimension) if v.dimension else "no unit" for v in (old, new)]
             raise FormulaError(f"'{unit}' is {kinds[0]}, '{to}' is {kinds[1]}")
         if not (0.0 < abs(old.value) < math.inf and 0.0 < abs(new.value) < math.inf):
-            raise FormulaError(f"'{unit}' or '{to}' is no unit")
+            raise FormulaError(f"'{unit}' or '{to}' is not a unit")
         return values * (old.value / new.value)
     except FormulaError as error:
         raise ModelError(f"cannot convert: {error}") from None

@@ -1,4 +1,4 @@
-"""Descriptions that still hold text: find the formulas in them, put floats in their place."""
+"""Deferred evaluation: find the formulas in a description and substitute their values."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ def formulas_in(value: Any, name: str = "") -> Iterator[tuple[str, Formula]]:
         parts = ((field.name, getattr(value, field.name)) for field in dataclasses.fields(value))
     for key, part in parts:
         if type(part) is float:
-            continue  # a long table is looked through fast
+            continue  # the common case, so that long tables are searched fast
         yield from formulas_in(part, f"{name}.{key}")
 
 
 def is_pending(value: Any) -> bool:
-    """Whether a value waits for a mechanism to say what its text comes to."""
+    """Whether a value contains formulas, which only a mechanism can evaluate."""
     return next(formulas_in(value), None) is not None
 
 
 def substituted(value: Any, instead: Callable[[Formula], Any]) -> Any:
-    """The value with something in the place of every formula; itself where it has none."""
+    """The value with every formula replaced by ``instead(formula)``; itself where it has none."""
     if isinstance(value, Formula):
         return instead(value)
     if isinstance(value, (tuple, list)):

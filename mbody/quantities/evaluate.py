@@ -1,7 +1,7 @@
-"""What a formula comes to: a number, or an array over a batch, in one consistent unit system.
+"""Evaluation of a formula: a number, or an array over a batch, in one consistent unit system.
 
-Units are checked where a formula has any. Where it has none, all of it is plain numbers, and what
-comes out is in the unit that plain numbers of its field have.
+Units are checked where a formula has any. A formula without units contains only plain numbers, and
+its value is in the unit that plain numbers of its field have.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from mbody.quantities.units import (
     Dimension,
     Unit,
     UnitSystem,
-    foreign,
     name_of,
+    pint_unit,
     unit_system,
 )
 
@@ -31,15 +31,15 @@ __all__ = [
     "Scope",
     "Valued",
     "evaluate",
-    "measured",
-    "stands_only",
-    "taken_for_units",
-    "told",
-    "written_out",
+    "has_units",
+    "misplaced_variable",
+    "parameters_read_as_units",
+    "dimension_text",
+    "literal_exponent",
 ]
 
 ANGLE = DIMENSIONS["angle"]
-SPELT_OUT = 4  # letters
+LONG_NAME = 4  # letters of a unit of pint that is allowed without a number
 TURNING = ("sin", "cos", "tan")
 INVERSE = ("asin", "acos", "atan", "atan2")
 SI = unit_system("SI")
@@ -55,32 +55,32 @@ class Valued:
 
 @dataclass(frozen=True)
 class Scope:
-    """What the names of a formula stand for.
+    """The unit system and the values of the names in a formula.
 
     Attributes
     ----------
     system : UnitSystem
-        The units that values come out in.
+        The units of the values.
     names : mapping
-        Parameters and, where a formula may use it, the variable.
+        Parameters and, if allowed, the variable.
     """
 
     system: UnitSystem = SI
     names: Mapping[str, Valued] = field(default_factory=dict)
 
     def unit(self, name: str) -> Unit | None:
-        """The unit that a name by itself stands for; t is the variable, not a tonne. Of pint's only
-        long ones are: ``b`` is sooner a parameter that was forgotten than a barn.
+        """The unit with that name, if it is one by itself; t is the variable, not a tonne. Only
+        long names of pint's units are: ``b`` is more likely a missing parameter than a barn.
         """
         if name in self.names or name == "pi" or name in VARIABLES:
             return None
-        return SYMBOLS.get(name) or (foreign(name) if len(name) >= SPELT_OUT else None)
+        return SYMBOLS.get(name) or (pint_unit(name) if len(name) >= LONG_NAME else None)
 
 
-def told(dimension: Dimension) -> str:
-    """A dimension as sentences say it.
+def dimension_text(dimension: Dimension) -> str:
+    """A dimension in words, for error messages.
 
-    >>> told(DIMENSIONS["mass"] / DIMENSIONS["length"])
+    >>> dimension_text(DIMENSIONS["mass"] / DIMENSIONS["length"])
     'a mass per length (kg/m)'
     """
     name = name_of(dimension)
@@ -101,18 +101,18 @@ def told(dimension: Dimension) -> str:
     return f"{article} {name} ({symbol})"
 
 
-def stands_only(variable: str) -> str:
-    """The sentence for a variable where it has no meaning."""
+def misplaced_variable(variable: str) -> str:
+    """The error message for a variable outside the laws that have it."""
     where = "laws of time" if variable == "t" else "laws of a stretch, an angle or a rate"
-    return f"'{variable}' stands only in {where}"
+    return f"'{variable}' is allowed only in {where}"
 
 
-def measured(node: Node, scope: Scope) -> bool:
-    """Whether a formula has units, by itself or through its parameters.
+def has_units(node: Node, scope: Scope) -> bool:
+    """Whether a formula has units, of its own or of its parameters.
 
-    What sin, cos and tan take does not count: ``9*cos(45 deg)`` is a plain number.
+    Arguments of sin, cos and tan do not count: ``9*cos(45 deg)`` is a plain number.
     """
-    for part in walk(node, beside=TURNING):
+    for part in walk(node, except_in=TURNING):
         if isinstance(part, Measured):
             return True
         if isinstance(part, Call) and part.function in INVERSE:
@@ -128,43 +128,46 @@ def measured(node: Node, scope: Scope) -> bool:
 
 
 def evaluate(node: Node, scope: Scope, *, with_units: bool = False) -> Valued:
-    """Value of a formula; its dimension where it has units (or is to have), None where it is plain.
+    """Value of a formula with its dimension; None for a plain number, unless `with_units`.
 
     Raises
     ------
     FormulaError
-        For a name that stands for nothing, or units that do not fit together.
+        For an unknown name, or units that do not fit together.
     """
     _check_names(node, scope)
-    with_units = with_units or measured(node, scope)
-    with np.errstate(all="ignore"):  # what is not finite is told by those who ask for a number
+    with_units = with_units or has_units(node, scope)
+    with np.errstate(all="ignore"):  # callers check for values that are not finite
         value, dimension = _Evaluation(scope, with_units).of(node)
     return Valued(value, dimension if with_units else None)
 
 
 def _check_names(node: Node, scope: Scope) -> None:
-    """What is joined to a unit without a space is a unit. It cannot be told from a parameter of
-    that name that measures the same, and neither can the result.
+    """Raise FormulaError where a symbol joined to a unit could also be a parameter.
+
+    A symbol joined to a unit without a space is a unit. If a parameter of that name has the same
+    dimension, the result would not show which one was meant.
     """
-    for symbol, part in taken_for_units(node, scope):
+    for symbol, part in parameters_read_as_units(node, scope):
         unit = SYMBOLS.get(symbol)
         if unit is not None and scope.names[symbol].dimension == unit.dimension:
             raise FormulaError(
-                f"'{symbol}' in '{part.unit.symbol}' is a unit, and a parameter that measures the "
-                f"same, {told(unit.dimension)}: write '* ({symbol})' for the parameter, or name it "
-                "otherwise"
+                f"'{symbol}' in '{part.unit.symbol}' is a unit, and a parameter of the "
+                f"same dimension, {dimension_text(unit.dimension)}: write '* ({symbol})' for the "
+                "parameter, or choose "
+                "another name for it"
             )
 
 
-def taken_for_units(node: Node, scope: Scope) -> Iterator[tuple[str, Measured]]:
-    """Symbols joined to units that parameters are called by, too."""
+def parameters_read_as_units(node: Node, scope: Scope) -> Iterator[tuple[str, Measured]]:
+    """Symbols joined to units that are also names of parameters."""
     for part in walk(node):
         if isinstance(part, Measured):
             yield from ((s, part) for s in part.symbols[1:] if s in scope.names)
 
 
 class _Evaluation:
-    """One walk over a tree; numbers come with their dimension."""
+    """Recursive evaluation of a tree: every value with its dimension."""
 
     def __init__(self, scope: Scope, with_units: bool) -> None:
         self.scope, self.with_units = scope, with_units
@@ -186,7 +189,7 @@ class _Evaluation:
             case Binary(operator=operator, a=a, b=b):
                 return self.binary(operator, self.of(a), self.of(b))
             case Call(function=function, arguments=(angle,)) if function in TURNING:
-                inside = _Evaluation(self.scope, measured(angle, self.scope))
+                inside = _Evaluation(self.scope, has_units(angle, self.scope))
                 return self.call(function, [inside.of(angle)])
             case Call(function=function, arguments=arguments):
                 return self.call(function, [self.of(argument) for argument in arguments])
@@ -202,7 +205,7 @@ class _Evaluation:
         if unit is not None:
             return self.scaled(Fraction(1), unit), unit.dimension
         if name in VARIABLES:
-            raise FormulaError(stands_only(name))
+            raise FormulaError(misplaced_variable(name))
         known = ", ".join(repr(known) for known in list(self.scope.names)[:12] if known not in "tx")
         raise FormulaError(
             f"there is no parameter '{name[:60]}' "
@@ -210,7 +213,7 @@ class _Evaluation:
         )
 
     def scaled(self, value: Any, unit: Unit) -> Any:
-        """So many units in the unit system of the scope; exact where it can be."""
+        """A value in `unit`, converted to the unit system of the scope; exact where possible."""
         ratio = unit.ratio / self.scope.system.unit(unit.dimension).ratio
         if isinstance(value, Fraction) and not unit.pi:
             return _float(value * ratio)
@@ -224,8 +227,8 @@ class _Evaluation:
         value, dimension = self.of(node.of)
         if dimension != NUMBER:
             raise FormulaError(
-                f"what stands before '{node.unit.symbol}' is {told(dimension)} already: leave the "
-                "unit out"
+                f"the part before '{node.unit.symbol}' is {dimension_text(dimension)} already: "
+                "leave the unit out"
             )
         return self.scaled(value, node.unit), node.unit.dimension
 
@@ -244,17 +247,19 @@ class _Evaluation:
             remedy = ""
             if NUMBER in (a, b):
                 remedy = ": give every number its unit"
-            raise FormulaError(f"it {does} {told(a)} and {told(b)}{remedy}")
+            raise FormulaError(f"it {does} {dimension_text(a)} and {dimension_text(b)}{remedy}")
 
     def power(self, node: Binary) -> tuple[Any, Dimension]:
         (base, dimension), (exponent, of_exponent) = self.of(node.a), self.of(node.b)
         if of_exponent != NUMBER:
-            raise FormulaError(f"an exponent is {told(of_exponent)}, it must be a plain number")
+            raise FormulaError(
+                f"an exponent is {dimension_text(of_exponent)}, it must be a plain number"
+            )
         if dimension != NUMBER:
-            fixed = written_out(node.b)
+            fixed = literal_exponent(node.b)
             if fixed is None:
                 raise FormulaError(
-                    f"the power of {told(dimension)} must be a number that is written out"
+                    f"the power of {dimension_text(dimension)} must be a literal number"
                 )
             dimension = dimension**fixed
         return np.power(np.asarray(base, dtype=float), exponent)[()], dimension
@@ -266,11 +271,13 @@ class _Evaluation:
             self.alike(f"gives '{function}'", *dimensions)
         if function in TURNING:
             if first not in (NUMBER, ANGLE):
-                raise FormulaError(f"'{function}' takes an angle, not {told(first)}")
+                raise FormulaError(f"'{function}' takes an angle, not {dimension_text(first)}")
             result = NUMBER
         elif function in ("asin", "acos", "atan", "exp", "log"):
             if first != NUMBER:
-                raise FormulaError(f"'{function}' takes a plain number, not {told(first)}")
+                raise FormulaError(
+                    f"'{function}' takes a plain number, not {dimension_text(first)}"
+                )
             result = ANGLE if function in INVERSE else NUMBER
         elif function == "atan2":
             result = ANGLE
@@ -297,16 +304,16 @@ _COMPUTE: dict[str, Any] = {
 }
 
 
-def written_out(node: Node) -> Fraction | None:
-    """An exponent that is written out, None for any other: 2, −1, 0.5, 1/2."""
+def literal_exponent(node: Node) -> Fraction | None:
+    """An exponent that is a literal number such as 2, −1, 0.5, 1/2; None for any other."""
     match node:
         case Plain(value=value):
             return value if abs(value) <= 9 and value.denominator <= 12 else None
         case Negative(of=below):
-            inner = written_out(below)
+            inner = literal_exponent(below)
             return None if inner is None else -inner
         case Binary(operator="/", a=Plain(value=a), b=Plain(value=b)) if b:
-            return written_out(Plain(a / b))
+            return literal_exponent(Plain(a / b))
     return None
 
 

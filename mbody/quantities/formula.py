@@ -1,5 +1,5 @@
-"""A number that is still text: read and checked where it was written, worth a float once the
-mechanism says its units and parameters.
+"""Numbers as text: read and checked at once, evaluated with the units and parameters of a
+mechanism.
 """
 
 from __future__ import annotations
@@ -11,14 +11,21 @@ from typing import Any
 
 import numpy as np
 
-from mbody.quantities.evaluate import Scope, Valued, evaluate, measured, taken_for_units, told
+from mbody.quantities.evaluate import (
+    Scope,
+    Valued,
+    dimension_text,
+    evaluate,
+    has_units,
+    parameters_read_as_units,
+)
 from mbody.quantities.parse import VARIABLES, FormulaError, parse, shown
 from mbody.quantities.tree import Measured, Negative, Node, Plain
 from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, of_quantity
 
-__all__ = ["Formula", "checked", "read"]
+__all__ = ["Formula", "verified", "read"]
 
-# what is often written for what is meant, tried in this order
+# frequent mistakes: (what is written, what is meant), tried in this order
 MEANT = (
     ("lbs?|lbm", "lbf"),
     ("oz", "ozf"),
@@ -42,20 +49,20 @@ MEANT = (
 
 @dataclass(frozen=True)
 class Formula:
-    """A number as text, with the dimension that its field asks for.
+    """A number as text, with the dimension of its field.
 
     Attributes
     ----------
     text : str
         As it was written.
     dimension : Dimension or None
-        What the field takes, None while that is not known.
+        Of the field, None while that is not known.
     angle : str
-        "rad" or "deg": the unit of what is a plain angle.
+        "rad" or "deg": the unit of a plain number that is an angle.
     argument : Dimension or None
-        Of a law: what its variable measures.
+        Of a law: the dimension of its variable.
     tree : Node
-        What the text says.
+        The parsed text.
     """
 
     text: str
@@ -66,28 +73,28 @@ class Formula:
 
     @property
     def names(self) -> frozenset[str]:
-        """Parameters, variables and units that it names."""
+        """Parameters, variables and units that it contains."""
         return self.tree.names - {"pi"}
 
     @property
     def variable(self) -> str:
-        """The variable that it depends on, empty where it is one number."""
+        """The variable that it depends on, empty where there is none."""
         return next((name for name in VARIABLES if name in self.names), "")
 
     @property
     def literal(self) -> bool:
-        """Whether it is one number with its unit, as of a table of data."""
+        """Whether it is one number with its unit, as in a table of data."""
         node = self.tree.of if isinstance(self.tree, Negative) else self.tree
         return isinstance(node, Plain) or (
             isinstance(node, Measured) and isinstance(node.of, Plain)
         )
 
     def has_units(self, scope: Scope) -> bool:
-        """Whether it has units, by itself or through parameters."""
-        return measured(self.tree, scope)
+        """Whether it has units, of its own or of its parameters."""
+        return has_units(self.tree, scope)
 
     def of(self, dimension: Dimension) -> Formula:
-        """The same where a field of that dimension takes it."""
+        """The same formula for a field of that dimension."""
         return replace(self, dimension=dimension)
 
     def value(self, scope: Scope) -> Any:
@@ -96,37 +103,37 @@ class Formula:
         Raises
         ------
         FormulaError
-            For a name that stands for nothing, units that do not fit, or a number that is none.
+            For an unknown name, units that do not fit, or a value that is not finite.
         """
         found = evaluate(self.tree, scope)
         value = found.value * self._scaled(found, scope)
         if not np.isfinite(value).all():
             bad = np.ravel(value)[~np.isfinite(np.ravel(value))][0]
-            raise FormulaError(f"{shown(self.text)} comes to {bad}, it must be finite")
+            raise FormulaError(f"{shown(self.text)} evaluates to {bad}, it must be finite")
         return float(value) if np.ndim(value) == 0 else value
 
     def _scaled(self, found: Valued, scope: Scope) -> float:
-        """The scale, with a word about units that are called as parameters where it is refused."""
+        """The scale; an error also names units that have the name of a parameter."""
         try:
             return self.scale(found)
         except FormulaError as error:
-            both = next(taken_for_units(self.tree, scope), None)
+            both = next(parameters_read_as_units(self.tree, scope), None)
             if both is None:
                 raise
             raise FormulaError(
-                f"{error}; '{both[0]}' in '{both[1].unit.symbol}' is the unit, as all that is "
+                f"{error}; '{both[0]}' in '{both[1].unit.symbol}' is the unit, since it is "
                 f"joined to a unit without a space: write '* ({both[0]})' or '/ ({both[0]})' for "
                 "the parameter"
             ) from None
 
     def scale(self, found: Valued) -> float:
-        """What a value of this formula is multiplied by to be what the field takes: one, but for
-        plain degrees.
+        """The factor from a value of this formula to the value of the field: one, except for plain
+        degrees.
 
         Raises
         ------
         FormulaError
-            When the field takes another dimension.
+            When the field has another dimension.
         """
         wanted, got = self.dimension, found.dimension
         if got is None or wanted is None:
@@ -135,11 +142,12 @@ class Formula:
         if got == wanted or (not self.literal and got.mechanical == wanted.mechanical):
             return 1.0
         raise FormulaError(
-            f"{shown(self.text)} is {told(got)}, where {told(wanted)} is wanted{self._meant()}"
+            f"{shown(self.text)} is {dimension_text(got)}, where {dimension_text(wanted)} is "
+            f"wanted{self._meant()}"
         )
 
     def _meant(self) -> str:
-        """A guess of what was meant, as the end of a sentence."""
+        """A guess of what was meant, as the end of an error message."""
         if not self.literal or self.dimension is None:
             return ""
         for pattern, instead in MEANT:
@@ -160,30 +168,30 @@ def read(value: Any, dimension: Dimension | None, angle: str = "rad") -> Formula
     Raises
     ------
     FormulaError
-        For text that is no formula, or whose units cannot be those of the field.
+        For text that is not a formula, or whose units do not fit the field.
 
     >>> read("1.5 lbf", DIMENSIONS["force"]).value(Scope())
     6.67233242289075
     """
     if isinstance(value, Formula):
-        return value if dimension is None else checked(value.of(dimension))
+        return value if dimension is None else verified(value.of(dimension))
     if isinstance(value, str):
         text = value.strip()
-        return checked(Formula(text, dimension, angle, tree=parse(text)))
+        return verified(Formula(text, dimension, angle, tree=parse(text)))
     unit = of_quantity(value)
     if unit is None:
         raise FormulaError(
-            f"{shown(str(value))} is no quantity of mechanics: of length, mass, time and angle"
+            f"{shown(str(value))} is not a quantity of mechanics: of length, mass, time and angle"
         )
     tree = Plain(unit.ratio) if unit.dimension == NUMBER else Measured(_ONE, unit, ())
-    return checked(Formula(str(value), dimension, angle, tree=tree))
+    return verified(Formula(str(value), dimension, angle, tree=tree))
 
 
 _ONE = Plain(Fraction(1))
 
 
-def checked(formula: Formula) -> Formula:
-    """The formula; one that names nothing is tried at once."""
+def verified(formula: Formula) -> Formula:
+    """The formula; one without names is evaluated at once, to raise its errors early."""
     if formula.dimension is not None and not formula.names:
         formula.value(Scope())
     return formula

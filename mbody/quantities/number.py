@@ -1,4 +1,4 @@
-"""The one door through which every number of a description enters."""
+"""Numbers of a description, as they are entered: floats, text with units, quantities of pint."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from mbody.quantities.formula import Formula, read
 from mbody.quantities.parse import FormulaError
 from mbody.quantities.units import Dimension, dimension_of
 
-__all__ = ["entered", "number", "one_number"]
+__all__ = ["float_or_formula", "number", "one_number"]
 
 
 class NotANumber(FormulaError):
-    """What was given is neither a number nor text."""
+    """The value is neither a number nor text."""
 
 
 class NotFinite(FormulaError):
-    """What was given is infinite, or no number at all."""
+    """The value is infinite or NaN."""
 
 
-def entered(value: Any, dimension: Dimension | None) -> float | Formula:
-    """A finite float, or a formula where it is text or a quantity of the units library.
+def float_or_formula(value: Any, dimension: Dimension | None) -> float | Formula:
+    """A finite float, or a formula for text or a quantity of pint.
 
     Raises
     ------
     FormulaError
-        When it is neither; the sentence is to stand behind the name of the field.
+        When it is neither; the message follows the name of the field.
     """
     if isinstance(value, Real) and not isinstance(value, bool):
         try:
@@ -40,39 +40,41 @@ def entered(value: Any, dimension: Dimension | None) -> float | Formula:
         return result
     if isinstance(value, (str, Formula)) or hasattr(value, "dimensionality"):
         return read(value, dimension)
-    raise NotANumber(f"{brief(value)} is no number")
+    raise NotANumber(f"{brief(value)} is not a number")
 
 
 def number(value: Any, dimension: str | Dimension, element: str, field: str) -> Any:
-    """Let one number in: a finite float in the mechanism's unit system, or text that becomes one.
+    """One number of an element: a finite float in the mechanism's unit system, or a formula.
 
     Parameters
     ----------
     value : float, str or quantity
         Text has units, parameters and arithmetic: ``"1.5 lbf"``, ``"2*a"``; a quantity is pint's.
     dimension : str or Dimension
-        What the field takes.
+        Dimension of the field.
     element, field : str
-        Whose number it is, for the sentence.
+        Names for the error message.
 
     Returns
     -------
     float or Formula
-        A formula becomes a float when a mechanism takes the element, which says its units.
+        A formula becomes a float when the element is added to a mechanism, which has the units.
 
     Raises
     ------
     ModelError
-        When it is no number, not finite, or of another dimension.
+        When it is not a number, not finite, or of another dimension.
     """
-    told = f" ({dimension})" if isinstance(dimension, str) else ""
-    return let_in(value, dimension_of(dimension), f"'{element}': {field}", element, told)
+    kind = f" ({dimension})" if isinstance(dimension, str) else ""
+    return constant_or_formula(
+        value, dimension_of(dimension), f"'{element}': {field}", element, kind
+    )
 
 
-def let_in(
-    value: Any, dimension: Dimension | None, what: str, element: str, told: str = ""
+def constant_or_formula(
+    value: Any, dimension: Dimension | None, what: str, element: str, kind: str = ""
 ) -> float | Formula:
-    """One number that does not change with time; `what` begins the sentence where it is none.
+    """One number that does not change with time; `what` begins the error message.
 
     Raises
     ------
@@ -80,9 +82,9 @@ def let_in(
         As `number`.
     """
     try:
-        result = entered(value, dimension)
+        result = float_or_formula(value, dimension)
     except NotANumber:
-        raise ModelError(f"{what} must be a number{told}, not {brief(value)}", element) from None
+        raise ModelError(f"{what} must be a number{kind}, not {brief(value)}", element) from None
     except NotFinite as error:
         raise ModelError(f"{what} is {error}, it must be finite", element) from None
     except FormulaError as error:
@@ -96,7 +98,7 @@ def let_in(
 
 
 def one_number(value: Any, dimension: str, element: str, field: str) -> float:
-    """A plain number, where no mechanism is at hand to say units and parameters."""
+    """A plain number, for places without a mechanism that has units and parameters."""
     result = number(value, dimension, element, field)
     if isinstance(result, Formula):
         raise ModelError(

@@ -1,4 +1,4 @@
-"""The parameters of a mechanism: numbers that formulas name, some of them formulas of others."""
+"""The parameters of a mechanism: named numbers for formulas, some of them formulas of others."""
 
 from __future__ import annotations
 
@@ -14,27 +14,27 @@ from mbody.quantities.parse import FUNCTIONS, VARIABLES, FormulaError, parse, sh
 from mbody.quantities.tree import Measured, Name
 from mbody.quantities.units import DIMENSIONS, SYMBOLS, Dimension, UnitSystem
 
-__all__ = ["Parameters", "let_in", "with_unit_of"]
+__all__ = ["Parameters", "parameter_value", "with_unit_of"]
 
-LONGEST = 40
-KEPT = {*FUNCTIONS, *VARIABLES, "pi"}
+MAX_NAME = 40
+RESERVED = {*FUNCTIONS, *VARIABLES, "pi"}
 
 
 class Parameters(Mapping[str, "float | Formula"]):
-    """Named numbers, each a float or a formula of the others; the order does not matter.
+    """Named numbers, each a float or a formula of the others, in any order.
 
     Parameters
     ----------
     given : mapping
         By name: a number, text such as ``"2*a"`` or ``"15 in"``, or a quantity.
     system : UnitSystem
-        The units that values come out in.
+        The units of the values.
 
     Raises
     ------
     ModelError
-        For a name that cannot stand in a formula, a number that is none, or formulas that go round
-        in a circle.
+        For a name that cannot be used in a formula, a value that is not a number, or formulas that
+        depend on each other in a circle.
 
     >>> from mbody.quantities.units import unit_system
     >>> Parameters({"a": 2.0, "b": "3*a"}, unit_system("SI")).scope().names["b"].value
@@ -45,7 +45,7 @@ class Parameters(Mapping[str, "float | Formula"]):
         if not isinstance(given, Mapping):
             raise ModelError(f'parameters must be a dict such as {{"a": 2.0}}, not {given!r}')
         self.system = system
-        self._given = {name: let_in(name, value) for name, value in given.items()}
+        self._given = {name: parameter_value(name, value) for name, value in given.items()}
         self._order = self._ordered()
         self._base = self.scope()
 
@@ -59,11 +59,11 @@ class Parameters(Mapping[str, "float | Formula"]):
         return len(self._given)
 
     def used_by(self, formula: Formula) -> frozenset[str]:
-        """The parameters that a formula names."""
+        """The parameters that a formula uses."""
         return formula.names & self._given.keys()
 
     def scope(self, values: Mapping[str, Any] | None = None) -> Scope:
-        """What the names stand for: as described, or with other values of some parameters.
+        """The values of the names: as described, or with other values of some parameters.
 
         Parameters
         ----------
@@ -93,7 +93,7 @@ class Parameters(Mapping[str, "float | Formula"]):
         return Scope(self.system, found)
 
     def _ordered(self) -> list[str]:
-        """Every parameter after those that it is made of."""
+        """The parameters in an order in which each follows those that it depends on."""
         needs = {
             name: sorted(self.used_by(own)) if isinstance(own, Formula) else []
             for name, own in self._given.items()
@@ -103,36 +103,37 @@ class Parameters(Mapping[str, "float | Formula"]):
         except CycleError as error:
             ring = " → ".join(reversed(error.args[1][:6]))
             raise ModelError(
-                f"the parameters {ring} are made of each other: give one of them a number",
+                f"the parameters {ring} depend on each other: give one of them a number",
                 error.args[1][0],
             ) from None
 
 
 def _is_one_name(name: str) -> bool:
-    """Whether a formula reads it as one name: Python also grants marks, as in a·b."""
+    """Whether a formula reads it as one name: Python also allows marks, as in a·b."""
     try:
-        return len(name) <= LONGEST and parse(name) == Name(name)
+        return len(name) <= MAX_NAME and parse(name) == Name(name)
     except FormulaError:
         return False
 
 
-def let_in(name: Any, value: Any) -> float | Formula:
-    """A parameter as it is kept; ModelError for a name or a number that is none."""
+def parameter_value(name: Any, value: Any) -> float | Formula:
+    """The value of a parameter, read; ModelError for an invalid name or number."""
     if not isinstance(name, str) or not name.isidentifier() or not _is_one_name(name):
         raise ModelError(
-            f"{shown(str(name))} cannot name a parameter: begin with a letter, go on with letters, "
-            f"digits and _, at most {LONGEST}"
+            f"{shown(str(name))} cannot name a parameter: a name begins with a letter, has "
+            f"letters, digits and _, and at most {MAX_NAME} characters"
         )
-    if name in KEPT:
+    if name in RESERVED:
         raise ModelError(
-            f"the name '{name}' is kept for formulas: call the parameter otherwise", name
+            f"the name '{name}' is reserved for formulas: choose another name for the parameter",
+            name,
         )
-    return number.let_in(value, None, f"parameter '{name}'", name)
+    return number.constant_or_formula(value, None, f"parameter '{name}'", name)
 
 
 def with_unit_of(value: Any, dimension: Dimension, units: UnitSystem, angle: str) -> Any:
-    """Another value of a parameter that measures something: a plain number in the unit that plain
-    numbers of that dimension have, as ``"0.25 m"`` for 0.25; anything else as it is.
+    """Another value of a parameter that has a dimension: a plain number gets the unit that plain
+    numbers of that dimension have, as ``"0.25 m"`` for 0.25; anything else is unchanged.
 
     >>> from mbody.quantities.units import unit_system
     >>> with_unit_of("0.25", DIMENSIONS["length"], unit_system("SI"), "deg").text
@@ -152,6 +153,6 @@ def with_unit_of(value: Any, dimension: Dimension, units: UnitSystem, angle: str
         made = read(text, None)
         if evaluate(made.tree, Scope(units)).dimension == dimension:
             return made
-    except FormulaError:  # a unit that is spelt otherwise than formulas are
+    except FormulaError:  # the symbol of the unit cannot be read in a formula
         pass
     return Formula(text, None, tree=Measured(formula.tree, unit, ()))

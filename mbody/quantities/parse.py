@@ -1,4 +1,4 @@
-"""Read a formula: numbers with units, parameters, the usual arithmetic. Nothing is ever executed.
+"""Parse a formula: numbers with units, parameters, the usual arithmetic. Nothing is executed.
 
     formula := term (("+" | "-") term)*
     term    := factor (("*" | "·" | "/") factor)*
@@ -6,7 +6,7 @@
     power   := part (("^" | "**") factor)?
     part    := (number | name | call | "(" formula ")") unit?
 
-A unit stands right behind a number, a name or a bracket and binds tighter than arithmetic:
+A unit follows a number, a name or a bracket directly and binds more tightly than arithmetic:
 ``20 lbf/in``, ``-40 rad/s^2``, ``1/4 in``, ``(a + b) mm``. Within it ``*``, ``/`` and ``-`` are
 written without spaces, as in ``5 N*m`` and ``12 in-lbf``.
 """
@@ -19,7 +19,7 @@ from collections.abc import Callable
 from fractions import Fraction
 
 from mbody.quantities.tree import Binary, Call, Measured, Name, Negative, Node, Plain
-from mbody.quantities.units import SYMBOLS, Unit, foreign, known
+from mbody.quantities.units import SYMBOLS, Unit, known, pint_unit
 
 __all__ = ["FUNCTIONS", "VARIABLES", "FormulaError", "parse", "parse_unit"]
 
@@ -29,13 +29,13 @@ FUNCTIONS = {
     **dict.fromkeys(("sqrt", "abs", "exp", "log"), 1),
     **dict.fromkeys(("atan2", "hypot", "min", "max"), 2),
 }
-#: Names that a formula keeps for itself: time, the argument of a spring's law, and π.
+#: Variables of laws: time, and the argument of a spring's or damper's law.
 VARIABLES = ("t", "x")
 
-LONGEST = 2000  # characters
-DEEPEST = 40  # brackets in brackets
-MOST = 200  # operations: a tree of more is deeper than Python walks
-LARGEST = 400  # powers of ten of a number, beyond which it is no double
+MAX_CHARACTERS = 2000
+MAX_NESTING = 40  # of brackets
+MAX_OPERATIONS = 200  # a larger tree may exceed the recursion limit of Python
+MAX_POWER = 400  # of ten in a number: larger ones are no doubles
 
 RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹"
 
@@ -49,7 +49,7 @@ _TOKEN = re.compile(
 
 
 class FormulaError(ValueError):
-    """What is wrong with a formula, to stand behind the name of the element and the field."""
+    """What is wrong with a formula; the message follows the name of the element and the field."""
 
 
 class _Token:
@@ -63,7 +63,7 @@ END = _Token("end", "", True)
 
 
 def shown(text: str) -> str:
-    """A text as it stands in a sentence, cut where it is long."""
+    """A text for an error message: quoted, and cut where it is long."""
     return repr(text if len(text) <= 60 else text[:57] + "...")
 
 
@@ -73,17 +73,19 @@ def parse(text: str) -> Node:
     Raises
     ------
     FormulaError
-        For anything that is no formula; the sentence says what stands in the way.
+        For anything that is not a formula; the message names the reason.
 
     >>> parse("2*a")
     Binary(operator='*', a=Plain(value=Fraction(2, 1)), b=Name(name='a'))
     """
-    if len(text) > LONGEST:
-        raise FormulaError(f"it is {len(text)} characters long, at most {LONGEST} are read")
+    if len(text) > MAX_CHARACTERS:
+        raise FormulaError(f"it is {len(text)} characters long, at most {MAX_CHARACTERS} are read")
     tokens = _tokens(text)
     operations = sum(token.kind == "operator" and token.text not in "()," for token in tokens)
-    if operations > MOST:
-        raise FormulaError(f"{shown(text)} has {operations} operations, at most {MOST} are read")
+    if operations > MAX_OPERATIONS:
+        raise FormulaError(
+            f"{shown(text)} has {operations} operations, at most {MAX_OPERATIONS} are read"
+        )
     return _Reader(tokens, text).whole()
 
 
@@ -111,7 +113,9 @@ def _tokens(text: str) -> list[_Token]:
     while at < len(text):
         match = _TOKEN.match(text, at)
         if match is None:
-            raise FormulaError(f"{shown(text)} holds {text[at]!r}, which no formula has")
+            raise FormulaError(
+                f"{shown(text)} contains {text[at]!r}, which is not allowed in a formula"
+            )
         kind, word = str(match.lastgroup), match.group()
         at = match.end()
         if kind == "space":
@@ -138,7 +142,7 @@ class _Reader:
         return token
 
     def operator(self, *texts: str) -> str:
-        """The operator that is next, where it is one of these; it is taken."""
+        """The next operator if it is one of these, which is then consumed; else empty."""
         token = self.peek()
         if token.kind == "operator" and token.text in texts:
             self.at += 1
@@ -152,15 +156,15 @@ class _Reader:
         token = self.peek()
         if token is not END:
             remedy = self.why_stray(token)
-            raise FormulaError(f"{shown(self.text)} is no formula: {remedy}")
+            raise FormulaError(f"{shown(self.text)} is not a formula: {remedy}")
         return node
 
     def why_stray(self, token: _Token) -> str:
         before = self.tokens[self.at - 1]
         if token.text == "," and before.kind == "number":
-            return "a decimal point is wanted, not a comma"
+            return "write a decimal point, not a comma"
         if token.text == ",":
-            return "the ',' stands in no function"
+            return "the ',' is not within a function"
         if token.text == ")":
             return "a '(' is missing"
         if token.kind == "name" and self.peek(1).text == "(":
@@ -177,8 +181,8 @@ class _Reader:
 
     def nested(self, read: Callable[[], Node]) -> Node:
         self.depth += 1
-        if self.depth > DEEPEST:
-            raise FormulaError(f"{shown(self.text)} is nested more than {DEEPEST} deep")
+        if self.depth > MAX_NESTING:
+            raise FormulaError(f"{shown(self.text)} is nested more than {MAX_NESTING} deep")
         node = read()
         self.depth -= 1
         return node
@@ -224,9 +228,9 @@ class _Reader:
             if not self.operator(")"):
                 raise FormulaError(f"{shown(self.text)} lacks a ')'")
         elif token is END:
-            raise FormulaError(f"{shown(self.text)} ends where a number is wanted")
+            raise FormulaError(f"{shown(self.text)} ends where a number is expected")
         else:
-            raise FormulaError(f"{shown(self.text)} has {token.text!r} where a number is wanted")
+            raise FormulaError(f"{shown(self.text)} has {token.text!r} where a number is expected")
         return self.with_unit(node, token)
 
     def number(self, token: _Token) -> Node:
@@ -242,8 +246,10 @@ class _Reader:
 
     def exact(self, text: str) -> Fraction:
         digits, _, power = text.lower().partition("e")
-        if len(digits) > LARGEST or abs(int(power[:6] or "0")) > LARGEST:
-            raise FormulaError(f"{shown(text)} is no number that a computer holds")
+        if len(digits) > MAX_POWER or abs(int(power[:6] or "0")) > MAX_POWER:
+            raise FormulaError(
+                f"{shown(text)} is too large or too small for a number of double precision"
+            )
         return Fraction(text)
 
     def call(self, token: _Token) -> Node:
@@ -270,13 +276,13 @@ class _Reader:
     # -- units --------------------------------------------------------------------------------
 
     def unit_of(self, token: _Token) -> Unit | None:
-        """The unit that a word is, where it is one of the field or of pint."""
+        """The unit of a symbol, one of mbody's own or of pint; None if there is none."""
         if token.kind != "name":
             return None
-        return known(token.text) or foreign(token.text)
+        return known(token.text) or pint_unit(token.text)
 
     def with_unit(self, node: Node, before: _Token) -> Node:
-        """The node, times the unit that stands behind it."""
+        """The node, times the unit that follows it."""
         token = self.peek()
         if token.kind != "name" or self.peek(1).text == "(":
             return node
@@ -285,17 +291,17 @@ class _Reader:
             return node
         self.take()
         symbols = [token.text]
-        unit = self.raised(unit)
+        unit = self.to_power(unit)
         while step := self.chained():
             operator, word, skip = step
             self.at += skip
             symbols.append(word)
-            further = self.raised(SYMBOLS[word])
+            further = self.to_power(SYMBOLS[word])
             unit = unit / further if operator == "/" else unit * further
         return Measured(node, unit, tuple(symbols))
 
-    def raised(self, unit: Unit) -> Unit:
-        """The unit to the power that stands behind it."""
+    def to_power(self, unit: Unit) -> Unit:
+        """The unit to the power that follows it."""
         token, power, digits = self.peek(), self.peek(1), self.peek(2)
         if token.after_space or token.kind != "operator":
             return unit
@@ -314,7 +320,7 @@ class _Reader:
         return unit ** (-int(digits.text) if minus else int(digits.text))
 
     def chained(self) -> tuple[str, str, int] | None:
-        """What goes on with a unit: operator, symbol, and how many tokens they are."""
+        """The continuation of a unit: operator, symbol, and their number of tokens."""
         token, word = self.peek(), self.peek(1)
         if token.kind == "name" and token.text in SYMBOLS and token.text not in VARIABLES:
             return ("*", token.text, 1) if self.peek(1).text != "(" else None

@@ -1,4 +1,4 @@
-"""The text of a tree: what `parse` reads as the same tree again."""
+"""The text of a tree, which `parse` reads as the same tree again."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from mbody.quantities.units import known
 
 __all__ = ["text_of"]
 
-# how tightly a text binds: what stands within something tighter needs brackets
+# precedence: a part within one of higher precedence needs brackets
 SUM, PRODUCT, FACTOR, POWER, MEASURED, PART = range(6)
 SHOWN = 15  # digits of a number that is written without a power of ten
 
@@ -17,7 +17,7 @@ SHOWN = 15  # digits of a number that is written without a power of ten
 def text_of(node: Node) -> str:
     """A formula as text, with no more brackets than it needs.
 
-    A number without end in decimals, which only a unit or a quantity brings about, becomes a
+    A number without a finite decimal form, which only results from units or quantities, becomes a
     quotient in brackets.
 
     >>> from mbody.quantities import parse
@@ -28,7 +28,7 @@ def text_of(node: Node) -> str:
 
 
 def _of(node: Node, least: int = SUM) -> tuple[str, int]:
-    """Text and how tightly it binds, in brackets where that is less than `least`."""
+    """Text and its precedence; in brackets where that is less than `least`."""
     text, binds = _bare(node)
     return (f"({text})", PART) if binds < least else (text, binds)
 
@@ -53,12 +53,12 @@ def _bare(node: Node) -> tuple[str, int]:
 
 
 def _measured(node: Measured) -> str:
-    if not node.symbols:  # a quantity, whose name says it all
+    if not node.symbols:  # a quantity of pint: its symbol has the number
         return node.unit.symbol
     number = node.of.value if isinstance(node.of, Plain) else None
     if number is not None and number > 0 and _decimals(number) is None:
         return f"{number} {node.unit.symbol}"
-    # behind a name stands only a unit of the field
+    # only mbody's own units may follow a name without brackets
     bare = known(node.symbols[0]) or not isinstance(node.of, Name | Call)
     text = _of(node.of, PART)[0] if bare else f"({text_of(node.of)})"
     return f"{text} {node.unit.symbol}"
@@ -82,7 +82,7 @@ def _number(value: Fraction) -> tuple[str, int]:
 
 
 def _decimals(value: Fraction) -> int | None:
-    """How many decimals write a number exactly, None where none do."""
+    """Number of decimals of the exact decimal form, None where there is none."""
     below, powers = value.denominator, []
     for prime in (2, 5):
         powers.append(0)

@@ -1,6 +1,6 @@
-"""The tree of a formula: what the text says, before anything is computed.
+"""The syntax tree of a formula, before evaluation.
 
-Every node knows the names that are used in it and below.
+Every node has the set of names that occur in it and below it.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Plain:
 
 @dataclass(frozen=True)
 class Measured:
-    """What stands before a unit, times the unit: ``1.5 lbf``, ``(a + b) mm``."""
+    """The part before a unit, times the unit: ``1.5 lbf``, ``(a + b) mm``."""
 
     of: Node
     unit: Unit
@@ -91,8 +91,8 @@ class Call:
 Node: TypeAlias = Plain | Measured | Name | Negative | Binary | Call
 
 
-def walk(node: Node, beside: tuple[str, ...] = ()) -> Iterator[Node]:
-    """The node and all below it, but not what the functions `beside` take."""
+def walk(node: Node, except_in: tuple[str, ...] = ()) -> Iterator[Node]:
+    """The node and all nodes below it, except the arguments of the functions `except_in`."""
     left = [node]
     while left:
         part = left.pop()
@@ -102,5 +102,5 @@ def walk(node: Node, beside: tuple[str, ...] = ()) -> Iterator[Node]:
                 left.append(below)
             case Binary(a=a, b=b):
                 left += (b, a)
-            case Call(function=function, arguments=arguments) if function not in beside:
+            case Call(function=function, arguments=arguments) if function not in except_in:
                 left += reversed(arguments)

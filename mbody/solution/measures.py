@@ -13,7 +13,15 @@ from mbody.model.driver import DRIVEN
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import Measure
-from mbody.quantities import FormulaError, Scope, Valued, evaluate, parse, parse_unit, told
+from mbody.quantities import (
+    FormulaError,
+    Scope,
+    Valued,
+    dimension_text,
+    evaluate,
+    parse,
+    parse_unit,
+)
 from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, dimension_of
 from mbody.solution.result import Result
 
@@ -117,7 +125,8 @@ def _alike(left: str, of_left: Dimension, right: str, of_right: Dimension) -> No
     if alike or _is_zero(left) or _is_zero(right):
         return
     raise ModelError(
-        f"'{left}' is {told(of_left)}, '{right}' is {told(of_right)}: give every number its unit"
+        f"'{left}' is {dimension_text(of_left)}, '{right}' is {dimension_text(of_right)}: give "
+        "every number its unit"
     )
 
 
@@ -158,7 +167,9 @@ def _valued(measure: Measure, names: _Histories) -> tuple[Any, Dimension, str]:
         if not 0.0 < one.value < np.inf:
             raise FormulaError(f"'{measure.unit}' is no unit")
         if one.dimension is None or one.dimension.mechanical != dimension.mechanical:
-            raise FormulaError(f"it is {told(dimension)}, which '{measure.unit}' does not measure")
+            raise FormulaError(
+                f"it is {dimension_text(dimension)}, which '{measure.unit}' does not measure"
+            )
         return found.value / one.value, dimension, measure.unit
     except FormulaError as error:
         raise ModelError(f"measure {measure.of!r}: {error}") from None

@@ -41,7 +41,7 @@ def identity(job: Job, samples: Drawn, size: int) -> dict[str, Any]:
     told = sorted((name, repr(measure)) for name, measure in machine.measures.items())
     return {
         "model": _digest(
-            *(*system.layout.held().values(), system.par, system.mass),
+            *(*system.layout.as_dict().values(), system.par, system.mass),
             *(sorted(system.values.items()), made, guesses, told, machine.units.name),
             [_code(function) for _, function in system.functions],
         ),

@@ -13,7 +13,7 @@ import numpy as np
 from mbody.errors import ModelError, brief
 from mbody.model.numbers import dimension_named
 from mbody.quantities import Formula, FormulaError
-from mbody.quantities.number import entered
+from mbody.quantities.number import float_or_formula
 from mbody.sweeps.tolerances import Scatter
 from mbody.system.system import System
 
@@ -206,7 +206,7 @@ def _number(system: System, name: str, value: Any) -> float:
     """One number in the units of the mechanism."""
     machine = system.mechanism
     try:
-        made = entered(value, None)
+        made = float_or_formula(value, None)
         if not isinstance(made, Formula):
             return float(made)
         dimension = dimension_named(machine, name)

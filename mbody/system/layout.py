@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.compiler.bundle import Bundle, Floats, Ints, Rows, Tables, words_of
+from mbody.compiler.bundle import Bundle, Floats, Ints, Rows, Tables, array_words
 from mbody.compiler.lanes import aligned
 
 __all__ = [
@@ -142,6 +142,8 @@ class Work(Bundle):
     # positions to come back to while loops are closed
     guess: Rows
     base: Rows
+    # blocks of the position that was factored, while the factor serves at another one; one lane
+    factored_block: Floats
     # what a user's function is asked and tells
     asked: Floats
     told: Floats
@@ -197,7 +199,7 @@ class Frame:
             shape = (count[name], lanes) if name in count else (lengths[name],)
             self.first[name] = self.rows
             at.append(len(words) + 4)
-            words += words_of(8 * lanes * self.rows, shape)
+            words += array_words(8 * lanes * self.rows, shape)
             size = count[name] if name in count else -(-lengths[name] // lanes)
             self.rows += -(-size // step) * step
         self.words, self.at = np.array(words), np.array(at)
@@ -256,7 +258,7 @@ def _frame(
         "past": 9 * coordinates,
     }
     rows |= dict.fromkeys(("phi", "nu", "gamma", "diagonal", "x", "lam"), 2 * nodes)
-    lengths = {"asked": 17 + parameters, "told": 18}
+    lengths = {"asked": 17 + parameters, "told": 18, "factored_block": rows["block"]}
     count = {n: max(1, rows.get(n, coordinates)) for n in Work.fields if n not in lengths}
     return Frame(count, lengths, lanes)
 

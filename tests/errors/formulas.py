@@ -14,7 +14,7 @@ from mbody import (
     Torque,
     convert,
 )
-from mbody.laws import compiled
+from mbody.laws import compile_formula
 from mbody.quantities import FormulaError, Scope, read
 from mbody.quantities.units import DIMENSIONS
 from tests.errors.models import crank_alone
@@ -120,7 +120,7 @@ def parameter_m(value=2.0):
 def by_itself(text, argument):
     """What the compiler of formulas says of a variable that is not its own."""
     try:
-        compiled(read(text, None), Scope(), DIMENSIONS[argument])
+        compile_formula(read(text, None), Scope(), DIMENSIONS[argument])
     except FormulaError as error:
         raise ModelError(str(error)) from error
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from mbody import Mechanism, ModelError
 from mbody.errors import ModelWarning
 from mbody.files.model import from_text, in_units, to_text
-from mbody.laws import compiled
+from mbody.laws import compile_formula
 from mbody.model.mechanism import whole
 from mbody.quantities import FormulaError, Scope, Valued, parse, read, text_of
 from mbody.quantities.formula import Formula
@@ -80,7 +80,7 @@ def formula(text: str) -> bool:
         sentence(error)
     for argument in ("time", "length"):
         try:
-            law, numbers = compiled(made, scope, DIMENSIONS[argument])
+            law, numbers = compile_formula(made, scope, DIMENSIONS[argument])
         except (FormulaError, ModelError) as error:
             sentence(error)
             continue

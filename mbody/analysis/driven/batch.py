@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 
 from mbody.analysis.driven.lanes import closed_poses, in_all_lanes, with_middle
@@ -11,11 +13,18 @@ from mbody.analysis.position.assembly_analysis import check_determined, closed, 
 from mbody.analysis.position.closed_position import Closed
 from mbody.analysis.position.whole_turns import by_springs
 from mbody.compiler.lanes import LANES
-from mbody.errors import SolveError
+from mbody.errors import ModelWarning, SolveError
 from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
+from mbody.system.assur_groups import diagonal_blocks
+from mbody.system.layout import Work
+from mbody.system.rank import dense, too_large
+from mbody.system.system import System
 
 __all__ = ["batch"]
+
+#: Designs that a note names.
+NAMED = 8
 
 
 def batch(runner: Runner, start: Closed, plan: Plan) -> Solution:
@@ -60,15 +69,44 @@ def _poses(runner: Runner, start: Closed, plan: Plan) -> np.ndarray:
     poses, good = np.tile(pose, (designs, 1)), np.zeros(designs, dtype=bool)
     if not (start.soft or system.has_user_code):
         poses, good = closed_poses(system, plan, pose, rounding(system, start.work))
-    for design in np.flatnonzero(~good):
+    elsewhere = []
+    for design in np.flatnonzero(~good).tolist():
         try:
-            one = closed(system, time, first, None, int(design), pose)
+            one = closed(system, time, first, None, design, pose)
             check_determined(system, one, runner.analysis)
         except SolveError as error:
-            raise _numbered(error, int(design)) from error
+            raise _numbered(error, design) from error
         poses[design] = one.work.q[:, 0]
+        if not one.straight and not _same_branch(system, start.work, one.work):
+            elsewhere.append(str(design))
     by_springs(system, poses)
+    if elsewhere:
+        which = "1 design is" if len(elsewhere) == 1 else f"{len(elsewhere)} designs are"
+        named = ", ".join(elsewhere[:NAMED]) + (", …" if elsewhere[NAMED:] else "")
+        note = (
+            f"{which} closed on another branch than the first one: {named}; "
+            "analyse them alone, with a guess"
+        )
+        start.notes.append(note)
+        warnings.warn(note, ModelWarning, stacklevel=5)
     return poses
+
+
+def _same_branch(system: System, one: Work, other: Work) -> bool:
+    """Whether no Assur group has determinants of different sign at two positions; not where that
+    cannot be decided: Φ_q is not square, or too large.
+    """
+    if system.rows != system.coordinates or too_large(system):
+        return False
+    first, second = dense(system, one)[1], dense(system, other)[1]
+    blocks = diagonal_blocks((first != 0.0) | (second != 0.0))
+    if blocks is None:
+        return False
+    for block in range(blocks.max() + 1):
+        group = np.ix_(blocks[0] == block, blocks[1] == block)
+        if np.linalg.slogdet(first[group])[0] * np.linalg.slogdet(second[group])[0] <= 0.0:
+            return False
+    return True
 
 
 def _one(runner: Runner, design: int, pose: np.ndarray, soft: float, plan: Plan) -> np.ndarray:

@@ -31,7 +31,7 @@ from mbody.kernels.continuation_lanes import march
 from mbody.kernels.loop_closure import violation
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.model.remarks import remarks
-from mbody.solution.doubts import doubted
+from mbody.solution.certificate import changed
 from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
 from mbody.system.layout import Work
@@ -283,7 +283,8 @@ class Runner:
             branch=self.branches.distance,
         )
         check_fits(found)
-        return doubted(found, extrapolated(found))
+        # without a look at residuals: forces that are missing may be reported later
+        return changed(found, doubts=tuple(extrapolated(found)))
 
     def pulled(self, start: Closed, plan: Plan, found: Solution) -> list[str]:
         """Sentences of contacts that pull and ropes that push, over the instants of `found`, and,

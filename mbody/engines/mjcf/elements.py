@@ -4,39 +4,37 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from xml.etree import ElementTree as ET
 
-from mbody.engines.mjcf.parts import Column, numbers, placed, safe
+from mbody.engines.mjcf.document import Document
+from mbody.engines.mjcf.exported import FileCoordinate, numbers, placed, safe
 from mbody.engines.opinion import Inexpressible
-from mbody.engines.spanning_tree import Branch, Frame, Tree, frame
+from mbody.engines.spanning_tree import Branch, MarkerFrame, Tree, marker_frame
 from mbody.model.coupling import AngleCoupling
 from mbody.model.element import Element
 from mbody.model.joints import Distance, Fixed, Gear, Joint, PinSlot, Prismatic, Revolute
 
-if TYPE_CHECKING:
-    from mbody.engines.mjcf import _Writer
-
-__all__ = ["Closures", "SAME"]
+__all__ = ["ClosureWriter", "SAME"]
 
 #: Angles and sites closer than this [rad, model lengths] are the same.
 SAME = 1e-9
 
 
-class Closures:
+class ClosureWriter:
     """Joints and couplings that close loops in a file, and the tendons and sites of all.
 
     `refused` and `notes` say what does not; `laws` names the field of the law that an actuator does
     not know; `built` are the names of elements that are there.
     """
 
-    def __init__(self, writer: _Writer) -> None:
-        self.writer, self.system = writer, writer.system
-        self.machine, self.scale = writer.machine, writer.scale
+    def __init__(self, document: Document) -> None:
+        self.document, self.system = document, document.system
+        self.machine, self.scale = document.machine, document.scale
         self.refused: list[Inexpressible] = []
         self.notes: list[str] = []
         self.laws: dict[str, str] = {}
-        self.built: set[str] = {b.joint.name for b in writer.tree.branches if b.joint}
+        self.built: set[str] = {b.joint.name for b in document.tree.branches if b.joint}
         #: Torsion springs whose angle the file counts the other way round.
         self.reversed: set[str] = set()
         self.cut: list[tuple[Joint, str]] = []
@@ -57,7 +55,7 @@ class Closures:
 
     def _part(self, key: str, tag: str, name: str, **given: str) -> ET.Element:
         self.built.add(name)
-        return ET.SubElement(self.writer.parts[key], tag, {"name": name, **given})
+        return ET.SubElement(self.document.parts[key], tag, {"name": name, **given})
 
     # -- joints that close loops -----------------------------------------------------------------
 
@@ -89,16 +87,16 @@ class Closures:
         """Two places kept together: that of the start, on one of the bodies."""
         # by bodies and not by sites: Pinocchio 4.1 takes a site of the ground for its origin
         sides = "ij" if joint.i.body != "ground" else "ji"
-        at = frame(self.system, joint, sides[0])
+        at = marker_frame(self.system, joint, sides[0])
         one, other = (safe(getattr(joint, side).body) for side in sides)
-        place = self.writer.frame_of(getattr(joint, sides[0]).body, at.x, at.y)
+        place = self.document.frame_of(getattr(joint, sides[0]).body, at.x, at.y)
         anchor = numbers(self.scale.length, *place, 0.0)
         self._part("equality", "connect", joint.name, body1=one, body2=other, anchor=anchor)
 
     def _half(self, joint: Joint, body: str) -> None:
         """A part of a body on the other side of a sliding pair, welded to the rest of it."""
         name = f"{body}.{joint.name}"
-        i, j = frame(self.system, joint, "i"), frame(self.system, joint, "j")
+        i, j = marker_frame(self.system, joint, "i"), marker_frame(self.system, joint, "j")
         other = joint.j.body if body == joint.i.body else joint.i.body
         forward = body == joint.j.body
         if not forward and type(joint) is PinSlot:
@@ -107,20 +105,20 @@ class Closures:
         here = Branch(body, other, "prismatic", joint, *ends, not forward)
         way = Branch(joint.j.body, joint.i.body, "prismatic", joint, i, j)
         if type(joint) is Prismatic:
-            columns = [Column(joint.name, here, 0, True, ends[1].angle)]
+            columns = [FileCoordinate(joint.name, here, 0, True, ends[1].angle)]
         else:
             # the slot gives the direction: before the pin turns, or on what has turned
             turn = Branch(body, other, "revolute", joint, *ends)
             slide = f"{joint.name}.way"
-            columns = [Column(f"{joint.name}.turn", turn)]
+            columns = [FileCoordinate(f"{joint.name}.turn", turn)]
             if forward:
-                heading = self.writer.pose[joint.i.body][2] + i.angle
-                direction = heading - self.writer.pose[body][2]
-                columns.insert(0, Column(slide, way, 0, True, direction))
+                heading = self.document.pose[joint.i.body][2] + i.angle
+                direction = heading - self.document.pose[body][2]
+                columns.insert(0, FileCoordinate(slide, way, 0, True, direction))
             else:
-                columns.append(Column(slide, way, 0, True, i.angle + math.pi))
-        self.writer.body(here, name, tuple(columns), self.shares[body])
-        self.writer.origin.setdefault(body, (0.0, 0.0))
+                columns.append(FileCoordinate(slide, way, 0, True, i.angle + math.pi))
+        self.document.body(here, name, tuple(columns), self.shares[body])
+        self.document.origin.setdefault(body, (0.0, 0.0))
         sites = []
         for part in (name, body):
             site = f"{name}.{'half' if part == name else 'rest'}"
@@ -128,13 +126,13 @@ class Closures:
             sites.append(site)
         self._part("equality", "weld", joint.name, site1=sites[0], site2=sites[1])
 
-    def _under_pin(self, joint: Joint, i: Frame, j: Frame) -> Frame:
+    def _under_pin(self, joint: Joint, i: MarkerFrame, j: MarkerFrame) -> MarkerFrame:
         """The place of a slot where its pin stands at the start."""
-        x, y, theta = self.writer.pose[joint.i.body]
+        x, y, theta = self.document.pose[joint.i.body]
         near, far = placed(x, y, theta, (i.x, i.y)), (j.x, j.y)
         c, s = math.cos(theta + i.angle), math.sin(theta + i.angle)
         way = c * (far[0] - near[0]) + s * (far[1] - near[1])
-        return Frame(i.x + way * math.cos(i.angle), i.y + way * math.sin(i.angle), i.angle)
+        return MarkerFrame(i.x + way * math.cos(i.angle), i.y + way * math.sin(i.angle), i.angle)
 
     def _gear(self, gear: Gear) -> None:
         """A gear pair as angles: R_i θ_i + R_j θ_j − (R_i + R_j) θ_c stays, c the carrier."""
@@ -197,8 +195,8 @@ class Closures:
         parts: dict[str, float] = {}
         for name, sign in ((body, 1.0), (base, -1.0)):
             while name != "ground":
-                branch = self.writer.tree.branch(name)
-                for column in self.writer.columns:
+                branch = self.document.tree.branch(name)
+                for column in self.document.columns:
                     if not column.way and column.of is branch:
                         parts[column.name] = parts.get(column.name, 0.0) + sign
                 name = branch.parent
@@ -223,14 +221,14 @@ class Closures:
 
     def _site(self, element: Element, side: str, *, turned: bool = False) -> str:
         """The name of a new site at a place of an element."""
-        at, name = frame(self.system, element, side), f"{element.name}.{side}"
+        at, name = marker_frame(self.system, element, side), f"{element.name}.{side}"
         body = element.places()[side].body
         self._put(body, name, (at.x, at.y), at.angle if turned else 0.0)
         return name
 
     def _put(self, body: str, name: str, at: tuple[float, float], angle: float = 0.0) -> None:
         given = {"name": name}
-        given["pos"] = numbers(self.scale.length, *self.writer.frame_of(body, *at), 0.0)
+        given["pos"] = numbers(self.scale.length, *self.document.frame_of(body, *at), 0.0)
         if angle:
             given["quat"] = numbers(1.0, math.cos(0.5 * angle), 0.0, 0.0, math.sin(0.5 * angle))
-        ET.SubElement(self.writer.inside[body], "site", given)
+        ET.SubElement(self.document.inside[body], "site", given)

@@ -7,26 +7,26 @@ from typing import Any
 
 import numpy as np
 
-from mbody.engines.mjcf.elements import SAME, Closures
-from mbody.engines.mjcf.parts import numbers
-from mbody.engines.spanning_tree import frame
+from mbody.engines.mjcf.elements import SAME, ClosureWriter
+from mbody.engines.mjcf.exported import numbers
+from mbody.engines.spanning_tree import marker_frame
 from mbody.laws import Constant
 from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
 from mbody.model.element import Element
 from mbody.model.joints import Prismatic
 from mbody.model.loads import Damper, Force, Gravity, Spring, Torque, TorsionDamper, TorsionSpring
 
-__all__ = ["Elements"]
+__all__ = ["ElementWriter"]
 
 
-class Elements(Closures):
+class ElementWriter(ClosureWriter):
     """All that stands in a file beside its tree of bodies."""
 
     def write(self) -> None:
         """Every joint that closes a loop, every coupling, load and driver."""
         for joint, body in self.cut:
             self._half(joint, body)
-        tree = self.writer.tree
+        tree = self.document.tree
         for element in (*tree.cuts, *tree.others):
             if element.name not in self.built:
                 self._constraint(element)
@@ -73,7 +73,7 @@ class Elements(Closures):
             return
         rest = -preload / stiffness
         if turning:
-            pose = self.writer.pose
+            pose = self.document.pose
             rest += float(at[f"{name}.free_angle"]) - (pose[load.body][2] - pose[load.by][2])
         else:
             rest = (rest + float(at[f"{name}.free_length"])) * self.scale.length
@@ -114,7 +114,7 @@ class Elements(Closures):
                 self.laws.pop(name, None)
                 self._no(load, "its bodies do not turn against each other")
             return
-        at = frame(self.system, load, "at")
+        at = marker_frame(self.system, load, "at")
         angle = float(self.system.numbers[f"{name}.angle"])
         self._put(load.at.body, f"{name}.at", (at.x, at.y), at.angle if load.follows else 0.0)
         if not load.follows:
@@ -124,7 +124,7 @@ class Elements(Closures):
 
     def _world(self) -> str:
         """A site with the world's axes, in which directions are told."""
-        ground = self.writer.inside["ground"]
+        ground = self.document.inside["ground"]
         if not any(site.get("name") == "ground" for site in ground.findall("site")):
             self._put("ground", "ground", (0.0, 0.0))
         return "ground"
@@ -158,7 +158,7 @@ class Elements(Closures):
         if not done:
             self._no(driver, "no joint or place of the file has the coordinate that it drives")
             return
-        if self.writer.held and not self._held(name):
+        if self.document.fix_drivers and not self._fixed(name):
             self._no(driver, "no constraint of MJCF holds a place of the world along a direction")
             return
         self.laws[name] = "law"
@@ -168,16 +168,16 @@ class Elements(Closures):
         """A motor that pushes a place along a direction of the ground; False for another body's."""
         if driver.i.body != "ground":
             return False
-        at, base = frame(self.system, driver, "j"), frame(self.system, driver, "i")
+        at, base = marker_frame(self.system, driver, "j"), marker_frame(self.system, driver, "i")
         site, world = f"{driver.name}.j", self._world()
         self._put(driver.j.body, site, (at.x, at.y))
         gear = numbers(1.0, math.cos(base.angle), math.sin(base.angle), 0, 0, 0, 0)
         self._part("actuator", "motor", driver.name, site=site, refsite=world, gear=gear)
         return True
 
-    def _held(self, name: str) -> bool:
+    def _fixed(self, name: str) -> bool:
         """A constraint that keeps what a motor drives where it is; False where there is none."""
-        motor = self.writer.parts["actuator"][-1]
+        motor = self.document.parts["actuator"][-1]
         for key in ("joint", "tendon"):
             if motor.get(key):
                 self._part("equality", key, name, **{f"{key}1": str(motor.get(key))})
@@ -186,15 +186,15 @@ class Elements(Closures):
 
     def _slid(self, driver: CoordinateDriver) -> bool:
         """A motor of a slide that has the driven direction; False where there is none."""
-        base = self.writer.pose[driver.i.body][2] + frame(self.system, driver, "i").angle
-        for column in self.writer.columns:
+        base = self.document.pose[driver.i.body][2] + marker_frame(self.system, driver, "i").angle
+        for column in self.document.columns:
             branch = column.of
             if not column.way or branch.kind != "prismatic":
                 continue
             pair = (branch.parent, branch.body)
             if pair not in ((driver.i.body, driver.j.body), (driver.j.body, driver.i.body)):
                 continue
-            heading = self.writer.pose[branch.body][2] + column.direction
+            heading = self.document.pose[branch.body][2] + column.direction
             along = np.cos(heading - base)
             if abs(abs(along) - 1.0) > SAME or type(branch.joint) is not Prismatic:
                 continue

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.engines.mjcf.parts import Exported, safe
+from mbody.engines.load_forces import turning
+from mbody.engines.mjcf.exported import Exported, safe
 from mbody.engines.mujoco.replay import Replay
 from mbody.engines.opinion import Inexpressible, Row
 from mbody.engines.spanning_tree import Branch
@@ -29,7 +30,7 @@ UNIQUE = 1e-6
 NOTHING = 1e-10
 
 
-class _Found:
+class _ForceTable:
     """Forces by name and kind, of all instants: theirs and ours."""
 
     def __init__(self) -> None:
@@ -73,7 +74,7 @@ def force_rows(replay: Replay) -> tuple[list[Row], list[Inexpressible]]:
     τ = M q̈ + bias − passive forces − loads must come from the constraints that close loops and
     from the drivers, Jᵀ x = τ; with x, `mj_rnePostConstraint` gives what the tree's joints carry.
     """
-    found, condition = _Found(), 1.0
+    found, condition = _ForceTable(), 1.0
     open_names: set[str] = set()
     lost = _lost(replay.made)
     for step in range(len(replay.run)):
@@ -102,18 +103,15 @@ def _lost(made: Exported) -> set[str]:
     return {one.name for one in joints} if any(type(one) is Gear for one in joints) else set()
 
 
-def _instant(replay: Replay, step: int, found: _Found, open_names: set[str]) -> float:
+def _instant(replay: Replay, step: int, found: _ForceTable, open_names: set[str]) -> float:
     """One instant: all forces; the condition of its equations."""
     replay.at(step)
     data, made, run = replay.data, replay.made, replay.run
     machine, scale = made.system.mechanism, made.scale
     replay.apply(replay.told())
-    terms = np.array(
-        [
-            *(replay.mass() @ replay.a[step], data.qfrc_bias),
-            *(-data.qfrc_passive, -data.qfrc_actuator, -replay.on_coordinates()),
-        ]
-    )
+    applied = data.qfrc_passive, data.qfrc_actuator, replay.on_coordinates()
+    inertia = replay.mass() @ replay.a[step]
+    terms = np.array([inertia, data.qfrc_bias, *(-part for part in applied)])
     tau = terms.sum(axis=0)
     J, known = replay.rows(), len(replay.rows())
     across = np.vstack([J, *(replay.driving(one) for one in machine.drivers)]).T
@@ -129,7 +127,7 @@ def _instant(replay: Replay, step: int, found: _Found, open_names: set[str]) -> 
             open_names.add(driver.name)
         ours = run.effort(driver.name)[step]
         found.add(f"{driver.name}.effort", kind, ours, x / unit)
-        replay.apply(replay.wrenches(driver, float(x)))
+        replay.apply(replay.forces(driver, float(x)))
     _closures(replay, solved[:known], free[:known], found, open_names)
     data.qacc[:] = replay.a[step]
     replay.carried()
@@ -162,7 +160,9 @@ def _solved(across: Array, tau: Array) -> tuple[Array, float, Array]:
     return x, float(s[0] / s[rank - 1]), free
 
 
-def _closures(replay: Replay, x: Array, free: Array, found: _Found, open_names: set[str]) -> None:
+def _closures(
+    replay: Replay, x: Array, free: Array, found: _ForceTable, open_names: set[str]
+) -> None:
     """Forces of the constraints that close loops: given to the bodies, and told of joints."""
     model, scale, step = replay.model, replay.made.scale, replay.step
     for n in range(model.neq):
@@ -176,7 +176,8 @@ def _closures(replay: Replay, x: Array, free: Array, found: _Found, open_names: 
             ours = replay.run.effort(name)[step]
             found.add(f"{name}.effort", "torque", ours, part[0] / scale.torque)
             for term in element.parts:
-                replay.apply(replay.turning(term.bodies, float(term.factor * part[0])))
+                base, body = term.bodies
+                replay.apply(turning(base, body, float(term.factor * part[0])))
         if kind in (AngleCoupling, Gear):
             continue
         if kind is Revolute:
@@ -206,7 +207,7 @@ def _hung(made: Exported) -> list[tuple[str, Branch]]:
     return [(name, branch) for name, branch in made.hung if branch.joint is not None]
 
 
-def _tree_joint(replay: Replay, name: str, branch: Branch, found: _Found) -> None:
+def _tree_joint(replay: Replay, name: str, branch: Branch, found: _ForceTable) -> None:
     """What the joint carries by which a body hangs."""
     joint, data, model = branch.joint, replay.data, replay.model
     assert joint is not None

@@ -10,8 +10,8 @@ import numpy as np
 
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.engines.mjcf import to_mjcf
-from mbody.engines.mjcf.parts import Exported, safe
-from mbody.engines.mujoco.guide import Guide
+from mbody.engines.mjcf.exported import Exported, safe
+from mbody.engines.mujoco.law_stepper import LawStepper
 from mbody.engines.mujoco.replay import Replay, without_stand_ins
 from mbody.engines.opinion import Inexpressible, Row
 from mbody.errors import ModelError, SolveError
@@ -55,7 +55,7 @@ def motion_rows(
     why = "accelerations at an instant: MuJoCo leaves out the rate at which a tendon turns"
     refused = [Inexpressible(name, why) for name in rods]
     rows = [] if rods or machine.drivers else _accelerations(Replay(made, seen))
-    held = to_mjcf(made.system, made.start, held=True)
+    held = to_mjcf(made.system, made.start, fix_drivers=True)
     drivers = {driver.name for driver in machine.drivers}
     loose = [one for one in held.not_expressible if one.element in drivers]
     if loose:
@@ -226,7 +226,7 @@ def _ran(made: Exported, run: Solution, count: Array) -> dict[str, Array]:
     data.qvel[:] = v[0]
     scale, names = made.scale, [body.name for body in made.system.mechanism.bodies]
     data.time = float(run.t[0]) * scale.time
-    guide = Guide(made, model, data) if _guided(made) else None
+    stepper = LawStepper(made, model, data) if _guided(made) else None
     bodies = [model.body(safe(name)).id for name in names]
     table = np.zeros((len(run), 3 * len(names) + 1))
     angles = np.array([run[name].angle[0] for name in names])
@@ -237,8 +237,8 @@ def _ran(made: Exported, run: Solution, count: Array) -> dict[str, Array]:
             if model.neq:
                 k = 0.5 / h**2
                 model.eq_solref[:] = -k, -0.1 * math.sqrt(k)
-            if guide:
-                guide.march(h, int(count[n - 1]))
+            if stepper:
+                stepper.advance(h, int(count[n - 1]))
             else:
                 mujoco.mj_step(model, data, int(count[n - 1]))
         mujoco.mj_forward(model, data)

@@ -2,37 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.engines.mjcf.parts import Exported, safe
-from mbody.engines.spanning_tree import frame
-from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
-from mbody.model.joints import Distance
+from mbody.engines.load_forces import PointForce, applied_forces
+from mbody.engines.mjcf.exported import Exported, safe
+from mbody.engines.spanning_tree import MarkerFrame, marker_frame
 from mbody.model.loads import Damper, Force, Spring, Torque, TorsionDamper, TorsionSpring
 from mbody.solution.checks import each_load_of
 
 if TYPE_CHECKING:
     from mbody.solution.solution import Solution
 
-__all__ = ["Replay", "Wrench", "pair", "without_stand_ins", "wrench"]
+__all__ = ["Replay", "without_stand_ins"]
 
 Array = np.ndarray
 
 #: Part of the greatest inertia, or of the model length, below which there is none to speak of.
 LIGHT = 1e-9
-
-
-@dataclass(frozen=True)
-class Wrench:
-    """Force and torque on a body at a place of the world, SI."""
-
-    body: str
-    at: tuple[float, float]
-    force: tuple[float, float]
-    torque: float = 0.0
 
 
 class Replay:
@@ -96,6 +84,10 @@ class Replay:
 
     # -- what MuJoCo's state says of places ------------------------------------------------------
 
+    def point(self, body: str, at: MarkerFrame) -> Array:
+        """The world place [m] of a frame on a body."""
+        return self.place(body, at.x, at.y)
+
     def place(self, body: str, x: float, y: float) -> Array:
         """The world place [m] of a place from the mass centre in link axes [of the mechanism]."""
         b, unit = self.bodies[body], self.made.scale.length
@@ -106,45 +98,19 @@ class Replay:
 
     def end(self, element: Any, side: str) -> Array:
         """The world place [m] of an end of an element."""
-        at = frame(self.made.system, element, side)
+        at = marker_frame(self.made.system, element, side)
         return self.place(element.places()[side].body, at.x, at.y)
 
-    def heading(self, body: str, angle: float) -> Array:
+    def direction(self, body: str, angle: float) -> Array:
         """A direction on a body, in the world."""
         turn = self.data.xmat[self.bodies[body]].reshape(3, 3)[:2, :2]
         return np.asarray(turn @ [np.cos(angle), np.sin(angle)])
 
-    def wrenches(self, element: Any, value: float) -> list[Wrench]:
+    def forces(self, element: Any, value: float) -> list[PointForce]:
         """What an element does to its bodies, where its force or torque [SI] is `value`."""
-        kind = type(element)
-        if kind in (Spring, Damper, DistanceDriver, Distance):
-            i, j = self.end(element, "i"), self.end(element, "j")
-            push = value * (j - i) / np.hypot(*(j - i))
-            return pair(element.i.body, element.j.body, i, j, push)
-        if kind is CoordinateDriver:
-            base = frame(self.made.system, element, "i")
-            push = value * self.heading(element.i.body, base.angle)
-            j = self.end(element, "j")
-            return pair(element.i.body, element.j.body, j, j, push)
-        if kind is Force:
-            at = frame(self.made.system, element, "at")
-            angle = float(self.made.system.numbers[f"{element.name}.angle"])
-            body = element.at.body if element.follows else "ground"
-            direction = self.heading(body, angle + (at.angle if element.follows else 0.0))
-            place = self.place(element.at.body, at.x, at.y)
-            return [wrench(element.at.body, place, value * direction)]
-        base = element.relative_to if kind is AngleDriver else element.by
-        return self.turning((base, element.body), value)
+        return applied_forces(self.made.system, element, value, self.point, self.direction)
 
-    def turning(self, bodies: tuple[str, str], torque: float) -> list[Wrench]:
-        """A torque on the second body, by the first."""
-        zero = np.zeros(2)
-        return [
-            wrench(body, zero, zero, sign * torque)
-            for body, sign in zip(bodies, (-1.0, 1.0), strict=True)
-        ]
-
-    def loads(self) -> list[Wrench]:
+    def loads(self) -> list[PointForce]:
         """Loads of the file, gravity aside, as MuJoCo has them."""
         model, data, found = self.model, self.data, []
         for load in self.own:
@@ -155,14 +121,12 @@ class Replay:
                 pull = model.tendon_stiffness[t] * (data.ten_length[t] - rest)
                 pull += model.tendon_damping[t] * data.ten_velocity[t]
                 sign = -1.0 if load.name in self.made.reversed else 1.0
-                found += self.wrenches(load, -sign * float(pull))
+                found += self.forces(load, -sign * float(pull))
             elif kind in (Force, Torque):
-                found += self.wrenches(
-                    load, float(data.actuator_force[model.actuator(load.name).id])
-                )
+                found += self.forces(load, float(data.actuator_force[model.actuator(load.name).id]))
         return found
 
-    def told(self) -> list[Wrench]:
+    def told(self) -> list[PointForce]:
         """Loads that the file does not have, as the run tells them at this instant."""
         if not self.taken:
             return []
@@ -171,15 +135,15 @@ class Replay:
         for body, (fx, fy, torque) in zip(machine.bodies, parts, strict=True):
             place = self.place(body.name, 0.0, 0.0)
             force = scale.force * np.array([fx, fy])
-            found.append(wrench(body.name, place, force, scale.torque * torque))
+            found.append(PointForce(body.name, place, force, float(scale.torque * torque)))
         return found
 
     # -- forces on bodies, and on coordinates ----------------------------------------------------
 
-    def apply(self, wrenches: list[Wrench]) -> None:
+    def apply(self, wrenches: list[PointForce]) -> None:
         """Give wrenches to the bodies, at their mass centres."""
         for one in wrenches:
-            self.give(self.bodies[one.body], np.array(one.at), np.array(one.force), one.torque)
+            self.give(self.bodies[one.body], one.at, one.force, one.torque)
 
     def give(self, b: int, at: Array, force: Array, torque: float) -> None:
         """Give a force at a place of the world and a torque to body b of MuJoCo."""
@@ -262,7 +226,7 @@ class Replay:
         if driver.name not in self.made.laws:
             before = data.xfrc_applied.copy()
             data.xfrc_applied[:] = 0.0
-            self.apply(self.wrenches(driver, 1.0))
+            self.apply(self.forces(driver, 1.0))
             full = self.on_coordinates()
             data.xfrc_applied[:] = before
             return full
@@ -281,15 +245,3 @@ def without_stand_ins(made: Exported, model: Any) -> None:
             model.body_mass[b] = 0.0
         if system.mass[own + 2, 0] == 0.0:
             model.body_inertia[b] = 0.0
-
-
-def wrench(body: str, at: Array, force: Array, torque: float = 0.0) -> Wrench:
-    """A wrench of arrays."""
-    return Wrench(
-        body, (float(at[0]), float(at[1])), (float(force[0]), float(force[1])), float(torque)
-    )
-
-
-def pair(one: str, other: str, i: Array, j: Array, push: Array) -> list[Wrench]:
-    """A push on the second body at j, and its opposite on the first at i."""
-    return [wrench(one, i, -push), wrench(other, j, push)]

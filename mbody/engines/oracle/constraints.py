@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from mbody.engines.independent_reading import law_by_formula
-from mbody.engines.oracle.geometry import Geometry, Numbers
-from mbody.engines.taylor import Jet
+from mbody.engines.jets import Jet
+from mbody.engines.oracle.geometry import Geometry, ReferenceNumbers
 from mbody.laws import Law
 from mbody.model.coupling import Coupling
 from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
@@ -196,7 +196,7 @@ class Constraints(Geometry):
 
     def _physics(self, e: CustomJoint, q: Any, v: Any, t: Any) -> tuple[Any, ...]:
         sides = (self.side(q, v, e.i.body), self.side(q, v, e.j.body))
-        numbers: Any = Numbers(self)
+        numbers: Any = ReferenceNumbers(self)
         (primitive,) = e.primitives(numbers)
         assert primitive.function is not None
         return tuple(primitive.function(*sides, np.array(primitive.parameters), t))

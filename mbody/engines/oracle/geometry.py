@@ -13,10 +13,10 @@ from mbody.model.element import Element, Marker, Polar
 from mbody.model.joints import Fixed, Prismatic
 from mbody.model.mechanism import Mechanism
 
-__all__ = ["Geometry", "Numbers", "pair"]
+__all__ = ["Geometry", "ReferenceNumbers", "pair"]
 
 
-class Numbers:
+class ReferenceNumbers:
     """What a user's `parameters(at)` may ask, answered by the oracle's own arithmetic."""
 
     def __init__(self, reference: Geometry) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from mbody.engines.independent_reading import law_by_formula
 from mbody.engines.oracle.constraints import STEP
-from mbody.engines.oracle.geometry import Numbers
+from mbody.engines.oracle.geometry import ReferenceNumbers
 from mbody.engines.oracle.motion import Motion
 from mbody.model.body import Body, SlenderRod
 from mbody.model.element import Marker
@@ -115,7 +115,7 @@ class Loads(Motion):
         return d / length, length, float(d @ rate / length)
 
     def _act(self, load: Any, q: np.ndarray, v: np.ndarray, t: float, f: np.ndarray) -> None:
-        at: Any = Numbers(self)
+        at: Any = ReferenceNumbers(self)
         if isinstance(load, CustomLoad):
             sides = (self.side(q, v, load.i.body), self.side(q, v, load.j.body))
             (action,) = load.actions(at)

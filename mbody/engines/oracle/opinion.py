@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.engines.ledger import Ledger
+from mbody.engines.comparison import Comparison
 from mbody.engines.opinion import Inexpressible, Opinion
 from mbody.engines.oracle.reference import Reference
 from mbody.solution.solution import Solution
@@ -33,23 +33,23 @@ AROUND, JUMP = 1e-7, 1e-4
 
 def opinion(system: System, run: Solution) -> Opinion:
     """What the dense oracle says of a result of kinetostatics, statics or simulate."""
-    asked = _Asked(system, run)
+    check = _OracleCheck(system, run)
     own = assemble(system.mechanism).values
     changed = [name for name, value in own.items() if np.any(value != system.values[name])]
     if changed:
         why = f"it reads the description, of which the system has changed {changed[0]}"
         return Opinion("oracle", (), (Inexpressible("model", why),))
     try:
-        return asked.opinion()
+        return check.opinion()
     except NotImplementedError as error:
         return Opinion("oracle", (), (Inexpressible("model", str(error)),))
 
 
-class _Asked:
+class _OracleCheck:
     """One question to the oracle."""
 
     def __init__(self, system: System, run: Solution) -> None:
-        self.system, self.run, self.ledger = system, run, Ledger()
+        self.system, self.run, self.comparison = system, run, Comparison()
         self.reference = Reference(system.mechanism)
         self.unit = np.tile([system.length, system.length, 1.0], len(system.mechanism.bodies))
         self.size = np.tile([1.0, 1.0, system.length], len(system.mechanism.bodies))
@@ -69,13 +69,15 @@ class _Asked:
             )
         found, instants = [found[n] for n in smooth], instants[smooth]
         closed = np.array([0.0 if one["closes"] else math.nan for one in found])
-        self.ledger.add("closing", "loops close near our position", np.zeros(len(found)), closed)
+        self.comparison.add(
+            "closing", "loops close near our position", np.zeros(len(found)), closed
+        )
         found, instants = [one for one in found if one["closes"]], instants[closed == 0.0]
         rank = max((one["rank"] for one in found), default=0)
         good = [n for n, one in enumerate(found) if one["rank"] == rank]
         good = [n for n in good if found[n]["condition"] < SINGULAR]
         if wanted < count:
-            self.notes.append(f"asked at {wanted} of {count} instants, evenly over the run")
+            self.notes.append(f"compared at {wanted} of {count} instants, evenly over the run")
         if len(good) < len(found):
             told = f"{len(found) - len(good)} instants are singular positions: not compared"
             self.notes.append(told)
@@ -83,9 +85,9 @@ class _Asked:
         worst = np.array([found[n]["condition"] for n in good])
         limit = OPERATIONS * EPSILON * worst
         why = f"rounding times the condition of Φ_q, {worst.max(initial=1.0):.3g}"
-        kinds = self.ledger.kinds
+        kinds = self.comparison.kinds
         limits: dict[str, Any] = dict.fromkeys(kinds, limit) | {"closing": OPERATIONS * EPSILON}
-        rows = self.ledger.rows(limits, dict.fromkeys(kinds, why))
+        rows = self.comparison.rows(limits, dict.fromkeys(kinds, why))
         return Opinion("oracle", tuple(rows), (), tuple(self.notes))
 
     def _state(self, keys: tuple[str, ...], k: int) -> Array:
@@ -155,24 +157,24 @@ class _Asked:
         return float(s[0] / s[s > 1e-12 * s[0]][-1])
 
     def _compare(self, found: list[dict[str, Any]], instants: Array) -> None:
-        ledger, run = self.ledger, self.run
-        ledger.size("place", self.system.length)
-        ledger.size("angle", 1.0)
+        comparison, run = self.comparison, self.run
+        comparison.size("place", self.system.length)
+        comparison.size("angle", 1.0)
         keys = [("x", "y", "angle"), ("vx", "vy", "omega"), ("ax", "ay", "alpha")]
         kinds = [("place", "angle"), ("velocity", "turning"), ("acceleration", "turned")]
         table = [np.array([one[key] for one in found]).reshape(len(found), -1) for key in "qva"]
         rates = np.abs(table[1][:, 2::3]).max(initial=0.0)
-        ledger.size("turned", rates * rates)
+        comparison.size("turned", rates * rates)
         orders = 1 if run.analysis == "statics" else 3
         for n, body in enumerate(self._bodies):
             for order in range(orders):
                 for part, key in enumerate(keys[order]):
                     kind = kinds[order][part == 2]
                     ours = getattr(run[body.name], key)[instants]
-                    ledger.add(kind, f"{body.name}.{key}", ours, table[order][:, 3 * n + part])
+                    comparison.add(kind, f"{body.name}.{key}", ours, table[order][:, 3 * n + part])
         if orders > 1:
-            ledger.size("turning", ledger.top("velocity") / self.system.length)
-            ledger.size("turned", ledger.top("acceleration") / self.system.length)
+            comparison.size("turning", comparison.top("velocity") / self.system.length)
+            comparison.size("turned", comparison.top("acceleration") / self.system.length)
         for joint in self.system.mechanism.joints:
             self._reaction(joint.name, found, instants)
         machine = self.system.mechanism
@@ -182,9 +184,11 @@ class _Asked:
             theirs = np.array([one["forces"]["efforts"].get(element.name, np.nan) for one in found])
             if element in machine.couplings and run.analysis == "simulate":
                 continue
-            ledger.add(kind, f"{element.name}.effort", run.effort(element.name)[instants], theirs)
-        ledger.size("force", [np.abs(one["load"]).max(initial=0.0) for one in found])
-        ledger.size("torque", self.system.length * ledger.top("force"))
+            comparison.add(
+                kind, f"{element.name}.effort", run.effort(element.name)[instants], theirs
+            )
+        comparison.size("force", [np.abs(one["load"]).max(initial=0.0) for one in found])
+        comparison.size("torque", self.system.length * comparison.top("force"))
         if self.open:
             self.notes.append(f"not determined, not compared: {len(self.open)} parts of reactions")
 
@@ -198,4 +202,4 @@ class _Asked:
                 self.open.add(f"{name}.{key}")
                 continue
             kind = "torque" if n == 2 else "force"
-            self.ledger.add(kind, f"{name}.{key}", getattr(ours, key)[instants], theirs[:, n])
+            self.comparison.add(kind, f"{name}.{key}", getattr(ours, key)[instants], theirs[:, n])

@@ -1,7 +1,7 @@
 """A slow, obvious oracle: planar mechanisms in dense matrices, as the book writes them.
 
 Haug, Computer-Aided Kinematics and Dynamics (1989). It reads the description (`Mechanism`, frozen
-elements) and shares no numerical code with mbody: only laws are asked through their public
+elements) and shares no numerical code with mbody: only laws are check through their public
 `derivatives`. Coordinates are (x, y, θ) of every body's mass centre, bodies in the order of the
 description; rows are those of the joints in the order of the description, then those of the
 drivers.

@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
+from mbody.engines.comparison import Comparison
 from mbody.engines.independent_reading import laws_of
-from mbody.engines.ledger import Ledger
 from mbody.engines.opinion import Inexpressible, Opinion
 from mbody.engines.pinocchio.forward import EPSILON, Forward, Undetermined
 from mbody.engines.pinocchio.inverse import Forces, Inverse
 from mbody.engines.pinocchio.model import Instant
-from mbody.engines.pinocchio.motion import follow
+from mbody.engines.pinocchio.motion import integrate
 from mbody.engines.spanning_tree import spanning_tree
 from mbody.errors import SolveError
 from mbody.model.element import listed
@@ -56,14 +56,14 @@ def opinion(system: System, run: Solution) -> Opinion:
             "Pinocchio is not installed: pip install pin (on Windows it is not packaged: use WSL, "
             "or leave it out of against)"
         ) from None
-    return _Asked(system, run).opinion()
+    return _PinocchioCheck(system, run).opinion()
 
 
-class _Asked:
+class _PinocchioCheck:
     """One question to Pinocchio."""
 
     def __init__(self, system: System, run: Solution) -> None:
-        self.ledger, self.notes = Ledger(), list[str]()
+        self.comparison, self.notes = Comparison(), list[str]()
         most = max(2, NUMBERS // max(1, len(system.mechanism.bodies)))
         if len(run) > most:
             self.notes.append(f"asked at {most} of {len(run)} instants, evenly over the run")
@@ -107,7 +107,7 @@ class _Asked:
         borrowed = self.inverse.borrowed
         if borrowed:
             self.notes.append(f"taken over from our result as forces: {listed(borrowed)}")
-        rows = self.ledger.rows(self.expected, self.reasons)
+        rows = self.comparison.rows(self.expected, self.reasons)
         engine = f"pinocchio {version('pin')}"
         return Opinion(engine, tuple(rows), tuple(self.missing), tuple(self.notes))
 
@@ -115,12 +115,12 @@ class _Asked:
 
     def _motion(self, found: list[tuple[Instant, Forces]], good: list[int]) -> None:
         """Poses, rates and accelerations of all bodies, drivers, and how far loops are open."""
-        system, run, ledger = self.system, self.run, self.ledger
+        system, run, comparison = self.system, self.run, self.comparison
         length = system.length
         rates = max((float(np.abs(run[b].omega[good]).max(initial=0.0)) for b in run), default=0.0)
-        ledger.size("place", length)
-        ledger.size("angle", 1.0)
-        ledger.size("turning acceleration", rates * rates)
+        comparison.size("place", length)
+        comparison.size("angle", 1.0)
+        comparison.size("turning acceleration", rates * rates)
         at_rest = run.analysis == "statics"
         parts = [
             ("place", 0, ("x", "y")),
@@ -145,22 +145,22 @@ class _Asked:
                     ours, theirs = getattr(run[name], key)[good], table[order][:, column]
                     if key == "angle":
                         theirs = ours + _nearest(theirs - ours)
-                    ledger.add(kind, f"{name}.{key}", ours, theirs)
+                    comparison.add(kind, f"{name}.{key}", ours, theirs)
         self._driven(found, good)
         # what turns at all is to be seen beside what moves
-        ledger.size("turning", ledger.top("velocity") / length)
-        ledger.size("turning acceleration", ledger.top("acceleration") / length)
+        comparison.size("turning", comparison.top("velocity") / length)
+        comparison.size("turning acceleration", comparison.top("acceleration") / length)
         gaps = ("gap", "gap rate", "gap acceleration")
-        tops = [1.0, ledger.top("velocity") / length, ledger.top("acceleration") / length]
+        tops = [1.0, comparison.top("velocity") / length, comparison.top("acceleration") / length]
         for name in found[0][1].gaps if found else ():
             history = np.array([found[k][1].gaps[name] for k in good]).reshape(-1, 3)
             for n, kind in enumerate(gaps[: 1 if at_rest else 3]):
-                ledger.size(kind, tops[n])
-                ledger.add(kind, f"{name}.{kind}", np.zeros(len(good)), history[:, n])
+                comparison.size(kind, tops[n])
+                comparison.add(kind, f"{name}.{kind}", np.zeros(len(good)), history[:, n])
         # what loops multiply, they multiply in places, rates and accelerations alike
         worse = OPERATIONS * EPSILON * np.array([found[k][1].condition for k in good])
         whole = f"rounding times the condition of the loops, {_top(found, good):.3g}"
-        for kind in ledger.kinds:
+        for kind in comparison.kinds:
             self.expected[kind], self.reasons[kind] = worse, whole
 
     def _driven(self, found: list[tuple[Instant, Forces]], good: list[int]) -> None:
@@ -176,14 +176,14 @@ class _Asked:
                 theirs[:, 0] = ours[0] + _nearest(theirs[:, 0] - ours[0])
             by_law = laws_of(self.system, self.run, driver, good)
             for n, key in enumerate(("value", "rate", "acceleration")[: 1 if at_rest else 3]):
-                self.ledger.add(kinds[n], f"{driver.name}.{key}", ours[n], theirs[:, n])
+                self.comparison.add(kinds[n], f"{driver.name}.{key}", ours[n], theirs[:, n])
                 if by_law is not None:
                     name = f"{driver.name}.{key} by its law"
-                    self.ledger.add(kinds[n], name, ours[n], by_law[n])
+                    self.comparison.add(kinds[n], name, ours[n], by_law[n])
 
     def _forces(self, found: list[tuple[Instant, Forces]], good: list[int]) -> None:
         """Every effort and every reaction that is determined; what is left in free joints."""
-        system, run, ledger = self.system, self.run, self.ledger
+        system, run, comparison = self.system, self.run, self.comparison
         open_ones = []
         for joint in system.mechanism.joints:
             if joint in self.inverse.others:
@@ -196,16 +196,18 @@ class _Asked:
                 if not unique[n]:
                     open_ones.append(f"{joint.name}.{key}")
                 else:
-                    ledger.add(kind, f"{joint.name}.{key}", getattr(ours, key)[good], theirs[:, n])
+                    comparison.add(
+                        kind, f"{joint.name}.{key}", getattr(ours, key)[good], theirs[:, n]
+                    )
         for driver in system.drivers:
             kind = driver.effort_dimension
             theirs = np.array([found[k][1].efforts[driver.name] for k in good])
-            ledger.add(kind, f"{driver.name}.effort", run.effort(driver.name)[good], theirs)
+            comparison.add(kind, f"{driver.name}.effort", run.effort(driver.name)[good], theirs)
         needed = np.array([found[k][1].needed for k in good])
-        ledger.size("force", needed)
-        ledger.size("torque", system.length * ledger.top("force"))
+        comparison.size("force", needed)
+        comparison.size("torque", system.length * comparison.top("force"))
         left = np.array([found[k][1].residual for k in good])
-        ledger.add("force", "balance", np.zeros(len(good)), left)
+        comparison.add("force", "balance", np.zeros(len(good)), left)
         if open_ones:
             self.notes.append(
                 f"not determined by the redundant constraints, not compared: {listed(open_ones)}"
@@ -219,7 +221,7 @@ class _Asked:
 
     def _path(self, forward: Forward, found: list[tuple[Instant, Forces]]) -> None:
         """The motion over time, from the first instant on."""
-        inverse, run, ledger = self.inverse, self.run, self.ledger
+        inverse, run, comparison = self.inverse, self.run, self.comparison
         alien = [element.name for element in inverse.others] + inverse.borrowed
         if alien:
             why = f"forces of {listed(alien)} are known along our motion only"
@@ -228,36 +230,36 @@ class _Asked:
         error = 0.0
         if run.energy is not None and run.energy.size:
             error = float(np.abs(run.energy.balance).max(initial=0.0)) / run.energy.size
-        followed = follow(forward, np.array([forces.condition for _, forces in found]))
-        count = len(followed.q)
-        still = np.zeros_like(followed.q)
+        integrated = integrate(forward, np.array([forces.condition for _, forces in found]))
+        count = len(integrated.q)
+        still = np.zeros_like(integrated.q)
         poses = [
             forward.twin.at(q, v, v, np.zeros(2)).bodies
-            for q, v in zip(followed.q, still, strict=True)
+            for q, v in zip(integrated.q, still, strict=True)
         ]
-        ledger.size("path", self.system.length)
-        ledger.size("path angle", 1.0)
+        comparison.size("path", self.system.length)
+        comparison.size("path angle", 1.0)
         for name in run:
             for n, key in enumerate(("x", "y")):
                 theirs = np.array([pose[name].place[n] for pose in poses])
-                ledger.add(
+                comparison.add(
                     "path", f"{name}.{key} over time", getattr(run[name], key)[:count], theirs
                 )
             theirs = np.array([pose[name].turns for pose in poses])
-            ledger.add("path angle", f"{name}.angle over time", run[name].angle[:count], theirs)
-        if followed.why:
+            comparison.add("path angle", f"{name}.angle over time", run[name].angle[:count], theirs)
+        if integrated.why:
             self.notes.append(
-                f"the motion was followed to t = {run.t[count - 1]:.6g}, {count} of {len(run)} "
-                f"instants: {followed.why}"
+                f"the motion was integrated to t = {run.t[count - 1]:.6g}, {count} of {len(run)} "
+                f"instants: {integrated.why}"
             )
-        both = max(error, followed.gap, STEPS)
+        both = max(error, integrated.gap, STEPS)
         for kind, unit in (("path", self.system.length), ("path angle", 1.0)):
             self.expected[kind] = (
-                (LOCAL + MARGIN * followed.growth * both) * unit / ledger.top(kind)
+                (LOCAL + MARGIN * integrated.growth * both) * unit / comparison.top(kind)
             )
             self.reasons[kind] = (
-                f"errors of both (energy {error:.1e}, loops {followed.gap:.1e}), which the motion "
-                f"makes {followed.growth.max(initial=0.0):.3g} times as great"
+                f"errors of both (energy {error:.1e}, loops {integrated.gap:.1e}), which the "
+                f"motion makes {integrated.growth.max(initial=0.0):.3g} times as great"
             )
 
     def _forward(self, good: list[int], found: list[tuple[Instant, Forces]]) -> None:
@@ -287,15 +289,15 @@ class _Asked:
             for n, key in enumerate(("ax", "ay", "alpha")):
                 kind = "forward turning" if n == 2 else "forward"
                 ours = getattr(run[name], key)[kept]
-                self.ledger.add(kind, f"{name}.{key} by the forces", ours, theirs[:, n])
+                self.comparison.add(kind, f"{name}.{key} by the forces", ours, theirs[:, n])
         length = self.system.length
-        self.ledger.size("forward", self.ledger.top("acceleration"))
-        self.ledger.size("forward turning", self.ledger.top("turning acceleration"))
+        self.comparison.size("forward", self.comparison.top("acceleration"))
+        self.comparison.size("forward turning", self.comparison.top("turning acceleration"))
         limits = OPERATIONS * np.array(rounding)
         if run.analysis == "simulate":
             self._path(forward, found)
         for kind, unit in (("forward", length), ("forward turning", 1.0)):
-            self.expected[kind] = OPERATIONS * EPSILON + limits * unit / self.ledger.top(kind)
+            self.expected[kind] = OPERATIONS * EPSILON + limits * unit / self.comparison.top(kind)
             self.reasons[kind] = "rounding of loads, times the condition of masses and loops"
 
 

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from mbody.engines.cut_constraints import Tie, ties
+from mbody.engines.cut_constraints import ConstraintRow, constraint_rows
 from mbody.engines.load_forces import gravity_of
 from mbody.engines.pinocchio.inverse import Inverse
-from mbody.engines.pinocchio.model import Instant, Twin, placement
-from mbody.engines.spanning_tree import frame
+from mbody.engines.pinocchio.model import Instant, PinocchioModel, placement
+from mbody.engines.spanning_tree import marker_frame
 from mbody.model.joints import Fixed, Revolute
 
 __all__ = ["Forward", "Undetermined"]
@@ -47,7 +47,7 @@ class Forward:
 
     def __init__(self, inverse: Inverse) -> None:
         self.inverse, self.system, self.tree = inverse, inverse.system, inverse.tree
-        self.twin = Twin(self.system, self.tree, lumped=True)
+        self.twin = PinocchioModel(self.system, self.tree, lumped=True)
         pin = self.twin.pin
         self.pinned = all(type(joint) in (Revolute, Fixed) for joint in inverse.held)
         self.models, self.datas = (
@@ -68,7 +68,7 @@ class Forward:
         ends = []
         for side in ("i", "j"):
             carrier, place = twin.placed[getattr(joint, side).body]
-            ends += [carrier, place * placement(frame(self.system, joint, side))]
+            ends += [carrier, place * placement(marker_frame(self.system, joint, side))]
         kind = pin.ContactType.CONTACT_6D if isinstance(joint, Fixed) else None
         kind = kind or pin.ContactType.CONTACT_3D
         return pin.RigidConstraintModel(kind, twin.model, *ends, pin.ReferenceFrame.LOCAL)
@@ -91,7 +91,7 @@ class Forward:
         now = self.now(inverse.q[k], inverse.v[k], t)
         efforts = self.pushed(now, inverse.acting(now, k), t)
         for driver in self.system.drivers:
-            (row,) = ties(self.system, driver, now.bodies)
+            (row,) = constraint_rows(self.system, driver, now.bodies)
             efforts += float(inverse.run.effort(driver.name)[k]) * row.jacobian
         return self.solved(now, efforts)
 
@@ -116,7 +116,7 @@ class Forward:
         return efforts
 
     def solved(
-        self, now: Instant, efforts: Array, driven: Sequence[tuple[Tie, float]] = ()
+        self, now: Instant, efforts: Array, driven: Sequence[tuple[ConstraintRow, float]] = ()
     ) -> tuple[Array, float]:
         """Accelerations under efforts, rows of drivers with their accelerations held; and rounding.
 
@@ -133,7 +133,7 @@ class Forward:
         rows = [
             (row, 0.0)
             for joint in self.inverse.held
-            for row in ties(self.system, joint, now.bodies)
+            for row in constraint_rows(self.system, joint, now.bodies)
         ]
         rows += driven
         unit = np.array([1.0 if row.torque else self.system.length for row, _ in rows])

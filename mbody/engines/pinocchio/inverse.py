@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.free_body import coupled
-from mbody.engines.cut_constraints import HELD, Tie, ties
+from mbody.engines.cut_constraints import CUT_JOINTS, ConstraintRow, constraint_rows
 from mbody.engines.independent_reading import reading
 from mbody.engines.load_forces import NATIVE, gravity_of, wrenches
-from mbody.engines.pinocchio.model import Instant, Twin
+from mbody.engines.pinocchio.model import Instant, PinocchioModel
 from mbody.engines.spanning_tree import Tree, tree_motion
 from mbody.model.loads import CentrifugalField, Gravity
 from mbody.solution.checks import each_load_of
@@ -88,9 +88,9 @@ class Inverse:
     def __init__(self, system: System, tree: Tree, run: Solution) -> None:
         self.system, self.tree, self.run = system, tree, run
         self.borrowed, self.spin = taken_over(system)
-        self.twin = Twin(system, tree, self.spin)
-        self.held = [j for j in (*tree.cuts, *tree.others) if isinstance(j, HELD)]
-        self.others = [e for e in tree.others if not isinstance(e, HELD)]
+        self.twin = PinocchioModel(system, tree, self.spin)
+        self.held = [j for j in (*tree.cuts, *tree.others) if isinstance(j, CUT_JOINTS)]
+        self.others = [e for e in tree.others if not isinstance(e, CUT_JOINTS)]
         self.q, self.v, self.a = tree_motion(tree, run)
         if run.analysis == "statics":
             self.v, self.a = np.zeros_like(self.v), np.zeros_like(self.a)
@@ -104,7 +104,7 @@ class Inverse:
         acting = self.acting(now, k)
         return now, self._solved(now, k, acting)
 
-    def plane_speed(self, twin: Twin, q: Array, t: float) -> float:
+    def plane_speed(self, twin: PinocchioModel, q: Array, t: float) -> float:
         """The speed of a plane that turns, by momentum with Pinocchio's own moment of inertia."""
         if self.spin is None:
             return 0.0
@@ -157,7 +157,9 @@ class Inverse:
 
     def _solved(self, now: Instant, k: int, acting: dict[str, Array]) -> Forces:
         system, twin = self.system, self.twin
-        rows = {e.name: ties(system, e, now.bodies) for e in (*self.held, *system.drivers)}
+        rows = {
+            e.name: constraint_rows(system, e, now.bodies) for e in (*self.held, *system.drivers)
+        }
         flat = [row for some in rows.values() for row in some]
         needed = now.inverse(acting)
         # forces and torques are made one kind by the model length
@@ -167,7 +169,7 @@ class Inverse:
         for n, row in enumerate(flat):
             C[:, n] = row.jacobian[twin.columns] * scale * unit[n]
         wanted = needed[twin.columns] * scale
-        found, sizes = _least_norm(C, wanted)
+        found, sizes = _minimum_norm(C, wanted)
         told = Forces(residual=float(np.abs(C @ found - wanted).max(initial=0.0)))
         told.needed = max(float(np.abs(wanted).max(initial=0.0)), self._greatest(now, acting))
         told.rank = len(sizes)
@@ -205,7 +207,7 @@ class Inverse:
             top = max(top, mass * swift, *np.abs(wrench / [1.0, 1.0, self.system.length]).tolist())
         return top
 
-    def _gap(self, name: str, rows: list[Tie]) -> Array:
+    def _gap(self, name: str, rows: list[ConstraintRow]) -> Array:
         """How far a cut joint is open: the worst of its rows, lengths by the model's."""
         apart = reading(self.system).values.get(f"{name}.length", 0.0)
         worst = np.zeros(3)
@@ -227,7 +229,7 @@ class Inverse:
             told.reactions[branch.joint.name] = -force if branch.reversed else force
 
 
-def _least_norm(C: Array, wanted: Array) -> tuple[Array, Array]:
+def _minimum_norm(C: Array, wanted: Array) -> tuple[Array, Array]:
     """Least x of least squares, and the singular values that count."""
     if not C.size:
         return np.zeros(C.shape[1]), np.zeros(0)
@@ -239,7 +241,7 @@ def _least_norm(C: Array, wanted: Array) -> tuple[Array, Array]:
     return x, s[:rank]
 
 
-def _push(whole: dict[str, Array], now: Instant, row: Tie, size: float) -> None:
+def _push(whole: dict[str, Array], now: Instant, row: ConstraintRow, size: float) -> None:
     """Adds a multiplier's force on j, and its opposite on i."""
     for body, sense in ((row.j, size), (row.i, -size)):
         if body != "ground":

@@ -9,17 +9,18 @@ from typing import Any
 import numpy as np
 
 from mbody.engines.independent_reading import reading
-from mbody.engines.spanning_tree import Branch, Frame, Tree
+from mbody.engines.load_forces import BodyState
+from mbody.engines.spanning_tree import Branch, MarkerFrame, Tree
 from mbody.model.body import SecondMoments, SlenderRod
 from mbody.model.loads import CentrifugalField
 from mbody.system.system import System
 
-__all__ = ["Instant", "Pose", "Twin", "placement"]
+__all__ = ["Instant", "BodyKinematics", "PinocchioModel", "placement"]
 
 Array = np.ndarray
 
 
-def placement(at: Frame) -> Any:
+def placement(at: MarkerFrame) -> Any:
     """The displacement of a frame in the plane."""
     import pinocchio as pin
 
@@ -28,7 +29,7 @@ def placement(at: Frame) -> Any:
     return pin.SE3(turn, np.array([at.x, at.y, 0.0]))
 
 
-class Twin:
+class PinocchioModel:
     """The same mechanism in Pinocchio: one chain of its joints a branch of the tree.
 
     A branch that floats is two sliding joints and a turning one, so that every coordinate is a
@@ -79,7 +80,7 @@ class Twin:
         """A first joint about the axis in the plane; the ground turns with it."""
         at = reading(self.system)
         x, y = at.place(field, "axis")
-        place = placement(Frame(float(x), float(y), float(at.angle(field, "axis"))))
+        place = placement(MarkerFrame(float(x), float(y), float(at.angle(field, "axis"))))
         pin = self.pin
         joint = self.model.addJoint(0, pin.JointModelRX(), place, "the turning plane")
         self.placed["ground"] = joint, place.inverse()
@@ -132,46 +133,35 @@ class Twin:
 
 
 @dataclass(frozen=True)
-class Pose:
-    """One body as Pinocchio has it: mass centre and angle, rates, accelerations, Jacobian (3, n).
+class BodyKinematics(BodyState):
+    """One body as Pinocchio has it: position, rates, accelerations (3,), Jacobian (3, n).
 
     `turns` is the angle with whole turns, as the coordinates of the joints add up.
     """
 
-    place: Array
-    angle: float
     turns: float
-    velocity: Array
     acceleration: Array
     jacobian: Array
 
-    def arm(self, at: Frame) -> Array:
-        """From the mass centre to a place, world axes."""
-        c, s = math.cos(self.angle), math.sin(self.angle)
-        return np.array([c * at.x - s * at.y, s * at.x + c * at.y])
+    @property
+    def whole_angle(self) -> float:
+        """The angle with whole turns."""
+        return self.turns
 
-    def moving(self, arm: Array) -> tuple[Array, Array]:
-        """Velocity and acceleration of the body's point there."""
+    def acceleration_at(self, arm: Array) -> Array:
+        """Acceleration (2,) of the body's point at an arm in world axes."""
         across, w = np.array([-arm[1], arm[0]]), self.velocity[2]
-        return (
-            self.velocity[:2] + w * across,
-            self.acceleration[:2] + self.acceleration[2] * across - w * w * arm,
-        )
+        return np.asarray(self.acceleration[:2] + self.acceleration[2] * across - w * w * arm)
 
-    def pulled(self, force: Array, torque: float, at: Array) -> Array:
-        """What a force at a place of the world and a torque do to the coordinates (n,)."""
+    def generalized_force(self, force: Array, torque: float, at: Array) -> Array:
+        """Generalised force (n,) of a force at a place of the world and a torque."""
         return np.asarray(self.wrench(force, torque, at) @ self.jacobian)
-
-    def wrench(self, force: Array, torque: float, at: Array) -> Array:
-        """The same force and torque about the mass centre (3,)."""
-        arm = at - self.place
-        return np.array([*force, torque + arm[0] * force[1] - arm[1] * force[0]])
 
 
 class Instant:
     """Kinematics of a twin at one instant; the plane's own turning is left out of velocities."""
 
-    def __init__(self, twin: Twin, q: Array, v: Array, a: Array) -> None:
+    def __init__(self, twin: PinocchioModel, q: Array, v: Array, a: Array) -> None:
         self.twin, self.q, self.v, self.a = twin, q, v, a
         pin, model, data = twin.pin, twin.model, twin.data
         rates = v.copy()
@@ -193,7 +183,7 @@ class Instant:
             angles[branch.body] = angle
         return angles
 
-    def _pose(self, frame: int, turns: float) -> Pose:
+    def _pose(self, frame: int, turns: float) -> BodyKinematics:
         pin, model, data = self.twin.pin, self.twin.model, self.twin.data
         axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
         placed = data.oMf[frame]
@@ -201,11 +191,11 @@ class Instant:
         acceleration = pin.getFrameClassicalAcceleration(model, data, frame, axes).vector
         whole = pin.getFrameJacobian(model, data, frame, axes).reshape(6, model.nv)
         turn = placed.rotation
-        return Pose(
+        return BodyKinematics(
             placed.translation[:2].copy(),
             math.atan2(turn[1, 0], turn[0, 0]),
-            turns,
             velocity[[0, 1, 5]],
+            turns,
             acceleration[[0, 1, 5]],
             whole[[0, 1, 5]],
         )

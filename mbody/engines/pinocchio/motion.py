@@ -1,4 +1,4 @@
-"""A free motion followed by Pinocchio's accelerations and scipy's integrator of order 8.
+"""A free motion integrated by Pinocchio's accelerations and scipy's integrator of order 8.
 
 The error that may be expected is measured: what a force that is wrong by a small part changes in
 the motion (a second motion tells), times the errors of both sides. Ours is told by the balance of
@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from mbody.engines.cut_constraints import ties
+from mbody.engines.cut_constraints import constraint_rows
 from mbody.engines.independent_reading import reading
 from mbody.engines.load_forces import NATIVE
 from mbody.engines.pinocchio.forward import Forward
 from mbody.engines.pinocchio.model import Instant
 
-__all__ = ["Followed", "follow"]
+__all__ = ["IntegratedMotion", "integrate"]
 
 Array = np.ndarray
 
@@ -35,7 +35,7 @@ SENSITIVE = 1e4
 
 
 @dataclass(frozen=True)
-class Followed:
+class IntegratedMotion:
     """A motion as Pinocchio has it.
 
     Attributes
@@ -56,7 +56,7 @@ class Followed:
     why: str
 
 
-def follow(forward: Forward, conditions: Array) -> Followed:
+def integrate(forward: Forward, conditions: Array) -> IntegratedMotion:
     """The motion from the run's first instant on; `conditions` are those of its loops."""
     run = forward.inverse.run
     count, why = len(run), ""
@@ -80,7 +80,7 @@ def follow(forward: Forward, conditions: Array) -> Followed:
     last = int(np.searchsorted(growth, SENSITIVE))
     if last < len(found):
         why = "from there on the smallest error changes the motion"
-    return Followed(found[:last], growth[:last], gap, why)
+    return IntegratedMotion(found[:last], growth[:last], gap, why)
 
 
 @dataclass(frozen=True)
@@ -148,7 +148,7 @@ class _Steps:
         efforts = (1.0 + self.more) * forward.pushed(instant, acting, t)
         forward.gravity(t, 1.0 + self.more)
         driven = [
-            (ties(self.system, driver, instant.bodies)[0], self._change(driver, t))
+            (constraint_rows(self.system, driver, instant.bodies)[0], self._change(driver, t))
             for driver in self.system.drivers
         ]
         if forward.pinned and not driven and self.massive:
@@ -165,7 +165,7 @@ class _Steps:
         worst = 0.0
         for joint in self.inverse.held:
             apart = float(reading(self.system).values.get(f"{joint.name}.length", 0.0))
-            for row in ties(self.system, joint, instant.bodies):
+            for row in constraint_rows(self.system, joint, instant.bodies):
                 unit = 1.0 if row.torque else self.system.length
                 worst = max(worst, abs(row.value - apart) / unit)
         return worst

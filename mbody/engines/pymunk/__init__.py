@@ -12,7 +12,7 @@ import numpy as np
 
 from mbody.engines.independent_reading import reading
 from mbody.engines.opinion import Inexpressible, Opinion, Row
-from mbody.engines.pymunk.instants import Found, at_instants, kinematic
+from mbody.engines.pymunk.instants import InstantForces, at_instants, kinematic
 from mbody.engines.pymunk.motion import Trajectory, trajectory
 from mbody.engines.pymunk.space import PRESSED, inexpressible
 from mbody.errors import ModelError, SolveError
@@ -136,7 +136,9 @@ def _instants(run: Solution) -> list[int]:
 # -- quantities -------------------------------------------------------------------------------
 
 
-def _forces(run: Solution, where: Found | Trajectory, left_out: set[str]) -> list[_Quantity]:
+def _forces(
+    run: Solution, where: InstantForces | Trajectory, left_out: set[str]
+) -> list[_Quantity]:
     """Reactions and efforts that the model determines."""
     k, owners = where.instants, np.array(where.parts)
     first = 3 * run.system.coordinates
@@ -167,7 +169,7 @@ def _forces(run: Solution, where: Found | Trajectory, left_out: set[str]) -> lis
     return found
 
 
-def _motions(run: Solution, where: Found | Trajectory, part: str) -> list[_Quantity]:
+def _motions(run: Solution, where: InstantForces | Trajectory, part: str) -> list[_Quantity]:
     """Places or accelerations of all bodies."""
     ours, n = kinematic(run, part)[where.instants], run.system.coordinates
     first = {"place": 0, "acceleration": 2 * n}[part]
@@ -241,7 +243,7 @@ def _pressed(run: Solution, left_out: set[str]) -> float:
     return 2.0 * PRESSED if any(joint.name not in left_out for joint in touching) else 0.0
 
 
-def _of_instants(run: Solution, found: Found, left_out: set[str]) -> _Compared:
+def _of_instants(run: Solution, found: InstantForces, left_out: set[str]) -> _Compared:
     quantities = _forces(run, found, left_out)
     if left_out:
         quantities += _motions(run, found, "acceleration")
@@ -277,7 +279,7 @@ def _of_motion(run: Solution, moved: Trajectory, free: bool) -> _Compared:
 # -- notes ------------------------------------------------------------------------------------
 
 
-def _told_of(run: Solution, where: Found | Trajectory, blind: int) -> list[str]:
+def _told_of(run: Solution, where: InstantForces | Trajectory, blind: int) -> list[str]:
     notes = []
     if blind:
         notes.append(
@@ -301,7 +303,7 @@ def _told_of(run: Solution, where: Found | Trajectory, blind: int) -> list[str]:
     return notes
 
 
-def _told_of_instants(run: Solution, found: Found, blind: int) -> list[str]:
+def _told_of_instants(run: Solution, found: InstantForces, blind: int) -> list[str]:
     count = len(found.instants)
     which = f"{count} of {len(run)} instants" if count < len(run) else "all instants"
     return [f"forces at {which}, each reached by a few short steps", *_told_of(run, found, blind)]

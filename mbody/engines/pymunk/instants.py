@@ -9,14 +9,23 @@ import numpy as np
 
 from mbody.analysis.driven.free_body import coupled
 from mbody.engines.independent_reading import reading
-from mbody.engines.pymunk.limits import limit
+from mbody.engines.pymunk.extrapolation import extrapolated
 from mbody.engines.pymunk.space import Space, inexpressible
-from mbody.engines.pymunk.steps import Stepper
+from mbody.engines.pymunk.steps import SpaceStepper
 from mbody.model.joints import Joint
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
-__all__ = ["LUMP", "MANY", "Found", "Sizes", "at_instants", "kinematic", "settled", "sizes_of"]
+__all__ = [
+    "LUMP",
+    "MANY",
+    "InstantForces",
+    "Sizes",
+    "at_instants",
+    "kinematic",
+    "settled",
+    "sizes_of",
+]
 
 Array = np.ndarray
 
@@ -61,7 +70,7 @@ class Sizes:
 
 
 @dataclass(frozen=True)
-class Found:
+class InstantForces:
     """What pymunk found at some instants of a run.
 
     Attributes
@@ -69,7 +78,7 @@ class Found:
     instants : list of int
         Of the run.
     values, spread : arrays (instants, numbers)
-        Numbers as of `Stepper.go`, extrapolated, and what the extrapolation leaves open.
+        Numbers as of `SpaceStepper.go`, extrapolated, and what the extrapolation leaves open.
     rounding, jitter : float
         What rounding makes of forces [force], and of accelerations [length/time²].
     parts : tuple of str
@@ -126,7 +135,7 @@ def sizes_of(system: System, run: Solution) -> Sizes:
     return Sizes(rate, lump, max(reach, L), max(float(own.max()), lump))
 
 
-def at_instants(system: System, run: Solution, instants: list[int]) -> Found:
+def at_instants(system: System, run: Solution, instants: list[int]) -> InstantForces:
     """Forces, efforts and accelerations by pymunk, each instant by itself.
 
     From the positions and rates of the run a few steps are taken, with four step sizes; in the
@@ -135,15 +144,15 @@ def at_instants(system: System, run: Solution, instants: list[int]) -> Found:
     tell what none would; of a free motion three small ones are extrapolated.
     """
     sizes = sizes_of(system, run)
-    trial = _Trial(system, run, sizes)
+    trial = _InstantTrial(system, run, sizes)
     h = STEP / sizes.rate
     smallest = h / 2.0 ** (HALVES - 1)
     iterations = trial.settled(instants, smallest)
     trial.parts = SETS if len(instants) > FEW_INSTANTS else MORE_SETS
     values, spread, noise = [], [], []
     for k in instants:
-        found = [trial.limit(iterations, lump, k, h) for lump in trial.lumps]
-        value, left = limit([one[0] for one in found])
+        found = [trial.extrapolated(iterations, lump, k, h) for lump in trial.lumps]
+        value, left = extrapolated([one[0] for one in found])
         if trial.linear:
             left = np.zeros_like(left)
         for n, one in enumerate(found):
@@ -160,7 +169,7 @@ def at_instants(system: System, run: Solution, instants: list[int]) -> Found:
     machine = system.mechanism
     over = (*(machine.loads[n].name for n in space.over), *trial.over)
     owners = tuple(part.owner for part in space.parts)
-    return Found(
+    return InstantForces(
         *(instants, np.array(values), np.array(spread) + noises, jitter * sizes.mass, jitter),
         *(owners, space.lumped, over),
     )
@@ -178,7 +187,7 @@ def settled(told: Any, enough: float = SETTLED, most: int = MANY) -> tuple[int, 
         count, last = 2 * count, found
 
 
-class _Trial:
+class _InstantTrial:
     """Steps from single instants of a run."""
 
     def __init__(self, system: System, run: Solution, sizes: Sizes) -> None:
@@ -207,7 +216,7 @@ class _Trial:
     def steps(self, iterations: int, lump: float, k: int, h: float) -> Array:
         """What a few steps from instant k on tell."""
         value, rate, change = (part[:, None] for part in self.driven[:, :, k].T)
-        stepper = Stepper(
+        stepper = SpaceStepper(
             self.space(iterations, lump),
             lambda times: value + rate * times + 0.5 * change * times**2,
             self._taken(k),
@@ -226,7 +235,9 @@ class _Trial:
             for k in some
         )
 
-    def limit(self, iterations: int, lump: float, k: int, h: float) -> tuple[Array, Array, Array]:
+    def extrapolated(
+        self, iterations: int, lump: float, k: int, h: float
+    ) -> tuple[Array, Array, Array]:
         """The same with steps of no length; what that and the solver leave open; and how far sets
         of steps are apart that round in their own ways, which a mechanism may magnify.
         """
@@ -234,7 +245,7 @@ class _Trial:
             [self.steps(iterations, lump, k, part * h / 2.0**n) for n in range(HALVES)]
             for part in self.parts
         ]
-        limits, lefts = (np.array(both) for both in zip(*map(limit, sets), strict=True))
+        limits, lefts = (np.array(both) for both in zip(*map(extrapolated, sets), strict=True))
         more = self.steps(2 * iterations, lump, k, h / 2.0 ** (HALVES - 1))
         loose = WEIGHTS * np.abs(more - sets[0][-1])
         return limits.mean(axis=0), lefts[0] + loose, np.ptp(limits, axis=0)

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbody.engines.independent_reading import reading
+from mbody.engines.pymunk.extrapolation import extrapolated, order
 from mbody.engines.pymunk.instants import LUMP, MANY, Sizes, kinematic, settled, sizes_of
-from mbody.engines.pymunk.limits import limit, order
 from mbody.engines.pymunk.space import Space
-from mbody.engines.pymunk.steps import Stepper, of_system
+from mbody.engines.pymunk.steps import SpaceStepper, of_system
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
@@ -51,7 +51,7 @@ class Trajectory:
     instants : list of int
         Of the run.
     values, spread : arrays (instants, numbers)
-        Numbers as of `Stepper.go`, then the kinetic energy, extrapolated, and what the
+        Numbers as of `SpaceStepper.go`, then the kinetic energy, extrapolated, and what the
         extrapolation leaves open.
     order : float
         Observed, of the positions at the last instant; nan where the steps make no difference.
@@ -64,7 +64,7 @@ class Trajectory:
     loose : float
         What more iterations change, as a part of the greatest force.
     parts, lumped, over : tuples of str
-        As of `Found`.
+        As of `InstantForces`.
     """
 
     instants: list[int]
@@ -92,7 +92,7 @@ def trajectory(system: System, run: Solution) -> Trajectory | None:
     if not instants:
         return None
     sizes = sizes_of(system, run.take([0, *range(1, instants[-1] + 1)]))
-    trial = _Trial(system, run, sizes)
+    trial = _MotionTrial(system, run, sizes)
     shortened = False
     while len(instants) > 1 and trial.step(instants) * sizes.rate > COARSE:
         end = 0.5 * (float(run.t[instants[-1]]) + float(run.t[0]))
@@ -144,7 +144,7 @@ def _instants(run: Solution, end: float) -> list[int]:
     return [int(there[k]) for k in picked]
 
 
-class _Trial:
+class _MotionTrial:
     """Runs of pymunk from the first instant on."""
 
     def __init__(self, system: System, run: Solution, sizes: Sizes) -> None:
@@ -160,10 +160,10 @@ class _Trial:
         self.spaces = [Space(system, lump, self.iterations) for lump in self.lumps]
         self.longest = h
 
-    def _stepper(self, space: Space) -> Stepper:
+    def _stepper(self, space: Space) -> SpaceStepper:
         last = float(self.run.t[-1])
         drive = functools.partial(of_system, self.run.system, last=last)
-        stepper = Stepper(space, drive, last=last)
+        stepper = SpaceStepper(space, drive, last=last)
         stepper.put(self.pose, self.vel)
         return stepper
 
@@ -191,10 +191,10 @@ class _Trial:
         self.longest = self.step(instants)
         loose = self._settle(times)
         sets = [[self._once(space, times, n) for n in (1, 2, 4)] for space in self.spaces]
-        limits = [limit(seen) for seen in sets]
+        limits = [extrapolated(seen) for seen in sets]
         value, spread = limits[0]
         if len(limits) > 1:
-            value, more = limit([one[0] for one in limits])
+            value, more = extrapolated([one[0] for one in limits])
             spread = limits[-1][1] + more
         return (value, spread + WEIGHTS * loose), sets[0]
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from mbody.engines.independent_reading import reading
 from mbody.engines.opinion import Inexpressible
-from mbody.engines.pymunk.parts import Part, SpringPart, damped, stretched
+from mbody.engines.pymunk.impulses import ImpulseConstraint, SpringImpulse, damped, stretched
 from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
 from mbody.model.joints import Distance, Fixed, PinSlot, Prismatic, Revolute, Rolling
 from mbody.model.loads import Damper, Force, Gravity, Spring, Torque, TorsionDamper, TorsionSpring
@@ -73,12 +73,12 @@ class Space:
         Mass, mass and inertia of every body, stand-ins included.
     lumped : tuple of str
         Bodies with a stand-in.
-    parts : list of Part
+    parts : list of ImpulseConstraint
         Constraints of joints and drivers.
-    drives : list of Part
+    drives : list of ImpulseConstraint
         Those of the drivers, in the order of the description; none for what is not expressible.
-    springs : list of SpringPart
-    drags : list of (Part, float)
+    springs : list of SpringImpulse
+    drags : list of (ImpulseConstraint, float)
         Dampers of bodies with a stand-in, and their coefficients: they are applied as forces, since
         pymunk's own let the relative rate of two bodies decay as if nothing else held them.
     over : tuple of int
@@ -98,10 +98,10 @@ class Space:
         self.bodies = [pymunk.Body(float(m), float(i)) for m, _, i in self.mass]
         self.space.add(*self.bodies)
         self.everything = [*self.bodies, self.space.static_body]
-        self.parts: list[Part] = []
-        self.drives: list[Part | None] = []
-        self.springs: list[SpringPart] = []
-        self.drags: list[tuple[Part, float]] = []
+        self.parts: list[ImpulseConstraint] = []
+        self.drives: list[ImpulseConstraint | None] = []
+        self.springs: list[SpringImpulse] = []
+        self.drags: list[tuple[ImpulseConstraint, float]] = []
         self.over: tuple[int, ...] = ()
         self.rolling = 0
         left_out = {one.element for one in inexpressible(system)}
@@ -140,32 +140,32 @@ class Space:
         self.space.add(native)
         return native
 
-    def _part(self, owner: str, kind: str, make: Any, **ends: Any) -> Part:
-        part = Part(owner, kind, None, **ends, reach=self.reach)
+    def _part(self, owner: str, kind: str, make: Any, **ends: Any) -> ImpulseConstraint:
+        part = ImpulseConstraint(owner, kind, None, **ends, reach=self.reach)
         part.native = self._add(make(self.everything[part.i], self.everything[part.j], part))
         self.parts.append(part)
         return part
 
-    def _pin(self, owner: str, **ends: Any) -> Part:
+    def _pin(self, owner: str, **ends: Any) -> ImpulseConstraint:
         make = self.pymunk.PivotJoint
         return self._part(owner, "pin", lambda a, b, p: make(a, b, p.arm_i, p.arm_j), **ends)
 
-    def _slot(self, owner: str, **ends: Any) -> Part:
-        def make(a: Any, b: Any, part: Part) -> Any:
+    def _slot(self, owner: str, **ends: Any) -> ImpulseConstraint:
+        def make(a: Any, b: Any, part: ImpulseConstraint) -> Any:
             first, last = part.groove()
             return self.pymunk.GrooveJoint(a, b, first, last, part.arm_j)
 
         return self._part(owner, "slot", make, **ends)
 
-    def _rod(self, owner: str, length: float, **ends: Any) -> Part:
-        def make(a: Any, b: Any, part: Part) -> Any:
+    def _rod(self, owner: str, length: float, **ends: Any) -> ImpulseConstraint:
+        def make(a: Any, b: Any, part: ImpulseConstraint) -> Any:
             rod = self.pymunk.PinJoint(a, b, part.arm_i, part.arm_j)
             rod.distance = length
             return rod
 
         return self._part(owner, "rod", make, **ends, target=length)
 
-    def _angle(self, owner: str, angle: float, **ends: Any) -> Part:
+    def _angle(self, owner: str, angle: float, **ends: Any) -> ImpulseConstraint:
         make = self.pymunk.GearJoint
         return self._part(owner, "turn", lambda a, b, p: make(a, b, angle, 1.0), **ends)
 
@@ -206,12 +206,14 @@ class Space:
         self.space.add(base, wheel)
         # what is pressed in stays so: pushing it out would be motion, and no force
         self.space.collision_slop = max(2.0 * pressed, self.space.collision_slop)
-        part = Part(joint.name, "contact", (base, wheel), **ends, normal=normal, radius=radius)
+        part = ImpulseConstraint(
+            joint.name, "contact", (base, wheel), **ends, normal=normal, radius=radius
+        )
         self.parts.append(part)
 
     # -- drivers ---------------------------------------------------------------------------------
 
-    def _drive(self, driver: Any) -> Part:
+    def _drive(self, driver: Any) -> ImpulseConstraint:
         match driver:
             case AngleDriver():
                 index = self.system.bodies
@@ -235,10 +237,10 @@ class Space:
             case Spring(law=None) if at[f"{name}.stiffness"] != 0.0:
                 k = float(at[f"{name}.stiffness"])
                 rest = float(at[f"{name}.free_length"] - at[f"{name}.preload"] / k)
-                self._spring(Part(name, "rod", None, **self._ends(load)), rest, k, 0.0)
+                self._spring(ImpulseConstraint(name, "rod", None, **self._ends(load)), rest, k, 0.0)
             case Damper(law=None):
                 c = float(at[f"{name}.coefficient"])
-                self._spring(Part(name, "rod", None, **self._ends(load)), 0.0, 0.0, c)
+                self._spring(ImpulseConstraint(name, "rod", None, **self._ends(load)), 0.0, 0.0, c)
             case TorsionSpring(law=None) if at[f"{name}.stiffness"] != 0.0:
                 k = float(at[f"{name}.stiffness"])
                 rest = float(at[f"{name}.free_angle"] - at[f"{name}.preload"] / k)
@@ -248,11 +250,13 @@ class Space:
             case _:
                 self.over = (*self.over, n)
 
-    def _turning(self, load: Any) -> Part:
+    def _turning(self, load: Any) -> ImpulseConstraint:
         i, j = (self.system.bodies[body] for body in load.bodies)
-        return Part(load.name, "turn", None, i, j)
+        return ImpulseConstraint(load.name, "turn", None, i, j)
 
-    def _spring(self, part: Part, rest: float, stiffness: float, damping: float) -> None:
+    def _spring(
+        self, part: ImpulseConstraint, rest: float, stiffness: float, damping: float
+    ) -> None:
         light = {self.system.bodies[name] for name in self.lumped}
         if damping and light & {part.i, part.j}:
             self.drags.append((part, damping))

@@ -12,18 +12,19 @@ from typing import Any
 import numpy as np
 
 from mbody.engines.independent_reading import reading
+from mbody.engines.load_forces import BodyState, applied_forces, geometry_of
 from mbody.engines.pymunk.space import Space
 from mbody.errors import ModelError
 from mbody.kernels.load_breakdown import each_load
 from mbody.model.loads import Force, Gravity, Torque
 from mbody.system.system import System
 
-__all__ = ["Stepper", "of_system"]
+__all__ = ["SpaceStepper", "of_system"]
 
 Array = np.ndarray
 
 
-class Stepper:
+class SpaceStepper:
     """Lets a space run, and tells positions, rates, accelerations and forces.
 
     Parameters
@@ -111,24 +112,19 @@ class Stepper:
 
     def _wrench(self, t: float, pose: Array, vel: Array, pushes: list[Any]) -> Array:
         """What is applied to every body (bodies, 3) at its mass centre, gravity left out."""
-        space, at = self.space, reading(self.system)
+        space, index = self.space, self.system.bodies
+        everywhere, rates = (np.vstack([part, np.zeros(3)]) for part in (pose, vel))
         found = np.zeros((space.count + 1, 3))
         found[:-1] = self.besides
+        names = {"ground", *(name for load in self.pushes for name in load.bodies)}
+        states = {
+            name: BodyState(everywhere[b, :2], float(everywhere[b, 2]), rates[b])
+            for name, b in ((name, index[name]) for name in names)
+        }
+        geometry = geometry_of(states)
         for load, value in zip(self.pushes, pushes, strict=True):
-            if isinstance(load, Torque):
-                by, on = (self.system.bodies[name] for name in load.bodies)
-                found[on, 2] += value
-                found[by, 2] -= value
-            else:
-                on = self.system.bodies[load.at.body]
-                (ax, ay), theta = at.arm(load, "at"), pose[on, 2] if on < space.count else 0.0
-                angle = at[f"{load.name}.angle"]
-                if load.follows:
-                    angle = angle + at.angle(load, "at") + theta
-                fx, fy = value * np.cos(angle), value * np.sin(angle)
-                c, s = np.cos(theta), np.sin(theta)
-                found[on] += fx, fy, (c * ax - s * ay) * fy - (s * ax + c * ay) * fx
-        everywhere, rates = (np.vstack([part, np.zeros(3)]) for part in (pose, vel))
+            for one in applied_forces(self.system, load, value, *geometry):
+                found[index[one.body]] += states[one.body].wrench(one.force, one.torque, one.at)
         for part, coefficient in space.drags:
             column = part.columns(everywhere)[0]
             found -= coefficient * (column * rates).sum() * column

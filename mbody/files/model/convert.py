@@ -10,7 +10,7 @@ from mbody.files.model.read import built
 from mbody.files.model.write import Writer
 from mbody.model.mechanism import Mechanism
 from mbody.quantities import VARIABLES, Formula, FormulaError
-from mbody.quantities.evaluate import TURNING, measured
+from mbody.quantities.evaluate import TURNING, has_units
 from mbody.quantities.tree import Call, walk
 from mbody.quantities.units import DIMENSIONS, Dimension, UnitSystem, unit_system
 
@@ -104,7 +104,7 @@ class _Converter(Writer):
         return any(
             isinstance(part, Call)
             and part.function in TURNING
-            and not measured(part.arguments[0], self.mechanism.scope)
+            and not has_units(part.arguments[0], self.mechanism.scope)
             and part.names & {*VARIABLES}
             for part in walk(formula.tree)
         )

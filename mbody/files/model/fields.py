@@ -29,7 +29,7 @@ from mbody.model.body import Guess, SecondMoments, SlenderRod
 from mbody.model.coupling import CouplingTerm
 from mbody.model.element import Marker, Polar, check_name
 from mbody.quantities import Formula, FormulaError, read
-from mbody.quantities.number import NotANumber, NotFinite, entered
+from mbody.quantities.number import NotANumber, NotFinite, float_or_formula
 from mbody.quantities.units import DIMENSIONS, Dimension, name_of
 
 __all__ = [
@@ -75,7 +75,9 @@ def entered_in(value: Any, dimension: Dimension | None, info: ValidationInfo) ->
     refused.append(value)  # until it is let in
     try:
         result = (
-            read(value, dimension, angle) if isinstance(value, str) else entered(value, dimension)
+            read(value, dimension, angle)
+            if isinstance(value, str)
+            else float_or_formula(value, dimension)
         )
     except NotANumber:
         raise ModelError(f"must be a number or text such as '2 mm', not {brief(value)}") from None

@@ -24,7 +24,7 @@ from mbody.files.model.fields import Strict, entered_in, number, shape
 from mbody.files.model.kinds import LAWS
 from mbody.laws import SHAPES, Cam, Dwell, Law, Polynomial, Rise, Table
 from mbody.laws.base import dimension_by
-from mbody.laws.tables import End, Interpolation, Outside
+from mbody.laws.table import End, Interpolation, Outside
 from mbody.quantities.units import Dimension, name_of
 
 __all__ = ["law"]

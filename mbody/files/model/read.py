@@ -27,8 +27,8 @@ from mbody.files.model.schema import json_schema, model
 from mbody.files.model.warnings import meant_otherwise
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
-from mbody.quantities.parameters import Parameters, let_in, with_unit_of
-from mbody.quantities.parse import LONGEST
+from mbody.quantities.parameters import Parameters, parameter_value, with_unit_of
+from mbody.quantities.parse import MAX_CHARACTERS
 from mbody.quantities.units import Dimension, UnitSystem, unit_system
 
 __all__ = ["built", "check_size", "load", "from_text", "text_of"]
@@ -299,7 +299,7 @@ def _signs_of(texts: Iterable[str]) -> int:
             text.encode()
         except UnicodeEncodeError:
             raise _Refused(f"the text {brief(text)} holds half a character") from None
-        signs += len(_SIGNS.findall(text)) if len(text) <= LONGEST else 0
+        signs += len(_SIGNS.findall(text)) if len(text) <= MAX_CHARACTERS else 0
     return signs
 
 
@@ -331,7 +331,7 @@ def _set(data: dict[str, Any], parameters: Mapping[str, Any], name: str) -> None
             there = f"there are: {listed(known, 12)}" if known else "there are none"
             raise ModelError(f"{name}: there is no parameter '{_short(str(key))}' ({there})", key)
         try:
-            let_in(key, value)
+            parameter_value(key, value)
         except ModelError as error:
             raise ModelError(f"{name}: {error}", key) from None
         dimension = before.get(key)

@@ -1,7 +1,7 @@
-"""Units: dimensions, symbols with exact ratios, and the consistent systems that they make."""
+"""Units: dimensions, symbols with exact ratios, consistent unit systems."""
 
 from mbody.quantities.units.dimensions import DIMENSIONS, NUMBER, Dimension, dimension_of, name_of
-from mbody.quantities.units.symbols import SYMBOLS, Unit, foreign, known, of_quantity
+from mbody.quantities.units.symbols import SYMBOLS, Unit, known, of_quantity, pint_unit
 from mbody.quantities.units.systems import UNIT_SYSTEMS, UnitSystem, unit_system
 
 __all__ = [
@@ -13,7 +13,7 @@ __all__ = [
     "Unit",
     "UnitSystem",
     "dimension_of",
-    "foreign",
+    "pint_unit",
     "known",
     "name_of",
     "of_quantity",

@@ -1,7 +1,7 @@
-"""Dimensions: what a number measures, as powers of length, mass, time and angle.
+"""Dimensions as powers of length, mass, time and angle.
 
-The angle counts as a dimension of its own, so that 5 Hz is not taken for 5 rad/s and N·m not for
-N·m/rad; where quantities are multiplied out a radian is one, as usual.
+The angle counts as a dimension of its own, so that 5 Hz differs from 5 rad/s and N·m from N·m/rad;
+in products of quantities a radian is one, as usual.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Dimension:
 
     @property
     def mechanical(self) -> Dimension:
-        """The same with a radian taken as one."""
+        """The same with the radian counted as one."""
         return Dimension(self.length, self.mass, self.time)
 
 
@@ -57,7 +57,7 @@ def _make(length: int, mass: int, time: int, angle: int = 0) -> Dimension:
 #: No dimension: a ratio, a count.
 NUMBER = Dimension()
 
-#: Dimensions by the name that sentences use; where several share one, the first is said.
+#: Dimensions by name; where several names have the same dimension, messages use the first.
 DIMENSIONS = {
     "number": NUMBER,
     "length": _make(1, 0, 0),

@@ -1,7 +1,7 @@
-"""Units by symbol, each an exact ratio to SI; the rest of the world's units come from pint.
+"""Units by symbol, each an exact ratio to SI; all other units are taken from pint.
 
-The units of the field stand here, so that a model file that says ``lbf``, ``mm`` or ``rpm`` is read
-in microseconds; pint, which takes 0.3 s to load, is asked only for a symbol that is not here.
+The usual units of mechanics are defined here, so that a model file with ``lbf``, ``mm`` or ``rpm``
+is read in microseconds. Pint, which takes 0.3 s to load, is used only for other symbols.
 """
 
 from __future__ import annotations
@@ -14,23 +14,23 @@ from typing import Any
 
 from mbody.quantities.units.dimensions import DIMENSIONS, NUMBER, Dimension
 
-__all__ = ["SYMBOLS", "Unit", "foreign", "known", "of_quantity"]
+__all__ = ["SYMBOLS", "Unit", "pint_unit", "known", "of_quantity"]
 
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit: how many SI units it is, ``ratio · π^pi``, and of which dimension.
+    """A unit: its ratio to the SI unit, ``ratio · π^pi``, and its dimension.
 
     Attributes
     ----------
     symbol : str
         As it was written.
     ratio : Fraction
-        Exact, so that a unit divided by itself is one to the last digit.
+        Exact, so that a unit divided by itself is exactly one.
     pi : int
-        Power of π that stands beside it: 1 for a degree.
+        Power of π in the factor: 1 for a degree.
     dimension : Dimension
-        What it measures.
+        Of the unit.
     """
 
     symbol: str
@@ -56,7 +56,7 @@ class Unit:
 
     @property
     def factor(self) -> float:
-        """The same as one float, rounded once where it is rational; inf where that is too large.
+        """The factor as one float, rounded once if it is rational; inf where it is too large.
 
         >>> known("deg").factor == math.pi / 180.0
         True
@@ -131,7 +131,7 @@ _TABLE: tuple[tuple[str, Fraction | int, int, Dimension], ...] = (
     ("psi", _LBF / _IN**2, 0, _D["pressure"]),
 )
 
-#: The units of the field by symbol.
+#: The usual units of mechanics by symbol.
 SYMBOLS = {
     symbol: Unit(symbol, Fraction(ratio), pi, dimension)
     for symbols, ratio, pi, dimension in _TABLE
@@ -140,7 +140,7 @@ SYMBOLS = {
 
 
 def known(symbol: str) -> Unit | None:
-    """The unit of the field with that symbol, None where it is not one of them.
+    """The unit in `SYMBOLS` with that symbol, None if there is none.
 
     >>> known("kN").factor
     1000.0
@@ -150,19 +150,19 @@ def known(symbol: str) -> Unit | None:
 
 @functools.lru_cache(maxsize=1)
 def _registry() -> Any:
-    """Pint's registry, with exact ratios; loaded when a symbol asks for it."""
+    """Pint's registry, with exact ratios; loaded when it is first needed."""
     import pint
 
     return pint.UnitRegistry(non_int_type=Fraction, cache_folder=None)
 
 
 @functools.lru_cache(maxsize=256)
-def foreign(symbol: str) -> Unit | None:
-    """A unit that only pint knows, None where it does not know it either.
+def pint_unit(symbol: str) -> Unit | None:
+    """A unit of pint, None where pint does not know it.
 
-    >>> foreign("stone").factor
+    >>> pint_unit("stone").factor
     6.35029318
-    >>> foreign("nonsense") is None
+    >>> pint_unit("nonsense") is None
     True
     """
     if not symbol.isidentifier() or not symbol.isascii() or len(symbol) > 40:
@@ -192,22 +192,21 @@ def of_quantity(quantity: Any) -> Unit | None:
 
 
 def _measured(symbol: str, quantity: Any) -> Unit | None:
-    """A quantity of pint in SI; None where it measures something that mechanics has not."""
+    """A quantity of pint as a unit; None for dimensions other than length, mass, time and angle."""
     names = {"[length]": "m", "[mass]": "kg", "[time]": "s"}
     powers = dict(quantity.dimensionality)
     if not set(powers) <= set(names):
         return None
     size = quantity.to({names[name]: power for name, power in powers.items()} or "radian")
-    # pint takes a radian for one, yet keeps it among the units that it cannot take apart
+    # for pint a radian is dimensionless, but it remains among the root units
     powers["radian"] = dict(quantity.to_root_units().unit_items()).get("radian", 0)
-    dimension = Dimension(
-        *(Fraction(powers.get(name, 0)).limit_denominator(12) for name in (*names, "radian"))
-    )
+    exact = [Fraction(powers.get(name, 0)).limit_denominator(12) for name in (*names, "radian")]
+    dimension = Dimension(*exact)
     try:
         return Unit(symbol, Fraction(size.magnitude), 0, dimension)
     except (TypeError, ValueError, OverflowError):  # an array, nan or inf
         return None
 
 
-#: What a plain number is multiplied by: nothing.
+#: The unit of plain numbers.
 ONE = Unit("1", Fraction(1), 0, NUMBER)

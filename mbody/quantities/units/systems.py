@@ -1,7 +1,7 @@
-"""Consistent unit systems, chosen by name: the units of plain numbers, inside and in results.
+"""Consistent unit systems, chosen by name: the units of plain numbers in models and results.
 
-The equations are homogeneous, so a mechanism works in one consistent system and no kernel ever
-sees a unit: masses are in the unit that makes force = mass · length / time² hold.
+The equations are homogeneous, so a mechanism works in one consistent system and no kernel uses
+units: the unit of mass follows from force = mass · length / time².
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ __all__ = ["UNIT_SYSTEMS", "UnitSystem", "unit_system"]
 
 @dataclass(frozen=True)
 class UnitSystem:
-    """One consistent system of units: the names that go beside numbers, and standard gravity.
+    """One consistent system of units: the unit symbols, and standard gravity.
 
     Attributes
     ----------
     name : str
-        As the user chooses it, for example ``"in-lbf-s"``.
+        Of the system, for example ``"in-lbf-s"``.
     length, force, time, mass : str
-        Unit symbols; angles are radians inside and degrees beside printed numbers.
+        Unit symbols; angles are in radians inside and in degrees in printed results.
     g : float
-        Standard gravity in length/time²: the default by which a weight becomes a mass.
+        Standard gravity in length/time²: the default for converting a weight into a mass.
     """
 
     name: str
@@ -55,7 +55,7 @@ class UnitSystem:
         return "/".join([above or "1", *below]) if above or below else ""
 
     def powers(self, dimension: str | Dimension) -> tuple[tuple[str, Fraction], ...]:
-        """The symbols that a unit is made of, force before length, time and angle, with powers.
+        """The symbols of which a unit is composed, with powers: force, length, time, angle.
 
         >>> [(symbol, int(power)) for symbol, power in unit_system("SI").powers("torque") if power]
         [('N', 1), ('m', 1)]
@@ -112,7 +112,7 @@ def unit_system(name: str | UnitSystem) -> UnitSystem:
     Raises
     ------
     ModelError
-        When there is none; the sentence lists those that there are.
+        When there is none; the message lists the known ones.
 
     >>> unit_system("cm-kN-s").of("torque")
     'kN·cm'
@@ -133,7 +133,7 @@ def unit_system(name: str | UnitSystem) -> UnitSystem:
 
 
 def _made(name: str) -> UnitSystem | None:
-    """A system made of three units of the field, None where they are not that."""
+    """A system of three units in `SYMBOLS`, None if they are not a length, a force and a time."""
     parts = [known(part) for part in name.split("-")] if len(name) <= 30 else []
     wanted = [DIMENSIONS[base] for base in ("length", "force", "time")]
     if len(parts) != 3 or [part and part.dimension for part in parts] != wanted:

@@ -9,13 +9,13 @@ import numpy as np
 
 from mbody.engines.opinion import Row
 
-__all__ = ["Ledger"]
+__all__ = ["Comparison"]
 
 Array = np.ndarray
 
 
 @dataclass
-class Ledger:
+class Comparison:
     """Collects histories of quantities, and makes a row of each in the end.
 
     A difference is a part of the greatest of its kind (all forces, all torques …) over all

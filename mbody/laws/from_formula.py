@@ -1,4 +1,4 @@
-"""From a formula of one variable to a law: a polynomial where it is one, else a program."""
+"""From a formula of one variable to a law: a polynomial where possible, else a postfix program."""
 
 from __future__ import annotations
 
@@ -7,29 +7,32 @@ from fractions import Fraction
 
 from mbody.laws.base import Law
 from mbody.laws.elementary import Polynomial
-from mbody.laws.expression import Expression, waiting
-from mbody.laws.machine import DEEPEST, LONGEST, OPERATIONS
-from mbody.quantities.evaluate import Scope, Valued, evaluate, stands_only, written_out
+from mbody.laws.expression import Expression, stack_depth
+from mbody.laws.postfix import MAX_OPERATIONS, MAX_STACK, OPERATIONS
+from mbody.quantities.evaluate import Scope, Valued, evaluate, literal_exponent, misplaced_variable
 from mbody.quantities.formula import Formula
 from mbody.quantities.parse import FormulaError, shown
 from mbody.quantities.text import text_of
 from mbody.quantities.tree import Binary, Call, Measured, Name, Negative, Node, Plain
 from mbody.quantities.units import DIMENSIONS, Dimension
 
-__all__ = ["compiled"]
+__all__ = ["compile_formula"]
 
-HIGHEST = 8  # degree of what becomes a polynomial
+MAX_DEGREE = 8  # of a formula that becomes a polynomial
 ZERO, ONE = Plain(Fraction(0)), Plain(Fraction(1))
 DEGREE = Binary("/", Name("pi"), Plain(Fraction(180)))
 
 
-def compiled(formula: Formula, scope: Scope, argument: Dimension) -> tuple[Law, dict[str, Formula]]:
-    """The law that a formula of time (`t`) or of a stretch, an angle or a rate (`x`) says.
+def compile_formula(
+    formula: Formula, scope: Scope, argument: Dimension
+) -> tuple[Law, dict[str, Formula]]:
+    """The law of a formula of time (`t`) or of a stretch, an angle or a rate (`x`).
 
     Parameters
     ----------
     formula : Formula
-        Its dimension is that of the law's values; the variable is in the units of the scope, rad.
+        Its dimension is that of the law's values; the variable is in the units of the scope, angles
+        in rad.
     scope : Scope
         Unit system and parameters, each one number.
     argument : Dimension
@@ -40,34 +43,34 @@ def compiled(formula: Formula, scope: Scope, argument: Dimension) -> tuple[Law, 
     law : Law
         A `Polynomial` up to degree 8, else an `Expression`.
     numbers : dict
-        Those numbers of the law ("c0", …) that depend on parameters, each a formula that gives it
-        in any scope, also over arrays.
+        The numbers of the law ("c0", …) that depend on parameters, each as a formula that can be
+        evaluated in any scope, also over arrays.
 
     Raises
     ------
     FormulaError
-        For units that do not fit, a name that stands for nothing, a part that is not finite, or a
-        formula of more than 200 operations or 32 numbers waiting.
+        For units that do not fit, an unknown name, a part that is not finite, or a
+        formula of more than 200 operations or 32 numbers on the stack.
 
     Notes
     -----
-    A product of sums, as ``(t - 2)*(t - 3)`` or ``(t - 2)^2``, stays as it was written: multiplied
-    out, it would lose digits near its zeros.
+    A product of sums, as ``(t - 2)*(t - 3)`` or ``(t - 2)^2``, is not expanded: expanded, it would
+    lose digits near its zeros.
 
     >>> from mbody.quantities import read
     >>> text = "60 deg + 25 rad/s*t - 20 rad/s^2*t^2"
-    >>> law, _ = compiled(read(text, DIMENSIONS["angle"]), Scope(), DIMENSIONS["time"])
+    >>> law, _ = compile_formula(read(text, DIMENSIONS["angle"]), Scope(), DIMENSIONS["time"])
     >>> law.derivatives(0.5)
     (8.547197551196598, 5.0, -40.0)
     >>> scope = Scope(names={"w": Valued(5.0)})
-    >>> law, numbers = compiled(read("10*sin(w*t)", None), scope, DIMENSIONS["time"])
+    >>> law, numbers = compile_formula(read("10*sin(w*t)", None), scope, DIMENSIONS["time"])
     >>> law, {name: number.text for name, number in numbers.items()}
     (Expression('10*sin(w*t)'), {'c0': 'w'})
     """
     variable = "t" if argument == DIMENSIONS["time"] else "x"
     other = "x" if variable == "t" else "t"
     if other in formula.names:
-        raise FormulaError(stands_only(other))
+        raise FormulaError(misplaced_variable(other))
     whole = Scope(scope.system, {**scope.names, variable: Valued(1.0, argument)})
     tree = formula.tree
     if formula.scale(evaluate(tree, whole)) != 1.0:
@@ -81,10 +84,11 @@ def compiled(formula: Formula, scope: Scope, argument: Dimension) -> tuple[Law, 
         program = _Program(variable)
         program.add(tree)
         codes = tuple(OPERATIONS.index(operation) for operation in program.operations)
-        if len(codes) > LONGEST or waiting(codes) > DEEPEST:
+        if len(codes) > MAX_OPERATIONS or stack_depth(codes) > MAX_STACK:
             raise FormulaError(
-                f"{shown(formula.text)} takes {len(codes)} operations with {waiting(codes)} "
-                f"numbers waiting, at most {LONGEST} with {DEEPEST} are run: give its parts names"
+                f"{shown(formula.text)} has {len(codes)} operations and a stack of "
+                f"{stack_depth(codes)} numbers, at most {MAX_OPERATIONS} and {MAX_STACK} are "
+                "possible: define parts of it as parameters"
             )
         parts = _numbers(program.constants)
         law = Expression(formula.text, codes, tuple(part.value(scope) for part in parts))
@@ -100,8 +104,9 @@ def _numbers(trees: list[Node]) -> list[Formula]:
 
 
 def _terms(node: Node, variable: str) -> list[Node | None] | None:
-    """Coefficients in ascending powers of the variable, None for one that is 0; None where the
-    formula is no polynomial, or would lose digits as one.
+    """Coefficients in ascending powers of the variable, None for zeros.
+
+    None where the formula is not a polynomial or would lose digits as one.
     """
     if node == Name(variable):
         return [None, ONE]
@@ -115,14 +120,14 @@ def _terms(node: Node, variable: str) -> list[Node | None] | None:
             one = Measured(ONE, unit, symbols)
             found = _each(_terms(below, variable), lambda c: _times(c, one))
         case Binary(operator="^", a=a, b=b):
-            found = _raised(_terms(a, variable), written_out(b))
+            found = _raised(_terms(a, variable), literal_exponent(b))
         case Binary(operator="/", a=a, b=b) if variable not in b.names:
             found = _each(_terms(a, variable), lambda c: Binary("/", c, b))
         case Binary(operator="*" | "+" | "-" as operator, a=a, b=b):
             left, right = _terms(a, variable), _terms(b, variable)
             if left is not None and right is not None:
                 found = (_multiplied if operator == "*" else _added)(operator, left, right)
-    return found if found is not None and len(found) <= HIGHEST + 1 else None
+    return found if found is not None and len(found) <= MAX_DEGREE + 1 else None
 
 
 def _each(
@@ -168,7 +173,7 @@ def _raised(terms: list[Node | None] | None, power: Fraction | None) -> list[Nod
     if any(term is not None for term in terms[:-1]):
         return None
     top, n = terms[-1], int(power)
-    assert top is not None  # the variable stands in it
+    assert top is not None  # the variable is in it
     raised: Node = top if top == ONE else Binary("^", top, Plain(power))
     return [*[None] * (n * (len(terms) - 1)), raised if n else ONE]
 
@@ -181,7 +186,7 @@ def _times(a: Node, b: Node) -> Node:
 
 
 class _Program:
-    """Operations in postfix order, and the parts that the variable does not stand in."""
+    """Operations in postfix order, and the constants: the parts without the variable."""
 
     def __init__(self, variable: str) -> None:
         self.variable = variable
@@ -197,7 +202,7 @@ class _Program:
             self.constants.append(constant)
 
     def add(self, node: Node) -> None:
-        """Everything that leaves the value of a node on the stack."""
+        """Append the operations that put the value of a node on the stack."""
         if self.free(node):
             self.put("constant", node)
         else:

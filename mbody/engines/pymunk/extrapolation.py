@@ -8,12 +8,12 @@ from itertools import pairwise
 
 import numpy as np
 
-__all__ = ["limit", "order"]
+__all__ = ["extrapolated", "order"]
 
 Array = np.ndarray
 
 
-def limit(values: Sequence[Array]) -> tuple[Array, Array]:
+def extrapolated(values: Sequence[Array]) -> tuple[Array, Array]:
     """The limit of what was computed with h, h/2, h/4 … and what the last correction changed.
 
     Richardson's extrapolation, repeated: an error a h + b h² + c h³ … loses one power a level.
@@ -25,9 +25,9 @@ def limit(values: Sequence[Array]) -> tuple[Array, Array]:
 
     Returns
     -------
-    limit, spread : arrays
+    extrapolated, spread : arrays
         The spread is the distance from the level before: its error, and far more than that of the
-        limit, where the error is such a series.
+        extrapolated, where the error is such a series.
 
     Notes
     -----
@@ -35,7 +35,7 @@ def limit(values: Sequence[Array]) -> tuple[Array, Array]:
 
     Examples
     --------
-    >>> found, spread = limit([np.array(1.0 + h + h * h) for h in (0.4, 0.2, 0.1)])
+    >>> found, spread = extrapolated([np.array(1.0 + h + h * h) for h in (0.4, 0.2, 0.1)])
     >>> round(float(found), 12), round(float(spread), 12)
     (1.0, 0.02)
     """

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["Part", "SpringPart", "place"]
+__all__ = ["ImpulseConstraint", "SpringImpulse", "place"]
 
 Array = np.ndarray
 
@@ -26,7 +26,7 @@ def place(pose: Array, body: int, arm: tuple[float, float]) -> Array:
 
 
 @dataclass(eq=False)
-class Part:
+class ImpulseConstraint:
     """One constraint of the space.
 
     Attributes
@@ -137,10 +137,10 @@ class Part:
 
 
 @dataclass(eq=False)
-class SpringPart:
+class SpringImpulse:
     """A spring or damper of the space, and the sense of its impulse by the motion."""
 
-    part: Part
+    part: ImpulseConstraint
     sense: Callable[[Array, Array], float]
 
     def impulse(self, pose: Array, vel: Array) -> Array:
@@ -149,7 +149,7 @@ class SpringPart:
         return np.asarray(size * self.part.columns(pose)[0])
 
 
-def stretched(part: Part, rest: float, stiffness: float) -> SpringPart:
+def stretched(part: ImpulseConstraint, rest: float, stiffness: float) -> SpringImpulse:
     """A spring of length or angle: its impulse on j is against the stretch."""
 
     def sense(pose: Array, vel: Array) -> float:
@@ -158,13 +158,13 @@ def stretched(part: Part, rest: float, stiffness: float) -> SpringPart:
         way = place(pose, part.j, part.arm_j) - place(pose, part.i, part.arm_i)
         return -stiffness * float(np.hypot(*way) - rest)
 
-    return SpringPart(part, sense)
+    return SpringImpulse(part, sense)
 
 
-def damped(part: Part) -> SpringPart:
+def damped(part: ImpulseConstraint) -> SpringImpulse:
     """A damper of length or angle: its impulse on j is against the rate."""
 
     def sense(pose: Array, vel: Array) -> float:
         return -float((part.columns(pose)[0] * vel).sum())
 
-    return SpringPart(part, sense)
+    return SpringImpulse(part, sense)

@@ -1,4 +1,4 @@
-"""A law through given points: straight lines, a monotone cubic or a C² spline."""
+"""A law through given points: linear interpolation, a monotone cubic (pchip) or a C² spline."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Literal, get_args
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.laws.base import FloatArray, Law, let_in_all, term
+from mbody.laws.base import FloatArray, Law, law_field, law_numbers
 from mbody.laws.kernels import OUTSIDE
 from mbody.laws.slopes import of_pchip, of_periodic_spline, of_spline
 from mbody.quantities.units import DIMENSIONS, Dimension
@@ -23,8 +23,8 @@ End = Literal["natural", "not-a-knot", "clamped"]
 Outside = Literal["error", "hold", "line"]
 
 
-#: A spline leaves the range of its points where it does so by more than this part of the range:
-#: what rounding and the last bits of the coefficients may put beyond it.
+#: A spline is reported to leave the range of its points if it does so by more than this part of the
+#: range: rounding of the coefficients may exceed it by less.
 BEYOND = 1e-9
 #: Dimensions of a motion, whose tables are smooth by default.
 MOTIONS = (DIMENSIONS["length"], DIMENSIONS["angle"])
@@ -46,7 +46,7 @@ class Table(Law):
         "natural" has an error of order h² near the ends unless f″ is 0 there.
     outside : {"error", "hold", "line"}
         Outside the range: an error, the end value, or the end's tangent. A margin of 1e-9 of the
-        range is always granted. A result that went by "hold" or "line" carries a doubt.
+        range is always allowed. A result that used "hold" or "line" has a doubt.
     interpolation : {"linear", "pchip", "spline"}, optional
         Between the points:
 
@@ -54,17 +54,17 @@ class Table(Law):
         * "pchip", a piecewise cubic that is monotone wherever the points are, so that it never
           leaves their range: f′ is continuous, f″ jumps at the points;
         * "spline", a cubic spline with continuous f, f′ and f″: the most accurate for points of a
-          smooth function, but it swings beyond the points where they jump.
+          smooth function, but it overshoots where the points jump.
 
-        By default an element chooses by what the table gives: "spline" for a motion (a length or an
-        angle, as of a driver or a cam), "pchip" for everything else, as a force. Where `end` is
-        given, and for a table by itself, it is "spline".
+        By default the element decides: "spline" for a motion (a length or an angle, as of a driver
+        or a cam), "pchip" for everything else, such as a force. Where `end` is given, and for a
+        table without an element, it is "spline".
 
     Raises
     ------
     ModelError
-        Points that are not as above; later, when asked outside the range with "error". The kernel
-        gives NaN there.
+        For points that are not as above; later, when evaluated outside the range with "error". The
+        kernel returns NaN there.
 
     Notes
     -----
@@ -81,16 +81,16 @@ class Table(Law):
 
     kind: ClassVar[str] = "spline"
 
-    x: Sequence[float] | FloatArray = term(argument=1)
-    y: Sequence[float] | FloatArray = term(1)
+    x: Sequence[float] | FloatArray = law_field(argument=1)
+    y: Sequence[float] | FloatArray = law_field(1)
     periodic: bool = False
     end: End | None = None
     outside: Outside = "error"
     interpolation: Interpolation | None = None
 
-    def _enter(self) -> None:
-        object.__setattr__(self, "x", let_in_all(self.x, "Table", "x"))
-        object.__setattr__(self, "y", let_in_all(self.y, "Table", "y"))
+    def _read_numbers(self) -> None:
+        object.__setattr__(self, "x", law_numbers(self.x, "Table", "x"))
+        object.__setattr__(self, "y", law_numbers(self.y, "Table", "y"))
 
     def _check(self) -> None:
         x, y = np.asarray(self.x), np.asarray(self.y)
@@ -142,12 +142,12 @@ class Table(Law):
 
     @property
     def _between(self) -> str:
-        """How it goes between its points."""
+        """The interpolation between the points."""
         return self.interpolation or "spline"
 
     def dimensioned(self, value: Dimension, argument: Dimension) -> Table:
-        """The same table for a law of that dimension, which chooses its interpolation where none is
-        given; errors as of every law.
+        """The same table for a law of that dimension, which decides the interpolation where none is
+        given; errors as `Law.dimensioned`.
         """
         made: Any = super().dimensioned(value, argument)
         if made.interpolation is None:
@@ -208,8 +208,8 @@ class Table(Law):
         return knots[inside % len(c)] + at, values
 
     def beyond(self) -> tuple[float, float] | None:
-        """The place at which it goes furthest beyond the range of its points, and its value there;
-        None where it stays within, but for rounding.
+        """The place at which it exceeds the range of its points most, and its value there; None
+        where it stays within the range, apart from rounding.
 
         >>> Table([0, 1, 1.1, 2], [0, 0, 5, 5], interpolation="pchip").beyond() is None
         True
@@ -224,16 +224,16 @@ class Table(Law):
         worst = int(over.argmax())
         return float(places[worst]), float(values[worst])
 
-    def _refuse(self, xs: FloatArray, out: FloatArray) -> None:
+    def _check_values(self, xs: FloatArray, out: FloatArray) -> None:
         bad = np.isnan(out[:, 0])
         if bad.any():
             raise ModelError(
-                f"Table: the table covers {self.x[0]:g} to {self.x[-1]:g}, asked for "
-                f'{xs[bad][0]:g}: add points, or choose outside="hold" or "line"'
+                f"Table: the table covers {self.x[0]:g} to {self.x[-1]:g}, but "
+                f'{xs[bad][0]:g} was requested: add points, or choose outside="hold" or "line"'
             )
 
     def turns(self, x: float) -> FloatArray:
-        """Knots and extremes after x: over one period, or to the end of the table."""
+        """Knots and extremes after x: within one period, or up to the end of the table."""
         knots = np.asarray(self.x)
         places = np.concatenate([knots, self._extremes[0]])
         if self.periodic:

@@ -1,8 +1,8 @@
-"""The machine that runs a law written as a formula: a postfix program of jets (f, f′, f″).
+"""Evaluation of a law given by a formula: a postfix program on jets (f, f′, f″).
 
-The value that was found last is at hand; those that wait for a second operand lie on a stack in
-the machine's own frame, so that nothing is allocated, no parameter is written and every thread has
-its own. Each operation carries the first two derivatives along exactly.
+The last value is in local variables. Values that wait for a second operand are on a stack in the
+frame of the kernel: nothing is allocated, no parameter is written, and every thread has its own
+stack. Each operation propagates the first two derivatives exactly (automatic differentiation).
 """
 
 # mypy: disallow-untyped-decorators=False, disallow-untyped-calls=False
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from mbody.compiler.jit import PLAIN, inline, njit
 
-__all__ = ["DEEPEST", "LONGEST", "OPERATIONS", "expression"]
+__all__ = ["MAX_STACK", "MAX_OPERATIONS", "OPERATIONS", "expression"]
 
 VARIABLE, CONSTANT = 0, 1
 ADD_CONSTANT, MULTIPLY_CONSTANT, DIVIDE_CONSTANT, POWER_CONSTANT = 2, 3, 4, 5
@@ -29,19 +29,44 @@ NEGATIVE, SIN, COS, TAN, ASIN, ACOS, ATAN, SQRT, ABS, EXP, LOG = range(6, 17)
 ADD, SUBTRACT, MULTIPLY, DIVIDE, POWER, ATAN2, HYPOT, MIN, MAX = range(17, 26)
 
 OPERATIONS = (
-    *("variable", "constant"),
-    *("+ constant", "* constant", "/ constant", "^ constant"),
-    *("negative", "sin", "cos", "tan", "asin", "acos", "atan", "sqrt", "abs", "exp", "log"),
-    *("+", "-", "*", "/", "^", "atan2", "hypot", "min", "max"),
+    # put a number on the stack
+    "variable",
+    "constant",
+    # take the next constant
+    "+ constant",
+    "* constant",
+    "/ constant",
+    "^ constant",
+    # of one number
+    "negative",
+    "sin",
+    "cos",
+    "tan",
+    "asin",
+    "acos",
+    "atan",
+    "sqrt",
+    "abs",
+    "exp",
+    "log",
+    # of two numbers
+    "+",
+    "-",
+    "*",
+    "/",
+    "^",
+    "atan2",
+    "hypot",
+    "min",
+    "max",
 )
-"""Operations of a program; the integer code of an operation is its index. First those that put a
-number on the stack, then those that take the next constant, then of one number, then of two."""
+"""Operations of a program; the integer code of an operation is its index."""
 
-LONGEST = 200
-"""Operations of a program."""
+MAX_OPERATIONS = 200
+"""Most operations of a program."""
 
-DEEPEST = 32
-"""Numbers on the stack of a program."""
+MAX_STACK = 32
+"""Most numbers on the stack of a program."""
 
 FloatArray: TypeAlias = NDArray[np.float64]
 Three: TypeAlias = tuple[float, float, float]
@@ -49,10 +74,10 @@ Three: TypeAlias = tuple[float, float, float]
 
 @intrinsic
 def _in_frame(typing_context: Any) -> Any:
-    """Room for the waiting numbers in the frame of the function that calls."""
+    """The stack, in the frame of the calling function."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        size = ir.Constant(ir.IntType(32), 3 * (DEEPEST + 1))
+        size = ir.Constant(ir.IntType(32), 3 * (MAX_STACK + 1))
         return cgutils.alloca_once(builder, ir.DoubleType(), size=size)
 
     return types.CPointer(types.float64)(), generate
@@ -60,12 +85,12 @@ def _in_frame(typing_context: Any) -> Any:
 
 if TYPE_CHECKING or PLAIN:
 
-    def room() -> Any:
-        """Room for the waiting numbers."""
-        return [0.0] * (3 * (DEEPEST + 1))
+    def new_stack() -> Any:
+        """The stack."""
+        return [0.0] * (3 * (MAX_STACK + 1))
 
 else:
-    room = _in_frame
+    new_stack = _in_frame
 
 
 @njit
@@ -74,14 +99,14 @@ def expression(par: FloatArray, o: int, lane: int, tab: FloatArray, k: int, x: f
 
     tab = (length, operations), par = the constants in the order in which the program takes them.
     """
-    waiting = room()
+    stack = new_stack()
     depth = 0
     c = o
     f, f1, f2 = 0.0, 0.0, 0.0
     for i in range(k + 1, k + 1 + int(tab[k])):
         code = int(tab[i])
         if code <= CONSTANT:
-            waiting[depth], waiting[depth + 1], waiting[depth + 2] = f, f1, f2
+            stack[depth], stack[depth + 1], stack[depth + 2] = f, f1, f2
             depth += 3
             if code == VARIABLE:
                 f, f1, f2 = x, 1.0, 0.0
@@ -92,18 +117,18 @@ def expression(par: FloatArray, o: int, lane: int, tab: FloatArray, k: int, x: f
             f, f1, f2 = with_constant(code, f, f1, f2, par[c, lane])
             c += 1
         elif code <= LOG:
-            f, f1, f2 = of_one(code, f, f1, f2)
+            f, f1, f2 = unary(code, f, f1, f2)
         else:
             depth -= 3
-            a, a1, a2 = waiting[depth], waiting[depth + 1], waiting[depth + 2]
-            f, f1, f2 = of_two(code, a, a1, a2, f, f1, f2)
+            a, a1, a2 = stack[depth], stack[depth + 1], stack[depth + 2]
+            f, f1, f2 = binary(code, a, a1, a2, f, f1, f2)
     if not np.isfinite(f):
         return math.nan, math.nan, math.nan
     return f, f1, f2
 
 
 if PLAIN:
-    # NumPy would warn of what the compiled machine passes over in silence
+    # NumPy would warn where the compiled code is silent
     expression = np.errstate(all="ignore")(expression)
 
 
@@ -116,11 +141,11 @@ def with_constant(code: int, a: float, a1: float, a2: float, c: float) -> Three:
         return a * c, a1 * c, a2 * c
     if code == DIVIDE_CONSTANT:
         return a / c, a1 / c, a2 / c
-    return powered(a, a1, a2, c)
+    return constant_power(a, a1, a2, c)
 
 
 @inline
-def of_one(code: int, a: float, a1: float, a2: float) -> Three:
+def unary(code: int, a: float, a1: float, a2: float) -> Three:
     """g(a):  f′ = g′ a′, f″ = g″ a′² + g′ a″."""
     if code == NEGATIVE:
         return -a, -a1, -a2
@@ -157,17 +182,17 @@ def of_one(code: int, a: float, a1: float, a2: float) -> Three:
         if code == ACOS:
             g1 = -g1
         g2 = a * g1 / ((1.0 - a) * (1.0 + a))
-    return g, g1 * a1, g2 * a1 * a1 + bent(g1, a2)
+    return g, g1 * a1, g2 * a1 * a1 + second_term(g1, a2)
 
 
 @inline
-def bent(slope: float, a2: float) -> float:
-    """g′ a″, nothing where a runs evenly into a place where g is vertical: g″ a′² says it all."""
+def second_term(slope: float, a2: float) -> float:
+    """g′ a″, or 0 where a″ = 0, also where g′ is infinite: then g″ a′² alone counts."""
     return slope * a2 if a2 != 0.0 else 0.0
 
 
 @inline
-def of_two(code: int, a: float, a1: float, a2: float, b: float, b1: float, b2: float) -> Three:
+def binary(code: int, a: float, a1: float, a2: float, b: float, b1: float, b2: float) -> Three:
     """g(a, b) with its derivatives along x."""
     if code == ADD:
         return a + b, a1 + b1, a2 + b2
@@ -186,7 +211,7 @@ def of_two(code: int, a: float, a1: float, a2: float, b: float, b1: float, b2: f
     if code == HYPOT:
         return length(a, a1, a2, b, b1, b2)
     if code >= MIN:
-        # whichever is NaN is taken, so that it shows
+        # a NaN is selected, so that it is not hidden
         first = a != a or (b == b and less(a, a1, a2, b, b1, b2) == (code == MIN))
         return (a, a1, a2) if first else (b, b1, b2)
     return power(a, a1, a2, b, b1, b2)
@@ -194,7 +219,7 @@ def of_two(code: int, a: float, a1: float, a2: float, b: float, b1: float, b2: f
 
 @inline
 def less(a: float, a1: float, a2: float, b: float, b1: float, b2: float) -> bool:
-    """Whether a < b at x or, where they meet, just to the right of it."""
+    """Whether a < b at x or, where they are equal, just to the right of it."""
     return a < b or (a == b and (a1 < b1 or (a1 == b1 and a2 < b2)))
 
 
@@ -212,8 +237,8 @@ def length(a: float, a1: float, a2: float, b: float, b1: float, b2: float) -> Th
 
 
 @njit
-def powered(a: float, a1: float, a2: float, p: float) -> Three:
-    """a ^ p:  g′ = p a^(p−1), g″ = p (p − 1) a^(p−2), nothing where the factor before is 0."""
+def constant_power(a: float, a1: float, a2: float, p: float) -> Three:
+    """a ^ p:  g′ = p a^(p−1), g″ = p (p − 1) a^(p−2), or 0 where the factor before is 0."""
     if p == 2.0:
         return a * a, 2.0 * a * a1, 2.0 * (a1 * a1 + a * a2)
     if p == 1.0:
@@ -223,14 +248,14 @@ def powered(a: float, a1: float, a2: float, p: float) -> Three:
     g = np.power(a, p)
     second = np.power(a, p - 2.0)
     first = second * a if a != 0.0 else np.power(a, p - 1.0)
-    return g, p * first * a1, p * ((p - 1.0) * second * a1 * a1 + bent(first, a2))
+    return g, p * first * a1, p * ((p - 1.0) * second * a1 * a1 + second_term(first, a2))
 
 
 @njit
 def power(a: float, a1: float, a2: float, b: float, b1: float, b2: float) -> Three:
     """a ^ b = exp u, u = b log a:  f′ = f u′, f″ = f (u″ + u′²)."""
     if b1 == 0.0 and b2 == 0.0:
-        return powered(a, a1, a2, b)
+        return constant_power(a, a1, a2, b)
     if a == 0.0 and (b > 2.0 or (b > 0.0 and a1 == 0.0 and a2 == 0.0)):
         return 0.0, 0.0, 0.0
     f = np.power(a, b)

@@ -1,4 +1,7 @@
-"""Places between which a formula is monotonic, found by looking: it does not tell its turns."""
+"""Places between which a formula is monotonic, found by adaptive sampling.
+
+An `Expression` does not know its own extremes.
+"""
 
 from __future__ import annotations
 
@@ -9,39 +12,40 @@ import numpy as np
 from mbody.laws.base import FloatArray
 from mbody.laws.expression import Expression
 
-__all__ = ["looked_through"]
+__all__ = ["monotonic_nodes"]
 
-# of a stretch: uneven, so that no oscillation falls in step with them
+# in one stretch: unevenly spaced, so that they do not coincide with an oscillation
 PLACES = np.cumsum(1.0 + 0.5 * np.sin(2.4 * np.arange(33)))
 PLACES = (PLACES - PLACES[0]) / np.ptp(PLACES)
-WITHIN = 0.382  # of an interval, where its neighbours must foretell f′
-CLOSE = 0.05  # of f′ nearby: how well they must
-MOST = 1 << 18  # places in all
-HALVINGS = 40  # of an interval, at a corner
-STRETCHES = 400
+WITHIN = 0.382  # of an interval: there f′ is compared with its interpolation from the ends
+CLOSE = 0.05  # of f′ nearby: tolerance of that comparison
+MAX_PLACES = 1 << 18
+MAX_BISECTIONS = 40  # of an interval, at a corner
+MAX_STRETCHES = 400
 
 
-def looked_through(
+def monotonic_nodes(
     law: Expression, sign: float, begin: float, rest: float, t0: float, close: float
 ) -> FloatArray:
     """Places from t0 on, until ``sign · (f − begin)`` has gained `rest` or fallen by `close`.
 
-    Stretches of t0 … are sampled, each as long as the law needs by its rate for the rest, then
-    twice the one before. Where f′ and f″ at two places do not foretell f′ between them, the
-    interval is parted, as often as it takes; every extreme becomes a place.
+    Stretches from t0 on are sampled. The first is as long as the law needs for the rest at its
+    present rate, each following one is twice as long. Where the cubic through f′ and f″ at two
+    neighbouring places does not predict f′ between them, the interval is bisected. Every extreme
+    becomes a place.
 
     Raises
     ------
     ModelError
-        Where the formula ceases to have a value.
+        Where the formula has no value.
     """
     first = length = _length(law.raw(np.array([t0]))[0], rest)
     found, count, end, best = [np.array([t0])], 1, t0, 0.0
-    for _ in range(STRETCHES):
-        nodes, values = _stretch(law, end, end + length, MOST - count)
+    for _ in range(MAX_STRETCHES):
+        nodes, values = _stretch(law, end, end + length, MAX_PLACES - count)
         if not np.isfinite(values[:, 0]).all():
             if length < 1e-12 * max(first, abs(end)):
-                law(nodes)  # says what has no value, and where
+                law(nodes)  # raises the error that names the place
             length *= 0.5
             continue
         nodes, values = _with_extremes(law, nodes, values)
@@ -50,14 +54,14 @@ def looked_through(
         found.append(nodes[1:])
         count, end = count + nodes.size, float(nodes[-1])
         fallen = np.maximum.accumulate(gain)[:-1] - gain[1:] > close
-        if best >= rest or fallen.any() or count >= MOST or length > 1e100:
+        if best >= rest or fallen.any() or count >= MAX_PLACES or length > 1e100:
             break
         length *= 2.0 if nodes.size < 64 * PLACES.size else 0.5
     return np.concatenate(found)
 
 
 def _length(three: FloatArray, rest: float) -> float:
-    """How long the law may take for the rest, by its rate and the change of it at the start."""
+    """Estimated length over which the law gains the rest, from f′ and f″ at the start."""
     _, f1, f2 = np.abs(three)
     with np.errstate(all="ignore"):
         times = np.divide([rest, math.sqrt(2.0 * rest)], [f1, np.sqrt(f2)])
@@ -66,18 +70,20 @@ def _length(three: FloatArray, rest: float) -> float:
 
 
 def _stretch(law: Expression, a: float, b: float, most: int) -> tuple[FloatArray, FloatArray]:
-    """Places from a to b (n,) close enough to know f′ between them, and f, f′, f″ there (n, 3)."""
+    """Places from a to b (n,) close enough for f′ to be interpolated, and f, f′, f″ there (n,
+    3).
+    """
     nodes = a + (b - a) * PLACES
     values = law.raw(nodes)
     todo = np.arange(nodes.size - 1)
-    for _ in range(HALVINGS):
+    for _ in range(MAX_BISECTIONS):
         left, right = nodes[todo], nodes[todo + 1]
         new = left + WITHIN * (right - left)
         got = law.raw(new)
-        told = _between(right - left, values[todo], values[todo + 1])
+        predicted = _between(right - left, values[todo], values[todo + 1])
         with np.errstate(invalid="ignore"):
             near = np.abs(values[todo, 1]) + np.abs(values[todo + 1, 1])
-            bad = ~(np.abs(got[:, 1] - told) <= CLOSE * near) & (new > left) & (new < right)
+            bad = ~(np.abs(got[:, 1] - predicted) <= CLOSE * near) & (new > left) & (new < right)
         order = np.argsort(np.concatenate([nodes, new]), kind="stable")
         place = np.empty(order.size, dtype=int)
         place[order] = np.arange(order.size)
@@ -101,7 +107,7 @@ def _between(width: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
 def _with_extremes(
     law: Expression, nodes: FloatArray, values: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """The places with those added where f′ is extreme or changes its sign."""
+    """The places, together with those where f′ is extreme or changes its sign."""
     for column in (2, 1):
         change = np.flatnonzero(values[:-1, column] * values[1:, column] < 0.0)
         if change.size:

@@ -7,19 +7,19 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.position.assembly_analysis import raise_user_error
-from mbody.engines.mjcf.parts import Exported, safe
+from mbody.engines.mjcf.exported import Exported, safe
 from mbody.kernels.load_breakdown import each_load
 from mbody.model.driver import Driver
 from mbody.model.loads import Force
 
-__all__ = ["Guide"]
+__all__ = ["LawStepper"]
 
 #: Parts of a step at which the four stages of Runge and Kutta stand.
 STAGES = (0.0, 0.5, 0.5, 1.0)
 WEIGHTS = (1.0, 2.0, 2.0, 1.0)
 
 
-class Guide:
+class LawStepper:
     """A model of MuJoCo, its drivers held by constraints, whose laws are followed.
 
     `mj_step` knows no law within a step. So accelerations come from `mj_forward`, at the stages of
@@ -32,7 +32,7 @@ class Guide:
         self.forward, self.made, self.model, self.data = mujoco.mj_forward, made, model, data
         system, scale = made.system, made.scale
         self.loads, self.held = [], []
-        self.told = _Told(made, model, data)
+        self.told = _ReportedLoads(made, model, data)
         begin = float(data.time) / scale.time
         for name, field in made.laws.items():
             element: Any = system.mechanism[name]
@@ -46,7 +46,7 @@ class Guide:
                 unit = scale.force if isinstance(element, Force) else scale.torque
                 self.loads.append((model.actuator(name).id, law, unit))
 
-    def march(self, h: float, count: int) -> None:
+    def advance(self, h: float, count: int) -> None:
         """So many steps of h [s]."""
         data = self.data
         for _ in range(count):
@@ -86,7 +86,7 @@ class Guide:
         return np.array(data.qacc)
 
 
-class _Told:
+class _ReportedLoads:
     """Loads that MuJoCo does not have, as mbody makes them of the state that MuJoCo is in."""
 
     def __init__(self, made: Exported, model: Any, data: Any) -> None:

@@ -13,7 +13,7 @@ from mbody.quantities.units import UnitSystem
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
-__all__ = ["Column", "Exported", "Scale", "branch_columns", "numbers", "placed", "safe"]
+__all__ = ["FileCoordinate", "Exported", "Scale", "branch_coordinates", "numbers", "placed", "safe"]
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Scale:
 
 
 @dataclass(frozen=True)
-class Column:
+class FileCoordinate:
     """One coordinate of the file.
 
     Attributes
@@ -74,10 +74,10 @@ class Exported:
     text : str
         The file, in SI units.
     not_expressible : tuple of Inexpressible
-        Elements that it has no words for, and why.
+        ElementWriter that it has no words for, and why.
     notes : tuple of str
         Sentences: what stands in it in another way than in the mechanism.
-    columns : tuple of Column
+    columns : tuple of FileCoordinate
         Its coordinates, in their order; all are zero at the start.
     stand_ins : tuple of str
         Bodies with a small mass or inertia where the mechanism has none.
@@ -98,7 +98,7 @@ class Exported:
     text: str
     not_expressible: tuple[Inexpressible, ...]
     notes: tuple[str, ...]
-    columns: tuple[Column, ...]
+    columns: tuple[FileCoordinate, ...]
     stand_ins: tuple[str, ...]
     laws: dict[str, str]
     built: frozenset[str]
@@ -123,7 +123,7 @@ class Exported:
         return self.text
 
 
-def _picked(whole: np.ndarray, columns: tuple[Column, ...]) -> np.ndarray:
+def _picked(whole: np.ndarray, columns: tuple[FileCoordinate, ...]) -> np.ndarray:
     """Of every column's branch the one coordinate that it is."""
     ends = np.cumsum([column.of.freedom for column in columns])
     index = [
@@ -133,20 +133,20 @@ def _picked(whole: np.ndarray, columns: tuple[Column, ...]) -> np.ndarray:
     return whole[:, index]
 
 
-def branch_columns(branch: Branch) -> tuple[Column, ...]:
+def branch_coordinates(branch: Branch) -> tuple[FileCoordinate, ...]:
     """The coordinates of a branch of the tree."""
     if branch.kind == "free":
         name = branch.body
         return (
-            Column(f"{name}.x", branch, 0, True, 0.0),
-            Column(f"{name}.y", branch, 1, True, 0.5 * math.pi),
-            Column(f"{name}.angle", branch, 2),
+            FileCoordinate(f"{name}.x", branch, 0, True, 0.0),
+            FileCoordinate(f"{name}.y", branch, 1, True, 0.5 * math.pi),
+            FileCoordinate(f"{name}.angle", branch, 2),
         )
     if branch.joint is None or branch.kind == "fixed":
         return ()
     if branch.kind == "prismatic":
-        return (Column(branch.joint.name, branch, 0, True, branch.on_body.angle),)
-    return (Column(branch.joint.name, branch),)
+        return (FileCoordinate(branch.joint.name, branch, 0, True, branch.on_body.angle),)
+    return (FileCoordinate(branch.joint.name, branch),)
 
 
 def numbers(unit: float, *values: float) -> str:
