@@ -89,13 +89,9 @@ def as_spread(value: Any, name: str) -> str | SlenderRod | SecondMoments | None:
     if isinstance(value, SlenderRod):
         return SlenderRod(number(value.angle, "angle", name, "spread.angle"))
     if isinstance(value, SecondMoments):
-        values = (value.xx, value.yy, value.xy)
-        return SecondMoments(
-            *(
-                number(part, "inertia", name, f"spread.{key}")
-                for key, part in zip(("xx", "yy", "xy"), values, strict=True)
-            )
-        )
+        keys = ("xx", "yy", "xy")
+        moments = (number(getattr(value, k), "inertia", name, f"spread.{k}") for k in keys)
+        return SecondMoments(*moments)
     raise ModelError(
         f"'{name}': spread must be \"point\", SlenderRod(angle) or SecondMoments(xx, yy, xy), not "
         f"{value!r}",

@@ -420,32 +420,26 @@ def whole(machine: Mechanism) -> tuple[Any, ...]:
     }
     turning = [d for d in machine.drivers if d.angular]
     angles = {name for d in turning for name in (d.name, getattr(d, "body", d.name))}
+    given = [machine.ask.at if machine.ask else {}]
+    given += [question.at for question in machine.questions.values()]
     positions = [
         {
             name: [_worth(machine, v, DIMENSIONS["angle"] if name in angles else None) for v in row]
             for name, row in at.items()
         }
-        for at in (
-            machine.ask.at if machine.ask else {},
-            *(question.at for question in machine.questions.values()),
-        )
+        for at in given
     ]
     sought = {
         name: [
-            (
-                one.name,
-                one.unit,
-                *(_worth(machine, p, None) for p in (one.start, one.low, one.high)),
-            )
+            (one.name, one.unit, [_worth(machine, p, None) for p in (one.start, one.low, one.high)])
             for one in question.unknowns
         ]
         for name, question in machine.questions.items()
     }
-    return (
-        *(machine.name, machine.units, machine.g, machine.ground, machine.source, machine.note),
-        *(machine.bodies, machine.joints, machine.couplings, machine.drivers, machine.loads),
-        *({name: _stated(machine, value) for name, value in machine.parameters.items()}, following),
-        *(machine.measures, machine.ask and replace(machine.ask, at={}), positions, sought),
-        _simulated(machine),
-        {n: replace(q, unknowns="x", at={}) for n, q in machine.questions.items()},
-    )
+    title = machine.name, machine.units, machine.g, machine.ground, machine.source, machine.note
+    elements = machine.bodies, machine.joints, machine.couplings, machine.drivers, machine.loads
+    parameters = {name: _stated(machine, value) for name, value in machine.parameters.items()}
+    instants = machine.ask and replace(machine.ask, at={})
+    questions = {n: replace(q, unknowns="x", at={}) for n, q in machine.questions.items()}
+    studies = machine.measures, instants, positions, sought, _simulated(machine), questions
+    return (*title, *elements, parameters, following, *studies)

@@ -272,16 +272,14 @@ def roller(i, j, p, f):
     slope = p[5] * f[1]
     k = slope / length
     nx, ny = ux - k * uy, uy + k * ux
-    blocks = (
-        *(-nx, -ny, nx * piy - ny * pix - slope, 0.0, 0.0, 0.0),
-        *(nx, ny, ny * pjx - nx * pjy, 0.0, 0.0, 0.0),
-    )
+    block_i = (-nx, -ny, nx * piy - ny * pix - slope, 0.0, 0.0, 0.0)
+    block_j = (nx, ny, ny * pjx - nx * pjy, 0.0, 0.0, 0.0)
     # with w = t·ḋ/|d| the rate of ∠d: ψ̇ = ±(ω_i − w), and the rest of ∠d¨ is −2 (u·ḋ) w/|d|
     out, w = ux * dvx + uy * dvy, (ux * dvy - uy * dvx) / length
     rate = i[7] - w
     rest = length * w * w - f[2] * rate * rate - 2.0 * k * out * w
     gamma = -(nx * dax + ny * day + rest)
-    return (length - f[0] - p[6], 0.0), blocks, (0.0, 0.0), (gamma, 0.0)
+    return (length - f[0] - p[6], 0.0), (*block_i, *block_j), (0.0, 0.0), (gamma, 0.0)
 
 
 @inline
@@ -299,12 +297,10 @@ def face(i, j, p, f):
     ny, nx = sincos(j[2] + p[4])
     slope = p[6] * f[1]
     above, aside = nx * dx + ny * dy, nx * dy - ny * dx
-    blocks = (
-        *(-nx, -ny, nx * piy - ny * pix - slope, 0.0, 0.0, 0.0),
-        *(nx, ny, ny * pjx - nx * pjy + aside + slope, 0.0, 0.0, 0.0),
-    )
+    block_i = (-nx, -ny, nx * piy - ny * pix - slope, 0.0, 0.0, 0.0)
+    block_j = (nx, ny, ny * pjx - nx * pjy + aside + slope, 0.0, 0.0, 0.0)
     # n̈·d = α m·d − ω² n·d, 2ṅ·ḋ = 2ω m·ḋ
     w, rate = j[7], i[7] - j[7]
     turning = 2.0 * w * (nx * dvy - ny * dvx) - w * w * above - f[2] * rate * rate
     gamma = -(nx * dax + ny * day + turning)
-    return (above - f[0], 0.0), blocks, (0.0, 0.0), (gamma, 0.0)
+    return (above - f[0], 0.0), (*block_i, *block_j), (0.0, 0.0), (gamma, 0.0)

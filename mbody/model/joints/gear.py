@@ -150,10 +150,8 @@ def gear(i, j, p, f):
     w = p[4] * i[7] + p[5] * j[7]
     across, along = c * dy - s * dx, c * dx + s * dy
     # ∂Φ/∂θ = n·∂d/∂θ − (u·d) ∂ψ/∂θ
-    blocks = (
-        *(s, -c, -s * piy - c * pix - p[4] * along, 0.0, 0.0, 0.0),
-        *(-s, c, s * pjy + c * pjx - p[5] * along, 0.0, 0.0, 0.0),
-    )
+    block_i = (s, -c, -s * piy - c * pix - p[4] * along, 0.0, 0.0, 0.0)
+    block_j = (-s, c, s * pjy + c * pjx - p[5] * along, 0.0, 0.0, 0.0)
     # Φ̈ = n·d̈ − 2w u·ḋ − w² n·d − ẇ u·d
     gamma = w * w * across + 2.0 * w * (c * dvx + s * dvy) - (c * day - s * dax)
-    return (across, 0.0), blocks, (0.0, 0.0), (gamma, 0.0)
+    return (across, 0.0), (*block_i, *block_j), (0.0, 0.0), (gamma, 0.0)

@@ -117,10 +117,8 @@ def rack(i, j, p, f):
     (pix, piy, pjx, pjy), (dx, dy), (dvx, dvy), (dax, day) = between(i, j, p[0], p[1], p[2], p[3])
     ux, uy = turned(i[3], i[4], p[4], p[5])
     w, r = i[7], p[6]
-    blocks = (
-        *(-ux, -uy, ux * dy - uy * dx + ux * piy - uy * pix - r, 0.0, 0.0, 0.0),
-        *(ux, uy, uy * pjx - ux * pjy + r, 0.0, 0.0, 0.0),
-    )
+    block_i = (-ux, -uy, ux * dy - uy * dx + ux * piy - uy * pix - r, 0.0, 0.0, 0.0)
+    block_j = (ux, uy, uy * pjx - ux * pjy + r, 0.0, 0.0, 0.0)
     along = ux * dx + uy * dy
     gamma = w * w * along - 2.0 * w * (ux * dvy - uy * dvx) - (ux * dax + uy * day)
-    return (along + r * (j[2] - i[2]), 0.0), blocks, (0.0, 0.0), (gamma, 0.0)
+    return (along + r * (j[2] - i[2]), 0.0), (*block_i, *block_j), (0.0, 0.0), (gamma, 0.0)

@@ -159,12 +159,14 @@ class ReciprocatingCylinder(Load):
         near, far = (self.far, self.near) if opposite else (self.near, self.far)
         way = 1.0 if far > near else -1.0
         gas = self.bulk_modulus is None
-        told = charge(
-            *(way * (coordinate - near), way * rate, abs(far - near), self.clearance),
-            *(self.suction, self.delivery, self.exponent if gas else self.bulk_modulus),
-            *(float(gas), self.ambient, float(not shut)),
+        travelled, stroke = way * (coordinate - near), abs(far - near)
+        stiff = self.exponent if gas else self.bulk_modulus
+        valves = self.suction, self.delivery
+        law = stiff, float(gas), self.ambient
+        found = charge(
+            travelled, way * rate, stroke, self.clearance, *valves, *law, float(not shut)
         )
-        return float(told)
+        return float(found)
 
     def actions(self, at: Numbers) -> list[ForcePrimitive]:
         """An action for each chamber: as of `PistonPressure`, then what `charge` takes, counted
