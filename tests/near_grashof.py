@@ -22,7 +22,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 import mbody
-from mbody import AngleDriver, Body, ConstantSpeed, Mechanism, Revolute, SolveError
+from mbody import AngleDriver, Body, Mechanism, Revolute, SolveError
+from mbody.laws import ConstantSpeed
 from mbody.system.system import System
 
 INSTANTS = (5, 13, 37, 361)
@@ -234,7 +235,7 @@ def left_at(made: Linkage, angles: dict[str, np.ndarray]) -> np.ndarray | None:
 
 
 def _said(run: mbody.Solution) -> bool:
-    """Whether the result tells that its branch is in doubt, is not that of the first design, or
+    """Whether the result reports that its branch is in doubt, is not that of the first design, or
     that it passed a change point.
     """
     told = ("change point", "another branch")

@@ -11,27 +11,24 @@ import mbody
 from mbody import (
     AngleDriver,
     Body,
-    ConstantAcceleration,
-    ConstantSpeed,
     CoordinateDriver,
     Distance,
     DistanceDriver,
     Fixed,
-    Function,
     Mechanism,
     ModelError,
-    ModelWarning,
     Revolute,
     SolveError,
     Spring,
-    Table,
     Torque,
     assemble,
-    close_loops,
     kinematics,
     kinetostatics,
     statics,
 )
+from mbody.engineering import close_loops
+from mbody.errors import ModelWarning
+from mbody.laws import ConstantAcceleration, ConstantSpeed, Function, Table
 from mbody.makers import makers
 from tests.errors import solving
 from tests.errors.catalogue import told
@@ -65,7 +62,7 @@ def number_after(text, sentence):
     return float(re.search(re.escape(text) + r" ?(-?[0-9.]+)", sentence).group(1))
 
 
-# -- what is asked for ------------------------------------------------------------------------
+# -- requests -----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("analysis", ANALYSES)
@@ -151,7 +148,7 @@ def test_tables_are_asked_within_their_range():
 
 @pytest.mark.parametrize("analysis", ANALYSES)
 def test_loops_that_cannot_close(analysis):
-    # the crank stands at 60°, so coupler and rocker must span A–O4
+    # the crank is at 60°, so coupler and rocker must span A–O4
     machine = four_bar(lengths=(1.0, 1.0, 1.0, 4.0))
     gap = math.dist((0.5, math.sqrt(0.75)), (4.0, 0.0)) - 2.0
     with says(SolveError, " m at 'A'", "'crank' and 'coupler'", "check lengths") as caught:
@@ -248,7 +245,7 @@ def test_a_dead_centre_on_the_way(speed, at, instants):
 @pytest.mark.parametrize("analysis", ANALYSES[:3])
 @pytest.mark.parametrize("at", [STRETCHED, FOLDED])
 @pytest.mark.parametrize("guess", [None, "exact"])
-@pytest.mark.filterwarnings("ignore::mbody.ModelWarning")  # a rough guess is far from it
+@pytest.mark.filterwarnings("ignore::mbody.errors.ModelWarning")  # a rough guess is far from it
 def test_a_start_at_a_dead_centre(analysis, at, guess):
     if guess:
         line = math.atan2(ROCKER * math.sin(at), GROUND + ROCKER * math.cos(at))
@@ -356,7 +353,7 @@ def test_velocities_at_a_dead_centre():
     """A ram that moves a slider at the end of its stroke: no crank speed agrees with it."""
     driven = mbody.makers.slider_crank(1.0, 3.0, start=0.0)
     machine = mbody.Mechanism("press", ground={"O": (0.0, 0.0), "guide": (0.0, 0.0)})
-    ram = mbody.CoordinateDriver("ram", "ground.O", "slider.B", mbody.ConstantSpeed(4.0, -0.5))
+    ram = mbody.CoordinateDriver("ram", "ground.O", "slider.B", mbody.laws.ConstantSpeed(4.0, -0.5))
     machine.add(*driven.bodies, *driven.joints, ram)
     with pytest.raises(mbody.SolveError, match=r"'ram'.*dead centre"):
-        mbody.close_loops(machine)
+        close_loops(machine)

@@ -7,18 +7,9 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import (
-    AngleDriver,
-    Body,
-    Mechanism,
-    Revolute,
-    SolveError,
-    Torque,
-    Unknown,
-    cli,
-    solve_for,
-)
+from mbody import AngleDriver, Body, Mechanism, Revolute, SolveError, Torque, cli, solve_for
 from mbody.makers import makers
+from mbody.model.study import Question, Unknown
 from tests import extrema_scan
 from tests.linkages import held_bar
 
@@ -57,7 +48,7 @@ def test_the_greatest_effort_of_a_part_of_a_turn(turn, bounded):
 
 
 def test_an_angle_comes_back_after_a_turn(turn):
-    """Without bounds the whole turn is searched, and a place that is nearest to the start told."""
+    """Without bounds the whole turn is searched, and the place nearest to the start is given."""
     _, effort = turn
     greatest = solve_for(reviewed(), "motor.value", greatest="motor.effort")
     least = solve_for(reviewed(), "motor.value", least="motor.effort")
@@ -69,7 +60,7 @@ def test_an_angle_comes_back_after_a_turn(turn):
 
 
 def test_a_length_between_side_conditions():
-    """The design as it stands meets them; the least force is that of a scan of the length."""
+    """The design as it is meets them; the least force is that of a scan of the length."""
     sides = ["rocker.angle >= 60 deg", "rocker.angle <= 170 deg"]
     answer = solve_for(reviewed(), "rocker.B.x", side_conditions=sides, least="O4.force")
     (found,) = answer.solutions
@@ -116,7 +107,7 @@ def test_a_value_that_is_only_come_near_to():
 
 def test_the_command_tells_a_doubt(capsys, tmp_path):
     machine = makers.four_bar(1, 3, 2.5, 3.5)
-    machine.questions["most"] = mbody.Question(
+    machine.questions["most"] = Question(
         Unknown("coupler.B.x", low=0.5, high=5.0), greatest="rocker.angle"
     )
     path = tmp_path / "model.toml"

@@ -10,7 +10,6 @@ import mbody
 from mbody import (
     AngleDriver,
     Body,
-    ConstantSpeed,
     Gravity,
     Marker,
     Mechanism,
@@ -19,7 +18,6 @@ from mbody import (
     Revolute,
     SimulationSettings,
     SolveError,
-    close_loops,
     gallery,
     kinematics,
     kinetostatics,
@@ -27,7 +25,9 @@ from mbody import (
     mobility,
     simulate,
 )
+from mbody.engineering import close_loops
 from mbody.engines.oracle import Reference
+from mbody.laws import ConstantSpeed
 from mbody.makers import makers
 from mbody.model.driver import CoordinateDriver
 from tests.errors import starting
@@ -240,7 +240,7 @@ motor = { angle = "crank", law = 0 }
 
 
 def test_the_sentence_of_a_dead_centre_stays():
-    """A driver that cannot drive is told as before, at the start of a motion too."""
+    """A driver that cannot drive is reported as before, at the start of a motion too."""
     machine = Mechanism("rod")
     machine.add(
         Body("bob", mass=1.0, inertia=0.1, guess=0.0),

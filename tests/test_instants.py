@@ -1,4 +1,4 @@
-"""The instants that are asked for by values of a driver, against its law."""
+"""Instants requested by values of a driver, against its law."""
 
 import math
 
@@ -10,29 +10,31 @@ import mbody
 from mbody import (
     AngleDriver,
     Body,
-    Cam,
-    ConstantAcceleration,
-    ConstantSpeed,
     CoordinateDriver,
     DistanceDriver,
-    Dwell,
-    Harmonic,
-    Instants,
     Mechanism,
     ModelError,
-    Polynomial,
     Prismatic,
     Revolute,
-    Rise,
-    Table,
-    from_text,
+    from_toml,
     kinematics,
     kinetostatics,
     statics,
-    to_text,
+    to_toml,
 )
 from mbody.analysis.driven.requests import asked
+from mbody.laws import (
+    Cam,
+    ConstantAcceleration,
+    ConstantSpeed,
+    Dwell,
+    Harmonic,
+    Polynomial,
+    Rise,
+    Table,
+)
 from mbody.makers import makers
+from mbody.model.study import Instants
 from tests.test_errors import says
 
 ROUNDED = 2.3e-16
@@ -168,7 +170,7 @@ def test_two_drivers():
 
 
 def test_drivers_that_rest():
-    """They are put where they are asked for; one that moves says when."""
+    """They are where they are requested; one that moves says when."""
     assert of_arm({"m1": [1.1, "q"]}, 0.1, 0.2)[1:] == ([1.1, math.radians(30)], [0.2, 0.2])
     assert of_arm({"m1": [1.1, 1.2], "b": 0.5}, 0.1, ConstantSpeed(0.2, 0.0))[2] == [0.5, 0.5]
     assert of_arm({"m1": 1.1, "m2": 0.2}, MOVING, 0.2)[0] == pytest.approx([1.0])
@@ -281,8 +283,8 @@ def test_questions_of_a_file():
         ('angle = "rad"\n', 'at = { motor = [0.7, "40 deg"] }', [0.7, math.radians(40)]),
         ("", 'at = { t = ["50 ms", 0.1] }', [0.6, 0.7]),
     ):
-        made = from_text(f"{head}{text}\n[ask]\n{table}")
+        made = from_toml(f"{head}{text}\n[ask]\n{table}")
         assert_allclose(asked(made, "kinematics")["crank"].angle, expected, rtol=1e-13)
-        again = from_text(to_text(made))
+        again = from_toml(to_toml(made))
         assert again == made
         np.testing.assert_array_equal(asked(again, "kinematics").t, asked(made, "kinematics").t)

@@ -8,6 +8,7 @@ import pytest
 import mbody
 from mbody import Body, CamFollower, Gravity, Mechanism, Revolute, Rolling, Spring, cli, gallery
 from mbody.analysis.driven.requests import asked
+from mbody.engineering import close_loops
 from mbody.engines.mjcf import to_mjcf
 from mbody.engines.mujoco import opinion
 from mbody.laws import Harmonic
@@ -22,7 +23,7 @@ WHOLE = (
     *("norton_fourbar", "simple_pendulum", "stephenson_sixbar", "watt_sixbar"),
 )
 #: Of those, where constraints of MuJoCo lie near to depending on each other or carry accelerations
-#: a hundred times those that remain: what it lets go, 1e-4 of them, grows by as much.
+#: a hundred times those that remain: what it gives way by, 1e-4 of them, grows by as much.
 HARDER = {"andrews_squeezer": 1e-2, "watt_sixbar": 1e-2}
 #: Models with bodies without mass, loads that it does not have, or gears.
 OTHERS = (
@@ -80,7 +81,7 @@ def test_mujoco_reads_the_file_and_moves_alike(name):
     mass = run.system.mass[: run.system.coordinates, 0].reshape(-1, 3)
     rates = [[run[b].vx[0], run[b].vy[0], run[b].omega[0]] for b in run]
     assert whole == pytest.approx(0.5 * np.sum(mass * np.square(rates)), rel=1e-12, abs=1e-300)
-    # its constraints are soft: with 0.9999, it lets go 1e-4 of what they hold
+    # its constraints are soft: with 0.9999, it gives way by 1e-4 of what they fix
     assert np.abs(data.qacc - a[0]).max() < HARDER.get(name, 1e-3) * size(v, a)
 
 
@@ -266,7 +267,7 @@ def test_what_a_file_cannot_hold_is_named():
         Gravity("shake", x=Harmonic(0.0, 1.0, 2.0)),
         mbody.RackPinion("rack", "crank", "lever", radius=0.1),
     )
-    start = mbody.close_loops(crank_and_lever())
+    start = close_loops(crank_and_lever())
     told = {one.element for one in to_mjcf(machine, start).not_expressible}
     assert told == {"stop", "pull", "none", "shake", "rack"}
 

@@ -11,7 +11,6 @@ from numpy.testing import assert_allclose
 from mbody import (
     AngleDriver,
     Body,
-    ConstantSpeed,
     Damper,
     Force,
     Gravity,
@@ -23,17 +22,17 @@ from mbody import (
     TorsionDamper,
     TorsionSpring,
     assemble,
-    close_loops,
     equilibrium,
     gallery,
-    in_units,
     kinetostatics,
     linearize,
     modes,
-    momentum,
     simulate,
 )
 from mbody.cli import main
+from mbody.engineering import close_loops, momentum
+from mbody.files.model import in_units
+from mbody.laws import ConstantSpeed
 from mbody.makers import makers
 
 pytestmark = pytest.mark.processor
@@ -356,7 +355,7 @@ def test_a_block_in_oil():
     ],
 )
 def test_drag_and_friction(law, damping, told):
-    """The damping of c v + q v |v| + μ sign v is c; the jump is told."""
+    """The damping of c v + q v |v| + μ sign v is c; the jump is noted."""
     machine = Mechanism("drag", ground={"O": (-1.0, 0.0)})
     machine.add(Body("block", mass=2.0), Prismatic("rail", "ground", "block"))
     machine.add(Spring("s", "ground.O", "block", stiffness=50.0, free_length=1.0))

@@ -15,24 +15,20 @@ import mbody
 from mbody import (
     AngleDriver,
     Body,
-    Cam,
-    ConstantSpeed,
     Force,
     Marker,
     Mechanism,
     ModelError,
-    PistonPressure,
-    ReciprocatingCylinder,
     Revolute,
-    Rise,
     Spring,
-    Table,
     engineering,
     kinetostatics,
     statics,
 )
 from mbody.compiler.lanes import LANES
+from mbody.laws import Cam, ConstantSpeed, Rise, Table
 from mbody.makers import makers
+from mbody.model.loads import PistonPressure, ReciprocatingCylinder
 from tests.linkages import random_linkage, times_within
 from tests.oracle_runs import assert_checked, assert_forces, assert_motion, forces_of
 
@@ -151,7 +147,7 @@ def test_just_below_a_turn_is_none():
 
 
 def test_a_second_cylinder_behind_the_first():
-    """Its phase takes the angle back by what its crank stands behind."""
+    """Its phase takes the angle back by what its crank is behind."""
     first = PistonPressure("gas", "ground", "slider.B", "crank", 1.0, head=CYCLE)
     second = PistonPressure("gas", "ground", "slider.B", "crank", 1.0, head=CYCLE, phase=-0.7)
     at = np.linspace(0.4, 2.6, 12)
@@ -274,7 +270,7 @@ def test_tables_beside_the_model(tmp_path):
     assert_allclose(push(run, "ramp"), 40.0 * run.t**2, rtol=SWEEP)
     place = 100.0 + run["slider"].x
     assert_allclose(push(run, "charge"), -10.0 * (place - 104.0) ** 2, rtol=1e-9, atol=1e-9)
-    assert mbody.from_text(mbody.to_text(machine)) == machine
+    assert mbody.from_toml(mbody.to_toml(machine)) == machine
 
 
 # -- between valves ---------------------------------------------------------------------------

@@ -12,8 +12,6 @@ from mbody import (
     AngleCoupling,
     AngleDriver,
     Body,
-    CentrifugalField,
-    ConstantSpeed,
     CoordinateDriver,
     CouplingTerm,
     Force,
@@ -22,21 +20,23 @@ from mbody import (
     Mechanism,
     ModelError,
     Prismatic,
-    Question,
     Revolute,
-    SecondMoments,
     SolveError,
     Spring,
     Torque,
-    Unknown,
     cli,
-    from_text,
+    from_toml,
     gallery,
-    in_units,
     solve_for,
-    to_text,
+    to_toml,
 )
+from mbody.files.model import in_units
+from mbody.laws import ConstantSpeed
 from mbody.makers import makers
+from mbody.model.body import SecondMoments
+from mbody.model.loads import CentrifugalField
+from mbody.model.study import Question, Unknown
+from mbody.quantities import convert
 from tests.linkages import held_bar
 
 # -- straight in the unknowns -----------------------------------------------------------------
@@ -103,7 +103,7 @@ def test_two_unknowns_at_an_instant_of_the_law():
 
 
 def test_a_parameter_and_a_unit():
-    """A preload that holds a lever: P a = F b, told in pounds."""
+    """A preload that holds a lever: P a = F b, in pounds."""
     machine = Mechanism("lever", parameters={"pull": "1 N", "arm": "0.3 m"})
     machine.add(
         Body("lever", points={"A": (0.5, 0.0), "B": ("arm", 0.0)}),
@@ -230,7 +230,7 @@ def test_both_elbows():
 
 
 def test_a_length():
-    """How long the coupler is so that the rocker stands at 100 degrees: from the places alone."""
+    """How long the coupler is so that the rocker is at 100 degrees: from the places alone."""
     machine = Mechanism("four-bar", parameters={"c": "3 m"}, ground={"C": (3.5, 0.0)})
     machine.add(
         Body("crank", points={"A": (1.0, 0.0)}),
@@ -307,14 +307,14 @@ at = {{ motor = {start} }}
 
 @pytest.mark.parametrize(("angle", "start", "high"), [("deg", 20, 80), ("rad", 0.3, 1.4)])
 def test_questions_of_a_file_come_back(angle, start, high):
-    machine = from_text(MODEL.format(angle=angle, start=start, high=high))
+    machine = from_toml(MODEL.format(angle=angle, start=start, high=high))
     assert list(machine.questions) == ["rest", "place", "most"]
     place = machine.questions["place"].unknowns[0]
     assert place.start == pytest.approx(math.radians(20.0) if angle == "deg" else 0.3)
-    again = from_text(to_text(machine))
+    again = from_toml(to_toml(machine))
     assert again == machine
     assert again.questions.keys() == machine.questions.keys()
-    other = mbody.in_units(machine, "in-lbf-s")
+    other = in_units(machine, "in-lbf-s")
     for name, question in machine.questions.items():
         for one, two in zip(
             solve_for(machine, question).solutions,
@@ -322,20 +322,20 @@ def test_questions_of_a_file_come_back(angle, start, high):
             strict=True,
         ):
             for key, value in one.unknowns.items():
-                converted = mbody.convert(value, one.units[key] or "1", two.units[key] or "1")
+                converted = convert(value, one.units[key] or "1", two.units[key] or "1")
                 assert two.unknowns[key] == pytest.approx(converted, rel=1e-9, abs=1e-9)
 
 
 def test_a_place_between_bounds():
-    machine = from_text(MODEL.format(angle="deg", start=20, high=80))
+    machine = from_toml(MODEL.format(angle="deg", start=20, high=80))
     (found,) = solve_for(machine, machine.questions["place"]).solutions
     assert found.unknowns["motor.value"] == pytest.approx(math.asin(0.5), rel=1e-12)
     assert found.units["motor.value"] == "rad"
 
 
 def test_different_questions_are_different():
-    one = from_text(MODEL.format(angle="deg", start=20, high=80))
-    two = from_text(MODEL.format(angle="deg", start=20, high=81))
+    one = from_toml(MODEL.format(angle="deg", start=20, high=80))
+    two = from_toml(MODEL.format(angle="deg", start=20, high=81))
     assert one != two
 
 
@@ -371,7 +371,7 @@ def test_the_command_for_people(capsys):
 
 
 def test_a_case_without_an_answer(capsys, tmp_path):
-    """The others are answered all the same; the exit status tells."""
+    """The others are answered all the same; the exit status says so."""
     text = MODEL.format(angle="deg", start=20, high=80).replace("100 mm", "900 mm")
     path = tmp_path / "model.toml"
     path.write_text(text)
@@ -400,11 +400,11 @@ def test_a_case_without_an_answer(capsys, tmp_path):
     ],
 )
 def test_numbers_of_something_else_are_told_where_the_file_is_read(lines, words):
-    """Before anything is asked, with the line; and as a sentence when they are taken to units."""
-    text = to_text(gallery.load("slider_crank"))
+    """Before any analysis, with the line; and as a sentence when they are taken to units."""
+    text = to_toml(gallery.load("slider_crank"))
     table = f'\n[solve.size]\n{lines}\nconditions = "motor.effort = 0"\n'
     with pytest.raises(ModelError) as caught:
-        from_text(text + table)
+        from_toml(text + table)
     assert "solve.size: " in str(caught.value) and words in str(caught.value)
     machine = gallery.load("slider_crank")
     question = tomllib.loads(table)["solve"]["size"]

@@ -22,6 +22,7 @@ from mbody import (
     SimulationSettings,
     TorsionSpring,
 )
+from mbody.engineering import close_loops
 from mbody.makers import makers
 
 TURN = 2.0 * math.pi
@@ -170,7 +171,7 @@ def chained_five_bar(turns: int) -> Mechanism:
 
 @pytest.mark.parametrize("turns", TURNS)
 def test_a_chain_does_not_turn_a_guess_back(turns):
-    """By hand: cranks parallel at 60°, so that the couplers stand on them as an even triangle."""
+    """By hand: cranks parallel at 60°, so that the couplers form an equilateral triangle."""
     run = mbody.kinematics(chained_five_bar(turns))
     assert run["two"].angle[0] == pytest.approx(math.radians(60), abs=1e-12)
     height = math.sqrt(2.5**2 - 1.5**2)
@@ -190,7 +191,7 @@ def geared(turns: int) -> Mechanism:
 
 @pytest.mark.parametrize("turns", TURNS)
 def test_wheels_mesh_as_they_stand_at_0_however_a_guess_is_turned(turns):
-    """3 θ_a + 2 θ_b = 0 when both stand at 0 in the phase 0."""
+    """3 θ_a + 2 θ_b = 0 when both are at 0 in the phase 0."""
     run = mbody.kinematics(geared(turns))
     assert run["b"].angle[0] == pytest.approx(-0.9, abs=1e-12)
 
@@ -210,7 +211,7 @@ def test_a_rack_and_a_winch_do_not_turn_a_guess_back(turns):
             -0.8,
         ),
     )  # fmt: skip
-    run = mbody.close_loops(machine)
+    run = close_loops(machine)
     plain = run["pinion"].angle[0], run["drum"].angle[0]
     # Φ of both by hand; the turns stay those of the motion of the rack, which began near 0
     assert run.point("rack").x[0] == pytest.approx(plain[0], abs=1e-12)
@@ -228,5 +229,5 @@ def test_a_fixed_pair_of_guesses_a_turn_apart_closes_at_once():
             Prismatic("slide", "coupler", "block"),
             AngleDriver("never", "block", "0.3 rad"),
         )
-        found.append(mbody.close_loops(machine.without("never", "motor"))["coupler"].angle[0])
+        found.append(close_loops(machine.without("never", "motor"))["coupler"].angle[0])
     np.testing.assert_allclose(found[1:], found[0], atol=1e-12)

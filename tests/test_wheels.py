@@ -9,7 +9,6 @@ import mbody
 from mbody import (
     AngleDriver,
     Body,
-    ConstantSpeed,
     CoordinateDriver,
     Force,
     Gear,
@@ -26,6 +25,8 @@ from mbody import (
     Torque,
 )
 from mbody.engines.oracle import Reference
+from mbody.errors import ModelWarning
+from mbody.laws import ConstantSpeed
 from tests.agreement import assert_agrees
 from tests.errors.solving import gears_apart
 
@@ -66,7 +67,7 @@ def test_a_planetary_train_turns_by_williss_formula():
     for mesh in ("inner", "outer"):
         tooth = run.reaction(mesh)
         assert tooth.magnitude == pytest.approx(load * carrier / speed / sun, rel=1e-11)
-        assert np.abs(tooth.torque).max() < 1e-11  # told at the pitch point, where it has none
+        assert np.abs(tooth.torque).max() < 1e-11  # at the pitch point, where it has none
     # the tooth forces do not pull along the line of centres
     pin = run.point("carrier.P")
     along = run.reaction("inner").fx * pin.x + run.reaction("inner").fy * pin.y
@@ -81,7 +82,7 @@ def test_a_pair_on_fixed_centres_accelerates_its_inertias():
         Revolute("A", "ground.A", "a"),
         Revolute("B", "ground.B", "b"),
         Gear("mesh", "a", "b", radius_i=2.0, radius_j=1.0),
-        AngleDriver("motor", "a", mbody.ConstantAcceleration(0.0, 3.0, 4.0)),
+        AngleDriver("motor", "a", mbody.laws.ConstantAcceleration(0.0, 3.0, 4.0)),
     )
     run = mbody.kinetostatics(machine, t=[0.0, 0.5, 1.0])
     assert run["b"].omega == pytest.approx(-2.0 * run["a"].omega, rel=CLOSE)
@@ -140,11 +141,11 @@ def test_a_rack_is_pushed_by_the_torque_over_the_radius():
         Revolute("O", "ground.O", "pinion"),
         Prismatic("guide", "ground", "rack"),
         RackPinion("mesh", "rack", "pinion", radius=0.5),
-        AngleDriver("motor", "pinion", mbody.ConstantAcceleration(0.0, 2.0, 3.0)),
+        AngleDriver("motor", "pinion", mbody.laws.ConstantAcceleration(0.0, 2.0, 3.0)),
         Force("cut", "rack", 10.0, angle=math.pi),
     )
     run = mbody.kinetostatics(machine, t=[0.0, 0.7])
-    # the pinion stands above the rack and pushes it the way that its lowest point goes, +r ω
+    # the pinion is above the rack and pushes it the way that its lowest point goes, +r ω
     assert run["rack"].vx == pytest.approx(0.5 * run["pinion"].omega, rel=CLOSE)
     push = 10.0 + 4.0 * 0.5 * 3.0
     assert run.effort("motor") == pytest.approx(0.5 * push + 0.3 * 3.0, rel=1e-11)
@@ -173,7 +174,7 @@ def test_a_wheel_rolls_down_a_slope_only_if_it_is_held():
     assert run.contact("road") == pytest.approx(normal, rel=1e-11)
     assert np.abs(tangential).max() < 1e-11 * m * g  # at constant speed nothing holds the rim
     assert np.abs(contact.torque).max() < 1e-11
-    # accelerated, the rim is held by T = I α/r
+    # accelerated, the rim is retained by T = I α/r
     faster = mbody.kinetostatics(machine, drive={"pull": (0.0, 0.0, 2.0)}).reaction("road")
     tangential = faster.fx * math.cos(slope) + faster.fy * math.sin(slope)
     assert tangential == pytest.approx(-inertia * 2.0 / r**2, rel=1e-11)
@@ -298,7 +299,7 @@ def everything_in_one_loop():
         Prismatic("guide", guide, "rack"),
         Rolling("rim", "ground.C", "planet", radius=0.4, on_radius=1.5, internal=True),
         Gear("second", "lever", "planet", radius_i=0.7, radius_j=0.4),
-        AngleDriver("motor", "a", mbody.ConstantAcceleration(0.2, 1.5, 0.4)),
+        AngleDriver("motor", "a", mbody.laws.ConstantAcceleration(0.2, 1.5, 0.4)),
         Gravity("gravity", y=-9.81),
         Torque("load", "planet", value=2.0),
         Force("cut", "rack", 3.0, angle=0.4),
@@ -325,5 +326,5 @@ def test_a_guess_elsewhere_on_the_rim_is_told_by_how_far():
         Rolling("rim", "ground", "w", radius=0.2, on_radius=1.0, internal=True),
         AngleDriver("motor", "w", 0.0),
     )
-    with pytest.warns(mbody.ModelWarning, match=r"'w' came out 1\.131 m from where the guess"):
+    with pytest.warns(ModelWarning, match=r"'w' came out 1\.131 m from where the guess"):
         assert mbody.kinematics(machine)["w"].x == pytest.approx(0.8)

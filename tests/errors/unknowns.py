@@ -2,19 +2,9 @@
 
 from unittest import mock
 
-from mbody import (
-    AngleDriver,
-    Body,
-    Force,
-    Mechanism,
-    Question,
-    Revolute,
-    Torque,
-    Unknown,
-    from_text,
-    solve_for,
-)
+from mbody import AngleDriver, Body, Force, Mechanism, Revolute, Torque, from_toml, solve_for
 from mbody.makers import makers
+from mbody.model.study import Question, Unknown
 from tests.errors.command import said
 from tests.errors.models import four_bar
 
@@ -45,7 +35,7 @@ def ask(*args, machine=None, **more):
 
 
 def hopeless():
-    """No value of the unknowns makes it later; two starts tell that as well as a dozen."""
+    """No value of the unknowns makes it later; two starts show that as well as a dozen."""
     few = mock.patch.multiple("mbody.analysis.inverse.several_unknowns", STARTS=1, SAMPLES=2)
     with few:
         solve_for(braked(), ["motor.rate", "brake"], side_conditions="t >= 1 s", least="A.force")
@@ -66,7 +56,7 @@ def arm():
 
 
 def model(text):
-    return lambda: from_text(
+    return lambda: from_toml(
         '[bodies]\narm = { mass = 1 }\n[joints]\nO = { revolute = ["ground", "arm"] }\n'
         '[drivers]\nmotor = { angle = "arm", law = 0 }\n' + text
     )

@@ -19,6 +19,7 @@ from mbody.analysis.driven.runner import Runner
 from mbody.analysis.driven.time_grid import plan
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.compiler import cache
+from mbody.quantities import deg
 
 machine = functools.cache(gallery.load)
 
@@ -61,7 +62,7 @@ def made(model):
 
 def windows(count):
     """Four-bars of equal rods in a row, upright (IFToMM A02, any number of them)."""
-    upright = mbody.deg(90)
+    upright = deg(90)
 
     def rod(name, angle):
         return mbody.makers.bar(name, 1.0, mass=1.0, guess=angle)
@@ -140,7 +141,7 @@ class Beside:
 
 
 #: Calls of functions within kernels, counted in plain Python: shorter motions, whose steps and
-#: evaluations are held against those of compiled code, and positions of a turn.
+#: evaluations are compared with those of compiled code, and positions of a turn.
 CALLS = (
     Motion(FOURBAR, 0.3, "dop853", 1e-8),
     Motion(FOURBAR, 0.3, "dopri5", 1e-6),

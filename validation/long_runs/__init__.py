@@ -8,6 +8,7 @@ import numpy as np
 
 import mbody
 from mbody import AngleDriver, gallery
+from mbody.engineering import close_loops
 from mbody.solution.places import link_poses
 from validation import oscillators
 from validation.case import Row, Source
@@ -49,7 +50,7 @@ def rows() -> list[Row]:
 
 
 def swinging() -> list[Row]:
-    """A pendulum let go level: energy, and the rate where it should stand still."""
+    """A pendulum released level: energy, and the rate where it should be at rest."""
     found = []
     time = PERIODS * PERIOD
     for rtol in RTOLS:
@@ -69,7 +70,7 @@ def swinging() -> list[Row]:
 
 
 def oscillating() -> list[Row]:
-    """A block on a spring, let go at 0.1 m."""
+    """A block on a spring, released at 0.1 m."""
     found = []
     for rtol in RTOLS:
         time = PERIODS * 2.0 * math.pi / oscillators.OMEGA
@@ -106,4 +107,4 @@ def turned(run: mbody.Solution, leaders: tuple[str, ...]) -> mbody.Solution:
     for body in leaders:
         held.add(AngleDriver(f"hold {body}", body, 0.0))
         drive[f"hold {body}"] = (float(run[body].angle[-1]), -float(run[body].omega[-1]))
-    return mbody.close_loops(held, drive=drive, guess=link_poses(run))
+    return close_loops(held, drive=drive, guess=link_poses(run))
