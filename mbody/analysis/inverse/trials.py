@@ -18,7 +18,7 @@ from mbody.analysis.inverse.unknowns import Wanted
 from mbody.analysis.position.assembly_analysis import SUSPICIOUS, check_determined, closed_near
 from mbody.errors import ModelError, ModelWarning, SolveError
 from mbody.laws import Polynomial
-from mbody.model.driver import DRIVEN, Driver
+from mbody.model.driver import DRIVEN
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import meant, moves_nothing, plain
 from mbody.model.study import Instants, Question, Unknown
@@ -104,7 +104,7 @@ class Trials:
     def _driver(self, mechanism: Mechanism, name: str) -> str:
         """The driver whose motion is meant, empty where it is none."""
         owner, _, key = name.partition(".")
-        is_one = owner in mechanism and isinstance(mechanism[owner], Driver)
+        is_one = owner in mechanism and mechanism[owner].role == "driver"
         return owner if is_one and key in DRIVEN else ""
 
     def _freed(self, mechanism: Mechanism, names: set[str]) -> Mechanism:
