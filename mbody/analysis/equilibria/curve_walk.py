@@ -13,7 +13,7 @@ import numpy as np
 
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
 
-__all__ = ["STRIDE", "Curve", "Node", "Walk", "between"]
+__all__ = ["STRIDE", "MotionCurve", "Node", "Walk", "between"]
 
 #: Step of a walk, in model lengths and radians of the fastest coordinate; where the curve is
 #: straight steps grow. No whole part of a turn, so that places of symmetry are not met exactly.
@@ -83,7 +83,7 @@ class Walk:
     corners: list[Place] = field(default_factory=list)
 
 
-class Curve:
+class MotionCurve:
     """The curve through one place whose motions are a single one."""
 
     def __init__(self, manifold: Manifold, start: Place) -> None:
@@ -324,7 +324,7 @@ def independent(rows: Array) -> list[int]:
     return sorted(found)
 
 
-def between(curve: Curve, one: Node, other: Node, part: float) -> Node | None:
+def between(curve: MotionCurve, one: Node, other: Node, part: float) -> Node | None:
     """The node at a part of the way between two neighbours, from the cubic through both."""
     scale = curve.scale
     chord = (other.place.q - one.place.q) / scale

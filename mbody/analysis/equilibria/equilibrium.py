@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.runner import Runner
-from mbody.analysis.driven.time_grid import by_time, plan
+from mbody.analysis.driven.time_grid import by_time
 from mbody.analysis.equilibria.lift_off import lifting
-from mbody.analysis.equilibria.search import ZERO, Rest, Search
+from mbody.analysis.equilibria.search import ZERO, Rest, RestSearch
 from mbody.analysis.equilibria.sentences import Words
 from mbody.analysis.freedom.free_motions import FreeMotion, free_motions, rates_of
-from mbody.analysis.position.assembly_analysis import as_system, closed
+from mbody.analysis.freedom.single_design import single_design, single_time
+from mbody.analysis.position.assembly_analysis import closed
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
 from mbody.errors import ModelError, SolveError, remedy
 from mbody.model.mechanism import Mechanism
@@ -23,12 +24,11 @@ from mbody.solution.doubts import Doubt, doubted
 from mbody.solution.histories import BodyHistory, Reaction, Record
 from mbody.solution.presentation import present
 from mbody.solution.solution import Solution
-from mbody.system.assembler import assemble, with_numbers_of
 from mbody.system.rank import DENSE, too_large
 from mbody.system.read_only import lock
 from mbody.system.system import System
 
-__all__ = ["Equilibria", "Equilibrium", "equilibrium", "released", "search", "stability_of"]
+__all__ = ["Equilibria", "Equilibrium", "equilibrium", "search", "stability_of"]
 
 #: Free motions up to which rest positions are sought; 30 take some ten seconds, and of 60 a descent
 #: no longer ends.
@@ -208,21 +208,9 @@ def equilibrium(
     stable -90
     unstable 90
     """
-    system = released(as_system(model), free)
-    if system.batch is not None:
-        raise ModelError("equilibrium takes one design: choose one of the batch with design(n)")
-    asked = plan(system, t, None, None, None)
-    if len(asked.t) != 1:
-        raise ModelError(f"equilibrium takes one time, not {len(asked.t)}")
-    return search(system, guesses(starts), float(asked.t[0])).equilibria()
-
-
-def released(system: System, free: str | Sequence[str]) -> System:
-    """The system without some of its drivers, with the same numbers."""
-    names = tuple(free) if isinstance(free, (list, tuple, set)) else (free,)
-    if not names:
-        return system
-    return with_numbers_of(assemble(system.mechanism.without(*names)), system.values)
+    system = single_design("equilibrium", model, free)
+    time = single_time("equilibrium", system, t)
+    return search(system, guesses(starts), time).equilibria()
 
 
 def guesses(starts: Any) -> list[Mapping[str, Any] | None]:
@@ -235,7 +223,7 @@ def guesses(starts: Any) -> list[Mapping[str, Any] | None]:
     return [None, *given]
 
 
-def search(system: System, starts: Sequence[Mapping[str, Any] | None], t: float) -> _Found:
+def search(system: System, starts: Sequence[Mapping[str, Any] | None], t: float) -> _RestResults:
     """Look for rest positions from some guesses."""
     found, notes = None, []
     for guess in starts:
@@ -266,17 +254,17 @@ def search(system: System, starts: Sequence[Mapping[str, Any] | None], t: float)
                 f"too many for its search, it takes up to {FREE}: hold some of them by drivers"
             )
         if found is None:
-            found = _Found(system, t, Search(manifold))
+            found = _RestResults(system, t, RestSearch(manifold))
         found.search.around(here)
     assert found is not None
     found.notes = notes
     return found
 
 
-class _Found:
+class _RestResults:
     """Makes results of what a search found."""
 
-    def __init__(self, system: System, t: float, search: Search) -> None:
+    def __init__(self, system: System, t: float, search: RestSearch) -> None:
         self.system, self.t, self.search = system, t, search
         self.mechanism, self.manifold = system.mechanism, search.manifold
         self.notes: list[str] = []

@@ -14,10 +14,11 @@ from mbody.analysis.driven.time_grid import by_time
 from mbody.analysis.equilibria.arclength import FIRST, LONGEST, SHORTEST, STRAIGHT, Follower, Point
 from mbody.analysis.equilibria.branch_points import GAP, crossing, together
 from mbody.analysis.equilibria.curve_walk import AWAY
-from mbody.analysis.equilibria.equilibrium import Equilibrium, released, search, stability_of
-from mbody.analysis.equilibria.search import Rest, Search
+from mbody.analysis.equilibria.equilibrium import Equilibrium, search, stability_of
+from mbody.analysis.equilibria.search import Rest, RestSearch
 from mbody.analysis.equilibria.sentences import Words
-from mbody.analysis.position.assembly_analysis import as_system, closed
+from mbody.analysis.freedom.single_design import single_design
+from mbody.analysis.position.assembly_analysis import closed
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
 from mbody.errors import ModelError, SolveError
 from mbody.model.mechanism import Mechanism
@@ -212,9 +213,7 @@ def equilibrium_curve(
     >>> [round(float(curve.values[n]), 9) for n in curve.folds]
     [9.81, -9.81]
     """
-    system = released(as_system(model), free)
-    if system.batch is not None:
-        raise ModelError("equilibrium_curve takes one design: choose one with design(n)")
+    system = single_design("equilibrium_curve", model, free)
     low, high = _span(system, parameter, span)
     begin = _begin(at, low, high)
     if isinstance(points, bool) or not hasattr(points, "__index__") or points < 2:
@@ -271,7 +270,7 @@ def _start(system: System, start: Any, t: float) -> tuple[Place, Manifold]:
     manifold = Manifold(system, begin.work, t)
     here = manifold.place(begin.work.q[: system.coordinates, 0].copy())
     if here is not None:
-        nearest = Search(manifold)
+        nearest = RestSearch(manifold)
         nearest.nearest(here)
         if nearest.found:
             return nearest.found[0].place, manifold

@@ -16,13 +16,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mbody.analysis.equilibria.curve_roots import out_of_turn, roots_of
-from mbody.analysis.equilibria.curve_walk import AWAY, Curve, Walk
+from mbody.analysis.equilibria.curve_walk import AWAY, MotionCurve, Walk
 from mbody.analysis.equilibria.surface_cover import SPACING, Cover
 from mbody.analysis.equilibria.surface_roots import surface_roots
 from mbody.analysis.freedom.free_motions import free_motions, leading, rates_of
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
 
-__all__ = ["AWAY", "BALANCED", "ZERO", "Rest", "Search"]
+__all__ = ["AWAY", "BALANCED", "ZERO", "Rest", "RestSearch"]
 
 #: Step of a walk, in model lengths and radians, and how many each way.
 STRIDE, STRIDES = 0.2, 80
@@ -79,7 +79,7 @@ class Rest:
 
 
 @dataclass
-class Search:
+class RestSearch:
     """What was found from all starts.
 
     Attributes
@@ -97,7 +97,7 @@ class Search:
     ends : list of (str, Place)
         Why and where a walk along a single free motion ended that does not close; "wound" where
         further turns may have rest positions too.
-    walks : list of (Curve, Walk)
+    walks : list of (MotionCurve, Walk)
         Along single free motions.
     """
 
@@ -109,7 +109,7 @@ class Search:
     unsure: list[Place] = field(default_factory=list)
     odd: list[Place] = field(default_factory=list)
     ends: list[tuple[str, Place]] = field(default_factory=list)
-    walks: list[tuple[Curve, Walk]] = field(default_factory=list)
+    walks: list[tuple[MotionCurve, Walk]] = field(default_factory=list)
     origin: Array = field(default_factory=lambda: np.zeros(0))
     _ratio: float = np.inf
 
@@ -157,7 +157,7 @@ class Search:
         if odd and not roots.unsure and not row:
             self.ends.append(("odd", here))
         if cover.full:
-            self.ends.append(("wide", cover.spots[-1].place))
+            self.ends.append(("wide", cover.nodes[-1].place))
         elif cover.rim and cover.driven_out():
             self.ends.append(("wide", cover.rim[0].place))
         elif cover.tells_turns_apart():
@@ -214,7 +214,7 @@ class Search:
 
     def _walk(self, here: Place) -> None:
         """All rest positions along a single free motion: both ways from a place, or all round."""
-        curve = Curve(self.manifold, here)
+        curve = MotionCurve(self.manifold, here)
         if max(abs(curve.start.drive), abs(curve.start.slope)) == 0.0:
             self._keep(here)
             return

@@ -10,11 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.time_grid import plan
 from mbody.analysis.freedom.free_motions import FreeMotion, components, free_motions
-from mbody.analysis.position.assembly_analysis import DEAD, as_system, closed
+from mbody.analysis.freedom.single_design import single_design, single_time
+from mbody.analysis.position.assembly_analysis import DEAD, closed
 from mbody.analysis.position.closed_position import Closed
-from mbody.errors import ModelError
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.remarks import remarks
@@ -190,14 +189,9 @@ def mobility(
     >>> report.motions[0].words.partition(" (")[0]
     'crank turns about O2, coupler and rocker follow'
     """
-    system = as_system(model)
-    if system.batch is not None:
-        raise ModelError("mobility takes one design: choose one of the batch with design(n)")
-    asked = plan(system, t, None, None, None)
-    if len(asked.t) != 1:
-        raise ModelError(f"mobility takes one time, not {len(asked.t)}")
-    start = closed(system, float(asked.t[0]), {}, guess)
-    return _Report(system, start, float(asked.t[0])).mobility()
+    system = single_design("mobility", model)
+    time = single_time("mobility", system, t)
+    return _Report(system, closed(system, time, {}, guess), time).mobility()
 
 
 def _loops(mechanism: Mechanism) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from mbody.analysis.inverse.answers import Answer
-from mbody.analysis.inverse.solver import Search
+from mbody.analysis.inverse.solver import Solver
 from mbody.errors import ModelError, brief
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import Question
@@ -85,4 +85,4 @@ def solve_for(
         question = Question(
             unknowns, conditions, side_conditions, greatest, least, analysis, at or {}
         )
-    return Search(mechanism, question).answer()
+    return Solver(mechanism, question).answer()

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.equilibria.equilibrium import Equilibrium, released
+from mbody.analysis.equilibria.equilibrium import Equilibrium
 from mbody.analysis.equilibria.search import ZERO
 from mbody.analysis.freedom.free_motions import FreeMotion, free_motions, leading, rates_of
+from mbody.analysis.freedom.single_design import single_design
 from mbody.analysis.linear.about_motion import Moving
-from mbody.analysis.position.assembly_analysis import as_system, closed
+from mbody.analysis.position.assembly_analysis import closed
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
 from mbody.errors import ModelError, SolveError
 from mbody.model.mechanism import Mechanism
@@ -183,10 +184,8 @@ def linearize(
     >>> found.leaders, round(float(found.mass[0, 0]), 9), round(float(found.stiffness[0, 0]), 9)
     (('rod',), 0.5, 9.81)
     """
-    system = released(as_system(model), free)
+    system = single_design("linearize", model, free)
     name = system.mechanism.name
-    if system.batch is not None:
-        raise ModelError("linearize takes one design: choose one of the batch with design(n)")
     given, held = _instant(at)
     if too_large(system):
         raise SolveError(
