@@ -23,7 +23,7 @@ from mbody.errors import ModelError
 
 __all__ = ["GAP", "BranchPoint", "crossing", "together"]
 
-#: Step of the differences of J; they only steer Newton's method and tell the kind of crossing.
+#: Step of the differences of J; they only steer Newton's method and show the kind of crossing.
 STEP = 1e-3
 #: Corrections at most, the longest of them, and one that is rounding.
 ITERATIONS, LONGEST, SMALL = 25, 0.2, 1e-12

@@ -48,10 +48,10 @@ class Equilibrium:
     stability : str
         ``"stable"``, ``"unstable"`` or ``"neutral"`` (no force to first order).
     stiffness : array (free, free)
-        K = −∂f/∂q along the free motions, joint forces held: [torque/rad] or [force/length] by what
-        the leaders do.
+        K = −∂f/∂q along the free motions, joint forces fixed: [torque/rad] or [force/length]
+        by what the leaders do.
     motions : tuple of FreeMotion
-        The free motions that it is told in.
+        The free motions in whose rates it is given.
     frequencies : tuple of float
         Natural frequencies [rad/time] of a stable position whose free motions all have inertia,
         damping left out; empty for others.
@@ -164,7 +164,7 @@ def equilibrium(
     model : Mechanism or System
         With free motions; drivers, if there are any, hold what their laws say at t.
     free : str or sequence of str, optional
-        Drivers that let go.
+        Drivers that are released.
     starts : mapping or sequence of mappings, optional
         Further guesses to begin from: by body an angle [rad] or (x, y, angle) of the link axes.
     t : float
@@ -190,11 +190,12 @@ def equilibrium(
     are divided until each has a certain number of zeros, so that all positions on the curve of the
     start are found, stable or not. Where distances in the constraints pass zero, as of a weight
     that is drawn through its pulley, the walk turns over with them. The surface of two free motions
-    is covered with places, and Newton's method begins wherever a zero may be in reach. Positions
-    on other circuits of assembly are found from `starts` on them. Of more free motions, up to 40,
-    the search goes from a fixed spread of starts, and from each position that it finds on by
-    turning over one leader after the other; it may miss some. Its cost grows by the cube of their
-    number, and 30 take ten seconds. What may be missing is said by `doubts` of kind "incomplete".
+    is covered with charts, which are divided until each cell has one zero or none; around points
+    where the ends of a spring meet, and its force jumps, the charts are polar. Positions on other
+    circuits of assembly are found from `starts` on them. Of more free motions, up to 40, the search
+    goes from a fixed spread of starts, and from each position that it finds on by turning over one
+    leader after the other; it may miss some. Its cost grows by the cube of their number, and 30
+    take ten seconds. What may be missing is reported by `doubts` of kind "incomplete".
 
     Examples
     --------
@@ -290,10 +291,10 @@ class _RestResults:
         place, system = rest.place, self.system
         pose = np.append(place.q, np.zeros(3))
         start = closed(system, self.t, {}, None, pose=pose)
-        asked = by_time(system, np.array([self.t]))
+        instant = by_time(system, np.array([self.t]))
         # balanced already, as a part of the greatest load: their sums may vanish
         runner = Runner(system, "statics", unbalanced=np.inf)
-        record = Record([runner.scalar(start, asked)], 1, batch=False)
+        record = Record([runner.scalar(start, instant)], 1, batch=False)
         motions = free_motions(system, pose, place.motions)
         word, frequencies, notes = stability_of(rest, self.manifold.mass(place.motions))
         if rest.row:
@@ -306,7 +307,7 @@ class _RestResults:
         if word == "stable":
             notes += lifting(self.manifold, rest)
         return Equilibrium(
-            solution=runner.solution(start, asked, record),
+            solution=runner.solution(start, instant, record),
             stability=word,
             stiffness=self.in_leaders(place, motions, rest.stiffness),
             motions=motions,
@@ -328,7 +329,7 @@ def stability_of(rest: Rest, mass: Array) -> tuple[str, tuple[float, ...], list[
     Notes
     -----
     A symmetric stiffness is judged by its eigenvalues. One that is not, as of loads that follow a
-    body, is judged by those of M⁻¹K, which tell flutter too; where a free motion has no inertia,
+    body, is judged by those of M⁻¹K, which show flutter too; where a free motion has no inertia,
     by its own.
     """
     K = rest.stiffness
@@ -345,16 +346,16 @@ def stability_of(rest: Rest, mass: Array) -> tuple[str, tuple[float, ...], list[
             return word, (), []
         squares = np.linalg.eigvals(np.linalg.solve(mass, 0.5 * (K + K.T))).real
         return word, tuple(np.sqrt(np.sort(squares)).tolist()), []
-    told = "its stiffness is not symmetric: the loads have no potential"
+    note = "its stiffness is not symmetric: the loads have no potential"
     roots = np.linalg.eigvals(np.linalg.solve(mass, K) if massive else K)
     top = float(np.abs(roots).max())
     if (np.abs(roots.imag) > UNEVEN * top).any() and massive:
-        return "unstable", (), [f"{told}, and it flutters"]
+        return "unstable", (), [f"{note}, and it flutters"]
     if not massive:
-        told += "; a free motion has no inertia, so that only divergence is looked for, no flutter"
+        note += "; a free motion has no inertia, so that only divergence is looked for, no flutter"
     if roots.real.min() < -UNEVEN * top:
-        return "unstable", (), [told]
+        return "unstable", (), [note]
     if roots.real.min() <= UNEVEN * top:
-        return "neutral", (), [told]
+        return "neutral", (), [note]
     frequencies = tuple(np.sqrt(np.sort(roots.real)).tolist()) if massive else ()
-    return "stable", frequencies, [told]
+    return "stable", frequencies, [note]

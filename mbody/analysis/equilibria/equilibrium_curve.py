@@ -35,7 +35,7 @@ History = TypeVar("History", BodyHistory, PointHistory, Reaction)
 
 #: Points that a curve has at most, unless the caller says how many.
 POINTS = 1000
-#: A step below which branches that do not cross are no longer told apart.
+#: A step below which branches that do not cross are no longer distinguished.
 LEAST = 1e-5
 
 
@@ -71,7 +71,7 @@ class EquilibriumCurve(Inherited):
     doubts : tuple of Doubt
         Where the curve ends before its span does, where it may have gone over to another branch,
         and what is in doubt of the statics. Points are balanced as parts of the greatest load,
-        since sums of forces may vanish: what is left beside those sums is said by
+        since sums of forces may vanish: what is left beside those sums is reported by
         ``solution.doubts`` alone.
     notes : tuple of str
         Where and why the curve ends, and the sentences of the doubts.
@@ -178,7 +178,7 @@ def equilibrium_curve(
     at : float, optional
         Where in the span it begins, by default at its first number.
     free : str or sequence of str, optional
-        Drivers that let go.
+        Drivers that are released.
     start : Equilibrium or mapping, optional
         A rest position of `equilibrium`, or a guess of one, where it begins; by default the first
         stable one.
@@ -433,19 +433,19 @@ def _unit(system: System, name: str) -> str:
         return "" if dimension is None else mechanism.units.of(dimension)
     for part in dataclasses.fields(mechanism[element]):
         if part.name == key:
-            told = part.metadata.get("dimension") or part.metadata.get("law")
-            return mechanism.units.of(told) if told else ""
+            dimension = part.metadata.get("dimension") or part.metadata.get("law")
+            return mechanism.units.of(dimension) if dimension else ""
     return ""
 
 
 def _statics(system: System, poses: list[Array], t: float) -> Solution:
     """Every joint force at every position, each a design."""
-    runner, asked = Runner(system, "statics", unbalanced=np.inf), by_time(system, np.array([t]))
+    runner, instant = Runner(system, "statics", unbalanced=np.inf), by_time(system, np.array([t]))
     blocks, first = [], None
     for design, q in enumerate(poses):
         start = closed(system, t, {}, None, design, np.append(q, np.zeros(3)))
         first = first or start
-        blocks.append(runner.scalar(start, asked))
+        blocks.append(runner.scalar(start, instant))
     assert first is not None
     block = np.concatenate(blocks, axis=2)
-    return runner.solution(first, asked, Record([block], len(poses), batch=True))
+    return runner.solution(first, instant, Record([block], len(poses), batch=True))

@@ -4,7 +4,7 @@ One free motion is walked along all round (`rest_curve`), and every zero of the 
 (`rest_roots`); the surface of two is covered with places (`rest_surface`). Of more free motions a
 fixed spread of starts is taken; from each Levenberg–Marquardt on |r|² finds the nearest rest
 position, and a descent along the drive a stable one. From every position that is found each leader
-is then walked round by itself, the others held, as a link of a chain that is turned over where it
+is then walked round by itself, the others fixed, as a link of a chain that is turned over where it
 hangs.
 """
 
@@ -33,7 +33,7 @@ DISTANCES = (0.8, 1.8, 3.0)
 RANDOM, MOST, LEAST = 3, 120, 2
 #: Walks of single leaders, by free motion: those of four links of a chain, from all 16 positions.
 WALKS = 256
-#: Step of such a walk; it ends where the others can be held to less than this part.
+#: Step of such a walk; it ends where less than this part of the others can be fixed.
 LEAP, LEADS = 0.4, 1e-3
 #: Iterations of a search and of a descent, and the longest step of one.
 ITERATIONS, DESCENT, LONGEST = 100, 60, 0.4
@@ -273,9 +273,9 @@ class RestSearch:
                 walks -= 1
                 self._lead(rest.place, way, np.delete(parts, n, axis=0))
 
-    def _lead(self, start: Place, way: Array, held: Array) -> None:
+    def _lead(self, start: Place, way: Array, fixed: Array) -> None:
         """Rest positions from where the drive along a way changes its sign; the other leaders do
-        not move, held (free − 1, coordinates) being what they do.
+        not move, fixed (free − 1, coordinates) being what they do.
         """
         none = BALANCED * self.manifold.largest(start.q)
         for sign in (1.0, -1.0):
@@ -284,7 +284,7 @@ class RestSearch:
                 there = self.manifold.moved(here, LEAP * along)
                 if there is None or there.motions.shape != start.motions.shape:
                     break
-                sizes, vt = np.linalg.svd(held @ there.motions.T)[1:]
+                sizes, vt = np.linalg.svd(fixed @ there.motions.T)[1:]
                 if not sizes[-1] > LEADS * sizes[0] or self._is_away(there):
                     break
                 onward = vt[-1] @ there.motions

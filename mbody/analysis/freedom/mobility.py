@@ -37,7 +37,7 @@ SETTLE, SETTLED = 40, 1e-12
 
 @dataclass(frozen=True)
 class Count:
-    """Degrees of freedom by formula and by rank, of the joints alone or with the drivers held.
+    """Degrees of freedom by formula and by rank, of the joints alone or with the drivers fixed.
 
     Attributes
     ----------
@@ -90,12 +90,12 @@ class Mobility:
         Moving links; independent loops, of joints, and of couplings between bodies that are joined
         without them.
     of_joints, driven : Count
-        Without the drivers, and with the drivers held.
+        Without the drivers, and with the drivers fixed.
     redundant : dict
         By joint, where some can be spared: how many of its rows could be removed without setting
         anything free. Of several joints that share one dependency any one is meant, not all.
     motions, driven_motions : tuple of FreeMotion or None
-        Free motions without the drivers and with the drivers held; None where they were not
+        Free motions without the drivers and with the drivers fixed; None where they were not
         computed.
     notes : tuple of str
         Singular positions, loose parts and what was not computed, as sentences.
@@ -118,7 +118,7 @@ class Mobility:
 
     @property
     def freedom(self) -> int | None:
-        """Degrees of freedom with the drivers held; None where the rank was not computed."""
+        """Degrees of freedom with the drivers fixed; None where the rank was not computed."""
         return self.driven.freedom
 
     def data(self) -> dict[str, Any]:
@@ -164,8 +164,8 @@ def mobility(
     Returns
     -------
     Mobility
-        Counts without the drivers and with the drivers held, rows that can be spared by joint, free
-        motions in words.
+        Counts without the drivers and with the drivers fixed, rows that can be spared by joint,
+        free motions in words.
 
     Raises
     ------
@@ -177,8 +177,8 @@ def mobility(
     Notes
     -----
     The rank is found by a singular value decomposition, up to 1500 rows; beyond, it is given where
-    elimination shows all rows to be independent. Up to 300 rows positions nearby tell a singular
-    position from redundant constraints.
+    elimination shows all rows to be independent. Up to 300 rows positions nearby distinguish a
+    singular position from redundant constraints.
 
     Examples
     --------

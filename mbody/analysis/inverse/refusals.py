@@ -40,7 +40,7 @@ class Refusals:
 
     def at(self, u: float) -> str:
         """A value of the one unknown, given in steps, with its unit."""
-        value, unit = self.wanted[0].told(u, self.mechanism)
+        value, unit = self.wanted[0].shown(u, self.mechanism)
         return f"{value:.6g} {unit}".strip()
 
     def values(self, u: Array) -> tuple[dict[str, float], dict[str, str]]:
@@ -48,7 +48,7 @@ class Refusals:
         values, units = {}, {}
         for part, one in zip(u, self.wanted, strict=True):
             name = one.unknown.name
-            values[name], units[name] = one.told(float(part), self.mechanism)
+            values[name], units[name] = one.shown(float(part), self.mechanism)
         return values, units
 
     def listing(self, values: dict[str, float], units: dict[str, str]) -> str:

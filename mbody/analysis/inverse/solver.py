@@ -92,7 +92,7 @@ class Solver:
         return doubted(answer, [*self.doubts, *of_runs])
 
     def _may_be_straight(self) -> bool:
-        """Whether probes can tell that all is linear: not where a formula has a kink, which they
+        """Whether probes can show that all is linear: not where a formula has a kink, which they
         may miss.
         """
         formulas = [self.question.objective] if self.question.objective else []
@@ -158,8 +158,8 @@ class Solver:
         """Refuse the only solution where it is beyond a bound."""
         for part, one in zip(u, self.wanted, strict=True):
             if not one.allows(part):
-                value, unit = one.told(float(part), self.mechanism)
-                low, high = (one.told(bound, self.mechanism)[0] for bound in one.bounds)
+                value, unit = one.shown(float(part), self.mechanism)
+                low, high = (one.shown(bound, self.mechanism)[0] for bound in one.bounds)
                 between = f"{low:g} to {high:g} {unit}".rstrip()
                 raise SolveError(
                     f"{listed(self.question.conditions)} holds at '{one.unknown.name}' = "
@@ -364,7 +364,7 @@ class Solver:
             Where a side condition is broken, or the analysis fails.
         """
         run = self.trials.run(place.base)
-        rest = self.trials.told(run, [*self.equations, *self.sides], self.question.objective)
+        rest = self.trials.residuals(run, [*self.equations, *self.sides], self.question.objective)
         first, last = len(self.equations), len(self.equations) + len(self.sides)
         values, units = self.refusals.values(place.base)
         margins: dict[str, float] = {}
