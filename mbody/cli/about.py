@@ -8,6 +8,7 @@ from typing import Any
 
 from mbody.cli.analyse import told_status
 from mbody.cli.models import path_of, taken
+from mbody.solution.heading import heading
 
 __all__ = ["check", "equilibrium", "models", "modes", "schema", "show"]
 
@@ -54,7 +55,8 @@ def models(asked: Any) -> int:
     found = {name: _headed(gallery.path(name)) for name in gallery.names()}
     if asked.json:
         told = [{"model": name, **head} for name, head in found.items()]
-        print(json.dumps({"models": told}, ensure_ascii=False))
+        head = heading(None, "models", {})
+        print(json.dumps(head | {"models": told}, ensure_ascii=False))
         return 0
     wide = max(map(len, found)) + 2
     for name, head in found.items():

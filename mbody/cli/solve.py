@@ -16,11 +16,12 @@ NONE = "no solution:"
 
 def solve(asked: Any) -> int:
     """Answer one question of a model, or all of them; 1 where one has none, or a doubt."""
-    from mbody._version import __version__
     from mbody.analysis.inverse.solve_for import solve_for
     from mbody.files.answers import answer_data
     from mbody.files.results import error_data
     from mbody.sheets.answers import sheet
+    from mbody.solution.doubts import Doubt, Inherited, inherited
+    from mbody.solution.heading import heading, unit_symbols
 
     mechanism = taken(asked)
     questions = mechanism.questions
@@ -35,21 +36,26 @@ def solve(asked: Any) -> int:
             asked.name,
         )
     cases: dict[str, Any] = {}
-    texts, failed = [], False
+    texts: list[str] = []
+    doubts: list[Doubt] = []
+    notes: list[str] = []
     for name in [asked.name] if asked.name else questions:
         try:
             answer = solve_for(mechanism, questions[name])
         except SolveError as error:
-            failed = True
+            doubts.append(Doubt("incomplete", f"{name}: {error}"))
             cases[name] = {"solutions": [], **error_data(error)}
             texts.append("\n".join([f"{mechanism.name}: {name}", "", NONE, str(error)]))
         else:
-            failed |= bool(answer.doubts)
+            doubts += answer.doubts
+            notes += answer.notes
             cases[name] = answer_data(answer, asked.angle or "deg")
             texts.append(sheet(answer, name))
     if asked.json:
-        told = {"mbody": __version__, "model": mechanism.name, "analysis": "solve", "cases": cases}
-        print(json.dumps(told, ensure_ascii=False, allow_nan=False))
+        units = unit_symbols(mechanism.units, asked.angle or "deg")
+        whole = Inherited(**inherited(Inherited(doubts=tuple(doubts)), notes=notes))
+        head = heading(mechanism.name, "solve", units, whole)
+        print(json.dumps(head | {"cases": cases}, ensure_ascii=False, allow_nan=False))
     else:
         print("\n\n\n".join(texts))
-    return 1 if failed else 0
+    return 1 if doubts else 0

@@ -12,6 +12,7 @@ from mbody.cli.models import named_values, taken
 from mbody.cli.streams import say
 from mbody.cli.usage import UsageError
 from mbody.errors import ModelError
+from mbody.solution.heading import heading
 
 if TYPE_CHECKING:
     from mbody.sweeps import Sweep
@@ -68,13 +69,7 @@ def _data(found: Sweep) -> dict[str, Any]:
     for name, column in found.columns().items():
         rows = column if isinstance(column, list) else column.tolist()
         told[name] = [_plain(value) for value in rows]
-    return {
-        "status": found.status,
-        "doubts": [one.data() for one in found.doubts],
-        "notes": list(found.notes),
-        "units": found.units,
-        "columns": told,
-    }
+    return heading(found.system.mechanism.name, "sweep", found.units, found) | {"columns": told}
 
 
 def _plain(value: Any) -> Any:

@@ -1,7 +1,7 @@
 """Results as data: one form for every analysis, the same in Python, JSON and on the command line.
 
-``{"mbody", "model", "analysis", "units", "t", "bodies", "points", "reactions", "efforts",
-"unique_efforts", "loads", "measures", "checks", "status", "doubts", "notes"}``. Every list has one
+``{"mbody", "model", "analysis", "units", "status", "doubts", "notes", "t", "bodies", "points",
+"reactions", "efforts", "unique_efforts", "loads", "measures", "checks"}``. Every list has one
 entry an instant. x and y of a body are its mass centre. Reactions act on body j by body i, in world
 axes, at the joint's place on j. omega and alpha are in rad and the time unit always, angles in the
 unit that "units" says.
@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody._version import __version__
 from mbody.errors import ModelError
 from mbody.files.files import writing
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.doubts import certificate
+from mbody.solution.heading import heading, unit_symbols
 from mbody.solution.measures import found_by, measured
 
 if TYPE_CHECKING:
@@ -59,18 +59,13 @@ def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
     machine = solution.mechanism
     units = machine.units
     turned = math.degrees(1.0) if angle == "deg" else 1.0
-    shown = {key: units.of(key) for key in ("length", "force", "time", "mass")}
-    shown |= {"angle": angle, "torque": units.of("torque")}
     # closing the loops finds velocities, but no accelerations
     found = 6 if solution.analysis == "close_loops" else 9
     keys, at_points = BODY[:found], POINT[: found - found // 3]
     giving = (*machine.couplings, *machine.drivers) if solution.has_forces else ()
     measures = {name: _measure(solution, m, turned) for name, m in machine.measures.items()}
     return {
-        "mbody": __version__,
-        "model": machine.name,
-        "analysis": solution.analysis,
-        "units": shown,
+        **heading(machine.name, solution.analysis, unit_symbols(units, angle), solution),
         "t": _list(solution.t),
         "bodies": {
             body.name: {
@@ -96,7 +91,6 @@ def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
             "energy": _number(solution.checks.energy),
             "branch": _branch(solution),
         },
-        **certificate(solution),
         **_motion(solution),
     }
 

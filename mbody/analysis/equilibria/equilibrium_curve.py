@@ -21,7 +21,8 @@ from mbody.analysis.position.assembly_analysis import as_system, closed
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
 from mbody.errors import ModelError, SolveError
 from mbody.model.mechanism import Mechanism
-from mbody.solution.doubts import Doubt, Inherited, certificate, doubted
+from mbody.solution.doubts import Doubt, Inherited, doubted
+from mbody.solution.heading import heading, unit_symbols
 from mbody.solution.histories import BodyHistory, PointHistory, Reaction, Record
 from mbody.solution.presentation import present
 from mbody.solution.solution import Solution
@@ -114,10 +115,10 @@ class EquilibriumCurve(Inherited):
 
     def data(self) -> dict[str, Any]:
         """Everything as a plain dict of numbers, text, lists and dicts, ready for JSON."""
-        bodies = self.solution.mechanism.bodies
+        mechanism = self.solution.mechanism
+        bodies = mechanism.bodies
         return {
-            "model": self.solution.mechanism.name,
-            "analysis": "equilibrium_curve",
+            **heading(mechanism.name, "equilibrium_curve", unit_symbols(mechanism.units), self),
             "parameter": self.parameter,
             "unit": self.unit,
             "values": self.values.tolist(),
@@ -132,7 +133,6 @@ class EquilibriumCurve(Inherited):
                 }
                 for body in bodies
             },
-            **certificate(self),
         }
 
     def __str__(self) -> str:
