@@ -27,7 +27,7 @@ def equilibrium(asked: Any) -> int:
     from mbody.analysis.equilibria.equilibrium import equilibrium as found
 
     mechanism = taken(asked)
-    when = 0.0 if asked.t is None else mechanism.number(asked.t, "time", "--t", "value")
+    when = 0.0 if asked.t is None else mechanism._number(asked.t, "time", "--t", "value")
     report = found(mechanism, free=asked.free, t=when)
     told = (
         json.dumps(report.data(asked.angle or "deg"), ensure_ascii=False) if asked.json else report
@@ -41,7 +41,7 @@ def modes(asked: Any) -> int:
     from mbody.analysis.linear.modes import modes as found
 
     mechanism = taken(asked)
-    when = 0.0 if asked.t is None else mechanism.number(asked.t, "time", "--t", "value")
+    when = 0.0 if asked.t is None else mechanism._number(asked.t, "time", "--t", "value")
     report = found(mechanism, free=asked.free, t=when)
     print(json.dumps(report.data(), ensure_ascii=False) if asked.json else report)
     return told_status(report)

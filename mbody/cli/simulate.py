@@ -29,9 +29,9 @@ def simulate(asked: Any) -> int:
     if asked.method is not None:
         options["method"] = asked.method
     if asked.step is not None:
-        options["step"] = mechanism.number(asked.step, "time", "simulate", "--step")
+        options["step"] = mechanism._number(asked.step, "time", "simulate", "--step")
     if asked.every is not None:
-        options["every"] = mechanism.number(asked.every, "time", "simulate", "--every")
+        options["every"] = mechanism._number(asked.every, "time", "simulate", "--every")
     if asked.instants is not None:
         if not (asked.instants.isascii() and asked.instants.isdigit()):
             raise UsageError(f"--instants takes a whole number, not {asked.instants[:40]!r}")
@@ -58,7 +58,7 @@ def simulate(asked: Any) -> int:
 def _last(mechanism: Any, to: Any) -> float:
     """When the motion is to end; where nothing says so, the analysis refuses it."""
     asked = to if to is not None or mechanism.simulation is None else mechanism.simulation.until
-    return 0.0 if asked is None else mechanism.number(asked, "time", "simulate", "until")
+    return 0.0 if asked is None else mechanism._number(asked, "time", "simulate", "until")
 
 
 def _number(text: str, option: str) -> float:

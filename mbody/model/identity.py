@@ -20,7 +20,7 @@ def _said(machine: Mechanism, value: Any) -> Any:
     """A number or formula; the unit of plain angles only where it is one."""
     if not isinstance(value, Formula):
         return value
-    angle = value.dimension == DIMENSIONS["angle"] and not value.has_units(machine.scope)
+    angle = value.dimension == DIMENSIONS["angle"] and not value.has_units(machine._scope)
     return value if angle else replace(value, angle="")
 
 
@@ -31,7 +31,7 @@ def _worth(machine: Mechanism, value: Any, dimension: Dimension | None) -> Any:
     own = replace(value, dimension=dimension)
     with contextlib.suppress(FormulaError):
         if not machine.parameters.used_by(own):
-            return own.value(machine.scope)
+            return own.value(machine._scope)
     return _said(machine, own)
 
 

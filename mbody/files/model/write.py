@@ -116,7 +116,7 @@ class Writer:
 
     def is_open(self, formula: Formula) -> bool:
         """Whether it is a plain angle, which the file says the unit of."""
-        return formula.dimension == ANGLE and not formula.has_units(self.mechanism.scope)
+        return formula.dimension == ANGLE and not formula.has_units(self.mechanism._scope)
 
     def written(self, value: float, dimension: Dimension) -> Any:
         """A float as the file has it."""
@@ -131,7 +131,7 @@ class Writer:
 
     def valued(self, name: str) -> Any:
         """What a parameter comes to: a number with its unit, a plain one as it is."""
-        scope = self.mechanism.scope
+        scope = self.mechanism._scope
         value, dimension = float(scope.names[name].value), scope.names[name].dimension
         if dimension is None:
             return plain(value)
@@ -178,7 +178,7 @@ class Writer:
             return self.written(value, dimension)
         whole = value.of(dimension)
         text = self.text(whole)
-        return self.written(whole.value(self.mechanism.scope), dimension) if text is None else text
+        return self.written(whole.value(self.mechanism._scope), dimension) if text is None else text
 
     # -- elements -----------------------------------------------------------------------------
 
