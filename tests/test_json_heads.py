@@ -18,9 +18,8 @@ mass = 1
 O = { revolute = ["ground", "bar"] }
 [drivers]
 motor = { angle = "bar", law = 0.5 }
-[loads.push]
-torque = "bar"
-value = { kind = "table", x = [1, 2], y = [0, 1], outside = "hold" }
+[loads]
+push = { torque = "bar", value = { table = { x = [1, 2], y = [0, 1], outside = "hold" } } }
 """
 #: Arguments of every command, and whether its answer is in doubt.
 COMMANDS = {
@@ -28,7 +27,7 @@ COMMANDS = {
     "kinetostatics": [("norton_fourbar", False), ("doubtful.toml", True)],
     "statics": [("norton_fourbar", False)],
     "simulate": [("simple_pendulum --to 0.1", False)],
-    "sweep": [("norton_fourbar --vary crank.mass=1,2 --measure peak(motor.effort)", False)],
+    "sweep": [("norton_fourbar --vary crank.weight=1,2 --measure peak(motor.effort)", False)],
     "solve": [("vehicle", False)],
     "check": [("norton_fourbar", False)],
     "equilibrium": [("simple_pendulum", False)],
