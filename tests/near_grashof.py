@@ -235,7 +235,7 @@ def left_at(made: Linkage, angles: dict[str, np.ndarray]) -> np.ndarray | None:
 
 
 def _said(run: mbody.Solution) -> bool:
-    """Whether the result tells that its branch is in doubt, is not that of the first design, or
+    """Whether the result reports that its branch is in doubt, is not that of the first design, or
     that it passed a change point.
     """
     told = ("change point", "another branch")

@@ -1,4 +1,4 @@
-"""The instants that are asked for by values of a driver, against its law."""
+"""Instants requested by values of a driver, against its law."""
 
 import math
 
@@ -170,7 +170,7 @@ def test_two_drivers():
 
 
 def test_drivers_that_rest():
-    """They are put where they are asked for; one that moves says when."""
+    """They are where they are requested; one that moves says when."""
     assert of_arm({"m1": [1.1, "q"]}, 0.1, 0.2)[1:] == ([1.1, math.radians(30)], [0.2, 0.2])
     assert of_arm({"m1": [1.1, 1.2], "b": 0.5}, 0.1, ConstantSpeed(0.2, 0.0))[2] == [0.5, 0.5]
     assert of_arm({"m1": 1.1, "m2": 0.2}, MOVING, 0.2)[0] == pytest.approx([1.0])
@@ -257,7 +257,7 @@ def test_the_branch_is_followed_from_the_beginning(crossed, side, law):
     [
         ({"at": 3}, 'at must be a table such as {"t": 0.1}, not 3'),
         ({"at": {"t": []}}, "at.t is empty"),
-        ({"at": {"t": [None]}}, "at.t: None is no number"),
+        ({"at": {"t": [None]}}, "at.t: None is not a number"),
         ({"at": {"t": math.nan}}, "at.t is nan, it must be finite"),
         ({"at": {"t": "1 +"}}, "at.t: '1 +' ends where"),
         ({"at": {"t": 1}, "over": "turn"}, "give at or over, not both"),

@@ -19,7 +19,7 @@ O = { revolute = ["ground", "bar"] }
 [drivers]
 motor = { angle = "bar", law = 0.5 }
 [loads]
-push = { torque = "bar", value = { table = { x = [1, 2], y = [0, 1], outside = "hold" } } }
+push = { torque = { table = { x = [1, 2], y = [0, 1], outside = "hold" } }, body = "bar" }
 """
 #: Arguments of every command, and whether its answer is in doubt.
 COMMANDS = {

@@ -9,7 +9,7 @@ from mbody.model.study import Unknown
 
 __all__ = ["AXIS", "SOLVED", "balanced", "rpm", "superposed"]
 
-#: The spindle stands upright in y.
+#: The spindle is upright, along y.
 AXIS = mbody.Marker("ground", (0.0, 0.0), math.pi / 2)
 
 #: Tolerance and reason of what is found where an effort is to vanish.

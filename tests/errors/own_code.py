@@ -11,7 +11,7 @@ from mbody.model.joints import CustomJoint
 from mbody.model.loads import CustomLoad
 from tests.errors.models import by_law, four_bar, no_oil, with_own
 
-#: Where a user's function may stand.
+#: Where a user's function may be.
 KINDS = ["driver", "load", "spring", "custom load", "custom joint"]
 
 
@@ -26,7 +26,7 @@ class Plain(CustomLoad):
 
 
 class Remembers(CustomLoad):
-    """A load that answers from what it was asked before."""
+    """A load that answers from earlier calls."""
 
     asked: ClassVar = [0.0]
 

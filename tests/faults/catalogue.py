@@ -17,7 +17,7 @@ class Fault:
     file : str
         Below ``mbody/``.
     right, wrong : str
-        The text, which stands in the file once, and what takes its place.
+        The text, which is in the file once, and what takes its place.
     model : str
         One of `tests.faults.models.MODELS`.
     """
