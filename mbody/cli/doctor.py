@@ -31,10 +31,10 @@ EXTRA = {
 TORQUE, ROUNDING = 243.23759076122957, 1e-12
 
 
-def doctor(asked: Any) -> int:
-    """Tell what there is; 1 where something needed is missing."""
+def doctor(args: Any) -> int:
+    """Report what is installed; 1 if something needed is missing."""
     report = examine()
-    if asked.json:
+    if args.json:
         print(json.dumps(report, ensure_ascii=False))
     else:
         print(*lines(report), sep="\n")
