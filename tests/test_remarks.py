@@ -120,7 +120,7 @@ def test_a_driver_without_a_law():
     ).replace(", law = 0", "")
     run = mbody.kinetostatics(mbody.from_toml(text))
     (note,) = run.notes
-    assert note.startswith("driver 'motor' has no law: by itself it holds 'arm' at 0 deg")
+    assert note.startswith("driver 'motor' has no law: it keeps 'arm' at 0 deg")
     asked = mbody.from_toml(text + "[ask]\nat = { motor = 30 }\n")
     assert not remarks(asked)
 

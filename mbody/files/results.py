@@ -103,22 +103,22 @@ def _branch(solution: Solution) -> dict[str, float] | None:
 
 def _motion(solution: Solution) -> dict[str, Any]:
     """Counts of the steps, the account of energy and what occurred, of a motion over time."""
-    told: dict[str, Any] = {}
+    plain: dict[str, Any] = {}
     if solution.stats is not None:
-        told["stats"] = dict(solution.stats)
+        plain["stats"] = dict(solution.stats)
     if solution.energy is not None:
-        told["energy"] = solution.energy.data()
+        plain["energy"] = solution.energy.data()
     if solution.analysis == "simulate":
-        told["events"] = [{"name": one.name, "t": one.t} for one in solution.events]
-    return told
+        plain["events"] = [{"name": one.name, "t": one.t} for one in solution.events]
+    return plain
 
 
 def _list(values: Any) -> list[Any]:
     """Numbers of a history; None where there is none, as of forces that have no limit."""
     array = np.asarray(values, dtype=float) + 0.0
-    told = array.astype(object)
-    told[~np.isfinite(array)] = None
-    return list(told.tolist())
+    plain = array.astype(object)
+    plain[~np.isfinite(array)] = None
+    return list(plain.tolist())
 
 
 def _number(value: float | None) -> float | None:
@@ -171,7 +171,7 @@ def error_data(error: Exception) -> dict[str, Any]:
     >>> error_data(ModelError("no such thing", "crank"))["error"]["element"]
     'crank'
     """
-    told: dict[str, Any] = {
+    plain: dict[str, Any] = {
         "kind": type(error).__name__,
         "element": getattr(error, "element", None),
         "message": str(error),
@@ -179,8 +179,8 @@ def error_data(error: Exception) -> dict[str, Any]:
     problems = getattr(error, "problems", ())
     if problems:
         keys = ("line", "field", "message")
-        told["problems"] = [dict(zip(keys, problem, strict=True)) for problem in problems]
-    return {"error": told}
+        plain["problems"] = [dict(zip(keys, problem, strict=True)) for problem in problems]
+    return {"error": plain}
 
 
 def write_json(solution: Solution, path: Any) -> None:

@@ -65,7 +65,7 @@ class _Converter(Writer):
 
     def number(self, name: str, value: float, dimension: Dimension) -> Any:
         """The text where it has units, so that it still follows its parameters; of plain numbers,
-        which belong to the old units, what it comes to.
+        which belong to the old units, its value.
         """
         formula = self.mechanism.formulas.get(name)
         if formula is not None and formula.has_units(self.mechanism._scope):
@@ -81,7 +81,7 @@ class _Converter(Writer):
         if isinstance(value, Formula):
             try:
                 value = value.of(dimension).value(self.mechanism._scope)
-            except FormulaError:  # it is told where the question is read
+            except FormulaError:  # it is reported where the question is read
                 return super().wanted(value, dimension)
         return self.written(value, dimension)
 
