@@ -31,7 +31,7 @@ def _smooth(mechanism: Mechanism, name: str, row: Sequence[Any]) -> np.ndarray |
     if len(row) < 2:
         return None
     dimension = dimension_of_instants(mechanism, name)
-    values = np.array([mechanism.number(value, dimension, "ask", name) for value in row])
+    values = np.array([mechanism._number(value, dimension, "ask", name) for value in row])
     if len(values) >= SMOOTH:
         return values
     between = np.linspace(0.0, len(values) - 1.0, SMOOTH)

@@ -189,7 +189,7 @@ def _values(mechanism: Mechanism, name: str, row: Any) -> np.ndarray:
     wanted = DIMENSIONS[dimension_of_instants(mechanism, name)]
     try:
         return np.array(
-            [v.of(wanted).value(mechanism.scope) if isinstance(v, Formula) else v for v in row]
+            [v.of(wanted).value(mechanism._scope) if isinstance(v, Formula) else v for v in row]
         )
     except FormulaError as error:
         raise ModelError(f"'{name}': {error}", name) from None

@@ -21,6 +21,7 @@ from mbody.errors import ModelError, SolveError, remedy
 from mbody.model.mechanism import Mechanism
 from mbody.quantities.units import UnitSystem
 from mbody.solution.doubts import Doubt, doubted
+from mbody.solution.heading import heading, unit_symbols
 from mbody.solution.histories import BodyHistory, Reaction, Record
 from mbody.solution.presentation import present
 from mbody.solution.solution import Solution
@@ -133,14 +134,9 @@ class Equilibria:
     def data(self, angle: str = "deg") -> dict[str, Any]:
         """Everything as a plain dict of numbers, text, lists and dicts, ready for JSON."""
         return {
-            "model": self.mechanism,
-            "analysis": "equilibrium",
-            "units": self.units.name,
+            **heading(self.mechanism, "equilibrium", unit_symbols(self.units, angle), self),
             "t": self.t,
             "positions": [one.data(angle) for one in self.positions],
-            "status": self.status,
-            "doubts": [doubt.data() for doubt in self.doubts],
-            "notes": list(self.notes),
         }
 
     def __str__(self) -> str:

@@ -22,7 +22,8 @@ from mbody.analysis.position.assembly_analysis import closed
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
 from mbody.errors import ModelError, SolveError
 from mbody.model.mechanism import Mechanism
-from mbody.solution.doubts import Doubt, Inherited, certificate, doubted
+from mbody.solution.doubts import Doubt, Inherited, doubted
+from mbody.solution.heading import heading, unit_symbols
 from mbody.solution.histories import BodyHistory, PointHistory, Reaction, Record
 from mbody.solution.presentation import present
 from mbody.solution.solution import Solution
@@ -115,10 +116,10 @@ class EquilibriumCurve(Inherited):
 
     def data(self) -> dict[str, Any]:
         """Everything as a plain dict of numbers, text, lists and dicts, ready for JSON."""
-        bodies = self.solution.mechanism.bodies
+        mechanism = self.solution.mechanism
+        bodies = mechanism.bodies
         return {
-            "model": self.solution.mechanism.name,
-            "analysis": "equilibrium_curve",
+            **heading(mechanism.name, "equilibrium_curve", unit_symbols(mechanism.units), self),
             "parameter": self.parameter,
             "unit": self.unit,
             "values": self.values.tolist(),
@@ -133,7 +134,6 @@ class EquilibriumCurve(Inherited):
                 }
                 for body in bodies
             },
-            **certificate(self),
         }
 
     def __str__(self) -> str:
@@ -429,7 +429,7 @@ def _unit(system: System, name: str) -> str:
     mechanism = system.mechanism
     element, _, key = name.partition(".")
     if not key:
-        dimension = mechanism.scope.names[name].dimension
+        dimension = mechanism._scope.names[name].dimension
         return "" if dimension is None else mechanism.units.of(dimension)
     for part in dataclasses.fields(mechanism[element]):
         if part.name == key:

@@ -18,6 +18,7 @@ from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.remarks import remarks
 from mbody.quantities.units import UnitSystem
+from mbody.solution.heading import heading, unit_symbols
 from mbody.solution.presentation import present
 from mbody.system.layout import Work
 from mbody.system.rank import DENSE, Rank, dense, rank_of, too_large
@@ -124,7 +125,9 @@ class Mobility:
     def data(self) -> dict[str, Any]:
         """Everything as a plain dict of numbers, text, lists and dicts, ready for JSON."""
         plain = dataclasses.asdict(self)
-        plain["units"] = self.units.name
+        for name in ("mechanism", "units", "notes"):
+            del plain[name]
+        plain = heading(self.mechanism, "check", unit_symbols(self.units), self) | plain
         for name in ("of_joints", "driven"):
             count: Count = getattr(self, name)
             plain[name] |= {
@@ -135,7 +138,6 @@ class Mobility:
         for name in ("motions", "driven_motions"):
             found = getattr(self, name)
             plain[name] = None if found is None else [motion.data() for motion in found]
-        plain["notes"] = list(self.notes)
         return plain
 
     def __str__(self) -> str:

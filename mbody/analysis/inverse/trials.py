@@ -109,11 +109,11 @@ class Trials:
 
     def _freed(self, mechanism: Mechanism, names: set[str]) -> Mechanism:
         """The mechanism with motions of drivers that are numbers: f = c₀ + c₁ t + c₂ t²."""
-        made = copy.copy(mechanism.snapshot())
+        made = copy.copy(mechanism._snapshot())
         for name in names:
             law = Polynomial(self._coefficients(self.states[name]))
             # those that _driver names have a law
-            made = made.replaced(replace(mechanism[name], law=law))  # type: ignore[call-arg]
+            made = made._replaced(replace(mechanism[name], law=law))  # type: ignore[call-arg]
         return made
 
     def _coefficients(self, state: Any) -> list[Any]:

@@ -17,7 +17,8 @@ from mbody.analysis.position.assembly_analysis import closed
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
 from mbody.errors import ModelError, SolveError
 from mbody.model.mechanism import Mechanism
-from mbody.solution.doubts import Inherited, certificate, inherited
+from mbody.solution.doubts import Inherited, inherited
+from mbody.solution.heading import heading, unit_symbols
 from mbody.solution.solution import Solution
 from mbody.system.rank import too_large
 from mbody.system.read_only import lock
@@ -110,7 +111,9 @@ class Linearization(Inherited):
 
     def data(self) -> dict[str, Any]:
         """The same as lists and texts, ready for JSON."""
+        mechanism = self.solution.mechanism
         return {
+            **heading(mechanism.name, "linearize", unit_symbols(mechanism.units), self),
             "about": self.about,
             "t": self.t,
             "mass": self.mass.tolist(),
@@ -118,7 +121,6 @@ class Linearization(Inherited):
             "stiffness": self.stiffness.tolist(),
             "drive": self.drive.tolist(),
             "motions": [motion.data() for motion in self.motions],
-            **certificate(self),
         }
 
 

@@ -17,6 +17,7 @@ from mbody.errors import ModelError, SolveError
 from mbody.model.mechanism import Mechanism
 from mbody.quantities.units import UnitSystem
 from mbody.solution.doubts import Inherited, certificate, inherited
+from mbody.solution.heading import heading, unit_symbols
 from mbody.solution.presentation import present
 from mbody.solution.solution import Solution
 from mbody.system.read_only import lock
@@ -175,12 +176,9 @@ class Modes(Inherited):
     def data(self) -> dict[str, Any]:
         """Everything as a plain dict of numbers, text, lists and dicts, ready for JSON."""
         return {
-            "model": self.mechanism,
-            "analysis": "modes",
-            "units": self.units.name,
+            **heading(self.mechanism, "modes", unit_symbols(self.units), self),
             "t": self.t,
             "positions": [one.data() for one in self.positions],
-            **certificate(self),
         }
 
     def __str__(self) -> str:
