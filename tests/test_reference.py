@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from mbody.engines.jets import Jet
 from mbody.engines.oracle import Reference
-from mbody.engines.taylor import Jet
 from mbody.laws import ConstantSpeed, Harmonic, Polynomial
 from mbody.model.body import Body, deg, rpm
 from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
