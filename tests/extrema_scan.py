@@ -21,19 +21,12 @@ from typing import Any
 import numpy as np
 
 import mbody
-from mbody import (
-    ModelError,
-    ModelWarning,
-    Question,
-    SolveError,
-    Torque,
-    Unknown,
-    gallery,
-    solve_for,
-)
+from mbody import ModelError, SolveError, Torque, gallery, solve_for
 from mbody.analysis.driven.requests import Instants, asked
 from mbody.analysis.inverse.trials import Trials
+from mbody.errors import ModelWarning
 from mbody.makers import makers
+from mbody.model.study import Question, Unknown
 from mbody.solution.measures import measured
 from mbody.solution.places import link_poses
 

@@ -9,10 +9,11 @@ import pytest
 from numpy.testing import assert_allclose
 
 import mbody
-from mbody import ModelWarning, assemble, gallery, kinematics
+from mbody import assemble, gallery, kinematics
 from mbody.analysis.driven.runner import Runner
 from mbody.analysis.driven.time_grid import plan
 from mbody.analysis.position.assembly_analysis import closed
+from mbody.errors import ModelWarning
 from mbody.makers import makers
 from mbody.system.assur_groups import diagonal_blocks
 from mbody.system.rank import dense

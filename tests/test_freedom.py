@@ -24,6 +24,7 @@ from mbody import (
     SolveError,
     mobility,
 )
+from mbody.engineering import close_loops
 from mbody.engines.oracle import Reference
 from mbody.makers.makers import bar
 from mbody.sheets.table import WIDTH
@@ -65,7 +66,7 @@ def rows(report):
 
 def moves(machine, motion):
     """The rates of a motion keep every row of the joints, by the oracle's Φ_q."""
-    q = mbody.close_loops(machine)
+    q = close_loops(machine)
     oracle = Reference(without_drivers(machine))
     n3 = 3 * len(machine.bodies)
     v = np.zeros((n3 // 3, 3))

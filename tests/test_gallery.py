@@ -11,6 +11,7 @@ from mbody.errors import ModelError
 from mbody.files.model import from_toml, to_toml
 from mbody.quantities import read
 from tests.gallery_runs import run
+from tests.model_text import model_from, text_from
 
 pytestmark = pytest.mark.processor
 

@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import AngleDriver, Body, ConstantSpeed, Mechanism, Revolute, close_loops, gallery
+from mbody import AngleDriver, Body, Mechanism, Revolute, gallery
+from mbody.engineering import close_loops
+from mbody.laws import ConstantSpeed
 
 FREE = ("bouncing_ball", "double_pendulum", "simple_pendulum")
 

@@ -10,29 +10,31 @@ import mbody
 from mbody import (
     AngleDriver,
     Body,
-    Cam,
-    ConstantAcceleration,
-    ConstantSpeed,
     CoordinateDriver,
     DistanceDriver,
-    Dwell,
-    Harmonic,
-    Instants,
     Mechanism,
     ModelError,
-    Polynomial,
     Prismatic,
     Revolute,
-    Rise,
-    Table,
-    from_text,
+    from_toml,
     kinematics,
     kinetostatics,
     statics,
-    to_text,
+    to_toml,
 )
 from mbody.analysis.driven.requests import asked
+from mbody.laws import (
+    Cam,
+    ConstantAcceleration,
+    ConstantSpeed,
+    Dwell,
+    Harmonic,
+    Polynomial,
+    Rise,
+    Table,
+)
 from mbody.makers import makers
+from mbody.model.study import Instants
 from tests.test_errors import says
 
 ROUNDED = 2.3e-16
@@ -281,8 +283,8 @@ def test_questions_of_a_file():
         ('angle = "rad"\n', 'at = { motor = [0.7, "40 deg"] }', [0.7, math.radians(40)]),
         ("", 'at = { t = ["50 ms", 0.1] }', [0.6, 0.7]),
     ):
-        made = from_text(f"{head}{text}\n[ask]\n{table}")
+        made = from_toml(f"{head}{text}\n[ask]\n{table}")
         assert_allclose(asked(made, "kinematics")["crank"].angle, expected, rtol=1e-13)
-        again = from_text(to_text(made))
+        again = from_toml(to_toml(made))
         assert again == made
         np.testing.assert_array_equal(asked(again, "kinematics").t, asked(made, "kinematics").t)

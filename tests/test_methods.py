@@ -14,7 +14,6 @@ from mbody import (
     Damper,
     Event,
     Gravity,
-    Guess,
     Marker,
     Mechanism,
     ModelError,
@@ -26,9 +25,11 @@ from mbody import (
     gallery,
     simulate,
 )
-from mbody.analysis.dynamics.integration import Course
-from mbody.kernels.step_state import LAST_ONE, NEXT, TIME
+from mbody.analysis.dynamics.integration import Integration
+from mbody.engineering import close_loops
+from mbody.kernels.step_state import LAST_STEP_ALLOWED, NEXT, TIME, Outputs
 from mbody.kernels.tableaus import order_5, order_8
+from mbody.model.body import Guess
 from mbody.model.simulation import EVEN, METHODS
 from mbody.solution.restart import Way
 
@@ -62,20 +63,21 @@ def swung(t, first=FIRST):
 def even_steps(method, count, until, machine):
     """The last angles of a motion in so many steps of one length, whatever its tolerance."""
     system = mbody.assemble(machine)
-    start = mbody.close_loops(system)
+    start = close_loops(system)
     h = until / count
     if method in EVEN:
         run = simulate(system, until, start=start, method=method, step=h, instants=2)
         return np.array([run[name].angle[-1] for name in run])
-    course = Course(system, start, Way(method, 0.1, 0.1))
-    course._begin(0.0, *(start_of(system, start)), until)
-    course.memory.rtol = course.memory.atol = 1e6
-    none, gained = np.empty(0), np.zeros((1, course.causes))
-    output = np.empty((0, course.rows, 1))
-    while course.state[TIME] < until * (1 - 1e-12):
-        course.state[NEXT], course.state[LAST_ONE] = h, 1.0
-        course._flow(until, 1, none, output, gained)
-    return course.y[2 : system.coordinates : 3].copy()
+    integration = Integration(system, start, Way(method, 0.1, 0.1))
+    integration._begin(0.0, *(start_of(system, start)), until)
+    tolerances = integration.motion.tolerances.replaced(relative=1e6, absolute=1e6)
+    integration.motion.tolerances = tolerances
+    none, gained = np.empty(0), np.zeros((1, integration.causes))
+    outputs = Outputs(times=none, pages=np.empty((0, integration.rows, 1)), work=gained)
+    while integration.state[TIME] < until * (1 - 1e-12):
+        integration.state[NEXT], integration.state[LAST_STEP_ALLOWED] = h, 1.0
+        integration._advance(until, 1, outputs)
+    return integration.y[2 : system.coordinates : 3].copy()
 
 
 def start_of(system, start):
@@ -116,16 +118,14 @@ def test_the_error_falls_with_the_order_of_the_method(method, order, counts, clo
 
 
 def last_angles(machine, until, method, rtol=1e-13):
-    run = simulate(
-        machine, until, start=mbody.close_loops(machine), method=method, rtol=rtol, instants=2
-    )
+    run = simulate(machine, until, start=close_loops(machine), method=method, rtol=rtol, instants=2)
     return np.array([run[name].angle[-1] for name in run])
 
 
 def test_the_error_of_radau_falls_with_its_order():
     """Its steps follow the tolerance: how the error falls with their number, over two decades."""
     machine, until = gallery.load("free_fourbar"), 0.4
-    start, right = mbody.close_loops(machine), last_angles(machine, until, "dop853")
+    start, right = close_loops(machine), last_angles(machine, until, "dop853")
     errors, steps = [], []
     for rtol in (1e-6, 1e-9):
         run = simulate(machine, until, start=start, method="radau5", rtol=rtol, instants=2)
@@ -186,9 +186,9 @@ def test_a_motion_comes_back_when_it_is_reversed(method):
     machine = gallery.load("free_fourbar")
     there = simulate(machine, 1.0, method=method, step=5e-4, instants=2)
     system = there.system
-    course = Course(system, there, Way(method, 1e-8, 1e-8, 5e-4))
+    integration = Integration(system, there, Way(method, 1e-8, 1e-8, 5e-4))
     q, v = start_of(system, there.take([1]))
-    back = course.run(0.0, q.reshape(-1), -v.reshape(-1), np.array([0.0, 1.0]), None)
+    back = integration.run(0.0, q.reshape(-1), -v.reshape(-1), np.array([0.0, 1.0]), None)
     for name in there:
         assert back[name].angle[-1] == pytest.approx(there[name].angle[0], abs=2e-10)
 

@@ -8,16 +8,16 @@ from mbody import (
     AngleDriver,
     Body,
     Force,
-    Instants,
     Mechanism,
     Revolute,
     Spring,
     Torque,
-    from_text,
+    from_toml,
     gallery,
-    in_units,
     kinetostatics,
 )
+from mbody.files.model import in_units
+from mbody.model.study import Instants
 from mbody.quantities.units import unit_system
 from tests.linkages import random_linkage, times_within
 from tests.model_files import says_in_file
@@ -195,7 +195,7 @@ T12 = { of = "motor.effort", unit = "lbf*in" }
 
 def test_norton_in_si_is_norton_in_inches():
     """The same machine by two ways: the book's inches, and text in SI units by hand."""
-    inches, metres = gallery.load("norton_fourbar"), from_text(NORTON_SI)
+    inches, metres = gallery.load("norton_fourbar"), from_toml(NORTON_SI)
     for t in ([0.0], [0.0, 0.1, 0.2]):
         book, ours = (kinetostatics(machine, t=t) for machine in (inches, metres))
         compare(book, ours, 1e-12)

@@ -10,7 +10,6 @@ import mbody
 from mbody import (
     AngleDriver,
     Body,
-    ConstantSpeed,
     CoordinateDriver,
     CouplingTerm,
     Gravity,
@@ -25,9 +24,10 @@ from mbody import (
     SolveError,
     Spring,
     assemble,
-    from_text,
+    from_toml,
 )
 from mbody.analysis.driven.requests import asked
+from mbody.laws import ConstantSpeed
 from mbody.model.study import Instants
 
 G, UP = 9.81, 0.5 * math.pi
@@ -116,7 +116,7 @@ def pressing(t, speed=40.0, preload=20.0):
 
 
 def test_a_cam_is_watched_at_and_between_the_instants_asked_for():
-    machine = from_text(CAM)
+    machine = from_toml(CAM)
     one = asked(machine, "kinetostatics", Instants(at={"t": [0.03]}))
     assert one.contact("contact") == pytest.approx(pressing(0.03), rel=1e-9)
     assert one.notes == ()  # at t = 0, from where it is followed, it pulls

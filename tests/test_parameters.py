@@ -13,19 +13,17 @@ from hypothesis import strategies as st
 from mbody import (
     AngleDriver,
     Body,
-    ConstantAcceleration,
     Force,
     Mechanism,
     ModelError,
     Revolute,
-    Rise,
-    Table,
     assemble,
     kinetostatics,
     polar,
 )
 from mbody.files.model.read import built
 from mbody.files.model.write import as_data
+from mbody.laws import ConstantAcceleration, Rise, Table
 from mbody.quantities import Parameters
 from mbody.quantities.deferred import formulas_in, is_pending
 from mbody.quantities.units import DIMENSIONS, name_of, unit_system

@@ -11,19 +11,19 @@ from numpy.testing import assert_allclose
 from mbody import (
     AngleDriver,
     Body,
-    ConstantSpeed,
     Event,
     Gravity,
     Mechanism,
     Revolute,
     SolveError,
     Torque,
-    close_loops,
     gallery,
     simulate,
 )
-from mbody.analysis.dynamics.branch_choice import chosen_motion
+from mbody.analysis.dynamics.branch_choice import choose_branch
+from mbody.engineering import close_loops
 from mbody.files.results import data
+from mbody.laws import ConstantSpeed
 from mbody.solution.histories import Record
 from mbody.system.assembler import assemble
 from tests import folded
@@ -179,7 +179,7 @@ def test_three_cranks_have_one_branch():
 def test_rows_that_repeat_for_good_are_no_singular_start():
     machine = three_cranks(0.7)
     start = close_loops(machine)
-    assert start.soft and chosen_motion(start.system, start) is None
+    assert start.soft and choose_branch(start.system, start) is None
 
 
 # -- what is refused ---------------------------------------------------------------------------

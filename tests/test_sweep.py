@@ -31,6 +31,7 @@ from mbody import (
 )
 from mbody.compiler.lanes import LANES
 from mbody.makers import makers
+from mbody.model.study import Instants
 from mbody.sweeps import (
     Normal,
     Triangular,
@@ -154,7 +155,7 @@ def test_instants_asked_for_in_the_words_of_a_description():
     found = mbody.sweep(
         machine, {"crank.mass": [1.0, 2.0]}, measure="motor.effort", at={"crank": ["60 deg", 2.0]}
     )
-    ask = mbody.Instants(at={"crank": ["60 deg", 2.0]})
+    ask = Instants(at={"crank": ["60 deg", 2.0]})
     run = mbody.analysis.driven.requests.asked(machine, "kinetostatics", ask)
     assert_allclose(found.t, run.t, rtol=1e-15)
     assert_allclose(found["motor.effort"][0], run.effort("motor"), rtol=LANE)

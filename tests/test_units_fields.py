@@ -9,27 +9,27 @@ import pytest
 from mbody import (
     AngleDriver,
     Body,
+    Force,
+    Marker,
+    Mechanism,
+    ModelError,
+    Rolling,
+    Spring,
+    Torque,
+    polar,
+)
+from mbody.laws import (
     Cam,
     Constant,
     ConstantAcceleration,
     ConstantSpeed,
     Dwell,
-    Force,
-    Guess,
     Harmonic,
-    Marker,
-    Mechanism,
-    ModelError,
     Polynomial,
     Rise,
-    Rolling,
-    SecondMoments,
-    SlenderRod,
-    Spring,
     Table,
-    Torque,
-    polar,
 )
+from mbody.model.body import Guess, SecondMoments, SlenderRod
 from mbody.quantities.units import DIMENSIONS, name_of, of_quantity, unit_system
 from tests.test_errors import EXAMPLES, fields, is_number, make, says
 

@@ -15,7 +15,9 @@ from mbody.analysis.equilibria.equilibrium import released
 from mbody.errors import ModelError, SolveError, brief
 from mbody.files.arrays import Unreadable, packed, unpacked
 from mbody.files.files import writing
-from mbody.files.model import Limits, from_text, to_text
+from mbody.files.model import Limits
+from mbody.files.model.read import from_json
+from mbody.files.model.write import to_json
 from mbody.files.saved_parts import array, check_told, pages, want
 from mbody.kernels.step_state import PROGRESS
 from mbody.solution.doubts import as_doubt
@@ -80,7 +82,7 @@ def save_run(run: Solution, path: Any) -> None:
         arrays["given"] = run.given
     told: dict[str, Any] = {
         "format": FORMAT,
-        "model": to_text(run.mechanism, as_json=True),
+        "model": to_json(run.mechanism),
         "values": {name: float(value) for name, value in run.system.values.items()},
         "analysis": run.analysis,
         "soft": run.soft,
@@ -166,7 +168,7 @@ def _system(told: Mapping[str, Any]) -> System:
     model, values = told["model"], told["values"]
     want(isinstance(model, str), "its model is no text")
     try:
-        system = assemble(from_text(model, is_json=True, limits=UNLIMITED))
+        system = assemble(from_json(model, limits=UNLIMITED))
         numbers = isinstance(values, dict) and all(type(v) is float for v in values.values())
         want(numbers and values.keys() == system.values.keys(), "its numbers are not of its model")
         return with_numbers_of(system, values)

@@ -11,6 +11,7 @@ from mbody.errors import ModelError
 from mbody.laws import Constant
 from mbody.model.constraint import Constraint, TurnRow
 from mbody.model.element import (
+    BodyName,
     LawLike,
     Place,
     body_field,
@@ -83,9 +84,9 @@ class AngleDriver(Driver):
 
     main: ClassVar[tuple[str, ...]] = ("body",)
 
-    body: str = body_field()
+    body: BodyName = body_field()
     law: LawLike = law_field("angle", 0.0)
-    relative_to: str = body_field("ground")
+    relative_to: BodyName = body_field("ground")
     rows = "a"
     counts_turns = True
 

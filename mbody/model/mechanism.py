@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import reprlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, TypeVar
 
 from mbody.errors import ModelError, brief
@@ -12,7 +12,7 @@ from mbody.model.body import Body
 from mbody.model.constraint import Constraint
 from mbody.model.coupling import Coupling
 from mbody.model.driver import Driver
-from mbody.model.element import Element, Marker, check_name, listed
+from mbody.model.element import Element, Marker, PointLike, check_name, listed
 from mbody.model.evaluation import resolved
 from mbody.model.identity import whole
 from mbody.model.joints import Joint
@@ -22,6 +22,7 @@ from mbody.model.study import Instants, Measure, Question
 from mbody.quantities import Formula, FormulaError, Parameters, Scope, read
 from mbody.quantities.deferred import substituted
 from mbody.quantities.number import number
+from mbody.quantities.types import Number
 from mbody.quantities.units import UnitSystem, unit_system
 
 __all__ = ["Mechanism"]
@@ -74,11 +75,11 @@ class Mechanism:
         name: str = "mechanism",
         *,
         units: str | UnitSystem = "SI",
-        g: float | None = None,
-        ground: dict[str, Any] | None = None,
-        parameters: dict[str, Any] | None = None,
-        measures: dict[str, Measure | str] | None = None,
-        questions: dict[str, Question] | None = None,
+        g: Number | None = None,
+        ground: Mapping[str, PointLike] | None = None,
+        parameters: Mapping[str, Number] | None = None,
+        measures: Mapping[str, Measure | str] | None = None,
+        questions: Mapping[str, Question] | None = None,
         ask: Instants | None = None,
         simulation: SimulationSettings | None = None,
         source: str = "",

@@ -27,6 +27,7 @@ def sheet(found: Equilibria) -> str:
     Examples
     --------
     >>> import mbody
+    >>> from mbody.engineering import equilibrium_curve
     >>> machine = mbody.Mechanism("pendulum")
     >>> machine.add(mbody.Body("rod", mass=2.0, cg=(0.5, 0.0)))
     >>> machine.add(mbody.Revolute("O", "ground", "rod"))
@@ -129,11 +130,12 @@ def curve_sheet(curve: EquilibriumCurve) -> str:
     Examples
     --------
     >>> import mbody
+    >>> from mbody.engineering import equilibrium_curve
     >>> machine = mbody.Mechanism("pendulum")
     >>> machine.add(mbody.Body("rod", mass=2.0, cg=(0.5, 0.0)))
     >>> machine.add(mbody.Revolute("O", "ground", "rod"))
     >>> machine.add(mbody.Gravity("gravity", y=-9.81), mbody.Torque("push", "rod", value=0.0))
-    >>> curve = mbody.equilibrium_curve(machine, "push.value", (0.0, 20.0), points=60)
+    >>> curve = equilibrium_curve(machine, "push.value", (0.0, 20.0), points=60)
     >>> curve_sheet(curve).splitlines()[0]
     'pendulum'
     """

@@ -401,7 +401,7 @@ class Solution:
         return -m * history.ax, -m * history.ay, -inertia * history.alpha
 
     def momentum(self, about: Any = (0.0, 0.0)) -> Momentum:
-        """Momentum, and angular momentum about a place; see `mbody.momentum`."""
+        """Momentum, and angular momentum about a place; see `mbody.engineering.momentum`."""
         return momentum(self, about)
 
     @functools.cached_property

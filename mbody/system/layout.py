@@ -138,7 +138,7 @@ class Work(Bundle):
     past: Rows
     # how far rows are from depending on each other at the places behind
     # (`mbody.kernels.branch_monitor`)
-    watch: Rows
+    monitor: Rows
     # positions to come back to while loops are closed
     guess: Rows
     base: Rows
@@ -248,7 +248,7 @@ def _frame(
         "block": 12 * nodes + 6 * more,
         "cross": nodes,
         "pivot": 3 * nodes,
-        "watch": 4 * nodes,
+        "monitor": 4 * nodes,
         "schur": 3 * nodes + 4 * blocks,
         "lower": 4 * blocks,
         "near": SAMPLES * nodes,

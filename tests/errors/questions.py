@@ -1,7 +1,9 @@
 """Measures, and the instants that a mechanism or a command asks for."""
 
-from mbody import AngleDriver, ConstantAcceleration, ConstantSpeed, Instants, Measure
+from mbody import AngleDriver, Measure
 from mbody.analysis.driven.requests import asked
+from mbody.laws import ConstantAcceleration, ConstantSpeed
+from mbody.model.study import Instants
 from tests.errors.models import by_law, four_bar
 from tests.errors.results import run
 

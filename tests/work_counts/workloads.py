@@ -19,6 +19,7 @@ from mbody.analysis.driven.runner import Runner
 from mbody.analysis.driven.time_grid import plan
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.compiler import cache
+from mbody.quantities import deg
 
 machine = functools.cache(gallery.load)
 
@@ -61,7 +62,7 @@ def made(model):
 
 def windows(count):
     """Four-bars of equal rods in a row, upright (IFToMM A02, any number of them)."""
-    upright = mbody.deg(90)
+    upright = deg(90)
 
     def rod(name, angle):
         return mbody.makers.bar(name, 1.0, mass=1.0, guess=angle)

@@ -7,13 +7,14 @@ import warnings
 import numpy as np
 
 from mbody.analysis.driven.lanes import closed_poses, in_all_lanes, with_middle
-from mbody.analysis.driven.runner import Runner, Stuck
+from mbody.analysis.driven.runner import PathEnded, Runner
 from mbody.analysis.driven.time_grid import BY_INSTANT, Plan
 from mbody.analysis.position.assembly_analysis import check_determined, closed, rounding
 from mbody.analysis.position.closed_position import Closed
 from mbody.analysis.position.whole_turns import by_springs
 from mbody.compiler.lanes import LANES
 from mbody.errors import ModelWarning, SolveError
+from mbody.kernels.continuation_lanes import FAILED
 from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
 from mbody.system.assur_groups import diagonal_blocks
@@ -37,23 +38,23 @@ def batch(runner: Runner, start: Closed, plan: Plan) -> Solution:
     """
     system = runner.system
     designs, n = int(system.batch or 0), system.coordinates
-    reach = runner.reach(start, plan)
     poses = _poses(runner, start, plan)
     simple = not (system.has_user_code or start.soft or plan.mode == BY_INSTANT)
     middled, kept = with_middle(plan)
     s, t, given = in_all_lanes(middled)
+    path = runner.lane_path(plan.mode, s, t, given, runner.reach(start, plan))
     blocks = []
     for low in range(0, designs, LANES):
         chosen = np.minimum(np.arange(low, low + LANES), designs - 1)
         if simple:
             work = system.work(LANES, chosen)
             work.q[:n] = poses[chosen, :n].T
-            output, bad = runner.march(work, middled, s, t, given, reach)
-            runner.branches.on_lanes(output, bad, t, chosen)
-            output = output[kept]
+            output, found = runner.on_lanes(work, path)
+            runner.branches.on_lanes(output, found, t, chosen)
+            output, failed = output[kept], found[FAILED]
         else:
-            output, bad = np.empty((len(plan.s), runner.rows, LANES)), np.ones((1, LANES))
-        for lane in np.flatnonzero(bad[0, : designs - low]):
+            output, failed = np.empty((len(plan.s), runner.rows, LANES)), np.ones(LANES)
+        for lane in np.flatnonzero(failed[: designs - low]):
             design = int(chosen[lane])
             output[:, :, lane] = _one(runner, design, poses[design], start.soft, plan)
         blocks.append(output)
@@ -115,7 +116,7 @@ def _one(runner: Runner, design: int, pose: np.ndarray, soft: float, plan: Plan)
     start.work.q[:, 0] = pose
     try:
         return runner.scalar(start, plan, design=design)[:, :, 0]
-    except Stuck as stuck:
+    except PathEnded as stuck:
         raise _numbered(runner.explain(stuck, start, plan, design), design) from None
     except SolveError as error:
         raise _numbered(error, design) from error

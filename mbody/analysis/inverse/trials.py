@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.requests import ANALYSES, asked
-from mbody.analysis.driven.runner import Runner, Stuck
+from mbody.analysis.driven.runner import PathEnded, Runner
 from mbody.analysis.driven.time_grid import by_time
 from mbody.analysis.inverse.conditions import Relation
 from mbody.analysis.inverse.unknowns import Wanted
@@ -303,7 +303,7 @@ class Trials:
         runner, instant = Runner(system, self.question.analysis), by_time(system, self._times)
         try:
             block = runner.scalar(start, instant)
-        except Stuck:
+        except PathEnded:
             return None
         run = runner.solution(start, instant, Record([block], 1, batch=False))
         return Reached(run, link_poses(run), side, redundant, float(start.ratio))

@@ -10,7 +10,7 @@ from xml.etree import ElementTree as ET
 from xml.sax.saxutils import quoteattr
 
 from mbody.analysis.initial.close_loops import close_loops
-from mbody.analysis.initial.initial_state import started
+from mbody.analysis.initial.initial_state import initial_state_of
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.engines.mjcf.document import POINT, STAND_IN, Document
 from mbody.engines.mjcf.exported import Exported, branch_coordinates, numbers
@@ -83,7 +83,7 @@ def to_mjcf(
         )
     machine = system.mechanism
     if start is None and machine.simulation is not None and not isinstance(model, System):
-        start = started(system, machine.simulation)
+        start = initial_state_of(system, machine.simulation)
     elif start is None:
         start = close_loops(system)
     return MjcfWriter(system, start, fix_drivers).export()
@@ -126,9 +126,9 @@ class MjcfWriter:
         if self.document.stand_ins:
             notes.append(
                 f"{', '.join(repr(one) for one in self.document.stand_ins)}: without mass or "
-                f"inertia; the file has very small ones ({STAND_IN:g} of the greatest, {POINT:g} for point "
-                "masses), since MuJoCo cannot move a massless body; where loads act on these alone "
-                "its steps are unstable: give them masses before the file is run freely"
+                f"inertia; the file has very small ones ({STAND_IN:g} of the greatest, {POINT:g} "
+                "for point masses), since MuJoCo cannot move a massless body; where loads act on "
+                "these alone its steps are unstable: give them masses before the file is run freely"
             )
         return Exported(
             text="",

@@ -149,8 +149,15 @@ def _questions(given: Any, mechanism: Mechanism) -> list[Problem]:
             events = [Event(name=name, **_set(one)) for name, one in entry.events.items()]
             stops = [Stop(name=name, **_set(one)) for name, one in entry.stops.items()]
             mechanism.simulation = SimulationSettings(
-                *(entry.until, start, entry.rtol, entry.instants, [*events, *stops]),
-                *(entry.method, entry.step, entry.release, entry.every),
+                until=entry.until,
+                start=start,
+                rtol=entry.rtol,
+                instants=entry.instants,
+                events=[*events, *stops],
+                method=entry.method,
+                step=entry.step,
+                release=entry.release,
+                every=entry.every,
             )
             check_simulation(mechanism, mechanism.simulation)
         except ModelError as error:

@@ -31,7 +31,7 @@ from mbody.quantities.parameters import Parameters, parameter_value, with_unit_o
 from mbody.quantities.parse import MAX_CHARACTERS
 from mbody.quantities.units import Dimension, UnitSystem, unit_system
 
-__all__ = ["built", "check_size", "load", "from_text", "text_of"]
+__all__ = ["built", "check_size", "from_json", "from_toml", "load", "text_of"]
 
 DEEPEST = 30  # tables in tables
 LONGEST_KEY = 20  # parts of a dotted key
@@ -79,33 +79,24 @@ def load(
     """
     file = Path(path)
     text = text_of(file, limits)
-    return from_text(
-        text,
-        is_json=file.suffix.lower() == ".json",
-        parameters=parameters,
-        name=_short(file.name),
-        folder=file.parent,
-        limits=limits,
-    )
+    is_json = file.suffix.lower() == ".json"
+    return _made(text, is_json, parameters, _short(file.name), file.parent, limits)
 
 
-def from_text(
+def from_toml(
     text: str,
     *,
-    is_json: bool = False,
     parameters: Mapping[str, Any] | None = None,
     name: str = "model",
     folder: Path | None = None,
     limits: Limits | None = None,
 ) -> Mechanism:
-    """The mechanism of a model that is text.
+    """The mechanism of a model that is text in TOML.
 
     Parameters
     ----------
     text : str
-        TOML, or JSON.
-    is_json : bool
-        Which of them.
+        What a model file contains.
     parameters : mapping, optional
         Other values for parameters of the model.
     name : str
@@ -120,7 +111,7 @@ def from_text(
     ModelError
         With every line that is wrong.
 
-    >>> machine = from_text('''
+    >>> machine = from_toml('''
     ... [bodies.arm]
     ... mass = "2 kg"
     ... [joints]
@@ -129,6 +120,28 @@ def from_text(
     >>> machine["arm"].mass
     2.0
     """
+    return _made(text, False, parameters, name, folder, limits)
+
+
+def from_json(
+    text: str,
+    *,
+    name: str = "model",
+    folder: Path | None = None,
+    limits: Limits | None = None,
+) -> Mechanism:
+    """The mechanism of a model that is text in JSON; parameters and errors as of `from_toml`."""
+    return _made(text, True, None, name, folder, limits)
+
+
+def _made(
+    text: str,
+    is_json: bool,
+    parameters: Mapping[str, Any] | None,
+    name: str,
+    folder: Path | None,
+    limits: Limits | None,
+) -> Mechanism:
     if not isinstance(text, str):
         raise ModelError(f"{name}: a model is text, not {brief(text)}")
     most = limits_of(limits)

@@ -29,7 +29,7 @@ from mbody.model.mechanism import Mechanism
 from mbody.quantities import Formula, FormulaError, evaluate, parse
 from mbody.quantities.units import DIMENSIONS, Dimension, dimension_of
 
-__all__ = ["Writer", "as_data", "to_text", "save"]
+__all__ = ["Writer", "as_data", "save", "to_json", "to_toml"]
 
 ANGLE = DIMENSIONS["angle"]
 WORDS = {cls: word for word, cls in LAWS.items()}
@@ -54,7 +54,7 @@ def save(
         the file cannot be written.
     """
     file, data = Path(path), as_data(mechanism)
-    text = _text(data, file.suffix.lower() == ".json")
+    text = _json(data) if file.suffix.lower() == ".json" else toml(data)
     try:
         raw = text.encode()
         check_size(data, len(raw), limits_of(limits), file.name)
@@ -66,8 +66,8 @@ def save(
         raise ModelError(f"the file '{file}' cannot be written: {odd!a} is no character") from None
 
 
-def to_text(mechanism: Mechanism, *, as_json: bool = False) -> str:
-    """The text of a model file.
+def to_toml(mechanism: Mechanism) -> str:
+    """The text of a model file in TOML; `save` writes JSON too.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def to_text(mechanism: Mechanism, *, as_json: bool = False) -> str:
     >>> from mbody import Body, Mechanism
     >>> machine = Mechanism("an arm", units="mm-N-s")
     >>> machine.add(Body("arm", mass="2 kg", points={"A": (100.0, 0.0)}))
-    >>> print(to_text(machine))
+    >>> print(to_toml(machine))
     name  = "an arm"
     units = "mm-N-s"
     <BLANKLINE>
@@ -86,11 +86,16 @@ def to_text(mechanism: Mechanism, *, as_json: bool = False) -> str:
     points = { A = [100, 0] }
     <BLANKLINE>
     """
-    return _text(as_data(mechanism), as_json)
+    return toml(as_data(mechanism))
 
 
-def _text(data: dict[str, Any], as_json: bool) -> str:
-    return json.dumps(data, indent=2, ensure_ascii=False) + "\n" if as_json else toml(data)
+def to_json(mechanism: Mechanism) -> str:
+    """The text of a model file in JSON; errors as of `to_toml`."""
+    return _json(as_data(mechanism))
+
+
+def _json(data: dict[str, Any]) -> str:
+    return json.dumps(data, indent=2, ensure_ascii=False) + "\n"
 
 
 def as_data(mechanism: Mechanism) -> dict[str, Any]:

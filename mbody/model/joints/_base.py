@@ -9,7 +9,7 @@ import numpy as np
 
 from mbody.errors import ModelError
 from mbody.model.constraint import Constraint, TurnRow
-from mbody.model.element import Place, place_field, two_bodies
+from mbody.model.element import InheritedPlace, place_field, two_bodies
 
 if TYPE_CHECKING:
     from mbody.model.constraint import PoseReader
@@ -47,8 +47,8 @@ class Joint(Constraint):
     #: multipliers of the rows are the unknowns.
     unknowns: ClassVar[tuple[str, ...]] = ()
 
-    i: Place = place_field()
-    j: Place = place_field()
+    i: InheritedPlace = place_field()
+    j: InheritedPlace = place_field()
 
     def _check(self) -> None:
         super()._check()

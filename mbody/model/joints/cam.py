@@ -16,6 +16,7 @@ from mbody.model.element import LawLike, law_field, number_field
 from mbody.model.geometry import between
 from mbody.model.joints._base import Joint
 from mbody.model.primitives import ConstraintPrimitive, constraint_physics
+from mbody.quantities.types import NumberField, OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers, Value
@@ -88,8 +89,8 @@ class CamFollower(Joint):
     """
 
     profile: LawLike = law_field("length", of="angle")
-    base_radius: float | None = number_field("length", None, sign="positive")
-    roller: float = number_field("length", 0.0, sign="not negative")
+    base_radius: OptionalNumberField = number_field("length", None, sign="positive")
+    roller: NumberField = number_field("length", 0.0, sign="not negative")
     flat: bool = False
     clockwise: bool = False
     rows = "l"

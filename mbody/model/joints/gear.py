@@ -16,6 +16,7 @@ from mbody.model.element import number_field
 from mbody.model.geometry import between
 from mbody.model.joints._base import Joint
 from mbody.model.primitives import ConstraintPrimitive, constraint_physics
+from mbody.quantities.types import NumberField
 
 if TYPE_CHECKING:
     from mbody.model.constraint import PoseReader
@@ -59,10 +60,10 @@ class Gear(Joint):
     'l'
     """
 
-    radius_i: float = number_field("length", 0.0, sign="positive")
-    radius_j: float = number_field("length", 0.0, sign="positive")
+    radius_i: NumberField = number_field("length", 0.0, sign="positive")
+    radius_j: NumberField = number_field("length", 0.0, sign="positive")
     internal: bool = False
-    phase: float = number_field("angle", 0.0)
+    phase: NumberField = number_field("angle", 0.0)
     rows = "l"
     spaced = True
     counts_turns = True

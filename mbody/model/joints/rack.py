@@ -14,6 +14,7 @@ from mbody.model.element import number_field
 from mbody.model.geometry import between, turned
 from mbody.model.joints._base import Joint, relative_angle
 from mbody.model.primitives import ConstraintPrimitive, constraint_physics
+from mbody.quantities.types import NumberField
 
 if TYPE_CHECKING:
     from mbody.model.constraint import PoseReader
@@ -50,8 +51,8 @@ class RackPinion(Joint):
     'l'
     """
 
-    radius: float = number_field("length", 0.0, sign="positive")
-    offset: float = number_field("length", 0.0)
+    radius: NumberField = number_field("length", 0.0, sign="positive")
+    offset: NumberField = number_field("length", 0.0)
     rows = "l"
     spaced = True
     counts_turns = True

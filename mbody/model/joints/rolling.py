@@ -14,6 +14,7 @@ from mbody.model.joints._base import Joint
 from mbody.model.joints.gear import signed, touching, turns_of_wheels, without_slip
 from mbody.model.joints.rack import along_line, below, turns_on_line
 from mbody.model.primitives import ConstraintPrimitive, Signal
+from mbody.quantities.types import NumberField, OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.constraint import PoseReader, TurnRow
@@ -58,11 +59,11 @@ class Rolling(Joint):
     'll'
     """
 
-    radius: float = number_field("length", 0.0, sign="positive")
-    on_radius: float | None = number_field("length", None, sign="positive")
+    radius: NumberField = number_field("length", 0.0, sign="positive")
+    on_radius: OptionalNumberField = number_field("length", None, sign="positive")
     internal: bool = False
-    offset: float = number_field("length", 0.0)
-    phase: float = number_field("angle", 0.0)
+    offset: NumberField = number_field("length", 0.0)
+    phase: NumberField = number_field("angle", 0.0)
     rows = "ll"
     counts_turns = True
 

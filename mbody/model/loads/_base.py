@@ -109,8 +109,8 @@ class Turning(Load):
 
     main: ClassVar[tuple[str, ...]] = ("body",)
 
-    body: str = body_field()
-    by: str = body_field("ground")
+    body: Any = body_field()
+    by: Any = body_field("ground")
 
     def _check(self) -> None:
         super()._check()

@@ -10,9 +10,10 @@ import numpy as np
 from mbody.compiler.jit import inline
 from mbody.errors import ModelError
 from mbody.laws import Constant
-from mbody.model.element import LawLike, Place, law_field, number_field, place_field
+from mbody.model.element import OptionalLaw, Place, law_field, number_field, place_field
 from mbody.model.loads._base import Load
 from mbody.model.primitives import ForcePrimitive, load_physics
+from mbody.quantities.types import NumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -78,9 +79,9 @@ class CentrifugalField(Load):
     main: ClassVar[tuple[str, ...]] = ("axis",)
 
     axis: Place = place_field("ground")
-    speed: LawLike = law_field("angular velocity", None)
-    momentum: LawLike = law_field("angular momentum", None)
-    inertia: float = number_field("inertia", 0.0, sign="not negative")
+    speed: OptionalLaw = law_field("angular velocity", None)
+    momentum: OptionalLaw = law_field("angular momentum", None)
+    inertia: NumberField = number_field("inertia", 0.0, sign="not negative")
     conservative = True
 
     def _check(self) -> None:

@@ -21,6 +21,7 @@ from mbody.model.element import (
 )
 from mbody.model.loads._base import Load
 from mbody.model.primitives import ForcePrimitive, load_physics
+from mbody.quantities.types import NumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -47,8 +48,7 @@ class Force(Load):
 
     Examples
     --------
-    >>> from mbody.model.body import deg
-    >>> Force("push", "coupler.P", 80.0, angle=deg(330)).bodies
+    >>> Force("push", "coupler.P", 80.0, angle="330 deg").bodies
     ('coupler',)
     """
 
@@ -56,7 +56,7 @@ class Force(Load):
 
     at: Place = place_field()
     value: LawLike = law_field("force", 0.0)
-    angle: float = number_field("angle", 0.0)
+    angle: NumberField = number_field("angle", 0.0)
     follows: bool = False
 
     def _check(self) -> None:

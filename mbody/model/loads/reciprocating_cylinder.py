@@ -13,6 +13,7 @@ from mbody.errors import ModelError
 from mbody.model.element import Place, number_field, place_field, two_bodies
 from mbody.model.loads._base import Load
 from mbody.model.primitives import ForcePrimitive, load_physics
+from mbody.quantities.types import NumberField, OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -90,16 +91,16 @@ class ReciprocatingCylinder(Load):
 
     i: Place = place_field()
     j: Place = place_field()
-    area: float = number_field("area", 0.0, sign="positive")
-    opposite_area: float | None = number_field("area", None, sign="positive")
-    near: float = number_field("length", 0.0)
-    far: float = number_field("length", 0.0)
-    clearance: float = number_field("length", 0.0, sign="positive")
-    suction: float = number_field("pressure", 0.0)
-    delivery: float = number_field("pressure", 0.0)
-    bulk_modulus: float | None = number_field("pressure", None, sign="positive")
-    exponent: float | None = number_field("number", None, sign="positive")
-    ambient: float = number_field("pressure", 0.0, sign="not negative")
+    area: NumberField = number_field("area", 0.0, sign="positive")
+    opposite_area: OptionalNumberField = number_field("area", None, sign="positive")
+    near: NumberField = number_field("length", 0.0)
+    far: NumberField = number_field("length", 0.0)
+    clearance: NumberField = number_field("length", 0.0, sign="positive")
+    suction: NumberField = number_field("pressure", 0.0)
+    delivery: NumberField = number_field("pressure", 0.0)
+    bulk_modulus: OptionalNumberField = number_field("pressure", None, sign="positive")
+    exponent: OptionalNumberField = number_field("number", None, sign="positive")
+    ambient: NumberField = number_field("pressure", 0.0, sign="not negative")
 
     def _check(self) -> None:
         super()._check()
