@@ -3,7 +3,6 @@
 import itertools
 
 import pytest
-from tests.model_text import model_from, text_from
 
 import mbody
 from mbody import gallery

@@ -14,7 +14,11 @@ MOST = 70
 def imported_for_type_checkers() -> set[str]:
     """The names that the block under `TYPE_CHECKING` imports."""
     tree = ast.parse((PACKAGE / "__init__.py").read_text(encoding="utf-8"))
-    blocks = [node for node in tree.body if isinstance(node, ast.If)]
+    blocks = [
+        node
+        for node in tree.body
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
+    ]
     imports = [node for block in blocks for node in block.body]
     assert all(isinstance(node, ast.ImportFrom) for node in imports)
     return {alias.asname or alias.name for node in imports for alias in node.names}
