@@ -126,7 +126,7 @@ TOML = {
     "a file from text": (law('{ table = { file = "x.csv" } }'), "has no folder beside it"),
     "a measure in nothing": (
         MOTOR + '[measures]\nm = { of = "a.x", unit = "m*0" }',
-        "is not a unit",
+        "is no unit",
     ),
     "a bidi override in a name": ('[bodies."\u202egnp"]\n', "cannot be printed"),
     "a direction in a formula": ('[bodies.a]\nmass = "1\u202e"\n', "contains '\\u202e'"),

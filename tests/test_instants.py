@@ -257,7 +257,7 @@ def test_the_branch_is_followed_from_the_beginning(crossed, side, law):
     [
         ({"at": 3}, 'at must be a table such as {"t": 0.1}, not 3'),
         ({"at": {"t": []}}, "at.t is empty"),
-        ({"at": {"t": [None]}}, "at.t: None is no number"),
+        ({"at": {"t": [None]}}, "at.t: None is not a number"),
         ({"at": {"t": math.nan}}, "at.t is nan, it must be finite"),
         ({"at": {"t": "1 +"}}, "at.t: '1 +' ends where"),
         ({"at": {"t": 1}, "over": "turn"}, "give at or over, not both"),

@@ -18,16 +18,17 @@ from mbody.sheets.names import force_floor, force_names
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 from mbody.views.backend import blank, one_design, styled
+from mbody.views.bounds import bounds, wheels
+from mbody.views.coupling_symbols import coupling_symbol
 from mbody.views.cycle import SMOOTH, times
 from mbody.views.frame import framed, rounded_number
+from mbody.views.joint_symbols import joint_symbol, outward
 from mbody.views.labels import symbolic, together
 from mbody.views.links import link, link_label, points
-from mbody.views.marks import driver_symbol, force_arrow, forces_shown, load_symbol
-from mbody.views.pose import Pose, wheels
-from mbody.views.ropes import coupling_symbol
+from mbody.views.load_symbols import driver_symbol, force_arrow, forces_shown, load_symbol
+from mbody.views.pose import Pose
 from mbody.views.sketch import Sketch
 from mbody.views.style import FORCE, LOAD, SIZE, SOFT, Z
-from mbody.views.symbols import joint_symbol, outward
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -143,7 +144,7 @@ def _paths(run: Solution, names: Sequence[str]) -> dict[str, Array]:
 def _scale(pose: Pose, tracks: list[Array]) -> tuple[float, float]:
     """Length of a point (1/72 in) in the units of the mechanism, and how much smaller symbols are
     where the links are short."""
-    corners = np.vstack([pose.span, *tracks])
+    corners = np.vstack([bounds(pose), *tracks])
     wide, high = corners.max(axis=0) - corners.min(axis=0)
     unit = max(wide / SIZE["width"], high / SIZE["height"])
     if not unit > 1e-12 * pose.system.length:

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.model.joints import CamFollower, Fixed, Joint, PinSlot, Prismatic
+from mbody.views.bounds import wheels
 from mbody.views.guides import guide, travel
 from mbody.views.labels import Label, Places, symbolic
-from mbody.views.pose import heading, wheels
+from mbody.views.pose import heading
 from mbody.views.shapes import arc, hull, rounded, unique, within
 from mbody.views.style import INK, LINK, PAPER, PLATE, SOFT, Z
 

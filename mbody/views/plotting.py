@@ -33,7 +33,7 @@ LEFT, BELOW, ABOVE, BETWEEN, RIGHT = 0.85, 0.55, 0.62, 0.22, 0.2
 
 
 @dataclass(frozen=True)
-class Curve:
+class PlottedCurve:
     """One quantity: its name, its history, and what it measures."""
 
     name: str
@@ -86,7 +86,7 @@ def plot(run: Solution, *quantities: str) -> Figure:
             "a plot needs several instants, this result has 1: analyse a turn (turn=True), or times"
         )
     curves = [_curve(run, name) for name in quantities or _all(run)]
-    panels: dict[str, list[Curve]] = {}
+    panels: dict[str, list[PlottedCurve]] = {}
     for curve in curves:
         panels.setdefault(curve.unit, []).append(curve)
     x, label, turns = _abscissa(run)
@@ -107,12 +107,12 @@ def _all(run: Solution) -> list[str]:
     return names
 
 
-def _curve(run: Solution, name: str) -> Curve:
+def _curve(run: Solution, name: str) -> PlottedCurve:
     measure = run.mechanism.measures.get(name, name)
     values, dimension, unit = measured(run, measure)
     if dimension == DIMENSIONS["angle"] and not getattr(measure, "unit", ""):
         values, unit = np.degrees(values), "deg"
-    return Curve(name, np.where(np.isfinite(values), values, np.nan), dimension, unit)
+    return PlottedCurve(name, np.where(np.isfinite(values), values, np.nan), dimension, unit)
 
 
 def _abscissa(run: Solution) -> tuple[Array, str, bool]:
@@ -134,7 +134,7 @@ def _abscissa(run: Solution) -> tuple[Array, str, bool]:
 
 
 def _figure(
-    run: Solution, panels: Sequence[list[Curve]], x: Array, label: str, turns: bool
+    run: Solution, panels: Sequence[list[PlottedCurve]], x: Array, label: str, turns: bool
 ) -> Figure:
     """Panels of equal height, with room for the names on the right."""
     figure = blank()
@@ -169,7 +169,7 @@ def _figure(
     return figure
 
 
-def _panel(axes: Axes, curves: Sequence[Curve], x: Array, high: float) -> None:
+def _panel(axes: Axes, curves: Sequence[PlottedCurve], x: Array, high: float) -> None:
     """Curves of one unit."""
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
@@ -199,7 +199,7 @@ def _panel(axes: Axes, curves: Sequence[Curve], x: Array, high: float) -> None:
     _names(axes, curves, high)
 
 
-def _names(axes: Axes, curves: Sequence[Curve], high: float) -> None:
+def _names(axes: Axes, curves: Sequence[PlottedCurve], high: float) -> None:
     """The name of each curve where it ends, moved apart where they would cover each other."""
     low, top = axes.get_ylim()
     ends = []
@@ -210,7 +210,9 @@ def _names(axes: Axes, curves: Sequence[Curve], high: float) -> None:
     places = spread(ends, apart)
     for n, (curve, place) in enumerate(zip(curves, places, strict=True)):
         axes.text(
-            *(1.015, place, _name(curve.name)),
+            1.015,
+            place,
+            _name(curve.name),
             transform=axes.transAxes,
             color=CURVES[n % len(CURVES)][0],
             va="center",

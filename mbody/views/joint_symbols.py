@@ -27,10 +27,10 @@ from mbody.model.joints import (
     Revolute,
     Rolling,
 )
-from mbody.views.cams import base_circle, face, outline
+from mbody.views.bounds import wheels
+from mbody.views.cam_outlines import base_circle, face, outline
 from mbody.views.guides import guide, travel
 from mbody.views.labels import symbolic
-from mbody.views.pose import wheels
 from mbody.views.shapes import box, direction, rounded
 from mbody.views.style import INK, LINK, PAPER, PLATE, SOFT, WHEEL, Z
 
