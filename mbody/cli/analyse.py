@@ -21,7 +21,7 @@ __all__ = ["analyse", "check_forms", "question", "told_status", "write"]
 
 def analyse(asked: Any) -> int:
     """Run an analysis and show what was asked for."""
-    from mbody.analysis.driven.requests import asked as solved
+    from mbody.analysis.driven.requests import analyse_at as solved
 
     check_forms(asked)
     mechanism = taken(asked)
