@@ -1,8 +1,8 @@
 """Greatest and least values of `solve_for` against brute force: `python -m tests.extrema_scan`.
 
-Random four-bars, slider-cranks and six-bars are asked for a greatest or least value over one
+Random four-bars, slider-cranks and six-bars are searched for a greatest or least value over one
 unknown of any kind, under random side conditions. The truth is a scan over the unknown by plain
-`kinetostatics`, which follows the branch of the design as it stands; and one more plain analysis
+`kinetostatics`, which follows the branch of the design as it is; and one more plain analysis
 at the answer, which must have the value that the answer says and meet the side conditions.
 """
 
@@ -65,7 +65,7 @@ class Case:
 
     @functools.cached_property
     def first(self) -> mbody.Solution:
-        """The design as it stands."""
+        """The design as it is."""
         return asked(self.machine, "kinetostatics", Instants())
 
     @functools.cached_property
@@ -75,7 +75,7 @@ class Case:
 
     @property
     def name(self) -> str:
-        """What is asked, for reports."""
+        """The question, for reports."""
         word = "greatest" if self.greatest else "least"
         return (
             f"{self.seed}: {self.machine.name}, {word} {self.measure} over {self.unknown} in "

@@ -43,7 +43,7 @@ def four_bar(lengths, masses=(1.0, 2.0, 1.0), centres=(0.5, 0.5, 0.5), gravity=G
 
 
 def asked(machine, start, until=0.3, instants=31, rtol=1e-12, **more):
-    """The machine, told how it starts."""
+    """The machine with its initial state."""
     machine.simulation = SimulationSettings(until, start, instants=instants, rtol=rtol, **more)
     return machine
 

@@ -7,7 +7,7 @@ from mbody import gallery
 
 
 def asked(machine, analysis=mbody.kinetostatics):
-    """The analysis at the instants that the model asks for."""
+    """The analysis at the instants that the model requests."""
     ask = machine.ask
     if ask is None:  # free motion, of which a hundredth is enough here
         until = machine.number(machine.simulation.until, "time", "simulate", "until")

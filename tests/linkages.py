@@ -154,7 +154,7 @@ class _Draft:
         self.join(Prismatic, a, b, place, place + way, direction)
 
     def extras(self) -> None:
-        """A body welded on, and a link held by a pin and a rod."""
+        """A body welded on, and a link carried by a pin and a rod."""
         host = self.links[f"L{self.rng.integers(1, len(self.links))}"]
         place = self.near(host)
         k = len(self.links)
@@ -235,7 +235,7 @@ def random_linkage(
     sliders : bool
         Whether some dyads have a prismatic joint (always the first one).
     extras : bool
-        Whether there are also a welded body and a link held by a Distance rod.
+        Whether there are also a welded body and a link carried by a Distance rod.
     loads : bool
         Whether a load of every kind acts.
 

@@ -234,8 +234,11 @@ def left_at(made: Linkage, angles: dict[str, np.ndarray]) -> np.ndarray | None:
 
 
 def _said(run: mbody.Solution) -> bool:
-    """Whether the result tells that its branch is in doubt, or that it passed a change point."""
-    return bool(run.doubts) or any("change point" in note for note in run.notes)
+    """Whether the result reports that its branch is in doubt, is not that of the first design, or
+    that it passed a change point.
+    """
+    told = ("change point", "another branch")
+    return bool(run.doubts) or any(part in note for note in run.notes for part in told)
 
 
 def alone(made: Linkage, instants: int, told=False) -> str:
@@ -257,17 +260,26 @@ def together(
     """How designs beside a linkage fare as a batch: other margins, lengths by 0.05 %."""
     several = [first]
     while len(several) < count:
-        made = _beside(rng, first)
-        several.append(made)
+        several.append(_beside(rng, first))
+    found = batch_of(several, instants, told)
+    if told:
+        for n, outcome in enumerate(found):
+            if outcome != "followed":
+                print(f"{outcome}: design {n} of {count}, {instants} instants, {several[n]}")
+    return found
+
+
+def batch_of(several: list[Linkage], instants: int, told=False) -> list[str]:
+    """How linkages of one topology fare as a batch."""
     own = [made.values() for made in several]
     values = {name: np.array([one[name] for one in own]) for name in own[0]}
-    system = system_of(first.topology).with_values(values)
+    system = system_of(several[0].topology).with_values(values)
     times = np.linspace(0.0, 2.0 * math.pi / SPEED, instants)
     try:
-        run = mbody.kinematics(system, times, guess=first.guess())
+        run = mbody.kinematics(system, times, guess=several[0].guess())
     except SolveError as error:
-        return [f"refused ({error})" if told else "refused"] * count
-    names = [name for name in first.guess() if name != "twin"]
+        return [f"refused ({error})" if told else "refused"] * len(several)
+    names = [name for name in several[0].guess() if name != "twin"]
     angles = {name: run[name].angle for name in names}
     found = []
     for n, made in enumerate(several):
@@ -305,8 +317,11 @@ def campaign(count: int, seed: int, batch: int = 16, told: bool = False) -> Coun
             if told and outcome != "followed":
                 print(f"{outcome}: seed {seed}, linkage {n}, {instants} instants, {made}")
             if n % batch < len(names):
-                for outcome in together(rng, made, batch, instants, told):
+                several = together(rng, made, batch, instants, told)
+                for outcome in several:
                     found[f"{made.topology}, {instants}, together: {outcome}"] += 1
+                if told and set(several) != {"followed"}:
+                    print(f"seed {seed}, linkage {n}, {instants} instants, beside {made}")
         if told and n % 500 == 499:
             print(f"{n + 1} linkages, {time.time() - begun:.0f} s")
     return found

@@ -1,4 +1,4 @@
-"""The reader of a picture: its artists, its arrows, and how near a point comes to an outline."""
+"""The reader of a picture: its artists, its arrows, and how near a point is to an outline."""
 
 import numpy as np
 

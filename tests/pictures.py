@@ -16,7 +16,7 @@ FOLDER = ROOT / "docs" / "pictures"
 README = ROOT / "README.md"
 BEGIN, END = "<!-- pictures: made by `make pictures` -->\n", "<!-- end of the pictures -->\n"
 
-#: What is shown beside the instant that the model asks for: an instant, paths, joint forces.
+#: What is shown beside the instant that the model requests: an instant, paths, joint forces.
 SHOWN = {
     "double_pendulum": {"after": 1.0},
     "free_fourbar": {"after": 0.5},

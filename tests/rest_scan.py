@@ -39,6 +39,8 @@ Poses = Callable[..., dict[str, tuple[Array, Array, Array]]]
 
 #: Places along a closed curve, and along each of two coordinates.
 FINE, COARSE = 20_000, 48
+#: Parts of a cell of the grid along each coordinate where a spring is short, twice.
+FINER = 5
 #: Step of complex differentiation, and of the differences of such gradients.
 TINY, STEP = 1e-30, 1e-6
 #: Rest positions nearer than this [rad] or, of a double root, the root of what is left, are one.
@@ -76,21 +78,20 @@ class Linkage:
     def energy(self, *u: Array) -> Array:
         """Potential energy at coordinates, real or complex."""
         poses = self.poses(*u)
-
-        def place(body: str, x: float, y: float) -> tuple[Any, Any]:
-            if body == "ground":
-                return x, y
-            ox, oy, (c, s) = poses[body]
-            return ox + c * x - s * y, oy + s * x + c * y
-
         total: Any = 0.0 * u[0]
         for body, (mass, (x, y)) in self.weights.items():
-            total = total + mass * g * place(body, x, y)[1]
-        for one, other, k, l0 in self.springs:
-            (ax, ay), (bx, by) = place(*one), place(*other)
-            length = np.sqrt((ax - bx) ** 2 + (ay - by) ** 2)
+            total = total + mass * g * _point(poses, body, x, y)[1]
+        for length, (*_, k, l0) in zip(self.lengths(*u), self.springs, strict=True):
             total = total + 0.5 * k * (length - l0) ** 2
         return np.asarray(total)
+
+    def lengths(self, *u: Array) -> Array:
+        """Of the springs at coordinates: (springs, …)."""
+        poses, found = self.poses(*u), []
+        for one, other, *_ in self.springs:
+            (ax, ay), (bx, by) = _point(poses, *one), _point(poses, *other)
+            found.append(np.sqrt((ax - bx) ** 2 + (ay - by) ** 2) + 0.0 * u[0])
+        return np.array(found)
 
     def slopes(self, *u: Array) -> Array:
         """∂V/∂u: (coordinates, …)."""
@@ -116,6 +117,14 @@ class Linkage:
         poses = self.poses(*(np.asarray(v) for v in u))
         found = {name: math.atan2(float(s), float(c)) for name, (_, _, (c, s)) in poses.items()}
         return found | {f"{name}.x": float(x) for name, (x, _, _) in poses.items()}
+
+
+def _point(poses: dict[str, Any], body: str, x: float, y: float) -> tuple[Any, Any]:
+    """Where a place of a body, or of the ground, is."""
+    if body == "ground":
+        return x, y
+    ox, oy, (c, s) = poses[body]
+    return ox + c * x - s * y, oy + s * x + c * y
 
 
 def _end(rng: np.random.Generator, body: str, reach: float) -> tuple[str, float, float]:
@@ -321,11 +330,35 @@ def scan_curve(made: Linkage) -> tuple[list[float], bool]:
     return found, near
 
 
+def _beside_short_springs(
+    made: Linkage, u: Array, v: Array, cell: tuple[float, float]
+) -> tuple[Array, Array]:
+    """The places, and finer ones where a spring is short: there its direction changes quickly, and
+    rest positions may be as near to each other as it is long.
+    """
+    size = max(math.hypot(*place) for _, place in made.weights.values())
+    size = max([size, *(math.hypot(*end[1:]) for pair in made.springs for end in pair[:2])])
+    parts = (np.arange(FINER) + 0.5) / FINER - 0.5
+    a, b = (part.ravel() for part in np.meshgrid(parts, parts, indexing="ij"))
+    us, vs, fine_u, fine_v = [u], [v], u, v
+    for level in range(1, 3):
+        lengths = made.lengths(fine_u, fine_v)
+        reach = 2.0 * size * math.hypot(*cell) / FINER ** (level - 1)
+        short = (lengths.min(axis=0) < reach) if len(lengths) else np.zeros(len(fine_u), bool)
+        step = 1.0 / FINER ** (level - 1)
+        fine_u = (fine_u[short][:, None] + step * cell[0] * a).ravel()
+        fine_v = (fine_v[short][:, None] + step * cell[1] * b).ravel()
+        us.append(fine_u)
+        vs.append(fine_v)
+    return np.concatenate(us), np.concatenate(vs)
+
+
 def scan_surface(made: Linkage) -> tuple[list[tuple[float, ...]], bool]:
     """Coordinates where ∇V = 0, by Newton's method from every place of a grid."""
     side = np.linspace(0.0, 2.0 * math.pi, COARSE + 1)[:-1] + 0.0123
     first = np.linspace(-16.0, 16.0, 2 * COARSE) if made.slides else side
     u, v = (part.ravel() for part in np.meshgrid(first, side, indexing="ij"))
+    u, v = _beside_short_springs(made, u, v, (first[1] - first[0], side[1] - side[0]))
     found: list[tuple[float, ...]] = []
     near = False
     for _ in range(25):

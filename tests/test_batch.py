@@ -78,7 +78,7 @@ def test_points_of_a_batch():
 
 
 def lengths():
-    """Designs of which some want steps smaller than those asked for."""
+    """Designs of which some want steps smaller than the requested ones."""
     # crank + base − coupler − rocker: with 0.003 left the rocker whips round
     reach = np.full(DESIGNS, 3.5)
     reach[[5, 2 * LANES + 3]] = 3.997

@@ -1,4 +1,4 @@
-"""The frame of the benchmarks: what is chosen and told, and that the engines run one model.
+"""The frame of the benchmarks: what is chosen and reported, and that the engines run one model.
 
 No wall time is asserted; what is compared are choices among given times, and accelerations.
 """

@@ -112,6 +112,56 @@ def test_batches_beside_another_branch():
             assert off < 1e-11 / math.sqrt(one), (instants, one)
 
 
+def _nearly_stretched(*lengths):
+    """An eight-bar whose first two dyads are nearly stretched at the start, of these lengths."""
+    first, second = lengths
+    points = (0.3644217052080484 + 0.2136868370678442j, 0.7322785841359714 + 0.36106313089160713j)
+    third = near_grashof.Dyad(
+        (1.1409389035993645, 0.7189782988756648),
+        -1,
+        (0.5038460945781245 + 0.40273521442795235j, 0.4676930138794112 + 1.2953474168985883j),
+    )
+    return near_grashof.Linkage(
+        "eight-bar alike",
+        start=4.432063881634877,
+        margin=1.4847718778144457e-05,
+        ground=[0.6993379170160092 + 2.3943836657960773j] * 2
+        + [2.2053832787637884 + 2.35395884011103j],
+        dyads=[near_grashof.Dyad(first, -1, points), near_grashof.Dyad(second, -1, points), third],
+    )
+
+
+def test_designs_close_on_the_branch_of_the_first_however_near_another_one():
+    """The correction from a trial position took the constraint Jacobian of that position instead
+    of the one that was factored. Near a singular position no damping was then small enough, and
+    Levenberg–Marquardt closed the second dyad of the second design on its other side.
+    """
+    own = (1.7721529656888273, 1.722284993935257)
+    one = _nearly_stretched(own, own)
+    other = _nearly_stretched(
+        (1.7728512714180757, 1.7229832996645054), (1.7721621053339627, 1.7222941335803923)
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ModelWarning)
+        for instants in near_grashof.INSTANTS:
+            assert near_grashof.batch_of([one, other], instants) == ["followed"] * 2
+
+
+def test_a_design_on_another_branch_than_the_first_is_reported():
+    """Its straight way from the first position ends where its dyad is stretched."""
+    pair = [
+        near_grashof.Linkage(
+            "four-bar", start, 1.0, [place], [near_grashof.Dyad(lengths, 1, (0.5, 0.5))]
+        )
+        for start, place, lengths in (
+            (4.9, 0.13 + 0.65j, (0.75, 0.92)),
+            (0.76, -2.05 - 2.14j, (1.43, 2.6)),
+        )
+    ]
+    with pytest.warns(ModelWarning, match="1 design is closed on another branch than the first"):
+        assert near_grashof.batch_of(pair, 5) == ["followed", "said"]
+
+
 # -- change points ----------------------------------------------------------------------------
 
 

@@ -216,7 +216,7 @@ def test_a_mass_that_is_wrong_by_a_hundredth_is_seen(what):
 
 
 def test_a_mass_that_moves_nothing_is_listed():
-    """The bob of a pendulum falls as fast whatever it weighs: only its pin's force tells."""
+    """The bob of a pendulum falls as fast whatever it weighs: only its pin's force shows that."""
     machine = Mechanism("pendulum")
     machine.add(
         Body("bob", mass=1.0, cg=(1.0, 0.0), guess=0.2),

@@ -105,7 +105,7 @@ def test_the_causes_sum_to_the_whole():
 
 
 def arm(spread, theta=0.4, off=0.3, length=2.0, mass=3.0, inertia=0.0, omega=5.0):
-    """An arm hinged beside an upright axis, held at θ from it; its mass centre is half way."""
+    """An arm hinged beside an upright axis, fixed at θ from it; its mass centre is half way."""
     machine = Mechanism("arm", ground={"O": (off, 0.1)})
     machine.add(
         Body("arm", mass=mass, inertia=inertia, cg=(0.0, 0.5 * length), spread=spread),

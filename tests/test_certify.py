@@ -277,7 +277,7 @@ def test_designs_in_doubt_are_told_of_a_sweep(monkeypatch, tmp_path):
 
 
 def coupled(*names):
-    """Two shafts held to each other by equal chains, a motor on one and a load on the other."""
+    """Two shafts tied to each other by equal chains, a motor on one and a load on the other."""
     machine = mbody.Mechanism("chains", ground={"A": (0.0, 0.0), "B": (2.0, 0.0)})
     machine.add(
         mbody.Body("a", mass=1.0, inertia=0.2),

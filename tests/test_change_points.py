@@ -23,6 +23,7 @@ from mbody import (
     statics,
 )
 from mbody.engines.oracle import Reference
+from mbody.laws import Table
 from mbody.makers import makers
 
 pytestmark = pytest.mark.processor
@@ -132,7 +133,7 @@ def test_values_of_the_driver_through_the_line():
 @pytest.mark.parametrize("start", [0.0, 0.5])
 def test_forces_that_have_no_limit(analysis, start):
     """The rocker's weight needs a moment, and there both links that could give it pull along it:
-    nothing is told of them at that instant, and all at others.
+    nothing is reported of them at that instant, and all at others.
     """
     machine = parallelogram(start)
     machine.add(Gravity("gravity", y=-9.81))
@@ -160,7 +161,7 @@ def test_forces_that_have_no_limit(analysis, start):
             mine, other = (getattr(r.reaction(name), key) for r in (run, alone))
             assert_allclose(mine[kept], other, rtol=1e-6, atol=1e-6)
     assert_allclose(run.effort("motor")[kept], alone.effort("motor"), rtol=1e-7, atol=1e-7)
-    # the sheet tells peaks of what there is, data have no number
+    # the sheet has peaks of what there is, data have no number
     assert " nan" not in str(run)
     told = json.loads(json.dumps(run.data(), allow_nan=False))
     assert [k for k, v in enumerate(told["reactions"]["B"]["fx"]) if v is None] == missing
@@ -172,6 +173,15 @@ def test_a_whole_turn_of_forces_with_two_instants_that_have_none():
     run = kinetostatics(machine, turn=True)
     assert np.flatnonzero(np.isnan(run.reaction("B").fx)).tolist() == [0, 180, 360]
     assert [doubt.kind for doubt in run.doubts] == ["incomplete"]
+
+
+def test_missing_forces_leave_the_other_doubts_of_a_result():
+    machine = parallelogram(0.0)
+    table = Table([0.0, 0.5, 1.0], [5.0, 6.0, 5.0], outside="hold")
+    machine.add(Gravity("gravity", y=-9.81), Torque("load", "crank", value=table))
+    run = kinetostatics(machine, t=[0.0, 0.2, 0.4, 0.9, 1.1])
+    assert {doubt.kind for doubt in run.doubts} == {"incomplete", "extrapolation"}
+    assert all(doubt.message in run.notes for doubt in run.doubts)
 
 
 def test_forces_that_have_a_limit_under_load():

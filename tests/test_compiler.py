@@ -12,7 +12,7 @@ import mbody.compiler.jit as jit
 
 
 class Library:
-    """What `link_into` asks of a library of numba."""
+    """What `link_into` needs of a library of numba."""
 
     def __init__(self, name: str, code: str) -> None:
         self.name, self.code = name, code
@@ -32,7 +32,7 @@ def test_code_is_linked_whatever_the_order():
     def missing(module):
         return {function.name for function in module.functions if function.is_declaration}
 
-    # LLVM alone leaves out g, which nothing has asked for when it comes
+    # LLVM alone leaves out g, which nothing needs when it comes
     module = binding.parse_assembly(whole)
     for library in (g, f):
         module.link_in(library._get_module_for_linking(), preserve=True)

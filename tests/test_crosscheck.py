@@ -283,7 +283,7 @@ def test_mechanisms_of_every_make(made):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_free_motions_of_random_mechanisms(seed):
-    """The motor let go: Pinocchio follows the motion, all loads made by its own kinematics."""
+    """The motor released: Pinocchio follows the motion, all loads made by its own kinematics."""
     driven, _ = random_linkage(seed, 1 + seed, sliders=seed % 2 == 1, extras=seed > 1)
     machine = driven.without("motor")
     start = mbody.close_loops(machine)
@@ -395,7 +395,7 @@ def test_coordinates_of_the_tree_have_their_own_derivatives():
     assert np.abs((v[2] - v[0]) / (2 * step) - a[1]).max() < 1e3 * step**2 * size * np.abs(v).max()
 
 
-# -- what is asked, and how it is told -------------------------------------------------------------
+# -- requests and reports -------------------------------------------------------------------------
 
 
 def test_all_that_is_installed_is_asked():

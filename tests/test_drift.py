@@ -29,7 +29,7 @@ COUNT, INSTANTS = 40, 9
 
 
 def pendulum():
-    """A rod that is let go, as fast as a parameter says."""
+    """A rod that is released, as fast as a parameter says."""
     machine = Mechanism("pendulum", parameters={"l": 1.0, "w": 1.5})
     machine.add(
         Body("rod", mass=2.0, inertia=0.1, cg=("l/2", 0.0), points={"O": (0.0, 0.0)}, guess=0.1),
@@ -62,7 +62,7 @@ def slider_crank():
 
 
 def chain(count, until=1.0):
-    """Rods hung one on the other; the first angles are held."""
+    """Rods hung one on the other; the first angles are given."""
     machine, before = Mechanism("chain"), "ground"
     for n in range(count):
         machine.add(
@@ -224,7 +224,7 @@ def test_the_steps_are_those_of_simulate():
 
 
 def test_the_energy_of_what_loses_none_stays():
-    """½ J ω² + m g y of a rod that is let go, by no equation of motion."""
+    """½ J ω² + m g y of a rod that is released, by no equation of motion."""
     machine = Mechanism("rod")
     machine.add(
         Body("rod", mass=2.0, inertia=0.1, cg=(0.5, 0.0), guess=0.3),
@@ -344,7 +344,7 @@ def test_what_is_stiff_or_cannot_move_is_a_row(monkeypatch):
 
 
 def test_a_load_that_ends_is_told():
-    """No number on the way: each design tells when, as by itself."""
+    """No number on the way: each design says when, as by itself."""
     machine = pendulum()
     machine.add(Torque("wind", "rod", value="sqrt(0.5 - t/(1 s))*(1 N*m)"))
     found = mbody.sweep(machine, {"rod.mass": [1.0, 2.0]}, "simulate", "last(rod.angle)")

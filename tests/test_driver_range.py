@@ -169,7 +169,7 @@ def two_arms(first, second):
 
 @pytest.mark.parametrize("name", ["one", "left"])
 def test_one_of_two_drivers(name):
-    """The other is held: C stays within 4 of D, where p and q are stretched."""
+    """The other driver is fixed: C stays within 4 of D, where p and q are stretched."""
     first, second = math.radians(100.0), math.radians(80.0)
     limits = driver_range(two_arms(first, second), name)
     D = 3.0 + 2.0 * np.exp(1j * second)

@@ -155,7 +155,7 @@ def test_a_five_bar_with_one_crank_driven():
 
 @pytest.mark.parametrize("machine, rates", [("swing", {"bob": 3.0}), ("bars", {"crank": 2.0})])
 def test_a_rate_that_the_joints_allow_is_met(machine, rates):
-    """Mass centres beside the pin, closed loops: the body turns exactly as fast as asked."""
+    """Mass centres beside the pin, closed loops: the body turns exactly as fast as requested."""
     if machine == "swing":
         made = Mechanism("swing")
         made.add(Body("bob", mass=1.0, cg=(0.5, 0.0)), Revolute("O", "ground", "bob"))

@@ -76,7 +76,7 @@ def test_two_free_motions():
     for one in found:
         a, b = (round(math.sin(float(one[name].angle[0]))) for name in ("a", "b"))
         hand = np.diag([-a * (0.5 * 3.0 + 1.0) * g, -b * 0.5 * g])
-        # told in leaders: both angles, each while the other stands still
+        # in terms of the leaders: both angles, each while the other is fixed
         assert [motion.leader for motion in one.motions] == ["a", "b"]
         assert_allclose(one.stiffness, hand, atol=STIFF * 30.0)
         assert one.stability == ("stable" if (a, b) == (-1, -1) else "unstable")
@@ -185,7 +185,7 @@ def press(**crank):
 
 
 def test_a_massless_crank_at_its_dead_centre_has_no_frequency():
-    """The ram stands still there to first order, so nothing that moves has inertia.
+    """The ram is at rest there to first order, so nothing that moves has inertia.
 
     It hangs r cos θ + √(l² − r² sin² θ) below the pivot, θ from the vertical: K = m g (r + r²/l)
     below, −m g (r − r²/l) above.
@@ -304,7 +304,7 @@ def test_many_free_motions():
 
 def test_many_free_motions_are_said_to_be_many():
     """Of n rods in a chain 2ⁿ positions rest: all of four, found by turning over one rod after the
-    other; what may be missed of more is told, and so is a limit.
+    other; what may be missed of more is noted, and so is a limit.
     """
 
     def chain(count):

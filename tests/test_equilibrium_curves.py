@@ -55,7 +55,7 @@ def test_a_pendulum_in_a_field():
 
 
 def test_a_free_spindle_is_stiffer():
-    """With H held instead of ω the plane slows down as the mass goes out: K has one term more."""
+    """With H constant, not ω, the plane slows down as the mass goes out: K has one term more."""
     momentum, own = 9.0, 0.3
     machine = pendulum(CentrifugalField("field", UPRIGHT, momentum=momentum, inertia=own))
     found = equilibrium(machine)
@@ -86,7 +86,7 @@ def test_both_sides_of_a_governor_hang_in_a_singular_position():
 
 
 def test_a_curve_round_its_fold():
-    """A pendulum under a torque gives way at m g l, and stands up on the way back."""
+    """A pendulum under a torque gives way at m g l, and rises on the way back."""
     machine = pendulum(Torque("push", "rod", value=0.0))
     curve = equilibrium_curve(machine, "push.value", (-20.0, 20.0), at=0.0)
     theta = curve["rod"].angle
@@ -162,7 +162,7 @@ def test_the_pitchfork_of_a_field():
     """ω₀ = √(g/l): the hanging branch crosses the one that leans, cos θ = g/(ω² l)."""
     lifts = math.sqrt(g / 0.5)
     hanging = equilibrium_curve(whirling(1.0), "field.speed", (0.0, 10.0))
-    # between points at which the stiffness is still told from zero, by a straight line
+    # between points at which the stiffness still differs from zero, by a straight line
     assert_allclose(hanging.values[list(hanging.crossings)], [lifts], rtol=1e-7)
     assert (hanging.stable == (hanging.values < lifts - 1e-6)).all()
     assert hanging.values[-1] == 10.0 and not hanging.folds

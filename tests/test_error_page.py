@@ -72,7 +72,7 @@ def test_the_page_is_readable():
 
 
 def test_every_place_that_makes_an_error_is_reached():
-    """Its sentence stands in what a user was told; one that is made and thrown away is no proof."""
+    """Its sentence is in a message to a user; one that is made and thrown away is no proof."""
     reached = {
         (file, line) for t in everything() for file, line, text in t.made if text in t.sentence
     }

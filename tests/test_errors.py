@@ -1,4 +1,4 @@
-"""Bad input is answered by a sentence wherever it stands; tests/errors has the sentences."""
+"""Bad input is answered by a sentence wherever it is; tests/errors has the sentences."""
 
 import contextlib
 import dataclasses

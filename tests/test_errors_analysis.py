@@ -65,7 +65,7 @@ def number_after(text, sentence):
     return float(re.search(re.escape(text) + r" ?(-?[0-9.]+)", sentence).group(1))
 
 
-# -- what is asked for ------------------------------------------------------------------------
+# -- requests -----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("analysis", ANALYSES)
@@ -151,7 +151,7 @@ def test_tables_are_asked_within_their_range():
 
 @pytest.mark.parametrize("analysis", ANALYSES)
 def test_loops_that_cannot_close(analysis):
-    # the crank stands at 60°, so coupler and rocker must span A–O4
+    # the crank is at 60°, so coupler and rocker must span A–O4
     machine = four_bar(lengths=(1.0, 1.0, 1.0, 4.0))
     gap = math.dist((0.5, math.sqrt(0.75)), (4.0, 0.0)) - 2.0
     with says(SolveError, " m at 'A'", "'crank' and 'coupler'", "check lengths") as caught:

@@ -24,8 +24,8 @@ from mbody import (
     simulate,
     to_text,
 )
-from mbody.analysis.dynamics.events import closed_in
-from mbody.analysis.dynamics.zero_crossings import between, extrema, refined
+from mbody.analysis.dynamics.events import bracketed_root
+from mbody.analysis.dynamics.zero_crossings import extrema, refined, sign_changes
 from tests.falling import ball
 
 G = 9.81
@@ -101,7 +101,7 @@ def test_crossings_of_a_pendulum_beside_another_integrator():
 
 
 def test_forces_are_events_too():
-    """A pin's force of a pendulum let go level: F = 3 m g sin(depth), 1.5 m g at 30°."""
+    """A pin's force of a pendulum released level: F = 3 m g sin(depth), 1.5 m g at 30°."""
     machine = gallery.load("simple_pendulum")
     run = simulate(machine, 1.0, rtol=1e-11, events=[Event("O.force - 14.715 N", stop=True)])
     assert run["pendulum"].angle[-1] == pytest.approx(math.pi + math.pi / 6.0, abs=1e-9)
@@ -120,12 +120,12 @@ def test_closing_in_is_quick_and_sure():
             calls.append(x)
             return function(x)
 
-        x = closed_in(counted, (0.0, function(0.0)), (1.0, function(1.0)), 1e-12)
+        x = bracketed_root(counted, (0.0, function(0.0)), (1.0, function(1.0)), 1e-12)
         assert len(calls) <= most
         assert function(x - 2.5e-12) <= 0.0 <= function(x + 2.5e-12)
 
 
-# -- how it is asked --------------------------------------------------------------------------
+# -- files and the command --------------------------------------------------------------------
 
 
 def test_files_and_the_command(capsys):
@@ -313,5 +313,5 @@ def test_samples_are_added_where_a_cubic_reaches_beyond_zero():
             sample = functools.partial(both, low=low)
             times, values, _ = refined(sample, (t, *sample(t)), 1e-12)
             truth = (np.diff(np.sign(f(fine) - low)) != 0.0).sum()
-            assert len(between(times, values)) == truth
+            assert len(sign_changes(times, values)) == truth
             assert len(times) < len(t) + 60

@@ -67,7 +67,7 @@ BY_HAND = {
 
 
 def by_hand(text):
-    """The program of such a formula, of a plain x: some functions ask for it by their units."""
+    """The program of such a formula, of a plain x: some functions need it for their units."""
     example, _ = made(re.sub(r"\bt\b", "x", text), argument=NUMBER, n=2.5)
     assert isinstance(example, Expression)
     return example
@@ -92,7 +92,7 @@ def apart(a, b):
 
 
 def chosen(a, b, smaller):
-    """The smaller or the larger, told at the centre; NaN where they meet."""
+    """The smaller or the larger, decided at the centre; NaN where they meet."""
     first = (a.mean().real < b.mean().real) == smaller
     return (a if first else b) if apart(a, b) else np.nan * a
 

@@ -57,7 +57,7 @@ def test_the_greatest_effort_of_a_part_of_a_turn(turn, bounded):
 
 
 def test_an_angle_comes_back_after_a_turn(turn):
-    """Without bounds the whole turn is searched, and a place that is nearest to the start told."""
+    """Without bounds the whole turn is searched, and the place nearest to the start is given."""
     _, effort = turn
     greatest = solve_for(reviewed(), "motor.value", greatest="motor.effort")
     least = solve_for(reviewed(), "motor.value", least="motor.effort")
@@ -69,7 +69,7 @@ def test_an_angle_comes_back_after_a_turn(turn):
 
 
 def test_a_length_between_side_conditions():
-    """The design as it stands meets them; the least force is that of a scan of the length."""
+    """The design as it is meets them; the least force is that of a scan of the length."""
     sides = ["rocker.angle >= 60 deg", "rocker.angle <= 170 deg"]
     answer = solve_for(reviewed(), "rocker.B.x", side_conditions=sides, least="O4.force")
     (found,) = answer.solutions

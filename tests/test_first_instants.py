@@ -240,7 +240,7 @@ motor = { angle = "crank", law = 0 }
 
 
 def test_the_sentence_of_a_dead_centre_stays():
-    """A driver that cannot drive is told as before, at the start of a motion too."""
+    """A driver that cannot drive is reported as before, at the start of a motion too."""
     machine = Mechanism("rod")
     machine.add(
         Body("bob", mass=1.0, inertia=0.1, guess=0.0),

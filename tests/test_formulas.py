@@ -186,7 +186,7 @@ def test_units_behind_names_and_brackets():
     assert worth("20 N/m", m="3 kg").value == 20.0
     assert worth("20 N / m", m="4 kg") == Valued(5.0, DIMENSIONS["acceleration"])
     assert worth("20 N * m", m=3.0) == Valued(60.0, DIMENSIONS["force"])
-    # a length that is called m cannot be told from metres by what comes out
+    # a length that is called m cannot be distinguished from metres by the result
     with pytest.raises(FormulaError, match=r"'m' in 'N·m' is a unit, and a parameter of"):
         worth("2 N*m", m="3 m")
 

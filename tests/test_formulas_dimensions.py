@@ -153,7 +153,7 @@ def test_plain_formulas_are_in_the_units_of_their_field():
 
 
 def test_literals_are_held_to_the_angle_and_products_are_not():
-    """5 Hz is no 5 rad/s where it stands alone; in a product a radian is one, as in books."""
+    """5 Hz is no 5 rad/s by itself; in a product a radian is one, as in books."""
     omega, k = DIMENSIONS["angular velocity"], DIMENSIONS["torsion stiffness"]
     for text in ("5 Hz", "-5 Hz", "5/2 Hz", "(5) Hz"):
         with pytest.raises(FormulaError, match="a frequency"):

@@ -132,7 +132,7 @@ def test_rest_and_nothing_are_not_in_doubt():
 
 
 def lever(inertia):
-    """The quick return, its motor let go; inertia of the crank in kg·m²."""
+    """The quick return, its motor released; inertia of the crank in kg·m²."""
     machine = gallery.load("quick_return")
     # t·mm² of the gallery's units
     system = mbody.assemble(machine).with_values({"crank.inertia": 1e3 * inertia})

@@ -100,7 +100,7 @@ def test_measures_name_what_is_there(name):
 
 
 def test_a_file_keeps_the_formulas_of_its_cam():
-    """A parameter stands in the cam of the cutting force, and still does when written anew."""
+    """A parameter is in the cam of the cutting force, and still does when written anew."""
     written, other = to_text(gallery.load("quick_return")), {"period": "3 s"}
     slower = from_text(written, parameters=other)
     assert slower == gallery.load("quick_return", other)

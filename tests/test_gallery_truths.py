@@ -279,7 +279,7 @@ def test_scissor_lift():
     assert_allclose(found.point("platform.P").y, 4.0 * np.sin(theta), rtol=10.0 * ROUNDING)
     assert_allclose(found.effort("cylinder"), force, rtol=SWEEP)
     assert (np.diff(force) < 0.0).all()  # hardest at the bottom
-    # the platform never turns: where the payload stands makes no difference to the cylinder
+    # the platform never turns: where the payload is makes no difference to the cylinder
     moved = asked(gallery.load("scissor_lift", {"place": "1.5 m"}), mbody.statics)
     assert_allclose(moved.effort("cylinder"), force, rtol=SWEEP)
     assert np.abs(moved.reaction("P").fy - found.reaction("P").fy).min() > 1000.0

@@ -153,7 +153,7 @@ def test_a_long_table(tmp_path):
 
 # -- the command ----------------------------------------------------------------------------------
 
-#: Runs a command and tells on the last line of stdout how much memory it had, in kB.
+#: Runs a command and writes on the last line of stdout how much memory it had, in kB.
 MEASURED = """\
 import sys
 from mbody.cli import main

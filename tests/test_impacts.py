@@ -165,7 +165,7 @@ def test_a_moving_floor():
 
 
 def test_bounces_come_to_rest():
-    """The sum of all flights, t₁ (1 + e)/(1 − e), less those too low to be told, 1e-14 m."""
+    """The sum of all flights, t₁ (1 + e)/(1 − e), less those too low to be resolved, 1e-14 m."""
     for e in (0.0, 0.3, 0.8):
         run = simulate(ball(), 10.0, events=[Stop("ball.y", e, "floor")])
         first = math.sqrt(2.0 / G)

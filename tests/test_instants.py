@@ -1,4 +1,4 @@
-"""The instants that are asked for by values of a driver, against its law."""
+"""Instants requested by values of a driver, against its law."""
 
 import math
 
@@ -168,7 +168,7 @@ def test_two_drivers():
 
 
 def test_drivers_that_rest():
-    """They are put where they are asked for; one that moves says when."""
+    """They are where they are requested; one that moves says when."""
     assert of_arm({"m1": [1.1, "q"]}, 0.1, 0.2)[1:] == ([1.1, math.radians(30)], [0.2, 0.2])
     assert of_arm({"m1": [1.1, 1.2], "b": 0.5}, 0.1, ConstantSpeed(0.2, 0.0))[2] == [0.5, 0.5]
     assert of_arm({"m1": 1.1, "m2": 0.2}, MOVING, 0.2)[0] == pytest.approx([1.0])

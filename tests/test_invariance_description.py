@@ -114,7 +114,7 @@ def test_sides_swapped(linkage, seed):
         assert_allclose(
             found["force"][joint.name], sign * wanted["force"][joint.name], rtol=0, atol=SAME * top
         )
-        # slides tell their torque at the place on j, which is another one now
+        # slides give their torque at the place on j, which is another one now
         whole = about_origin(run, joint, joint.j.body)
         other = about_origin(mine, mine.mechanism[joint.name], joint.j.body)
         assert_allclose(other, whole, rtol=0, atol=SAME * max(top, np.abs(whole).max()))
@@ -126,7 +126,7 @@ def test_sides_swapped(linkage, seed):
 
 @pytest.mark.parametrize("swapped", [False, True])
 def test_drivers_of_lengths_swapped(swapped):
-    """A cylinder does not ask which end is which; a ram measured from the slider runs backwards."""
+    """A cylinder has no first end; a ram measured from the slider runs backwards."""
     made = makers.slider_crank(1.0, 3.0, masses=(1.0, 2.0, 3.0))
     bodies = [e for e in made if e.name != "motor"]
     law = Polynomial([3.5, -1.0, 0.2])
@@ -152,7 +152,7 @@ def test_drivers_of_lengths_swapped(swapped):
 
 
 def with_axes(machine, axes):
-    """{body: (x, y, angle)} of its new axes in its old ones: all that is told in them is told
+    """{body: (x, y, angle)} of its new axes in its old ones: all that is said in them is said
     anew."""
 
     def point(body, p):

@@ -288,6 +288,15 @@ def test_sine_and_cosine_of_one_number_have_no_limit():
     np.testing.assert_allclose(cosines, np.cos(angles), rtol=1e-14)
 
 
+def test_one_design_may_have_plain_columns():
+    """Arrays of shape (rows,) are read and written as those of shape (rows, 1)."""
+    angles = np.linspace(-4.0, 4.0, 9)
+    columns, rows = np.zeros((2, 9, 1)), np.zeros((2, 9))
+    turn_one(angles[:, None].copy(), *columns)
+    turn_one(angles, *rows)
+    np.testing.assert_array_equal(rows, columns[:, :, 0])
+
+
 # --- Use in kernels ----------------------------------------------------------------------------
 
 
@@ -445,7 +454,7 @@ def test_misuse_does_not_compile():
     for function, rows in (
         (outcome, np.zeros((1, LANES))),
         (narrow, np.zeros((1, 1))),
-        (turn_one, np.zeros(3)),
+        (turn_one, np.zeros((3, 1, 1))),
         (turn_one, np.zeros((4, 4))[::2, ::2]),
     ):
         with pytest.raises(TypingError):

@@ -1,4 +1,4 @@
-"""Methods of `simulate`: orders, stiffness, long times, restarts, drivers that let go."""
+"""Methods of `simulate`: orders, stiffness, long times, restarts, drivers that are released."""
 
 import math
 
@@ -26,8 +26,8 @@ from mbody import (
     gallery,
     simulate,
 )
-from mbody.analysis.dynamics.integration import Course
-from mbody.kernels.step_state import LAST_ONE, NEXT, TIME
+from mbody.analysis.dynamics.integration import Integration
+from mbody.kernels.step_state import LAST_STEP_ALLOWED, NEXT, TIME, Outputs
 from mbody.kernels.tableaus import order_5, order_8
 from mbody.model.simulation import EVEN, METHODS
 from mbody.solution.restart import Way
@@ -42,7 +42,7 @@ def way_of(method):
 
 
 def pendulum(first=FIRST):
-    """A point mass on a massless arm, let go at an angle from hanging."""
+    """A point mass on a massless arm, released at an angle from hanging."""
     machine = Mechanism("pendulum")
     machine.add(
         Body("bob", mass=1.3, cg=(LENGTH, 0.0), guess=first - math.pi / 2),
@@ -67,15 +67,16 @@ def even_steps(method, count, until, machine):
     if method in EVEN:
         run = simulate(system, until, start=start, method=method, step=h, instants=2)
         return np.array([run[name].angle[-1] for name in run])
-    course = Course(system, start, Way(method, 0.1, 0.1))
-    course._begin(0.0, *(start_of(system, start)), until)
-    course.memory.rtol = course.memory.atol = 1e6
-    none, gained = np.empty(0), np.zeros((1, course.causes))
-    output = np.empty((0, course.rows, 1))
-    while course.state[TIME] < until * (1 - 1e-12):
-        course.state[NEXT], course.state[LAST_ONE] = h, 1.0
-        course._flow(until, 1, none, output, gained)
-    return course.y[2 : system.coordinates : 3].copy()
+    integration = Integration(system, start, Way(method, 0.1, 0.1))
+    integration._begin(0.0, *(start_of(system, start)), until)
+    tolerances = integration.motion.tolerances.replaced(relative=1e6, absolute=1e6)
+    integration.motion.tolerances = tolerances
+    none, gained = np.empty(0), np.zeros((1, integration.causes))
+    outputs = Outputs(times=none, pages=np.empty((0, integration.rows, 1)), work=gained)
+    while integration.state[TIME] < until * (1 - 1e-12):
+        integration.state[NEXT], integration.state[LAST_STEP_ALLOWED] = h, 1.0
+        integration._advance(until, 1, outputs)
+    return integration.y[2 : system.coordinates : 3].copy()
 
 
 def start_of(system, start):
@@ -186,9 +187,9 @@ def test_a_motion_comes_back_when_it_is_reversed(method):
     machine = gallery.load("free_fourbar")
     there = simulate(machine, 1.0, method=method, step=5e-4, instants=2)
     system = there.system
-    course = Course(system, there, Way(method, 1e-8, 1e-8, 5e-4))
+    integration = Integration(system, there, Way(method, 1e-8, 1e-8, 5e-4))
     q, v = start_of(system, there.take([1]))
-    back = course.run(0.0, q.reshape(-1), -v.reshape(-1), np.array([0.0, 1.0]), None)
+    back = integration.run(0.0, q.reshape(-1), -v.reshape(-1), np.array([0.0, 1.0]), None)
     for name in there:
         assert back[name].angle[-1] == pytest.approx(there[name].angle[0], abs=2e-10)
 
@@ -388,7 +389,7 @@ def test_an_interrupted_motion_goes_on_bit_for_bit(method, watching):
         if t > 0.3:
             raise KeyboardInterrupt
 
-    last = 4.0 if watching else 25.0  # the kernel makes 500 steps at once where nothing is watched
+    last = 4.0 if watching else 25.0  # the kernel makes 500 steps at once without events
     cut = simulate(machine, last, progress=stop, **options)
     assert cut.status.endswith("by the user")
     assert cut.t[-1] < last
@@ -454,7 +455,7 @@ def test_a_released_motion_goes_on_and_is_asked_in_files(tmp_path):
     half = simulate(read, 0.5)
     rest = simulate(read, 1.0, start=half, times=[1.0])
     assert np.array_equal(rows(rest)[-1], rows(whole)[-1])
-    # what has let go stays so, without a word
+    # what is released stays so, without a note
     read.simulation = None
     rest = simulate(read, 1.0, start=half, times=[1.0], method="dopri5")
     assert np.array_equal(rows(rest)[-1], rows(whole)[-1])

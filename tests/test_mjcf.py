@@ -22,7 +22,7 @@ WHOLE = (
     *("norton_fourbar", "simple_pendulum", "stephenson_sixbar", "watt_sixbar"),
 )
 #: Of those, where constraints of MuJoCo lie near to depending on each other or carry accelerations
-#: a hundred times those that remain: what it lets go, 1e-4 of them, grows by as much.
+#: a hundred times those that remain: what it gives way by, 1e-4 of them, grows by as much.
 HARDER = {"andrews_squeezer": 1e-2, "watt_sixbar": 1e-2}
 #: Models with bodies without mass, loads that it does not have, or gears.
 OTHERS = (
@@ -80,7 +80,7 @@ def test_mujoco_reads_the_file_and_moves_alike(name):
     mass = run.system.mass[: run.system.coordinates, 0].reshape(-1, 3)
     rates = [[run[b].vx[0], run[b].vy[0], run[b].omega[0]] for b in run]
     assert whole == pytest.approx(0.5 * np.sum(mass * np.square(rates)), rel=1e-12, abs=1e-300)
-    # its constraints are soft: with 0.9999, it lets go 1e-4 of what they hold
+    # its constraints are soft: with 0.9999, it gives way by 1e-4 of what they fix
     assert np.abs(data.qacc - a[0]).max() < HARDER.get(name, 1e-3) * size(v, a)
 
 

@@ -94,7 +94,7 @@ def test_all_that_is_wrong_at_once():
         "line 13: bodies.rod.mass: '2 m' is a length (m), where a mass (kg) is wanted",
     ):
         assert words in told
-    # what the shape has right is tried too, all of it; what follows from it is not told
+    # what the shape has right is tried too, all of it; what follows from it is not reported
     good_shape = CRANK + (
         'A = { revolute = ["rod.A", "crank"] }\nB = { revolute = ["ground.Q", "crank"] }\n'
         "[bodies.rod]\nmass = -1\n[loads]\nF = { force = 1, at = 'crank.Z' }\n"

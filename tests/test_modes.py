@@ -356,7 +356,7 @@ def test_a_block_in_oil():
     ],
 )
 def test_drag_and_friction(law, damping, told):
-    """The damping of c v + q v |v| + μ sign v is c; the jump is told."""
+    """The damping of c v + q v |v| + μ sign v is c; the jump is noted."""
     machine = Mechanism("drag", ground={"O": (-1.0, 0.0)})
     machine.add(Body("block", mass=2.0), Prismatic("rail", "ground", "block"))
     machine.add(Spring("s", "ground.O", "block", stiffness=50.0, free_length=1.0))

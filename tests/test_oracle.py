@@ -215,7 +215,7 @@ def test_free_motion(linkage, light):
             for rows, k in [(oracle.rows[joint.name], oracle.index[joint.j.body])]
         }
         top = max(np.abs(push).max() for push in pushes.values())
-        # a body without mass stands in with 1e-7 of the greatest, which corrections take back
+        # a body without mass gets a stand-in of 1e-7 of the greatest, which corrections take back
         for passes in (2, 4) if corrected else (0, 2):
             mine, forces = accelerations(system, q, v, t, passes)
             assert_allclose(mine, a, rtol=0, atol=FORCE * np.abs(a).max())
@@ -262,7 +262,7 @@ def test_a_driver_law_of_constant_speed_over_a_turn():
 @pytest.mark.parametrize("start", [0.0, 0.5 * math.pi, math.pi])
 @pytest.mark.parametrize("make", [makers.four_bar, makers.slider_crank])
 def test_a_turn_from_where_numbers_of_the_jacobian_vanish(make, start):
-    """A crank along an axis has zeros in Φ_q that come to life as it turns."""
+    """A crank along an axis has zeros in Φ_q that do not stay zero as it turns."""
     sizes = (1.0, 3.0, 2.0, 3.5) if make is makers.four_bar else (1.0, 3.0)
     machine = make(*sizes, masses=(1.0, 2.0, 3.0), start=start, speed=5.0)
     machine.add(Gravity("gravity", y=-9.81))

@@ -151,7 +151,7 @@ def test_just_below_a_turn_is_none():
 
 
 def test_a_second_cylinder_behind_the_first():
-    """Its phase takes the angle back by what its crank stands behind."""
+    """Its phase takes the angle back by what its crank is behind."""
     first = PistonPressure("gas", "ground", "slider.B", "crank", 1.0, head=CYCLE)
     second = PistonPressure("gas", "ground", "slider.B", "crank", 1.0, head=CYCLE, phase=-0.7)
     at = np.linspace(0.4, 2.6, 12)

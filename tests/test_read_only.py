@@ -128,7 +128,7 @@ def test_values_of_a_system_refuse_to_be_assigned(how):
 
 
 def test_read_only_arrays_are_good_arguments():
-    """What a result handed out can be given to the next analysis, and comes to the same."""
+    """What a result handed out can be given to the next analysis, and gives the same."""
     run = driven()
     again = mbody.kinetostatics(machine(), t=run.t)
     # as the driver's law is one of time: the same instants but for rounding

@@ -1,4 +1,4 @@
-"""The README tells the truth: its code runs and prints what it shows; docstrings likewise."""
+"""The README is true: its code runs and prints what it shows; docstrings likewise."""
 
 import contextlib
 import doctest

@@ -1,4 +1,4 @@
-"""What a description says that is perhaps meant otherwise stands among the notes."""
+"""What a description says that is perhaps meant otherwise is among the notes."""
 
 import math
 import re

@@ -1,4 +1,4 @@
-"""Sentences speak to where the user stands: radians in Python, options and degrees outside."""
+"""Sentences speak the user's language: radians in Python, options and degrees outside."""
 
 import pytest
 

@@ -73,7 +73,7 @@ def test_pendulum():
 
 
 def test_a_point_mass_without_inertia():
-    """Its own inertia is 0, which nothing may stand in for: the period of a level release."""
+    """Its own inertia is 0, which nothing may replace: the period of a level release."""
     machine = pendulum(mass=1.0, inertia=0.0, cg=(1.0, 0.0), guess=math.pi)
     machine.simulation = SimulationSettings(1.0, {"bob": {"angle": math.pi}})
     period = 2.36784194757623577
@@ -301,7 +301,7 @@ def test_random_linkages_keep_their_account(seed):
     assert run.checks.constraint < 1e-12
 
 
-# -- how it is asked --------------------------------------------------------------------------
+# -- requests ---------------------------------------------------------------------------------
 
 
 def test_it_goes_on_from_where_it_was():

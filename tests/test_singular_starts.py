@@ -1,4 +1,4 @@
-"""Motions that begin where branches meet: second order decides, or a rate is asked for."""
+"""Motions that begin where branches meet: second order decides, or a rate is required."""
 
 import json
 import math
@@ -22,7 +22,7 @@ from mbody import (
     gallery,
     simulate,
 )
-from mbody.analysis.dynamics.branch_choice import chosen_motion
+from mbody.analysis.dynamics.branch_choice import choose_branch
 from mbody.files.results import data
 from mbody.solution.histories import Record
 from mbody.system.assembler import assemble
@@ -87,7 +87,7 @@ def test_a_parallelogram_on_either_branch(case, branch):
 @pytest.mark.parametrize("branch", BRANCHES)
 @pytest.mark.parametrize("offset", [1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5, 2.0])
 def test_a_start_beside_the_line(branch, offset):
-    """`offset` [deg]: positions that are closed to rounding do not tell rates there."""
+    """`offset` [deg]: positions that are closed to rounding do not determine rates there."""
     lengths, rate, theta = (1.0, 2.0, 1.0, 2.0), 6.0, math.radians(offset)
     angles = BRANCHES[branch](lengths)
     coupler, rocker = angles(theta)
@@ -113,7 +113,7 @@ def test_a_kite_on_either_branch():
     lengths, rate = (1.0, 2.0, 2.0, 1.0), 6.0
     angles = folded.kite(lengths)
     machine = folded.four_bar(lengths)
-    # the crank's rate alone tells: on the other branch the crank rests
+    # the crank's rate alone decides: on the other branch the crank rests
     run = simulate(folded.asked(machine, {"crank": {"angle": 0.0, "omega": rate}}))
     truth = folded.linkage(angles, lengths)
     assert_moves(run, "crank", *truth.motion(0.0, rate, TIMES))
@@ -179,7 +179,7 @@ def test_three_cranks_have_one_branch():
 def test_rows_that_repeat_for_good_are_no_singular_start():
     machine = three_cranks(0.7)
     start = close_loops(machine)
-    assert start.soft and chosen_motion(start.system, start) is None
+    assert start.soft and choose_branch(start.system, start) is None
 
 
 # -- what is refused ---------------------------------------------------------------------------
@@ -336,7 +336,7 @@ def test_a_motion_that_ends_in_the_first_part_goes_on():
 
 @pytest.mark.parametrize("branch", BRANCHES)
 def test_a_driver_in_a_singular_position(branch):
-    """Kinematics by hand: the driver leads, the branch tells the rest."""
+    """Kinematics by hand: the driver leads, the branch gives the rest."""
     angles = BRANCHES[branch](LENGTHS)
     machine = folded.four_bar(LENGTHS)
     machine.add(AngleDriver("motor", "crank", ConstantSpeed(0.0, 6.0)))
@@ -354,7 +354,7 @@ def test_a_driver_in_a_singular_position(branch):
 
 
 def test_a_loose_pendulum_beside_does_not_disturb():
-    """Another mechanism in the same model, with a motion of its own that nobody tells: it rests."""
+    """Another mechanism in the same model, with a free motion that has no rate: it rests."""
     machine = folded.four_bar(LENGTHS)
     machine.add(
         Body("bob", mass=1.0, inertia=0.1, cg=(0.5, 0.0), guess=0.3), Revolute("P", "ground", "bob")
@@ -368,7 +368,7 @@ def test_a_loose_pendulum_beside_does_not_disturb():
 
 
 def test_two_folded_linkages_of_which_one_rests():
-    """The rates of one tell its branch; the other goes out with the least constraint."""
+    """The rates of one determine its branch; the other goes out with the least constraint."""
     machine = folded.four_bar(LENGTHS)
     other = folded.four_bar(LENGTHS)
     both = Mechanism("both", ground=machine.ground.points)

@@ -135,7 +135,7 @@ def test_free_motion_of_a_thousand(make):
     free_motion(system.runtime(), work, 0.0, 2)
     mine = work.a[: len(q), 0]
     # the equations themselves to rounding; the two solutions differ by that times the condition,
-    # 1e3 or so, since every link is held by its own mass
+    # 1e3 or so, since every link resists by its own mass
     force = np.abs(jacobian.T @ pull).max()
     assert_allclose(jacobian @ mine, gamma, rtol=0, atol=1e-13 * np.abs(gamma).max())
     assert_allclose(mine, a, rtol=0, atol=1e-12 * np.abs(a).max())

@@ -103,7 +103,7 @@ def test_two_unknowns_at_an_instant_of_the_law():
 
 
 def test_a_parameter_and_a_unit():
-    """A preload that holds a lever: P a = F b, told in pounds."""
+    """A preload that holds a lever: P a = F b, in pounds."""
     machine = Mechanism("lever", parameters={"pull": "1 N", "arm": "0.3 m"})
     machine.add(
         Body("lever", points={"A": (0.5, 0.0), "B": ("arm", 0.0)}),
@@ -230,7 +230,7 @@ def test_both_elbows():
 
 
 def test_a_length():
-    """How long the coupler is so that the rocker stands at 100 degrees: from the places alone."""
+    """How long the coupler is so that the rocker is at 100 degrees: from the places alone."""
     machine = Mechanism("four-bar", parameters={"c": "3 m"}, ground={"C": (3.5, 0.0)})
     machine.add(
         Body("crank", points={"A": (1.0, 0.0)}),
@@ -371,7 +371,7 @@ def test_the_command_for_people(capsys):
 
 
 def test_a_case_without_an_answer(capsys, tmp_path):
-    """The others are answered all the same; the exit status tells."""
+    """The others are answered all the same; the exit status says so."""
     text = MODEL.format(angle="deg", start=20, high=80).replace("100 mm", "900 mm")
     path = tmp_path / "model.toml"
     path.write_text(text)
@@ -400,7 +400,7 @@ def test_a_case_without_an_answer(capsys, tmp_path):
     ],
 )
 def test_numbers_of_something_else_are_told_where_the_file_is_read(lines, words):
-    """Before anything is asked, with the line; and as a sentence when they are taken to units."""
+    """Before any analysis, with the line; and as a sentence when they are taken to units."""
     text = to_text(gallery.load("slider_crank"))
     table = f'\n[solve.size]\n{lines}\nconditions = "motor.effort = 0"\n'
     with pytest.raises(ModelError) as caught:

@@ -57,7 +57,7 @@ def four_bar():
 
 
 def pendulum(length=1.0, start=0.3):
-    """A thin rod that is let go, with a parameter, and a load of one number."""
+    """A thin rod that is released, with a parameter, and a load of one number."""
     machine = Mechanism("pendulum", parameters={"l": length})
     machine.add(
         Body("rod", mass=2.0, inertia=0.1, cg=("l/2", 0.0), points={"O": (0.0, 0.0)}, guess=0.1),
@@ -247,7 +247,7 @@ def test_lists_go_together_and_text_has_units():
 def test_a_failed_design_is_a_row_with_its_sentence():
     lengths = np.linspace(0.9, 1.1, 2 * LANES + 3)
     good = mbody.sweep(four_bar(), {"crank.A.x": lengths}, measure="peak(A.force)", turn=True)
-    lengths[5], lengths[20] = 30.0, 2.2  # does not close; comes to a dead centre
+    lengths[5], lengths[20] = 30.0, 2.2  # does not close; reaches a dead centre
     bad = mbody.sweep(four_bar(), {"crank.A.x": lengths}, measure="peak(A.force)", turn=True)
     assert sorted(bad.failures) == [5, 20]
     for design, told in bad.failures.items():
@@ -413,7 +413,7 @@ def test_a_dask_cluster_has_the_same_bits():
 
 
 def test_memory_does_not_grow_with_the_designs():
-    """Histories are let go block by block: four times the designs cost their numbers alone."""
+    """Histories are freed block by block: four times the designs cost their numbers alone."""
     peaks = []
     for count in (2000, 8000):
         samples = monte_carlo({"crank.A.x": Uniform(0.1)}, count, seed=5)
@@ -426,7 +426,7 @@ def test_memory_does_not_grow_with_the_designs():
 
 
 def test_own_code_keeps_to_one_thread():
-    """Python of the user is called by the thread that asked."""
+    """Python of the user is called by the calling thread."""
     seen = set()
 
     def torque(t):

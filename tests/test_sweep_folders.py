@@ -148,7 +148,7 @@ def test_what_changes_under_an_open_sweep_is_told(tmp_path):
 
 
 def test_what_decides_other_designs_is_of_the_sweep(tmp_path):
-    """Formulas and guesses stand in no number of the kernels."""
+    """Formulas and guesses are in no number of the kernels."""
     text = """
     [parameters]
     r = 1

@@ -1,4 +1,4 @@
-"""Tables go between their points as they are asked to, and say so where they are left."""
+"""Tables go between their points as requested, and say so where they are left."""
 
 import math
 import sys

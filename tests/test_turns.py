@@ -170,7 +170,7 @@ def chained_five_bar(turns: int) -> Mechanism:
 
 @pytest.mark.parametrize("turns", TURNS)
 def test_a_chain_does_not_turn_a_guess_back(turns):
-    """By hand: cranks parallel at 60°, so that the couplers stand on them as an even triangle."""
+    """By hand: cranks parallel at 60°, so that the couplers form an equilateral triangle."""
     run = mbody.kinematics(chained_five_bar(turns))
     assert run["two"].angle[0] == pytest.approx(math.radians(60), abs=1e-12)
     height = math.sqrt(2.5**2 - 1.5**2)
@@ -190,7 +190,7 @@ def geared(turns: int) -> Mechanism:
 
 @pytest.mark.parametrize("turns", TURNS)
 def test_wheels_mesh_as_they_stand_at_0_however_a_guess_is_turned(turns):
-    """3 θ_a + 2 θ_b = 0 when both stand at 0 in the phase 0."""
+    """3 θ_a + 2 θ_b = 0 when both are at 0 in the phase 0."""
     run = mbody.kinematics(geared(turns))
     assert run["b"].angle[0] == pytest.approx(-0.9, abs=1e-12)
 

@@ -30,7 +30,7 @@ from mbody.analysis.driven.diagnosis import (
     valueless,
     weightless,
 )
-from mbody.analysis.initial.initial_state import started
+from mbody.analysis.initial.initial_state import initial_state_of
 from mbody.makers import makers
 
 G = 9.81
@@ -40,7 +40,7 @@ def instant(machine, start=None):
     """System, time, positions and rates of a start."""
     if start is None:
         own = machine.simulation
-        start = started(assemble(machine), own) if own else mbody.close_loops(machine)
+        start = initial_state_of(assemble(machine), own) if own else mbody.close_loops(machine)
     names = [body.name for body in machine.bodies]
     q = [part[-1] for n in names for part in (start[n].x, start[n].y, start[n].angle)]
     v = [part[-1] for n in names for part in (start[n].vx, start[n].vy, start[n].omega)]
@@ -133,7 +133,7 @@ def test_a_singular_position_of_joints_alone_is_passed():
 
 
 def test_a_start_at_rest_where_branches_meet():
-    """Three level posts: each may fall by itself to first order, and they are told to fall."""
+    """Three level posts: each may fall by itself to first order, and their rates make them fall."""
     machine = gallery.load("n_windows_2")
     machine.simulation = SimulationSettings(1.0, {f"c{n}": {"angle": 0.0} for n in range(3)})
     (note,) = branching(*instant(machine))
@@ -159,7 +159,7 @@ def test_a_mechanism_without_mass_is_told():
 
 
 def test_rates_that_are_rounding_are_not_told():
-    """A vehicle that stands, let go: its wheels turn by 1e-88 rad/s, then by less."""
+    """A vehicle at rest, released: its wheels turn by 1e-88 rad/s, then by less."""
     run = mbody.simulate(gallery.load("vehicle"), 0.5, release={"motion": 0.1})
     assert run.notes == ()
     system, _, q, v = instant(makers.four_bar(1.0, 3.0, 2.0, 3.5, masses=(1.0, 3.0, 2.0)))

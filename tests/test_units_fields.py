@@ -67,7 +67,7 @@ def test_a_wrong_dimension_is_a_sentence(cls, field, quantity):
 
 @pytest.mark.parametrize(("cls", "field"), fields(is_number))
 def test_every_field_takes_text_and_quantities(cls, field):
-    """3 units of its own in ft-lbf-s, told in SI units: as text and as pint has it."""
+    """3 units of its own in ft-lbf-s, in SI units: as text and as pint has it."""
     name = dimension_name(field)
     ours, si = unit_system("ft-lbf-s"), unit_system("SI")
     size = 3.0 * float(ours.unit(name).ratio)

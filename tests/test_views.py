@@ -1,4 +1,4 @@
-"""Pictures: what is drawn is where the solution says, and files are written as asked."""
+"""Pictures: what is drawn is where the solution says, and files are written as requested."""
 
 import math
 import re
@@ -180,7 +180,7 @@ def test_a_plot_shows_the_histories(turn):
     assert figure.axes[-1].get_xlabel() == "angle of crank [deg]"
     names = [text for text in panels["force [lbf]"].texts]
     assert [text.get_text() for text in names] == ["A.force", "B.force"]
-    # names stand right of the curves and keep apart
+    # names are right of the curves and keep apart
     figure.canvas.draw()
     boxes = [text.get_window_extent() for text in names]
     assert min(box.x0 for box in boxes) >= panels["force [lbf]"].get_window_extent().x1
@@ -297,7 +297,7 @@ def test_the_readme_shows_them():
 
 @pytest.mark.parametrize("size", [1e-9, 1e-3, 1.0, 1e4, 1e9])
 def test_every_sign_of_a_label_is_drawn(size, caplog, tmp_path):
-    """Numbers of any size stand beside symbols, whose fonts lack thin spaces and raised digits."""
+    """Numbers of any size are beside symbols, whose fonts lack thin spaces and raised digits."""
     masses = (0.1 * size, 0.3 * size, 0.2 * size)
     lengths = (1000.0, 3000.0, 2000.0, 3500.0)
     machine = mbody.makers.four_bar(*lengths, masses=masses, speed=10.0, units="mm-N-s")

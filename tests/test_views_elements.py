@@ -25,9 +25,9 @@ from mbody import (
 )
 from mbody.makers import makers
 from mbody.views import draw
+from mbody.views.joint_symbols import joint_symbol
 from mbody.views.shapes import hull, rounded
 from mbody.views.sketch import Sketch
-from mbody.views.joint_symbols import joint_symbol
 from tests.odd_mechanisms import ODD, planetary, shafts, tackle
 from tests.picture_reader import artists, gap, inside
 

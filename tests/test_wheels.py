@@ -66,7 +66,7 @@ def test_a_planetary_train_turns_by_williss_formula():
     for mesh in ("inner", "outer"):
         tooth = run.reaction(mesh)
         assert tooth.magnitude == pytest.approx(load * carrier / speed / sun, rel=1e-11)
-        assert np.abs(tooth.torque).max() < 1e-11  # told at the pitch point, where it has none
+        assert np.abs(tooth.torque).max() < 1e-11  # at the pitch point, where it has none
     # the tooth forces do not pull along the line of centres
     pin = run.point("carrier.P")
     along = run.reaction("inner").fx * pin.x + run.reaction("inner").fy * pin.y
@@ -144,7 +144,7 @@ def test_a_rack_is_pushed_by_the_torque_over_the_radius():
         Force("cut", "rack", 10.0, angle=math.pi),
     )
     run = mbody.kinetostatics(machine, t=[0.0, 0.7])
-    # the pinion stands above the rack and pushes it the way that its lowest point goes, +r ω
+    # the pinion is above the rack and pushes it the way that its lowest point goes, +r ω
     assert run["rack"].vx == pytest.approx(0.5 * run["pinion"].omega, rel=CLOSE)
     push = 10.0 + 4.0 * 0.5 * 3.0
     assert run.effort("motor") == pytest.approx(0.5 * push + 0.3 * 3.0, rel=1e-11)
@@ -173,7 +173,7 @@ def test_a_wheel_rolls_down_a_slope_only_if_it_is_held():
     assert run.contact("road") == pytest.approx(normal, rel=1e-11)
     assert np.abs(tangential).max() < 1e-11 * m * g  # at constant speed nothing holds the rim
     assert np.abs(contact.torque).max() < 1e-11
-    # accelerated, the rim is held by T = I α/r
+    # accelerated, the rim is retained by T = I α/r
     faster = mbody.kinetostatics(machine, drive={"pull": (0.0, 0.0, 2.0)}).reaction("road")
     tangential = faster.fx * math.cos(slope) + faster.fy * math.sin(slope)
     assert tangential == pytest.approx(-inertia * 2.0 / r**2, rel=1e-11)

@@ -149,13 +149,13 @@ def designs(count):
 
 
 STEPPING = {
-    "flow": lambda n: steps("dop853", n),
+    "runge_kutta": lambda n: steps("dop853", n),
     "radau": lambda n: steps("radau5", n),
-    "pace": lambda n: steps("rattle4", n),
-    "pace by generalised-α": lambda n: steps("generalized-alpha", n),
+    "fixed_step": lambda n: steps("rattle4", n),
+    "fixed_step by generalised-α": lambda n: steps("generalized-alpha", n),
     "follow": positions,
-    "march": lanes,
-    "march_designs": designs,
+    "follow_lanes": lanes,
+    "follow_designs": designs,
 }
 
 
@@ -222,7 +222,9 @@ def peak(task):
 
 
 @compiled
-@pytest.mark.parametrize("name", ["flow", "radau", "pace", "pace by generalised-α", "follow"])
+@pytest.mark.parametrize(
+    "name", ["runge_kutta", "radau", "fixed_step", "fixed_step by generalised-α", "follow"]
+)
 def test_memory_does_not_grow_with_the_number_of_steps(warm, name):
     """Ten times as many steps, the same instants: as much memory, to a few objects of a call.
 

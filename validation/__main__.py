@@ -74,7 +74,7 @@ def together(rows: list[Row], key: Callable[[Row], Any]) -> list[tuple[Any, list
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Print the rows of the cases asked for."""
+    """Print the rows of the requested cases."""
     known = cases()
     parser = argparse.ArgumentParser(prog="python -m validation", description=__doc__)
     parser.add_argument("case", nargs="*", help=f"all, unless named: {', '.join(known)}")

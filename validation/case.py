@@ -63,7 +63,7 @@ class Row:
         return bool(self.error <= self.tolerance)
 
     def record(self) -> dict[str, Any]:
-        """The row as JSON has it: the cause, where there is one, stands with the reason."""
+        """The row as JSON has it: the cause, where there is one, is with the reason."""
         shown = {key: getattr(self, key) for key in KEYS}
         return shown | {"reason": "; ".join(filter(None, (self.reason, self.cause)))}
 

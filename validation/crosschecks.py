@@ -1,6 +1,6 @@
 """Which engines agree with mbody on what, for every model of the gallery: `docs/crosscheck.md`.
 
-`python -m validation.crosschecks` asks all engines that are installed and writes the page anew.
+`python -m validation.crosschecks` runs all engines that are installed and writes the page anew.
 """
 
 from collections import Counter

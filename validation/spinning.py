@@ -8,7 +8,7 @@ import mbody
 
 __all__ = ["AXIS", "SOLVED", "balanced", "rpm", "superposed"]
 
-#: The spindle stands upright in y.
+#: The spindle is upright, along y.
 AXIS = mbody.Marker("ground", (0.0, 0.0), math.pi / 2)
 
 #: Tolerance and reason of what is found where an effort is to vanish.

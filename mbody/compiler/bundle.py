@@ -30,7 +30,7 @@ from numba.extending import (
     unbox,
 )
 
-__all__ = ["Bundle", "Floats", "Ints", "Rows", "Stacks", "Tables", "array_words"]
+__all__ = ["Bundle", "ComplexRows", "Floats", "Ints", "Rows", "Stacks", "Tables", "array_words"]
 
 #: Arrays by their kind of number and number of axes; to type checkers they are arrays of any kind.
 Ints = Any
@@ -38,6 +38,7 @@ Tables = Any
 Floats = Any
 Rows = Any
 Stacks = Any
+ComplexRows = Any
 
 _KINDS: dict[str, Any] = {
     "int": types.int64,
@@ -47,8 +48,13 @@ _KINDS: dict[str, Any] = {
     "Floats": types.Array(types.float64, 1, "C"),
     "Rows": types.Array(types.float64, 2, "C"),
     "Stacks": types.Array(types.float64, 3, "C"),
+    "ComplexRows": types.Array(types.complex128, 2, "C"),
 }
-_NUMPY = {types.int64: np.dtype(np.int64), types.float64: np.dtype(np.float64)}
+_NUMPY = {
+    types.int64: np.dtype(np.int64),
+    types.float64: np.dtype(np.float64),
+    types.complex128: np.dtype(np.complex128),
+}
 
 
 class Bundle:
@@ -78,7 +84,8 @@ class Bundle:
                 if array.ndim != kind.ndim:
                     raise TypeError(f"{type(self).__name__}.{name} has {kind.ndim} axes")
                 values[name] = array
-                words += array_words(array.__array_interface__["data"][0], array.shape)
+                pointer = array.__array_interface__["data"][0]
+                words += array_words(pointer, array.shape, array.itemsize)
             elif kind == types.int64:
                 words.append(int(values[name]))
             else:
@@ -111,15 +118,15 @@ def _restored(kind: type[Bundle], values: dict[str, Any]) -> Bundle:
     return kind(**values)
 
 
-def array_words(pointer: int, shape: tuple[int, ...]) -> list[int]:
-    """Numba's struct of a C-contiguous array of 8-byte numbers: memory info and parent (none),
-    number of items, item size, data pointer, shape and strides.
+def array_words(pointer: int, shape: tuple[int, ...], itemsize: int = 8) -> list[int]:
+    """Numba's struct of a C-contiguous array of numbers of so many bytes: memory info and parent
+    (none), number of items, item size, data pointer, shape and strides.
     """
-    strides = [8]
+    strides = [itemsize]
     for count in reversed(shape[1:]):
         strides.insert(0, strides[0] * count)
-    size = strides[0] * shape[0] // 8
-    return [0, 0, size, 8, pointer, *shape, *strides]
+    size = strides[0] * shape[0] // itemsize
+    return [0, 0, size, itemsize, pointer, *shape, *strides]
 
 
 class Address(types.Type):

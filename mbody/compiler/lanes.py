@@ -100,13 +100,18 @@ def wide() -> Number:
 
 @row_load
 def ld(array: np.ndarray, row: int, w: Number) -> Number:
-    """Row of an array of shape (rows, lanes), as a number of the type of the witness ``w``."""
+    """Row of an array of shape (rows, lanes), as a number of the type of the witness ``w``.
+
+    For ``w = 0.0`` the array may have the shape (rows,) as well.
+    """
+    if array.ndim == 1:
+        return array[row]
     return array[row, 0] if array.shape[1] == 1 else array[row].copy()
 
 
 @row_store(constants=True)
 def st(array: np.ndarray, row: int, value: Number, w: Number) -> None:
-    """Set a row of an array of shape (rows, lanes) to a value, which may be a plain constant."""
+    """Set a row of an array, shaped as for `ld`, to a value, which may be a plain constant."""
     array[row] = value
 
 

@@ -195,11 +195,15 @@ def _is_rows(array: Any, row: Any, w: Any) -> bool:
     return (
         isinstance(array, types.Array)
         and array.dtype == types.float64
-        and array.ndim == 2
         and array.layout == "C"
         and isinstance(row, types.Integer)
-        and (isinstance(w, Lanes) or w == types.float64)
+        and ((array.ndim == 2 and isinstance(w, Lanes)) or _is_column(array, w))
     )
+
+
+def _is_column(array: Any, w: Any) -> bool:
+    """Whether the numbers of one design: of shape (rows, 1) or (rows,)."""
+    return w == types.float64 and array.ndim in (1, 2)
 
 
 def _address(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:

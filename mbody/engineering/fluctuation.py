@@ -10,7 +10,6 @@ import numpy as np
 
 from mbody.errors import ModelError, brief
 from mbody.laws import Table
-from mbody.model.driver import AngleDriver
 from mbody.model.element import listed
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
@@ -228,7 +227,7 @@ def the_motor(run: Solution, name: str | None) -> str:
     ModelError
         Where it is not clear, or there is none.
     """
-    turning = [d.name for d in run.mechanism.drivers if isinstance(d, AngleDriver)]
+    turning = [d.name for d in run.mechanism.drivers if d.angular]
     if name is None and len(turning) == 1:
         return turning[0]
     if name not in turning:

@@ -118,7 +118,7 @@ def _joints(system: System, run: Solution, pose: Array) -> tuple[Array, Array]:
     for joint in machine.joints:
         one = run.reaction(joint.name)
         place = run.reaction_point(joint.name)
-        act(_JointEnds(joint), np.array([one.fx, one.fy]), one.torque, place)
+        act(joint, np.array([one.fx, one.fy]), one.torque, place)
     for driver in machine.drivers:
         fx, fy, torque = driven(run, driver.name).T
         ahead = "j" in driver.places()
@@ -164,13 +164,6 @@ def _meshing(system: System, run: Solution, comparison: Comparison) -> None:
                 if comparison.sizes[kind] > 0.0:
                     name = f"{element.name}: {key} of row {n}"
                     comparison.add(kind, name, np.zeros(len(run)), part)
-
-
-class _JointEnds:
-    """The two bodies of a joint, named as those of a driver."""
-
-    def __init__(self, joint: Any) -> None:
-        self.bodies = (joint.i.body, joint.j.body)
 
 
 def _power(

@@ -20,7 +20,6 @@ from mbody.errors import ModelError
 from mbody.files.files import writing
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.doubts import certificate
-from mbody.solution.load_histories import quantities_of
 from mbody.solution.measures import found_by, measured
 
 if TYPE_CHECKING:
@@ -153,7 +152,7 @@ def _loads(solution: Solution, turned: float) -> dict[str, Any]:
     """Forces of loads, and what springs and dampers go by; not of what acts on every body."""
     found = {}
     for load in solution.mechanism.loads:
-        keys = tuple(quantities_of(load))
+        keys = tuple(load.quantities())
         if keys:
             history = solution.load(load.name)
             own = _fields(history, keys)

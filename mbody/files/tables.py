@@ -89,12 +89,10 @@ def columns(solution: Solution, angle: str = "rad") -> dict[str, np.ndarray]:
         table[f"{joint.name}.fy [{unit('force')}]"] = reaction.fy
         table[f"{joint.name}.torque [{unit('torque')}]"] = reaction.torque
         table |= unique.get(joint.name, {})
-    rows = {each.name: each.rows for each in mechanism.couplings}
-    rows |= {each.name: each.rows for each in mechanism.drivers}
-    for name, kind in rows.items():
-        effort = unit("torque" if kind == "a" else "force")
-        table[f"{name}.effort [{effort}]"] = solution.effort(name)
-        table |= unique.get(name, {})
+    for each in (*mechanism.couplings, *mechanism.drivers):
+        effort = unit(each.effort_dimension)
+        table[f"{each.name}.effort [{effort}]"] = solution.effort(each.name)
+        table |= unique.get(each.name, {})
     return table | _measures(solution, angle)
 
 

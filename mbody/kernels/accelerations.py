@@ -1,4 +1,24 @@
-"""Free motion: accelerations and multipliers together, [M Gᵀ; G 0] [a; λ] = [f; γ]."""
+"""Accelerations and multipliers of free motion, from one factor of the Schur complement.
+
+The equations of motion with the constraints differentiated twice are the augmented system
+
+    [M  Gᵀ] [a]   [f]
+    [G  0 ] [λ] = [γ],
+
+where γ is what Φ̈ = G a − γ has of velocities and time. Its first row gives a = M⁻¹ (f − Gᵀ λ); put
+into the second,
+
+    S λ = G M⁻¹ f − γ,   S = G M⁻¹ Gᵀ  (the Schur complement, `mbody.kernels.schur_ldl`).
+
+A body with several slots is the sum of its slots, each with a share of its mass and of its load,
+tied by weld rows. Where W.weight = W⁻¹ is not M⁻¹ (massless bodies have a small mass there) or S is
+regularised (redundant rows), (a, λ) is refined by the residuals of both rows,
+
+    r = f − M a − Gᵀ λ,   c = G (a + W⁻¹ r) − γ,
+    S δλ = c,             a ← a + W⁻¹ r − W⁻¹ Gᵀ δλ,   λ ← λ + δλ,
+
+which is one step of iterative refinement with [W Gᵀ; G 0] in place of the augmented matrix.
+"""
 
 from __future__ import annotations
 
@@ -11,51 +31,53 @@ from mbody.kernels.forces import forces, signals
 from mbody.kernels.position_velocity import clear, weigh
 from mbody.kernels.schur_ldl import VANISHED, apply_g, apply_gt, factor, solve
 
-__all__ = ["balance", "free_motion", "repeat"]
+__all__ = ["augmented_solution", "free_accelerations", "free_motion", "repeat"]
 
 
 @njit
-def kkt(L, W, w, soft, passes):
-    """a and λ at q, v, t, with W.weight the inverse masses; see `balance`."""
+def free_accelerations(L, W, w, regularization, refinements):
+    """a and λ at W.q, W.v, W.time, with W.weight the inverse masses; see `augmented_solution`."""
     signals(L, W, w, L.varying)
     turns(L, W, w)
     rows(L, W, w, True, True)
-    factor(L, W, w, soft, VANISHED)
-    balance(L, W, w, passes)
+    factor(L, W, w, regularization, VANISHED)
+    augmented_solution(L, W, w, refinements)
 
 
 @njit
-def balance(L, W, w, passes):
-    """a and λ by the present rows and their factor. `passes` corrections by the residual serve
-    massless bodies (which stand in W.weight with a small mass) and redundant rows.
-    """
+def augmented_solution(L, W, w, refinements):
+    """W.a and W.lam ← a and λ by the present rows and their factor, refined so many times."""
     forces(L, W, w, -1)
+    # u = M⁻¹ f on slots
     clear(W.u, w)
     for s in range(L.slots):
         o, share = 3 * L.slot_body[s], ld(W.share, s, w)
         for n in range(3):
             st(W.u, 3 * s + n, share * ld(W.force, o + n, w) * ld(W.weight, 3 * s + n, w), w)
+    # S λ = G u − γ
     apply_g(L, W, w, W.u, W.x)
     for n in range(2 * L.nodes):
         st(W.x, n, ld(W.x, n, w) - ld(W.gamma, n, w), w)
     solve(L, W, w)
     for n in range(2 * L.nodes):
         st(W.lam, n, ld(W.x, n, w), w)
+    # a = u − M⁻¹ Gᵀ λ
     clear(W.r, w)
     apply_gt(L, W, w, W.x, W.r)
     weigh(L, W, w, W.r)
     for n in range(3 * L.slots):
         st(W.u, n, ld(W.u, n, w) - ld(W.r, n, w), w)
-    for _ in range(passes):
-        correct(L, W, w)
+    for _ in range(refinements):
+        refine(L, W, w)
     for b in range(L.bodies):
         for n in range(3):
             st(W.a, 3 * b + n, ld(W.u, 3 * L.body_slot[b] + n, w), w)
 
 
 @njit
-def correct(L, W, w):
-    """One correction of (a, λ) in (W.u, W.lam) by the residual of both equations."""
+def refine(L, W, w):
+    """One refinement of (a, λ) in (W.u, W.lam) by the residuals of both equations."""
+    # r = W⁻¹ (f − M a − Gᵀ λ)
     clear(W.r, w)
     apply_gt(L, W, w, W.lam, W.r)
     for s in range(L.slots):
@@ -64,7 +86,7 @@ def correct(L, W, w):
             f = ld(W.force, o + n, w) - ld(W.mass, o + n, w) * ld(W.u, 3 * s + n, w)
             st(W.r, 3 * s + n, share * f - ld(W.r, 3 * s + n, w), w)
     weigh(L, W, w, W.r)
-    # G (u + W⁻¹ r) − γ, then both corrections from one solve
+    # S δλ = G (a + r) − γ: one solve serves both residuals
     for n in range(W.u.shape[0]):
         st(W.u, n, ld(W.u, n, w) + ld(W.r, n, w), w)
     apply_g(L, W, w, W.u, W.x)
@@ -73,6 +95,7 @@ def correct(L, W, w):
     solve(L, W, w)
     for n in range(2 * L.nodes):
         st(W.lam, n, ld(W.lam, n, w) + ld(W.x, n, w), w)
+    # a ← a + r − W⁻¹ Gᵀ δλ
     clear(W.r, w)
     apply_gt(L, W, w, W.x, W.r)
     weigh(L, W, w, W.r)
@@ -81,29 +104,29 @@ def correct(L, W, w):
 
 
 @njit
-def remaining(L, W, w):
+def dynamic_residual(L, W, w):
     """Size of f − M a − Gᵀ λ: root of the sum of squares."""
     clear(W.r, w)
     apply_gt(L, W, w, W.lam, W.r)
-    rest = 0.0 * ld(W.size, 0, w)
+    total = 0.0 * ld(W.size, 0, w)
     for s in range(L.slots):
         o, share = 3 * L.slot_body[s], ld(W.share, s, w)
         for n in range(3):
             f = ld(W.force, o + n, w) - ld(W.mass, o + n, w) * ld(W.a, o + n, w)
             x = share * f - ld(W.r, 3 * s + n, w)
-            rest = rest + x * x
-    return np.sqrt(rest)
+            total = total + x * x
+    return np.sqrt(total)
 
 
 @kernel
-def free_motion(L, W, soft, passes):
-    """Accelerations into W.a and multipliers into W.lam at the W.q, W.v and W.time given; returns
-    what is left unbalanced.
+def free_motion(L, W, regularization, refinements):
+    """W.a and W.lam ← accelerations and multipliers at W.q, W.v and W.time; returns the residual of
+    the equations of motion.
     """
     w = 0.0
     signals(L, W, w, L.signal_law.shape[0])
-    kkt(L, W, w, soft, passes)
-    return remaining(L, W, w)
+    free_accelerations(L, W, w, regularization, refinements)
+    return dynamic_residual(L, W, w)
 
 
 @kernel
@@ -112,6 +135,6 @@ def repeat(L, W, times):
     total = 0.0
     for _ in range(times):
         W.q[2, 0] += 1e-9
-        kkt(L, W, 0.0, 0.0, 0)
+        free_accelerations(L, W, 0.0, 0.0, 0)
         total += W.a[0, 0]
     return total

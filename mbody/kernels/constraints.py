@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from typing import Any
 
 import numpy as np
 
@@ -230,7 +231,7 @@ def branch(otherwise, number):
     `CONSTRAINTS` is made here, one inside the other. None of them is kept on disk: `rows` is, with
     all of them.
     """
-    one = CONSTRAINTS[KINDS[number]]
+    one: Any = CONSTRAINTS[KINDS[number]]
     physics, direction = one.function, one.argument
 
     @njit(forceinline=True, cache=False)

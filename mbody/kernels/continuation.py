@@ -1,10 +1,20 @@
 """Scalar continuation: every instant of one motion, followed along its branch.
 
-Between two instants the step is halved until Newton's correction is small beside the step, the
-derivative has not turned round, and the watch (`mbody.kernels.branch_monitor`) lets it pass, so
-the branch is
-kept however coarse the output. A step that would have to be smaller than any means a dead centre. A
-change point is passed where the derivative goes on as before.
+Predictor and corrector (Allgower & Georg, *Numerical Continuation Methods*): the polynomial of
+`mbody.kernels.predictor` gives a position at the path parameter s + h, Newton's method on
+Φ(q, s + h) = 0 corrects it. The step h is halved until
+
+* Newton's first correction is small beside the step, |Δ₁| ≤ 0.1 |Δq|,
+* the derivative has not turned, |q′ − q′₀ − h q″₀| ≤ 0.2 of its terms,
+* no body turns by more than `SPREAD` from another one,
+* the branch monitor (`mbody.kernels.branch_monitor`) accepts it,
+
+so that the branch is kept however coarse the output is. A step that would have to be shorter than
+any means a dead centre. A change point is passed where the derivative continues smoothly.
+
+Lanes cannot halve their steps one by one: `mbody.kernels.continuation_lanes` takes fixed steps with
+the same predictor and the same tests, and gives a lane that fails one to this path. The two solve
+by different factors for the reason given there.
 """
 
 from __future__ import annotations
@@ -13,88 +23,149 @@ import math
 
 import numpy as np
 
+from mbody.compiler.bundle import Bundle, Floats, Rows, Stacks
 from mbody.compiler.jit import inline, kernel, njit
 from mbody.compiler.lanes import st
 from mbody.kernels.branch_monitor import (
     CHANGE_AHEAD,
     MIDDLE,
-    NEAR,
+    NEAR_SINGULAR,
     SOUND,
     UNSURE,
-    beyond,
-    ends_smoothly,
-    glance,
-    look_back,
-    mark,
-    shift,
-    verdict,
+    judge_step,
+    mark_redundant,
+    rates_fit,
+    restart_after_change,
+    shift_pages,
+    store_earlier_parts,
+    store_parts,
 )
 from mbody.kernels.forces import forces, signals
 from mbody.kernels.output import keep
 from mbody.kernels.position_velocity import accelerations, multipliers, newton, rates, velocities
-from mbody.kernels.predictor import behind, predict, step
-from mbody.kernels.schur_ldl import VANISHED
+from mbody.kernels.predictor import compare_step, predict, store_place
+from mbody.kernels.schur_ldl import VANISHED, constraint_conditioning
 
-__all__ = ["DONE", "LOST", "STUCK", "follow", "weakest"]
+__all__ = [
+    "BRANCH_UNSURE",
+    "BY_DRIVER",
+    "BY_INSTANT",
+    "BY_TIME",
+    "CHANGE_POINTS",
+    "CORRECTION",
+    "DONE",
+    "INSTANTS",
+    "LOST",
+    "PROGRESS",
+    "REACHED",
+    "SLIGHT",
+    "SPREAD",
+    "STEPS",
+    "STUCK",
+    "TURNED",
+    "UNBALANCED",
+    "DrivenPath",
+    "FollowedPath",
+    "follow",
+]
 
+#: How `follow` ends: at the last instant; at a dead centre, or where the branch is not certain;
+#: without a position at the first instant.
 DONE, STUCK, LOST = 0, 1, 2
+#: What the path parameter is: time; the value of the one driver; the number of the instant.
+BY_TIME, BY_DRIVER, BY_INSTANT = 0, 1, 2
+#: Numbers of `FollowedPath.progress`: instants finished; path parameter reached; least pivot;
+#: steps; greatest unbalanced part of the loads; change points passed; one where the path ended
+#: because the branch was not certain. And how many they are.
+INSTANTS, REACHED, LEAST_PIVOT, STEPS, UNBALANCED, CHANGE_POINTS, BRANCH_UNSURE = range(7)
+PROGRESS = 7
+#: Numbers of `FollowedPath.nearest`: least part that elimination leaves of a node, path parameter
+#: there, instant before which that is.
+PART, PLACE, BEFORE = 0, 1, 2
 
 #: Accepted correction, in parts of the greatest coordinate: rounding. The last correction is not in
 #: Φ_q any more, so it is what velocities and forces are off by, times their condition.
 TOLERANCE = 1e-14
 #: A first correction larger than this part of the step asks for a smaller step, in squares.
 CORRECTION = 0.1**2
-#: A derivative that lies off by this part of itself asks for a smaller step, in squares.
+#: A derivative that is off by this part of itself asks for a smaller step, in squares.
 TURNED = 0.2**2
-#: Most by which a body turns from another one in a step [rad]. What the watch compares are sines of
-#: such angles: up to 0.75 it takes none for sound that has been zero, and no sine is zero twice.
+#: Most by which a body turns from another one in a step [rad]. The branch monitor compares sines of
+#: such angles: up to 0.75 it accepts none that has been zero, and no sine is zero twice.
 SPREAD = 0.55
-#: What is as small as this is neither, in squares.
+#: What is as small as this counts as zero in both tests, in squares.
 SLIGHT = 1e-9**2
-#: A step that would have to be shorter than this part of the longest one is not taken: stuck.
+#: A step shorter than this part of the longest one is not made: stuck.
 SHORTEST = 2.0**-40
-#: A step that turns round and is shorter than this part of the longest one may be at a kink of a
-#: law.
+#: A step that turns and is shorter than this part of the longest one may be at a kink of a law.
 KINK = 2.0**-20
+#: At a kink the position is regular: Newton's first correction and the conditioning show it.
+KINK_CORRECTION, KINK_CONDITIONING = 1e-6, 1e-8
 #: An instant is at a change point that is no farther from it than this part of the way to it.
 AT = 1e-3
-#: So many steps one after the other that are shorter than this part of the longest one lead
-#: nowhere: rounding decides what the watch sees. Bends of a margin of 1e-8 take some hundred.
+#: So many successive steps shorter than this part of the longest one lead nowhere: rounding decides
+#: what the monitor sees. Bends of a margin of 1e-8 take some hundred.
 CRAWLED, CRAWL = 2000, 2.0**-16
-ITERATIONS = 12
+#: Newton's iterations, and the correction from which on it diverges.
+ITERATIONS, DIVERGED = 12, 1e3
+
+
+class DrivenPath(Bundle):
+    """What the drivers prescribe, and how it is followed."""
+
+    mode: int  # BY_TIME, BY_DRIVER or BY_INSTANT
+    s: Floats  # (instants,) path parameter
+    t: Floats  # (instants,) time
+    given: Stacks  # (instants, drivers, 3): value, rate and acceleration, except by time
+    chords: Rows  # (instants, drivers): change of the value to the next instant, by instant only
+    with_forces: int  # whether reactions are computed
+    at_rest: int  # whether velocities and accelerations are zero (statics)
+    monitored: int  # whether the branch is made certain; else it is only likely to be kept
+    regularization: float  # of redundant rows, zero where there are none
+    reach: float  # greatest coordinate in model lengths and radians, of which TOLERANCE is a part
+
+
+class FollowedPath(Bundle):
+    """Where `follow` puts what it finds."""
+
+    output: Stacks  # (instants, rows, 1), rows as of `mbody.kernels.output.keep`
+    progress: Floats  # (PROGRESS,)
+    nearest: Floats  # (3,)
+    passed: Rows  # (change points, 1 + coordinates): path parameter, a position close before it
 
 
 @inline
-def drive(L, W, w, mode, s, given, k, t, ahead):
-    """Signals at path parameter s. Mode 0: s is time, laws give all. Mode 1: s is the value of the
-    one driver. Mode 2: s counts instants, drivers go straight from row k of `given` to the next.
+def set_drivers(L, W, w, path, s, k):
+    """Signals at path parameter s on the way to instant k. By time the laws give all of them. By
+    driver s is its value. By instant the drivers go in a straight line from instant k − 1 to k.
     """
-    if mode == 0:
+    if path.mode == BY_TIME:
         W.time[0, 0] = s
         signals(L, W, w, L.varying)
         return
-    W.time[0, 0] = t
+    W.time[0, 0] = path.t[k]
     signals(L, W, w, L.varying)
+    begin = max(k - 1, 0)
     for d in range(L.driver_row.shape[0]):
         o = L.driver_row[d]
-        if mode == 1:
+        if path.mode == BY_DRIVER:
             W.signal[o, 0], W.signal[o + 1, 0], W.signal[o + 2, 0] = s, 1.0, 0.0
         else:
-            slope = ahead[k, d]
-            W.signal[o, 0] = given[k, d, 0] + (s - k) * slope
+            slope = path.chords[begin, d]
+            W.signal[o, 0] = path.given[begin, d, 0] + (s - begin) * slope
             W.signal[o + 1, 0] = slope
             W.signal[o + 2, 0] = 0.0
 
 
 @njit
-def settle(L, W, w, soft, reach):
-    """Newton to convergence: (converged, first correction, least pivot)."""
+def correct(L, W, w, regularization, reach):
+    """Newton's method to convergence: (converged, size of the first correction, least pivot)."""
     first, last, least = 0.0, 1e300, 0.0
     for iteration in range(ITERATIONS):
-        e, least = newton(L, W, w, soft, VANISHED)
+        e, least = newton(L, W, w, regularization, VANISHED)
         if iteration == 0:
             first = e
-        if not e < 1e3 * (1.0 + reach):
+        if not e < DIVERGED * (1.0 + reach):
             return False, first, least
         # at rounding level corrections no longer shrink
         if e <= TOLERANCE * reach or (e <= 1e-9 * reach and e > 0.5 * last):
@@ -103,183 +174,152 @@ def settle(L, W, w, soft, reach):
     return False, first, least
 
 
-@njit
-def weakest(L, W):
-    """Least pivot as a part of its diagonal."""
-    least = 1.0
-    for k in range(L.nodes):
-        for row in range(2):
-            part = W.pivot[3 * k + 2 * row, 0] * W.diagonal[2 * k + row, 0]
-            least = min(least, 1.0 / part if part > 0.0 else 0.0)
-    return least
-
-
 @kernel
-def follow(
-    L,
-    W,
-    soft,
-    mode,
-    s,
-    t,
-    given,
-    ahead,
-    with_loads,
-    still,
-    watched,
-    output,
-    state,
-    nearest,
-    passed,
-):
-    """Fill output (instants, rows, 1) as `keep` says; the first instant starts from W.q.
-
-    watched: whether the branch is watched; else it is only likely to be kept, for less.
-    state: [0] instants done, [1] path parameter reached, [2] least pivot met, [3] steps,
-    [4] greatest unbalanced part, [5] greatest coordinate, [6] change points passed, [7] one if it
-    was the watch over the branch that ended it. nearest (3,): least part that elimination leaves of
-    a node, path parameter there, instant before which it is. passed (some, 1 + coordinates): path
-    parameter of each change point, and a position close before it. Returns DONE, STUCK (dead
-    centre; the place where it ended is the first in W.past), or LOST (Newton failed at the first
+def follow(L, W, path, found):
+    """Follow the motion from W.q at the first instant through all instants of `path`; returns DONE,
+    STUCK (the place where it ended is the first in W.past), or LOST (no position at the first
     instant).
     """
     w = 0.0
+    s, regularization = path.s, path.regularization
+    progress, nearest = found.progress, found.nearest
     signals(L, W, w, L.signal_law.shape[0])
-    state[2] = 1e300
-    # the last step, for the quintic and for the watch
-    back, back_watched, quintic, last = 1.0, 1.0, 0.0, 0
+    progress[LEAST_PIVOT] = 1e300
+    # the last step, for the predictor and for the monitor
+    back, monitored_back, quintic, last = 1.0, 1.0, 0.0, 0
     # the longest step, or the first that was tried; what the last refusal leaves of a step
-    longest, tried, pace = 0.0, 0.0, 1e300
+    longest, tried, limit = 0.0, 0.0, 1e300
     crawled = 0
     # greatest inverse part at the last place
-    was = 1.0
+    previous = 1.0
     here = s[0]
     for k in range(s.shape[0]):
         left = s[k] - here
-        h = sized(left, pace)
+        h = next_step(left, limit)
         if k > 0 and h != 0.0:
-            if mode == 2:
-                direction(L, W, w, ahead, k - 1, last)
+            if path.mode == BY_INSTANT:
+                derivatives_along_chord(L, W, w, path, k - 1, last)
                 quintic = 0.0
-            if watched and (mode == 2 or longest == 0.0):
-                back_watched = math.copysign(look_back(L, W, w, soft, last), h)
+            if path.monitored and (path.mode == BY_INSTANT or longest == 0.0):
+                far = store_earlier_parts(L, W, w, regularization, last)
+                monitored_back = math.copysign(far, h)
             tried = max(tried, abs(h))
         across = False
         while True:
-            if k > 0:
-                if h != 0.0:
-                    predict(L, W, w, h, back, quintic, last)
-                row = k - 1 if mode == 2 else k
-                drive(L, W, w, mode, here + h, given, row, t[k], ahead)
-            else:
-                drive(L, W, w, mode, here, given, 0, t[0], ahead)
-            good, first, least = settle(L, W, w, soft, state[5])
-            found, place, worst = SOUND, 0.0, 1.0
-            if good and watched and h != 0.0:
-                worst = glance(L, W, 2, soft)
-                found, place = verdict(L, W, h, back_watched, soft)
-            if good and found != UNSURE:
+            if k > 0 and h != 0.0:
+                predict(L, W, w, h, back, quintic, last)
+            set_drivers(L, W, w, path, here + h, k)
+            good, first, least = correct(L, W, w, regularization, path.reach)
+            verdict, place, worst = SOUND, 0.0, 1.0
+            if good and path.monitored and h != 0.0:
+                worst = store_parts(L, W, 2, regularization)
+                verdict, place = judge_step(L, W, h, monitored_back, regularization)
+            if good and verdict != UNSURE:
                 velocities(L, W, w, True)
                 accelerations(L, W, w, True)
             if k == 0:
                 if not good:
-                    state[2] = min(state[2], least)
+                    progress[LEAST_PIVOT] = min(progress[LEAST_PIVOT], least)
                     return LOST
-                if soft != 0.0:
-                    mark(L, W, soft)
-                if watched:
-                    was = glance(L, W, 1, soft)
-                    nearest[0] = 1.0 / was
-                    nearest[1], nearest[2] = here, 0.0
-                last = behind(L, W, w, last)
+                if regularization != 0.0:
+                    mark_redundant(L, W, regularization)
+                if path.monitored:
+                    previous = store_parts(L, W, 1, regularization)
+                    nearest[PART] = 1.0 / previous
+                    nearest[PLACE], nearest[BEFORE] = here, 0.0
+                last = store_place(L, W, w, last)
                 break
             kink = False
-            if good and h != 0.0 and found != UNSURE:
-                moved, off, size, spread = step(L, W, w, h, last)
+            if good and h != 0.0 and verdict != UNSURE:
+                moved, off, terms, spread = compare_step(L, W, w, h, last)
                 good = first * first <= CORRECTION * moved + SLIGHT and (
-                    off <= TURNED * size + SLIGHT and (spread <= SPREAD or not watched)
+                    off <= TURNED * terms + SLIGHT and (spread <= SPREAD or not path.monitored)
                 )
                 # so short a step at a regular position stays on its branch: the law turns sharply
                 whole = longest if longest > 0.0 else tried
-                kink = abs(h) <= KINK * whole and first <= 1e-6 and weakest(L, W) > 1e-8
+                kink = abs(h) <= KINK * whole and first <= KINK_CORRECTION
+                kink = kink and constraint_conditioning(L, W) > KINK_CONDITIONING
                 good = good or kink
-                if good and not kink and found == SOUND and max(worst, was) * NEAR > 1.0:
-                    found = SOUND if ends_smoothly(L, W, w, h, soft) else UNSURE
+                near_singular = max(worst, previous) * NEAR_SINGULAR > 1.0
+                if good and not kink and verdict == SOUND and near_singular:
+                    verdict = SOUND if rates_fit(L, W, w, h, regularization) else UNSURE
             at_end = False
-            if good and found == CHANGE_AHEAD and abs(place - 0.5) > MIDDLE:
-                found, at_end = UNSURE, abs(place * h - left) <= AT * abs(left)
+            if good and verdict == CHANGE_AHEAD and abs(place - 0.5) > MIDDLE:
+                verdict, at_end = UNSURE, abs(place * h - left) <= AT * abs(left)
                 if not across and abs(2.0 * place * h) <= abs(left):
                     h, across = 2.0 * place * h, True
                     continue
-            if not good or found == UNSURE or crawled > CRAWLED:
+            if not good or verdict == UNSURE or crawled > CRAWLED:
                 whole = longest if longest > 0.0 else tried
                 h = 0.5 * h
-                pace = abs(h)
-                if pace <= SHORTEST * whole or here + h == here or at_end or crawled > CRAWLED:
-                    state[1], state[7] = here, 1.0 if good else 0.0
-                    first_of(W, last)
+                limit = abs(h)
+                if limit <= SHORTEST * whole or here + h == here or at_end or crawled > CRAWLED:
+                    progress[REACHED], progress[BRANCH_UNSURE] = here, 1.0 if good else 0.0
+                    put_first(W, last)
                     return STUCK
                 continue
-            state[2] = min(state[2], least)
-            state[3] += 1.0
+            progress[LEAST_PIVOT] = min(progress[LEAST_PIVOT], least)
+            progress[STEPS] += 1.0
             if h != 0.0:
-                if watched and worst * nearest[0] > 1.0:
-                    nearest[0], nearest[1], nearest[2] = 1.0 / worst, here + h, float(k)
-                if found == CHANGE_AHEAD:
-                    pass_by(L, W, here + place * h, last, state, passed)
-                    nearest[0], nearest[1], nearest[2] = 0.0, here + place * h, float(k)
-                here, was = here + h, worst
+                if path.monitored and worst * nearest[PART] > 1.0:
+                    nearest[PART], nearest[PLACE], nearest[BEFORE] = 1.0 / worst, here + h, float(k)
+                if verdict == CHANGE_AHEAD:
+                    record_change_point(L, W, here + place * h, last, found)
+                    nearest[PART], nearest[PLACE] = 0.0, here + place * h
+                    nearest[BEFORE] = float(k)
+                here, previous = here + h, worst
                 longest = max(longest, abs(h))
                 crawled = crawled + 1 if abs(h) <= CRAWL * longest else 0
-                last = behind(L, W, w, last)
-                shift(L, W)
-                back, back_watched, quintic = h, h, 0.0 if kink or mode == 2 else 1.0
-                if found == CHANGE_AHEAD:
-                    beyond(L, W, soft)
-                    back_watched = 0.5 * (1.0 - place) * h
+                last = store_place(L, W, w, last)
+                shift_pages(L, W)
+                back, monitored_back = h, h
+                quintic = 0.0 if kink or path.mode == BY_INSTANT else 1.0
+                if verdict == CHANGE_AHEAD:
+                    restart_after_change(L, W, regularization)
+                    monitored_back = 0.5 * (1.0 - place) * h
                 across = False
             left = s[k] - here
             if abs(left) <= 1e-14 * (abs(s[k]) + abs(here)) or h == 0.0:
                 here = s[k]
                 break
-            if abs(h) >= pace:
-                pace = 2.0 * abs(h)
-            h = sized(left, pace)
-        finish(L, W, w, mode, given, k, still)
-        if with_loads:
+            if abs(h) >= limit:
+                limit = 2.0 * abs(h)
+            h = next_step(left, limit)
+        derivatives_by_time(L, W, w, path, k)
+        if path.with_forces:
             forces(L, W, w, -1)
             rest = multipliers(L, W, w)
-            if not rest <= state[4] and not np.isnan(state[4]):
-                state[4] = rest
-        keep(L, W, w, output[k])
-        state[0] = k + 1.0
-        state[1] = here
+            if not rest <= progress[UNBALANCED] and not np.isnan(progress[UNBALANCED]):
+                progress[UNBALANCED] = rest
+        keep(L, W, w, found.output[k])
+        progress[INSTANTS] = k + 1.0
+        progress[REACHED] = here
     return DONE
 
 
 @inline
-def sized(left, pace):
-    """The next step of what is left: all of it, or as the pace is."""
-    return left if abs(left) <= pace else math.copysign(pace, left)
+def next_step(left, limit):
+    """All that is left, or as much of it as the limit allows."""
+    return left if abs(left) <= limit else math.copysign(limit, left)
 
 
 @njit
-def pass_by(L, W, s, last, state, passed):
-    """Note a change point at s, and the last place, which is close before it."""
-    n = int(state[6])
-    if n < passed.shape[0]:
-        passed[n, 0] = s
+def record_change_point(L, W, s, last, found):
+    """Store a change point at s, and the last place, which is close before it."""
+    n = int(found.progress[CHANGE_POINTS])
+    if n < found.passed.shape[0]:
+        found.passed[n, 0] = s
         for m in range(3 * L.bodies):
-            passed[n, 1 + m] = W.past[last + m, 0]
-    state[6] += 1.0
+            found.passed[n, 1 + m] = W.past[last + m, 0]
+    found.progress[CHANGE_POINTS] += 1.0
 
 
 @njit
-def direction(L, W, w, ahead, k, last):
-    """Mode 2: derivatives at the last place along the chord that begins there."""
+def derivatives_along_chord(L, W, w, path, k, last):
+    """By instant: derivatives at the last place along the chord that begins at instant k."""
     size = W.q.shape[0]
     for d in range(L.driver_row.shape[0]):
-        rates(L, W, w, d, ahead[k, d], 0.0)
+        rates(L, W, w, d, path.chords[k, d], 0.0)
     velocities(L, W, w, True)
     accelerations(L, W, w, True)
     for n in range(3 * L.bodies):
@@ -288,24 +328,23 @@ def direction(L, W, w, ahead, k, last):
 
 
 @njit
-def first_of(W, last):
-    """Bring the last place to the front."""
+def put_first(W, last):
+    """Bring the last place to the first rows of W.past."""
     for n in range(3 * W.q.shape[0]):
         W.past[n, 0] = W.past[last + n, 0]
 
 
 @njit
-def finish(L, W, w, mode, given, k, still):
+def derivatives_by_time(L, W, w, path, k):
     """Velocities and accelerations by time: from the laws, from the given rates, or none."""
-    if mode == 0 and not still:
+    if path.mode == BY_TIME and not path.at_rest:
         return
-    if still:
+    if path.at_rest:
         for n in range(3 * L.bodies):
             st(W.v, n, 0.0, w)
             st(W.a, n, 0.0, w)
         return
-    if mode != 0:
-        for d in range(L.driver_row.shape[0]):
-            rates(L, W, w, d, given[k, d, 1], given[k, d, 2])
+    for d in range(L.driver_row.shape[0]):
+        rates(L, W, w, d, path.given[k, d, 1], path.given[k, d, 2])
     velocities(L, W, w, True)
     accelerations(L, W, w, True)

@@ -1,7 +1,15 @@
-"""States and work within a step, by polynomials, and the instants that are kept of them.
+"""Dense output: states and work within a step, by polynomials, and the instants that are kept.
 
-A polynomial is told by rows F as  x (F₀ + (1 − x) (F₁ + x (F₂ + (1 − x) (F₃ + …)))), x the part
-of the step: all rows but the first vanish at both ends, so that the end is exact.
+A polynomial has rows F as
+
+    Δ(x) = x (F₀ + (1 − x) (F₁ + x (F₂ + (1 − x) (F₃ + …)))),   x the part of the step.
+
+All terms but the first vanish at both ends, so that Δ(1) = F₀ is the change over the step, exactly.
+Its rates there give the next two: Δ′(0) = F₀ + F₁ = h f₀ and Δ′(1) = F₀ − F₁ − F₂ = h f₁, hence
+
+    F₀ = y₁ − y₀,   F₁ = h f₀ − F₀,   F₂ = 2 F₀ − h (f₀ + f₁),
+
+which is Hermite's cubic; further rows come from further derivatives within the step.
 """
 
 from __future__ import annotations
@@ -10,69 +18,67 @@ import math
 
 from mbody.compiler.jit import njit
 from mbody.kernels.output import keep
-from mbody.kernels.singularity_monitor import sampled
-from mbody.kernels.state_derivative import slope
-from mbody.kernels.step_state import MET, SLOPES
+from mbody.kernels.runge_kutta_stages import along
+from mbody.kernels.singularity_monitor import sample_conditioning
+from mbody.kernels.state_derivative import state_derivative
+from mbody.kernels.step_state import DELIVERED, EVALUATIONS, TIME
 
-__all__ = ["FIRST", "SECOND", "along", "deliver", "hermite", "inside"]
+__all__ = ["FIRST", "SECOND", "deliver", "has_instant", "hermite_output"]
 
 #: Nodes of Lobatto's rule of order 6, between the ends.
 FIRST, SECOND = 0.5 - math.sqrt(0.05), 0.5 + math.sqrt(0.05)
 
 
 @njit
-def along(F, n, x):
-    """What column n of a polynomial has gained at the part x of the step."""
-    total = 0.0
-    for m in range(F.shape[0]):
-        row = F.shape[0] - 1 - m
-        total = (total + F[row, n]) * (x if row % 2 == 0 else 1.0 - x)
-    return total
+def has_instant(S, O, now):
+    """Whether an output instant lies before the end of the step."""
+    k = int(S.state[DELIVERED])
+    return k < O.times.shape[0] and O.times[k] < now
 
 
 @njit
-def inside(times, state, now):
-    """Whether an instant that is to be kept lies before the end of the step."""
-    k = int(state[MET])
-    return k < times.shape[0] and times[k] < now
+def deliver(L, W, S, O, h, now, refinements):
+    """Keep every output instant from the time of the motion to `now`, the end of a step of length
+    h from S.last to S.y.
 
-
-@njit
-def deliver(L, W, soft, passes, t, h, now, y, last, F, G, ys, K, P, times, output, gained, state):
-    """Keep every instant of `times` from t to `now`, the step's end.
-
-    y, last (2·coordinates,): the states of both ends; F and G the polynomials of state and work,
-    of which G₀ alone must be there where no instant lies inside. ys, K, P: room for a state, its
-    slope and its powers.
+    S: a `Stepping`, whose F and G are the polynomials of state and work; of them G₀ alone must be
+    there where no instant lies inside. Rows 1 of K and P are workspace. O: an `Outputs`.
     """
-    k = int(state[MET])
-    while k < times.shape[0] and times[k] <= now:
+    state, G, times, work, stage = S.state, S.G, O.times, O.work, S.stage
+    t, count = state[TIME], O.times.shape[0]
+    k = int(state[DELIVERED])
+    while k < count and times[k] <= now:
         whole = times[k] >= now
         x = 1.0 if whole else (times[k] - t) / h
-        for n in range(y.shape[0]):
-            ys[n] = y[n] if whole else last[n] + along(F, n, x)
-        slope(L, W, times[k], ys, K, P, soft, passes, True)
-        state[SLOPES] += 1
-        keep(L, W, 0.0, output[k])
+        for n in range(S.y.shape[0]):
+            stage[n] = S.y[n] if whole else S.last[n] + along(S.F, n, x, 0.0)
+        state_derivative(L, W, S, times[k], stage, 1, refinements, True)
+        state[EVALUATIONS] += 1
+        keep(L, W, 0.0, O.pages[k])
         for c in range(G.shape[1]):
-            gained[k, c] = gained[times.shape[0], c]
-            gained[k, c] += G[0, c] if whole else along(G, c, x)
+            work[k, c] = work[count, c]
+            work[k, c] += G[0, c] if whole else along(G, c, x, 0.0)
         k += 1
     for c in range(G.shape[1]):
-        gained[times.shape[0], c] += G[0, c]
-    state[MET] = k
+        work[count, c] += G[0, c]
+    state[DELIVERED] = k
 
 
 @njit
-def hermite(L, W, soft, passes, t, h, y, last, K, P, F, G, ys, state):
-    """F (5, 2·coordinates) and G (4, causes) of a step by the states and slopes of both ends.
+def hermite_output(L, W, S, h, refinements):
+    """S.F (5, 2·coordinates) and S.G (4, causes) of a step from S.last to S.y, by derivatives at
+    both ends: rows 0 and 1 of K and P; rows 2 and 3 are workspace.
 
-    The position of order 5, by velocities and accelerations too; the velocity is its slope. Work by
-    Lobatto's rule of order 6. Rows 0 of K and P belong to the step's beginning, rows 1 to its end;
-    rows 2 and 3 are room. Returns the weakest pivot of its two nodes, which are samples 1 and 2 of
-    the step, and the node.
+    The position has order 5: F₃ and F₄ follow from the accelerations of both ends, of which
+    Δ″(0) = h² a₀ and Δ″(1) = h² a₁ are half of what stands below. The velocity is the cubic and one
+    term more, with which it has in the middle the rate of the position. Work by Lobatto's rule of
+    order 6, (p₀ + 5 p₁ + 5 p₂ + p₃)/12.
+
+    Returns the least conditioning of its two inner nodes, which are samples 1 and 2 of the step,
+    and the node.
     """
     least, least_at = 1.0, SECOND
+    K, P, F, G, y, last, stage = S.K, S.P, S.F, S.G, S.y, S.last, S.stage
     n3 = 3 * L.bodies
     for n in range(n3):
         m = n3 + n
@@ -80,13 +86,14 @@ def hermite(L, W, soft, passes, t, h, y, last, K, P, F, G, ys, state):
         F[0, n] = change
         F[1, n] = h * K[0, n] - change
         F[2, n] = 2.0 * change - h * (K[0, n] + K[1, n])
+        # ½ Δ″(0) = −F₁ + F₂ + F₃,  ½ Δ″(1) = −F₁ − 2 F₂ + F₃ + F₄
         F[3, n] = 0.5 * h * h * K[0, m] + F[1, n] - F[2, n]
         F[4, n] = 0.5 * h * h * K[1, m] + F[1, n] + 2.0 * F[2, n] - F[3, n]
         change = y[m] - last[m]
         F[0, m] = change
         F[1, m] = h * K[0, m] - change
         F[2, m] = 2.0 * change - h * (K[0, m] + K[1, m])
-        # the slope of the position in the middle of the step
+        # Δ′(½)/h of the position, and the cubic of the velocity there; F₃ has the factor 1/16
         middle = (F[0, n] + 0.25 * F[2, n] + 0.0625 * F[4, n]) / h
         cubic = last[m] + 0.5 * (F[0, m] + 0.5 * (F[1, m] + 0.5 * F[2, m]))
         F[3, m] = 16.0 * (middle - cubic)
@@ -94,10 +101,10 @@ def hermite(L, W, soft, passes, t, h, y, last, K, P, F, G, ys, state):
     for row in range(2, 4):
         x = FIRST if row == 2 else SECOND
         for n in range(2 * n3):
-            ys[n] = last[n] + along(F, n, x)
-        slope(L, W, t + x * h, ys, K[row], P[row], soft, passes, False)
-        state[SLOPES] += 1
-        part = sampled(L, W, 0.0, row - 1)
+            stage[n] = last[n] + along(F, n, x, 0.0)
+        state_derivative(L, W, S, S.state[TIME] + x * h, stage, row, refinements, False)
+        S.state[EVALUATIONS] += 1
+        part = sample_conditioning(L, W, 0.0, row - 1)
         if part < least:
             least, least_at = part, x
     x = FIRST
@@ -106,6 +113,7 @@ def hermite(L, W, soft, passes, t, h, y, last, K, P, F, G, ys, state):
         G[0, c] = (first + end + 5.0 * h * (P[2, c] + P[3, c])) / 12.0
         G[1, c] = first - G[0, c]
         G[2, c] = 2.0 * G[0, c] - first - end
+        # rate of the cubic at the first inner node: what it lacks to the power there is that of F₃
         left = h * P[2, c] - G[0, c] - (1.0 - 2.0 * x) * G[1, c] - x * (2.0 - 3.0 * x) * G[2, c]
         G[3, c] = left / (2.0 * x * (1.0 - x) * (1.0 - 2.0 * x))
     return least, least_at

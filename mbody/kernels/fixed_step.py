@@ -1,125 +1,170 @@
-"""Motion over time by steps of one length: generalised-α, or RATTLE and its compositions."""
+"""Integrators of steps of one length: generalised-α, or RATTLE and its compositions."""
 
 from __future__ import annotations
 
 import math
 
-from mbody.compiler.jit import kernel
-from mbody.kernels.dense_output import deliver, hermite
-from mbody.kernels.generalized_alpha import alpha_step
-from mbody.kernels.rattle import rattle_ready, rattle_step
-from mbody.kernels.singularity_monitor import sampled, uncertain, watched
-from mbody.kernels.state_derivative import slope
+from mbody.compiler.bundle import Bundle, Floats, Ints, Rows
+from mbody.compiler.jit import kernel, njit
+from mbody.kernels.dense_output import deliver, hermite_output
+from mbody.kernels.generalized_alpha import generalized_alpha_step
+from mbody.kernels.rattle import factor_position, rattle_step
+from mbody.kernels.singularity_monitor import may_be_singular, record_accepted, sample_conditioning
+from mbody.kernels.state_derivative import state_derivative
 from mbody.kernels.step_state import (
+    BEST_CONDITIONING,
+    CONDITIONING,
     DONE,
-    FREED,
-    FREEST,
-    FRESH,
-    LAST,
-    LAST_ONE,
-    LIGHTER,
-    LOST,
+    EVALUATIONS,
+    JACOBIAN_VALID,
+    LAST_STEP,
+    LAST_STEP_ALLOWED,
     MORE,
+    NEAR_SINGULAR_BELOW,
     NEXT,
-    PASSAGE,
-    PIVOT,
-    SLOPES,
+    NOT_FINITE,
+    SINGULAR_AHEAD,
+    STAND_IN_ENERGY,
+    STAND_IN_LIMIT,
     STEPS,
     TIME,
-    WEAK,
 )
 
-__all__ = ["pace"]
+__all__ = ["FixedStep", "fixed_step"]
+
+
+class FixedStep(Bundle):
+    """A method of steps of one length, and what it carries on.
+
+    Attributes
+    ----------
+    length : float
+        Of a step.
+    composition : array (steps,)
+        Parts of a step of which each is one step of RATTLE; none for generalised-α.
+    spectral_radius : float
+        Of generalised-α at infinite frequency.
+    samples : array (samples,)
+        The parts of a step at which it is sampled (see `mbody.kernels.singularity_monitor`).
+    acceleration, saved : arrays (coordinates,)
+        The algorithmic acceleration, and that before the step.
+    multipliers : array (2·nodes,)
+        Carried on by RATTLE.
+    blocks : array
+        Workspace for the blocks of the rows.
+    Jq, Jv, matrix : arrays (coordinates, coordinates)
+        ∂a/∂q and ∂a/∂v; the iteration matrix and its factors.
+    exchanges : array (coordinates,)
+        Exchanges of rows of the factors.
+    """
+
+    length: float
+    composition: Floats
+    spectral_radius: float
+    samples: Floats
+    acceleration: Floats
+    saved: Floats
+    multipliers: Floats
+    blocks: Floats
+    Jq: Rows
+    Jv: Rows
+    matrix: Rows
+    exchanges: Ints
 
 
 @kernel
-def pace(
-    L, W, parts, at, rho, soft, passes, scale, until, steps, length, y, K, P, work, hat, blocks,
-    lam, Jq, Jv, S, pivots, F, G, times, output, gained, state,
-):  # fmt: skip
-    """At most so many steps of that length towards `until`, the last one shorter; every instant of
-    `times` that is met is kept.
+def fixed_step(L, W, M, S, T, O, until, steps):
+    """At most so many steps towards `until`, the last one shorter; every output instant that is met
+    is kept.
 
-    parts (steps of RATTLE,): of which a step is composed, none for generalised-α, whose spectral
-    radius is rho. at (samples,): the parts of a step at which it is sampled. hat (coordinates,),
-    lam (2·nodes,): the acceleration of the algorithm and the multipliers, carried on. Other
-    arguments and codes as of `mbody.kernels.runge_kutta.flow` and `mbody.kernels.radau.radau`.
+    M: a `FixedStep`; S: a `Stepping` with K and P (4, ·), F (5, ·); T: a `Tolerances`; O: an
+    `Outputs`. Returns DONE, MORE, LAST_STEP, NOT_FINITE or SINGULAR_AHEAD.
     """
     n6, n3 = 6 * L.bodies, 3 * L.bodies
-    ys, last = work[0], work[1]
-    symmetric = parts.shape[0] > 0
+    y, last, K, P, state = S.y, S.last, S.K, S.P, S.state
+    hat, multipliers, length, refinements = (
+        M.acceleration,
+        M.multipliers,
+        M.length,
+        T.full_refinements,
+    )
     for _ in range(steps):
         t = state[TIME]
         if t >= until:
             return DONE
         clipped = t + length >= until - 1e-9 * length
-        if clipped and state[LAST_ONE] < 0.5:
-            return LAST
-        if state[PIVOT] < WEAK * state[FREEST]:
-            return PASSAGE
+        if clipped and state[LAST_STEP_ALLOWED] < 0.5:
+            return LAST_STEP
+        if state[CONDITIONING] < NEAR_SINGULAR_BELOW * state[BEST_CONDITIONING]:
+            return SINGULAR_AHEAD
         h = until - t if clipped else length
         now = until if clipped else t + length
         for n in range(n6):
             last[n] = y[n]
         for n in range(hat.shape[0]):
-            work[2, n3 + n] = hat[n]
-        good = True
-        if symmetric:
-            begun = t
-            for n in range(n3):
-                W.q[n, 0], K[3, n3 + n] = y[n], K[0, n3 + n]
-            rattle_ready(L, W, t, soft)
-            for n in range(lam.shape[0]):
-                W.lam[n, 0] = lam[n]
-            for m in range(parts.shape[0]):
-                good = good and rattle_step(
-                    L, W, soft, passes, begun, parts[m] * h, y, K, blocks, state
-                )
-                begun += parts[m] * h
-            for n in range(n3):
-                K[0, n3 + n] = K[3, n3 + n]
+            M.saved[n] = hat[n]
+        if M.composition.shape[0] > 0:
+            good = composed_step(L, W, M, S, h, refinements)
         else:
-            good = alpha_step(
-                *(L, W, soft, passes, rho, t, h, y, K, P, ys, work[2, :n3], hat, scale),
-                *(Jq, Jv, S, pivots, state),
-            )
+            good = generalized_alpha_step(L, W, M, S, h, refinements)
         if good:
-            # RATTLE ends on the manifold to rounding; no projection there but of rounding
-            _, _, good = slope(L, W, now, y, K[1], P[1], soft, passes, True)
-            state[SLOPES] += 1
-        part = sampled(L, W, 0.0, 3)
+            # RATTLE ends on the manifold to rounding; its projection is of rounding too
+            _, _, good = state_derivative(L, W, S, now, y, 1, refinements, True)
+            state[EVALUATIONS] += 1
+        part = sample_conditioning(L, W, 0.0, 3)
         lost = not good or not math.isfinite(y[0])
-        weak = lost or part < WEAK * state[FREEST]
+        refused = lost or part < NEAR_SINGULAR_BELOW * state[BEST_CONDITIONING]
         least, least_at = 1.0, 0.0
-        if not weak:
-            for n in range(lam.shape[0]):
-                lam[n] = W.lam[n, 0]
-            least, least_at = hermite(L, W, soft, passes, t, h, y, last, K, P, F, G, ys, state)
-            weak = uncertain(L, W, at, t, last, y, False, state)
-        if weak:
+        if not refused:
+            for n in range(multipliers.shape[0]):
+                multipliers[n] = W.lam[n, 0]
+            least, least_at = hermite_output(L, W, S, h, refinements)
+            refused = may_be_singular(L, W, S, M.samples, last, False)
+        if refused:
             for n in range(n6):
                 y[n] = last[n]
             for n in range(hat.shape[0]):
-                hat[n] = work[2, n3 + n]
-            state[FRESH] = 0.0
-            return LOST if lost else PASSAGE
-        state[PIVOT], state[FREEST] = part, max(part, state[FREEST])
+                hat[n] = M.saved[n]
+            state[JACOBIAN_VALID] = 0.0
+            return NOT_FINITE if lost else SINGULAR_AHEAD
+        # ---- the step is accepted
+        state[CONDITIONING] = part
+        state[BEST_CONDITIONING] = max(part, state[BEST_CONDITIONING])
         if part < least:
             least, least_at = part, 1.0
         for n in range(n3):
             W.v[n, 0] = y[n3 + n]
-        watched(L, W, 3, least, t + least_at * h, True, state)
+        record_accepted(L, W, S, 3, least, t + least_at * h, True)
         state[STEPS] += 1
-        state[LAST_ONE] = 0.0
+        state[LAST_STEP_ALLOWED] = 0.0
         for n in range(n6):
             K[0, n] = K[1, n]
         for c in range(P.shape[1]):
             P[0, c] = P[1, c]
-        deliver(
-            *(L, W, soft, passes, t, h, now, y, last, F, G, ys),
-            *(K[1], P[1], times, output, gained, state),
-        )
+        deliver(L, W, S, O, h, now, refinements)
         state[TIME], state[NEXT] = now, length
-        if state[FREED] > state[LIGHTER]:
+        if state[STAND_IN_ENERGY] > state[STAND_IN_LIMIT]:
             return MORE
     return MORE
+
+
+@njit
+def composed_step(L, W, M, S, h, refinements):
+    """S.y ← the state after steps of RATTLE of the parts of h, one after the other. Returns whether
+    all converged.
+    """
+    n3, t, K = 3 * L.bodies, S.state[TIME], S.K
+    # row 0 of K, the derivative at the beginning, serves as the acceleration meanwhile
+    for n in range(n3):
+        W.q[n, 0], K[3, n3 + n] = S.y[n], K[0, n3 + n]
+    factor_position(L, W, t, S.regularization)
+    for n in range(M.multipliers.shape[0]):
+        W.lam[n, 0] = M.multipliers[n]
+    good = True
+    for m in range(M.composition.shape[0]):
+        part = M.composition[m] * h
+        good = good and rattle_step(L, W, M, S, t, part, refinements)
+        t += part
+    for n in range(n3):
+        K[0, n3 + n] = K[3, n3 + n]
+    return good

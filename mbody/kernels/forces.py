@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from typing import Any
 
 import numpy as np
 
@@ -220,8 +221,9 @@ FORMS = {"every mass": weights, "spinning plane": field, "piston": press}
 
 def branch(otherwise, number):
     """Compiled ``if kind == number: … else: otherwise(…)``, as of constraints."""
-    one = LOADS[KINDS[number]]
-    physics, argument, form = one.function, one.argument, FORMS.get(one.form)
+    one: Any = LOADS[KINDS[number]]
+    form: Any = FORMS.get(one.form)
+    physics, argument = one.function, one.argument
 
     @njit(forceinline=True, cache=False)
     def by_form(L, W, w, e, kind):

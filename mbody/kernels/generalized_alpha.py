@@ -3,6 +3,11 @@
     (1 − α_m) â₁ + α_m â₀ = (1 − α_f) a₁ + α_f a₀,  a = a(q, v, t) with its multipliers,
     q₁ = q₀ + h v₀ + h² ((½ − β) â₀ + β â₁),  v₁ = v₀ + h ((1 − γ) â₀ + γ â₁).
 
+α_m, α_f, β and γ follow from the spectral radius ρ at infinite frequency. Newton's method for â₁:
+its derivative by (1 − α_m) â₁ − (1 − α_f) a(q₁, v₁) is, with ∂v₁/∂â₁ = h γ and ∂q₁/∂â₁ = h² β,
+
+    (1 − α_m) 1 − (1 − α_f) (h γ ∂a/∂v + h² β ∂a/∂q).
+
 Chung, Hulbert (1993); the algorithmic acceleration â as of Arnold, Brüls (2007).
 """
 
@@ -11,13 +16,18 @@ from __future__ import annotations
 import math
 
 from mbody.compiler.jit import njit
-from mbody.kernels.dense_jacobian import eliminate, iteration_matrix, substitute, tangents
-from mbody.kernels.state_derivative import slope
-from mbody.kernels.step_state import FRESH, SLOPES
+from mbody.kernels.dense_jacobian import (
+    acceleration_jacobians,
+    eliminate,
+    iteration_matrix,
+    substitute,
+)
+from mbody.kernels.state_derivative import state_derivative
+from mbody.kernels.step_state import EVALUATIONS, JACOBIAN_VALID, TIME
 
-__all__ = ["alpha_step"]
+__all__ = ["generalized_alpha_step"]
 
-#: Rounds of corrections, at most; more than so many want new tangents for the next step.
+#: Newton iterations, at most; more than so many want a new Jacobian for the next step.
 ROUNDS, MANY = 25, 6
 #: Corrections below this part of the acceleration are rounding; those that no longer shrink, below
 #: the next one, or where they move less than the last, in model lengths and radians.
@@ -25,35 +35,38 @@ CLOSED, STALLED, STILL = 1e-14, 1e-10, 2e-16
 
 
 @njit
-def alpha_step(L, W, soft, passes, rho, t, h, y, K, P, ys, x, hat, scale, Jq, Jv, S, pivots, state):
-    """y (2·coordinates,) ← the state after one step from t, whose slope is row 0 of K; hat
-    (coordinates,) ← â. Rows 1 and 3 of K are room. Returns whether it converged.
+def generalized_alpha_step(L, W, M, S, h, refinements):
+    """S.y ← the state after one step from the time in its slot; row 0 of K is its derivative, rows
+    1 to 3 are workspace. M: a `FixedStep`, whose `acceleration` â is carried on. Returns whether
+    Newton's method converged.
     """
+    y, stage, K, state, scale = S.y, S.stage, S.K, S.state, S.scale
+    hat, rho, t = M.acceleration, M.spectral_radius, S.state[TIME]
     n3 = hat.shape[0]
     alpha_m, alpha_f = (2.0 * rho - 1.0) / (rho + 1.0), rho / (rho + 1.0)
     gamma = 0.5 - alpha_m + alpha_f
     beta = 0.25 * (gamma + 0.5) ** 2
-    if state[FRESH] < 0.5:
-        tangents(L, W, t, y, K, P, ys, scale, soft, passes, Jq, Jv, state)
-        state[FRESH] = 1.0
+    if state[JACOBIAN_VALID] < 0.5:
+        acceleration_jacobians(L, W, S, refinements, M.Jq, M.Jv)
+        state[JACOBIAN_VALID] = 1.0
     part = 1.0 - alpha_f
-    iteration_matrix(Jq, Jv, 1.0 - alpha_m, part * h * gamma, part * h * h * beta, S)
-    if not eliminate(S, pivots):
+    iteration_matrix(M.Jq, M.Jv, 1.0 - alpha_m, part * h * gamma, part * h * h * beta, M.matrix)
+    if not eliminate(M.matrix, M.exchanges):
         return False
-    new = K[2, :n3]
+    new, x = K[2, :n3], S.error[0, :n3]
     for n in range(n3):
         new[n] = K[0, n3 + n]
     last, good, k = 1e300, False, 0
     while k < ROUNDS and not good:
         for n in range(n3):
-            ys[n] = y[n] + h * (y[n3 + n] + h * ((0.5 - beta) * hat[n] + beta * new[n]))
-            ys[n3 + n] = y[n3 + n] + h * ((1.0 - gamma) * hat[n] + gamma * new[n])
-        slope(L, W, t + h, ys, K[1], P[1], soft, passes, False)
-        state[SLOPES] += 1
+            stage[n] = y[n] + h * (y[n3 + n] + h * ((0.5 - beta) * hat[n] + beta * new[n]))
+            stage[n3 + n] = y[n3 + n] + h * ((1.0 - gamma) * hat[n] + gamma * new[n])
+        state_derivative(L, W, S, t + h, stage, 1, refinements, False)
+        state[EVALUATIONS] += 1
         for n in range(n3):
             x[n] = part * K[1, n3 + n] + alpha_f * K[0, n3 + n]
             x[n] -= (1.0 - alpha_m) * new[n] + alpha_m * hat[n]
-        substitute(S, pivots, x)
+        substitute(M.matrix, M.exchanges, x)
         off, whole = 0.0, 0.0
         for n in range(n3):
             off += (x[n] / scale[n]) ** 2
@@ -62,13 +75,13 @@ def alpha_step(L, W, soft, passes, rho, t, h, y, K, P, ys, x, hat, scale, Jq, Jv
         k += 1
         if not off < 1e300:
             return False
-        near = math.sqrt(off / whole) if whole > 0.0 else 0.0
+        size = math.sqrt(off / whole) if whole > 0.0 else 0.0
         # at rest the accelerations of a driven mechanism are nothing but rounding
-        lost = near <= STALLED or h * h * math.sqrt(off) <= STILL
-        good = near <= CLOSED or (near >= 0.3 * last and lost)
-        last = near
+        lost = size <= STALLED or h * h * math.sqrt(off) <= STILL
+        good = size <= CLOSED or (size >= 0.3 * last and lost)
+        last = size
     if k > MANY:
-        state[FRESH] = 0.0
+        state[JACOBIAN_VALID] = 0.0
     if not good:
         return False
     for n in range(n3):

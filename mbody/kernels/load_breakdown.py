@@ -18,7 +18,7 @@ __all__ = ["breakdown", "each_load"]
 
 
 @kernel
-def breakdown(L, W, soft, motion, t, causes, output):
+def breakdown(L, W, regularization, motion, t, causes, output):
     """Fill output (instants, causes + 1, PER_PRIMITIVE·primitives, 1): inertia, then every load.
 
     motion (instants, 9·bodies): q, v, a of each instant; t (instants,).
@@ -29,7 +29,7 @@ def breakdown(L, W, soft, motion, t, causes, output):
     for k in range(t.shape[0]):
         at_instant(L, W, w, motion, t, k)
         rows(L, W, w, True, None)
-        factor(L, W, w, soft, VANISHED)
+        factor(L, W, w, regularization, VANISHED)
         for cause in range(-1, causes):
             for n in range(n3):
                 st(W.a, n, motion[k, 2 * n3 + n] if cause < 0 else 0.0, w)

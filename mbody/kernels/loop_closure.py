@@ -13,7 +13,6 @@ import math
 from mbody.compiler.jit import inline, kernel, njit
 from mbody.compiler.lanes import st
 from mbody.kernels.constraints import rows, turns
-from mbody.kernels.continuation import weakest
 from mbody.kernels.forces import signals
 from mbody.kernels.position_velocity import (
     clear,
@@ -23,10 +22,15 @@ from mbody.kernels.position_velocity import (
     reach,
     weigh,
 )
-from mbody.kernels.schur_ldl import VANISHED, apply_gt, factor, solve
+from mbody.kernels.schur_ldl import VANISHED, apply_gt, constraint_conditioning, factor, solve
 
 __all__ = [
-    *("close", "close_designs", "laws_of_time", "project", "project_designs", "violation"),
+    "close",
+    "close_designs",
+    "laws_of_time",
+    "project",
+    "project_designs",
+    "violation",
 ]
 
 STEPS = 200
@@ -56,11 +60,35 @@ def norm(L, W):
 
 
 @inline
-def moved(L, W, base, part):
+def moved(L, W, base, u, part):
     """q = base − part · u."""
     for b in range(L.bodies):
         for n in range(3):
-            W.q[3 * b + n, 0] = base[3 * b + n, 0] - part * W.u[3 * L.body_slot[b] + n, 0]
+            W.q[3 * b + n, 0] = base[3 * b + n, 0] - part * u[3 * L.body_slot[b] + n, 0]
+
+
+@inline
+def exchange_blocks(L, W):
+    """The blocks at hand for those in `factored_block`."""
+    for n in range(W.factored_block.shape[0]):
+        here = W.block[n, 0]
+        W.block[n, 0] = W.factored_block[n]
+        W.factored_block[n] = here
+
+
+@njit
+def simplified_correction(L, W, w, part):
+    """Size of the simplified Newton correction at q = base − part · r: S and G are those of the
+    base. G must not be that of q: near a singular position G(q)ᵀ S⁻¹ Φ(q) grows with the step by
+    more than Φ falls, however short the step is. Leaves q there, with its blocks.
+    """
+    moved(L, W, W.base, W.r, part)
+    turns(L, W, w)
+    rows(L, W, w, True, None)
+    exchange_blocks(L, W)
+    size = correction(L, W, w)
+    exchange_blocks(L, W)
+    return size
 
 
 @inline
@@ -87,19 +115,19 @@ def laws_of_time(L, W):
 
 
 @kernel
-def close(L, W, soft, tolerance):
+def close(L, W, regularization, tolerance):
     """Close the loops from W.q, the signals being set: (closed, by the straight path, least pivot
     as a part of its diagonal).
     """
     w = 0.0
-    good, _, _ = newton_path(L, W, w, soft, tolerance)
+    good, _, _ = newton_path(L, W, w, regularization, tolerance)
     if good:
-        return True, True, weakest(L, W)
+        return True, True, constraint_conditioning(L, W)
     for n in range(W.q.shape[0]):
         W.q[n, 0] = W.guess[n, 0]
     descend(L, W, w, tolerance)
-    good, _, _ = newton_path(L, W, w, soft, tolerance)
-    return good, False, weakest(L, W)
+    good, _, _ = newton_path(L, W, w, regularization, tolerance)
+    return good, False, constraint_conditioning(L, W)
 
 
 @kernel
@@ -121,7 +149,7 @@ def close_designs(L, W, tolerance, par, first, poses, state):
             if not math.isnan(first[design, d]):
                 W.signal[L.driver_row[d], 0] = first[design, d]
         good, _, _ = newton_path(L, W, w, 0.0, tolerance[design])
-        ratio = weakest(L, W)
+        ratio = constraint_conditioning(L, W)
         state[design, 0] = 1.0 if good else 0.0
         state[design, 1] = ratio
         for n in range(poses.shape[1]):
@@ -129,22 +157,22 @@ def close_designs(L, W, tolerance, par, first, poses, state):
 
 
 @njit
-def newton_path(L, W, w, soft, tolerance):
+def newton_path(L, W, w, regularization, tolerance):
     """Damped Newton; W.guess keeps the start. Returns (closed, last correction, least pivot)."""
     for n in range(W.q.shape[0]):
         W.guess[n, 0] = W.q[n, 0]
     part, last, least = 1.0, 0.0, 0.0
     smallest = 1e300
+    turns(L, W, w)
+    rows(L, W, w, True, None)
     for iteration in range(STEPS):
-        turns(L, W, w)
-        rows(L, W, w, True, None)
-        least = factor(L, W, w, soft, VANISHED)
+        least = factor(L, W, w, regularization, VANISHED)
         size = correction(L, W, w)
         step = reach(L, W, w)
         if not step < 1e12:
             return False, step, least
         if step <= tolerance or (step <= 1e3 * tolerance and step >= 0.5 * smallest):
-            moved(L, W, W.q, 1.0)
+            moved(L, W, W.q, W.u, 1.0)
             return True, step, least
         smallest = min(smallest, step)
         if iteration > 0:
@@ -155,13 +183,10 @@ def newton_path(L, W, w, soft, tolerance):
             W.base[n, 0] = W.q[n, 0]
         for n in range(W.u.shape[0]):
             W.r[n, 0] = W.u[n, 0]
+        for n in range(W.factored_block.shape[0]):
+            W.factored_block[n] = W.block[n, 0]
         while True:
-            for n in range(W.u.shape[0]):
-                W.u[n, 0] = W.r[n, 0]
-            moved(L, W, W.base, part)
-            turns(L, W, w)
-            rows(L, W, w, True, None)
-            ahead = correction(L, W, w)
+            ahead = simplified_correction(L, W, w, part)
             if ahead <= (1.0 - 0.25 * part) * size:
                 break
             part *= 0.5
@@ -186,7 +211,7 @@ def descend(L, W, w, tolerance):
         part = min(1.0, 0.5 / step) if step > 0.0 else 1.0
         for n in range(W.q.shape[0]):
             W.base[n, 0] = W.q[n, 0]
-        moved(L, W, W.base, part)
+        moved(L, W, W.base, W.u, part)
         turns(L, W, w)
         rows(L, W, w, True, None)
         now = gap(L, W)
@@ -206,9 +231,9 @@ def descend(L, W, w, tolerance):
 
 
 @kernel
-def project(L, W, soft):
+def project(L, W, regularization):
     """v ← v − W⁻¹Gᵀ S⁻¹ (G v − ν): the nearest velocities that the constraints allow."""
-    nearest_velocity(L, W, 0.0, soft)
+    nearest_velocity(L, W, 0.0, regularization)
 
 
 @kernel
@@ -243,11 +268,11 @@ def project_designs(L, W, par, poses, rates, velocities, state):
 
 
 @njit
-def nearest_velocity(L, W, w, soft):
+def nearest_velocity(L, W, w, regularization):
     """See `project`."""
     turns(L, W, w)
     rows(L, W, w, True, True)
-    factor(L, W, w, soft, VANISHED)
+    factor(L, W, w, regularization, VANISHED)
     rates_of_rows(L, W, w)
     for n in range(2 * L.nodes):
         st(W.nu, n, W.nu[n, 0] - W.x[n, 0], w)

@@ -30,7 +30,7 @@ __all__ = [
 #: A residual below this part of its terms is rounding.
 ROUNDING = 1e-14
 #: Corrections by the residual: one as a rule, more where rows are redundant or nearly so.
-PASSES = 6
+REFINEMENTS = 6
 
 
 @inline
@@ -79,7 +79,7 @@ def least_motion(L, W, w, c, checked):
     if not checked:
         return
     terms = squares(c, w)
-    for _ in range(PASSES):
+    for _ in range(REFINEMENTS):
         apply_g(L, W, w, W.u, W.x)
         for n in range(2 * L.nodes):
             st(W.x, n, ld(c, n, w) - ld(W.x, n, w), w)
@@ -131,11 +131,11 @@ def put_column(source, column, target, lane):
 
 
 @njit
-def newton(L, W, w, soft, guard):
+def newton(L, W, w, regularization, guard):
     """One Newton step on Φ; returns its size (in model lengths and radians) and factor's pivot."""
     turns(L, W, w)
     rows(L, W, w, True, None)
-    least = factor(L, W, w, soft, guard)
+    least = factor(L, W, w, regularization, guard)
     copy(W.phi, W.x, w)
     solve(L, W, w)
     clear(W.u, w)
@@ -227,7 +227,7 @@ def multipliers(L, W, w):
         st(W.r, n, 0.0, w)
     rest = 0.0 * ld(W.size, 0, w)
     terms = rest
-    for _ in range(PASSES):
+    for _ in range(REFINEMENTS):
         weigh(L, W, w, W.r)
         apply_g(L, W, w, W.r, W.x)
         solve(L, W, w)

@@ -1,8 +1,10 @@
-"""The path of a driven mechanism: prediction from the places behind, and the test of a step.
+"""The predictor of the continuation: Hermite polynomials through the places behind.
 
-The path parameter s is time, or the value of the one driver. The motion behind is kept as q and its
-two derivatives by s at the last three places, so a new place is predicted by a quintic, or by a
-polynomial of degree 8. The places take turns in W.past; `last` is the first row of the latest.
+The path parameter s is time, or the value of the one driver. Of the last three places q, q′ and q″
+are stored (derivatives by s), so a new place is predicted by Hermite's polynomial through two of
+them (degree 5) or all three (degree 8), see Hairer, Nørsett & Wanner, *Solving Ordinary
+Differential Equations I*, II.6. The places take turns in W.past; `last` is the first row of the
+latest.
 """
 
 from __future__ import annotations
@@ -10,12 +12,12 @@ from __future__ import annotations
 from mbody.compiler.jit import inline, njit
 from mbody.compiler.lanes import larger, ld, smaller, st
 
-__all__ = ["behind", "predict", "predict_far", "step"]
+__all__ = ["compare_step", "predict", "predict_by_three", "store_place"]
 
 
 @njit
-def behind(L, W, w, last):
-    """Keep q, v, a as the last place; returns its first row."""
+def store_place(L, W, w, last):
+    """Store q, v, a as the last place; returns its first row."""
     size = W.q.shape[0]
     o = last + 3 * size if last < 6 * size else 0
     for n in range(3 * L.bodies):
@@ -30,10 +32,16 @@ def predict(L, W, w, h, back, quintic, last):
     """q at h beyond the last place, the place before being `back` behind it.
 
     Quintic through both places with both derivatives, or (quintic = 0) the Taylor polynomial of
-    the last one: q = f₀ + α (f₁ − f₀) + β f₀′ + β₁ f₁′ + γ f₀″ + γ₁ f₁″.
+    the last one. With x = h/back the last place is at x = 0, the one before at x = −1, and
+
+        q = f₀ + α (f₁ − f₀) + β f₀′ + β₁ f₁′ + γ f₀″ + γ₁ f₁″.
+
+    The weights of the place before have a triple zero at x = 0 and are the Hermite basis at −1:
+    α = −x³ (10 + 15 x + 6 x²), β₁ = −back x³ (1 + x) (4 + 3 x), γ₁ = −back² x³ (1 + x)²/2. Those of
+    the last place follow, as polynomials of degree 0, 1 and 2 must be exact.
     """
     size = W.q.shape[0]
-    before = earlier(W, last)
+    before = place_before(W, last)
     x = h / back
     y = 1.0 + x
     cubic = x * x * x * quintic
@@ -51,20 +59,21 @@ def predict(L, W, w, h, back, quintic, last):
 
 
 @njit
-def predict_far(L, W, w, h, back, longer, last):
+def predict_by_three(L, W, w, h, back, longer, last):
     """q at h beyond the last place by three places, the others `back` and `longer` behind it.
 
-    Hermite's polynomial of degree 8; its terms are some hundred times what they add up to, so that
-    rounding is greater than that of `predict`.
+    Hermite's polynomial of degree 8: each place adds Lᵢ³ (…), Lᵢ being Lagrange's polynomial of
+    the place, which makes value, slope and curvature vanish at the two others. Its terms are some
+    hundred times their sum, so that rounding is greater than that of `predict`.
     """
     size = W.q.shape[0]
-    one = earlier(W, last)
-    two = earlier(W, one)
+    one = place_before(W, last)
+    two = place_before(W, one)
     a, b, c = 1.0 / back, 1.0 / longer, 1.0 / (longer - back)
     d1, d2 = h + back, h + longer
-    _, v0, a0 = osculating(d1 * d2 * a * b, a + b, a * b, h)
-    f1, v1, a1 = osculating(-h * d2 * a * c, c - a, -a * c, d1)
-    f2, v2, a2 = osculating(h * d1 * b * c, -(b + c), b * c, d2)
+    _, v0, a0 = hermite_weights(d1 * d2 * a * b, a + b, a * b, h)
+    f1, v1, a1 = hermite_weights(-h * d2 * a * c, c - a, -a * c, d1)
+    f2, v2, a2 = hermite_weights(h * d1 * b * c, -(b + c), b * c, d2)
     for n in range(3 * L.bodies):
         f, o = ld(W.past, last + n, w), size + n
         d = f1 * (ld(W.past, one + n, w) - f) + f2 * (ld(W.past, two + n, w) - f)
@@ -75,9 +84,12 @@ def predict_far(L, W, w, h, back, longer, last):
 
 
 @inline
-def osculating(part, slope, bend, d):
-    """Weights of f, f′ and f″ of one of three places, d before the new one. Lagrange's polynomial
-    of the place is `part` there, has the slope `slope` and half the second derivative `bend`.
+def hermite_weights(part, slope, bend, d):
+    """Weights of f, f′ and f″ of one of three places, d before the new one.
+
+    Lagrange's polynomial of the place, L(d) = 1 + slope d + bend d², is `part` at the new one. The
+    weights are L³ times the Taylor polynomials of degree 2 of 1/L³, d/L³ and d²/(2 L³):
+    1/L³ = 1 − 3 slope d + (6 slope² − 3 bend) d² + … .
     """
     cube = part * part * part
     x = slope * d
@@ -86,17 +98,17 @@ def osculating(part, slope, bend, d):
 
 
 @inline
-def earlier(W, place):
+def place_before(W, place):
     """First row of the place before."""
     size = 3 * W.q.shape[0]
     return place - size if place > 0 else 2 * size
 
 
 @njit
-def step(L, W, w, h, last):
+def compare_step(L, W, w, h, last):
     """Squares of the step from the last place to q, and of how far the derivative at q (in W.v)
-    lies from the one foretold there, with the size of its terms: a step onto another branch turns
-    the derivative round. In model lengths and radians. And the most by which one body turns from
+    lies from the predicted one, q′₀ + h q″₀, with the size of its terms: a step onto another branch
+    turns the derivative. In model lengths and radians. And the most by which one body turns from
     another, the ground among them.
     """
     per_length = 1.0 / ld(W.size, 0, w)

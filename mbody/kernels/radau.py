@@ -1,9 +1,22 @@
-"""Stiff motion over time: the implicit method Radau IIA of order 5, each step ended projected.
+"""Implicit integrator of stiff motion: Radau IIA of order 5, each step ended by a projection.
 
-The three stages of a step are found together by Newton's method with tangents of the step's
-beginning, in the eigenvectors of the method's matrix, where one real and one complex system are
-left; as ∂q̇/∂v is the identity, each is of the size of the coordinates, not of the states. Singular
-positions are left to explicit steps.
+The stages Y_i = y + Z_i of a step solve  Z = h (A ⊗ 1) f(y + Z),  A the matrix of the method. The
+simplified Newton method takes the Jacobian J = ∂f/∂y of the step's beginning for all of them,
+
+    (1 − h A ⊗ J) δZ = h (A ⊗ 1) f(y + Z) − Z,   or, times (h A)⁻¹ ⊗ 1,
+    (A⁻¹/h ⊗ 1 − 1 ⊗ J) δZ = f(y + Z) − (A⁻¹/h ⊗ 1) Z.
+
+In the eigenvectors of A⁻¹ = T Λ T⁻¹, X = (T⁻¹ ⊗ 1) Z, this falls apart into one real system,
+(μ − J) δX₀ = …, and one complex one for δX₁ + i δX₂, with the eigenvalues over h. As the state is
+y = (q, v) and J = [0 1; ∂a/∂q ∂a/∂v], the upper half of (μ − J) (q, v) = (r, s) gives v = μ q − r,
+and the lower one
+
+    (μ² − μ ∂a/∂v − ∂a/∂q) q = s + μ r − ∂a/∂v r,
+
+a system of the size of the coordinates, not of the states. Iterations end where the error that is
+left, Θ/(1 − Θ) |δZ| with the rate Θ of convergence, is a small part of the tolerance.
+
+Singular positions are left to explicit steps (`mbody.kernels.runge_kutta`).
 
 Hairer, Wanner: Solving Ordinary Differential Equations II, IV.8, the code RADAU5.
 """
@@ -12,43 +25,91 @@ from __future__ import annotations
 
 import math
 
+from mbody.compiler.bundle import Bundle, ComplexRows, Floats, Rows, Tables
 from mbody.compiler.jit import kernel, njit
-from mbody.kernels.dense_jacobian import eliminate, iteration_matrix, substitute, tangents
-from mbody.kernels.dense_output import along, deliver
-from mbody.kernels.singularity_monitor import sampled, uncertain, watched
-from mbody.kernels.state_derivative import slope
+from mbody.kernels.dense_jacobian import (
+    acceleration_jacobians,
+    eliminate,
+    iteration_matrix,
+    substitute,
+)
+from mbody.kernels.dense_output import deliver
+from mbody.kernels.runge_kutta_stages import along
+from mbody.kernels.singularity_monitor import may_be_singular, record_accepted, sample_conditioning
+from mbody.kernels.state_derivative import state_derivative
 from mbody.kernels.step_state import (
+    BEST_CONDITIONING,
+    CONDITIONING,
     DONE,
-    ERROR,
-    FREED,
-    FREEST,
-    FRESH,
-    LAST,
-    LAST_ONE,
-    LIGHTER,
-    LOST,
+    EVALUATIONS,
+    JACOBIAN_VALID,
+    LAST_ERROR,
+    LAST_STEP,
+    LAST_STEP_ALLOWED,
     MORE,
+    NEAR_SINGULAR_BELOW,
     NEXT,
-    PASSAGE,
-    PIVOT,
+    NOT_FINITE,
     REJECTED,
-    SLOPES,
-    SMALL,
+    SINGULAR_AHEAD,
+    STAND_IN_ENERGY,
+    STAND_IN_LIMIT,
+    STEP_VANISHED,
     STEPS,
     TIME,
-    WEAK,
 )
 
-__all__ = ["radau"]
+__all__ = ["LENGTH", "Radau", "radau"]
 
-#: Corrections of the stages, at most.
+#: Newton iterations, at most.
 NEWTON = 7
+#: Row of `Radau.past` whose first number is the length of the last step, zero before there is one.
+LENGTH = 3
+
+
+class Radau(Bundle):
+    """The method with its memory; the coefficients as of `mbody.kernels.tableaus.Implicit`.
+
+    Attributes
+    ----------
+    Z, X : arrays (3, 2·coordinates)
+        What the state gains until the stages, and the same in eigenvectors.
+    xc : array (3, coordinates)
+        Right-hand sides of the complex system.
+    past : array (4, 2·coordinates)
+        The polynomial of the last step; row `LENGTH` has its length.
+    Jq, Jv : arrays (coordinates, coordinates)
+        ∂a/∂q and ∂a/∂v.
+    matrix, complex_matrix : arrays (coordinates, coordinates)
+        Factors of both systems.
+    exchanges : array (2, coordinates)
+        Exchanges of rows of either.
+    """
+
+    B: Floats
+    C: Floats
+    E: Floats
+    T: Rows
+    inverse: Rows
+    eigenvalue: float
+    eigenvalue_re: float
+    eigenvalue_im: float
+    at: Floats
+    Z: Rows
+    X: Rows
+    xc: ComplexRows
+    past: Rows
+    Jq: Rows
+    Jv: Rows
+    matrix: Rows
+    complex_matrix: ComplexRows
+    exchanges: Tables
 
 
 @njit
-def correct(S, pivots, mu, Jv, q, v, x):
-    """(q, v) ← the solution of (μ − J) (q, v) = (q, v), J = [0 1; ∂a/∂q ∂a/∂v], by the factor of
-    μ² − μ ∂a/∂v − ∂a/∂q; x is room.
+def solve_shifted(matrix, exchanges, mu, Jv, q, v, x):
+    """(q, v) ← the solution of (μ − J) (q, v) = (q, v) by the factors of μ² − μ ∂a/∂v − ∂a/∂q; x is
+    workspace.
     """
     size = x.shape[0]
     for m in range(size):
@@ -56,33 +117,32 @@ def correct(S, pivots, mu, Jv, q, v, x):
         for n in range(size):
             total -= Jv[m, n] * q[n]
         x[m] = total
-    substitute(S, pivots, x)
+    substitute(matrix, exchanges, x)
     for m in range(size):
         v[m] = mu * x[m] - q[m]
         q[m] = x[m]
 
 
 @njit
-def size_of(e, y, end, scale, rtol, atol):
+def error_norm(e, y, end, scale, T):
     """Root of the mean square of e, in tolerances."""
     total = 0.0
     for n in range(e.shape[0]):
-        size = atol * scale[n] + rtol * max(abs(y[n]), abs(end[n]))
+        size = T.absolute * scale[n] + T.relative * max(abs(y[n]), abs(end[n]))
         total += (e[n] / size) ** 2
     return math.sqrt(total / e.shape[0])
 
 
 @njit
-def stages(
-    L, W, method, soft, passes, rtol, atol, scale, t, h, y, K, P, Z, X, xc, Jv, real,
-    real_pivots, turned, turned_pivots, ys, state,
-):  # fmt: skip
-    """Z (3, 2·coordinates): what the state gains until each stage, from the values there; rows 1
-    to 3 of K their slopes. Returns whether the corrections converge, and their rate.
+def solve_stages(L, W, M, S, T, h):
+    """M.Z ← what the state gains until each stage, from the values there; rows 1 to 3 of K and P ←
+    derivatives and powers. Returns whether Newton's method converges, and its rate.
     """
+    y, stage, K, Z, X, xc, state = S.y, S.stage, S.K, M.Z, M.X, M.xc, S.state
     n6, n3 = y.shape[0], y.shape[0] // 2
-    T, inverse = method.T, method.inverse
-    mu, turn = method.real / h, method.complex / h
+    V, inverse, t, rtol = M.T, M.inverse, S.state[TIME], T.relative
+    mu, turn = M.eigenvalue / h, complex(M.eigenvalue_re, M.eigenvalue_im) / h
+    # what is left of the error after the iterations: the code RADAU5's part of the tolerance
     enough = max(10.0 * 2.2e-16 / rtol, min(0.03, math.sqrt(rtol)))
     for i in range(3):
         for n in range(n6):
@@ -91,34 +151,35 @@ def stages(
     for k in range(NEWTON):
         for i in range(3):
             for n in range(n6):
-                ys[n] = y[n] + Z[i, n]
-            _, _, good = slope(
-                L, W, t + method.C[i] * h, ys, K[1 + i], P[1 + i], soft, passes, False
+                stage[n] = y[n] + Z[i, n]
+            _, _, good = state_derivative(
+                L, W, S, t + M.C[i] * h, stage, 1 + i, T.refinements, False
             )
-            state[SLOPES] += 1
+            state[EVALUATIONS] += 1
             if not good:
                 return False, rate
+        # (T⁻¹ ⊗ 1) f − (Λ/h) X
         for n in range(n6):
             a, b, c = K[1, n], K[2, n], K[3, n]
             Z[0, n] = inverse[0, 0] * a + inverse[0, 1] * b + inverse[0, 2] * c - mu * X[0, n]
             re = inverse[1, 0] * a + inverse[1, 1] * b + inverse[1, 2] * c
             im = inverse[2, 0] * a + inverse[2, 1] * b + inverse[2, 2] * c
             xc[1 + n // n3, n % n3] = re + 1j * im - turn * (X[1, n] + 1j * X[2, n])
-        correct(real, real_pivots, mu, Jv, Z[0, :n3], Z[0, n3:], ys[:n3])
-        correct(turned, turned_pivots, turn, Jv, xc[1], xc[2], xc[0])
+        solve_shifted(M.matrix, M.exchanges[0], mu, M.Jv, Z[0, :n3], Z[0, n3:], stage[:n3])
+        solve_shifted(M.complex_matrix, M.exchanges[1], turn, M.Jv, xc[1], xc[2], xc[0])
         for n in range(n6):
             z = xc[1 + n // n3, n % n3]
             Z[1, n], Z[2, n] = z.real, z.imag
-        far = 0.0
+        size = 0.0
         for i in range(3):
-            far += size_of(Z[i], y, y, scale, rtol, atol) ** 2
-        far = math.sqrt(far / 3.0)
-        if not far < 1e300:
+            size += error_norm(Z[i], y, y, S.scale, T) ** 2
+        size = math.sqrt(size / 3.0)
+        if not size < 1e300:
             return False, rate
-        small = far <= 0.1 * enough
+        small = size <= 0.1 * enough
         if last > 0.0 and not small:
-            rate = far / last
-            left = rate ** (NEWTON - k) / (1.0 - rate) * far if rate < 1.0 else 1e300
+            rate = size / last
+            left = rate ** (NEWTON - k) / (1.0 - rate) * size if rate < 1.0 else 1e300
             if left > enough:
                 return False, rate
         for i in range(3):
@@ -126,16 +187,19 @@ def stages(
                 X[i, n] += Z[i, n]
         for i in range(3):
             for n in range(n6):
-                Z[i, n] = T[i, 0] * X[0, n] + T[i, 1] * X[1, n] + T[i, 2] * X[2, n]
-        if small or (last > 0.0 and rate / (1.0 - rate) * far < enough):
+                Z[i, n] = V[i, 0] * X[0, n] + V[i, 1] * X[1, n] + V[i, 2] * X[2, n]
+        if small or (last > 0.0 and rate / (1.0 - rate) * size < enough):
             return True, rate
-        last = far
+        last = size
     return False, rate
 
 
 @njit
-def collocation(C, Z, F):
-    """F (3, numbers) of the cubic that gains Z (3, numbers) until the stages."""
+def collocation_polynomial(C, Z, F):
+    """F (3, numbers) of the cubic that gains Z (3, numbers) until the stages.
+
+    Δ(c)/c − Δ(1) = (1 − c) (F₁ + c F₂) at both inner nodes c.
+    """
     for n in range(Z.shape[1]):
         first = (Z[0, n] / C[0] - Z[2, n]) / (1.0 - C[0])
         second = (Z[1, n] / C[1] - Z[2, n]) / (1.0 - C[1])
@@ -145,155 +209,164 @@ def collocation(C, Z, F):
 
 
 @njit
-def worked(C, B, h, P, G):
-    """G (3, causes) of the work of a step, by the powers at the stages: rows 1 to 3 of P."""
+def work_polynomial(C, B, h, P, G):
+    """G (3, causes) of the work of a step, by the powers at the stages: rows 1 to 3 of P.
+
+    G₀ is the quadrature h Σ b P of order 5; the other two give the cubic, whose rate is
+    G₀ + (1 − 2 x) G₁ + (2 x − 3 x²) G₂, the powers of both inner nodes.
+    """
     a, b = C[0], C[1]
     for c in range(G.shape[1]):
         G[0, c] = h * (B[0] * P[1, c] + B[1] * P[2, c] + B[2] * P[3, c])
-        # slopes of the cubic: G₀ + (1 − 2 x) G₁ + (2 x − 3 x²) G₂
         first, second = h * P[1, c] - G[0, c], h * P[2, c] - G[0, c]
         p, q, r, s = 1.0 - 2.0 * a, a * (2.0 - 3.0 * a), 1.0 - 2.0 * b, b * (2.0 - 3.0 * b)
         G[1, c] = (first * s - second * q) / (p * s - q * r)
         G[2, c] = (p * second - r * first) / (p * s - q * r)
 
 
-@kernel
-def radau(
-    L, W, method, soft, regular, passes, rtol, atol, scale, until, steps, y, K, P, work, Z, X, xc,
-    past, Jq, Jv, real, real_pivots, turned, turned_pivots, F, G, times, output, gained, state,
-):  # fmt: skip
-    """At most so many steps towards `until`; every instant of `times` that is met is kept.
+@njit
+def error_estimate(L, W, M, S, T, h):
+    """S.error[0] ← the error of a step to S.end, damped where the motion is stiff; returns its size
+    in tolerances.
 
-    Arguments and codes as of `mbody.kernels.runge_kutta.flow`; `method` an `Implicit`, Z and X (3,
-    2·coordinates), xc (3, coordinates) complex, past (4, 2·coordinates) the polynomial of the last
-    step and its length, the others (coordinates, coordinates) with their exchanges of rows.
+    (μ − J)⁻¹ (f(y) + Σ e Z/h), of order 3; where it is great for a first or a doubtful step, f is
+    taken beside y by that error once more, which damps it like h J → ∞ (IV.8, 8.20).
     """
-    n6, n3 = 6 * L.bodies, 3 * L.bodies
-    ys, end, last, error = work[0], work[1], work[2], work[3]
-    made = -1.0
+    y, stage, K, Z, error, state = S.y, S.stage, S.K, M.Z, S.error[0], S.state
+    n3 = y.shape[0] // 2
+    mu, size = M.eigenvalue / h, 0.0
+    for again in range(2):
+        for n in range(y.shape[0]):
+            ends = (M.E[0] * Z[0, n] + M.E[1] * Z[1, n] + M.E[2] * Z[2, n]) / h
+            error[n] = ends + K[1 if again else 0, n]
+        solve_shifted(M.matrix, M.exchanges[0], mu, M.Jv, error[:n3], error[n3:], stage[:n3])
+        size = error_norm(error, y, S.end, S.scale, T)
+        if not size > 1.0 or again or not (state[STEPS] == 0 or state[LAST_ERROR] > 1.0):
+            break
+        for n in range(y.shape[0]):
+            stage[n] = y[n] + error[n]
+        state_derivative(L, W, S, state[TIME], stage, 1, T.refinements, False)
+        state[EVALUATIONS] += 1
+    return size
+
+
+@kernel
+def radau(L, W, M, S, T, O, until, steps):
+    """At most so many steps towards `until`; every output instant that is met is kept.
+
+    M: a `Radau`; S: a `Stepping` with K and P (4, ·), F and G (3, ·); T: a `Tolerances`; O: an
+    `Outputs`. Returns DONE, MORE, STEP_VANISHED, NOT_FINITE, LAST_STEP or SINGULAR_AHEAD.
+    """
+    n6 = 6 * L.bodies
+    y, stage, end, last, K, P, Z = S.y, S.stage, S.end, S.last, S.K, S.P, M.Z
+    C, past, state, regular = M.C, M.past, S.state, T.refinements
+    factored = -1.0
     for _ in range(steps):
         t, h = state[TIME], state[NEXT]
         if t >= until:
             return DONE
         clipped = t + h >= until - 1e-14 * abs(until)
-        if clipped and state[LAST_ONE] < 0.5:
-            return LAST
-        if state[PIVOT] < WEAK * state[FREEST]:
-            return PASSAGE
+        if clipped and state[LAST_STEP_ALLOWED] < 0.5:
+            return LAST_STEP
+        if state[CONDITIONING] < NEAR_SINGULAR_BELOW * state[BEST_CONDITIONING]:
+            return SINGULAR_AHEAD
         if clipped:
             h = until - t
         if h < 1e-13 * max(abs(t), abs(until)) and not clipped:
-            return SMALL
-        here = state[FRESH] < 0.5
+            return STEP_VANISHED
+        # ---- Jacobians and factors
+        here = state[JACOBIAN_VALID] < 0.5
         if here:
-            tangents(
-                *(L, W, t, y, K, P, ys, scale, soft, regular),
-                *(Jq, Jv, state),
-            )
-            state[FRESH], made = 1.0, -1.0
-        if made != h:
-            mu, turn = method.real / h, method.complex / h
-            iteration_matrix(Jq, Jv, mu * mu, mu, 1.0, real)
-            iteration_matrix(Jq, Jv, turn * turn, turn, 1.0, turned)
-            if not (eliminate(real, real_pivots) and eliminate(turned, turned_pivots)):
+            acceleration_jacobians(L, W, S, regular, M.Jq, M.Jv)
+            state[JACOBIAN_VALID], factored = 1.0, -1.0
+        if factored != h:
+            mu, turn = M.eigenvalue / h, complex(M.eigenvalue_re, M.eigenvalue_im) / h
+            iteration_matrix(M.Jq, M.Jv, mu * mu, mu, 1.0, M.matrix)
+            iteration_matrix(M.Jq, M.Jv, turn * turn, turn, 1.0, M.complex_matrix)
+            regular_real = eliminate(M.matrix, M.exchanges[0])
+            if not (regular_real and eliminate(M.complex_matrix, M.exchanges[1])):
                 state[NEXT] = 0.5 * h
                 state[REJECTED] += 1
                 continue
-            made = h
+            factored = h
+        # ---- stages, first by the polynomial of the last step continued
         for i in range(3):
-            x = 1.0 + method.C[i] * h / past[3, 0] if past[3, 0] > 0.0 else 1.0
+            x = 1.0 + C[i] * h / past[LENGTH, 0] if past[LENGTH, 0] > 0.0 else 1.0
             for n in range(n6):
-                Z[i, n] = along(past[:3], n, x) - past[0, n]
-        good, rate = stages(
-            *(L, W, method, soft, regular, rtol, atol, scale),
-            *(t, h, y, K, P, Z, X, xc, Jv, real, real_pivots, turned, turned_pivots, ys, state),
-        )
+                Z[i, n] = along(past[:LENGTH], n, x, 0.0) - past[0, n]
+        good, rate = solve_stages(L, W, M, S, T, h)
         if not good:
             state[REJECTED] += 1
-            state[FRESH] = 1.0 if here else 0.0
+            state[JACOBIAN_VALID] = 1.0 if here else 0.0
             state[NEXT] = 0.5 * h if here else h
             if h < 1e-12 * max(abs(t), abs(until)):
-                return LOST
+                return NOT_FINITE
             continue
         for n in range(n6):
             end[n] = y[n] + Z[2, n]
-        # ---- the error, damped where the motion is stiff
-        mu = method.real / h
-        for again in range(2):
-            for n in range(n6):
-                ends = (method.E[0] * Z[0, n] + method.E[1] * Z[1, n] + method.E[2] * Z[2, n]) / h
-                error[n] = ends + K[1 if again else 0, n]
-            correct(real, real_pivots, mu, Jv, error[:n3], error[n3:], ys[:n3])
-            off = size_of(error, y, end, scale, rtol, atol)
-            if not off > 1.0 or again or not (state[STEPS] == 0 or state[ERROR] > 1.0):
-                break
-            for n in range(n6):
-                ys[n] = y[n] + error[n]
-            slope(L, W, t, ys, K[1], P[1], soft, regular, False)
-            state[SLOPES] += 1
-        growth = 8.0 if off < 1e-10 else min(8.0, 0.9 * off**-0.25)
-        state[ERROR] = off
-        if not off <= 1.0:
+        error = error_estimate(L, W, M, S, T, h)
+        growth = 8.0 if error < 1e-10 else min(8.0, 0.9 * error**-0.25)
+        state[LAST_ERROR] = error
+        if not error <= 1.0:
             state[REJECTED] += 1
-            state[NEXT] = h * max(0.2, growth) if off < 1e300 else 0.2 * h
+            state[NEXT] = h * max(0.2, growth) if error < 1e300 else 0.2 * h
             if h < 1e-12 * max(abs(t), abs(until)):
-                return LOST
+                return NOT_FINITE
             continue
         for n in range(n6):
             last[n] = y[n]
         # the stages once more, where they are now, for their powers and their distances
-        least, least_at = state[PIVOT], t
+        least, least_at = state[CONDITIONING], t
         for i in range(2):
             for n in range(n6):
-                ys[n] = y[n] + Z[i, n]
-            slope(L, W, t + method.C[i] * h, ys, K[2], P[1 + i], soft, regular, False)
-            state[SLOPES] += 1
-            part = sampled(L, W, 0.0, 1 + i)
+                stage[n] = y[n] + Z[i, n]
+            state_derivative(L, W, S, t + C[i] * h, stage, 1 + i, regular, False)
+            state[EVALUATIONS] += 1
+            part = sample_conditioning(L, W, 0.0, 1 + i)
             if part < least:
-                least, least_at = part, t + method.C[i] * h
-        _, _, good = slope(L, W, t + h, end, K[1], P[3], soft, passes, True)
-        state[SLOPES] += 1
+                least, least_at = part, t + C[i] * h
+        _, _, good = state_derivative(L, W, S, t + h, end, 3, T.full_refinements, True)
+        state[EVALUATIONS] += 1
         if not good:
             state[REJECTED] += 1
             state[NEXT] = 0.5 * h
             continue
-        part = sampled(L, W, 0.0, 3)
-        if part < WEAK * state[FREEST] or uncertain(L, W, method.at, t, y, end, False, state):
-            state[FRESH] = 0.0
-            return PASSAGE
-        # ---- the step is made
+        part = sample_conditioning(L, W, 0.0, 3)
+        weak = part < NEAR_SINGULAR_BELOW * state[BEST_CONDITIONING]
+        if weak or may_be_singular(L, W, S, M.at, end, False):
+            state[JACOBIAN_VALID] = 0.0
+            return SINGULAR_AHEAD
+        # ---- the step is accepted
         for n in range(n6):
             y[n] = end[n]
-        state[PIVOT], state[FREEST] = part, max(part, state[FREEST])
+        state[CONDITIONING] = part
+        state[BEST_CONDITIONING] = max(part, state[BEST_CONDITIONING])
         now = until if clipped else t + h
         if part < least:
             least, least_at = part, now
-        watched(L, W, 3, least, least_at, regular > 0, state)
+        record_accepted(L, W, S, 3, least, least_at, regular > 0)
         state[STEPS] += 1
-        state[LAST_ONE] = 0.0
+        state[LAST_STEP_ALLOWED] = 0.0
         for n in range(n6):
-            K[0, n] = K[1, n]
+            K[0, n] = K[3, n]
         for c in range(P.shape[1]):
             P[0, c] = P[3, c]
         for n in range(n6):
             Z[2, n] = y[n] - last[n]
-        collocation(method.C, Z, F)
-        worked(method.C, method.B, h, P, G)
+        collocation_polynomial(C, Z, S.F)
+        work_polynomial(C, M.B, h, P, S.G)
         for i in range(3):
             for n in range(n6):
-                past[i, n] = F[i, n]
-        past[3, 0] = h
-        deliver(
-            *(L, W, soft, passes, t, h, now, y, last, F, G, ys),
-            *(K[1], P[1], times, output, gained, state),
-        )
+                past[i, n] = S.F[i, n]
+        past[LENGTH, 0] = h
+        deliver(L, W, S, O, h, now, T.full_refinements)
+        # ---- the length of the next step: one factor serves while steps would grow little
         state[TIME] = now
-        # one factor serves while steps would grow little
         wanted = h * max(0.2, growth)
         if 1.0 <= wanted / h < 1.2:
             wanted = h
         state[NEXT] = max(wanted, state[NEXT]) if clipped else wanted
-        state[FRESH] = 1.0 if rate < 1e-3 else 0.0
-        if state[FREED] > state[LIGHTER]:
+        state[JACOBIAN_VALID] = 1.0 if rate < 1e-3 else 0.0
+        if state[STAND_IN_ENERGY] > state[STAND_IN_LIMIT]:
             return MORE
     return MORE

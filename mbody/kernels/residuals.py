@@ -4,28 +4,41 @@ from __future__ import annotations
 
 import numpy as np
 
+from mbody.compiler.bundle import Bundle, Floats, Ints, Rows, Stacks
 from mbody.compiler.jit import kernel
 from mbody.kernels.constraints import rows, turns
 from mbody.kernels.forces import forces, signals
 from mbody.kernels.position_velocity import clear
 from mbody.kernels.schur_ldl import apply_gt
 
-__all__ = ["audit"]
+__all__ = ["CONSTRAINT", "FLOW", "LEFT", "POWER", "RESIDUALS", "TERM", "Finished", "residuals_of"]
+
+#: Columns of the output: greatest |Φ| (model lengths, radians); greatest part of f − M a − Gᵀλ and
+#: greatest term of it (forces, torques by the model length); power of loads, inertia and drivers,
+#: and the sum of their magnitudes. And how many they are.
+CONSTRAINT, LEFT, TERM, POWER, FLOW = range(5)
+RESIDUALS = 5
+
+
+class Finished(Bundle):
+    """Stored instants."""
+
+    motion: Rows  # (instants, 9·bodies): q, v, a
+    t: Floats  # (instants,)
+    lam: Rows  # (instants, 2·primitives): multipliers
+    driven: Ints  # primitives of the drivers
+    given: Stacks  # (instants, drivers, 3): values and rates of the drivers, unless by law
+    by_law: int  # whether the laws of the drivers give these
+    at_rest: int  # whether rates are zero (statics)
 
 
 @kernel
-def audit(L, W, motion, t, lam, driven, given, by_law, still, output):
-    """Fill output (instants, 5) from stored instants.
+def residuals_of(L, W, found, output):
+    """Fill output (instants, RESIDUALS) from stored instants.
 
-    motion (instants, 9·bodies); lam (instants, 2·primitives); driven: primitives of the drivers;
-    given
-    (instants, drivers, 3): their values and rates unless the laws say them (`by_law`); `still`:
-    rates are none.
-
-    Output: greatest |Φ| (model lengths, radians); greatest part of f − M a − Gᵀλ and greatest term
-    of it (forces, torques by the model length); power of loads, inertia and drivers, and the sum of
-    their magnitudes.
+    Virtual power, with the drivers' efforts −λ: Σ (f − M a)·v − Σ λ_d ν_d = 0.
     """
+    motion, t, lam, driven, given = found.motion, found.t, found.lam, found.driven, found.given
     w = 0.0
     signals(L, W, w, L.signal_law.shape[0])
     n3, size = 3 * L.bodies, W.size[0, 0]
@@ -34,9 +47,9 @@ def audit(L, W, motion, t, lam, driven, given, by_law, still, output):
         signals(L, W, w, L.varying)
         for d in range(L.driver_row.shape[0]):
             o = L.driver_row[d]
-            if not by_law:
+            if not found.by_law:
                 W.signal[o, 0], W.signal[o + 1, 0] = given[k, d, 0], given[k, d, 1]
-            if still:
+            if found.at_rest:
                 W.signal[o + 1, 0] = 0.0
         for n in range(n3):
             W.q[n, 0], W.v[n, 0] = motion[k, n], motion[k, n3 + n]
@@ -48,7 +61,7 @@ def audit(L, W, motion, t, lam, driven, given, by_law, still, output):
                 # rows of lengths weigh one, rows of angles 1/length²
                 unit = 1.0 / size if W.soft[n, 0] == 1.0 else 1.0
                 worst = max(worst, abs(W.phi[n, 0]) * unit)
-        output[k, 0] = worst
+        output[k, CONSTRAINT] = worst
         forces(L, W, w, -1)
         clear(W.lam, w)
         for e in range(L.primitive_node.shape[0]):
@@ -82,7 +95,7 @@ def audit(L, W, motion, t, lam, driven, given, by_law, still, output):
             p = -lam[k, 2 * driven[d]] * W.signal[L.driver_row[d] + 1, 0]
             power += p
             flow += abs(p)
-        output[k, 1] = worst
-        output[k, 2] = term
-        output[k, 3] = power
-        output[k, 4] = flow
+        output[k, LEFT] = worst
+        output[k, TERM] = term
+        output[k, POWER] = power
+        output[k, FLOW] = flow

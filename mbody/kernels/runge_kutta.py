@@ -1,12 +1,17 @@
-"""Free motion over time: explicit Runge–Kutta steps, each ended on the manifold.
+"""Explicit Runge–Kutta integrator of one free motion, each step ended by a projection.
 
 Every step ends with the projection of position and velocity onto Φ = 0 and Φ_q v = ν in the metric
-of the masses, and the next begins with the slope there. Between, stages run off the manifold by as
-much as their error. That is harmless but near a singular position, where the right-hand side has
-no smooth continuation off the manifold: there every stage is projected too, a = f(P(y)), with the
-corrections that nearly dependent rows want, and the error is asked only of what a projection
-keeps. Neither the multipliers, which grow without bound there, nor the noise across the manifold
-then have a say in the size of a step.
+of the masses (`mbody.kernels.projection`), and the next begins with the derivative there. Between,
+stages run off the manifold by as much as their error. That is harmless but near a singular
+position, where the right-hand side has no smooth continuation off the manifold: there every stage
+is projected too, a = f(P(y)), with the refinements that nearly dependent rows want, and the error
+is taken of what a projection keeps. Neither the multipliers, which grow without bound there, nor
+the noise across the manifold then decide the length of a step.
+
+What a step of one motion and steps on lanes have in common is `mbody.kernels.runge_kutta_stages`.
+The loops themselves are two, here and in `mbody.kernels.runge_kutta_lanes`: near singular
+positions, at branches and at stiffness a motion needs decisions of its own, each an `if` with one
+outcome, and lanes, which have none, leave such a design to this loop.
 
 Hairer, Nørsett, Wanner: Solving Ordinary Differential Equations I, II.5 and II.6 (the methods), and
 II, IV.2 (how stiffness shows); Hairer, Lubich, Wanner: Geometric Numerical Integration, IV.4
@@ -18,106 +23,114 @@ from __future__ import annotations
 import math
 
 from mbody.compiler.jit import kernel, njit
-from mbody.kernels.dense_output import deliver, inside
-from mbody.kernels.projection import tangential, weakest
-from mbody.kernels.singularity_monitor import sampled, uncertain, watched
-from mbody.kernels.state_derivative import slope
+from mbody.kernels.dense_output import deliver, has_instant
+from mbody.kernels.projection import constraint_conditioning, tangential_part
+from mbody.kernels.runge_kutta_stages import (
+    SAFETY,
+    STIFF_LIMIT,
+    combined,
+    count_stiff,
+    next_length,
+    stage_state,
+    stiffness_estimate,
+)
+from mbody.kernels.singularity_monitor import may_be_singular, record_accepted, sample_conditioning
+from mbody.kernels.state_derivative import state_derivative
 from mbody.kernels.step_state import (
-    ASKING,
-    BRANCH,
-    CALM,
-    CAREFUL,
+    BEST_CONDITIONING,
+    BRANCH_UNCERTAIN,
+    CONDITIONING,
+    CROSSING_TIME,
+    DECIDE_BELOW,
     DONE,
-    DOUBTED,
     END_TRIES,
-    FREED,
-    FREEST,
-    LAST,
-    LAST_ONE,
-    LIGHTER,
-    LONGEST,
-    LOST,
-    MEETING,
+    EVALUATIONS,
+    LAST_STEP,
+    LAST_STEP_ALLOWED,
+    LONGEST_STEP,
     MORE,
-    NEAR,
+    NEAR_SINGULAR,
+    NEAR_SINGULAR_BELOW,
+    NEAR_SINGULAR_STEPS,
     NEXT,
-    PIVOT,
+    NOT_FINITE,
     REJECTED,
-    SLOPES,
-    SMALL,
+    SHORTENED_UNTIL,
     STAGE_TRIES,
-    STEEP,
+    STAND_IN_ENERGY,
+    STAND_IN_LIMIT,
+    STEP_VANISHED,
     STEPS,
     STIFF,
+    STIFF_COUNT,
     TIME,
-    WEAK,
 )
 
-__all__ = ["flow"]
+__all__ = ["runge_kutta"]
 
 #: A projection is sure of its branch where it moves by less than this part of the distance to a
-#: singular position, of which the root of the weakest pivot is the measure.
+#: singular position, of which the root of the conditioning is the measure.
 CONE = 0.05
 #: What it moves along the manifold may be so many times the error of a step.
 ASTRAY = 10.0
-#: Nearer than this, as the root of the weakest pivot, it is worth a try with another step.
+#: Nearer than this, as the root of the conditioning, it is worth a try with another step.
 CLOSE = 5e-3
-#: A step does not end where the weakest pivot is this part of what it was.
-BEHIND = 1e-6
+#: A step does not end where the conditioning is this part of its best.
+END_BELOW = 1e-6
 #: Steps of one passage that are tried again so that no stage, or no end, lies at the position.
 STAGES_AGAIN, ENDS_AGAIN = 3.0, 8.0
-#: A step is so much shorter than its error asks for: of 0.7, 0.8 and 0.9 what costs the fewest
-#: slopes at one error, as fewer steps are refused.
-SAFETY = 0.8
-#: In careful steps this much: the more of them, the nearer to the position some of them come.
-NEARBY = 0.9
+#: `SAFETY` of steps near singular positions: the more of them, the nearer to the position some of
+#: them come.
+SAFETY_NEAR_SINGULAR = 0.9
 #: Accelerations are certain to this part, over the square of the distance from a singular position
 #: as a part of what it was; and the square that counts at least, for nearer ones are of no use.
 ROUNDING, NEAREST = 4e-16, 1e-8
 #: A step ends before a singular position that is known at this part of the way to it, or, where it
-#: may be as long as the way, as far behind it as it began before. One of these that is refused is
+#: may be as long as the way, as far behind it as it began before. One of these that is rejected is
 #: made this much shorter.
 BEFORE, TWICE, BACK = 0.5, 2.0, 0.2
 #: Ways to it that are shorter than this part of the time are not aimed at.
 AIMED = 1e-9
-#: So many steps in a row that stability holds, less so many that it does not, are stiff.
-STIFF_STEPS, CALM_STEPS = 15.0, 6.0
 
 
 @njit
-def weighted(weights, count, K, total):
-    """total ← Σ weights[r] K[r] over the first rows."""
-    for n in range(total.shape[0]):
-        total[n] = weights[0] * K[0, n]
-    for r in range(1, count):
-        weight = weights[r]
-        if weight != 0.0:
-            for n in range(total.shape[0]):
-                total[n] += weight * K[r, n]
+def aimed_length(h, until, state):
+    """The length h of a step near a singular position, changed so that neither its end nor a stage
+    lies at the one that is known: all nodes of the methods keep a tenth of the step from its
+    middle. Returns whether there is one ahead, too, and whether the step goes over it.
+    """
+    t = state[TIME]
+    way = state[CROSSING_TIME] - t
+    if not way > AIMED * max(abs(t), abs(until)) or t + TWICE * way >= until:
+        return h, False, False
+    if h >= way:
+        return TWICE * way, True, True
+    return min(h, BEFORE * way), True, False
 
 
 @njit
-def between(L, W, method, soft, passes, t, h, y, last, K, P, F, G, state):
-    """F (rows, 2·coordinates) and G (rows, causes) of the polynomials of state and work over a
-    step, by the further slopes that the method takes for them.
+def dense_output(L, W, method, S, h, refinements):
+    """S.F and S.G of the polynomials of state and work over a step from S.last to S.y, by the
+    further derivatives that the method takes for them.
+
+    The first three rows are Hermite's cubic (`mbody.kernels.dense_output`), the others h Σ D K.
     """
     A, B, C, D = method.A, method.B, method.C, method.D
+    y, last, K, P, F, G = S.y, S.last, S.K, S.P, S.F, S.G
     end = B.shape[0]
     for s in range(end + 1, A.shape[0]):
-        weighted(A[s], s, K, F[1])
-        for n in range(y.shape[0]):
-            F[0, n] = last[n] + h * F[1, n]
-        slope(L, W, t + C[s] * h, F[0], K[s], P[s], soft, passes, False)
-        state[SLOPES] += 1
+        stage_state(A[s], s, K, last, h, S.stage, 0.0)
+        state_derivative(L, W, S, S.state[TIME] + C[s] * h, S.stage, s, refinements, False)
+        S.state[EVALUATIONS] += 1
     for n in range(y.shape[0]):
         polynomial(D, h, y[n] - last[n], K, n, end, F)
     for c in range(P.shape[1]):
-        polynomial(D, h, h * weighed(B, P, c), P, c, end, G)
+        polynomial(D, h, h * mean_power(B, P, c), P, c, end, G)
 
 
 @njit
 def polynomial(D, h, change, K, n, end, F):
-    """Column n of F from the slopes in column n of K and the change over the step."""
+    """Column n of F from the derivatives in column n of K and the change over the step."""
     F[0, n] = change
     F[1, n] = h * K[0, n] - change
     F[2, n] = 2.0 * change - h * (K[end, n] + K[0, n])
@@ -129,92 +142,66 @@ def polynomial(D, h, change, K, n, end, F):
 
 
 @njit
-def weighed(B, P, c):
-    """Mean power of cause c over a step."""
+def mean_power(B, P, c):
+    """Mean power of cause c over a step: Σ b_r P_r."""
     whole = 0.0
     for r in range(B.shape[0]):
         whole += B[r] * P[r, c]
     return whole
 
 
-@njit
-def steepness(h, y, near, K, s, end, scale):
-    """h |λ|: how fast slopes at the end of the step turn with the state, by two states there."""
-    turned, apart = 0.0, 0.0
-    for n in range(y.shape[0]):
-        turned += ((K[end, n] - K[s, n]) / scale[n]) ** 2
-        apart += ((y[n] - near[n]) / scale[n]) ** 2
-    return h * math.sqrt(turned / apart) if apart > 0.0 else 0.0
-
-
-@njit
-def aimed(t, h, until, state):
-    """The length h of a careful step, changed so that neither its end nor a stage lies at the
-    singular position that is known: all nodes of the methods keep a tenth of the step from its
-    middle. Returns whether there is one ahead, too, and whether the step goes over it.
-    """
-    way = state[MEETING] - t
-    if not way > AIMED * max(abs(t), abs(until)) or t + TWICE * way >= until:
-        return h, False, False
-    if h >= way:
-        return TWICE * way, True, True
-    return min(h, BEFORE * way), True, False
-
-
 @kernel
-def flow(
-    L, W, method, soft, regular, passes, rtol, atol, scale, until, steps, patient, y, K, P, work,
-    F, G, times, output, gained, state,
-):  # fmt: skip
-    """At most so many steps towards `until`; every instant of `times` that is met is kept.
+def runge_kutta(L, W, method, S, T, O, until, steps):
+    """At most so many steps towards `until`; every output instant that is met is kept.
 
-    `method`: an `Explicit`. `regular` and `passes`: corrections by the residual in ordinary and in
-    careful steps. scale (2·coordinates,): size of each coordinate, to which `atol` is relative.
-    `patient`: how many steps stiffness may cost. y (2·coordinates,), row 0 of K (rows,
-    2·coordinates) and of P (rows, causes): the state, its slope, its powers. work (5,
-    2·coordinates), F (rows, 2·coordinates), G (rows, causes). times (instants,), output (instants,
-    rows, 1). gained (instants + 1, causes): work done until each instant, the last row until now.
-    state: see `mbody.kernels.step_state`.
-    Returns DONE, MORE, SMALL, LOST, STEEP or BRANCH.
+    method: an `Explicit`; S: a `Stepping` with K (len(A), ·), F and G (3 + len(D), ·); T: a
+    `Tolerances`; O: an `Outputs`.
+    Returns DONE, MORE, STEP_VANISHED, NOT_FINITE, STIFF, LAST_STEP or BRANCH_UNCERTAIN.
     """
     A, B, C, E, sample = method.A, method.B, method.C, method.E, method.sample
-    end_slope = B.shape[0]
-    # whether the error asks for the slope at the end
-    early = E.shape[1] > end_slope
+    y, K, P, state, scale = S.y, S.K, S.P, S.state, S.scale
+    stage, end, last, low_error, error_row = S.stage, S.end, S.last, S.error[0], S.error[1]
+    end_row = B.shape[0]
+    # whether the error takes the derivative at the end
+    early = E.shape[1] > end_row
     w, n6, causes = 0.0, 6 * L.bodies, P.shape[1]
     n3, swift = 3 * L.bodies, scale[6 * L.bodies - 1]
-    ys, end, last = work[0], work[1], work[2]
+    rtol, atol, regular = T.relative, T.absolute, T.refinements
     for _ in range(steps):
         t, h = state[TIME], state[NEXT]
         if t >= until:
             return DONE
         clipped = t + h >= until - 1e-14 * abs(until)
-        if clipped and state[LAST_ONE] < 0.5:
-            return LAST
-        careful, known, over = state[NEAR] > 0.5, False, False
+        if clipped and state[LAST_STEP_ALLOWED] < 0.5:
+            return LAST_STEP
+        near_singular, known, over = state[NEAR_SINGULAR] > 0.5, False, False
         if clipped:
             h = until - t
-        elif careful:
-            h, known, over = aimed(t, h, until, state)
+        elif near_singular:
+            h, known, over = aimed_length(h, until, state)
         if h < 1e-13 * max(abs(t), abs(until)) and not clipped:
-            return SMALL
-        more = passes if careful else regular
-        good, astray, least, least_at = True, False, state[PIVOT], t
-        for s in range(1, end_slope):
-            weighted(A[s], s, K, work[3])
-            for n in range(n6):
-                ys[n] = y[n] + h * work[3, n]
-            far, fast, good = slope(L, W, t + C[s] * h, ys, K[s], P[s], soft, more, careful)
-            state[SLOPES] += 1
+            return STEP_VANISHED
+        refinements = T.full_refinements if near_singular else regular
+        # ---- stages: Y_s = y + h Σ A_sr K_r, K_s = f(t + c_s h, Y_s)
+        good, astray, least, least_at = True, False, state[CONDITIONING], t
+        for s in range(1, end_row):
+            stage_state(A[s], s, K, y, h, stage, w)
+            far, fast, good = state_derivative(
+                L, W, S, t + C[s] * h, stage, s, refinements, near_singular
+            )
+            state[EVALUATIONS] += 1
             if not good:
                 break
-            part = weakest(L, W, w) if sample[s] == 0 else sampled(L, W, w, sample[s])
+            if sample[s] == 0:
+                part = constraint_conditioning(L, W, w)
+            else:
+                part = sample_conditioning(L, W, w, sample[s])
             if part < least:
                 least, least_at = part, t + C[s] * h
-            if careful:
+            if near_singular:
                 # what projections move along the manifold is of second order in what they move
                 # across it, by how far the singular position is
-                apart = math.sqrt(part / state[FREEST])
+                apart = math.sqrt(part / state[BEST_CONDITIONING])
                 moved = far * far / apart + h * (fast / apart) ** 2 / swift
                 close = apart < CLOSE and moved > ASTRAY * rtol
                 astray = astray or close or far > CONE * apart
@@ -226,108 +213,105 @@ def flow(
             state[STAGE_TRIES] += 1.0
             state[NEXT] = 0.91 * h
             continue
-        if least < WEAK * state[FREEST] and not careful:
+        if least < NEAR_SINGULAR_BELOW * state[BEST_CONDITIONING] and not near_singular:
             # errors of stages fall with the fourth power of the step, and here their squares count
-            state[NEAR], state[LONGEST] = 1.0, 0.25 * h
-            state[NEXT] = state[LONGEST]
+            state[NEAR_SINGULAR], state[LONGEST_STEP] = 1.0, 0.25 * h
+            state[NEXT] = state[LONGEST_STEP]
             continue
-        weighted(B, end_slope, K, work[3])
+        # ---- the end: y₁ = y + h Σ b_r K_r, projected
+        stage_state(B, end_row, K, y, h, end, w)
         for n in range(n6):
-            end[n] = y[n] + h * work[3, n]
             last[n] = y[n]
         now = until if clipped else t + h
-        if careful or early:
-            _, _, good = slope(L, W, t + h, end, K[end_slope], P[end_slope], soft, more, True)
-            state[SLOPES] += 1
-        weighted(E[0], E.shape[1], K, work[3])
-        weighted(E[1], E.shape[1], K, work[4])
-        if careful:
-            for row in range(3, 5):
+        if near_singular or early:
+            _, _, good = state_derivative(L, W, S, t + h, end, end_row, refinements, True)
+            state[EVALUATIONS] += 1
+        # ---- the error, in tolerances
+        combined(E[0], E.shape[1], K, low_error, w)
+        combined(E[1], E.shape[1], K, error_row, w)
+        if near_singular:
+            for row in range(2):
                 for half in range(2):
-                    tangential(L, W, w, work[row, half * n3 : (half + 1) * n3])
+                    tangential_part(L, W, w, S.error[row, half * n3 : (half + 1) * n3])
         e3, e5, noise = 0.0, 0.0, 0.0
-        if careful:
-            noise = ROUNDING * h * swift / max(least / state[FREEST], NEAREST)
+        if near_singular:
+            noise = ROUNDING * h * swift / max(least / state[BEST_CONDITIONING], NEAREST)
         for n in range(n6):
             size = (atol + noise) * scale[n] + rtol * max(abs(y[n]), abs(end[n]))
-            e3 += (work[3, n] / size) ** 2
-            e5 += (work[4, n] / size) ** 2
+            e3 += (low_error[n] / size) ** 2
+            e5 += (error_row[n] / size) ** 2
         if not (e5 < 1e300) or not good:
-            state[NEXT] = (BACK if over else 0.5 if careful else 0.25) * h
+            state[NEXT] = (BACK if over else 0.5 if near_singular else 0.25) * h
             state[REJECTED] += 1
             if h < 1e-12 * max(abs(t), abs(until)):
-                return LOST
+                return NOT_FINITE
             continue
-        error = 0.0 if e5 == 0.0 else h * e5 / math.sqrt((e5 + 0.01 * e3) * n6)
-        safety = NEARBY if careful else SAFETY
-        growth = 6.0 if error < 1e-9 else min(6.0, safety * error ** (-1.0 / method.order))
+        safety = SAFETY_NEAR_SINGULAR if near_singular else SAFETY
+        error, growth = next_length(h, e3, e5, n6, method.order, safety)
         if error > 1.0:
             state[REJECTED] += 1
             state[NEXT] = h * (BACK if over else max(0.2, growth))
             continue
-        if not (careful or early):
-            _, _, good = slope(L, W, t + h, end, K[end_slope], P[end_slope], soft, regular, True)
-            state[SLOPES] += 1
+        if not (near_singular or early):
+            _, _, good = state_derivative(L, W, S, t + h, end, end_row, regular, True)
+            state[EVALUATIONS] += 1
             if not good:
                 state[REJECTED] += 1
                 state[NEXT] = 0.5 * h
                 continue
-        part = sampled(L, W, w, sample[end_slope])
-        if uncertain(L, W, method.at, t, y, end, careful, state):
+        # ---- the branch: no singular position may lie within the step unseen
+        part = sample_conditioning(L, W, w, sample[end_row])
+        if may_be_singular(L, W, S, method.at, end, near_singular):
             state[REJECTED] += 1
             state[NEXT] = 0.5 * h
-            if t > state[DOUBTED]:
+            if t > state[SHORTENED_UNTIL]:
                 # an ordinary step is tried shorter first
-                state[DOUBTED], state[ASKING] = t + h, (2.0 if careful else 0.3) * h
-            if h < state[ASKING]:
-                return BRANCH
+                state[SHORTENED_UNTIL] = t + h
+                state[DECIDE_BELOW] = (2.0 if near_singular else 0.3) * h
+            if h < state[DECIDE_BELOW]:
+                return BRANCH_UNCERTAIN
             continue
-        if (
-            part < BEHIND * state[FREEST]
-            and state[END_TRIES] < ENDS_AGAIN
-            and not (clipped or known)
-        ):
+        ends_there = part < END_BELOW * state[BEST_CONDITIONING]
+        if ends_there and state[END_TRIES] < ENDS_AGAIN and not (clipped or known):
             # a step begins badly at a singular position: end after it, or before
             state[END_TRIES] += 1
             state[NEXT] = h * (1.2 if state[END_TRIES] < 5.0 else 0.5)
             continue
+        # ---- the step is accepted
         for n in range(n6):
             y[n] = end[n]
-        # ---- the step is made
-        state[PIVOT], state[FREEST] = part, max(part, state[FREEST])
+        state[CONDITIONING] = part
+        state[BEST_CONDITIONING] = max(part, state[BEST_CONDITIONING])
         if part < least:
             least, least_at = part, now
-        watched(L, W, sample[end_slope], least, least_at, regular > 0, state)
+        record_accepted(L, W, S, sample[end_row], least, least_at, regular > 0)
         state[STEPS] += 1
-        state[LAST_ONE] = 0.0
-        state[CAREFUL] += 1.0 if careful else 0.0
-        state[NEAR] = 1.0 if careful and least < WEAK * state[FREEST] else 0.0
-        if not (careful or clipped):
-            held = steepness(h, y, ys, K, end_slope - 1, end_slope, scale) > method.stable
-            state[CALM] = 0.0 if held else state[CALM] + 1.0
-            if held or state[CALM] >= CALM_STEPS:
-                state[STIFF] = state[STIFF] + 1.0 if held else 0.0
+        state[LAST_STEP_ALLOWED] = 0.0
+        state[NEAR_SINGULAR_STEPS] += 1.0 if near_singular else 0.0
+        still_near = near_singular and least < NEAR_SINGULAR_BELOW * state[BEST_CONDITIONING]
+        state[NEAR_SINGULAR] = 1.0 if still_near else 0.0
+        if not (near_singular or clipped):
+            stiffness = stiffness_estimate(h, y, stage, K[end_row], K[end_row - 1], scale, w)
+            count_stiff(state, stiffness > method.stable)
         for c in range(causes):
-            G[0, c] = h * weighed(B, P, c)
-        if inside(times, state, now):
-            between(L, W, method, soft, regular, t, h, y, last, K, P, F, G, state)
+            S.G[0, c] = h * mean_power(B, P, c)
+        if has_instant(S, O, now):
+            dense_output(L, W, method, S, h, regular)
         for n in range(n6):
-            K[0, n] = K[end_slope, n]
+            K[0, n] = K[end_row, n]
         for c in range(causes):
-            P[0, c] = P[end_slope, c]
-        deliver(
-            *(L, W, soft, passes, t, h, now, y, last, F, G, ys),
-            *(K[end_slope], P[end_slope], times, output, gained, state),
-        )
+            P[0, c] = P[end_row, c]
+        deliver(L, W, S, O, h, now, T.full_refinements)
+        # ---- the length of the next step
         state[TIME] = now
         wanted = h * max(0.2, growth)
         state[NEXT] = max(wanted, state[NEXT]) if clipped else wanted
-        if state[NEAR] > 0.5:
-            state[NEXT] = min(state[NEXT], state[LONGEST])
+        if state[NEAR_SINGULAR] > 0.5:
+            state[NEXT] = min(state[NEXT], state[LONGEST_STEP])
         else:
             state[END_TRIES] = state[STAGE_TRIES] = 0.0
-        if state[FREED] > state[LIGHTER]:
+        if state[STAND_IN_ENERGY] > state[STAND_IN_LIMIT]:
             return MORE
-        if state[STIFF] >= STIFF_STEPS and until - now > patient * state[NEXT]:
-            return STEEP
+        if state[STIFF_COUNT] >= STIFF_LIMIT and until - now > T.patience * state[NEXT]:
+            return STIFF
     return MORE

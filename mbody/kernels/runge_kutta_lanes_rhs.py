@@ -1,106 +1,81 @@
-"""Slopes of free motion in many lanes, each on its own: what a lane gets does not depend on its
-neighbours, bit for bit.
+"""Right-hand side of free motion in many lanes, and the first states of a batch.
 
-A lane whose projection has converged keeps its place while the others go on.
+What a lane gets does not depend on its neighbours, bit for bit: a lane whose projection has
+converged keeps its position while the others go on (`mbody.kernels.projection`).
 """
 
 from __future__ import annotations
 
+from mbody.compiler.bundle import Bundle, Floats, Ints, Rows, Stacks
 from mbody.compiler.jit import inline, kernel, njit
-from mbody.compiler.lanes import highest, larger, ld, select_le, st, wide
-from mbody.kernels.accelerations import balance
-from mbody.kernels.constraints import rows, turns
+from mbody.compiler.lanes import ld, st, wide
 from mbody.kernels.forces import signals
 from mbody.kernels.output import keep
-from mbody.kernels.position_velocity import copy, newton, put_column
-from mbody.kernels.projection import NEWTON, project_velocity
-from mbody.kernels.schur_ldl import VANISHED, factor
-from mbody.kernels.singularity_monitor import sampled
+from mbody.kernels.position_velocity import put_column
+from mbody.kernels.projection import projected_accelerations
+from mbody.kernels.singularity_monitor import sample_conditioning
+from mbody.kernels.state_derivative import load_state, store_derivative, store_state
 
-__all__ = ["arrive", "begin_designs", "give", "given", "pass_by", "put_numbers", "take", "unsound"]
-
-
-@inline
-def take(L, W, w, y):
-    """Position and velocity ← the state y (2·coordinates, lanes)."""
-    n3 = 3 * L.bodies
-    for n in range(n3):
-        st(W.q, n, ld(y, n, w), w)
-        st(W.v, n, ld(y, n3 + n, w), w)
+__all__ = ["Batch", "initial_derivatives", "not_finite", "projected_derivative", "put_numbers"]
 
 
-@inline
-def give(L, W, w, y):
-    """The state y ← position and velocity."""
-    n3 = 3 * L.bodies
-    for n in range(n3):
-        st(y, n, ld(W.q, n, w), w)
-        st(y, n3 + n, ld(W.v, n, w), w)
+class Batch(Bundle):
+    """Designs, a column each, and what is kept of their motions.
 
-
-@inline
-def given(L, W, w, K):
-    """The slope K ← velocity and acceleration."""
-    n3 = 3 * L.bodies
-    for n in range(n3):
-        st(K, n, ld(W.v, n, w), w)
-        st(K, n3 + n, ld(W.a, n, w), w)
-
-
-@njit
-def pass_by(L, W, w, passes):
-    """a and λ at W.q, W.v and W.time, which need not lie on the manifold."""
-    signals(L, W, w, L.varying)
-    turns(L, W, w)
-    rows(L, W, w, True, True)
-    factor(L, W, w, 0.0, VANISHED)
-    balance(L, W, w, passes)
-
-
-@njit
-def arrive(L, W, w, passes, among):
-    """a and λ at the projection of W.q and W.v in the lanes where `among` is one; what others have
-    is of no use. Returns one in lanes where the projection did not converge, else zero.
+    Attributes
+    ----------
+    par, mass, weight : arrays (parameters, designs), (coordinates + 3, designs), (columns, designs)
+        Numbers of the designs.
+    y, derivative, scale : arrays (2·coordinates, designs)
+        First states, their derivatives, sizes of the coordinates.
+    near : array (nodes, designs)
+        Distances from singular positions at the first states.
+    step, conditioning : arrays (designs,)
+        First length of step; conditioning of the constraints at the first state.
+    begin : float
+        The first time.
+    times : array (instants,)
+        Output instants.
+    rows : array (kept,)
+        Which rows are kept (see `mbody.kernels.output`).
+    output : array (kept, designs, instants)
+        What is kept.
+    bad : array (designs,)
+        One where a design must go alone.
     """
-    signals(L, W, w, L.varying)
-    failed = settle(L, W, w, among)
-    turns(L, W, w)
-    rows(L, W, w, True, None)
-    factor(L, W, w, 0.0, VANISHED)
-    project_velocity(L, W, w, passes)
-    rows(L, W, w, None, True)
-    balance(L, W, w, passes)
+
+    par: Rows
+    mass: Rows
+    weight: Rows
+    y: Rows
+    derivative: Rows
+    scale: Rows
+    near: Rows
+    step: Floats
+    conditioning: Floats
+    begin: float
+    times: Floats
+    rows: Ints
+    output: Stacks
+    bad: Floats
+
+
+@njit
+def projected_derivative(L, W, y, K, refinements, among):
+    """K ← the derivative of the projection of the states y, which they become, at W.time, in the
+    lanes where `among` is one. Returns one in lanes where the projection did not converge, else
+    zero.
+    """
+    w = wide()
+    load_state(L, W, w, y)
+    _, _, failed = projected_accelerations(L, W, w, 0.0, refinements, among)
+    store_state(L, W, w, y)
+    store_derivative(L, W, w, K)
     return failed
 
 
 @njit
-def settle(L, W, w, among):
-    """q ← the nearest position with Φ = 0, as `project_position` of the manifold finds it."""
-    zero = 0.0 * among
-    one = zero + 1.0
-    left, failed, last = among, zero, one
-    for n in range(NEWTON):
-        if n > 0:
-            copy(W.q, W.base, w)
-        size, _ = newton(L, W, w, 0.0, VANISHED)
-        if n > 0:
-            for m in range(3 * L.bodies):
-                st(W.q, m, select_le(one, left, ld(W.q, m, w), ld(W.base, m, w)), w)
-        # what a step of this size leaves is of second order: rounding; NaN is far
-        off = left * select_le(size, zero + (1e-7 if n > 0 else 1e-9), zero, one)
-        lost = off * select_le(size, zero + 1e6, zero, one)
-        if n > 1:
-            lost = larger(lost, off * select_le(size, 0.5 * last, zero, one))
-        failed = larger(failed, lost)
-        left = off - lost
-        last = size
-        if highest(left) <= 0.0:
-            break
-    return larger(failed, left)
-
-
-@njit
-def unsound(page, w):
+def not_finite(page, w):
     """Zero in lanes in which all rows of a page are finite, else NaN."""
     total = 0.0 * ld(page, 0, w)
     for n in range(1, page.shape[0]):
@@ -109,49 +84,52 @@ def unsound(page, w):
 
 
 @kernel
-def begin_designs(L, W, passes, t, lot, wanted, page, output, bad):
-    """Project the first state of every design and take its slope: `lot.y` and `lot.slope`.
+def initial_derivatives(L, W, refinements, batch, page):
+    """Project the first state of every design and evaluate its derivative: batch.y and
+    batch.derivative, conditioning, near and bad; the first output instant is kept where it is the
+    first time.
 
-    lot: a `Lot`, whose `pivot` and `near` are set too; page (rows, lanes): room; output (kept,
-    designs): the rows `wanted`; bad (designs,): set to one where a design must go alone. The last
-    lanes repeat the last design.
+    page (rows, lanes): workspace. The last lanes repeat the last design.
     """
     w = wide()
-    designs, lanes = lot.par.shape[1], page.shape[1]
-    n3 = 3 * L.bodies
+    designs, lanes = batch.par.shape[1], page.shape[1]
+    n3, t = 3 * L.bodies, batch.begin
+    kept = batch.times[0] <= t
     for low in range(0, designs, lanes):
         for lane in range(lanes):
             design = min(low + lane, designs - 1)
-            put_numbers(W, lot, lane, design)
+            put_numbers(W, batch, lane, design)
             W.time[0, lane] = t
             for n in range(n3):
-                W.q[n, lane], W.v[n, lane] = lot.y[n, design], lot.y[n3 + n, design]
+                W.q[n, lane], W.v[n, lane] = batch.y[n, design], batch.y[n3 + n, design]
         signals(L, W, w, L.signal_law.shape[0])
-        failed = arrive(L, W, w, passes, 1.0 + 0.0 * wide())
-        pivot = sampled(L, W, w, 0)
+        _, _, failed = projected_accelerations(L, W, w, 0.0, refinements, 1.0 + 0.0 * wide())
+        conditioning = sample_conditioning(L, W, w, 0)
         keep(L, W, w, page)
-        failed = failed + unsound(page, w)
+        failed = failed + not_finite(page, w)
         many = min(lanes, designs - low)
-        for n in range(wanted.shape[0]):
-            for lane in range(many):
-                output[n, low + lane] = page[wanted[n], lane]
+        if kept:
+            for n in range(batch.rows.shape[0]):
+                for lane in range(many):
+                    batch.output[n, low + lane, 0] = page[batch.rows[n], lane]
         for lane in range(many):
+            design = low + lane
             for n in range(n3):
-                lot.y[n, low + lane], lot.y[n3 + n, low + lane] = W.q[n, lane], W.v[n, lane]
-                lot.slope[n, low + lane] = W.v[n, lane]
-                lot.slope[n3 + n, low + lane] = W.a[n, lane]
-        st(page, 0, pivot, w)
+                batch.y[n, design], batch.y[n3 + n, design] = W.q[n, lane], W.v[n, lane]
+                batch.derivative[n, design] = W.v[n, lane]
+                batch.derivative[n3 + n, design] = W.a[n, lane]
+        st(page, 0, conditioning, w)
         st(page, 1, failed, w)
         for lane in range(many):
-            lot.pivot[low + lane] = page[0, lane]
+            batch.conditioning[low + lane] = page[0, lane]
             for k in range(L.nodes):
-                lot.near[k, low + lane] = W.near[k, lane]
-            bad[low + lane] = 0.0 if page[1, lane] == 0.0 else 1.0
+                batch.near[k, low + lane] = W.near[k, lane]
+            batch.bad[low + lane] = 0.0 if page[1, lane] == 0.0 else 1.0
 
 
 @inline
-def put_numbers(W, lot, lane, design):
+def put_numbers(W, batch, lane, design):
     """The numbers of a design into a lane."""
-    put_column(lot.par, design, W.par, lane)
-    put_column(lot.mass, design, W.mass, lane)
-    put_column(lot.weight, design, W.weight, lane)
+    put_column(batch.par, design, W.par, lane)
+    put_column(batch.mass, design, W.mass, lane)
+    put_column(batch.weight, design, W.weight, lane)

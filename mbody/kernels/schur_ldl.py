@@ -1,9 +1,22 @@
-"""S = G W⁻¹ Gᵀ in blocks of 2×2, its LDLᵀ, and the products with G and Gᵀ.
+"""The Schur complement S = G W⁻¹ Gᵀ in blocks of 2×2, its LDLᵀ, and the products with G and Gᵀ.
 
-G = Φ_q by nodes and W are positive weights: masses for free motion, geometric weights where the
-drivers determine everything. S is positive definite where the rows are independent, in every
-position, so no pivoting is needed and one symbolic phase serves for good. Redundant rows get the
-proximal term `soft`; a pivot that vanishes all the same drops its row (its multiplier is zero).
+The equations of motion and every projection onto the constraints have the form
+
+    [W Gᵀ; G 0] [u; λ] = [f; c],
+
+G = Φ_q by nodes, W positive weights: masses for free motion, geometric weights where the drivers
+determine everything. Elimination of u = W⁻¹ (f − Gᵀ λ) leaves the Schur complement, up to its sign:
+
+    G W⁻¹ Gᵀ λ = G W⁻¹ f − c.
+
+S is positive definite where the rows are independent, in every position, so no pivoting is needed
+and one symbolic phase serves for good. Elimination without pivoting, S = L D Lᵀ, goes node by node
+with 2×2 pivots D_k = [1 0; l 1] diag(d₀, d₁) [1 l; 0 1].
+
+Redundant rows make S singular. They get the regularization (S + ρ E) λ = b, E the units of the rows
+(W.soft) and ρ = 1e-9: a proximal term. Iterations on the residual, λ ← λ + (S + ρ E)⁻¹ (b − S λ),
+converge to the solution of least norm where b is consistent. A pivot that vanishes all the same
+drops its row (its multiplier is zero).
 """
 
 from __future__ import annotations
@@ -11,15 +24,15 @@ from __future__ import annotations
 from mbody.compiler.jit import inline, njit
 from mbody.compiler.lanes import ld, select_le, smaller, st
 
-__all__ = ["apply_g", "apply_gt", "factor", "solve"]
+__all__ = ["VANISHED", "apply_g", "apply_gt", "constraint_conditioning", "factor", "solve"]
 
 #: A pivot below this part of its diagonal is rounding of a row that depends on others.
 VANISHED = 1e-15
 
 
 @inline
-def form(L, W, w, soft):
-    """S from the blocks: the diagonal, then what is below; `soft` scales the proximal term."""
+def form(L, W, w, regularization):
+    """S from the blocks: the diagonal, then what is below; with regularization."""
     B, V, S = W.block, W.weight, W.schur
     for k in range(L.nodes):
         i, j, o = L.node_column[2 * k], L.node_column[2 * k + 1], 12 * k
@@ -35,8 +48,8 @@ def form(L, W, w, soft):
         a += w0 * p0 * p0 + w1 * p1 * p1 + w2 * p2 * p2 + ld(W.pad, 2 * k, w)
         b += w0 * p0 * r0 + w1 * p1 * r1 + w2 * p2 * r2
         c += w0 * r0 * r0 + w1 * r1 * r1 + w2 * r2 * r2 + ld(W.pad, 2 * k + 1, w)
-        a += soft * ld(W.soft, 2 * k, w)
-        c += soft * ld(W.soft, 2 * k + 1, w)
+        a += regularization * ld(W.soft, 2 * k, w)
+        c += regularization * ld(W.soft, 2 * k + 1, w)
         st(S, 3 * k, a, w)
         st(S, 3 * k + 1, b, w)
         st(S, 3 * k + 2, c, w)
@@ -72,12 +85,12 @@ def form(L, W, w, soft):
 
 
 @njit
-def factor(L, W, w, soft, guard):
+def factor(L, W, w, regularization, guard):
     """S = L D Lᵀ by blocks; returns the least of (pivot − guard · diagonal).
 
     Negative or zero where a pivot is that small a part of its diagonal, NaN where a number was NaN.
     """
-    form(L, W, w, soft)
+    form(L, W, w, regularization)
     S, Y, D = W.schur, W.lower, W.pivot
     base = 3 * L.nodes
     n = 0
@@ -117,6 +130,19 @@ def factor(L, W, w, soft, guard):
                 st(S, t + 1, ld(S, t + 1, w) - (y0 * g2 + y1 * g3), w)
                 st(S, t + 2, ld(S, t + 2, w) - (y2 * g0 + y3 * g1), w)
                 st(S, t + 3, ld(S, t + 3, w) - (y2 * g2 + y3 * g3), w)
+    return least
+
+
+@njit
+def constraint_conditioning(L, W):
+    """Least pivot as a part of its diagonal: the square of the sine of the least angle between a
+    row and those eliminated before it, zero where rows depend on each other.
+    """
+    least = 1.0
+    for k in range(L.nodes):
+        for row in range(2):
+            part = W.pivot[3 * k + 2 * row, 0] * W.diagonal[2 * k + row, 0]
+            least = min(least, 1.0 / part if part > 0.0 else 0.0)
     return least
 
 

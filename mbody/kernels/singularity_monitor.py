@@ -1,12 +1,15 @@
-"""Whether a step of free motion keeps its branch: how far it stays from singular positions.
+"""Distance of a free motion from singular positions, and whether a step keeps its branch.
 
-Branches of the constraints meet where rows come to depend on each other, and nowhere else. The
-distance from such a position is the root d of what elimination leaves of the determinant of a node
-(see `left_of`); where a motion runs through one it falls to zero and rises again as |t − t₀|. Each
-step is sampled at several times. Between two of them, a gap g apart, no d that changes at a rate ρ
-has been zero, however often, where d + d′ > ρ g; ρ is that of the neighbouring gaps. A step for
-which this does not hold is made again with a shorter one, and so is one in which bodies turn so far
-that the samples do not show how d varies.
+Branches of the constraints meet where rows of G come to depend on each other, and nowhere else. The
+distance d from such a position is the root of what elimination leaves of the determinant of a node
+(`node_conditioning`); where a motion runs through one, d falls to zero and rises again as |t − t₀|.
+
+Each step is sampled at several times. If d is zero at some time between two samples d₀ and d₁, a
+gap g apart, and changes at most at the rate ρ, then d₀ + d₁ ≤ ρ g: a value that falls from d₀ to
+zero and rises to d₁, however often, needs at least the time (d₀ + d₁)/ρ. So d₀ + d₁ > ρ g proves
+that there was none; ρ is estimated by the neighbouring gaps. A step for which this does not hold is
+made again with a shorter one, and so is one in which bodies turn so far that the samples do not
+show how d varies.
 """
 
 from __future__ import annotations
@@ -15,19 +18,27 @@ import numpy as np
 
 from mbody.compiler.jit import njit
 from mbody.compiler.lanes import larger, ld, select_le, smaller, st
-from mbody.kernels.step_state import ASKING, DOUBTED, FREED, LEAST, LEAST_AT, PASSING
+from mbody.kernels.step_state import (
+    DECIDE_BELOW,
+    KNOWN_UNTIL,
+    LEAST_AT,
+    LEAST_CONDITIONING,
+    SHORTENED_UNTIL,
+    STAND_IN_ENERGY,
+    TIME,
+)
 
 __all__ = [
-    "LIGHT",
+    "STAND_IN_PART",
     "STEEPER",
-    "judged",
-    "left_of",
-    "lightness",
-    "sampled",
-    "settled",
-    "turn_of",
-    "uncertain",
-    "watched",
+    "keep_last_sample",
+    "largest_rotation",
+    "may_be_singular",
+    "node_conditioning",
+    "record_accepted",
+    "sample_conditioning",
+    "singularity_risk",
+    "stand_in_energy",
 ]
 
 #: A rate may be so many times that of the neighbouring gaps; in the bend of a branch that passes
@@ -37,9 +48,9 @@ STEEPER, BEND = 3.0, 10.0
 #: part of the greatest: they rise from zero to their greatest value, as a sine does, in π/2 by
 #: which one body turns from another, and two may turn against each other, faster than in the mean.
 SWEEP, VARIED = 0.4, 0.2
-#: Where what stands in for missing masses has this part of the kinetic energy, the motion depends
-#: on it; elsewhere corrections by the residual take it away.
-LIGHT = 1e-3
+#: Where masses that stand in for missing ones have this part of the kinetic energy, the motion
+#: depends on them; elsewhere refinement takes their effect away.
+STAND_IN_PART = 1e-3
 #: Distances below this are rounding: pivots are squares of them.
 NOISE = 1e-6
 #: Least part of a determinant that is not zero.
@@ -47,9 +58,13 @@ TINY = 1e-300
 
 
 @njit
-def left_of(L, W, w, k):
-    """The part that elimination leaves of the determinant of node k: how far its rows are from
-    depending on those before, whatever their axes, and whatever the masses of the bodies.
+def node_conditioning(L, W, w, k):
+    """What elimination leaves of the determinant of node k, as a part of what it was: how far its
+    two rows are from depending on those before, whatever their axes and the masses of the bodies.
+
+    With the diagonal block S_kk = [a b; b c] of the Schur complement before elimination, and pivots
+    d₀, d₁ after it, the part is  d₀ d₁ / (a c − b²),  0 where rows depend, 1 where they are
+    orthogonal to all before.
     """
     B, V = W.block, W.weight
     b = 0.0 * ld(W.size, 0, w)
@@ -59,25 +74,26 @@ def left_of(L, W, w, k):
         for m in range(3):
             b = b + ld(V, i + m, w) * ld(B, o + m, w) * ld(B, o + 3 + m, w)
     both = ld(W.diagonal, 2 * k, w) * ld(W.diagonal, 2 * k + 1, w)
+    # W.pivot holds 1/d₀ and 1/d₁; a pivot that vanished is zero there
     left = ld(W.pivot, 3 * k, w) * ld(W.pivot, 3 * k + 2, w) * (both - b * b)
     return select_le(TINY, left, 1.0 / left, zero)
 
 
 @njit
-def sampled(L, W, w, n):
+def sample_conditioning(L, W, w, n):
     """Keep the distances of all nodes at the present factor as sample n of the step; returns the
-    square of the least.
+    square of the least, the conditioning of the constraints.
     """
     least = 0.0 * ld(W.size, 0, w) + 1.0
     for k in range(L.nodes):
-        left = left_of(L, W, w, k)
+        left = node_conditioning(L, W, w, k)
         least = smaller(least, left)
         st(W.near, n * L.nodes + k, np.sqrt(left), w)
     return least
 
 
 @njit
-def judged(L, W, w, at, steeper, turned):
+def singularity_risk(L, W, w, at, steeper, turned):
     """Above zero where a step may have met a singular position: its samples were taken at the
     parts `at` (samples,) of it. A rate may be `steeper` times that of the neighbouring gaps;
     `turned`: by how much a body turned.
@@ -94,6 +110,7 @@ def judged(L, W, w, at, steeper, turned):
             gap = at[n] - at[n - 1]
             here = ld(W.near, n * L.nodes + k, w)
             new, sum_here = np.abs(here - d) / gap, d + here
+            # ρ g − (d₀ + d₁): of this gap by the rate of the last one, and the other way round
             worst = larger(worst, steeper * rate * gap - sum_here - NOISE)
             if n > 1:
                 worst = larger(worst, steeper * new * (at[n - 1] - at[n - 2]) - both - NOISE)
@@ -104,37 +121,38 @@ def judged(L, W, w, at, steeper, turned):
 
 
 @njit
-def uncertain(L, W, at, t, y, end, careful, state):
-    """Whether a step from y at t to `end` (2·coordinates,) may have met a singular position that is
-    not known. Careful steps (see `mbody.kernels.runge_kutta`) take it for granted that they are
-    short beside
-    the distance from it.
+def may_be_singular(L, W, S, at, other, near_singular):
+    """Whether a step between S.y and the state `other` (2·coordinates,), of either direction, may
+    have met a singular position that is not known. Steps that are near one (see
+    `mbody.kernels.runge_kutta`) take it for granted that they are short beside the distance from
+    it.
     """
-    if t <= state[PASSING]:
+    state = S.state
+    t = state[TIME]
+    if t <= state[KNOWN_UNTIL]:
         return False
-    turned = 0.0
-    for b in range(L.bodies):
-        turned = max(turned, abs(end[3 * b + 2] - y[3 * b + 2]))
-    bend = careful or (t < state[DOUBTED] and state[ASKING] == 0.0)
-    return judged(L, W, 0.0, at, BEND if bend else STEEPER, turned) > 0.0
+    turned = largest_rotation(L, 0.0, S.y, other)
+    bend = near_singular or (t < state[SHORTENED_UNTIL] and state[DECIDE_BELOW] == 0.0)
+    return singularity_risk(L, W, 0.0, at, BEND if bend else STEEPER, turned) > 0.0
 
 
 @njit
-def watched(L, W, last, least, least_at, light, state):
-    """Take note of a step that was made, whose last sample was number `last`: where it was nearest
-    to a singular position, and whether what has no mass takes part in the energy.
+def record_accepted(L, W, S, sample, least, least_at, stand_ins):
+    """Record a step that is accepted, whose last sample was number `sample`: where it was nearest
+    to a singular position, and, with `stand_ins`, the energy of what stands in for missing masses.
     """
-    settled(L, W, 0.0, last, 1.0)
-    if least < state[LEAST]:
-        state[LEAST], state[LEAST_AT] = least, least_at
-    if light:
-        state[FREED] = lightness(L, W, 0.0, W.v)
+    state = S.state
+    keep_last_sample(L, W, 0.0, sample, 1.0)
+    if least < state[LEAST_CONDITIONING]:
+        state[LEAST_CONDITIONING], state[LEAST_AT] = least, least_at
+    if stand_ins:
+        state[STAND_IN_ENERGY] = stand_in_energy(L, W, 0.0, W.v)
 
 
 @njit
-def lightness(L, W, w, v):
-    """Kinetic energy of what stands in for missing masses, as a part of that of the masses, at the
-    velocities v (coordinates, ·).
+def stand_in_energy(L, W, w, v):
+    """Kinetic energy of masses that stand in for missing ones, as a part of that of the masses, at
+    the velocities v (coordinates, ·).
     """
     own, lent = 0.0 * ld(W.size, 0, w), 0.0 * ld(W.size, 0, w)
     for b in range(L.bodies):
@@ -148,7 +166,7 @@ def lightness(L, W, w, v):
 
 
 @njit
-def turn_of(L, w, y, end):
+def largest_rotation(L, w, y, end):
     """By how much the body that turns most does, from the state y to `end` (2·coordinates, ·)."""
     most = 0.0 * ld(y, 0, w)
     for b in range(L.bodies):
@@ -157,8 +175,8 @@ def turn_of(L, w, y, end):
 
 
 @njit
-def settled(L, W, w, n, taken):
-    """Where `taken` is one the last sample, number n, becomes the first of the next step."""
+def keep_last_sample(L, W, w, n, accepted):
+    """Where `accepted` is one the last sample, number n, becomes the first of the next step."""
     for k in range(L.nodes):
         new = ld(W.near, n * L.nodes + k, w)
-        st(W.near, k, select_le(1.0, taken, new, ld(W.near, k, w)), w)
+        st(W.near, k, select_le(1.0, accepted, new, ld(W.near, k, w)), w)

@@ -1,20 +1,31 @@
 """LU of the square Φ_q with fixed pivots: the fast way of the lanes (see `mbody.system.pivoting`).
 
+Where the drivers determine everything Φ_q is square, and P Φ_q Q = L U with permutations P, Q that
+are chosen once. Velocities and accelerations solve Φ_q v = ν and Φ_q a = γ, reactions Φ_qᵀ λ =
+f − M a.
+
 Sums run over rows of L and columns of U, so that each number is written once: lanes would wait for
 numbers that are written and read again.
 """
 
 from __future__ import annotations
 
-from mbody.compiler.bundle import Bundle, Floats, Ints
+from mbody.compiler.bundle import Bundle, Floats, Ints, Rows
 from mbody.compiler.jit import njit
 from mbody.compiler.lanes import ld, st
 
-__all__ = ["Square", "factor_square", "solve_both", "solve_square", "solve_transposed"]
+__all__ = [
+    "Square",
+    "SquareWork",
+    "factor_square",
+    "solve_both",
+    "solve_square",
+    "solve_transposed",
+]
 
 
 class Square(Bundle):
-    """Index lists of one pattern of pivots; numbers are rows of the array F (pattern, lanes).
+    """Index lists of one pattern of pivots; numbers are rows of `SquareWork.factor`.
 
     A place is the number of a pivot; a row is one on nodes, a column one on slots.
     """
@@ -60,63 +71,75 @@ class Square(Bundle):
     scale: Floats
 
 
+class SquareWork(Bundle):
+    """Numbers of the LU in all lanes."""
+
+    factor: Rows  # (pattern, lanes)
+    x: Rows  # (2·places, lanes): two right-hand sides
+
+
 @njit
 def factor_square(P, W, w, F):
-    """F ← L and U of the blocks, pivots inverted; returns the sum of squares of L, the growth."""
+    """F.factor ← L and U of the blocks, pivots inverted; returns the growth, the sum of squares of
+    the multipliers of elimination (L).
+    """
+    A = F.factor
     for n in range(P.source.shape[0]):
-        st(F, P.target[n], ld(W.block, P.source[n], w), w)
+        st(A, P.target[n], ld(W.block, P.source[n], w), w)
     for n in range(P.fill.shape[0]):
-        st(F, P.fill[n], 0.0, w)
+        st(A, P.fill[n], 0.0, w)
     growth = 0.0 * ld(W.size, 0, w)
     for k in range(P.pivot.shape[0]):
-        p = ld(F, P.pivot[k], w)
+        p = ld(A, P.pivot[k], w)
         if P.unit[k] == 0:
             p = 1.0 / p
-            st(F, P.pivot[k], p, w)
+            st(A, P.pivot[k], p, w)
         for a in range(P.low_start[k], P.low_start[k + 1]):
-            low = ld(F, P.low[a], w) * p
-            st(F, P.low[a], low, w)
+            low = ld(A, P.low[a], w) * p
+            st(A, P.low[a], low, w)
             growth = growth + low * low
             for b in range(P.change_start[a], P.change_start[a + 1]):
                 o = P.change[b]
-                st(F, o, ld(F, o, w) - low * ld(F, P.change_by[b], w), w)
+                st(A, o, ld(A, o, w) - low * ld(A, P.change_by[b], w), w)
     return growth
 
 
 @njit
-def solve_square(P, W, w, F, x, c, u):
-    """u ← Φ_q⁻¹ c, from nodes to columns; x (places, lanes) is room."""
+def solve_square(P, W, w, F, c, u):
+    """u ← Φ_q⁻¹ c, from nodes to columns."""
     size = P.pivot.shape[0]
+    A, x = F.factor, F.x
     for k in range(size):
         y = ld(c, P.row[k], w)
         for a in range(P.left_start[k], P.left_start[k + 1]):
-            y = y - ld(F, P.left[a], w) * ld(x, P.left_place[a], w)
+            y = y - ld(A, P.left[a], w) * ld(x, P.left_place[a], w)
         st(x, k, y, w)
     for m in range(size):
         k = size - 1 - m
         y = ld(x, k, w)
         for a in range(P.up_start[k], P.up_start[k + 1]):
-            y = y - ld(F, P.up[a], w) * ld(u, P.up_column[a], w)
-        st(u, P.column[k], y * ld(F, P.pivot[k], w), w)
+            y = y - ld(A, P.up[a], w) * ld(u, P.up_column[a], w)
+        st(u, P.column[k], y * ld(A, P.pivot[k], w), w)
 
 
 @njit
-def solve_both(P, W, w, F, x, c, u, d, v):
-    """u ← Φ_q⁻¹ c and v ← Φ_q⁻¹ d at once; x (2·places, lanes) is room."""
+def solve_both(P, W, w, F, c, u, d, v):
+    """u ← Φ_q⁻¹ c and v ← Φ_q⁻¹ d at once."""
     size = P.pivot.shape[0]
+    A, x = F.factor, F.x
     for k in range(size):
         y, z = ld(c, P.row[k], w), ld(d, P.row[k], w)
         for a in range(P.left_start[k], P.left_start[k + 1]):
-            f, n = ld(F, P.left[a], w), P.left_place[a]
+            f, n = ld(A, P.left[a], w), P.left_place[a]
             y = y - f * ld(x, n, w)
             z = z - f * ld(x, size + n, w)
         st(x, k, y, w)
         st(x, size + k, z, w)
     for m in range(size):
         k = size - 1 - m
-        y, z, p = ld(x, k, w), ld(x, size + k, w), ld(F, P.pivot[k], w)
+        y, z, p = ld(x, k, w), ld(x, size + k, w), ld(A, P.pivot[k], w)
         for a in range(P.up_start[k], P.up_start[k + 1]):
-            f, n = ld(F, P.up[a], w), P.up_column[a]
+            f, n = ld(A, P.up[a], w), P.up_column[a]
             y = y - f * ld(u, n, w)
             z = z - f * ld(v, n, w)
         st(u, P.column[k], y * p, w)
@@ -124,17 +147,18 @@ def solve_both(P, W, w, F, x, c, u, d, v):
 
 
 @njit
-def solve_transposed(P, W, w, F, x, c, u):
-    """u ← Φ_q⁻ᵀ c, from columns to nodes; x (places, lanes) is room."""
+def solve_transposed(P, W, w, F, c, u):
+    """u ← Φ_q⁻ᵀ c, from columns to nodes."""
     size = P.pivot.shape[0]
+    A, x = F.factor, F.x
     for k in range(size):
         y = ld(c, P.column[k], w)
         for a in range(P.above_start[k], P.above_start[k + 1]):
-            y = y - ld(F, P.above[a], w) * ld(x, P.above_place[a], w)
-        st(x, k, y * ld(F, P.pivot[k], w), w)
+            y = y - ld(A, P.above[a], w) * ld(x, P.above_place[a], w)
+        st(x, k, y * ld(A, P.pivot[k], w), w)
     for m in range(size):
         k = size - 1 - m
         y = ld(x, k, w)
         for a in range(P.low_start[k], P.low_start[k + 1]):
-            y = y - ld(F, P.low[a], w) * ld(u, P.low_row[a], w)
+            y = y - ld(A, P.low[a], w) * ld(u, P.low_row[a], w)
         st(u, P.row[k], y, w)

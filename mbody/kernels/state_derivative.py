@@ -1,21 +1,61 @@
-"""The slope of a state, what each load and driver works at it, and where a motion begins."""
+"""Right-hand side of the equations of motion: the derivative of the state, and powers.
+
+    ẏ = (v, a) of y = (q, v), with  M a + Gᵀ λ = f,  G a = γ.
+
+The accelerations are those of `mbody.kernels.accelerations`. A load of generalised force f_c has
+the power f_c · v; a driver, whose effort is −λ and whose rate is ν = ∂/∂t of its law, has −λ ν.
+"""
 
 from __future__ import annotations
 
-from mbody.compiler.jit import kernel, njit
+from mbody.compiler.jit import inline, kernel, njit
+from mbody.compiler.lanes import ld, st
 from mbody.kernels.forces import forces, signals
 from mbody.kernels.output import keep
-from mbody.kernels.projection import accelerate
-from mbody.kernels.singularity_monitor import sampled
-from mbody.kernels.step_state import FREEST, PIVOT, TIME
+from mbody.kernels.projection import constrained_accelerations
+from mbody.kernels.singularity_monitor import sample_conditioning
+from mbody.kernels.step_state import BEST_CONDITIONING, CONDITIONING, TIME
 
-__all__ = ["begin", "slope"]
+__all__ = [
+    "initial_derivative",
+    "load_state",
+    "state_derivative",
+    "store_derivative",
+    "store_state",
+]
+
+
+@inline
+def load_state(L, W, w, y):
+    """(q, v) ← the state y (2·coordinates, ·)."""
+    n3 = 3 * L.bodies
+    for n in range(n3):
+        st(W.q, n, ld(y, n, w), w)
+        st(W.v, n, ld(y, n3 + n, w), w)
+
+
+@inline
+def store_state(L, W, w, y):
+    """The state y ← (q, v)."""
+    n3 = 3 * L.bodies
+    for n in range(n3):
+        st(y, n, ld(W.q, n, w), w)
+        st(y, n3 + n, ld(W.v, n, w), w)
+
+
+@inline
+def store_derivative(L, W, w, K):
+    """The derivative K (2·coordinates, ·) ← (v, a)."""
+    n3 = 3 * L.bodies
+    for n in range(n3):
+        st(K, n, ld(W.v, n, w), w)
+        st(K, n3 + n, ld(W.a, n, w), w)
 
 
 @njit
 def powers(L, W, P):
-    """Power of every load, or of all together where P has no room, then of every driver; after
-    `accelerate`, which leaves the sum of all loads.
+    """P (causes,) ← the power of every load, or of all together where P has one number for them,
+    then of every driver. W.force holds the sum of all loads.
     """
     count = P.shape[0] - L.driver_row.shape[0]
     alone = count > 1
@@ -32,32 +72,30 @@ def powers(L, W, P):
 
 
 @njit
-def slope(L, W, t, y, K, P, soft, passes, projected):
-    """K ← the slope of the state y (2·coordinates,) at the time t, P ← powers; `projected`: of the
-    projection of y, which y becomes. Returns how far that moved position and velocity, and whether
-    it converged.
+def state_derivative(L, W, S, t, y, row, refinements, projected):
+    """Row `row` of K and P ← the derivative of the state y (2·coordinates,) at t and its powers;
+    `projected`: of the projection of y onto the constraints, which y becomes.
+
+    S: a `Stepping`. Returns how far the projection moves position and velocity, and whether it
+    converged.
     """
-    n3 = 3 * L.bodies
     W.time[0, 0] = t
-    for n in range(n3):
-        W.q[n, 0], W.v[n, 0] = y[n], y[n3 + n]
-    far, fast, good = accelerate(L, W, 0.0, soft, passes, projected)
+    load_state(L, W, 0.0, y)
+    far, fast, good = constrained_accelerations(L, W, 0.0, S.regularization, refinements, projected)
     if projected:
-        for n in range(n3):
-            y[n], y[n3 + n] = W.q[n, 0], W.v[n, 0]
-    for n in range(n3):
-        K[n], K[n3 + n] = W.v[n, 0], W.a[n, 0]
-    powers(L, W, P)
+        store_state(L, W, 0.0, y)
+    store_derivative(L, W, 0.0, S.K[row])
+    powers(L, W, S.P[row])
     return far, fast, good
 
 
 @kernel
-def begin(L, W, soft, passes, y, K, P, page, state):
-    """Project the first state, take its slope and keep it: y (2·coordinates,), row 0 of K and of
-    P, page (rows, 1); state (`PROGRESS`,) with the time.
+def initial_derivative(L, W, S, refinements, page):
+    """Project the first state S.y at the time in its slot, evaluate its derivative, page (rows, 1)
+    ← what is kept of it. Returns whether the projection converged.
     """
     signals(L, W, 0.0, L.signal_law.shape[0])
-    _, _, good = slope(L, W, state[TIME], y, K[0], P[0], soft, passes, True)
-    state[PIVOT] = state[FREEST] = sampled(L, W, 0.0, 0)
+    _, _, good = state_derivative(L, W, S, S.state[TIME], S.y, 0, refinements, True)
+    S.state[CONDITIONING] = S.state[BEST_CONDITIONING] = sample_conditioning(L, W, 0.0, 0)
     keep(L, W, 0.0, page)
     return good

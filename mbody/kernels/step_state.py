@@ -1,47 +1,177 @@
-"""Where a motion is: the numbers that the steps of all methods carry on, by their places."""
+"""State of the steps of a motion: the slots that all integrators carry on, and their bundles.
+
+A motion is y = (q, v) with ẏ = (v, a); K has a derivative of y a row, P the powers that belong to
+it. `Stepping` is the memory of one motion, `Tolerances` says how exact its steps are, `Outputs`
+what is kept of it.
+"""
 
 from __future__ import annotations
 
+from mbody.compiler.bundle import Bundle, Floats, Rows, Stacks
+
 __all__ = [
-    *("TIME", "NEXT", "STEPS", "REJECTED", "CAREFUL", "SLOPES", "MET", "NEAR", "PIVOT"),
-    *("STAGE_TRIES", "FREEST", "LONGEST", "END_TRIES", "STIFF", "CALM", "TANGENTS"),
-    *("ERROR", "FRESH", "LAST_ONE", "LEAST", "LEAST_AT", "PASSING", "DOUBTED", "ASKING"),
-    *("FREED", "LIGHTER", "MEETING", "PROGRESS", "UNLIMITED"),
-    *("BRANCH", "DONE", "LAST", "LOST", "MORE", "PASSAGE", "SMALL", "STEEP", "WEAK"),
+    "BEST_CONDITIONING",
+    "BRANCH_UNCERTAIN",
+    "CONDITIONING",
+    "CROSSING_TIME",
+    "DECIDE_BELOW",
+    "DELIVERED",
+    "DONE",
+    "END_TRIES",
+    "EVALUATIONS",
+    "JACOBIANS",
+    "JACOBIAN_VALID",
+    "KNOWN_UNTIL",
+    "LAST_ERROR",
+    "LAST_STEP",
+    "LAST_STEP_ALLOWED",
+    "LEAST_AT",
+    "LEAST_CONDITIONING",
+    "LONGEST_STEP",
+    "MORE",
+    "NEAR_SINGULAR",
+    "NEAR_SINGULAR_BELOW",
+    "NEAR_SINGULAR_STEPS",
+    "NEXT",
+    "NOT_FINITE",
+    "PROGRESS",
+    "REJECTED",
+    "SHORTENED_UNTIL",
+    "SINGULAR_AHEAD",
+    "SMOOTH_COUNT",
+    "STAGE_TRIES",
+    "STAND_IN_ENERGY",
+    "STAND_IN_LIMIT",
+    "STEPS",
+    "STEP_VANISHED",
+    "STIFF",
+    "STIFF_COUNT",
+    "TIME",
+    "UNLIMITED",
+    "Outputs",
+    "Stepping",
+    "Tolerances",
 ]
 
 #: Time; length of the next step.
 TIME, NEXT = 0, 1
-#: Counts: steps done, refused, careful ones; slopes evaluated; instants met.
-STEPS, REJECTED, CAREFUL, SLOPES, MET = 2, 3, 4, 5, 6
-#: Near a singular position: whether it is now; the weakest pivot, and the greatest that it was;
-#: tries so that no stage, and no end, lies at the position; the greatest careful step.
-NEAR, PIVOT, STAGE_TRIES, FREEST, LONGEST, END_TRIES = 7, 8, 9, 10, 11, 12
-#: Steps held short by stiffness, without and since a step that was not.
-STIFF, CALM = 13, 14
-#: Implicit methods: tangents formed, error of the last step, whether the tangents serve again.
-TANGENTS, ERROR, FRESH = 15, 16, 17
+#: Counts: steps accepted, steps rejected, steps near a singular position, evaluations of the state
+#: derivative, output instants delivered.
+STEPS, REJECTED, NEAR_SINGULAR_STEPS, EVALUATIONS, DELIVERED = 2, 3, 4, 5, 6
+#: Near a singular position: whether the motion is; the conditioning of the constraints now, and the
+#: best that it was; how often a step was tried again so that no stage, and no end, lies at the
+#: position; the longest step there.
+NEAR_SINGULAR, CONDITIONING, STAGE_TRIES, BEST_CONDITIONING, LONGEST_STEP, END_TRIES = range(7, 13)
+#: Steps that stiffness limits, and steps in a row that it does not.
+STIFF_COUNT, SMOOTH_COUNT = 13, 14
+#: Implicit methods: Jacobians formed, error of the last step, whether the Jacobian is still valid.
+JACOBIANS, LAST_ERROR, JACOBIAN_VALID = 15, 16, 17
 #: Whether the last step, which ends where the motion is to end, may be made.
-LAST_ONE = 18
-#: The weakest pivot of all samples, and its time.
-LEAST, LEAST_AT = 19, 20
-#: Steps that begin until PASSING may meet a singular position, which is known; until DOUBTED they
-#: are made shorter where they may, and only a step shorter than ASKING asks what is there.
-PASSING, DOUBTED, ASKING = 21, 22, 23
-#: The part of the kinetic energy that masses have which stand in for none, and above which part the
-#: steps pause.
-FREED, LIGHTER = 24, 25
+LAST_STEP_ALLOWED = 18
+#: The least conditioning of all samples, and its time.
+LEAST_CONDITIONING, LEAST_AT = 19, 20
+#: Steps that begin before KNOWN_UNTIL may meet a singular position, which is known; those that
+#: begin before SHORTENED_UNTIL are shortened where they may, and only a step shorter than
+#: DECIDE_BELOW returns BRANCH_UNCERTAIN.
+KNOWN_UNTIL, SHORTENED_UNTIL, DECIDE_BELOW = 21, 22, 23
+#: Kinetic energy of the masses that stand in for missing ones, as a part of the whole; above which
+#: part the integrator returns.
+STAND_IN_ENERGY, STAND_IN_LIMIT = 24, 25
 #: When the singular position that is known is met.
-MEETING = 26
-#: How many there are; and those that are infinite where nothing limits them.
+CROSSING_TIME = 26
+#: How many slots there are; and those that are infinite where nothing limits them.
 PROGRESS = 27
-UNLIMITED = (LEAST, PASSING, DOUBTED, LIGHTER, MEETING)
+UNLIMITED = (LEAST_CONDITIONING, KNOWN_UNTIL, SHORTENED_UNTIL, STAND_IN_LIMIT, CROSSING_TIME)
 
-#: What steps end with: all done; there is more to do; the step has vanished; a slope was no
-#: number; explicit steps are held short by stiffness; the next step is the last one, if it may be;
-#: the next step leads to a singular position, which is for explicit steps; a singular position is
-#: near, and what is there decides how it is passed.
-DONE, MORE, SMALL, LOST, STEEP, LAST, PASSAGE, BRANCH = range(8)
+#: What an integrator returns: the end is reached; there is more to do; the step has vanished; a
+#: derivative is not finite; stiffness limits explicit steps; the next step is the last one, if it
+#: may be; the next step leads to a singular position, which is for explicit steps; a singular
+#: position is near, and what is there decides how it is passed.
+(
+    DONE,
+    MORE,
+    STEP_VANISHED,
+    NOT_FINITE,
+    STIFF,
+    LAST_STEP,
+    SINGULAR_AHEAD,
+    BRANCH_UNCERTAIN,
+) = range(8)
 
-#: A step is careful where the weakest pivot falls below this part of what it was.
-WEAK = 3e-3
+#: A motion is near a singular position where the conditioning falls below this part of its best.
+NEAR_SINGULAR_BELOW = 3e-3
+
+
+class Stepping(Bundle):
+    """Memory of the steps of one motion.
+
+    Attributes
+    ----------
+    regularization : float
+        Of redundant rows (see `mbody.kernels.schur_ldl`).
+    scale : array (2·coordinates,)
+        Size of each coordinate, to which absolute errors are relative.
+    y, last, stage, end : arrays (2·coordinates,)
+        The state; that before the step; that of a stage; that at the end of a step not yet
+        accepted.
+    error : array (2, 2·coordinates)
+        Error estimates, and workspace.
+    K, P : arrays (rows, 2·coordinates), (rows, causes)
+        Derivatives of the state and powers; row 0 belongs to y.
+    F, G : arrays (terms, 2·coordinates), (terms, causes)
+        Polynomials of state and work over a step (see `mbody.kernels.dense_output`).
+    state : array (PROGRESS,)
+        The slots above.
+    """
+
+    regularization: float
+    scale: Floats
+    y: Floats
+    last: Floats
+    stage: Floats
+    end: Floats
+    error: Rows
+    K: Rows
+    P: Rows
+    F: Rows
+    G: Rows
+    state: Floats
+
+
+class Tolerances(Bundle):
+    """How exact steps are.
+
+    Attributes
+    ----------
+    relative, absolute : float
+        Error of a step, as a part of each coordinate and of its size.
+    refinements, full_refinements : int
+        Corrections by the residual in ordinary steps, and near singular positions and at instants
+        that are kept.
+    patience : int
+        Steps that stiffness may cost.
+    """
+
+    relative: float
+    absolute: float
+    refinements: int
+    full_refinements: int
+    patience: int
+
+
+class Outputs(Bundle):
+    """What is kept of a motion.
+
+    Attributes
+    ----------
+    times : array (instants,)
+        Output instants, ascending.
+    pages : array (instants, rows, 1)
+        What is kept of each (see `mbody.kernels.output`).
+    work : array (instants + 1, causes)
+        Work done until each instant; the last row until now.
+    """
+
+    times: Floats
+    pages: Stacks
+    work: Rows

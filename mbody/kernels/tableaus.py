@@ -1,17 +1,20 @@
-"""Explicit Runge–Kutta methods as tables."""
+"""Runge–Kutta methods as tables of coefficients: explicit ones, Radau IIA, and compositions."""
 
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["Explicit", "order_5", "order_8"]
+from mbody.compiler.bundle import Bundle, Floats, Ints, Rows
+
+__all__ = ["Explicit", "Implicit", "order_5", "order_8", "radau_5", "suzuki_4"]
 
 
-class Explicit(NamedTuple):
+class Explicit(Bundle):
     """An explicit method with an error estimate and a polynomial between its steps.
 
     Attributes
@@ -21,30 +24,29 @@ class Explicit(NamedTuple):
         the polynomial alone.
     E : array (2, stages) or (2, stages + 1)
         Weights of an error of low order, which damps the second, and of the second; they may take
-        the slope at the end.
+        the derivative at the end.
     D : array (polynomials, rows)
         Weights of the rows of the polynomial beyond the third.
     order : float
         The power of the step with which the error of one step falls.
     stable : float
-        h |λ| at which steps are held by stability.
+        h |λ| at which stability limits steps.
     sample : array (stages + 1,)
         Which sample of the step (see `mbody.kernels.singularity_monitor`) each row is, the first
-        being 0; of rows
-        that are none 0.
+        being 0; of rows that are none 0.
     at : array (samples,)
         The nodes of the samples.
     """
 
-    A: np.ndarray
-    B: np.ndarray
-    C: np.ndarray
-    E: np.ndarray
-    D: np.ndarray
+    A: Rows
+    B: Floats
+    C: Floats
+    E: Rows
+    D: Rows
     order: float
     stable: float
-    sample: np.ndarray
-    at: np.ndarray
+    sample: Ints
+    at: Floats
 
 
 #: Rows of A by their entries that are not zero.
@@ -255,8 +257,9 @@ def order_8() -> Explicit:
     for row, entries in _A.items():
         A[row, list(entries)] = list(entries.values())
     E, D = _filled((_E3, _E5), 12), _filled(_D, 16)
+    sample, at = _samples(_C, 12, (3, 5, 9, 10))
     return Explicit(
-        A, A[12, :12].copy(), np.array(_C), E, D, 8.0, 6.1, *_samples(_C, 12, (3, 5, 9, 10))
+        A=A, B=A[12, :12], C=np.array(_C), E=E, D=D, order=8.0, stable=6.1, sample=sample, at=at
     )
 
 
@@ -287,7 +290,8 @@ def order_5() -> Explicit:
     D[0, 4:6] = 701980252875 / 199316789632, -1453857185 / 822651844
     D[0, 6] = 69997945 / 29380423
     C = A.sum(axis=1)
-    return Explicit(A, A[6, :6].copy(), C, E, D, 5.0, 3.25, *_samples(C, 6, (1, 2, 3)))
+    sample, at = _samples(C, 6, (1, 2, 3))
+    return Explicit(A=A, B=A[6, :6], C=C, E=E, D=D, order=5.0, stable=3.25, sample=sample, at=at)
 
 
 def _samples(
@@ -304,3 +308,74 @@ def _filled(rows: tuple[dict[int, float], ...], width: int) -> np.ndarray:
     for row, entries in zip(found, rows, strict=True):
         row[list(entries)] = list(entries.values())
     return found
+
+
+class Implicit(NamedTuple):
+    """Radau IIA with three stages, in the eigenvectors of its inverse matrix.
+
+    Attributes
+    ----------
+    B, C : arrays (3,)
+        Weights and nodes.
+    E : array (3,)
+        Weights of the error, of what the stages have gained.
+    T, inverse : arrays (3, 3)
+        Stages from the eigenvectors' coordinates, and back: the first belongs to the real
+        eigenvalue, the others are real and imaginary part of that of the complex one.
+    eigenvalue, eigenvalue_re, eigenvalue_im : float
+        The real eigenvalue of A⁻¹, and both parts of the complex one.
+    at : array (samples,)
+        The nodes of the samples of a step (see `mbody.kernels.singularity_monitor`).
+    """
+
+    B: np.ndarray
+    C: np.ndarray
+    E: np.ndarray
+    T: np.ndarray
+    inverse: np.ndarray
+    eigenvalue: float
+    eigenvalue_re: float
+    eigenvalue_im: float
+    at: np.ndarray
+
+
+@functools.cache
+def radau_5() -> Implicit:
+    """Radau IIA of order 5 with the error of order 3 of the code RADAU5.
+
+    E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, second edition, IV.5 and IV.8.
+
+    >>> method = radau_5()
+    >>> bool(np.isclose(method.C[2], 1.0)), round(method.eigenvalue, 6)
+    (True, 3.637834)
+    """
+    r = math.sqrt(6.0)
+    A = np.array(
+        [
+            [(88 - 7 * r) / 360, (296 - 169 * r) / 1800, (-2 + 3 * r) / 225],
+            [(296 + 169 * r) / 1800, (88 + 7 * r) / 360, (-2 - 3 * r) / 225],
+            [(16 - r) / 36, (16 + r) / 36, 1 / 9],
+        ]
+    )
+    values, vectors = np.linalg.eig(np.linalg.inv(A))
+    first, second = int(np.abs(values.imag).argmin()), int(values.imag.argmax())
+    # A⁻¹ (p − i q) = (α + i β) (p − i q) is A⁻¹ [p q] = [p q] [[α, −β], [β, α]]
+    T = np.column_stack([vectors[:, first].real, vectors[:, second].real, -vectors[:, second].imag])
+    E = np.array([-13.0 - 7.0 * r, -13.0 + 7.0 * r, -1.0]) / 3.0
+    pair = complex(values[second])
+    C = A.sum(axis=1)
+    at = np.array([0.0, C[0], C[1], 1.0])
+    real, inverse = float(values[first].real), np.linalg.inv(T)
+    return Implicit(A[2].copy(), C, E, T, inverse, real, pair.real, pair.imag, at)
+
+
+def suzuki_4() -> np.ndarray:
+    """Parts of a step of which five symmetric steps of order 2 make one of order 4.
+
+    M. Suzuki (1990); Hairer, Lubich, Wanner: Geometric Numerical Integration, II.4.
+
+    >>> float(round(suzuki_4().sum(), 15)), float(abs(round((suzuki_4() ** 3).sum(), 15)))
+    (1.0, 0.0)
+    """
+    part = 1.0 / (4.0 - 4.0 ** (1.0 / 3.0))
+    return np.array([part, part, 1.0 - 4.0 * part, part, part])

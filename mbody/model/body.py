@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 from mbody.errors import ModelError
 from mbody.model.element import (
@@ -139,6 +139,8 @@ class Body(Element):
     >>> coupler = Body("coupler", points={"A": (0.2, 0.0), "B": (0.5, 0.4)})
     >>> rocker = Body("rocker", points={"O4": (0.6, 0.0), "B": (0.5, 0.4)})
     """
+
+    role: ClassVar[str] = "body"
 
     mass: float | None = number_field("mass", None, sign="not negative")
     weight: float | None = number_field("weight", None, sign="not negative")

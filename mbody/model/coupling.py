@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -9,8 +10,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from mbody.errors import ModelError
+from mbody.model.constraint import Constraint, TurnRow
 from mbody.model.element import (
-    Element,
     Marker,
     Place,
     as_body,
@@ -23,6 +24,7 @@ from mbody.model.element import (
 from mbody.model.primitives import ConstraintPrimitive, Part
 
 if TYPE_CHECKING:
+    from mbody.model.constraint import PoseReader
     from mbody.model.element import Numbers
 
 __all__ = ["AngleCoupling", "Coupling", "LengthCoupling", "CouplingTerm"]
@@ -73,14 +75,15 @@ class CouplingTerm:
 
 
 @dataclass(frozen=True)
-class Coupling(Element):
+class Coupling(Constraint):
     """Base of couplings: Φ = Σ factor · coordinate − value = 0, one row over all their bodies.
 
     It does no work. Its effort times a rate of the value would be the power that it gives.
     """
 
     main: ClassVar[tuple[str, ...]] = ("terms",)
-    rows: ClassVar[str] = "l"
+    role: ClassVar[str] = "coupling"
+    counts_turns: ClassVar[bool] = True
     #: Whether the terms may be lengths.
     lengths: ClassVar[bool] = True
 
@@ -177,6 +180,38 @@ class Coupling(Element):
             if not isinstance(marker.point, str):
                 result |= point_numbers(marker.point, place_name(name, marker.point))
         return result
+
+    def quantities(self) -> dict[str, str]:
+        """The effort."""
+        return {"effort": self.effort_dimension}
+
+    def distances(self) -> tuple[tuple[str, str], ...]:
+        """Those of its terms that are one."""
+        return tuple((f"{n}.i", f"{n}.j") for n, term in enumerate(self.parts) if term.distance)
+
+    def turn_bodies(self) -> tuple[str, ...]:
+        """Those of its terms of angles; the ground where it has none."""
+        return tuple(b for t in self.parts if not t.ends for b in t.bodies) or ("ground",)
+
+    def turn_row(self, at: Numbers, pose: PoseReader) -> TurnRow:
+        """Its terms of angles, and what they and the lengths leave of its value."""
+        factors: dict[str, float] = {}
+        left = -float(at[f"{self.name}.value"])
+        for n, term in enumerate(self.parts):
+            factor = float(at[f"{self.name}.{n}.factor"])
+            i, j = term.bodies
+            if not term.ends:
+                for body, sign in ((i, -1.0), (j, 1.0)):
+                    factors[body] = factors.get(body, 0.0) + sign * factor
+                    left += sign * factor * pose.angle(body)
+                continue
+            (ix, iy), (jx, jy) = (pose.place(self, f"{n}.{side}") for side in "ij")
+            length = math.hypot(jx - ix, jy - iy)
+            if term.coordinate:
+                line = pose.angle(i) + float(at.angle(self, f"{n}.i"))
+                length = math.cos(line) * (jx - ix) + math.sin(line) * (jy - iy)
+            left += factor * length
+        return TurnRow(factors, left)
 
     def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """One row; parameters are the value, then seven of every term."""

@@ -9,8 +9,8 @@ import numpy as np
 
 from mbody.errors import ModelError
 from mbody.laws import Constant
+from mbody.model.constraint import Constraint, TurnRow
 from mbody.model.element import (
-    Element,
     LawLike,
     Place,
     body_field,
@@ -21,29 +21,42 @@ from mbody.model.element import (
 from mbody.model.primitives import ConstraintPrimitive
 
 if TYPE_CHECKING:
+    from mbody.model.constraint import PoseReader
     from mbody.model.element import Numbers
 
-__all__ = ["AngleDriver", "CoordinateDriver", "DistanceDriver", "Driver"]
+__all__ = ["DRIVEN", "AngleDriver", "CoordinateDriver", "DistanceDriver", "Driver"]
+
+#: What can be said of the motion of a driver.
+DRIVEN = ("value", "rate", "acceleration")
 
 
 @dataclass(frozen=True)
-class Driver(Element):
+class Driver(Constraint):
     """Base of all drivers: one row Φ = coordinate − f(t).
 
     The effort (a torque for an angle, else a force) times the driven rate is the power that the
     driver gives to the mechanism.
     """
 
-    rows = "l"
+    role: ClassVar[str] = "driver"
 
     @property
     def bodies(self) -> tuple[str, str]:
         """Names of the body that the coordinate is measured from and of the driven one."""
         raise NotImplementedError
 
-    def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
-        """The driven row."""
-        raise NotImplementedError
+    @property
+    def motion(self) -> dict[str, str]:
+        """Dimensions of the driven coordinate and of its derivatives."""
+        if self.angular:
+            names = ("angle", "angular velocity", "angular acceleration")
+        else:
+            names = ("length", "velocity", "acceleration")
+        return dict(zip(DRIVEN, names, strict=True))
+
+    def quantities(self) -> dict[str, str]:
+        """The effort, its power, and the driven motion."""
+        return {"effort": self.effort_dimension, "power": "power"} | self.motion
 
 
 @dataclass(frozen=True)
@@ -74,6 +87,7 @@ class AngleDriver(Driver):
     law: LawLike = law_field("angle", 0.0)
     relative_to: str = body_field("ground")
     rows = "a"
+    counts_turns = True
 
     def _check(self) -> None:
         super()._check()
@@ -87,6 +101,13 @@ class AngleDriver(Driver):
     def bodies(self) -> tuple[str, str]:
         """(reference body, driven body)."""
         return self.relative_to, self.body
+
+    def turn_row(self, at: Numbers, pose: PoseReader) -> TurnRow | None:
+        """The driven angle, where its value is known."""
+        if self.name not in pose.given:
+            return None
+        i, j = self.bodies
+        return TurnRow({i: -1.0, j: 1.0}, pose.angle(j) - pose.angle(i) - pose.given[self.name])
 
     def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """Φ = θ_j − θ_i − f."""
@@ -127,6 +148,10 @@ class DistanceDriver(Driver):
     def bodies(self) -> tuple[str, str]:
         """(body of i, body of j)."""
         return self.i.body, self.j.body
+
+    def distances(self) -> tuple[tuple[str, str], ...]:
+        """That of the two places."""
+        return (("i", "j"),)
 
     def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """Φ = |d| − f."""

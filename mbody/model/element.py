@@ -183,11 +183,13 @@ def number_field(dimension: str, default: Any = dataclasses.MISSING, *, sign: st
     return dataclasses.field(default=default, metadata={"dimension": dimension, "sign": sign})
 
 
-def law_field(dimension: str, default: Any = dataclasses.MISSING, *, of: str = "time") -> Any:
+def law_field(
+    dimension: str, default: Any = dataclasses.MISSING, *, of: str = "time", sign: str = "any"
+) -> Any:
     """Dataclass field for a law of time, or `of` another dimension: a number, a `Law`, a formula or
-    a Python function.
+    a Python function; `sign` as of `number_field`, of the value of a law that is one number.
     """
-    return dataclasses.field(default=default, metadata={"law": dimension, "of": of})
+    return dataclasses.field(default=default, metadata={"law": dimension, "of": of, "sign": sign})
 
 
 def body_field(default: str = "") -> Any:
@@ -231,6 +233,8 @@ class Element:
     """
 
     main: ClassVar[tuple[str, ...]] = ()
+    #: What it is in a mechanism: "body", "joint", "coupling", "driver" or "load".
+    role: ClassVar[str] = ""
 
     name: str
 
@@ -289,6 +293,10 @@ class Element:
             return as_law(value, dimension, of)
         except ModelError as error:
             raise ModelError(f"'{self.name}': {field.name}: {error}", self.name) from None
+
+    def quantities(self) -> dict[str, str]:
+        """The histories that a result has of it by its name, with the dimension of each."""
+        return {}
 
     def places(self) -> dict[str, Marker]:
         """The element's markers by field name."""

@@ -65,7 +65,7 @@ def whole(machine: Mechanism) -> tuple[Any, ...]:
         for name, formula in machine.formulas.items()
         if machine.parameters.used_by(formula)
     }
-    turning = [d for d in machine.drivers if d.rows == "a"]
+    turning = [d for d in machine.drivers if d.angular]
     angles = {name for d in turning for name in (d.name, getattr(d, "body", d.name))}
     asked = [
         {

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 from mbody.errors import ModelError, brief
 from mbody.model.body import Body
+from mbody.model.constraint import Constraint
 from mbody.model.coupling import Coupling
 from mbody.model.driver import Driver
 from mbody.model.element import Element, Marker, check_name, listed
@@ -221,7 +222,7 @@ class Mechanism:
         return made
 
     def _add(self, element: Element) -> None:
-        if not isinstance(element, (Body, Joint, Coupling, Driver, Load)):
+        if not isinstance(element, (Body, Constraint, Load)):
             remedy = ""
             if isinstance(element, (list, tuple)):
                 remedy = ": give them one by one, add(*elements)"
@@ -237,7 +238,7 @@ class Mechanism:
             raise ModelError(
                 f"the name '{name}' is taken by a {what}: names are unique, choose another", name
             )
-        if not isinstance(element, Body):
+        if element.role != "body":
             for marker in element.places().values():
                 self._find(marker, name)
             for body in getattr(element, "bodies", ()):
@@ -317,6 +318,11 @@ class Mechanism:
     def drivers(self) -> tuple[Driver, ...]:
         """The drivers, in the order of the description."""
         return self._of(Driver)
+
+    @property
+    def constraints(self) -> tuple[Constraint, ...]:
+        """Joints, couplings and drivers, in this order."""
+        return (*self.joints, *self.couplings, *self.drivers)
 
     @property
     def loads(self) -> tuple[Load, ...]:

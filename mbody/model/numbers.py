@@ -12,24 +12,15 @@ import numpy as np
 from mbody.errors import ModelError, brief
 from mbody.laws import Law
 from mbody.laws.base import dimension_by
-from mbody.model.body import Body
 from mbody.model.coupling import Coupling
-from mbody.model.driver import Driver
 from mbody.model.element import Element, listed
-from mbody.model.loads import Load
 from mbody.model.mechanism import Mechanism
 from mbody.model.user_physics import is_plain_field, plain_field
 from mbody.quantities import Formula, FormulaError
 from mbody.quantities.units import DIMENSIONS, Dimension, dimension_of
 
-__all__ = ["DRIVEN", "dimension_named", "meant", "moves_nothing", "plain", "varied"]
+__all__ = ["dimension_named", "meant", "moves_nothing", "plain", "varied"]
 
-#: What can be said of the motion of a driver, with its dimension for an angle and for a length.
-DRIVEN = {
-    "value": ("angle", "length"),
-    "rate": ("angular velocity", "velocity"),
-    "acceleration": ("angular acceleration", "acceleration"),
-}
 #: Numbers of a body that its points and its mass centre do not depend on.
 MASS = ("mass", "weight", "inertia")
 #: Second moments of its mass.
@@ -61,15 +52,16 @@ def meant(mechanism: Mechanism, name: str) -> tuple[str, Dimension | None]:
             name,
         )
     element = mechanism[owner]
-    if isinstance(element, Driver) and key in DRIVEN:
-        return name, DIMENSIONS[DRIVEN[key][0 if element.rows == "a" else 1]]
+    motion = getattr(element, "motion", {})
+    if key in motion:
+        return name, DIMENSIONS[motion[key]]
     numbers = element.numbers()
     for whole in (name, f"{name}.value"):
         if whole in numbers:
             return whole, dimension_named(mechanism, whole)
     if is_plain_field(element, key):
         raise ModelError(plain_field(element, key), name)
-    known = listed([*numbers, *(f"{owner}.{k}" for k in DRIVEN if isinstance(element, Driver))])
+    known = listed([*numbers, *(f"{owner}.{k}" for k in motion)])
     raise ModelError(f"there is no number {brief(name)} to find (there are: {known})", name)
 
 
@@ -97,9 +89,9 @@ def dimension_named(mechanism: Mechanism, name: str) -> Dimension | None:
             return dimension_of(field.metadata["dimension"])
         if "law" in field.metadata and key.partition(".")[0] == field.name:
             return _of_law(getattr(element, field.name), field, key.partition(".")[2])
-    if isinstance(element, Body) and key in MASS:
+    if element.role == "body" and key in MASS:
         return DIMENSIONS[key]
-    if isinstance(element, Body) and key in SPREAD:
+    if element.role == "body" and key in SPREAD:
         return DIMENSIONS["inertia"]
     if isinstance(element, Coupling) and key.endswith(".factor"):
         return dimension_of(element.factor_of(element.parts[int(key.partition(".")[0])]))
@@ -131,7 +123,7 @@ def moves_nothing(mechanism: Mechanism, name: str) -> bool:
     if name not in mechanism.parameters:
         owner, _, key = name.partition(".")
         element: Element = mechanism[owner]
-        return isinstance(element, Load) or (isinstance(element, Body) and key in MASS)
+        return element.role == "load" or (element.role == "body" and key in MASS)
     if name in mechanism.fixed_parameters:
         return False
     scope = mechanism.parameters

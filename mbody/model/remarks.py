@@ -7,9 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from mbody.laws import Table
-from mbody.model.driver import Driver
 from mbody.model.element import Element, listed
-from mbody.model.joints import Revolute
 from mbody.model.mechanism import Mechanism
 from mbody.quantities.units import DIMENSIONS, Dimension, UnitSystem, dimension_of
 
@@ -67,7 +65,7 @@ def _table(
             f"{_told(beyond[1], value, units)} at {_told(beyond[0], of, units)}; give "
             'interpolation = "pchip" or "linear", or more points'
         )
-    if isinstance(element, Driver) and table.interpolation == "linear" and len(table.x) > 2:
+    if element.role == "driver" and table.interpolation == "linear" and len(table.x) > 2:
         yield (
             f"'{element.name}': the table of its {field} goes in straight lines, so that the rate "
             "jumps at every point: accelerations and forces between the points leave the jumps "
@@ -120,7 +118,7 @@ def _no_length(mechanism: Mechanism) -> Iterator[str]:
         for marker in (joint.i, joint.j):
             if marker.body not in pins:
                 continue
-            if not isinstance(joint, Revolute):
+            if not joint.pin:
                 other.add(marker.body)
             body: Any = mechanism[marker.body]
             point = body.points[marker.point] if isinstance(marker.point, str) else marker.point

@@ -23,12 +23,12 @@ def couplings(solution: Solution) -> list[str]:
     if not solution.has_forces:
         return lines
     unit, floor = solution.mechanism.units.of, force_floor(solution)
-    for rows, kind in (("a", "torque"), ("l", "force")):
-        chosen = [c for c in solution.mechanism.couplings if c.rows == rows]
+    for kind in ("torque", "force"):
+        chosen = [c for c in solution.mechanism.couplings if c.effort_dimension == kind]
         if not chosen:
             continue
         efforts = [solution.effort(coupling.name).ravel() for coupling in chosen]
-        least = floor * (solution.system.length if rows == "a" else 1.0)
+        least = floor * (solution.system.length if kind == "torque" else 1.0)
         columns = [Column("COUPLINGS", [coupling.name for coupling in chosen], text=True)]
         if efforts[0].size == 1:
             columns.append(Column(kind, numbers(np.concatenate(efforts), least), unit(kind)))

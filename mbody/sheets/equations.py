@@ -10,7 +10,6 @@ import numpy as np
 from mbody.analysis.position.joint_places import direction, place
 from mbody.errors import ModelError
 from mbody.kernels.output import PER_PRIMITIVE
-from mbody.model.joints import Distance, Fixed, Prismatic, Revolute
 from mbody.sheets.names import force_names, heading, link_names
 from mbody.sheets.table import angles, number
 from mbody.solution.checks import loaded
@@ -210,18 +209,20 @@ class _Columns:
         """
         x, y = ("x", "force", "along x"), ("y", "force", "along y")
         torque = ("T", "torque", "torque")
-        if isinstance(joint, Revolute):
-            return [x, y], np.eye(3)[:2]
-        if isinstance(joint, Fixed):
-            return [x, y, torque], np.eye(3)
-        if isinstance(joint, Prismatic):
-            normal = direction(self.system, self.q, joint, "i") + 0.5 * np.pi
-            across = ("N", "force", f"normal to the guide, along {angles(normal)[0]}°")
-            parts = np.array([[np.cos(normal), np.sin(normal), 0.0], [0.0, 0.0, 1.0]])
-            return [across, torque], parts
-        if isinstance(joint, Distance):
+        if joint.unknowns == ("F",):
             exerted = self._multipliers(joint.name)[0][:, 0]
             return [("F", "force", f"tension, {self._along(exerted, joint.name)}")], None
+        if joint.unknowns:
+            normal = direction(self.system, self.q, joint, "i") + 0.5 * np.pi
+            across = ("N", "force", f"normal to the guide, along {angles(normal)[0]}°")
+            known = {
+                "x": (x, [1.0, 0.0, 0.0]),
+                "y": (y, [0.0, 1.0, 0.0]),
+                "N": (across, [np.cos(normal), np.sin(normal), 0.0]),
+                "T": (torque, [0.0, 0.0, 1.0]),
+            }
+            parts = [known[letter] for letter in joint.unknowns]
+            return [part for part, _ in parts], np.array([row for _, row in parts])
         kinds = "".join(self.system.row_kinds[e] for e in self.system.primitives_of[joint.name])
         return [
             (f"λ{n}", "force" if kind == "l" else "torque", f"multiplier of row {n}")
@@ -230,7 +231,7 @@ class _Columns:
 
     def _coupling(self, coupling: Coupling) -> _Unknown:
         exerted, lam = self._multipliers(coupling.name)
-        letter, dimension = ("T", "torque") if coupling.rows == "a" else ("F", "force")
+        letter, dimension = ("T", "torque") if coupling.angular else ("F", "force")
         meaning = f"{dimension} of {coupling.name}, on a coordinate of the factor 1"
         name = f"{letter},{coupling.name}"
         return _Unknown(name, self.unit(dimension), meaning, -exerted[:, 0], -float(lam[0]))

@@ -117,7 +117,7 @@ def _forces(found: Equilibria, shown: list[Equilibrium]) -> list[str]:
     elements: tuple[Driver | Coupling, ...] = (*mechanism.drivers, *mechanism.couplings)
     for element in elements:
         efforts = [float(e.solution.effort(element.name)[0]) for e in shown]
-        what = unit("torque") if element.rows == "a" else unit("force")
+        what = unit(element.effort_dimension)
         row = ", ".join(number(effort) for effort in efforts)
         lines += paragraph(f"{row} {what}", f"effort of {element.name}   ")
     return lines

@@ -157,7 +157,7 @@ class _Instant:
 
     def _drivers(self, turns: bool) -> list[str]:
         drivers = self.mechanism.drivers
-        chosen = [n for n, driver in enumerate(drivers) if (driver.rows == "a") == turns]
+        chosen = [n for n, driver in enumerate(drivers) if driver.angular == turns]
         if not chosen:
             return []
         states = self.solution.drive_states

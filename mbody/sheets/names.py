@@ -80,7 +80,7 @@ def force_names(mechanism: Mechanism) -> dict[str, tuple[str, str]]:
         found[joint.name] = (pair("F", by, on), on, False)
     for driver in mechanism.drivers:
         by, on = driver.bodies
-        turns = driver.rows == "a"
+        turns = driver.angular
         found[driver.name] = (pair("T" if turns else "F", by, on), on, not turns)
     times = Counter(name for name, _, _ in found.values())
     return {
@@ -175,7 +175,7 @@ def force_floor(solution: Solution) -> float:
     elements: tuple[Driver | Coupling, ...] = (*machine.drivers, *machine.couplings)
     for element in elements:
         size = float(np.fmax.reduce(np.abs(solution.effort(element.name)), axis=None))
-        peak = np.fmax(peak, size / length if element.rows == "a" else size)
+        peak = np.fmax(peak, size / length if element.angular else size)
     return float(peak) * (REDUNDANT if solution.soft else ROUNDING)
 
 

@@ -96,7 +96,7 @@ class _Summary:
         if self.states is not None and self.states.shape[1]:
             driver = self.mechanism.drivers[0]
             value, title = self.states[instant, 0, 0], f"at {cut(driver.name, 12)}"
-            if driver.rows == "a":
+            if driver.angular:
                 columns.append(Column(title, angles(value), "deg"))
             else:
                 columns.append(Column(title, numbers(value), self.unit("length")))
@@ -161,7 +161,7 @@ class _Summary:
         return [*lines, ABOUT] if any(turning) else lines
 
     def _drivers(self, turns: bool) -> list[str]:
-        chosen = [d for d in self.mechanism.drivers if (d.rows == "a") == turns]
+        chosen = [d for d in self.mechanism.drivers if d.angular == turns]
         if not chosen or not self.forces:
             return []
         efforts = np.array([self.solution.effort(driver.name) for driver in chosen])

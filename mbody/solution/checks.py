@@ -10,7 +10,7 @@ from mbody.errors import ModelError
 from mbody.kernels.load_breakdown import breakdown as kernel
 from mbody.kernels.load_breakdown import each_load
 from mbody.kernels.output import PER_PRIMITIVE
-from mbody.kernels.residuals import audit
+from mbody.kernels.residuals import RESIDUALS, Finished, residuals_of
 from mbody.model.element import listed
 from mbody.model.joints import Joint
 from mbody.solution.histories import Checks, Reaction
@@ -22,7 +22,7 @@ __all__ = ["breakdown", "checks", "each_load_of", "loaded", "residuals"]
 
 
 def residuals(solution: Result) -> np.ndarray:
-    """(designs, instants, 5), see `mbody.kernels.residuals`; of one design too."""
+    """(designs, instants, RESIDUALS), see `mbody.kernels.residuals`; of one design too."""
     designs = range(solution.system.batch or 1)
     return np.array([_audited(solution, design) for design in designs])
 
@@ -34,7 +34,7 @@ def _audited(solution: Result, design: int) -> np.ndarray:
     ends = sorted({time for time in times if time <= t.max(initial=-np.inf)})
     if not ends:
         return _audit(solution, design)[0]
-    parts, first = np.empty((len(t), 5)), 0
+    parts, first = np.empty((len(t), RESIDUALS)), 0
     for last, until in zip([*np.searchsorted(t, ends), len(t)], [None, *ends], strict=True):
         gone = () if until is None else np.flatnonzero(np.array(times) <= until)
         if last > first:
@@ -87,8 +87,8 @@ def each_load_of(solution: Result, instant: int) -> np.ndarray:
 def _audit(
     solution: Result, design: int, instants: slice = slice(None), gone: Any = ()
 ) -> tuple[np.ndarray, Work]:
-    """(instants, 5), see `mbody.kernels.residuals`, and the workspace as the last instant left it;
-    `gone`: numbers of drivers whose rows are not looked at.
+    """(instants, RESIDUALS), see `mbody.kernels.residuals`, and the workspace as the last instant
+    left it; `gone`: numbers of drivers whose rows are not looked at.
     """
     system, t = solution.system, np.array(solution.t[instants])
     first = 3 * system.coordinates
@@ -100,20 +100,18 @@ def _audit(
     given = np.zeros((len(t), max(1, len(driven)), 3))
     if solution.given is not None:
         given = np.array(solution.given[instants])
-    output, work = np.empty((len(t), 5)), system.work(designs=design)
+    output, work = np.empty((len(t), RESIDUALS)), system.work(designs=design)
     work.soft[2 * system.layout.driver_node[np.asarray(gone, dtype=np.int64)]] = 0.0
-    audit(
-        system.runtime(),
-        work,
-        np.ascontiguousarray(_motion(solution, design)[instants]),
-        t,
-        np.ascontiguousarray(lam),
-        np.array(driven, dtype=np.int64),
-        np.ascontiguousarray(given),
-        by_law,
-        solution.analysis == "statics",
-        output,
+    found = Finished(
+        motion=_motion(solution, design)[instants],
+        t=t,
+        lam=lam,
+        driven=np.array(driven, dtype=np.int64),
+        given=given,
+        by_law=by_law,
+        at_rest=solution.analysis == "statics",
     )
+    residuals_of(system.runtime(), work, found, output)
     return output, work
 
 

@@ -8,19 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.laws import Constant
-from mbody.model.loads import (
-    CentrifugalField,
-    Damper,
-    Gravity,
-    Spring,
-    TorsionDamper,
-    TorsionSpring,
-)
 from mbody.system.read_only import lock
 
 if TYPE_CHECKING:
-    from mbody.model.loads import Load
     from mbody.system.system import System
 
 __all__ = ["Energy", "account", "causes"]
@@ -121,9 +111,9 @@ def account(system: System, motion: Array, gained: Array, stops: Sequence[str] =
     potential, work, lost = (np.zeros(len(motion)) for _ in range(3))
     for name, part in by.items():
         load = None if together else loads.get(name)
-        if isinstance(load, Damper | TorsionDamper) or name in stops:
+        if name in stops or (load is not None and load.dissipative):
             lost -= part
-        elif load is not None and _has_potential(load):
+        elif load is not None and load.potential:
             potential -= part
         else:
             work += part
@@ -132,13 +122,3 @@ def account(system: System, motion: Array, gained: Array, stops: Sequence[str] =
     whole = kinetic + potential + lost - work
     balance = whole - whole[:1]
     return Energy(kinetic, potential, work, lost, balance, by)
-
-
-def _has_potential(load: Load) -> bool:
-    """Whether the work of a load depends on the position alone."""
-    match load:
-        case Gravity(x=x, y=y):
-            return isinstance(x, Constant) and isinstance(y, Constant)
-        case CentrifugalField(speed=speed, momentum=momentum):
-            return isinstance(speed or momentum, Constant)
-    return isinstance(load, Spring | TorsionSpring)

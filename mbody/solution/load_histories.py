@@ -9,45 +9,14 @@ import numpy as np
 from mbody.errors import ModelError
 from mbody.kernels.load_breakdown import each_load
 from mbody.model.element import Element, listed
-from mbody.model.loads import CustomLoad, Damper, Load, Spring, TorsionDamper, TorsionSpring
-from mbody.model.loads._base import Turning
+from mbody.model.loads import Load
 from mbody.solution.histories import LoadHistory
 from mbody.solution.places import column
 from mbody.solution.result import Result
 
-__all__ = ["argument", "load_history", "quantities_of"]
+__all__ = ["argument", "load_history"]
 
 Array = np.ndarray
-ALONG = (Spring, Damper)
-ABOUT = (TorsionSpring, TorsionDamper)
-FORCES = dict.fromkeys(("fx", "fy", "force"), "force")
-
-
-def quantities_of(load: Load) -> dict[str, str]:
-    """What histories a load has, with the dimension of each; none where it acts on every body.
-
-    >>> quantities_of(Spring("spring", "ground", "bob", stiffness=1.0))["rate"]
-    'velocity'
-    """
-    if isinstance(load, ABOUT):
-        return {"torque": "torque", "angle": "angle", "rate": "angular velocity"}
-    if isinstance(load, Turning):
-        return {"torque": "torque"}
-    if isinstance(load, ALONG):
-        return {**FORCES, "length": "length", "rate": "velocity"}
-    return {**FORCES, "torque": "torque"} if _sides(load) else {}
-
-
-def _sides(load: Load) -> dict[str, str | None]:
-    """The bodies on which a load acts with the field of its place there, the one last on which its
-    history is given by default; none where it acts on every body.
-    """
-    places = load.places()
-    if isinstance(load, Turning):
-        return {load.by: None, load.body: None}
-    if "j" in places:
-        return {places["i"].body: "i", places["j"].body: "j"}
-    return {places["at"].body: "at"} if "at" in places else {}
 
 
 def load_history(solution: Result, name: str, on: str | None = None) -> LoadHistory:
@@ -56,12 +25,12 @@ def load_history(solution: Result, name: str, on: str | None = None) -> LoadHist
     if not isinstance(name, str) or name not in loads:
         raise ModelError(f"there is no load {name!r} (there are: {listed(loads)})", str(name))
     load = loads[name]
-    sides = _sides(load)
+    sides = load.sides()
     if not sides:
         return _on_all(solution, load, on)
     default = list(sides)[-1]
     body = default if on is None else on
-    if body not in sides or (body == "ground" and isinstance(load, CustomLoad)):
+    if body not in sides or (body == "ground" and not load.acts_on_ground):
         acting = listed(side for side in sides if side != "ground")
         raise ModelError(f"load '{name}' has no history on {on!r} (it has on: {acting})", name)
     other = next((side for side in sides if side != body), "ground")
@@ -74,38 +43,42 @@ def load_history(solution: Result, name: str, on: str | None = None) -> LoadHist
     else:
         torque = _moved(solution, load, torque, fx, fy, moving, sides[moving])
     force, length, angle, rate = np.hypot(fx, fy), None, None, None
-    if isinstance(load, ALONG):
+    if load.along_line:
         length, rate, (ux, uy) = _stretched(solution, load)
         sign = 1.0 if sides[body] == "i" else -1.0
         force, torque = sign * (fx * ux + fy * uy), np.zeros_like(torque)
-    elif isinstance(load, ABOUT):
+    elif load.by_angle:
         angle, rate = _turned(solution, load)
     return LoadHistory(name, body, other, fx, fy, torque, force, length, angle, rate)
 
 
-def argument(solution: Result, element: Element, field: str) -> Array | None:
+def argument(solution: Result, element: Any, field: str) -> Array | None:
     """What a law of an element is evaluated at, over the instants; None where that is not known."""
     of = element.__dataclass_fields__[field].metadata["of"]
     if of == "time":
         return solution.t
-    if isinstance(element, Spring):
-        return _stretched(solution, element)[0] - _own(solution, element, "free_length")
-    if isinstance(element, Damper):
-        return _stretched(solution, element)[1]
-    if isinstance(element, TorsionSpring):
-        return _turned(solution, element)[0] - _own(solution, element, "free_angle")
-    if isinstance(element, TorsionDamper):
-        return _turned(solution, element)[1]
-    return None
+    found = _measured(solution, element)
+    if found is None:
+        return None
+    if of in ("length", "angle"):
+        return found[0] - _own(solution, element, element.free)
+    return found[1]
 
 
-def argument_rate(solution: Result, element: Element, field: str) -> Array | None:
+def argument_rate(solution: Result, element: Any, field: str) -> Array | None:
     """Rate of `argument`; None where that is not known."""
-    if isinstance(element, Spring):
-        return _stretched(solution, element)[1]
-    if isinstance(element, TorsionSpring):
-        return _turned(solution, element)[1]
-    return None
+    of = element.__dataclass_fields__[field].metadata["of"]
+    found = _measured(solution, element) if of in ("length", "angle") else None
+    return None if found is None else found[1]
+
+
+def _measured(solution: Result, element: Any) -> tuple[Array, Array] | None:
+    """The length or angle that a load goes by, and its rate."""
+    if element.role != "load":
+        return None
+    if element.along_line:
+        return _stretched(solution, element)[:2]
+    return _turned(solution, element) if element.by_angle else None
 
 
 def _own(solution: Result, element: Element, key: str) -> Any:
@@ -175,7 +148,7 @@ def _stretched(solution: Result, load: Load) -> tuple[Array, Array, tuple[Array,
     return length, ux * (jvx - ivx) + uy * (jvy - ivy), (ux, uy)
 
 
-def _turned(solution: Result, load: Turning) -> tuple[Array, Array]:
+def _turned(solution: Result, load: Any) -> tuple[Array, Array]:
     """Angle of a body from the one that carries the opposite torque, and its rate."""
     body, by = solution[load.body], solution[load.by]
     return body.angle - by.angle, body.omega - by.omega

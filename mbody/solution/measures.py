@@ -9,14 +9,9 @@ from typing import Any
 import numpy as np
 
 from mbody.errors import ModelError, brief
-from mbody.model.body import Body
-from mbody.model.coupling import Coupling
-from mbody.model.driver import Driver
+from mbody.model.driver import DRIVEN
 from mbody.model.element import listed
-from mbody.model.joints import Joint
-from mbody.model.loads import Load
 from mbody.model.mechanism import Mechanism
-from mbody.model.numbers import DRIVEN
 from mbody.model.study import Measure
 from mbody.quantities import (
     FormulaError,
@@ -28,7 +23,6 @@ from mbody.quantities import (
     parse_unit,
 )
 from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, dimension_of
-from mbody.solution.load_histories import quantities_of
 from mbody.solution.result import Result
 
 __all__ = ["check_measure", "checked_sides", "found_by", "measured", "sides"]
@@ -42,9 +36,6 @@ MOTION = {
 TURNING = {"angle": "angle", "omega": "angular velocity", "alpha": "angular acceleration"}
 #: The origin of a link's axes, unless it has a point of that name.
 ORIGIN = "origin"
-FORCES = {"fx": "force", "fy": "force", "force": "force", "torque": "torque"}
-TORQUES = {"effort": "torque", "power": "power"} | {key: of[0] for key, of in DRIVEN.items()}
-PUSHES = {"effort": "force", "power": "power"} | {key: of[1] for key, of in DRIVEN.items()}
 
 
 def measured(solution: Result, measure: Measure | str) -> tuple[np.ndarray, Dimension, str]:
@@ -208,29 +199,21 @@ def _dimension(mechanism: Mechanism, owner: str, key: str) -> Dimension:
     element, _, point = owner.partition(".")
     if element != "ground" and element not in mechanism:
         raise FormulaError(f"there is no body '{element}' (there are: {_bodies(mechanism)})")
-    known: dict[str, str]
-    match mechanism[element]:
-        case Body(points=points):
-            known = MOTION if point else MOTION | TURNING
-            if point and point != ORIGIN and point not in points:
-                known_points = listed(points)
-                raise FormulaError(f"'{element}' has no point '{point}' (it has: {known_points})")
-        case _ if point:
-            raise FormulaError(f"there is no body '{element}' (there are: {_bodies(mechanism)})")
-        case Joint():
-            known = FORCES
-        case Driver(rows=rows):
-            known = TORQUES if rows == "a" else PUSHES
-        case Coupling(rows=rows):
-            known = {"effort": "torque" if rows == "a" else "force"}
-        case load:
-            assert isinstance(load, Load)
-            known = quantities_of(load)
-            if not known:
-                raise FormulaError(
-                    f"'{element}' acts on every body, it has no history of its own: measure what "
-                    "it does to a body from Python, run.load(name, on=body)"
-                )
+    owned: Any = mechanism[element]
+    if owned.role == "body":
+        known = MOTION if point else MOTION | TURNING
+        if point and point != ORIGIN and point not in owned.points:
+            known_points = listed(owned.points)
+            raise FormulaError(f"'{element}' has no point '{point}' (it has: {known_points})")
+    elif point:
+        raise FormulaError(f"there is no body '{element}' (there are: {_bodies(mechanism)})")
+    else:
+        known = owned.quantities()
+        if not known:
+            raise FormulaError(
+                f"'{element}' acts on every body, it has no history of its own: measure what "
+                "it does to a body from Python, run.load(name, on=body)"
+            )
     if key not in known:
         raise FormulaError(f"'{owner}' has no '{key}' (it has: {', '.join(known)})")
     return dimension_of(known[key])
@@ -252,9 +235,9 @@ def _history(run: Result, owner: str, key: str) -> np.ndarray:
     if any(joint.name == element for joint in run.mechanism.joints):
         reaction = run.reaction(element)
         return np.asarray(reaction.magnitude if key == "force" else getattr(reaction, key))
-    if isinstance(run.mechanism[element], Load):
+    if run.mechanism[element].role == "load":
         return np.asarray(getattr(run.load(element), key))
     if key in DRIVEN:
-        return run.driven(element)[list(DRIVEN).index(key)]
+        return run.driven(element)[DRIVEN.index(key)]
     effort = run.effort(element)
     return effort if key == "effort" else effort * run.driven(element)[1]

@@ -11,7 +11,6 @@ import numpy as np
 
 from mbody.errors import ModelError
 from mbody.kernels.output import PER_PRIMITIVE
-from mbody.model.coupling import Coupling
 from mbody.model.element import Marker, as_marker, listed
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
@@ -261,7 +260,7 @@ class Solution:
     def _joint(self, joint: str) -> Joint:
         machine = self.mechanism
         element = machine[joint] if isinstance(joint, str) and joint in machine else None
-        if isinstance(element, Coupling):
+        if element is not None and element.role == "coupling":
             raise ModelError(
                 f"'{joint}' is a coupling of several bodies, it has no reaction between two: ask "
                 "for its effort",

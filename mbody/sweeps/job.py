@@ -13,7 +13,7 @@ from mbody.analysis.driven.lanes import Course, closed_poses, course_of, on_lane
 from mbody.analysis.driven.requests import ANALYSES, asked_of, way_of
 from mbody.analysis.driven.runner import Runner
 from mbody.analysis.driven.time_grid import Plan, check_reach, plan
-from mbody.analysis.dynamics.lanes import Drift, drift_of, drifted
+from mbody.analysis.dynamics.lanes import LaneMotions, integrate_lanes, lane_motions
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.position.assembly_analysis import check_determined, closed
 from mbody.analysis.position.whole_turns import by_springs
@@ -65,8 +65,8 @@ class Job:
         The instants; None of a free motion.
     before : int
         Instants that go before those that are asked for.
-    course : Course, Drift or None
-        What the designs share, of a free motion a `Drift`; None where they go one by one.
+    course : Course, LaneMotions or None
+        What the designs share, of a free motion a `LaneMotions`; None where they go one by one.
     wanted : array
         Rows of the kernels that the columns are made of.
     """
@@ -80,7 +80,7 @@ class Job:
     ask: Instants | None
     plan: Plan | None
     before: int
-    course: Course | Drift | None
+    course: Course | LaneMotions | None
     wanted: np.ndarray
 
     @property
@@ -91,8 +91,8 @@ class Job:
     @property
     def block(self) -> int:
         """Designs that are followed together."""
-        if isinstance(self.course, Drift):
-            most, instants = FREE, len(self.course.asked.times)
+        if isinstance(self.course, LaneMotions):
+            most, instants = FREE, len(self.course.request.times)
         elif self.plan is not None:
             most, instants = BLOCK, len(self.plan.t)
         else:
@@ -218,14 +218,14 @@ def _check_instants(columns: tuple[Column, ...], count: int) -> None:
 
 def _drift(
     system: System, names: tuple[str, ...], columns: tuple[Column, ...], how: Mapping[str, Any]
-) -> Drift | None:
+) -> LaneMotions | None:
     """What free motions share; None where they must go one by one, and each says for itself why."""
     try:
-        drift = drift_of(system, names, how)
+        drift = lane_motions(system, names, how)
     except (ModelError, SolveError):
         return None
     if drift is not None:
-        _check_instants(columns, len(drift.asked.times))
+        _check_instants(columns, len(drift.request.times))
     return drift
 
 
@@ -321,14 +321,14 @@ def _block(job: Job, values: np.ndarray) -> Part:
 
 
 def _together(
-    job: Job, course: Course | Drift, values: np.ndarray
+    job: Job, course: Course | LaneMotions, values: np.ndarray
 ) -> tuple[list[np.ndarray], np.ndarray]:
     """Columns of the designs on lanes, and which designs must go alone."""
     own = dict(zip(job.names, np.ascontiguousarray(values.T), strict=True))
     system, given = job.system.with_values(own), None
-    if isinstance(course, Drift):
-        times = course.asked.times
-        rows, sound = drifted(system, course, own, job.wanted)
+    if isinstance(course, LaneMotions):
+        times = course.request.times
+        rows, sound = integrate_lanes(system, course, own, job.wanted)
     else:
         times = course.plan.t
         check_reach(system, times, job.how.get("drive") or {})

@@ -18,10 +18,7 @@ from mbody.errors import ModelError
 from mbody.kernels.constraints import KINDS as PRIMITIVE_KINDS
 from mbody.kernels.forces import KINDS as ACTION_KINDS
 from mbody.laws import LAW_KINDS, Constant, Law
-from mbody.model.coupling import Coupling
-from mbody.model.driver import Driver
 from mbody.model.element import Element, Numbers
-from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
 from mbody.model.primitives import ConstraintPrimitive, ForcePrimitive, Signal
 from mbody.quantities import Formula
@@ -110,15 +107,10 @@ class _Compiler:
         self.bodies = (*mechanism.bodies, mechanism.ground)
         self.index = {body.name: n for n, body in enumerate(self.bodies)}
         self.polar = polar_points(mechanism)
-        self.carriers: tuple[Joint | Coupling | Driver, ...] = (
-            *mechanism.joints,
-            *mechanism.couplings,
-            *mechanism.drivers,
-        )
         at = self.read(self.numbers())
         found = [
             (PRIMITIVE_KINDS.index(primitive.kind), element, part, primitive)
-            for element in self.carriers
+            for element in mechanism.constraints
             for part, primitive in enumerate(element.primitives(at))
         ]
         found.sort(key=lambda entry: entry[0])
@@ -174,7 +166,7 @@ class _Compiler:
     def primitives(self, numbers: dict[str, Any]) -> list[ConstraintPrimitive]:
         """All primitives in the order of the kernels, with their numbers."""
         at = self.read(numbers)
-        made = {element.name: element.primitives(at) for element in self.carriers}
+        made = {element.name: element.primitives(at) for element in self.mechanism.constraints}
         return [made[element.name][part] for element, part in self.owners]
 
     def actions(self, numbers: dict[str, Any]) -> list[ForcePrimitive]:
@@ -222,7 +214,7 @@ class _Compiler:
         """
         at = self.read(numbers)
         moving, fixed = [0.0], [0.0]
-        for element in self.carriers:
+        for element in self.mechanism.constraints:
             for key, marker in element.places().items():
                 arm = math.hypot(*(float(part) for part in at.arm(element, key)))
                 (fixed if marker.body == "ground" else moving).append(arm)

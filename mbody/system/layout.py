@@ -138,10 +138,12 @@ class Work(Bundle):
     past: Rows
     # how far rows are from depending on each other at the places behind
     # (`mbody.kernels.branch_monitor`)
-    watch: Rows
+    monitor: Rows
     # positions to come back to while loops are closed
     guess: Rows
     base: Rows
+    # blocks of the position that was factored, while the factor serves at another one; one lane
+    factored_block: Floats
     # what a user's function is asked and tells
     asked: Floats
     told: Floats
@@ -246,7 +248,7 @@ def _frame(
         "block": 12 * nodes + 6 * more,
         "cross": nodes,
         "pivot": 3 * nodes,
-        "watch": 4 * nodes,
+        "monitor": 4 * nodes,
         "schur": 3 * nodes + 4 * blocks,
         "lower": 4 * blocks,
         "near": SAMPLES * nodes,
@@ -256,7 +258,7 @@ def _frame(
         "past": 9 * coordinates,
     }
     rows |= dict.fromkeys(("phi", "nu", "gamma", "diagonal", "x", "lam"), 2 * nodes)
-    lengths = {"asked": 17 + parameters, "told": 18}
+    lengths = {"asked": 17 + parameters, "told": 18, "factored_block": rows["block"]}
     count = {n: max(1, rows.get(n, coordinates)) for n in Work.fields if n not in lengths}
     return Frame(count, lengths, lanes)
 

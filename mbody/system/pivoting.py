@@ -16,11 +16,11 @@ import numpy as np
 
 from mbody.compiler.lanes import aligned
 from mbody.kernels.constraints import BY_DIRECTION
-from mbody.kernels.square_lu import Square
+from mbody.kernels.square_lu import Square, SquareWork
 from mbody.system.assur_groups import diagonal_blocks
 from mbody.system.layout import Layout, Work, integers
 
-__all__ = ["LARGEST", "Plans", "plan_squares", "room"]
+__all__ = ["LARGEST", "PivotChoices", "choose_pivots", "lane_workspace"]
 
 #: Columns up to which a plan is made; the search is quadratic in Python.
 LARGEST = 240
@@ -34,12 +34,12 @@ EVEN = 30.0
 WORST = 0.25
 
 #: Two choices of pivots; twice the same where one is enough.
-Plans = tuple[Square, Square]
+PivotChoices = tuple[Square, Square]
 
 
-def plan_squares(
+def choose_pivots(
     L: Layout, here: Work, elsewhere: Work, along: Sequence[np.ndarray] = ()
-) -> Plans | None:
+) -> PivotChoices | None:
     """Pivots and index lists for Φ_q in the blocks of `here`; None where it is not square, too
     large, or singular.
 
@@ -77,11 +77,11 @@ def plan_squares(
     return one, _lists(entries, rows, groups, *found[:-1])
 
 
-def room(plans: Plans, lanes: int) -> tuple[np.ndarray, np.ndarray]:
-    """Memory for the numbers of the LU, and for two right-hand sides, as the kernels take it."""
-    numbers = max(len(square.target) + len(square.fill) for square in plans)
-    memory = aligned(numbers + 2 * len(plans[0].pivot), lanes)
-    return memory[:numbers], memory[numbers:]
+def lane_workspace(choices: PivotChoices, lanes: int) -> SquareWork:
+    """Memory for the numbers of the LU, and for two right-hand sides."""
+    numbers = max(len(square.target) + len(square.fill) for square in choices)
+    memory = aligned(numbers + 2 * len(choices[0].pivot), lanes)
+    return SquareWork(factor=memory[:numbers], x=memory[numbers:])
 
 
 def _entries(

@@ -16,7 +16,6 @@ from mbody.kernels.loop_closure import violation
 from mbody.laws import Law
 from mbody.model.driver import Driver
 from mbody.model.element import Element, Numbers, Polar, listed, place_name
-from mbody.model.joints import Distance
 from mbody.model.mechanism import Mechanism
 from mbody.model.user_physics import is_plain_field, plain_field
 from mbody.quantities import Formula, FormulaError
@@ -98,9 +97,8 @@ class System:
         found: dict[str, list[tuple[int, int]]] = {}
         for e, (element, part) in enumerate(self.owners):
             found.setdefault(element.name, []).append((part, e))
-        machine = self.mechanism
-        carriers = (*machine.joints, *machine.couplings, *machine.drivers)
-        return {c.name: [e for _, e in sorted(found[c.name])] for c in carriers}
+        names = [constraint.name for constraint in self.mechanism.constraints]
+        return {name: [e for _, e in sorted(found[name])] for name in names}
 
     @functools.cached_property
     def drivers(self) -> tuple[Driver, ...]:
@@ -235,11 +233,10 @@ class System:
         unit = self.mechanism.units.of
         if not key:
             return "", ""
-        if isinstance(self.mechanism[element], Distance) and key == "length":
-            return "positive", unit("length")
         for part in fields(self.mechanism[element]):
-            if part.name == key and part.metadata.get("sign", "any") != "any":
-                return str(part.metadata["sign"]), unit(part.metadata["dimension"])
+            data = part.metadata
+            if part.name == key and data.get("sign", "any") != "any":
+                return str(data["sign"]), unit(data.get("dimension") or data["law"])
         return "", ""
 
     def design(self, index: int) -> System:

@@ -18,11 +18,11 @@ from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.kernels.load_breakdown import breakdown
 from mbody.kernels.loop_closure import laws_of_time, violation
 from mbody.kernels.output import PER_PRIMITIVE
-from mbody.kernels.residuals import audit
+from mbody.kernels.residuals import RESIDUALS, Finished, residuals_of
 from mbody.laws import Function
 from mbody.model.body import Body, SecondMoments
 from mbody.model.element import Element, Marker, Point, Polar
-from mbody.model.loads import Force, Load
+from mbody.model.loads import Force
 from mbody.model.mechanism import Mechanism
 from mbody.system.assembler import assemble
 from mbody.system.system import System
@@ -177,9 +177,16 @@ class Bench:
         """(Fx, Fy, T) of all loads on every body, then on the ground: (bodies + 1, 3)."""
         L, W = self._set(state)
         motion = np.concatenate([state.q, state.v, 0.0 * state.q])[None, :]
-        lam, driven = np.zeros((1, 0)), np.zeros(0, dtype=np.int64)
-        given, output = np.zeros((1, 1, 3)), np.empty((1, 5))
-        audit(L, W, motion, np.array([state.t]), lam, driven, given, True, False, output)
+        one = Finished(
+            motion=motion,
+            t=np.array([state.t]),
+            lam=np.zeros((1, 0)),
+            driven=np.zeros(0, dtype=np.int64),
+            given=np.zeros((1, 1, 3)),
+            by_law=True,
+            at_rest=False,
+        )
+        residuals_of(L, W, one, np.empty((1, RESIDUALS)))
         raise_user_error(self.system)
         return np.array(W.force[:, 0]).reshape(-1, 3)
 
@@ -209,7 +216,7 @@ class Bench:
     def other_world(self, rng: np.random.Generator) -> dict[str, Frame]:
         """Another place of the whole world; turned if the element does not know its axes."""
         turned = "ground" not in _by_angle(self.element)
-        if isinstance(self.element, Load) and len(mentioned(self.element)) < 2:
+        if self.element.role == "load" and len(mentioned(self.element)) < 2:
             turned = bool(getattr(self.element, "follows", mentioned(self.element)))
         return {"ground": _frame(rng, self.length, turned)}
 

@@ -248,7 +248,7 @@ def _power(ledger: Ledger, stand: Bench, state: State, r: Rows, rng: np.random.G
         ledger.see("no work", abs(given) / whole, text)
     else:
         ledger.skip("no work", "it allows no velocity")
-    if isinstance(ledger.element, Driver):
+    if ledger.element.role == "driver":
         given, whole = power(anything - inverse @ (r.G @ anything - r.nu))
         effort = -float(lam[0, 0] * r.nu[0])
         text = f"it gives the power {given:.3g}, its effort times its rate is {effort:.3g}"

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from mbody.model.loads import Damper, Gravity, Load, Spring, TorsionDamper, TorsionSpring
+from mbody.model.loads import Load
 from mbody.testing.bench import (
     Bench,
     Frames,
@@ -123,7 +125,8 @@ def _world(
 def _energy(ledger: Ledger, stand: Bench, state: State, forces: Array) -> None:
     """Dependence on velocity, symmetric stiffness, power."""
     t, q, v = state
-    unit, element = stand.unit, ledger.element
+    unit = stand.unit
+    element: Any = ledger.element
     moving = _change(stand, forces, stand.forces(State(t, q, 0.0 * v)))
     good, bad = "its forces do not depend on velocities", "its forces depend on velocities"
     ledger.tell("velocity", moving, good, bad)
@@ -145,7 +148,7 @@ def _energy(ledger: Ledger, stand: Bench, state: State, forces: Array) -> None:
     found = [work(step) for step in STEPS]
     size = max(1e-300, *(float(np.abs(x).max()) for x in (found[0], forces[:-1].ravel() * unit)))
     curl = float(np.min([np.abs(k - k.T) for k in found], axis=0).max()) / size
-    if isinstance(element, Spring | TorsionSpring | Gravity):
+    if element.conservative:
         text = "its stiffness is not symmetric, so that its work depends on the way"
         ledger.see("conservative", max(curl, moving), text)
     else:
@@ -153,7 +156,7 @@ def _energy(ledger: Ledger, stand: Bench, state: State, forces: Array) -> None:
     parts = forces[:-1].ravel() * v
     power = float(parts.sum())
     given = max(0.0, power) / max(float(np.abs(parts).max()), 1e-300)
-    if isinstance(element, Damper | TorsionDamper):
+    if element.dissipative:
         text = f"it gives the power {power:.3g} to its bodies; a damper only takes"
         ledger.see("dissipation", given, text)
     else:

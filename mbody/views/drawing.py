@@ -160,7 +160,7 @@ def _scale(pose: Pose, tracks: list[Array]) -> tuple[float, float]:
 
 def _driven(pose: Pose, driver: Driver) -> str:
     """The name of a driver with its effort."""
-    turns, floor = driver.rows == "a", force_floor(pose.run)
+    turns, floor = driver.angular, force_floor(pose.run)
     effort = float(pose.run.effort(driver.name)[pose.k])
     if abs(effort) <= floor * (pose.system.length if turns else 1.0):
         effort = 0.0

@@ -273,7 +273,7 @@ def rack(of: Linkage, rolling: bool) -> None:
     ox, oy = of.values[f"ground.{centre}.x"], of.values[f"ground.{centre}.y"]
     radius, turn = float(rng.uniform(0.2, 0.6)), float(rng.uniform(-math.pi, math.pi))
     ux, uy = math.cos(turn), math.sin(turn)
-    # the pinion stands on the left of the rack
+    # the pinion is on the left of the rack
     gx, gy = ox + radius * uy, oy - radius * ux
     key = f"R{len(of.points['ground'])}"
     of.point("ground", key, gx, gy)

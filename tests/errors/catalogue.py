@@ -62,7 +62,7 @@ KINDS = (ModelError, SolveError, UsageError, ModelWarning)
 
 @dataclass(frozen=True)
 class Told:
-    """What a user is told.
+    """The message that a user reads.
 
     Attributes
     ----------
@@ -128,5 +128,5 @@ def scenarios():
 
 
 def everything():
-    """What all scenarios tell, in the order of the page."""
+    """The messages of all scenarios, in the order of the page."""
     return [told(one) for _, _, one in scenarios()]

@@ -25,7 +25,7 @@ ACCELERATED = ConstantAcceleration(0.0, 25.0, -40.0)
 UP, DOWN = Rise("3-4-5", 1, 0, 1), Rise("3-4-5", -1, 0, 1)
 CAM = Cam([Rise("cycloidal", 2.0, 0.5, 1.0), Rise("4-5-6-7", -2.0, 0.5, 1.0)], period=4.0)
 
-#: Laws that do not come to what is asked: law, values, start.
+#: Laws that do not reach the requested values: law, values, start.
 NOT_REACHED = {
     "turns back": (ACCELERATED, [7.0, 9.0], 0.0),
     "past": (ACCELERATED, [5.0, 7.8], 0.5),

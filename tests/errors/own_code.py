@@ -19,7 +19,7 @@ from mbody import (
 from mbody.model.element import number_field
 from tests.errors.models import by_law, four_bar, no_oil, with_own
 
-#: Where a user's function may stand.
+#: Where a user's function may be.
 KINDS = ["driver", "load", "spring", "custom load", "custom joint"]
 
 
@@ -34,7 +34,7 @@ class Plain(CustomLoad):
 
 
 class Remembers(CustomLoad):
-    """A load that answers from what it was asked before."""
+    """A load that answers from earlier calls."""
 
     asked: ClassVar = [0.0]
 

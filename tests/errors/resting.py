@@ -119,7 +119,7 @@ def feather():
 
 
 def flat():
-    """Parallel cranks let go where they lie flat on one line."""
+    """Parallel cranks released where they lie flat on one line."""
     machine = Mechanism("flat", ground={"A": (0.0, 0.0), "B": (2.0, 0.0)})
     crank = {"mass": 1.0, "inertia": 0.1, "points": {"P": (1.0, 0.0)}, "guess": 0.0}
     machine.add(Body("a", **crank), Body("b", **crank), Body("bar", **crank | BAR))

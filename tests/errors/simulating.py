@@ -171,7 +171,7 @@ def light():
 
 
 def at_home(act):
-    """Run in an empty folder, for sentences that tell a path."""
+    """Run in an empty folder, for sentences that name a path."""
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
         return act()
 

@@ -17,7 +17,7 @@ class Fault:
     file : str
         Below ``mbody/``.
     right, wrong : str
-        The text, which stands in the file once, and what takes its place.
+        The text, which is in the file once, and what takes its place.
     model : str
         One of `tests.faults.models.MODELS`.
     """
@@ -168,11 +168,7 @@ FAULTS = (
     ),
     Fault(
         "spring: pull on j at the arm of i",
-        *(
-            "kernels/forces.py",
-            "pjy * fx - pjx * fy)\n\n\n@inline\ndef press",
-            "pjy * fx - pix * fy)\n\n\n@inline\ndef press",
-        ),
+        *("model/loads/spring.py", "(-fx, -fy, pjy * fx - pjx", "(-fx, -fy, pjy * fx - pix"),
         "spring",
     ),
     Fault(
@@ -187,11 +183,7 @@ FAULTS = (
     ),
     Fault(
         "torque: nothing on the other body",
-        *(
-            "kernels/forces.py",
-            "ld(W.force, 3 * i + 2, w) - t, w)",
-            "ld(W.force, 3 * i + 2, w), w)",
-        ),
+        *("model/loads/torque.py", "return (0.0, 0.0, -f), ", "return None, "),
         "torque",
     ),
     Fault(

@@ -155,7 +155,7 @@ def slot() -> Mechanism:
 
 
 def gears() -> Mechanism:
-    """A planet on an arm about a sun that stands."""
+    """A planet on an arm about a fixed sun."""
     made = Mechanism("gears")
     made.add(
         Body("arm", mass=1.0, inertia=0.2, cg=(0.4, 0.1), points={"C": (3.0, 0.0)}, guess=0.4),

@@ -35,7 +35,7 @@ def seen_by(fault: Fault) -> list[str]:
     Raises
     ------
     ValueError
-        Where the text to be changed does not stand in the file just once, or what was planted
+        Where the text to be changed is not in the file exactly once, or what was planted
         keeps the engines from answering at all.
     """
     with tempfile.TemporaryDirectory() as folder:

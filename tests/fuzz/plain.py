@@ -64,7 +64,7 @@ class Report:
         self.slowest = max(self.slowest, (time.perf_counter() - start, label))
 
     def fail(self, kind: str, raw: bytes, ending: str, error: Exception) -> None:
-        """Count a failure; the first of its kind is told, and its input saved."""
+        """Count a failure; the first of its kind is reported, and its input saved."""
         at = traceback.extract_tb(error.__traceback__)[-1]
         place = f"{kind}: {type(error).__name__} at {Path(at.filename).name}:{at.lineno}"
         self.failures[place] += 1

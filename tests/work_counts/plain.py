@@ -1,6 +1,6 @@
 """Calls of functions within kernels, counted where kernels are plain Python: `python -m` this.
 
-Compiled code cannot be watched and should not count for a test's sake. The same source runs as
+Compiled code cannot be observed and should not count for a test's sake. The same source runs as
 plain Python with NUMBA_DISABLE_JIT=1, and there each call can be counted.
 """
 

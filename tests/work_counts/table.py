@@ -1,4 +1,4 @@
-"""The table of counts that were accepted, and how counts of today are held against it."""
+"""The table of counts that were accepted, and how counts of today are compared with it."""
 
 import tomllib
 from pathlib import Path

@@ -140,7 +140,7 @@ class Beside:
 
 
 #: Calls of functions within kernels, counted in plain Python: shorter motions, whose steps and
-#: evaluations are held against those of compiled code, and positions of a turn.
+#: evaluations are compared with those of compiled code, and positions of a turn.
 CALLS = (
     Motion(FOURBAR, 0.3, "dop853", 1e-8),
     Motion(FOURBAR, 0.3, "dopri5", 1e-6),

@@ -1,4 +1,4 @@
-"""Pendulums of 2, 3, 5 and 10 equal rods, let go level, against Lagrange's equations."""
+"""Pendulums of 2, 3, 5 and 10 equal rods, released level, against Lagrange's equations."""
 
 from __future__ import annotations
 

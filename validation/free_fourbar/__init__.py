@@ -1,4 +1,4 @@
-"""Norton's four-bar let go at 60° under gravity: ten seconds that never repeat themselves."""
+"""Norton's four-bar released at 60° under gravity: ten seconds that never repeat themselves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The simple pendulum of the IFToMM benchmark library, let go level, in closed form."""
+"""The simple pendulum of the IFToMM benchmark library, released level, in closed form."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ theta = mbody.deg(60.0)
 MASS = 250.0  # kg, of piston and crosshead
 GAS = 0.35e6 * math.pi / 4.0 * 0.5**2  # N, pressure difference on the bore
 
-#: Speed [rad/s] and gas load [N]: exact, and rounded as the printed answers ask for.
+#: Speed [rad/s] and gas load [N]: exact, and rounded as the printed answers are.
 GIVEN = {"exact": (mbody.rpm(250.0), GAS), "printed": (26.2, 68730.0)}
 
 

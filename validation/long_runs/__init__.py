@@ -49,7 +49,7 @@ def rows() -> list[Row]:
 
 
 def swinging() -> list[Row]:
-    """A pendulum let go level: energy, and the rate where it should stand still."""
+    """A pendulum released level: energy, and the rate where it should be at rest."""
     found = []
     time = PERIODS * PERIOD
     for rtol in RTOLS:
@@ -69,7 +69,7 @@ def swinging() -> list[Row]:
 
 
 def oscillating() -> list[Row]:
-    """A block on a spring, let go at 0.1 m."""
+    """A block on a spring, released at 0.1 m."""
     found = []
     for rtol in RTOLS:
         time = PERIODS * 2.0 * math.pi / oscillators.OMEGA

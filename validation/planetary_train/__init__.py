@@ -1,4 +1,4 @@
-"""A planetary train with any of its members held: speeds by Willis, torques by equilibrium."""
+"""A planetary train with any of its members fixed: speeds by Willis, torques by equilibrium."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def radius(teeth: int) -> float:
 
 
 def build(held: str = "ring", driven: str = "sun") -> mbody.Mechanism:
-    """Sun, planet on an arm, ring: one of them is held, one driven, the third carries the load."""
+    """Sun, planet on an arm, ring: one of them is fixed, one driven, the third carries the load."""
     loaded = ({"sun", "ring", "arm"} - {held, driven}).pop()
     reach = radius(N_SUN) + radius(N_PLANET)
     machine = mbody.Mechanism(f"planetary train, {driven} drives, {held} held")
@@ -55,7 +55,7 @@ def build(held: str = "ring", driven: str = "sun") -> mbody.Mechanism:
 
 
 def willis(held: str, driven: str) -> dict[str, float]:
-    """Speeds [rad/s]: N_s ω_s + N_r ω_r = (N_s + N_r) ω_a, the held one 0, the driven one given."""
+    """Speeds [rad/s]: N_s ω_s + N_r ω_r = (N_s + N_r) ω_a, the fixed one 0, the driven given."""
     weights = {"sun": N_SUN, "ring": N_RING, "arm": -(N_SUN + N_RING)}
     loaded = ({*weights} - {held, driven}).pop()
     speeds = {held: 0.0, driven: SPEED, loaded: -weights[driven] * SPEED / weights[loaded]}

@@ -79,7 +79,7 @@ def speeds() -> list[Row]:
 
 
 def hanging(lifts: float) -> list[Row]:
-    """Below the least speed the arms hang: told with the speed from which they lift."""
+    """Below the least speed the arms hang; the speed from which they lift is given."""
     slow = mbody.assemble(build(held=False)).with_values({"field.speed": 0.9 * lifts})
     rest = mbody.equilibrium(slow).stable
     (told,) = [note for note in rest[0].notes if "lifts above" in note]

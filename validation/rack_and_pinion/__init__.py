@@ -24,7 +24,7 @@ ROUNDING = (
 
 
 def build() -> mbody.Mechanism:
-    """The pinion stands above the rack and swings; the rack slides on the ground."""
+    """The pinion is above the rack and swings; the rack slides on the ground."""
     machine = mbody.Mechanism("rack and pinion", ground={"O": (0.0, r)})
     machine.add(
         mbody.Body("rack", mass=mass),

@@ -69,7 +69,7 @@ def hoekens() -> Mechanism:
 
 def chebyshev() -> Mechanism:
     """Ground 4, crossed arms 5, coupler 2 with the tracer in its middle; the coupler is turned,
-    for it goes through all of the line: where it stands upright the arms have their dead centres.
+    for it goes through all of the line: where it is upright the arms have their dead centres.
     """
     machine = Mechanism("Chebyshev", ground={"O2": (0.0, 0.0), "O4": (4.0, 0.0)})
     machine.add(

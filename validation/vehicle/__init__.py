@@ -4,7 +4,7 @@ The lecture, step by step. A chassis on two wheels that roll without slip; of it
 of motion one gives the acceleration, one the sum of the axle loads, and the moment about the mass
 centre their difference: the load moves to the rear axle when it speeds up. At the limit the wheels
 that drive (or brake) use the whole friction, T = μ N. Nothing of this is typed here as a formula
-for mbody: the model is a chassis and wheels, and `solve_for` is asked for the greatest acceleration
+for mbody: the model is a chassis and wheels, and `solve_for` finds the greatest acceleration
 that no wheel answers with slip or lift.
 """
 

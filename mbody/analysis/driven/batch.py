@@ -2,20 +2,30 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 
 from mbody.analysis.driven.lanes import closed_poses, in_all_lanes, with_middle
-from mbody.analysis.driven.runner import Runner, Stuck
+from mbody.analysis.driven.runner import PathEnded, Runner
 from mbody.analysis.driven.time_grid import BY_INSTANT, Plan
 from mbody.analysis.position.assembly_analysis import check_determined, closed, rounding
 from mbody.analysis.position.closed_position import Closed
 from mbody.analysis.position.whole_turns import by_springs
 from mbody.compiler.lanes import LANES
-from mbody.errors import SolveError
+from mbody.errors import ModelWarning, SolveError
+from mbody.kernels.continuation_lanes import FAILED
 from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
+from mbody.system.assur_groups import diagonal_blocks
+from mbody.system.layout import Work
+from mbody.system.rank import dense, too_large
+from mbody.system.system import System
 
 __all__ = ["batch"]
+
+#: Designs that a note names.
+NAMED = 8
 
 
 def batch(runner: Runner, start: Closed, plan: Plan) -> Solution:
@@ -28,23 +38,23 @@ def batch(runner: Runner, start: Closed, plan: Plan) -> Solution:
     """
     system = runner.system
     designs, n = int(system.batch or 0), system.coordinates
-    reach = runner.reach(start, plan)
     poses = _poses(runner, start, plan)
     simple = not (system.has_user_code or start.soft or plan.mode == BY_INSTANT)
     middled, kept = with_middle(plan)
     s, t, given = in_all_lanes(middled)
+    path = runner.lane_path(plan.mode, s, t, given, runner.reach(start, plan))
     blocks = []
     for low in range(0, designs, LANES):
         chosen = np.minimum(np.arange(low, low + LANES), designs - 1)
         if simple:
             work = system.work(LANES, chosen)
             work.q[:n] = poses[chosen, :n].T
-            output, bad = runner.march(work, middled, s, t, given, reach)
-            runner.branches.on_lanes(output, bad, t, chosen)
-            output = output[kept]
+            output, found = runner.on_lanes(work, path)
+            runner.branches.on_lanes(output, found, t, chosen)
+            output, failed = output[kept], found[FAILED]
         else:
-            output, bad = np.empty((len(plan.s), runner.rows, LANES)), np.ones((1, LANES))
-        for lane in np.flatnonzero(bad[0, : designs - low]):
+            output, failed = np.empty((len(plan.s), runner.rows, LANES)), np.ones(LANES)
+        for lane in np.flatnonzero(failed[: designs - low]):
             design = int(chosen[lane])
             output[:, :, lane] = _one(runner, design, poses[design], start.soft, plan)
         blocks.append(output)
@@ -60,15 +70,44 @@ def _poses(runner: Runner, start: Closed, plan: Plan) -> np.ndarray:
     poses, good = np.tile(pose, (designs, 1)), np.zeros(designs, dtype=bool)
     if not (start.soft or system.has_user_code):
         poses, good = closed_poses(system, plan, pose, rounding(system, start.work))
-    for design in np.flatnonzero(~good):
+    elsewhere = []
+    for design in np.flatnonzero(~good).tolist():
         try:
-            one = closed(system, time, first, None, int(design), pose)
+            one = closed(system, time, first, None, design, pose)
             check_determined(system, one, runner.analysis)
         except SolveError as error:
-            raise _numbered(error, int(design)) from error
+            raise _numbered(error, design) from error
         poses[design] = one.work.q[:, 0]
+        if not one.straight and not _same_branch(system, start.work, one.work):
+            elsewhere.append(str(design))
     by_springs(system, poses)
+    if elsewhere:
+        which = "1 design is" if len(elsewhere) == 1 else f"{len(elsewhere)} designs are"
+        named = ", ".join(elsewhere[:NAMED]) + (", …" if elsewhere[NAMED:] else "")
+        note = (
+            f"{which} closed on another branch than the first one: {named}; "
+            "analyse them alone, with a guess"
+        )
+        start.notes.append(note)
+        warnings.warn(note, ModelWarning, stacklevel=5)
     return poses
+
+
+def _same_branch(system: System, one: Work, other: Work) -> bool:
+    """Whether no Assur group has determinants of different sign at two positions; not where that
+    cannot be decided: Φ_q is not square, or too large.
+    """
+    if system.rows != system.coordinates or too_large(system):
+        return False
+    first, second = dense(system, one)[1], dense(system, other)[1]
+    blocks = diagonal_blocks((first != 0.0) | (second != 0.0))
+    if blocks is None:
+        return False
+    for block in range(blocks.max() + 1):
+        group = np.ix_(blocks[0] == block, blocks[1] == block)
+        if np.linalg.slogdet(first[group])[0] * np.linalg.slogdet(second[group])[0] <= 0.0:
+            return False
+    return True
 
 
 def _one(runner: Runner, design: int, pose: np.ndarray, soft: float, plan: Plan) -> np.ndarray:
@@ -77,7 +116,7 @@ def _one(runner: Runner, design: int, pose: np.ndarray, soft: float, plan: Plan)
     start.work.q[:, 0] = pose
     try:
         return runner.scalar(start, plan, design=design)[:, :, 0]
-    except Stuck as stuck:
+    except PathEnded as stuck:
         raise _numbered(runner.explain(stuck, start, plan, design), design) from None
     except SolveError as error:
         raise _numbered(error, design) from error

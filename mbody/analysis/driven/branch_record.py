@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbody.analysis.driven.time_grid import BY_TIME, Plan
-from mbody.kernels.branch_monitor import nearness
+from mbody.kernels.branch_monitor import branch_distance
+from mbody.kernels.continuation_lanes import FAILED, GREATEST, GREATEST_AT
 from mbody.solution.histories import BranchDistance
 from mbody.system.layout import Work
 from mbody.system.rank import dense, too_large
@@ -61,7 +62,7 @@ class Branches:
     def followed(
         self, plan: Plan, nearest: np.ndarray, passed: np.ndarray, design: int = 0
     ) -> None:
-        """What `follow` told of a piece: nearest (3,), passed (change points, 1 + coordinates)."""
+        """What `follow` found on a piece: nearest (3,), passed (change points, 1 + coordinates)."""
         least, s, k = nearest.tolist()
         if least < self.least:
             self.least = least
@@ -75,15 +76,17 @@ class Branches:
     def on_lanes(
         self, output: np.ndarray, found: np.ndarray, t: np.ndarray, designs: np.ndarray
     ) -> None:
-        """What `march` told: found (3, lanes), of the designs in the lanes; t (steps, lanes)."""
-        sound = np.flatnonzero(found[0] == 0.0)
+        """What `follow_lanes` found, (FOUND, lanes), of the designs in the lanes; t (steps,
+        lanes).
+        """
+        sound = np.flatnonzero(found[FAILED] == 0.0)
         if not sound.size:
             return
-        lane = int(sound[found[1, sound].argmax()])
-        k, n = int(found[2, lane]), self.system.coordinates
+        lane = int(sound[found[GREATEST, sound].argmax()])
+        k, n = int(found[GREATEST_AT, lane]), self.system.coordinates
         work = self.system.work(designs=int(designs[lane]))
         work.q[:n, 0] = output[k, :n, lane]
-        least = nearness(self.system.runtime(), work, 0.0)
+        least = branch_distance(self.system.runtime(), work, 0.0)
         if least < self.least:
             self.least, self.t = least, float(t[k, lane])
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbody.analysis.driven.runner import Runner, Stuck
+from mbody.analysis.driven.runner import PathEnded, Runner
 from mbody.analysis.driven.time_grid import BY_DRIVER, BY_TIME, Plan
 from mbody.analysis.position.assembly_analysis import check_determined, closed
 from mbody.analysis.position.closed_position import Closed
@@ -47,7 +47,7 @@ def through_change_points(
         try:
             block = runner.scalar(beginning, spread)
             break
-        except Stuck as stuck:
+        except PathEnded as stuck:
             k = int(np.searchsorted(places, stuck.done, side="right")) - 1
             inside = k in singular
             off = abs(stuck.place - asked.s[k])

@@ -146,7 +146,7 @@ def _distances(solution: Solution) -> Iterator[tuple[Joint, np.ndarray, np.ndarr
     far from that.
     """
     for joint in solution.mechanism.joints:
-        if joint.held:
+        if joint.spaced:
             found, wanted = np.broadcast_arrays(*joint.fit(*ends(solution, joint)))
             yield joint, found, wanted, np.abs(found - wanted) > MISFIT * solution.system.length
 

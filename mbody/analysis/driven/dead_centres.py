@@ -16,7 +16,18 @@ import numpy as np
 from mbody.analysis.position.assembly_analysis import drivers
 from mbody.analysis.position.closed_position import Closed
 from mbody.errors import SolveError
-from mbody.kernels.continuation import DONE, LOST, follow
+from mbody.kernels.continuation import (
+    BY_DRIVER,
+    BY_INSTANT,
+    DONE,
+    INSTANTS,
+    LOST,
+    PROGRESS,
+    REACHED,
+    DrivenPath,
+    FollowedPath,
+    follow,
+)
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.system.rank import dense, jacobian
 from mbody.system.system import System
@@ -148,27 +159,35 @@ class _Curve:
         given[:, :, 0] = self.values
         given[:, self.which, 0] += change * steps / ON_THE_WAY
         s = given[:, 0, 0].copy() if count == 1 else steps.astype(float)
-        ahead = np.zeros((len(steps), count))
-        ahead[:-1, self.which] = change / ON_THE_WAY
-        output = np.empty((len(steps), 3 * n + PER_PRIMITIVE * len(system.owners), 1))
-        state, nearest = np.zeros(8), np.zeros(3)
-        passed = np.empty((0, 1 + n))
+        chords = np.zeros((len(steps), count))
+        chords[:-1, self.which] = change / ON_THE_WAY
         places = work.q[:n, 0].reshape(-1, 3)
         reach = max(np.abs(places[:, :2]).max() / system.length, np.abs(places[:, 2]).max())
-        state[5] = 1.0 + reach + abs(change) / self.unit
-        times = np.full(len(steps), float(work.time[0, 0]))
-        mode = 1 if count == 1 else 2
-        soft = self.start.soft
-        code = follow(
-            *(L, work, soft, mode, s, times, given, ahead, False, False, True),
-            *(output, state, nearest, passed),
+        path = DrivenPath(
+            mode=BY_DRIVER if count == 1 else BY_INSTANT,
+            s=s,
+            t=np.full(len(steps), float(work.time[0, 0])),
+            given=given,
+            chords=chords,
+            with_forces=False,
+            at_rest=False,
+            monitored=True,
+            regularization=self.start.soft,
+            reach=1.0 + reach + abs(change) / self.unit,
         )
-        q = output[: int(state[0]), :n, 0]
+        followed = FollowedPath(
+            output=np.empty((len(steps), 3 * n + PER_PRIMITIVE * len(system.owners), 1)),
+            progress=np.zeros(PROGRESS),
+            nearest=np.zeros(3),
+            passed=np.empty((0, 1 + n)),
+        )
+        code = follow(L, work, path, followed)
+        q = followed.output[: int(followed.progress[INSTANTS]), :n, 0]
         if code == DONE:
             return None, q
         if code == LOST:
             return self.value, self.start.work.q[:n].T.copy()
-        at = float(state[1])
+        at = float(followed.progress[REACHED])
         stopped = at if count == 1 else self.value + at * change / ON_THE_WAY
         return stopped, np.vstack([q, work.past[:n, 0]])
 

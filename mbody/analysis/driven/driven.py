@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import functools
+import inspect
 import warnings
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
 
 import numpy as np
 
 from mbody.analysis.driven.batch import batch
 from mbody.analysis.driven.change_points import through_change_points
 from mbody.analysis.driven.dead_centres import DeadCentre, with_ends
-from mbody.analysis.driven.runner import Runner, Stuck
+from mbody.analysis.driven.runner import PathEnded, Runner
 from mbody.analysis.driven.time_grid import BY_DRIVER, BY_TIME, Plan, by_time, plan
 from mbody.analysis.position.assembly_analysis import as_system, check_determined, closed
 from mbody.analysis.position.closed_position import Closed
@@ -23,12 +24,56 @@ from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
-__all__ = ["driven"]
+__all__ = ["documented", "driven"]
 
 #: Way of a driver [rad, length] that is not followed to see whether a position is meant.
 FAR = 1e3
 #: Positions closer than this are one, in model lengths and radians.
 SAME = 1e-6
+
+Analysis = TypeVar("Analysis", bound=Callable[..., Solution])
+
+#: What the docstrings of kinematics, kinetostatics and statics share.
+SHARED = {
+    "{parameters}": """
+Parameters
+----------
+model : Mechanism or System
+    Driven so that no freedom is left.
+t : float or array (instants,), optional
+    Times at which the laws of the drivers are taken, by default 0.
+drive : mapping, optional
+    Instead of laws: value, or (value, rate, acceleration), of drivers by name, floats or arrays
+    (instants,), angles in rad. Drivers that are not named keep their laws.
+turn : str or True, optional
+    A whole turn of this driver (or driven body) from t = 0 on, at equal angles, both ends
+    included, with the rates of its law.
+instants : int, optional
+    How many of a turn, by default 361.
+guess : mapping, optional
+    By body, instead of its own guess: angle [rad], or (x, y, angle) of the link axes. It
+    chooses the branch; between instants the branch is followed.
+""",
+    "{raises}": """
+Raises
+------
+ModelError
+    For instants, drivers or guesses that do not fit the mechanism.
+SolveError
+    When loops do not close, the motion is not determined, a dead centre is in the way, or a
+    function of the user failed. It carries what was computed before.
+""",
+}
+
+
+def documented(analysis: Analysis) -> Analysis:
+    """Put the shared sections into the docstring of a driven analysis."""
+    if analysis.__doc__ is not None:
+        text = inspect.cleandoc(analysis.__doc__)
+        for place, section in SHARED.items():
+            text = text.replace(place, section.strip())
+        analysis.__doc__ = text
+    return analysis
 
 
 def driven(
@@ -81,8 +126,8 @@ def _as_from_start(runner: Runner, asked: Plan, found: Closed) -> bool:
         with warnings.catch_warnings():
             warnings.simplefilter("error", ModelWarning)
             start = closed(system, 0.0, {})
-        q = Runner(system, runner.analysis).scalar(start, way, loads=False)[-1, :, 0]
-    except (ModelError, SolveError, ModelWarning, Stuck):
+        q = Runner(system, runner.analysis).scalar(start, way, with_forces=False)[-1, :, 0]
+    except (ModelError, SolveError, ModelWarning, PathEnded):
         return False
     n = system.coordinates
     off = (q[:n] - found.work.q[:n, 0]).reshape(-1, 3)
@@ -110,7 +155,7 @@ def _single(runner: Runner, start: Closed, asked: Plan) -> Solution:
     if block is None:
         try:
             block = runner.scalar(start, asked)
-        except Stuck as stuck:
+        except PathEnded as stuck:
             error = runner.explain(stuck, start, asked)
             # an instant at which branches meet is reached as a limit, where the path goes on
             near = abs(stuck.place - asked.s[stuck.done]) <= 1e-3 * np.ptp(asked.s)

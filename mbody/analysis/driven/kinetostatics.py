@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from mbody.analysis.driven.driven import driven
+from mbody.analysis.driven.driven import documented, driven
 from mbody.model.mechanism import Mechanism
 from mbody.solution.solution import Solution
 from mbody.system.system import System
@@ -13,6 +13,7 @@ from mbody.system.system import System
 __all__ = ["kinetostatics"]
 
 
+@documented
 def kinetostatics(
     model: Mechanism | System,
     t: Any = None,
@@ -27,36 +28,14 @@ def kinetostatics(
     Φ_qᵀ λ = f − M a with the motion of the drivers given; d'Alembert's inertia forces −M a stand
     among the loads (Norton, *Design of Machinery*, chapter 11).
 
-    Parameters
-    ----------
-    model : Mechanism or System
-        Driven so that no freedom is left.
-    t : float or array (instants,), optional
-        Times at which the laws of the drivers are taken, by default 0.
-    drive : mapping, optional
-        Instead of laws: value, or (value, rate, acceleration), of drivers by name, floats or arrays
-        (instants,), angles in rad. Drivers that are not named keep their laws.
-    turn : str or True, optional
-        A whole turn of this driver (or driven body) from t = 0 on, at equal angles, both ends
-        included, with the rates of its law.
-    instants : int, optional
-        How many of a turn, by default 361.
-    guess : mapping, optional
-        By body, instead of its own guess: angle [rad], or (x, y, angle) of the link axes. It
-        chooses the branch; between instants the branch is followed.
+    {parameters}
 
     Returns
     -------
     Solution
         Motion, reactions, efforts, inertia forces, breakdown by cause, residuals.
 
-    Raises
-    ------
-    ModelError
-        For instants, drivers or guesses that do not fit the mechanism.
-    SolveError
-        When loops do not close, the motion is not determined, a dead centre is in the way, or a
-        function of the user failed. It carries what was computed before.
+    {raises}
 
     Notes
     -----

@@ -17,10 +17,16 @@ from mbody.analysis.driven.time_grid import BY_DRIVER, BY_INSTANT, Plan
 from mbody.analysis.position.assembly_analysis import SUSPICIOUS, rounding
 from mbody.analysis.position.closed_position import Closed
 from mbody.compiler.lanes import LANES, aligned
-from mbody.kernels.continuation_lanes import march_designs
+from mbody.kernels.continuation_lanes import (
+    FOUND,
+    SHARED,
+    Designs,
+    FollowedLanes,
+    follow_designs,
+)
 from mbody.kernels.loop_closure import close_designs
 from mbody.kernels.output import PER_PRIMITIVE
-from mbody.system.pivoting import Plans, room
+from mbody.system.pivoting import PivotChoices, lane_workspace
 from mbody.system.system import System
 
 __all__ = ["Course", "closed_poses", "course_of", "in_all_lanes", "on_lanes", "with_middle"]
@@ -39,7 +45,7 @@ class Course:
         Closed position of the description at the first instant, from which all designs are closed.
     small, reach : float
         Rounding of a closed position, and the greatest coordinate, in model lengths and radians.
-    pivots : Plans
+    pivots : PivotChoices
     """
 
     analysis: str
@@ -47,7 +53,7 @@ class Course:
     pose: np.ndarray
     small: float
     reach: float
-    pivots: Plans
+    pivots: PivotChoices
 
 
 def course_of(runner: Runner, start: Closed, plan: Plan) -> Course | None:
@@ -123,25 +129,27 @@ def on_lanes(
     runner = Runner(system, course.analysis)
     plan, kept = with_middle(course.plan)
     s, t, given = in_all_lanes(plan)
-    output, bad = np.empty((len(wanted), len(poses), len(plan.s))), np.empty(len(poses))
-    march_designs(
+    followed = FollowedLanes(
+        output=np.empty((len(wanted), len(poses), len(plan.s))),
+        found=aligned(FOUND, LANES),
+        shared=np.zeros(SHARED, dtype=np.int64),
+    )
+    designs = Designs(
+        par=system.par,
+        mass=system.mass,
+        q=np.ascontiguousarray(poses.T),
+        wanted=wanted,
+        page=aligned(len(wanted) + PER_PRIMITIVE, LANES),
+        failed=np.empty(len(poses)),
+    )
+    follow_designs(
         system.layout,
         *course.pivots,
         system.work(LANES),
-        *room(course.pivots, LANES),
-        plan.mode,
-        s,
-        t,
-        given,
-        course.reach,
-        runner.loads,
-        runner.still,
-        system.par,
-        system.mass,
-        np.ascontiguousarray(poses.T),
-        wanted,
-        aligned(len(wanted) + PER_PRIMITIVE, LANES),
-        output,
-        bad,
+        lane_workspace(course.pivots, LANES),
+        runner.lane_path(plan.mode, s, t, given, course.reach),
+        followed,
+        designs,
     )
-    return (output if len(kept) == len(plan.s) else output[:, :, kept]), bad == 0.0
+    output = followed.output
+    return (output if len(kept) == len(plan.s) else output[:, :, kept]), designs.failed == 0.0

@@ -26,20 +26,40 @@ from mbody.analysis.position.closed_position import Closed
 from mbody.analysis.position.vanishing_distances import vanishing
 from mbody.compiler.lanes import LANES
 from mbody.errors import SolveError
-from mbody.kernels.continuation import DONE, STUCK, follow
-from mbody.kernels.continuation_lanes import march
+from mbody.kernels.continuation import (
+    BRANCH_UNSURE,
+    CHANGE_POINTS,
+    DONE,
+    INSTANTS,
+    PROGRESS,
+    REACHED,
+    STEPS,
+    STUCK,
+    UNBALANCED,
+    DrivenPath,
+    FollowedPath,
+    follow,
+)
+from mbody.kernels.continuation_lanes import (
+    FAILED,
+    FOUND,
+    SHARED,
+    FollowedLanes,
+    LanePath,
+    follow_lanes,
+)
 from mbody.kernels.loop_closure import violation
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.model.remarks import remarks
-from mbody.solution.doubts import doubted
+from mbody.solution.certificate import changed
 from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
 from mbody.system.layout import Work
-from mbody.system.pivoting import Plans, plan_squares, room
+from mbody.system.pivoting import PivotChoices, choose_pivots, lane_workspace
 from mbody.system.rank import dense, too_large
 from mbody.system.system import System
 
-__all__ = ["Runner", "Stuck"]
+__all__ = ["Runner", "PathEnded"]
 
 #: Instants from which lanes pay for their seeds.
 MANY = 6 * LANES
@@ -54,19 +74,18 @@ SEAM = 1e-8
 #: Samples of forces that have one sense: of a whole motion, and of a step.
 OF_ALL, OF_A_STEP = 200, 8
 #: Unbalanced part of the loads above which there is no equilibrium.
-UNBALANCED = 1e-7
+UNBALANCED_PART = 1e-7
 
 
-class Stuck(Exception):
+class PathEnded(Exception):
     """The path could not be followed to an instant of the plan."""
 
-    def __init__(
-        self, code: int, done: int, place: float, output: np.ndarray, unsure: bool
-    ) -> None:
+    def __init__(self, code: int, progress: np.ndarray, output: np.ndarray) -> None:
         super().__init__(code)
-        self.code, self.done, self.place, self.output = code, done, place, output
+        self.code, self.output = code, output
+        self.done, self.place = int(progress[INSTANTS]), float(progress[REACHED])
         #: whether it is the branch that is uncertain from there on
-        self.unsure = unsure
+        self.unsure = bool(progress[BRANCH_UNSURE])
 
 
 class Runner:
@@ -75,10 +94,10 @@ class Runner:
     Where the reactions leave more of the loads than the part `unbalanced`, it is an error.
     """
 
-    def __init__(self, system: System, analysis: str, unbalanced: float = UNBALANCED) -> None:
+    def __init__(self, system: System, analysis: str, unbalanced: float = UNBALANCED_PART) -> None:
         self.system, self.analysis, self.unbalanced = system, analysis, unbalanced
-        self.loads = analysis != "kinematics"
-        self.still = analysis == "statics"
+        self.with_forces = analysis != "kinematics"
+        self.at_rest = analysis == "statics"
         self.layout = system.runtime()
         self.rows = 3 * system.coordinates + PER_PRIMITIVE * len(system.owners)
         self.branches = Branches(system)
@@ -97,58 +116,63 @@ class Runner:
         start: Closed,
         plan: Plan,
         *,
-        loads: bool | None = None,
+        with_forces: bool | None = None,
         reach: float | None = None,
         design: int = 0,
-        watched: bool = True,
+        monitored: bool = True,
     ) -> np.ndarray:
-        """All instants of the plan on the scalar path: (instants, rows, 1); `watched` makes sure of
-        the branch.
+        """All instants of the plan on the scalar path: (instants, rows, 1); `monitored` makes sure
+        of the branch.
 
-        Raises `Stuck` where the path ends; leaves the position in `start` as it was.
+        Raises `PathEnded` where the path ends; leaves the position in `start` as it was.
         """
         q = start.work.q.copy()
         output = np.empty((len(plan.s), self.rows, 1))
-        state, nearest = np.zeros(8), np.zeros(3)
-        passed = np.empty((CHANGES, 1 + self.system.coordinates))
-        state[5] = self.reach(start, plan) if reach is None else reach
-        with_loads = self.loads if loads is None else loads
-        code = follow(
-            self.layout,
-            start.work,
-            start.soft,
-            plan.mode,
-            plan.s,
-            plan.t,
-            plan.given,
-            plan.chords if plan.mode == BY_INSTANT else np.zeros((1, 1)),
-            with_loads,
-            self.still,
-            watched,
-            output,
-            state,
-            nearest,
-            passed,
+        with_forces = self.with_forces if with_forces is None else with_forces
+        path = DrivenPath(
+            mode=plan.mode,
+            s=plan.s,
+            t=plan.t,
+            given=plan.given,
+            chords=plan.chords if plan.mode == BY_INSTANT else np.zeros((1, 1)),
+            with_forces=with_forces,
+            at_rest=self.at_rest,
+            monitored=monitored,
+            regularization=start.soft,
+            reach=self.reach(start, plan) if reach is None else reach,
         )
+        progress = np.zeros(PROGRESS)
+        followed = FollowedPath(
+            output=output,
+            progress=progress,
+            nearest=np.zeros(3),
+            passed=np.empty((CHANGES, 1 + self.system.coordinates)),
+        )
+        code = follow(self.layout, start.work, path, followed)
         start.work.q[:] = q
-        if watched:
-            count = min(int(state[6]), CHANGES)
-            self.branches.followed(plan, nearest, passed[:count], design)
-        self.steps = int(state[3])
+        if monitored:
+            count = min(int(progress[CHANGE_POINTS]), CHANGES)
+            self.branches.followed(plan, followed.nearest, followed.passed[:count], design)
+        self.steps = int(progress[STEPS])
         if code != DONE:
-            raise Stuck(code, int(state[0]), float(state[1]), output, bool(state[7]))
-        if with_loads and not state[4] < self.unbalanced:
+            raise PathEnded(code, progress, output)
+        unbalanced = float(progress[UNBALANCED])
+        if with_forces and not unbalanced < self.unbalanced:
             raise_user_error(self.system)
-            if np.isnan(state[4]):
+            if np.isnan(unbalanced):
                 n = self.system.coordinates
                 k = int(np.flatnonzero(np.isnan(output[:, 3 * n :, 0]).any(axis=1))[0])
                 q, v = output[k, :n, 0], output[k, n : 2 * n, 0]
                 raise valueless(self.system, start.work, float(plan.t[k]), q, v)
             raise SolveError(
-                f"reactions leave {state[4]:.2g} of the loads of '{self.system.mechanism.name}' "
+                f"reactions leave {unbalanced:.2g} of the loads of '{self.system.mechanism.name}' "
                 "unbalanced: its position is singular, or it can still move"
             )
         return output
+
+    def seeds(self, start: Closed, plan: Plan, reach: float | None = None) -> np.ndarray:
+        """Motion without forces and without a certain branch: (instants, rows)."""
+        return self.scalar(start, plan, with_forces=False, reach=reach, monitored=False)[:, :, 0]
 
     def lanes(self, start: Closed, plan: Plan) -> np.ndarray | None:
         """All instants on lanes: (steps, rows, lanes); None where that does not pay.
@@ -163,8 +187,8 @@ class Runner:
         # a seed on another branch is none that the lane before it meets
         try:
             few = plan.take(index[0])
-            seeds = self.scalar(start, few, loads=False, reach=reach, watched=False)[:, :, 0]
-        except Stuck:
+            seeds = self.seeds(start, few, reach)
+        except PathEnded:
             return None
         n = self.system.coordinates
         work = self.system.work(LANES)
@@ -177,69 +201,70 @@ class Runner:
             given = np.ascontiguousarray(rates.transpose(0, 2, 1)).reshape(-1, LANES)
         s = plan.s[index]
         t = s if plan.t is plan.s else plan.t[index]
-        output, bad = self.march(work, plan, s, t, given, reach)
-        for lane in np.flatnonzero(bad[0]):
+        output, found = self.on_lanes(work, self.lane_path(plan.mode, s, t, given, reach))
+        for lane in np.flatnonzero(found[FAILED]):
             piece = Closed(self.system.work(), start.soft)
             piece.work.q[:n, 0] = seeds[lane, :n]
             try:
                 output[:, :, lane] = self.scalar(piece, plan.take(index[:, lane]))[:, :, 0]
-            except Stuck:
+            except PathEnded:
                 return None
         gap = np.abs(output[-1, :n, :-1] - seeds[1:, :n].T)
         gap.reshape(-1, 3, LANES - 1)[:, :2] /= self.system.length
         if not gap.max() <= SEAM * reach:
             return None
-        self.branches.on_lanes(output, bad, t, np.zeros(LANES, dtype=np.int64))
+        self.branches.on_lanes(output, found, t, np.zeros(LANES, dtype=np.int64))
         return output
 
-    def march(
-        self, work: Any, plan: Plan, s: np.ndarray, t: np.ndarray, given: np.ndarray, reach: float
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Run the lane kernel from the positions in `work`: (steps, rows, lanes), and what `march`
-        tells of the lanes: (3, lanes).
+    def lane_path(
+        self, mode: int, s: np.ndarray, t: np.ndarray, given: np.ndarray, reach: float
+    ) -> LanePath:
+        """What the drivers prescribe in every lane, as the kernels take it."""
+        return LanePath(
+            mode=mode,
+            s=s,
+            t=t,
+            given=given,
+            reach=reach,
+            with_forces=self.with_forces,
+            at_rest=self.at_rest,
+        )
+
+    def on_lanes(self, work: Any, path: LanePath) -> tuple[np.ndarray, np.ndarray]:
+        """Follow all lanes from the positions in `work`: (steps, rows, lanes), and what the kernel
+        found of each lane, (FOUND, lanes).
         """
-        output = np.empty((len(s), self.rows, LANES))
-        bad = np.zeros((3, LANES))
+        followed = FollowedLanes(
+            output=np.empty((len(path.s), self.rows, LANES)),
+            found=np.zeros((FOUND, LANES)),
+            shared=np.zeros(SHARED, dtype=np.int64),
+        )
         pivots = self.pivots(work)
         if pivots is None:  # every lane goes the scalar path
-            bad[0] = 1.0
-            return output, bad
-        march(
-            self.layout,
-            *pivots,
-            work,
-            *room(pivots, LANES),
-            plan.mode,
-            np.ascontiguousarray(s),
-            np.ascontiguousarray(t),
-            given,
-            reach,
-            self.loads,
-            self.still,
-            output,
-            bad,
-        )
-        return output, bad
+            followed.found[FAILED] = 1.0
+        else:
+            follow_lanes(self.layout, *pivots, work, lane_workspace(pivots, LANES), path, followed)
+        return followed.output, followed.found
 
-    def pivots(self, work: Any) -> Plans | None:
+    def pivots(self, work: Any) -> PivotChoices | None:
         """Pivots of the square Φ_q, chosen once for a topology by the positions of the lanes."""
         plans = self.system.plans
         if "pivots" not in plans:
             places = work.q[: self.system.coordinates].T
-            plans["pivots"] = plan_squares(self.layout, *self._near(work), self._blocks(places))
-        found: Plans | None = plans["pivots"]
+            plans["pivots"] = choose_pivots(self.layout, *self._near(work), self._blocks(places))
+        found: PivotChoices | None = plans["pivots"]
         return found
 
-    def pivots_along(self, start: Closed, plan: Plan) -> Plans | None:
+    def pivots_along(self, start: Closed, plan: Plan) -> PivotChoices | None:
         """Pivots that are good all along a motion, where there are such."""
         n = self.system.coordinates
         count = max(2, min(len(plan.s), SAMPLES, NUMBERS // n**2))
         some = np.unique(np.linspace(0, len(plan.s) - 1, count).astype(np.int64))
         try:
-            found = self.scalar(start, plan.take(some), loads=False, watched=False)[:, :n, 0]
-        except Stuck:
+            found = self.seeds(start, plan.take(some))[:, :n]
+        except PathEnded:
             found = start.work.q[:n].T
-        return plan_squares(self.layout, *self._near(start.work), self._blocks(found))
+        return choose_pivots(self.layout, *self._near(start.work), self._blocks(found))
 
     def _blocks(self, places: np.ndarray) -> list[np.ndarray]:
         """The blocks of Φ_q at positions (positions, coordinates)."""
@@ -269,7 +294,7 @@ class Runner:
         """What was computed, as the user gets it; wheels that do not fit are an error."""
         dependencies = open_reactions(self.system, start.rank) if start.soft else None
         notes = [*start.notes, *remarks(self.system.mechanism, self.system.plans)]
-        notes += told_open(dependencies) if start.soft and self.loads else ()
+        notes += told_open(dependencies) if start.soft and self.with_forces else ()
         found = Solution(
             system=self.system,
             analysis=self.analysis,
@@ -283,13 +308,14 @@ class Runner:
             branch=self.branches.distance,
         )
         check_fits(found)
-        return doubted(found, extrapolated(found))
+        # without a look at residuals: forces that are missing may be reported later
+        return changed(found, doubts=tuple(extrapolated(found)))
 
     def pulled(self, start: Closed, plan: Plan, found: Solution) -> list[str]:
         """Sentences of contacts that pull and ropes that push, over the instants of `found`, and,
         where these lie on a motion over time that the plan follows, between them.
         """
-        sided = one_sided(self.system) if self.loads else []
+        sided = one_sided(self.system) if self.with_forces else []
         times, between = found.t, None
         if sided and plan.mode == BY_TIME and self.system.batch is None and len(times) > 1:
             between = self._between(start, plan, found, sided)
@@ -329,7 +355,7 @@ class Runner:
         try:
             block = self.lanes(start, other)
             block = self.scalar(start, other) if block is None else block
-        except (Stuck, SolveError):
+        except (PathEnded, SolveError):
             return None
         finally:
             self.steps = steps
@@ -337,7 +363,7 @@ class Runner:
         run = Solution(self.system, self.analysis, other.t, record, None, soft=start.soft)
         return run.take(np.arange(1, len(other.s)))
 
-    def explain(self, stuck: Stuck, start: Closed, plan: Plan, design: int = 0) -> SolveError:
+    def explain(self, stuck: PathEnded, start: Closed, plan: Plan, design: int = 0) -> SolveError:
         """The sentence of a path that ended: a user's function, a law, a dead centre."""
         system = self.system
         raise_user_error(system)

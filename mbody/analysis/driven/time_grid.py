@@ -13,6 +13,7 @@ import numpy as np
 
 from mbody.analysis.driven.memory_limit import check_room
 from mbody.errors import ModelError, SolveError, angle_told, brief, remedy
+from mbody.kernels.continuation import BY_DRIVER, BY_INSTANT, BY_TIME
 from mbody.laws import Expression, Table, times_of
 from mbody.model.driver import AngleDriver, Driver
 from mbody.model.element import Element, listed
@@ -32,8 +33,6 @@ __all__ = [
 
 #: Instants of a whole turn, both ends included, unless the caller says how many.
 TURN = 361
-
-BY_TIME, BY_DRIVER, BY_INSTANT = 0, 1, 2
 
 #: Laws that need not have a value everywhere.
 LIMITED = (Expression, Table)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mbody.analysis.dynamics.integrators import stepping
 from mbody.analysis.initial.initial_state import state_of
 from mbody.analysis.position.tangent_space import Manifold
 from mbody.analysis.singular.branch_sentences import nearest_words, place_words, undecided
@@ -21,15 +22,15 @@ from mbody.analysis.singular.singular_positions import SUSPECT, Singular, singul
 from mbody.errors import SolveError
 from mbody.kernels.loop_closure import laws_of_time
 from mbody.kernels.output import PER_PRIMITIVE
-from mbody.kernels.state_derivative import begin
-from mbody.kernels.step_state import FREEST, PROGRESS, TIME
+from mbody.kernels.state_derivative import initial_derivative
+from mbody.kernels.step_state import BEST_CONDITIONING, TIME
 from mbody.solution.doubts import Doubt
 from mbody.solution.energy import causes
 from mbody.solution.solution import Solution
 from mbody.system.layout import Work
 from mbody.system.system import System
 
-__all__ = ["Start", "chosen_motion", "suspect"]
+__all__ = ["BranchStart", "choose_branch", "is_suspect"]
 
 Array = np.ndarray
 
@@ -37,14 +38,15 @@ Array = np.ndarray
 STILL = 1e-9
 #: Branches are equally good where their constraint differs by less than this part.
 TIE = 1e-6
-#: Further away than this from a singular position rows tell the motion, though not all its digits.
+#: Further away than this from a singular position the rows determine the motion, though not all its
+#: digits.
 FAR = 1e-4
 #: Forces below this part of the greatest are none.
 NONE = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
-class Start:
+class BranchStart:
     """How a motion begins in a singular position.
 
     Attributes
@@ -74,20 +76,19 @@ class Start:
     doubts: tuple[Doubt, ...] = ()
 
 
-def suspect(system: System, start: Solution, t: float, q: Array, v: Array) -> bool:
+def is_suspect(system: System, start: Solution, t: float, q: Array, v: Array) -> bool:
     """Whether a closer look at a start is worth its time: rows depend on each other, or nearly."""
     if start.soft:
         return True
-    work, n = system.work(masses=True), 2 * system.coordinates
-    page = np.empty((3 * system.coordinates + PER_PRIMITIVE * len(system.owners), 1))
-    state, y = np.zeros(PROGRESS), np.concatenate([q, v])
-    state[TIME] = t
-    K, P = np.zeros((1, n)), np.zeros((1, len(causes(system))))
-    begin(system.runtime(), work, 0.0, 0, y, K, P, page, state)
-    return not state[FREEST] > SUSPECT
+    work, n = system.work(masses=True), system.coordinates
+    page = np.empty((3 * n + PER_PRIMITIVE * len(system.owners), 1))
+    S = stepping(n, len(causes(system)), 0.0)
+    S.y[:n], S.y[n:], S.state[TIME] = q, v, t
+    initial_derivative(system.runtime(), work, S, 0, page)
+    return not S.state[BEST_CONDITIONING] > SUSPECT
 
 
-def chosen_motion(system: System, start: Solution) -> Start | None:
+def choose_branch(system: System, start: Solution) -> BranchStart | None:
     """How a motion begins where its start is singular; None where it is not, or rests for good.
 
     Raises
@@ -96,7 +97,7 @@ def chosen_motion(system: System, start: Solution) -> Start | None:
         For velocities that no motion has, or where branches are equally possible.
     """
     t, q, v = state_of(system, start)
-    if not system.rows or not suspect(system, start, t, q, v):
+    if not system.rows or not is_suspect(system, start, t, q, v):
         return None
     work = system.work()
     work.time[:] = t
@@ -122,7 +123,7 @@ class _Choice:
         top = max(manifold.largest(q), float(np.abs(self.force).max()))
         self.natural = float(np.sqrt(top / max(float(self.mass.max()), 1e-300)))
 
-    def start(self) -> Start | None:
+    def start(self) -> BranchStart | None:
         here, scale = self.here, self.here.rows.scale
         y = here.unknowns(self.v)
         if np.abs(self.v / scale).max() <= STILL * self.natural and here.steady:
@@ -163,7 +164,7 @@ class _Choice:
     def _on_branch(self, y: Array) -> Array | None:
         """The velocities as those of a branch, where they differ from one by no more than rounding
         of digits, and by what the start is away from the singular position; None where the start is
-        so far away that its rows tell all.
+        so far away that its rows determine the motion.
         """
         here = self.here
         away = norm(here.y)
@@ -201,7 +202,7 @@ class _Choice:
             np.linalg.lstsq((ways * self.mass) @ ways.T, drive, rcond=1e-12)[0] @ ways
         )
 
-    def _begun(self, T: Array, y: Array, a: Array, doubts: tuple[Doubt, ...]) -> Start:
+    def _begun(self, T: Array, y: Array, a: Array, doubts: tuple[Doubt, ...]) -> BranchStart:
         here, scale = self.here, self.here.rows.scale
         T0, place = still(T, here.clock), along(T, here)
         away, fast = norm(place), norm(y)
@@ -220,7 +221,7 @@ class _Choice:
             )
             doubts = (*doubts, Doubt("incomplete", why, self.t, joints))
         late = away / fast * np.sign(place @ y) if fast and away else 0.0
-        return Start(scale * q, scale * v, scale * a, scale, T0, away, late, growth, doubts)
+        return BranchStart(scale * q, scale * v, scale * a, scale, T0, away, late, growth, doubts)
 
     # -- sentences ----------------------------------------------------------------------------
 

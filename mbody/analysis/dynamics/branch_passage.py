@@ -1,6 +1,4 @@
-"""How a free motion passes singular positions that its steps come near: what is decided, and what
-is said of it.
-"""
+"""Passage of a free motion by singular positions: which branch it takes, notes and doubts."""
 
 from __future__ import annotations
 
@@ -8,17 +6,17 @@ import numpy as np
 
 from mbody.analysis.driven.diagnosis import inertialess
 from mbody.analysis.singular.nearby_singularity import Crossing, crossing_note, look_ahead
-from mbody.kernels.singularity_monitor import LIGHT
+from mbody.kernels.singularity_monitor import STAND_IN_PART
 from mbody.kernels.step_state import (
-    ASKING,
-    DOUBTED,
-    FREED,
-    LEAST,
+    CROSSING_TIME,
+    DECIDE_BELOW,
+    KNOWN_UNTIL,
     LEAST_AT,
-    LIGHTER,
-    MEETING,
+    LEAST_CONDITIONING,
     NEXT,
-    PASSING,
+    SHORTENED_UNTIL,
+    STAND_IN_ENERGY,
+    STAND_IN_LIMIT,
     TIME,
 )
 from mbody.model.element import listed
@@ -26,73 +24,81 @@ from mbody.solution.doubts import Doubt
 from mbody.solution.histories import BranchDistance
 from mbody.system.system import System
 
-__all__ = ["BranchWatch", "Crossed"]
+__all__ = ["BranchPassage", "KnownCrossings"]
 
 Array = np.ndarray
 #: Change points ahead, those behind, doubts.
-Crossed = tuple[tuple[Crossing, ...], tuple[Crossing, ...], tuple[Doubt, ...]]
+KnownCrossings = tuple[tuple[Crossing, ...], tuple[Crossing, ...], tuple[Doubt, ...]]
 
-#: A step that may meet a singular position is asked about at first when it is this part of the one
-#: that was refused, as the kernel has it.
+#: What lies ahead is first looked at when a step is this part of the one that was rejected, as the
+#: kernel has it.
 FIRST = 0.3
-#: It is asked about again when it is this part of that.
+#: It is looked at again when the step is this part of that.
 AGAIN = 0.1
 #: A step of this part of the whole motion that may still meet one is made in doubt.
 HOPELESS = 1e-9
-#: A step over a change point may be so many times the one that was asked about; it is longer by
+#: A step over a change point may be so many times the one that was looked at; it is longer by
 #: this part, for rounding.
 FARTHER, LITTLE = 4.0, 1e-9
-#: Inertia is looked at again where the part of the energy that stands in for it has so grown.
+#: Inertia is looked at again where the energy of masses that stand in for missing ones has so
+#: grown.
 MORE_OF_IT = 10.0
 #: A body takes part in a motion with this part of the fastest.
 TAKES_PART = 0.1
 
 
-class BranchWatch:
+class BranchPassage:
     """Decides for one motion; `state` is that of its steps."""
 
-    def __init__(self, system: System, soft: bool, state: Array, whole: float) -> None:
-        self.system, self.soft, self.state, self.whole = system, soft, state, whole
+    def __init__(self, system: System, regularized: bool, state: Array, whole: float) -> None:
+        self.system, self.regularized, self.state, self.whole = system, regularized, state, whole
         self.open: tuple[Crossing, ...] = ()
         self.crossings: tuple[Crossing, ...] = ()
         self.doubts: tuple[Doubt, ...] = ()
-        state[PASSING] = state[DOUBTED] = state[MEETING] = -np.inf
-        state[LEAST], state[LIGHTER] = np.inf, LIGHT
-        self.begun = np.zeros(0)
+        state[KNOWN_UNTIL] = state[SHORTENED_UNTIL] = state[CROSSING_TIME] = -np.inf
+        state[LEAST_CONDITIONING], state[STAND_IN_LIMIT] = np.inf, STAND_IN_PART
+        self.first_position = np.zeros(0)
 
     @property
-    def held(self) -> Crossed:
+    def known(self) -> KnownCrossings:
         """What is known until now, to come back to."""
         return self.open, self.crossings, self.doubts
 
-    @held.setter
-    def held(self, known: Crossed) -> None:
-        self.open, self.crossings, self.doubts = known
+    @known.setter
+    def known(self, given: KnownCrossings) -> None:
+        self.open, self.crossings, self.doubts = given
 
-    def decide(self, y: Array, slope: Array) -> None:
-        """How the next steps pass what is near, from the state y and its slope (2·coordinates,)."""
+    def decide(self, y: Array, derivative: Array) -> None:
+        """How the next steps pass what is near, from the state y and its derivative
+        (2·coordinates,).
+        """
         state, n = self.state, len(y) // 2
         t, step = float(state[TIME]), 2.0 * float(state[NEXT])
-        ahead = look_ahead(self.system, t, y[:n], y[n:], slope[n:], step / FIRST, self.soft)
+        ahead = look_ahead(
+            self.system, t, y[:n], y[n:], derivative[n:], step / FIRST, self.regularized
+        )
         if ahead.clear:
-            state[PASSING], state[NEXT] = t, 0.99 * ahead.clear
+            state[KNOWN_UNTIL], state[NEXT] = t, 0.99 * ahead.clear
         elif ahead.crossing is not None:
             at = ahead.crossing
             over = 2.0 * (at.t - t)
-            state[PASSING], state[MEETING] = max(t, at.t + 0.5 * (at.t - t)), at.t
+            state[KNOWN_UNTIL], state[CROSSING_TIME] = max(t, at.t + 0.5 * (at.t - t)), at.t
             state[NEXT] = over * (1.0 + LITTLE) if step < over < FARTHER * step else step
             self.open = (at,) if at.t > t else ()
         elif step < HOPELESS * self.whole:
             self._give_up(t, step, ahead.elements)
         elif ahead.bend < np.inf:
-            state[DOUBTED], state[ASKING] = ahead.bend + max(ahead.bend - t, step), 0.0
+            state[SHORTENED_UNTIL], state[DECIDE_BELOW] = (
+                ahead.bend + max(ahead.bend - t, step),
+                0.0,
+            )
         else:
-            state[ASKING] = AGAIN * step
+            state[DECIDE_BELOW] = AGAIN * step
 
     def _give_up(self, t: float, step: float, elements: tuple[str, ...]) -> None:
         unit = self.system.mechanism.units.time
         who = f" of {listed(elements, 4)}" if elements else ""
-        self.state[PASSING] = t + 100.0 * step
+        self.state[KNOWN_UNTIL] = t + 100.0 * step
         self.doubts += (
             Doubt(
                 "branch",
@@ -107,7 +113,7 @@ class BranchWatch:
     def note(self, y: Array) -> None:
         """See whether change points that were seen are behind, at the state y."""
         t = float(self.state[TIME])
-        if not self.open or t <= self.state[PASSING]:
+        if not self.open or t <= self.state[KNOWN_UNTIL]:
             return
         n = len(y) // 2
         scale = np.tile([self.system.length, self.system.length, 1.0], n // 3)
@@ -117,18 +123,18 @@ class BranchWatch:
                 self.crossings += (found,)
         self.open = ()
 
-    def weigh(self, y: Array) -> None:
+    def check_inertia(self, y: Array) -> None:
         """See whether the inertia of the free motion vanishes at the state y, where masses that
         stand in for none take much of the energy.
         """
         state, n = self.state, len(y) // 2
-        if state[FREED] <= state[LIGHTER]:
+        if state[STAND_IN_ENERGY] <= state[STAND_IN_LIMIT]:
             return
-        t, state[LIGHTER] = float(state[TIME]), MORE_OF_IT * float(state[FREED])
-        always = inertialess(self.system, t, self.begun)
+        t, state[STAND_IN_LIMIT] = float(state[TIME]), MORE_OF_IT * float(state[STAND_IN_ENERGY])
+        always = inertialess(self.system, t, self.first_position)
         if inertialess(self.system, t, y[:n]) <= always:
             return
-        state[LIGHTER] = np.inf
+        state[STAND_IN_LIMIT] = np.inf
         names = _without_mass(self.system, y[n:])
         who = f"{listed(names, 4)} {'has' if len(names) == 1 else 'have'} no mass"
         message = (
@@ -148,9 +154,11 @@ class BranchWatch:
         found = [one for one in self.crossings if one.t <= last]
         if found:
             return BranchDistance(0.0, found[0].t)
-        if not np.isfinite(self.state[LEAST]):
+        if not np.isfinite(self.state[LEAST_CONDITIONING]):
             return None
-        return BranchDistance(float(np.sqrt(self.state[LEAST])), float(self.state[LEAST_AT]))
+        return BranchDistance(
+            float(np.sqrt(self.state[LEAST_CONDITIONING])), float(self.state[LEAST_AT])
+        )
 
 
 def _without_mass(system: System, v: Array) -> tuple[str, ...]:

@@ -3,8 +3,8 @@
 The balance is what a motion's energy changed beside what loads and drivers gave, by a route that
 its steps did not take. A step may err by `rtol` of each coordinate, and so by that part of the
 energy that takes part, or of what the forces do along the size of the model; steps add up. Steps of
-one length have no tolerance: of them a part of the energy is asked that a motion which can be
-trusted keeps. Efforts of drivers may jump where the motion does not, and the work of a jump comes
+one length have no tolerance: a motion by them can be trusted where it keeps a certain part of the
+energy. Efforts of drivers may jump where the motion does not, and the work of a jump comes
 out as well as the steps resolve it; a motion that follows drivers does not depend on that.
 """
 

@@ -1,4 +1,4 @@
-"""One motion over time with events: what is watched for is located, stops are struck.
+"""Motion over time with events: zero crossings are located, impacts on stops resolved.
 
 Every step is sampled by its polynomial, values and rates; where a sample has another sign than the
 one before, or a cubic between two of them reaches beyond zero, the step is run again from its
@@ -15,22 +15,32 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from mbody.analysis.driven.contacts import Held, holding, one_sided
-from mbody.analysis.dynamics.branch_passage import Crossed
+from mbody.analysis.dynamics.branch_passage import KnownCrossings
 from mbody.analysis.dynamics.impacts import (
-    Slope,
-    bend,
-    followed_by_rates,
-    jump,
+    StopCoordinate,
+    has_exact_rates,
     motion_at,
     rates,
-    slope,
+    second_rate,
+    stop_coordinate,
     values,
+    velocity_jump,
 )
-from mbody.analysis.dynamics.integration import AT_ONCE, Course
-from mbody.analysis.dynamics.zero_crossings import between, refined
-from mbody.analysis.initial.initial_state import watched
+from mbody.analysis.dynamics.integration import AT_ONCE, Integration
+from mbody.analysis.dynamics.zero_crossings import refined, sign_changes
+from mbody.analysis.initial.initial_state import event_measure
 from mbody.errors import SolveError
-from mbody.kernels.step_state import DONE, FREEST, MET, MORE, NEAR, NEXT, SLOPES, TIME
+from mbody.kernels.step_state import (
+    BEST_CONDITIONING,
+    DELIVERED,
+    DONE,
+    EVALUATIONS,
+    MORE,
+    NEAR_SINGULAR,
+    NEXT,
+    TIME,
+    Outputs,
+)
 from mbody.model.event import Event, Stop
 from mbody.solution.event_record import EventRecord
 from mbody.solution.histories import Record
@@ -39,13 +49,13 @@ from mbody.solution.restart import Way
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
-__all__ = ["Eventful", "closed_in"]
+__all__ = ["EventIntegration", "bracketed_root"]
 
 Array = np.ndarray
 
 #: Samples of a step, and of the whole motion, at least.
 OF_A_STEP, OF_ALL = 4, 400
-#: Where only the motion itself tells a rate: how far the second sample is, as a part of the time
+#: Where a rate follows from two samples only: how far the second sample is, as a part of the time
 #: between samples.
 BESIDE = 1e-4
 #: What is noted of contacts and ropes.
@@ -73,7 +83,7 @@ class Saved:
     page: Array
     total: Array
     near: Array
-    watch: Crossed
+    passage: KnownCrossings
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +95,7 @@ class Crossing:
     saved: Saved
 
 
-class Eventful(Course):
+class EventIntegration(Integration):
     """Integrates one system and watches for events."""
 
     def __init__(
@@ -98,28 +108,28 @@ class Eventful(Course):
         """`events` with the restitution of each stop."""
         super().__init__(system, start, way)
         self.events, self.restitution = list(events), events
-        self.measures = [watched(system.mechanism, event) for event in self.events]
+        self.measures = [event_measure(system.mechanism, event) for event in self.events]
         self.stops = [event.name for event in self.events if isinstance(event, Stop)]
         self.lost = np.zeros(len(self.stops))
         self.total = np.zeros(self.causes)
         self.touching: dict[Stop, float] = {}
-        carried = [followed_by_rates(measure) for measure in self.measures]
+        carried = [has_exact_rates(measure) for measure in self.measures]
         self.carried = np.array(carried, dtype=bool)
         self.sided = one_sided(system)
-        self.held: dict[str, list[Held]] = {one.name: [] for one in self.sided}
+        self.forces: dict[str, list[Held]] = {one.name: [] for one in self.sided}
 
     # -- the motion ---------------------------------------------------------------------------
 
-    def _follow(self, times: Array, progress: Callable[[float], None] | None) -> tuple[int, str]:
+    def _integrate(self, times: Array, progress: Callable[[float], None] | None) -> tuple[int, str]:
         self.wanted, self.instants = times, list[float]()
         self.pages, self.works = list[Array](), list[Array]()
         if times[0] <= self.first:
             self._keep(self.first, self.page, self.total)
-        self.total = self.begun.copy()
-        code, status = MORE, self._settled()
+        self.total = self.initial_work.copy()
+        code, status = MORE, self._resolve_impacts()
         while code == MORE and not status:
             code, status = self._step()
-            self._judge()
+            self._check_progress()
             if progress is not None:
                 progress(float(self.state[TIME]))
         return (MORE if status else code), status or "completed"
@@ -134,7 +144,7 @@ class Eventful(Course):
 
     def _keep_now(self) -> None:
         if self.instants:
-            self.anchor = None if self.stops else self._anchored(self.total)
+            self.restart_point = None if self.stops else self._restart_state(self.total)
             self._keep(float(self.state[TIME]), self.page, self.total)
 
     def _keep(self, t: float, page: Array, work: Array) -> None:
@@ -149,24 +159,25 @@ class Eventful(Course):
     def _save(self) -> Saved:
         parts = (self.y, self.K[0], self.P[0], self.state, self.page, self.total, self.work.near)
         y, K, P, state, page, total, near = (part.copy() for part in parts)
-        return Saved(y, K, P, state, page, total, near, self.watch.held)
+        return Saved(y, K, P, state, page, total, near, self.passage.known)
 
     def _restore(self, saved: Saved) -> None:
         """Go back, or ahead; the count of evaluations goes on."""
-        evaluations = self.state[SLOPES]
+        evaluations = self.state[EVALUATIONS]
         self.y[:], self.K[0], self.P[0], self.state[:] = saved.y, saved.K, saved.P, saved.state
         self.page, self.total = saved.page.copy(), saved.total.copy()
-        self.work.near[:], self.watch.held = saved.near, saved.watch
-        self.state[SLOPES] = evaluations
+        self.work.near[:], self.passage.known = saved.near, saved.passage
+        self.state[EVALUATIONS] = evaluations
 
     def _run(self, until: float, steps: int, times: Array) -> tuple[int, Array, Array]:
         """Steps of the kernel: its code, pages and work at the times."""
         output = np.empty((len(times), self.rows, 1))
-        gained = np.zeros((len(times) + 1, self.causes))
-        gained[-1], self.state[MET] = self.total, 0.0
-        code = self._flow(until, steps, times, output, gained)
-        self.total = gained[-1].copy()
-        return code, output, gained
+        work_done = np.zeros((len(times) + 1, self.causes))
+        work_done[-1], self.state[DELIVERED] = self.total, 0.0
+        outputs = Outputs(times=times, pages=output, work=work_done)
+        code = self._advance(until, steps, outputs)
+        self.total = work_done[-1].copy()
+        return code, output, work_done
 
     def _step(self) -> tuple[int, str]:
         """One step, or one that was refused: the code of the kernel, and the status at an end."""
@@ -186,7 +197,7 @@ class Eventful(Course):
         times = np.unique(np.concatenate([even, wanted, [end]]))
         times = np.append(t, times[(times > t) & (times <= end)])
         marks = self._marks(times[1:], times)
-        code, pages, gained = self._run(self.until, 1, marks)
+        code, pages, work_done = self._run(self.until, 1, marks)
         if state[TIME] == t:
             return code, ""
         self.page = pages[-1].copy()
@@ -194,7 +205,7 @@ class Eventful(Course):
         found, rising = self._sampled(
             times, np.append(t, marks), np.concatenate([saved.page[None], pages])
         )
-        came_back, touching = self._left(found[:, 1])
+        came_back, touching = self._check_touching(found[:, 1])
         if came_back:
             self._restore(saved)
             state[NEXT] = 0.25 * h
@@ -207,12 +218,12 @@ class Eventful(Course):
             found[row] = np.where(np.abs(found[row]) <= rounding, rounding, found[row])
         crossings = self._crossings(saved, times, found, rising)
         cut = next((one for one in crossings if _interrupts(one.event)), None)
-        self._hold(np.append(t, marks), np.concatenate([saved.page[None], pages]), cut)
+        self._record_forces(np.append(t, marks), np.concatenate([saved.page[None], pages]), cut)
         for n in np.flatnonzero(np.isin(marks, wanted)):
             if cut is None or marks[n] <= cut.t:
-                self._keep(float(marks[n]), pages[n], gained[n])
+                self._keep(float(marks[n]), pages[n], work_done[n])
         for one in crossings[: crossings.index(cut) if cut else None]:
-            if one.t <= self.first:  # told of by the motion that this one goes on with
+            if one.t <= self.first:  # reported by the motion that this one continues
                 continue
             self._record(one.event, one.t, one.saved.page)
         self.touching = touching
@@ -222,12 +233,12 @@ class Eventful(Course):
         self._restore(cut.saved)
         state[NEXT] = min(state[NEXT], h)
         if isinstance(cut.event, Stop):
-            return MORE, self._settled()
+            return MORE, self._resolve_impacts()
         self._record(cut.event, cut.t, self.page)
         return MORE, self._ended(f"'{cut.event.of}' is zero")
 
-    def _hold(self, marks: Array, pages: Array, cut: Crossing | None) -> None:
-        """Note the forces of contacts and ropes over a step, within the instants asked for."""
+    def _record_forces(self, marks: Array, pages: Array, cut: Crossing | None) -> None:
+        """Record the forces of contacts and ropes over a step, within the output instants."""
         if not self.sided:
             return
         last = float(self.wanted[-1]) if cut is None else min(cut.t, float(self.wanted[-1]))
@@ -236,12 +247,12 @@ class Eventful(Course):
             return
         run = motion_at(self.system, marks[inside], pages[inside])
         for one in self.sided:
-            self.held[one.name].append(holding(run, one))
+            self.forces[one.name].append(holding(run, one))
 
     def _between(self) -> dict[str, Held]:
         return {
             name: Held(*(np.concatenate([getattr(p, key) for p in parts]) for key in FORCES))
-            for name, parts in self.held.items()
+            for name, parts in self.forces.items()
             if parts
         }
 
@@ -255,11 +266,13 @@ class Eventful(Course):
     def _instant(self, t: float, page: Array) -> Solution:
         """A page as a solution of one instant."""
         record = Record([page[None].copy()], 1, batch=False)
-        return Solution(self.system, "simulate", np.array([t]), record, None, soft=self.soft)
+        return Solution(
+            self.system, "simulate", np.array([t]), record, None, soft=self.regularization
+        )
 
     def _ended(self, why: str) -> str:
         """Keep the last instant; the status of a motion that ends there."""
-        t, self.anchor = float(self.state[TIME]), None
+        t, self.restart_point = float(self.state[TIME]), None
         self._keep(t, self.page, self.total)
         return f"ended: at t = {t:.6g} {self.system.mechanism.units.time}, {why}"
 
@@ -269,7 +282,7 @@ class Eventful(Course):
     # -- zeros --------------------------------------------------------------------------------
 
     def _marks(self, wanted: Array, times: Array) -> Array:
-        """`wanted` and, where a rate is told by two samples, others beside `times`."""
+        """`wanted` and, where a rate follows from two samples, others beside `times`."""
         if self.carried.all():
             return wanted
         return np.unique(np.concatenate([wanted, self._beside(times)]))
@@ -309,7 +322,7 @@ class Eventful(Course):
                 sampled = (times, history, rising[k])
                 again = functools.partial(self._again, saved, k)
                 t, history, _ = refined(again, sampled, near)
-            for n in between(t, history):
+            for n in sign_changes(t, history):
                 a, b = float(history[n]), float(history[n + 1])
                 if n == 0 and abs(a) <= rounding:
                     continue  # a restart at a stop begins at its zero
@@ -350,13 +363,13 @@ class Eventful(Course):
             return float(values(self.system, [measure], np.array([t]), pages)[0, 0])
 
         near = LOCATED * float(saved.state[NEXT])
-        t = closed_in(lambda t: value(t, self.steps.even), left, right, near)
+        t = bracketed_root(lambda t: value(t, self.steps.fixed), left, right, near)
         value(t, within=False)
         return Crossing(t, event, self._save())
 
     # -- stops --------------------------------------------------------------------------------
 
-    def _left(self, first: Array) -> tuple[Stop | None, dict[Stop, float]]:
+    def _check_touching(self, first: Array) -> tuple[Stop | None, dict[Stop, float]]:
         """By the first sample of a step, (events,): a stop that was touched and lies behind again,
         and those that still are touched.
         """
@@ -369,12 +382,14 @@ class Eventful(Course):
                 still[stop] = size
         return None, still
 
-    def _slope_of(self, stop: Stop) -> Slope:
+    def _coordinate_of(self, stop: Stop) -> StopCoordinate:
         measure = self.measures[self.events.index(stop)]
         q = self.y[: self.system.coordinates]
-        return slope(self.system, measure, float(self.state[TIME]), q, self.until - self.first)
+        return stop_coordinate(
+            self.system, measure, float(self.state[TIME]), q, self.until - self.first
+        )
 
-    def _settled(self) -> str:
+    def _resolve_impacts(self) -> str:
         """Strike every stop that is touched and approached, and begin anew; a status where what
         strikes comes to rest.
         """
@@ -385,7 +400,7 @@ class Eventful(Course):
             v = self.y[n:]
             touched = []
             for stop in stops:
-                at = self._slope_of(stop)
+                at = self._coordinate_of(stop)
                 if at.value < -TOUCH * at.size:
                     raise self._beyond(stop, at)
                 if at.value <= TOUCH * at.size:
@@ -402,7 +417,7 @@ class Eventful(Course):
         for _, stop, at in touched:
             measure = self.measures[self.events.index(stop)]
             q, v, a = (self.page[k * n : (k + 1) * n, 0] for k in range(3))
-            back = -bend(self.system, measure, float(state[TIME]), q, v, a)
+            back = -second_rate(self.system, measure, float(state[TIME]), q, v, a)
             away = max(at.rate(v), 0.0)
             if back > 1e-8 * at.size * swift**2:
                 if away * away <= 2.0 * RESOLVED * at.size * back:
@@ -412,13 +427,13 @@ class Eventful(Course):
             self.touching[stop] = at.size
         return ""
 
-    def _strike(self, stop: Stop, at: Slope) -> None:
-        """One impact: the velocities after it, their slope, the energy that it took."""
+    def _strike(self, stop: Stop, at: StopCoordinate) -> None:
+        """One impact: the velocities after it, their derivative, the energy that it took."""
         n, t = self.system.coordinates, float(self.state[TIME])
-        before, weakest = self.page.copy(), float(self.state[FREEST])
-        self._slope()
+        before, best = self.page.copy(), float(self.state[BEST_CONDITIONING])
+        self._evaluate()
         v = self.y[n:].copy()
-        way = jump(self.system, self.work, at)
+        way = velocity_jump(self.system, self.work, at)
         if way is None:
             raise SolveError(
                 f"nothing that strikes the stop '{stop.name}' is free to rebound: '{stop.of}' "
@@ -429,14 +444,15 @@ class Eventful(Course):
         self.y[n:] = v - (1.0 + self.restitution[stop]) * at.rate(v) * way
         mass = self.system.mass[:n, 0]
         self.lost[self.stops.index(stop.name)] += 0.5 * float(mass @ (self.y[n:] ** 2 - v**2))
-        self._slope()
-        self._check_slope(self.K, t)
-        self.state[NEAR], self.state[FREEST] = 0.0, max(self.state[FREEST], weakest)
+        self._evaluate()
+        self._check_finite(self.K, t)
+        self.state[NEAR_SINGULAR] = 0.0
+        self.state[BEST_CONDITIONING] = max(self.state[BEST_CONDITIONING], best)
         self._record(stop, t, before, self.page)
 
-    def _beyond(self, stop: Stop, at: Slope) -> SolveError:
+    def _beyond(self, stop: Stop, at: StopCoordinate) -> SolveError:
         mechanism = self.system.mechanism
-        own = check_measure(mechanism, watched(mechanism, stop))
+        own = check_measure(mechanism, event_measure(mechanism, stop))
         return SolveError(
             f"at t = {self.state[TIME]:.6g} {mechanism.units.time} the motion is beyond the stop "
             f"'{stop.name}': '{stop.of}' is "
@@ -451,7 +467,7 @@ def _interrupts(event: Event | Stop) -> bool:
     return isinstance(event, Stop) or event.stop
 
 
-def closed_in(
+def bracketed_root(
     value: Callable[[float], float],
     left: tuple[float, float],
     right: tuple[float, float],
@@ -463,7 +479,7 @@ def closed_in(
     Oliveira, Takahashi: An enhancement of the bisection method average performance preserving
     minmax optimality (2021), the method ITP.
 
-    >>> round(closed_in(lambda x: x * x - 2.0, (1.0, -1.0), (2.0, 2.0), 1e-12), 11)
+    >>> round(bracketed_root(lambda x: x * x - 2.0, (1.0, -1.0), (2.0, 2.0), 1e-12), 11)
     1.41421356237
     """
     (a, fa), (b, fb) = left, right

@@ -1,4 +1,4 @@
-"""Impacts on stops: slopes of a stop's coordinate, and the jump of the velocities."""
+"""Impacts on stops: derivatives of a stop's coordinate, and the jump of the velocities."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.model.numbers import DRIVEN
+from mbody.model.driver import DRIVEN
 from mbody.model.study import Measure
 from mbody.quantities import parse
 from mbody.solution.histories import Record
@@ -16,7 +16,15 @@ from mbody.system.layout import Work
 from mbody.system.rank import dense, rank_of
 from mbody.system.system import System
 
-__all__ = ["Slope", "followed_by_rates", "jump", "motion_at", "rates", "slope", "values"]
+__all__ = [
+    "StopCoordinate",
+    "has_exact_rates",
+    "motion_at",
+    "rates",
+    "stop_coordinate",
+    "values",
+    "velocity_jump",
+]
 
 Array = np.ndarray
 
@@ -31,7 +39,7 @@ INSTANT = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Slope:
+class StopCoordinate:
     """A coordinate g and how it changes.
 
     Attributes
@@ -67,14 +75,14 @@ def values(system: System, measures: list[Measure], t: Array, pages: Array) -> A
     return np.array([measured(run, measure)[0] for measure in measures]).reshape(-1, len(t))
 
 
-def followed_by_rates(of: Measure) -> bool:
+def has_exact_rates(of: Measure) -> bool:
     """Whether a quantity is made of positions, velocities and laws of time alone."""
     names = parse(of.of).names
     return all(name.rpartition(".")[2] in CARRIED for name in names if "." in name)
 
 
 def rates(system: System, measures: list[Measure], t: Array, pages: Array, step: float) -> Array:
-    """Rates (measures, instants) of quantities that are `followed_by_rates`, `step` being the time
+    """Rates (measures, instants) of quantities that are `has_exact_rates`, `step` being the time
     between samples: central differences along velocities and accelerations.
     """
     n, moment = system.coordinates, MOMENT * step
@@ -88,8 +96,8 @@ def rates(system: System, measures: list[Measure], t: Array, pages: Array, step:
     return np.asarray((found[:, 0] - found[:, 1]) / (2.0 * moment))
 
 
-def slope(system: System, of: Measure, t: float, q: Array, span: float) -> Slope:
-    """The slopes of a coordinate at a position, by differences; `span` is the whole time."""
+def stop_coordinate(system: System, of: Measure, t: float, q: Array, span: float) -> StopCoordinate:
+    """A coordinate and its derivatives at a position, by differences; `span` is the whole time."""
     n = len(q)
     scale = np.tile([system.length, system.length, 1.0], n // 3)
     ways = np.vstack([STEP * np.diag(scale), np.zeros((1, n))])
@@ -104,10 +112,10 @@ def slope(system: System, of: Measure, t: float, q: Array, span: float) -> Slope
     change = (8.0 * (found[1] - found[2]) - (found[3] - found[4])) / 12.0
     gradient = change[:-1] / (STEP * scale)
     size = float(np.linalg.norm(gradient * scale))
-    return Slope(float(found[0, 0]), gradient, float(change[-1] / moment), size)
+    return StopCoordinate(float(found[0, 0]), gradient, float(change[-1] / moment), size)
 
 
-def bend(system: System, of: Measure, t: float, q: Array, v: Array, a: Array) -> float:
+def second_rate(system: System, of: Measure, t: float, q: Array, v: Array, a: Array) -> float:
     """g̈ along a motion, by a second difference."""
     n = len(q)
     scale = np.tile([system.length, system.length, 1.0], n // 3)
@@ -119,7 +127,7 @@ def bend(system: System, of: Measure, t: float, q: Array, v: Array, a: Array) ->
     return float((ahead - here + (behind - here)) / step**2)
 
 
-def jump(system: System, work: Work, at: Slope) -> Array | None:
+def velocity_jump(system: System, work: Work, at: StopCoordinate) -> Array | None:
     """How velocities change that the joints allow, for a change of ġ by one; None where nothing
     that is free changes it.
 

@@ -9,14 +9,14 @@ import numpy as np
 
 from mbody.solution.restart import Way
 
-__all__ = ["CORRECTIONS", "first_step", "sizes"]
+__all__ = ["REFINEMENTS", "coordinate_sizes", "first_step"]
 
 #: Corrections by the residual where masses are stood in for, or rows are redundant, and of what is
 #: kept.
-CORRECTIONS = 2
+REFINEMENTS = 2
 
 
-def sizes(length: float, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+def coordinate_sizes(length: float, v: np.ndarray, a: np.ndarray) -> np.ndarray:
     """Sizes of coordinates and rates, to which absolute errors are relative: (…, 2·coordinates).
 
     Parameters
@@ -36,19 +36,19 @@ def sizes(length: float, v: np.ndarray, a: np.ndarray) -> np.ndarray:
 
 
 def first_step(
-    way: Way, y: np.ndarray, slope: np.ndarray, scale: np.ndarray, whole: float
+    way: Way, y: np.ndarray, derivative: np.ndarray, scale: np.ndarray, whole: float
 ) -> np.ndarray:
     """A rough first step (Hairer, Nørsett, Wanner, II.4): (…,).
 
     Parameters
     ----------
     y, slope, scale : arrays (…, 2·coordinates)
-        The first state, its slope, and the sizes of the coordinates.
+        The first state, its derivative, and the sizes of the coordinates.
     whole : float
         How long the motion goes on.
     """
     size = way.atol * scale + way.rtol * np.abs(y)
-    d0, d1 = (np.sqrt(np.mean((part / size) ** 2, axis=-1)) for part in (y, slope))
+    d0, d1 = (np.sqrt(np.mean((part / size) ** 2, axis=-1)) for part in (y, derivative))
     with np.errstate(divide="ignore", invalid="ignore"):
         step = np.where((d0 > 1e-5) & (d1 > 1e-5), 0.01 * d0 / d1, 1e-6 * whole)
     return np.minimum(step, 0.1 * whole)

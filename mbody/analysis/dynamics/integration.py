@@ -1,4 +1,4 @@
-"""One motion over time: the kernel's memory, its calls, what comes of them."""
+"""Time integration of one motion: memory and calls of the integrator, and its result."""
 
 from __future__ import annotations
 
@@ -18,30 +18,31 @@ from mbody.analysis.driven.diagnosis import (
 )
 from mbody.analysis.driven.time_grid import check_reach
 from mbody.analysis.driven.uniqueness import open_reactions, told_open
-from mbody.analysis.dynamics.branch_passage import BranchWatch
-from mbody.analysis.dynamics.initial_step import CORRECTIONS, first_step, sizes
-from mbody.analysis.dynamics.integrators import Memory, stepper
+from mbody.analysis.dynamics.branch_passage import BranchPassage
+from mbody.analysis.dynamics.initial_step import REFINEMENTS, coordinate_sizes, first_step
+from mbody.analysis.dynamics.integrators import PATIENT, Motion, integrator, stepping
 from mbody.analysis.position.assembly_analysis import SOFT, raise_user_error
 from mbody.analysis.position.vanishing_distances import GONE, vanishing
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.output import PER_PRIMITIVE
-from mbody.kernels.state_derivative import begin
+from mbody.kernels.state_derivative import initial_derivative
 from mbody.kernels.step_state import (
-    BRANCH,
-    CAREFUL,
+    BRANCH_UNCERTAIN,
+    DELIVERED,
     DONE,
-    LAST,
-    LAST_ONE,
-    MET,
+    EVALUATIONS,
+    JACOBIANS,
+    LAST_STEP,
+    LAST_STEP_ALLOWED,
     MORE,
+    NEAR_SINGULAR_STEPS,
     NEXT,
-    PROGRESS,
     REJECTED,
-    SLOPES,
-    STEEP,
     STEPS,
-    TANGENTS,
+    STIFF,
     TIME,
+    Outputs,
+    Tolerances,
 )
 from mbody.model.simulation import EVEN
 from mbody.solution.certificate import as_said, changed
@@ -55,41 +56,45 @@ from mbody.system.layout import stand_ins
 from mbody.system.rank import dense, rank_of, too_large
 from mbody.system.system import System
 
-__all__ = ["Course"]
+__all__ = ["Integration"]
 
 Array = np.ndarray
 
-#: Steps of one call of the kernel; between calls there is progress, and Ctrl-C is heard.
+#: Steps of one call of the kernel; between calls progress is shown and Ctrl-C takes effect.
 AT_ONCE = 500
 #: Of so many steps the mean is judged: what falls below this part of the greatest and of the time
-#: in which the motion changes, with so many steps still to go, crawls.
-JUDGED, SHRUNK, SLOW, PATIENT = 10_000, 0.1, 1e-4, 300_000
+#: in which the motion changes, with `PATIENT` steps still to go, crawls.
+JUDGED, SHRUNK, SLOW = 10_000, 0.1, 1e-4
 
 
-class Course:
+class Integration:
     """Integrates one system from a first state."""
 
     def __init__(self, system: System, start: Solution, way: Way) -> None:
         self.system, self.start, self.way = system, start, way
         self.layout = system.runtime()
         self.work = system.work(masses=True)
-        self.soft = start.soft if start.system is system else SOFT * bool(start.soft)
-        # a small mass stands where there is none: corrections by the residual take it back
+        self.regularization = start.soft if start.system is system else SOFT * bool(start.soft)
+        # a small mass stands where there is none: refinement takes its effect back
         light = stand_ins(self.layout, system.mass, system.length).any()
-        regular = CORRECTIONS if light or self.soft else 0
+        regular = REFINEMENTS if light or self.regularization else 0
         self.causes = len(causes(system))
-        self.passes = CORRECTIONS
-        self.steps = stepper(way.method, self.layout, self.work, way.step)
-        n, m = 2 * system.coordinates, self.steps
-        self.y, self.state = np.zeros(n), np.zeros(PROGRESS)
-        self.K, self.P = np.zeros((m.slopes, n)), np.zeros((m.slopes, self.causes))
-        room = np.zeros((m.polynomial, n)), np.zeros((m.polynomial, self.causes))
-        self.memory = Memory(
-            *(self.layout, self.work, self.soft, regular, self.passes, way.rtol, way.atol),
-            *(self.y, self.K, self.P, *room, self.state),
+        self.steps = integrator(way.method, self.layout, self.work, way.step)
+        self.stepping = stepping(
+            system.coordinates, self.causes, self.regularization, self.steps.rows, self.steps.terms
         )
-        self.begun = np.zeros(self.causes)
-        self.anchor: Restart | None = None
+        self.y, self.state = self.stepping.y, self.stepping.state
+        self.K, self.P, self.scale = self.stepping.K, self.stepping.P, self.stepping.scale
+        tolerances = Tolerances(
+            relative=way.rtol,
+            absolute=way.atol,
+            refinements=regular,
+            full_refinements=REFINEMENTS,
+            patience=PATIENT,
+        )
+        self.motion = Motion(self.layout, self.work, self.stepping, tolerances)
+        self.initial_work = np.zeros(self.causes)
+        self.restart_point: Restart | None = None
         self.judged, self.longest = (0.0, 0.0), 0.0
         self.occurred: list[EventRecord] = []
         self.stops: list[str] = []
@@ -109,7 +114,7 @@ class Course:
         if restart is not None:
             self._resume(restart)
         try:
-            code, status = self._follow(times, progress)
+            code, status = self._integrate(times, progress)
         except KeyboardInterrupt:
             unit = self.system.mechanism.units.time
             status = f"stopped: at t = {self.state[TIME]:.6g} {unit} by the user"
@@ -124,15 +129,17 @@ class Course:
         return found
 
     def _begin(self, first: float, q: Array, v: Array, until: float) -> None:
-        """The memory of the kernel with the first state, its slope and the first step."""
+        """First state with its derivative, and the length of the first step."""
         n3 = self.system.coordinates
         self.first, self.until = first, until
         self.rows = 3 * n3 + PER_PRIMITIVE * len(self.system.owners)
         self.y[:n3], self.y[n3:] = q, v
         self.page = np.empty((self.rows, 1))
         self.state[TIME] = first
-        self.watch = BranchWatch(self.system, bool(self.soft), self.state, until - first)
-        if not self._slope():
+        self.passage = BranchPassage(
+            self.system, bool(self.regularization), self.state, until - first
+        )
+        if not self._evaluate():
             raise SolveError(
                 f"the start does not fit '{self.system.mechanism.name}': its loops do not close "
                 "near it; give a motion of this mechanism, or its own guesses"
@@ -142,63 +149,61 @@ class Course:
         if problem is not None:
             raise problem
         self.notes = adjusted(self.system, np.concatenate([q, v]), self.y, until - first)
-        if self.soft:
+        if self.regularization:
             self.notes += branching(self.system, first, self.y[:n3], self.y[n3:])
-        self._check_slope(self.K, first)
-        self.watch.begun = self.y[:n3].copy()
-        self.memory.scale = self.scale = sizes(self.system.length, v, self.K[0, n3:])
+        self._check_finite(self.K, first)
+        self.passage.first_position = self.y[:n3].copy()
+        self.scale[:] = coordinate_sizes(self.system.length, v, self.K[0, n3:])
         first_one = first_step(self.way, self.y, self.K[0], self.scale, until - first)
         self.state[NEXT] = self.way.step or first_one
         self.judged, self.longest = (0.0, first), 0.0
 
-    def _slope(self) -> bool:
-        """Project the state, take its slope and its page; whether the loops close."""
-        begun = begin(
-            *(self.layout, self.work, self.soft, self.passes),
-            *(self.y, self.K, self.P, self.page, self.state),
-        )
+    def _evaluate(self) -> bool:
+        """Project the state, evaluate its derivative and its page; whether the loops close."""
+        closes = initial_derivative(self.layout, self.work, self.stepping, REFINEMENTS, self.page)
         raise_user_error(self.system)
-        return bool(begun)
+        return bool(closes)
 
-    def _flow(self, until: float, steps: int, times: Array, output: Array, gained: Array) -> int:
-        """At most so many steps; see `mbody.kernels.runge_kutta`."""
+    def _advance(self, until: float, steps: int, outputs: Outputs) -> int:
+        """At most so many steps; a code of `mbody.kernels.step_state`."""
         code, left = MORE, steps
         while code == MORE and left > 0:
             done = self.state[STEPS]
-            count = 1 if self.watch.open else left
-            code = self.steps.steps(self.memory, until, count, times, output, gained)
+            count = 1 if self.passage.open else left
+            code = self.steps.steps(self.motion, until, count, outputs)
             left -= max(1, int(self.state[STEPS] - done))
-            self.watch.note(self.y)
-            self.watch.weigh(self.y)
-            if code == BRANCH:
-                self.watch.decide(self.y, self.K[0])
+            self.passage.note(self.y)
+            self.passage.check_inertia(self.y)
+            if code == BRANCH_UNCERTAIN:
+                self.passage.decide(self.y, self.K[0])
                 code = MORE
-            elif code == LAST:
+            elif code == LAST_STEP:
                 if until == self.until:
-                    self.anchor = self._anchored(gained[-1])
-                self.state[LAST_ONE] = 1.0
+                    self.restart_point = self._restart_state(outputs.work[-1])
+                self.state[LAST_STEP_ALLOWED] = 1.0
                 code, left = MORE, left + 1
         raise_user_error(self.system)
         return code
 
-    def _follow(self, times: Array, progress: Callable[[float], None] | None) -> tuple[int, str]:
+    def _integrate(self, times: Array, progress: Callable[[float], None] | None) -> tuple[int, str]:
         """The whole motion, its instants kept: the last code of the kernel, and the status."""
         self.times, self.output = times, np.empty((len(times), self.rows, 1))
-        self.gained = np.zeros((len(times) + 1, self.causes))
-        self.gained[-1] = self.begun
+        self.work_done = np.zeros((len(times) + 1, self.causes))
+        self.work_done[-1] = self.initial_work
         if times[0] <= self.first:
-            self.output[0], self.state[MET] = self.page, 1.0
+            self.output[0], self.state[DELIVERED] = self.page, 1.0
+        outputs = Outputs(times=times, pages=self.output, work=self.work_done)
         code = MORE
         while code == MORE:
-            code = self._flow(self.until, AT_ONCE, times, self.output, self.gained)
-            self._judge()
+            code = self._advance(self.until, AT_ONCE, outputs)
+            self._check_progress()
             if progress is not None:
                 progress(float(self.state[TIME]))
         return code, "completed"
 
-    def _judge(self) -> None:
-        """Refuse to crawl: at loads that jump to and fro steps are cut for ever. Refuse to go on
-        where a distance has become zero.
+    def _check_progress(self) -> None:
+        """Refuse to go on where loads that jump to and fro keep steps short for ever, or where a
+        distance has become zero.
         """
         n, unit = self.system.coordinates, self.system.mechanism.units.time
         gone = vanishing(self.system, self.y[:n], f"t = {self.state[TIME]:.6g} {unit}", GONE)
@@ -223,52 +228,64 @@ class Course:
 
     # -- restarts -----------------------------------------------------------------------------
 
-    def _anchored(self, gained: Array) -> Restart:
+    def _restart_state(self, work_done: Array) -> Restart:
         """All that the next step depends on; `gained` since the beginning."""
         return Restart(
-            *(self.way, self.scale.copy(), self.y.copy(), self.K[0].copy(), self.P[0].copy()),
-            *(gained.copy(), self.state.copy(), tuple(part.copy() for part in self.steps.own)),
+            way=self.way,
+            scale=self.scale.copy(),
+            y=self.y.copy(),
+            slope=self.K[0].copy(),
+            powers=self.P[0].copy(),
+            gained=work_done.copy(),
+            state=self.state.copy(),
+            own=tuple(part.copy() for part in self.steps.own),
         )
 
     def _resume(self, restart: Restart) -> None:
         """Take up what was left."""
         self.y[:], self.state[TIME] = restart.y, restart.state[TIME]
         page = self.page.copy()
-        self._slope()  # for the distances from singular positions with which the next step begins
+        # for the distances from singular positions with which the next step begins
+        self._evaluate()
         self.page = page
-        self.memory.scale = self.scale = restart.scale.copy()
+        self.scale[:] = restart.scale
         self.y[:], self.K[0], self.P[0] = restart.y, restart.slope, restart.powers
-        self.begun[:], self.state[:] = restart.gained, restart.state
-        self.state[MET], self.judged = 0.0, (float(self.state[STEPS]), float(self.state[TIME]))
+        self.initial_work[:], self.state[:] = restart.gained, restart.state
+        self.state[DELIVERED], self.judged = (
+            0.0,
+            (float(self.state[STEPS]), float(self.state[TIME])),
+        )
         for own, part in zip(self.steps.own, restart.own, strict=True):
             own[:] = part
 
-    def _restart(self, gained: Array) -> Restart | None:
+    def _restart(self, work_done: Array) -> Restart | None:
         """Where to take up, as seen from the last instant that was kept."""
-        if self.anchor is None or not len(gained):
+        if self.restart_point is None or not len(work_done):
             return None
-        return replace(self.anchor, gained=self.anchor.gained - gained[-1, : self.causes])
+        return replace(
+            self.restart_point, gained=self.restart_point.gained - work_done[-1, : self.causes]
+        )
 
     def _keep_now(self) -> None:
-        """Keep the instant that a motion has come to, to go on from there."""
+        """Keep the instant that a motion has reached, to continue from there."""
         if not self.state[STEPS]:
             return
-        self.anchor = self._anchored(self.gained[-1])
-        met, done = int(self.state[MET]), self.gained[-1].copy()
-        self._slope()
+        self.restart_point = self._restart_state(self.work_done[-1])
+        met, done = int(self.state[DELIVERED]), self.work_done[-1].copy()
+        self._evaluate()
         if met and self.times[met - 1] == self.state[TIME]:
             met -= 1
         self.times = np.append(self.times[:met], self.state[TIME])
         self.output = np.concatenate([self.output[:met], self.page[None]])
-        self.gained = np.concatenate([self.gained[:met], done[None]])
-        self.state[MET] = met + 1
+        self.work_done = np.concatenate([self.work_done[:met], done[None]])
+        self.state[DELIVERED] = met + 1
 
     def _kept(self) -> tuple[Array, Array, Array]:
         """Times, pages and work of the instants that are met."""
-        met = int(self.state[MET])
-        return self.times[:met], self.output[:met], self.gained[:met]
+        met = int(self.state[DELIVERED])
+        return self.times[:met], self.output[:met], self.work_done[:met]
 
-    def _check_slope(self, K: Array, t: float) -> None:
+    def _check_finite(self, K: Array, t: float) -> None:
         if np.isfinite(K[0]).all():
             return
         n = self.system.coordinates
@@ -280,7 +297,7 @@ class Course:
         unit = self.system.mechanism.units.time
         t = float(state[TIME])
         when = f"t = {t:.6g} {unit}"
-        if code == STEEP:
+        if code == STIFF:
             left = (self.until - t) / state[NEXT]
             return SolveError(
                 f"the loads are too stiff for explicit steps: at {when} the step has shrunk to "
@@ -314,37 +331,37 @@ class Course:
 
     def _solution(self, status: str) -> Solution:
         n, state = self.system.coordinates, self.state
-        times, output, gained = self._kept()
+        times, output, work_done = self._kept()
         stats = {
             "steps": int(state[STEPS]),
             "rejected": int(state[REJECTED]),
-            "careful": int(state[CAREFUL]),
-            "evaluations": int(state[SLOPES]),
+            "careful": int(state[NEAR_SINGULAR_STEPS]),
+            "evaluations": int(state[EVALUATIONS]),
         }
-        if state[TANGENTS]:
-            stats["tangents"] = int(state[TANGENTS])
+        if state[JACOBIANS]:
+            stats["tangents"] = int(state[JACOBIANS])
         found = Solution(
             system=self.system,
             analysis="simulate",
             t=times,
             record=Record([output], len(times), batch=False),
             given=None,
-            soft=self.soft,
+            soft=self.regularization,
             dependencies=self._dependencies(output[:, :n, 0]),
             notes=as_said(self.start).notes if self.start.analysis == "close_loops" else (),
             status=status,
             stats=stats,
-            energy=account(self.system, output[:, : 2 * n, 0], gained, self.stops),
+            energy=account(self.system, output[:, : 2 * n, 0], work_done, self.stops),
             events=tuple(self.occurred),
-            restart=self._restart(gained),
+            restart=self._restart(work_done),
         )
         last = float(times[-1]) if len(times) else self.first
-        notes = (*as_said(found).notes, *self.notes, *self.watch.notes(last))
+        notes = (*as_said(found).notes, *self.notes, *self.passage.notes(last))
         notes += tuple(pulled(found, self._between()))
-        if self.soft:
+        if self.regularization:
             notes += told_open(found.dependencies)
-        found = changed(found, notes=notes, branch=self.watch.least(last))
-        return doubted(found, self.watch.doubts)
+        found = changed(found, notes=notes, branch=self.passage.least(last))
+        return doubted(found, self.passage.doubts)
 
     def _between(self) -> Mapping[str, Held] | None:
         """Forces of contacts and ropes between the instants that are kept."""
@@ -354,7 +371,7 @@ class Course:
         """What redundant rows leave open, at the one of some positions (instants, coordinates) at
         which they are fewest: a singular position has more of them.
         """
-        if not self.soft or too_large(self.system) or not len(q):
+        if not self.regularization or too_large(self.system) or not len(q):
             return None
         work, reports = self.system.work(), []
         for k in {0, len(q) // 2, len(q) - 1}:

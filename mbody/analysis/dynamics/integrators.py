@@ -1,42 +1,45 @@
-"""The methods of `simulate` by name: each a kernel with its tables and its own memory."""
+"""Integrators of `simulate` by name: each a kernel with its coefficients and its own memory."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
 
 from mbody.errors import ModelError
 from mbody.kernels.dense_output import FIRST, SECOND
-from mbody.kernels.fixed_step import pace
-from mbody.kernels.implicit_tableaus import radau_5, suzuki_4
-from mbody.kernels.radau import radau
-from mbody.kernels.runge_kutta import flow
+from mbody.kernels.fixed_step import FixedStep, fixed_step
+from mbody.kernels.radau import LENGTH, Radau, radau
+from mbody.kernels.runge_kutta import runge_kutta
 from mbody.kernels.step_state import (
-    DOUBTED,
-    FREEST,
-    FRESH,
-    LOST,
+    BEST_CONDITIONING,
+    CONDITIONING,
+    JACOBIAN_VALID,
+    KNOWN_UNTIL,
     MORE,
-    NEAR,
+    NEAR_SINGULAR,
+    NEAR_SINGULAR_BELOW,
     NEXT,
-    PASSAGE,
-    PASSING,
-    PIVOT,
-    SMALL,
+    NOT_FINITE,
+    PROGRESS,
+    SHORTENED_UNTIL,
+    SINGULAR_AHEAD,
+    STEP_VANISHED,
     STEPS,
     TIME,
-    WEAK,
+    Outputs,
+    Stepping,
+    Tolerances,
 )
-from mbody.kernels.tableaus import Explicit, order_5, order_8
+from mbody.kernels.tableaus import Explicit, order_5, order_8, radau_5, suzuki_4
 
-__all__ = ["Memory", "Stepper", "stepper"]
+__all__ = ["PATIENT", "Integrator", "Motion", "integrator", "stepping"]
 
 Array = np.ndarray
 
-#: The weakest pivot, as a part of what it was, from which on a step that fails may be one into a
-#: singular position.
+#: The conditioning of the constraints, as a part of its best, below which a step that fails may be
+#: one into a singular position.
 NEARLY = 0.01
 #: Steps of one explicit run that stiffness may cost.
 PATIENT = 300_000
@@ -48,229 +51,226 @@ SAMPLED = np.array([0.0, FIRST, SECOND, 1.0])
 DENSE = 300
 
 
+def stepping(
+    coordinates: int, causes: int, regularization: float, rows: int = 1, terms: int = 1
+) -> Stepping:
+    """Memory of a motion with so many derivatives (`rows`) and terms of its polynomials."""
+    n = 2 * coordinates
+    return Stepping(
+        regularization=regularization,
+        scale=np.ones(n),
+        y=np.zeros(n),
+        last=np.zeros(n),
+        stage=np.zeros(n),
+        end=np.zeros(n),
+        error=np.zeros((2, n)),
+        K=np.zeros((rows, n)),
+        P=np.zeros((rows, causes)),
+        F=np.zeros((terms, n)),
+        G=np.zeros((terms, causes)),
+        state=np.zeros(PROGRESS),
+    )
+
+
 @dataclass(eq=False)
-class Memory:
-    """All that the steps of a motion work on; see the kernels."""
+class Motion:
+    """All that the steps of a motion work on: the bundles of the kernels."""
 
     layout: Any
     work: Any
-    soft: float
-    regular: int
-    passes: int
-    rtol: float
-    atol: float
-    y: Array
-    K: Array
-    P: Array
-    F: Array
-    G: Array
-    state: Array
-    scale: Array = field(default_factory=lambda: np.empty(0))
+    stepping: Stepping
+    tolerances: Tolerances
 
 
-class Stepper(Protocol):
+class Integrator(Protocol):
     """One method.
 
     Attributes
     ----------
-    even : bool
+    fixed : bool
         Whether its steps are of one length.
-    slopes, polynomial : int
-        Rows of `Memory.K` and of `Memory.F` that it needs.
+    rows, terms : int
+        Derivatives and terms of polynomials that its `stepping` needs.
     own : tuple of arrays
-        What it carries on from step to step beyond `Memory`.
+        What it carries on from step to step beyond that.
     """
 
-    even: bool
-    slopes: int
-    polynomial: int
+    fixed: bool
+    rows: int
+    terms: int
     own: tuple[Array, ...]
 
     def slack(self, until: float) -> float:
         """How near to the last time a step is stretched to it."""
 
-    def steps(
-        self, memory: Memory, until: float, count: int, times: Array, output: Array, gained: Array
-    ) -> int:
+    def steps(self, motion: Motion, until: float, count: int, outputs: Outputs) -> int:
         """At most so many steps towards `until`; a code of `mbody.kernels.step_state`."""
 
 
 class ExplicitSteps:
     """Runge–Kutta steps of adapted length."""
 
-    even = False
+    fixed = False
     own: tuple[Array, ...] = ()
 
-    def __init__(self, method: Explicit, coordinates: int) -> None:
+    def __init__(self, method: Explicit) -> None:
         self.method = method
-        self.slopes, self.polynomial = len(method.A), 3 + len(method.D)
-        self.room = np.zeros((5, 2 * coordinates))
+        self.rows, self.terms = len(method.A), 3 + len(method.D)
 
     def slack(self, until: float) -> float:
         """Rounding."""
         return 1e-14 * abs(until)
 
-    def steps(
-        self, memory: Memory, until: float, count: int, times: Array, output: Array, gained: Array
-    ) -> int:
-        """See `Stepper`."""
-        m = memory
-        return int(
-            flow(
-                *(m.layout, m.work, self.method, m.soft, m.regular, m.passes, m.rtol, m.atol),
-                *(m.scale, until, count, PATIENT, m.y, m.K, m.P, self.room, m.F, m.G),
-                *(times, output, gained, m.state),
-            )
-        )
+    def steps(self, motion: Motion, until: float, count: int, outputs: Outputs) -> int:
+        """See `Integrator`."""
+        m = motion
+        bundles = m.layout, m.work, self.method, m.stepping, m.tolerances, outputs
+        return int(runge_kutta(*bundles, until, count))
 
 
 class _WithPassages:
-    """Steps of a kernel, and explicit ones near singular positions, where no other method has a
-    say.
-    """
+    """Steps of a kernel, and explicit ones near singular positions, which it does not pass."""
 
-    def __init__(self, coordinates: int) -> None:
-        self.explicit = ExplicitSteps(order_8(), coordinates)
-        self.inner: Memory | None = None
+    def __init__(self) -> None:
+        self.explicit = ExplicitSteps(order_8())
+        self.inner: Motion | None = None
 
-    def kernel(
-        self, m: Memory, until: float, count: int, times: Array, output: Array, gained: Array
-    ) -> Any:
+    def kernel(self, motion: Motion, until: float, count: int, outputs: Outputs) -> Any:
         """Steps until a singular position, at most."""
         raise NotImplementedError
 
-    def forget(self, m: Memory) -> None:
+    def forget(self, motion: Motion) -> None:
         """After explicit steps: what was carried on is of before them."""
         raise NotImplementedError
 
-    def steps(
-        self, memory: Memory, until: float, count: int, times: Array, output: Array, gained: Array
-    ) -> int:
-        """See `Stepper`."""
-        state, code = memory.state, MORE
+    def steps(self, motion: Motion, until: float, count: int, outputs: Outputs) -> int:
+        """See `Integrator`."""
+        state, code = motion.stepping.state, MORE
         while count > 0 and code == MORE:
-            done = state[STEPS]
-            near = state[NEAR] or state[TIME] <= state[PASSING] or state[TIME] < state[DOUBTED]
-            if state[PIVOT] >= WEAK * state[FREEST] and not near:
-                code = int(self.kernel(memory, until, count, times, output, gained))
-                nearly = state[PIVOT] < NEARLY * state[FREEST]
-                if code != PASSAGE and not (nearly and code in (SMALL, LOST)):
+            done, t = state[STEPS], state[TIME]
+            near = state[NEAR_SINGULAR] or t <= state[KNOWN_UNTIL] or t < state[SHORTENED_UNTIL]
+            best = state[BEST_CONDITIONING]
+            if state[CONDITIONING] >= NEAR_SINGULAR_BELOW * best and not near:
+                code = int(self.kernel(motion, until, count, outputs))
+                nearly = state[CONDITIONING] < NEARLY * state[BEST_CONDITIONING]
+                failed = code in (STEP_VANISHED, NOT_FINITE)
+                if code != SINGULAR_AHEAD and not (nearly and failed):
                     return code
-            code = self._explicit(memory, until, times, output, gained)
+            code = self._explicit(motion, until, outputs)
             count -= 1 + int(state[STEPS] - done)
         return code
 
-    def _explicit(
-        self, memory: Memory, until: float, times: Array, output: Array, gained: Array
-    ) -> int:
-        """One explicit step, or one that was refused."""
+    def _explicit(self, motion: Motion, until: float, outputs: Outputs) -> int:
+        """One explicit step, or one that was rejected."""
+        outer = motion.stepping
         if self.inner is None:
-            rows, polynomial = self.explicit.slopes, self.explicit.polynomial
-            width, causes = len(memory.y), memory.P.shape[1]
-            slopes, powers = np.zeros((rows, width)), np.zeros((rows, causes))
-            F, G = np.zeros((polynomial, width)), np.zeros((polynomial, causes))
-            self.inner = replace(memory, K=slopes, P=powers, F=F, G=G)
-        m, t = self.inner, memory.state[TIME]
-        m.K[0], m.P[0] = memory.K[0], memory.P[0]
-        code = self.explicit.steps(m, until, 1, times, output, gained)
-        if m.state[TIME] > t:
-            memory.K[0], memory.P[0] = m.K[0], m.P[0]
-            self.forget(memory)
+            rows, terms = self.explicit.rows, self.explicit.terms
+            width, causes = len(outer.y), outer.P.shape[1]
+            inner = outer.replaced(
+                K=np.zeros((rows, width)),
+                P=np.zeros((rows, causes)),
+                F=np.zeros((terms, width)),
+                G=np.zeros((terms, causes)),
+            )
+            self.inner = replace(motion, stepping=inner)
+        inner, t = self.inner.stepping, outer.state[TIME]
+        inner.K[0], inner.P[0] = outer.K[0], outer.P[0]
+        code = self.explicit.steps(self.inner, until, 1, outputs)
+        if outer.state[TIME] > t:
+            outer.K[0], outer.P[0] = inner.K[0], inner.P[0]
+            self.forget(motion)
         return code
 
 
 class RadauSteps(_WithPassages):
     """Implicit steps of adapted length."""
 
-    even, slopes, polynomial = False, 4, 3
+    fixed, rows, terms = False, 4, 3
 
     def __init__(self, coordinates: int) -> None:
-        super().__init__(coordinates)
+        super().__init__()
         n = coordinates
-        self.past = np.zeros((4, 2 * n))
-        self.room, self.Z, self.X = (np.zeros((rows, 2 * n)) for rows in (4, 3, 3))
-        self.complex = np.zeros((3, n), dtype=complex)
-        self.Jq, self.Jv = np.zeros((n, n)), np.zeros((n, n))
-        self.own: tuple[Array, ...] = self.past, self.Jq, self.Jv
-        self.real, self.turned = np.zeros((n, n)), np.zeros((n, n), dtype=complex)
-        self.pivots = np.zeros((2, n), dtype=np.int64)
+        self.method = Radau(
+            **radau_5()._asdict(),
+            Z=np.zeros((3, 2 * n)),
+            X=np.zeros((3, 2 * n)),
+            xc=np.zeros((3, n), dtype=complex),
+            past=np.zeros((4, 2 * n)),
+            Jq=np.zeros((n, n)),
+            Jv=np.zeros((n, n)),
+            matrix=np.zeros((n, n)),
+            complex_matrix=np.zeros((n, n), dtype=complex),
+            exchanges=np.zeros((2, n), dtype=np.int64),
+        )
+        self.own: tuple[Array, ...] = self.method.past, self.method.Jq, self.method.Jv
 
     def slack(self, until: float) -> float:
         """Rounding."""
         return 1e-14 * abs(until)
 
-    def kernel(
-        self, m: Memory, until: float, count: int, times: Array, output: Array, gained: Array
-    ) -> Any:
+    def kernel(self, motion: Motion, until: float, count: int, outputs: Outputs) -> Any:
         """See `mbody.kernels.radau`."""
-        real, turned = self.pivots
-        return radau(
-            *(m.layout, m.work, radau_5(), m.soft, m.regular, m.passes, m.rtol, m.atol),
-            *(m.scale, until, count, m.y, m.K, m.P, self.room, self.Z, self.X, self.complex),
-            *(self.past, self.Jq, self.Jv, self.real, real, self.turned, turned),
-            *(m.F, m.G, times, output, gained, m.state),
-        )
+        m = motion
+        bundles = m.layout, m.work, self.method, m.stepping, m.tolerances, outputs
+        return radau(*bundles, until, count)
 
-    def forget(self, m: Memory) -> None:
-        """No polynomial to begin from, no tangents."""
-        self.past[3, 0] = m.state[FRESH] = 0.0
+    def forget(self, motion: Motion) -> None:
+        """No polynomial to begin from, no Jacobian."""
+        self.method.past[LENGTH, 0] = motion.stepping.state[JACOBIAN_VALID] = 0.0
 
 
-class EvenSteps(_WithPassages):
+class FixedSteps(_WithPassages):
     """Steps of one length: RATTLE in parts, or generalised-α without."""
 
-    even, slopes, polynomial = True, 4, 5
+    fixed, rows, terms = True, 4, 5
 
     def __init__(self, coordinates: int, nodes: int, blocks: int, step: float, parts: Any) -> None:
-        super().__init__(coordinates)
-        self.length, self.parts = step, np.asarray(parts, dtype=float)
-        n = coordinates if not len(self.parts) else 1
-        self.room = np.zeros((3, 2 * coordinates))
-        self.blocks, self.pivots = np.zeros(blocks), np.zeros(n, dtype=np.int64)
-        self.S = np.zeros((n, n))
-        self.Jq, self.Jv = np.zeros((n, n)), np.zeros((n, n))
-        # the acceleration of the algorithm, not known before the first slope, and multipliers
-        self.hat, self.lam = np.full(coordinates, np.nan), np.zeros(2 * nodes)
-        self.own: tuple[Array, ...] = self.hat, self.lam, self.Jq, self.Jv
+        super().__init__()
+        composition = np.asarray(parts, dtype=float)
+        # RATTLE has no matrices
+        n = coordinates if not len(composition) else 1
+        self.method = FixedStep(
+            length=step,
+            composition=composition,
+            spectral_radius=RADIUS,
+            samples=SAMPLED,
+            # not known before the first derivative
+            acceleration=np.full(coordinates, np.nan),
+            saved=np.zeros(coordinates),
+            multipliers=np.zeros(2 * nodes),
+            blocks=np.zeros(blocks),
+            Jq=np.zeros((n, n)),
+            Jv=np.zeros((n, n)),
+            matrix=np.zeros((n, n)),
+            exchanges=np.zeros(n, dtype=np.int64),
+        )
+        m = self.method
+        self.own: tuple[Array, ...] = m.acceleration, m.multipliers, m.Jq, m.Jv
 
     def slack(self, until: float) -> float:
         """A last step that were as short would be lost in rounding."""
-        return 1e-9 * self.length
+        return 1e-9 * float(self.method.length)
 
-    def kernel(
-        self, m: Memory, until: float, count: int, times: Array, output: Array, gained: Array
-    ) -> Any:
+    def kernel(self, motion: Motion, until: float, count: int, outputs: Outputs) -> Any:
         """See `mbody.kernels.fixed_step`."""
-        if np.isnan(self.hat).any():
-            self.hat[:] = m.K[0, len(self.hat) :]
-        tangents = self.Jq, self.Jv
-        return pace(
-            *(
-                m.layout,
-                m.work,
-                self.parts,
-                SAMPLED,
-                RADIUS,
-                m.soft,
-                m.passes,
-                m.scale,
-                until,
-                count,
-            ),
-            *(self.length, m.y, m.K, m.P, self.room, self.hat, self.blocks, self.lam),
-            *(*tangents, self.S, self.pivots, m.F, m.G, times, output, gained, m.state),
-        )
+        m, hat = motion, self.method.acceleration
+        if np.isnan(hat).any():
+            hat[:] = m.stepping.K[0, len(hat) :]
+        bundles = m.layout, m.work, self.method, m.stepping, m.tolerances, outputs
+        return fixed_step(*bundles, until, count)
 
-    def forget(self, m: Memory) -> None:
+    def forget(self, motion: Motion) -> None:
         """The acceleration of the algorithm begins anew, and so does the length."""
-        self.hat[:] = m.K[0, len(self.hat) :]
-        m.state[FRESH] = 0.0
-        if m.state[PIVOT] >= WEAK * m.state[FREEST] and not m.state[NEAR]:
-            m.state[NEXT] = self.length
+        S, hat = motion.stepping, self.method.acceleration
+        hat[:] = S.K[0, len(hat) :]
+        S.state[JACOBIAN_VALID] = 0.0
+        weak = S.state[CONDITIONING] < NEAR_SINGULAR_BELOW * S.state[BEST_CONDITIONING]
+        if not (weak or S.state[NEAR_SINGULAR]):
+            S.state[NEXT] = self.method.length
 
 
-def stepper(method: str, layout: Any, work: Any, step: float) -> Stepper:
-    """The method of that name (one of `METHODS`); `step` is the length of even steps."""
+def integrator(method: str, layout: Any, work: Any, step: float) -> Integrator:
+    """The method of that name (one of `METHODS`); `step` is the length of steps that have one."""
     coordinates = 3 * layout.bodies
     if method in ("radau5", "generalized-alpha") and layout.bodies > DENSE:
         raise ModelError(
@@ -278,8 +278,8 @@ def stepper(method: str, layout: Any, work: Any, step: float) -> Stepper:
             f"{layout.bodies}: take dop853, or rattle4 for long runs"
         )
     if method in ("dop853", "dopri5"):
-        return ExplicitSteps(order_8() if method == "dop853" else order_5(), coordinates)
+        return ExplicitSteps(order_8() if method == "dop853" else order_5())
     if method == "radau5":
         return RadauSteps(coordinates)
     parts = {"generalized-alpha": (), "rattle": (1.0,), "rattle4": suzuki_4()}[method]
-    return EvenSteps(coordinates, layout.nodes, len(work.block), step, parts)
+    return FixedSteps(coordinates, layout.nodes, len(work.block), step, parts)

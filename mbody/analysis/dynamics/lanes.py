@@ -1,4 +1,4 @@
-"""Free motions of many designs of one topology: what all share, and the lanes that follow them.
+"""Free motions of many designs of one topology: what all share, and their integration on lanes.
 
 Designs go side by side, one a lane, each with its own steps, as `simulate` of it alone has them in
 ordinary places. What a design gets does not depend on its neighbours, so the numbers do not depend
@@ -14,51 +14,54 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.diagnosis import undetermined, weightless
-from mbody.analysis.dynamics.initial_step import CORRECTIONS, first_step, sizes
+from mbody.analysis.dynamics.initial_step import REFINEMENTS, coordinate_sizes, first_step
 from mbody.analysis.dynamics.integrators import PATIENT
-from mbody.analysis.dynamics.options import AskedMotion, asked_motion, last_time, tolerances
-from mbody.analysis.initial.initial_state_batch import Onset, begun, onset_of
+from mbody.analysis.dynamics.options import MotionRequest, last_time, motion_request, tolerances
+from mbody.analysis.initial.initial_state_batch import BatchStart, batch_start, initial_states
 from mbody.compiler.lanes import LANES, aligned
 from mbody.kernels.output import PER_PRIMITIVE
-from mbody.kernels.runge_kutta_lanes import drift_designs
-from mbody.kernels.runge_kutta_lanes_control import CONTROLS, Lot, Room
-from mbody.kernels.runge_kutta_lanes_rhs import begin_designs
+from mbody.kernels.runge_kutta_lanes import runge_kutta_lanes
+from mbody.kernels.runge_kutta_lanes_control import CONTROLS, LaneWorkspace
+from mbody.kernels.runge_kutta_lanes_rhs import Batch, initial_derivatives
+from mbody.kernels.step_state import Tolerances
 from mbody.kernels.tableaus import Explicit, order_5, order_8
 from mbody.system.layout import inverse_masses, stand_ins
 from mbody.system.system import System
 
-__all__ = ["Drift", "drift_of", "drifted"]
+__all__ = ["LaneMotions", "integrate_lanes", "lane_motions"]
 
 Array = np.ndarray
 
-#: Steps of all lanes in one call of the kernel; between calls Ctrl-C is heard.
+#: Steps of all lanes in one call of the kernel; between calls Ctrl-C takes effect.
 AT_ONCE = 500
 #: Methods that lanes have.
 TABLES = {"dop853": order_8, "dopri5": order_5}
 
 
 @dataclass(frozen=True, eq=False)
-class Drift:
+class LaneMotions:
     """What the free motions of a batch share.
 
     Attributes
     ----------
-    onset : Onset
+    start : BatchStart
         How they begin.
-    asked : AskedMotion
-        How long they go on, how they are followed, and which instants are kept.
+    request : MotionRequest
+        How long they go on, how they are integrated, and which instants are kept.
     light : bool
         Whether some body has so little mass that another stands in for it.
     """
 
-    onset: Onset
-    asked: AskedMotion
+    start: BatchStart
+    request: MotionRequest
     light: bool
 
 
-def drift_of(system: System, names: tuple[str, ...], how: Mapping[str, Any]) -> Drift | None:
+def lane_motions(
+    system: System, names: tuple[str, ...], how: Mapping[str, Any]
+) -> LaneMotions | None:
     """What the designs of a system share that differ in `names`; None where they go one by one:
-    with other methods, events, drivers that let go, redundant joints, or code of the user.
+    with other methods, events, released drivers, redundant joints, or code of the user.
 
     Parameters
     ----------
@@ -74,23 +77,26 @@ def drift_of(system: System, names: tuple[str, ...], how: Mapping[str, Any]) -> 
         return None
     get = how.get
     last, errors = last_time(system, get("until")), tolerances(system, get("rtol"), get("atol"))
-    onset, start = onset_of(system, names, how)
-    asked = asked_motion(
-        *(system, float(start.t[-1]), last, errors),
+    start, first = batch_start(system, names, how)
+    request = motion_request(
+        system,
+        float(first.t[-1]),
+        last,
+        errors,
         method=get("method"),
         step=get("step"),
         kept=(get("instants"), get("every"), get("times")),
         events=get("events"),
         release=get("release"),
     )
-    if asked.way.method not in TABLES or asked.events or asked.release or start.soft:
+    if request.way.method not in TABLES or request.events or request.release or first.soft:
         return None
     light = stand_ins(system.layout, system.mass, system.length)
-    return Drift(onset, asked, bool(light.any()))
+    return LaneMotions(start, request, bool(light.any()))
 
 
-def drifted(
-    system: System, drift: Drift, values: Mapping[str, Array], wanted: Array
+def integrate_lanes(
+    system: System, motions: LaneMotions, values: Mapping[str, Array], wanted: Array
 ) -> tuple[Array, np.ndarray]:
     """Rows of all instants: (rows, designs, instants), and which designs can be trusted.
 
@@ -103,15 +109,15 @@ def drifted(
     wanted : array (rows,)
         Which rows, as `mbody.kernels.output` numbers them.
     """
-    q, v, good = begun(drift.onset, system, values)
-    good &= stand_ins(system.layout, system.mass, system.length) == drift.light
+    q, v, good = initial_states(motions.start, system, values)
+    good &= stand_ins(system.layout, system.mass, system.length) == motions.light
     good &= np.isfinite(q).all(axis=1) & np.isfinite(v).all(axis=1)
     for design in np.flatnonzero(good).tolist():
-        good[design] = _moves(system, design, drift.asked.first, q[design], v[design])
-    rows = np.full((len(wanted), len(q), len(drift.asked.times)), np.nan)
+        good[design] = _moves(system, design, motions.request.first, q[design], v[design])
+    rows = np.full((len(wanted), len(q), len(motions.request.times)), np.nan)
     which = np.flatnonzero(good)
     if len(which):
-        found, sound = _followed(system, drift, which, np.hstack([q, v])[which], wanted)
+        found, sound = _integrated(system, motions, which, np.hstack([q, v])[which], wanted)
         rows[:, which], good[which] = found, sound
     return rows, good
 
@@ -124,69 +130,73 @@ def _moves(system: System, design: int, t: float, q: Array, v: Array) -> bool:
     return undetermined(one, t, q, v) is None and weightless(one) is None
 
 
-def _followed(
-    system: System, drift: Drift, which: Array, y: Array, wanted: Array
+def _integrated(
+    system: System, motions: LaneMotions, which: Array, y: Array, wanted: Array
 ) -> tuple[Array, np.ndarray]:
     """Rows of the designs `which`, from their first states y, and which of them came to the end."""
-    asked, n, n3 = drift.asked, len(which), system.coordinates
-    way, times, table = asked.way, asked.times, TABLES[asked.way.method]()
+    request, n, n3 = motions.request, len(which), system.coordinates
+    way, times, table = request.way, request.times, TABLES[request.way.method]()
     work, mass = system.work(LANES), system.mass[:, which]
     count = 3 * n3 + PER_PRIMITIVE * len(system.owners)
-    output, bad = np.empty((len(wanted), n, len(times))), np.zeros(n)
-    first, page = np.empty((len(wanted), n)), aligned(max(2, count), LANES)
-    begin = np.array([asked.first, float(times[0] <= asked.first)])
-    lot = Lot(
+    page = aligned(max(2, count), LANES)
+    batch = Batch(
         par=system.par[:, which],
         mass=mass,
         weight=inverse_masses(system.layout, mass, system.length),
         y=y.T.copy(),
-        slope=np.empty((2 * n3, n)),
+        derivative=np.empty((2 * n3, n)),
         scale=np.empty((2 * n3, n)),
         near=np.empty((max(1, system.layout.nodes), n)),
         step=np.empty(n),
-        pivot=np.empty(n),
-        begin=begin,
+        conditioning=np.empty(n),
+        begin=request.first,
+        times=times,
+        rows=wanted,
+        output=np.empty((len(wanted), n, len(times))),
+        bad=np.zeros(n),
     )
-    begin_designs(system.layout, work, CORRECTIONS, asked.first, lot, wanted, page, first, bad)
-    if begin[1]:
-        output[:, :, 0] = first
-    if bad.all():
-        return output, bad == 0.0
-    whole, slope = float(times[-1]) - asked.first, np.ascontiguousarray(lot.slope.T)
-    scale = sizes(system.length, y[:, n3:], slope[:, n3:])
-    lot.scale[:] = scale.T
-    lot.step[:] = first_step(way, np.ascontiguousarray(lot.y.T), slope, scale, whole)
-    room = _room(lot, table, page, int(np.flatnonzero(bad == 0.0)[0]), work)
-    regular = CORRECTIONS if drift.light else 0
-    while not drift_designs(
-        *(system.layout, work, table, regular, CORRECTIONS, way.rtol, way.atol, float(times[-1])),
-        *(PATIENT, AT_ONCE, lot, room, times, wanted, output, bad),
-    ):
+    initial_derivatives(system.layout, work, REFINEMENTS, batch, page)
+    if batch.bad.all():
+        return batch.output, batch.bad == 0.0
+    whole, derivative = float(times[-1]) - request.first, np.ascontiguousarray(batch.derivative.T)
+    scale = coordinate_sizes(system.length, y[:, n3:], derivative[:, n3:])
+    batch.scale[:] = scale.T
+    batch.step[:] = first_step(way, np.ascontiguousarray(batch.y.T), derivative, scale, whole)
+    lanes = _workspace(batch, table, page, int(np.flatnonzero(batch.bad == 0.0)[0]), work)
+    tolerances = Tolerances(
+        relative=way.rtol,
+        absolute=way.atol,
+        refinements=REFINEMENTS if motions.light else 0,
+        full_refinements=REFINEMENTS,
+        patience=PATIENT,
+    )
+    bundles = system.layout, work, table, tolerances, batch, lanes
+    while not runge_kutta_lanes(*bundles, float(times[-1]), AT_ONCE):
         pass
-    return output, bad == 0.0
+    return batch.output, batch.bad == 0.0
 
 
-def _room(lot: Lot, table: Explicit, page: Array, design: int, work: Any) -> Room:
+def _workspace(batch: Batch, table: Explicit, page: Array, design: int, work: Any) -> LaneWorkspace:
     """The lanes before they have designs: numbers of one of them in all."""
-    n, rows = len(lot.y), 3 + len(table.D)
-    who = np.full(LANES + 1, -1)
-    who[-1] = 0
-    room = Room(
+    n, terms = len(batch.y), 3 + len(table.D)
+    designs = np.full(LANES + 1, -1)
+    designs[-1] = 0
+    lanes = LaneWorkspace(
         state=aligned(CONTROLS, LANES),
-        who=who,
+        design=designs,
         y=aligned(n, LANES),
         last=aligned(n, LANES),
-        ys=aligned(n, LANES),
+        stage=aligned(n, LANES),
         end=aligned(n, LANES),
         scale=aligned(n, LANES),
         K=aligned(len(table.A) * n, LANES).reshape(-1, n, LANES),
-        F=aligned(rows * n, LANES).reshape(-1, n, LANES),
+        F=aligned(terms * n, LANES).reshape(-1, n, LANES),
         page=page,
     )
     for of, own in zip(
-        (room.y, room.scale, room.K[0], work.par, work.mass, work.weight),
-        (lot.y, lot.scale, lot.slope, lot.par, lot.mass, lot.weight),
+        (lanes.y, lanes.scale, lanes.K[0], work.par, work.mass, work.weight),
+        (batch.y, batch.scale, batch.derivative, batch.par, batch.mass, batch.weight),
         strict=True,
     ):
         of[: len(own)] = own[:, design : design + 1]
-    return room
+    return lanes

@@ -1,4 +1,4 @@
-"""What is asked of a motion: the words of the call, else those of the description, made numbers."""
+"""Request of a motion: the options of the call, else those of the description, as numbers."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from mbody.model.simulation import ADAPTIVE, EVEN, METHODS, check_method
 from mbody.solution.restart import Way
 from mbody.system.system import System
 
-__all__ = ["AskedMotion", "asked_motion", "last_time", "tolerances"]
+__all__ = ["MotionRequest", "motion_request", "last_time", "tolerances"]
 
 #: Steps of one motion, at most, and instants that are kept.
 MOST_STEPS, MOST_INSTANTS = 1e9, 10_000_000
 
 
 @dataclass(frozen=True, eq=False)
-class AskedMotion:
-    """A motion that is asked for.
+class MotionRequest:
+    """A motion that is requested.
 
     Attributes
     ----------
@@ -35,11 +35,11 @@ class AskedMotion:
     times : array
         The instants that are kept; the last one ends the motion.
     way : Way
-        How it is followed.
+        How it is integrated.
     events : dict
-        What is watched for, with the restitution of each stop.
+        What is located, with the restitution of each stop.
     release : dict
-        When drivers let go, by name, ascending.
+        When drivers are released, by name, ascending.
     """
 
     first: float
@@ -74,7 +74,7 @@ def tolerances(system: System, rtol: Any, atol: Any) -> tuple[float, float]:
     return float(rtol), float(rtol if atol is None else atol)
 
 
-def asked_motion(
+def motion_request(
     system: System,
     first: float,
     last: float,
@@ -85,7 +85,7 @@ def asked_motion(
     kept: tuple[Any, Any, Any],
     events: Any,
     release: Any,
-) -> AskedMotion:
+) -> MotionRequest:
     """The motion from `first` to `last`; `kept` are instants, every and times."""
     machine = system.mechanism
     own, unit = machine.simulation, machine.units.time
@@ -103,7 +103,7 @@ def asked_motion(
         release = own.release if release is None else release
     times = _times(machine, first, last, *kept)
     check_room(system, len(times))
-    return AskedMotion(
+    return MotionRequest(
         first,
         times,
         _way(system, METHODS[0] if method is None else method, errors, step, last - first),
@@ -113,7 +113,7 @@ def asked_motion(
 
 
 def _way(system: System, method: Any, errors: tuple[float, float], step: Any, whole: float) -> Way:
-    """How the motion is followed."""
+    """How the motion is integrated."""
     check_method(method)
     if method in ADAPTIVE:
         if step is not None:
@@ -135,7 +135,7 @@ def _way(system: System, method: Any, errors: tuple[float, float], step: Any, wh
 
 
 def _release(system: System, given: Any) -> dict[str, float]:
-    """When drivers let go, in the order of time."""
+    """When drivers are released, in the order of time."""
     if not isinstance(given, Mapping):
         raise ModelError(f'release must be a table such as {{"motor": 2.0}}, not {given!r}')
     times = check_release(system.mechanism, given)

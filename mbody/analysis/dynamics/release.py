@@ -1,4 +1,4 @@
-"""A motion in phases: between them drivers let go."""
+"""Motion in phases: between them drivers are released."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from mbody.analysis.driven.contacts import one_sided
-from mbody.analysis.dynamics.events import Eventful
-from mbody.analysis.dynamics.integration import Course
-from mbody.analysis.dynamics.options import AskedMotion
+from mbody.analysis.dynamics.events import EventIntegration
+from mbody.analysis.dynamics.integration import Integration
+from mbody.analysis.dynamics.options import MotionRequest
 from mbody.analysis.dynamics.restart_checks import check_restart
-from mbody.analysis.dynamics.singular_start import opening
+from mbody.analysis.dynamics.singular_start import singular_start
 from mbody.analysis.equilibria.equilibrium import released
 from mbody.analysis.initial.initial_state import state_of
 from mbody.errors import SolveError
@@ -26,58 +26,58 @@ from mbody.solution.restart import Restart, Way
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
-__all__ = ["followed"]
+__all__ = ["integrate_phases"]
 
 Array = np.ndarray
 
-#: What a motion depends on; what else a description asks may differ.
+#: What a motion depends on; what else a description has may differ.
 PARTS = ("units", "ground", "bodies", "joints", "couplings", "drivers", "loads")
 
 
-def followed(
+def integrate_phases(
     system: System,
     start: Solution,
-    asked: AskedMotion,
+    request: MotionRequest,
     progress: Callable[[float], None] | None,
 ) -> Solution:
-    """The motion from the last instant of `start`, as one result of the whole system; what had let
-    go there stays so.
+    """The motion from the last instant of `start`, as one result of the whole system; drivers that
+    were released there stay so.
     """
     own = {driver.name for driver in system.drivers}
     gone = [name for name in start.released if name in own]
     free_since = {name: start.released[name] for name in gone}
-    gone += [name for name, t in asked.release.items() if t <= asked.first and name not in gone]
-    free_since |= {name: asked.first for name in gone if name not in free_since}
-    last = float(asked.times[-1])
-    later = {name: t for name, t in asked.release.items() if asked.first < t < last}
+    gone += [name for name, t in request.release.items() if t <= request.first and name not in gone]
+    free_since |= {name: request.first for name in gone if name not in free_since}
+    last = float(request.times[-1])
+    later = {name: t for name, t in request.release.items() if request.first < t < last}
     later = {name: t for name, t in later.items() if name not in gone}
-    restart = _restart(system, start, asked.way, gone, bool(_stops(asked)))
+    restart = _restart(system, start, request.way, gone, bool(_stops(request)))
     found: list[Solution] = []
     for until in [*sorted(set(later.values())), last]:
         free = released(system, gone) if gone else system
-        begun = opening(free, start, asked, until) if restart is None else None
-        if begun is not None:
-            found.append(begun)
-            start = begun
-            if begun.t[-1] >= until:
+        first_part = singular_start(free, start, request, until) if restart is None else None
+        if first_part is not None:
+            found.append(first_part)
+            start = first_part
+            if first_part.t[-1] >= until:
                 now = [name for name, t in later.items() if t == until]
                 gone, free_since = [*gone, *now], free_since | dict.fromkeys(now, until)
                 continue
         _, q, v = state_of(free, start)
         first = float(start.t[-1])
-        times = asked.times[(asked.times >= first) & (asked.times <= until)]
+        times = request.times[(request.times >= first) & (request.times <= until)]
         wanted = np.append(times, until) if not times.size or times[-1] < until else times
-        course = (
-            Eventful(free, start, asked.way, asked.events)
-            if asked.events or one_sided(free)
-            else Course(free, start, asked.way)
+        integration = (
+            EventIntegration(free, start, request.way, request.events)
+            if request.events or one_sided(free)
+            else Integration(free, start, request.way)
         )
         try:
-            run = course.run(first, q, v, wanted, progress, restart)
+            run = integration.run(first, q, v, wanted, progress, restart)
         except SolveError as error:
             reached = [one for one in (*found, error.solution) if one is not None and len(one)]
             if reached and gone:
-                error.solution = _joined(system, asked, reached, free_since)
+                error.solution = _joined(system, request, reached, free_since)
             raise
         if run.restart is not None:
             run = changed(run, restart=replace(run.restart, released=tuple(gone)))
@@ -89,17 +89,17 @@ def followed(
         gone, free_since = [*gone, *now], free_since | dict.fromkeys(now, until)
     if len(found) == 1 and not gone:
         return found[0]
-    return _joined(system, asked, found, free_since)
+    return _joined(system, request, found, free_since)
 
 
-def _stops(asked: AskedMotion) -> list[str]:
-    return [event.name for event in asked.events if isinstance(event, Stop)]
+def _stops(request: MotionRequest) -> list[str]:
+    return [event.name for event in request.events if isinstance(event, Stop)]
 
 
 def _restart(
     system: System, start: Solution, way: Way, gone: Sequence[str], stops: bool
 ) -> Restart | None:
-    """Where to take up a motion of the same system, followed in the same way."""
+    """Where to take up a motion of the same system, integrated in the same way."""
     found = start.restart
     if found is None or found.way != way or found.released != tuple(gone) or stops:
         return None
@@ -116,15 +116,15 @@ def _restart(
 
 
 def _joined(
-    system: System, asked: AskedMotion, found: Sequence[Solution], released: Mapping[str, float]
+    system: System, request: MotionRequest, found: Sequence[Solution], released: Mapping[str, float]
 ) -> Solution:
-    """One result of all phases; a driver that has let go has no effort."""
-    last, stops = found[-1], _stops(asked)
+    """One result of all phases; a released driver has no effort."""
+    last, stops = found[-1], _stops(request)
     whole = causes(system, stops)
     t, pages, works = [], [], []
     before = np.zeros(len(whole))
     for run in found:
-        keep = np.isin(run.t, asked.times)
+        keep = np.isin(run.t, request.times)
         if run is last:
             keep[-1] = True
         else:
@@ -139,7 +139,7 @@ def _joined(
         pages.append(_widened(system, run)[keep])
         works.append(work[keep])
     output, gained = np.concatenate(pages), np.concatenate(works)
-    said = [as_said(run) for run in found]
+    certified = [as_said(run) for run in found]
     stats = {
         key: sum((run.stats or {}).get(key, 0) for run in found)
         for run in found
@@ -156,9 +156,9 @@ def _joined(
         t=np.concatenate(t),
         record=Record([output], len(output), batch=False),
         energy=account(system, output[:, : 2 * system.coordinates, 0], gained, stops),
-        status=said[-1].status,
-        doubts=tuple(dict.fromkeys(doubt for one in said for doubt in one.doubts)),
-        notes=tuple(dict.fromkeys(note for one in said for note in one.notes)),
+        status=certified[-1].status,
+        doubts=tuple(dict.fromkeys(doubt for one in certified for doubt in one.doubts)),
+        notes=tuple(dict.fromkeys(note for one in certified for note in one.notes)),
         stats=stats,
         released=released,
         events=tuple(one for run in found for one in run.events),

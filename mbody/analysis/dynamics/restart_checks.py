@@ -1,4 +1,4 @@
-"""Whether what a motion left behind can be taken up: sizes, finite numbers, a time that fits."""
+"""Checks of the state from which a motion is to be continued: sizes, finite numbers, its time."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from mbody.analysis.dynamics.integrators import stepper
+from mbody.analysis.dynamics.integrators import integrator
 from mbody.errors import ModelError
 from mbody.kernels.step_state import NEXT, PROGRESS, TIME, UNLIMITED
 from mbody.model.simulation import EVEN, METHODS
@@ -26,7 +26,7 @@ def check_restart(system: System, restart: Restart, last: float) -> None:
     Parameters
     ----------
     system : System
-        Without the drivers that have let go.
+        Without the drivers that are released.
     restart : Restart
     last : float
         The last instant of the result.
@@ -59,7 +59,7 @@ def _unfit(system: System, restart: Restart, last: float) -> str | None:
     sound = all(isinstance(x, float) and math.isfinite(x) and x >= 0.0 for x in numbers)
     if not sound or way.rtol <= 0.0 or (way.method in EVEN) != (way.step > 0.0):
         return "its tolerances or its step are no positive numbers"
-    own = stepper(way.method, system.layout, system.work(masses=True), way.step).own
+    own = integrator(way.method, system.layout, system.work(masses=True), way.step).own
     few, count = len(causes(system)), PROGRESS
     wanted = {"scale": width, "y": width, "slope": width, "powers": few, "gained": few}
     for name, size in (wanted | {"state": count}).items():

@@ -7,10 +7,10 @@ from typing import Any
 
 from mbody.analysis.driven.extrapolation import extrapolated
 from mbody.analysis.dynamics.energy_balance import energy_doubts
-from mbody.analysis.dynamics.options import AskedMotion, asked_motion, last_time, tolerances
-from mbody.analysis.dynamics.release import followed
+from mbody.analysis.dynamics.options import MotionRequest, last_time, motion_request, tolerances
+from mbody.analysis.dynamics.release import integrate_phases
 from mbody.analysis.initial.close_loops import close_loops
-from mbody.analysis.initial.initial_state import started, state_of
+from mbody.analysis.initial.initial_state import initial_state_of, state_of
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.errors import ModelError, SolveError, brief
 from mbody.model.event import Event, Stop, as_events
@@ -47,14 +47,15 @@ def simulate(
 
     M a + Φ_qᵀ λ = f with Φ(q, t) = 0, by default by an explicit Runge–Kutta method of order 8 with
     control of the error; every step ends on Φ = 0 and Φ_q v = ν to rounding. Drivers, where there
-    are any, follow their laws until they let go.
+    are any, follow their laws until they are released.
 
     Parameters
     ----------
     model : Mechanism or System
         With any number of free motions; massless bodies are ordinary where joints guide them.
     until : float or str, optional
-        The last time, met exactly; by default what the mechanism itself asks, as all that follows.
+        The last time, met exactly; by default that of the mechanism's own `simulation`, as all
+        options below.
     start : Solution, optional
         Whose last instant is the first one here: of `close_loops`, of an analysis at an instant, or
         of another `simulate`; a motion of the same mechanism in the same way goes on bit for bit as
@@ -82,7 +83,7 @@ def simulate(
         Zero crossings that are recorded or end the motion, and stops that are struck; by default
         those of the mechanism's `simulation`.
     release : mapping, optional
-        When drivers let go, by name: from then on they have no effort.
+        When drivers are released, by name: from then on they have no effort.
     stops : list of Stop, optional
         More stops, besides those among the events.
     progress : callable or bool, optional
@@ -105,11 +106,11 @@ def simulate(
     Notes
     -----
     Singular positions (change points, dead centres under inertia) are passed at any tolerance;
-    redundant joints are ordinary. Every step is watched for other branches of the constraints: a
+    redundant joints are ordinary. Every step is checked for other branches of the constraints: a
     bend in which one passes near is resolved, a change point is passed by the smooth continuation
     with a note, and what cannot be made certain is a doubt, as are a balance of energy out of
     proportion to the tolerance and an inertia that vanishes for want of masses (`doubts`);
-    `checks.branch` tells how near the motion came to a singular position, and when. Ctrl-C
+    `checks.branch` reports how near the motion came to a singular position, and when. Ctrl-C
     leaves what was done, with a status that says so.
     Events are looked for by values and rates at four samples a step and 400 of the motion, or more:
     two crossings between two of them are found by the extremum that lies between them.
@@ -137,7 +138,7 @@ def simulate(
     own = system.mechanism.simulation
     last, errors = last_time(system, until), tolerances(system, rtol, atol)
     if start is None and own is not None and guess is None and rates is None:
-        start = started(system, own)
+        start = initial_state_of(system, own)
     elif start is None:
         start = close_loops(system, guess=guess, rates=rates)
     elif guess is not None or rates is not None:
@@ -147,8 +148,11 @@ def simulate(
         if events is None:
             events = () if own is None else own.events
         events = (*as_events(events), *as_events(stops))
-    asked = asked_motion(
-        *(system, first, last, errors),
+    request = motion_request(
+        system,
+        first,
+        last,
+        errors,
         method=method,
         step=step,
         kept=(instants, every, times),
@@ -160,19 +164,19 @@ def simulate(
 
         progress = shown(last)
     try:
-        run = followed(system, start, asked, progress or None)
+        run = integrate_phases(system, start, request, progress or None)
     except SolveError as error:
         if isinstance(error.solution, Solution):
-            error.solution = _judged(error.solution, asked)
+            error.solution = _judged(error.solution, request)
         raise
-    return _judged(run, asked)
+    return _judged(run, request)
 
 
-def _judged(run: Solution, asked: AskedMotion) -> Solution:
-    """The motion with what its description, its laws and its energy give to say."""
+def _judged(run: Solution, request: MotionRequest) -> Solution:
+    """The motion with notes and doubts of its description, its laws and its energy."""
     system = run.system
     notes = as_said(run).notes
-    said = [note for note in remarks(system.mechanism, system.plans) if note not in notes]
-    found = changed(run, notes=(*notes, *said)) if said else run
-    doubts = [*extrapolated(found), *energy_doubts(found, asked.way.method, asked.way.rtol)]
+    added = [note for note in remarks(system.mechanism, system.plans) if note not in notes]
+    found = changed(run, notes=(*notes, *added)) if added else run
+    doubts = [*extrapolated(found), *energy_doubts(found, request.way.method, request.way.rtol)]
     return doubted(found, doubts)

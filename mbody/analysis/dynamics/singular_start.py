@@ -1,7 +1,7 @@
 """How a motion goes out of a singular position: its first part, along the branch that it takes.
 
 At the position itself the equations of motion have no one solution, and steps that begin there
-begin with wrong slopes. So the first part is a polynomial (collocation): the accelerations are
+begin with wrong derivatives. So the first part is a polynomial (collocation): the accelerations are
 those of the branch at nodes beside the position, where the rows are independent, and the state is
 their integral. Accelerations, reactions and powers at the first instant are limits.
 """
@@ -15,17 +15,18 @@ from fractions import Fraction
 import numpy as np
 
 from mbody.analysis.driven.diagnosis import valueless
-from mbody.analysis.dynamics.branch_choice import Start, chosen_motion
-from mbody.analysis.dynamics.initial_step import CORRECTIONS
-from mbody.analysis.dynamics.options import AskedMotion
-from mbody.analysis.initial.initial_state import watched
+from mbody.analysis.dynamics.branch_choice import BranchStart, choose_branch
+from mbody.analysis.dynamics.initial_step import REFINEMENTS
+from mbody.analysis.dynamics.integrators import stepping
+from mbody.analysis.dynamics.options import MotionRequest
+from mbody.analysis.initial.initial_state import event_measure
 from mbody.analysis.position.assembly_analysis import SOFT, raise_user_error
 from mbody.analysis.position.tangent_space import Manifold
 from mbody.errors import SolveError
 from mbody.kernels.loop_closure import laws_of_time
 from mbody.kernels.output import PER_PRIMITIVE
-from mbody.kernels.state_derivative import begin
-from mbody.kernels.step_state import PROGRESS, TIME
+from mbody.kernels.state_derivative import initial_derivative
+from mbody.kernels.step_state import TIME
 from mbody.model.event import Stop
 from mbody.solution.energy import account, causes
 from mbody.solution.histories import Record
@@ -35,7 +36,7 @@ from mbody.system.layout import Work
 from mbody.system.rank import dense
 from mbody.system.system import System
 
-__all__ = ["opening"]
+__all__ = ["singular_start"]
 
 Array = np.ndarray
 
@@ -52,7 +53,7 @@ ITERATIONS, SETTLED = 60, 1e-13
 #: Where they no longer fall, changes below this part are rounding: of a part of the mechanism that
 #: begins at rest beside one that moves, and so is still near its singular position.
 ROUNDING = 1e-6
-#: Samples of the first part at which events are watched for.
+#: Samples of the first part at which events are looked for.
 WATCHED = 33
 #: Nearer than this to the singular position the first accelerations are those there, and their
 #: change since then, which is more precise than the polynomial, continued back to its beginning.
@@ -113,7 +114,7 @@ def weights() -> Weights:
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class Collocation:
     """The first part of a motion: values at its nodes.
 
     Attributes
@@ -133,7 +134,9 @@ class Part:
     evaluations: int
 
 
-def opening(system: System, start: Solution, asked: AskedMotion, until: float) -> Solution | None:
+def singular_start(
+    system: System, start: Solution, request: MotionRequest, until: float
+) -> Solution | None:
     """The first part of a motion whose start is singular; None where it is not.
 
     Raises
@@ -141,28 +144,31 @@ def opening(system: System, start: Solution, asked: AskedMotion, until: float) -
     SolveError
         For velocities that no motion has, or that several branches have.
     """
-    found = chosen_motion(system, start)
+    found = choose_branch(system, start)
     if found is None:
         return None
-    return _Opening(system, start, found, asked, until).solution()
+    return _SingularStart(system, start, found, request, until).solution()
 
 
-class _Opening:
+class _SingularStart:
     def __init__(
-        self, system: System, start: Solution, first: Start, asked: AskedMotion, until: float
+        self,
+        system: System,
+        start: Solution,
+        first: BranchStart,
+        request: MotionRequest,
+        until: float,
     ) -> None:
-        self.system, self.start, self.first, self.asked = system, start, first, asked
+        self.system, self.start, self.first, self.request = system, start, first, request
         self.t, self.longest = float(start.t[-1]), until - float(start.t[-1])
         self.layout = system.runtime()
         self.work: Work = system.work(masses=True)
         free = len(first.T0)
-        self.soft = SOFT * (system.rows > system.coordinates - free)
-        n = 2 * system.coordinates
-        self.K, self.y = np.zeros((1, n)), np.zeros(n)
-        self.P = np.zeros((1, len(causes(system))))
+        self.regularization = SOFT * (system.rows > system.coordinates - free)
+        self.stepping = stepping(system.coordinates, len(causes(system)), self.regularization)
+        self.K, self.y, self.P = self.stepping.K, self.stepping.y, self.stepping.P
         self.page = np.empty((3 * system.coordinates + PER_PRIMITIVE * len(system.owners), 1))
-        self.state = np.zeros(PROGRESS)
-        self.stops = [event.name for event in asked.events if isinstance(event, Stop)]
+        self.stops = [event.name for event in request.events if isinstance(event, Stop)]
 
     def solution(self) -> Solution:
         """The instants of the first part that are kept, and its end."""
@@ -173,13 +179,13 @@ class _Opening:
                 break
             part = self._tried(0.5 * part.span)
         end = self.t + min(part.span, self.longest)
-        times = self.asked.times[(self.asked.times >= self.t) & (self.asked.times < end)]
+        times = self.request.times[(self.request.times >= self.t) & (self.request.times < end)]
         return self._kept(part, np.append(times, end) - self.t)
 
     def _crossed(self, run: Solution) -> bool:
-        """Whether an event that is watched for may be within the first part."""
-        for event in self.asked.events:
-            value = measured(run, watched(self.system.mechanism, event))[0]
+        """Whether an event may be within the first part."""
+        for event in self.request.events:
+            value = measured(run, event_measure(self.system.mechanism, event))[0]
             signs = np.sign(value[1:])
             if (signs != signs[0]).any():
                 return True
@@ -187,7 +193,7 @@ class _Opening:
 
     # -- the polynomial -----------------------------------------------------------------------
 
-    def _part(self) -> Part:
+    def _part(self) -> Collocation:
         """As long as the polynomial allows."""
         first, scale = self.first, self.first.scale
         swift, pull = (float(np.abs(one / scale).max()) for one in (first.v, first.a))
@@ -200,9 +206,9 @@ class _Opening:
                 return self._tried(self.longest)
         return self._tried(float(span))
 
-    def _tried(self, span: float) -> Part:
+    def _tried(self, span: float) -> Collocation:
         """The same, shortened where it is too long."""
-        best: tuple[float, Part] | None = None
+        best: tuple[float, Collocation] | None = None
         for _ in range(HALVED):
             found = self._settled(span)
             if found is not None:
@@ -223,7 +229,7 @@ class _Opening:
             "little beside it"
         )
 
-    def _settled(self, span: float) -> Part | None:
+    def _settled(self, span: float) -> Collocation | None:
         """Accelerations at the nodes that agree with the motion that they make; None where the
         iteration does not settle, or leaves the branch.
         """
@@ -241,8 +247,11 @@ class _Opening:
             for node in range(size):
                 if not self._at(self.t + span * w.at[node], q[node], v[node]):
                     return None
-                moved = np.abs((self.y[:n] - q[node]) / first.scale).max()
-                if iteration > 1 and moved > 0.05 * np.abs((q[node] - first.q) / first.scale).max():
+                projected = np.abs((self.y[:n] - q[node]) / first.scale).max()
+                if (
+                    iteration > 1
+                    and projected > 0.05 * np.abs((q[node] - first.q) / first.scale).max()
+                ):
                     return None
                 new[node], powers[node] = self.K[0, n:], self.P[0]
                 reactions[node] = self.page[3 * n :, 0]
@@ -252,18 +261,15 @@ class _Opening:
             if not change < 1e3 * max(top, np.abs(first.v / first.scale).max() / span):
                 return None
             if change <= SETTLED * top or (change <= ROUNDING * top and change > 0.5 * last):
-                return Part(span, a, reactions, powers, size * (iteration + 1))
+                return Collocation(span, a, reactions, powers, size * (iteration + 1))
             last = change
         return None
 
     def _at(self, t: float, q: Array, v: Array) -> bool:
         """Slope, powers and page at a state, projected; whether the loops close there."""
         n = self.system.coordinates
-        self.y[:n], self.y[n:], self.state[TIME] = q, v, t
-        good = begin(
-            *(self.layout, self.work, self.soft, CORRECTIONS, self.y, self.K, self.P),
-            *(self.page, self.state),
-        )
+        self.y[:n], self.y[n:], self.stepping.state[TIME] = q, v, t
+        good = initial_derivative(self.layout, self.work, self.stepping, REFINEMENTS, self.page)
         raise_user_error(self.system)
         if good and not np.isfinite(self.K).all():
             raise valueless(self.system, self.system.work(), t, self.y[:n], self.y[n:])
@@ -271,7 +277,7 @@ class _Opening:
 
     # -- what is kept -------------------------------------------------------------------------
 
-    def _kept(self, part: Part, after: Array) -> Solution:
+    def _kept(self, part: Collocation, after: Array) -> Solution:
         """The motion at times after the start."""
         system, first, w = self.system, self.first, weights()
         n = system.coordinates
@@ -303,7 +309,7 @@ class _Opening:
             t=self.t + after,
             record=Record([output], len(after), batch=False),
             given=None,
-            soft=self.soft,
+            soft=self.regularization,
             notes=before,
             doubts=first.doubts,
             stats={"steps": 1, "rejected": 0, "careful": 1, "evaluations": part.evaluations},
@@ -338,7 +344,7 @@ class _Opening:
         torque = force[:, 2] - (px * force[:, 1] - py * force[:, 0])
         return np.column_stack([lam, force[:, :2], torque]).ravel()
 
-    def _reactions(self, part: Part, c: Array) -> Array:
+    def _reactions(self, part: Collocation, c: Array) -> Array:
         """Limits of the reactions; where they grow without bound, with the time that they do not
         grow with, and none at the position itself.
         """

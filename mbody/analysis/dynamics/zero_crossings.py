@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-__all__ = ["between", "extrema", "refined"]
+__all__ = ["extrema", "refined", "sign_changes"]
 
 Array = np.ndarray
 #: Times, values and rates of one quantity, ascending.
@@ -53,7 +53,9 @@ def extrema(h: Array, a: Array, b: Array, da: Array, db: Array) -> tuple[Array, 
     return x, value
 
 
-def refined(sample: Callable[[Array], tuple[Array, Array]], given: Samples, near: float) -> Samples:
+def refined(
+    sample: Callable[[Array], tuple[Array, Array]], samples: Samples, near: float
+) -> Samples:
     """Samples with extrema added, until no cubic between two of them reaches beyond zero without
     a sample there.
 
@@ -66,26 +68,26 @@ def refined(sample: Callable[[Array], tuple[Array, Array]], given: Samples, near
     near : float
         Times nearer to each other than this are one.
     """
-    t, g, r = given
+    t, g, r = samples
     fresh = np.ones(len(t) - 1, dtype=bool)  # intervals that are still to be looked at
     unsure = np.full(len(t) - 1, np.inf)
     for _ in range(ROUNDS):
         h = np.diff(t)
-        places, told = extrema(h, g[:-1], g[1:], r[:-1], r[1:])
+        places, predicted = extrema(h, g[:-1], g[1:], r[:-1], r[1:])
         # what lies between both ends, on their side of zero, hides nothing
         low, high = np.minimum(g[:-1], g[1:]), np.maximum(g[:-1], g[1:])
-        beyond = ((told < low) & (low > 0.0) & (told < unsure)) | (
-            (told > high) & (high < 0.0) & (-told < unsure)
+        beyond = ((predicted < low) & (low > 0.0) & (predicted < unsure)) | (
+            (predicted > high) & (high < 0.0) & (-predicted < unsure)
         )
         # of ends on both sides, what goes back across zero on its way
-        back = (low <= 0.0) & (high >= 0.0) & ((told < low) | (told > high))
+        back = (low <= 0.0) & (high >= 0.0) & ((predicted < low) | (predicted > high))
         inner = (places > END) & (places < 1.0 - END) & (h > near) & fresh & (beyond | back)
         if not inner.any():
             break
         row, column = np.nonzero(inner)
         times = t[column] + places[row, column] * h[column]
         values, rates = sample(times)
-        error = np.abs(values - told[row, column])
+        error = np.abs(values - predicted[row, column])
         order = np.argsort(times, kind="stable")
         at = np.searchsorted(t, times[order])
         fresh = np.zeros(len(t) + len(times) - 1, dtype=bool)
@@ -100,7 +102,7 @@ def refined(sample: Callable[[Array], tuple[Array, Array]], given: Samples, near
     return t, g, r
 
 
-def between(t: Array, g: Array) -> list[int]:
+def sign_changes(t: Array, g: Array) -> list[int]:
     """Numbers of the intervals whose ends lie on two sides of zero, or end at it."""
     a, b = g[:-1], g[1:]
     return np.flatnonzero(((a > 0.0) & (b <= 0.0)) | ((a < 0.0) & (b >= 0.0))).tolist()

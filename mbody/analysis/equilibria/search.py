@@ -10,7 +10,7 @@ hangs.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -18,8 +18,8 @@ import numpy as np
 from mbody.analysis.equilibria.curve_roots import out_of_turn, roots_of
 from mbody.analysis.equilibria.curve_walk import AWAY, Curve, Walk
 from mbody.analysis.equilibria.surface_cover import SPACING, Cover
+from mbody.analysis.equilibria.surface_roots import surface_roots
 from mbody.analysis.freedom.free_motions import free_motions, leading, rates_of
-from mbody.analysis.position import joint_places
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
 
 __all__ = ["AWAY", "BALANCED", "ZERO", "Rest", "Search"]
@@ -138,26 +138,24 @@ class Search:
         self._each_leader(len(here.motions))
 
     def _cover(self, here: Place) -> None:
-        """All rest positions of two free motions: where Newton's method may end that begins at
-        places all over their surface.
-        """
+        """All rest positions of two free motions, on the surface of their positions."""
         pose = np.append(here.q, np.zeros(3))
         system = self.manifold.system
         rates = rates_of(system, free_motions(system, pose, here.motions)).reshape(2, -1)
         # leaders have a sense of their own, a null space has not
         frame = np.linalg.qr((rates / self.manifold.scale).T)[0].T
         cover = Cover(self.manifold, here, frame)
-        for thorough in (False, True):
-            for place in cover.rests(self._solved, thorough):
-                self._keep(place)
-            new = [
-                rest for rest in self.found if cover.near(cover.name(rest.place.q)).min() < SPACING
-            ]
-            if not cover.closed or any(rest.row for rest in new) or len(new) % 2 == 0:
-                break
-        else:
-            if not self._ends_meet(cover):
-                self.ends.append(("odd", here))
+        roots = surface_roots(cover, self._polished)
+        before = len(self.found)
+        for place in sorted(roots.rests, key=lambda one: self.manifold.apart(one.q, here.q)):
+            self._keep(place)
+        self.jumps += roots.jumps
+        self.unsure += roots.unsure
+        new = [r for r in self.found if cover.near(cover.name(r.place.q)).min() < SPACING]
+        row = any(rest.row for rest in self.found[before:])
+        odd = cover.closed and (len(new) + roots.index) % 2
+        if odd and not roots.unsure and not row:
+            self.ends.append(("odd", here))
         if cover.full:
             self.ends.append(("wide", cover.spots[-1].place))
         elif cover.rim and cover.driven_out():
@@ -166,20 +164,10 @@ class Search:
             self.ends.append(("turns", here))
         self._relax(here)
 
-    def _ends_meet(self, cover: Cover) -> bool:
-        """Whether the ends of some load may meet on the surface: there its force jumps, a cone of
-        the energy, which counts like a rest position where their number is even.
-        """
-        system, near = self.manifold.system, 2.0 * SPACING * self.manifold.system.length
-        for load in system.mechanism.loads:
-            if not (hasattr(load, "i") and hasattr(load, "j")):
-                continue
-            for spot in cover.spots:
-                pose = np.append(spot.place.q, np.zeros(3))
-                ends = [joint_places.place(system, pose, load, side) for side in "ij"]
-                if np.linalg.norm(ends[0] - ends[1]) < near:
-                    return True
-        return False
+    def _polished(self, near: Place) -> Place | None:
+        """The rest position that a place is close to."""
+        place = self._solved(near)
+        return place if place.size <= BALANCED * self.manifold.scale_of(place) else None
 
     def _beside(self, here: Place) -> list[Place]:
         """Places around a singular one that have a single free motion; none where others have not.
@@ -321,15 +309,11 @@ class Search:
         """Keep the rest position that is nearest, or what is left where there is none."""
         self._keep(self._solved(here))
 
-    def _solved(self, here: Place, inside: Callable[[Place], bool] | None = None) -> Place:
-        """Levenberg–Marquardt on the drive: the place where it ends, or where it is no longer
-        `inside`.
-        """
+    def _solved(self, here: Place) -> Place:
+        """Levenberg–Marquardt on the drive: the place where it ends."""
         damping = 1e-3
         for _ in range(ITERATIONS):
             if here.size == 0.0 or not len(here.motions):
-                break
-            if inside is not None and not inside(here):
                 break
             K = self.manifold.stiffness(here)
             if not np.isfinite(K).all():

@@ -1,16 +1,13 @@
-"""The surface of closed positions of two free motions, covered by places, and its rest positions.
+"""The surface of closed positions of two free motions, covered by places.
 
 Places are added beside others until none is left that is further than a spacing from all. Each has
 a drive r and a stiffness K, and its neighbours show how far r − K y misses the drive beside it:
-where that, taken twice, leaves no zero in reach, there is none; elsewhere Newton's method begins.
-On a closed surface rest positions with det K > 0 and det K < 0 differ in number by its Euler
-characteristic, which is even: so their number is even.
+where that, taken twice, leaves no zero in reach, there is none.
 """
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -30,11 +27,6 @@ MOST, FAR = 2400, 8.0
 SURE = 2.0
 #: Least cosine between the tangent planes of neighbours.
 LEVEL = 0.8
-#: In reaches of a place: how far a search goes, and how near to a rest position its first step
-#: must end to be taken for one that leads there.
-AROUND, BESIDE = 2.0, 0.4
-
-Solver = Callable[[Place, Callable[[Place], bool]], Place]
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +101,7 @@ class Cover:
             for angle in angles:
                 way = np.cos(angle) * spot.frame[0] + np.sin(angle) * spot.frame[1]
                 way /= np.abs(way).max()
-                there = self._beside(spot, way)
+                there = self._added(spot, way)
                 if there is None:
                     continue
                 if len(self.spots) == MOST:
@@ -121,7 +113,7 @@ class Cover:
                 else:
                     waiting.append(there)
 
-    def _beside(self, spot: Spot, way: Array) -> Spot | None:
+    def _added(self, spot: Spot, way: Array) -> Spot | None:
         """A new place in a direction; None where one is there already, or none closes."""
         reach = min(2.0 * spot.reach, SPACING)
         while reach > LEAST:
@@ -167,36 +159,34 @@ class Cover:
                 return True
         return False
 
-    def rests(self, solved: Solver, thorough: bool = False) -> list[Place]:
-        """Where Newton's method ends that begins wherever a zero may be in reach, and leaves off
-        where it goes further than that.
-        """
-        found: list[tuple[Array, float, Place]] = []
-        # the nearest first: the others are then known to lead there too
-        open_ = [spot for spot in self.spots if not self._excluded(spot)]
-        for spot in sorted(open_, key=_step):
-            if not thorough and self._leads_to(spot, found):
-                continue
-
-            def inside(place: Place, spot: Spot = spot) -> bool:
-                return bool(np.abs(self.name(place.q) - spot.name).max() < AROUND * spot.reach)
-
-            place = solved(spot.place, inside)
-            if inside(place):
-                K = self.manifold.stiffness(place)
-                found.append((self.name(place.q), float(np.linalg.det(K)), place))
-        return [place for _, _, place in found]
-
-    def _excluded(self, spot: Spot) -> bool:
-        """Whether no zero lies within reach of a place."""
+    def beside(self, spot: Spot) -> list[Spot]:
+        """The places next to one."""
         apart = self.near(spot.name)
-        beside = np.flatnonzero((apart > 0.0) & (apart < 1.6 * spot.reach))
+        return [self.spots[n] for n in np.flatnonzero((apart > 0.0) & (apart < 1.6 * spot.reach))]
+
+    def seen(self, spot: Spot, q: Array) -> Array:
+        """A position in the tangent plane of a place, whole turns left out: (2,)."""
+        way = (q - spot.place.q) / self.scale
+        way[2::3] = np.remainder(way[2::3] + np.pi, 2.0 * np.pi) - np.pi
+        return np.asarray(spot.frame @ way)
+
+    def box(self, spot: Spot, overlap: float) -> tuple[Array, Array]:
+        """Lower and upper bounds, in the tangent plane of a place, of what is nearer to it than to
+        its neighbours by a factor.
+        """
+        ways = [self.seen(spot, other.place.q) for other in self.beside(spot)]
+        reach = 0.75 * max((float(np.linalg.norm(y)) for y in ways), default=2.0 * spot.reach)
+        corners = reach * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+        for y in ways:
+            corners = _clipped(corners, y, 0.5 * overlap * float(y @ y))
+        return corners.min(axis=0), corners.max(axis=0)
+
+    def excluded(self, spot: Spot) -> bool:
+        """Whether no zero lies within reach of a place."""
+        beside = self.beside(spot)
         bend, longest = 0.0, 0.0
-        for n in beside:
-            other = self.spots[n]
-            way = (other.place.q - spot.place.q) / self.scale
-            way[2::3] = np.remainder(way[2::3] + np.pi, 2.0 * np.pi) - np.pi
-            y = spot.frame @ way
+        for other in beside:
+            y = self.seen(spot, other.place.q)
             u, _, vt = np.linalg.svd(spot.frame @ other.frame.T)
             missed = (u @ vt) @ other.drive - (spot.drive - spot.stiffness @ y)
             length = float(np.linalg.norm(y))
@@ -208,26 +198,19 @@ class Cover:
         reach = 0.75 * longest
         return _least(spot.drive, spot.stiffness, reach) > SURE * bend * reach**2
 
-    def _leads_to(self, spot: Spot, found: list[tuple[Array, float, Place]]) -> bool:
-        """Whether a place only leads to a rest position that is found: one step ends beside it, and
-        no change of sign of det K lies between, beyond which there may be another.
-        """
-        det = float(np.linalg.det(spot.stiffness))
-        if det == 0.0:
-            return False
-        y = np.linalg.solve(spot.stiffness, spot.drive)
-        if np.abs(y @ spot.frame).max() > AROUND * spot.reach:
-            return False
-        name = self.name(spot.place.q + self.scale * (y @ spot.frame))
-        return any(
-            other * det > 0.0 and np.abs(name - one).max() < BESIDE * spot.reach
-            for one, other, _ in found
-        )
 
-
-def _step(spot: Spot) -> float:
-    """Length of Newton's step from a place."""
-    return float(np.linalg.norm(np.linalg.lstsq(spot.stiffness, spot.drive, rcond=1e-12)[0]))
+def _clipped(corners: Array, way: Array, most: float) -> Array:
+    """What of a convex polygon lies where way · y is at most so much."""
+    left = most - corners @ way
+    found = []
+    for n in range(len(corners)):
+        one, other = left[n - 1], left[n]
+        if one * other < 0.0:
+            part = one / (one - other)
+            found.append(corners[n - 1] + part * (corners[n] - corners[n - 1]))
+        if other >= 0.0:
+            found.append(corners[n])
+    return np.array(found)
 
 
 def _least(r: Array, K: Array, reach: float) -> float:

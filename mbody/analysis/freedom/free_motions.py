@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.position.joint_places import place
-from mbody.model.joints import Joint, Prismatic, Revolute
+from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
 from mbody.system.system import System
 
@@ -233,7 +233,7 @@ class _Words:
             side = "i" if joint.i.body == name else "j"
             px, py = place(self.system, self.q, joint, side)
             speed = np.hypot(vx - w * (py - y), vy + w * (px - x))
-            if isinstance(joint, Revolute) and speed < near * abs(w):
+            if joint.pin and speed < near * abs(w):
                 return joint.name
         where = f"({_number(x - vy / w)}, {_number(y + vx / w)})"
         if np.hypot(vx, vy) < near * abs(w):
@@ -260,7 +260,7 @@ class _Words:
         """Whether a body slides on one that stands still, or is held by nothing."""
         touching = self.joints[name]
         return not touching or any(
-            isinstance(joint, Prismatic)
+            joint.slide
             and (joint.i.body if joint.j.body == name else joint.j.body) not in self.rates
             for joint in touching
         )

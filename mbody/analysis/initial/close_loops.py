@@ -11,8 +11,8 @@ from mbody.analysis.driven.time_grid import plan
 from mbody.analysis.initial.initial_velocities import branch_rates, no_velocities
 from mbody.analysis.position.assembly_analysis import as_system, closed, raise_user_error
 from mbody.analysis.position.closed_position import Closed
-from mbody.analysis.singular.branch_sentences import Rate
 from mbody.analysis.singular.branches import BESIDE
+from mbody.analysis.singular.prescribed_values import Prescribed
 from mbody.analysis.singular.singular_positions import SUSPECT, Singular, singular
 from mbody.errors import ModelError
 from mbody.kernels.loop_closure import project
@@ -77,12 +77,12 @@ def close_loops(
     system = as_system(model)
     if system.batch is not None:
         raise ModelError("close_loops takes one design: choose one of the batch with design(n)")
-    asked = plan(system, t, drive, None, None)
-    if len(asked.s) != 1:
+    request = plan(system, t, drive, None, None)
+    if len(request.s) != 1:
         raise ModelError("close_loops takes one instant: give one time and one value a driver")
     names = [driver.name for driver in system.mechanism.drivers]
-    first = {} if not drive else dict(zip(names, asked.given[0, :, 0], strict=True))
-    start = closed(system, float(asked.t[0]), first, guess)
+    first = {} if not drive else dict(zip(names, request.given[0, :, 0], strict=True))
+    start = closed(system, float(request.t[0]), first, guess)
     work = start.work
     if rates is not None and not isinstance(rates, Mapping):
         raise ModelError(f'rates must be a dict such as {{"crank": 2.0}}, not {rates!r}')
@@ -95,17 +95,17 @@ def close_loops(
             work.v[3 * system.bodies[name] + 2] = turning[name]
     if drive:
         for n, row in enumerate(system.layout.driver_row):
-            work.signal[row + 1] = asked.given[0, n, 1]
+            work.signal[row + 1] = request.given[0, n, 1]
     project(system.runtime(), work, start.soft)
     raise_user_error(system)
-    here = _singular(system, start, float(asked.t[0]), turning)
+    here = _singular(system, start, float(request.t[0]), turning)
     if here is None:
         _check_velocities(system, work)
         notes = [*start.notes, *_turned(system, work, turning)]
     else:
-        said = [Rate(name, "omega", rate) for name, rate in turning.items()]
+        prescribed = [Prescribed(name, "omega", rate) for name, rate in turning.items()]
         q = work.q[: system.coordinates, 0].copy()
-        v, more = branch_rates(system, here, float(asked.t[0]), q, said)
+        v, more = branch_rates(system, here, float(request.t[0]), q, prescribed)
         work.v[: len(v), 0] = v
         notes = [*start.notes, *more]
     n3 = system.coordinates
@@ -114,9 +114,9 @@ def close_loops(
     return Solution(
         system=system,
         analysis="close_loops",
-        t=asked.t,
+        t=request.t,
         record=Record([block], 1, batch=False),
-        given=asked.given if drive else None,
+        given=request.given if drive else None,
         soft=start.soft,
         notes=tuple(notes),
     )
@@ -140,19 +140,19 @@ def _turned(system: System, work: Work, rates: Mapping[str, float]) -> list[str]
     if not rates:
         return []
     columns = [3 * system.bodies[name] + 2 for name in rates]
-    asked = np.array(list(rates.values()))
+    request = np.array(list(rates.values()))
     if not too_large(system):
         scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
         motions = rank_of(dense(system, work)[1]).motions
-        left = asked - work.v[columns, 0]
+        left = request - work.v[columns, 0]
         way = np.linalg.lstsq(motions[:, columns].T, left, rcond=1e-9)[0]
         work.v[: system.coordinates, 0] += scale * (way @ motions)
     found = work.v[columns, 0]
     unit = system.mechanism.units.of("angular velocity")
     parts = [
         f"'{name}' turns at {now:.6g} {unit}, not at {rate:.6g}"
-        for name, rate, now in zip(rates, asked, found, strict=True)
-        if abs(now - rate) > MET * float(np.abs(asked).max())
+        for name, rate, now in zip(rates, request, found, strict=True)
+        if abs(now - rate) > MET * float(np.abs(request).max())
     ]
     if not parts:
         return []

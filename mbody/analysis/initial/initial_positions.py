@@ -1,5 +1,5 @@
-"""First positions by what is said of them, where more is said than is free: the nearest position
-that joints and drivers allow.
+"""First positions by coordinates that are prescribed, where more are than are free: the nearest
+position that joints and drivers allow.
 """
 
 from __future__ import annotations
@@ -9,12 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mbody.analysis.singular.prescribed_values import Prescribed
 from mbody.errors import SolveError
 from mbody.system.layout import Work
 from mbody.system.rank import dense, shortest
 from mbody.system.system import System
 
-__all__ = ["Fitted", "Spot", "fitted_note", "fitted_places", "misplaced"]
+__all__ = ["Fitted", "fitted_note", "fitted_places", "misplaced"]
 
 Array = np.ndarray
 
@@ -30,57 +31,16 @@ TOLD = 1e-9
 NAMED = 4
 
 
-@dataclass(frozen=True)
-class Spot:
-    """A place that is said of a body: `key` is x or y of the origin of its axes, or angle."""
-
-    body: str
-    key: str
-    value: float
-
-    @property
-    def name(self) -> str:
-        """Such as "crank.angle"."""
-        return f"{self.body}.{self.key}"
-
-    def of(self, system: System, q: Array) -> tuple[float, Array]:
-        """The coordinate at a position, and its change by coordinates without units of length, both
-        in model lengths and radians.
-        """
-        first = 3 * system.bodies[self.body]
-        row = np.zeros(system.coordinates)
-        if self.key == "angle":
-            row[first + 2] = 1.0
-            return float(q[first + 2]), row
-        cx, cy = system.numbers.point(f"{self.body}.cg")
-        c, s = np.cos(q[first + 2]), np.sin(q[first + 2])
-        x, y = c * cx - s * cy, s * cx + c * cy
-        k = int(self.key == "y")
-        row[first + k] = 1.0
-        row[first + 2] = (-x if k else y) / system.length
-        return float(q[first + k] - (x, y)[k]) / system.length, row
-
-    def size(self, system: System) -> float:
-        """The unit of `of`."""
-        return 1.0 if self.key == "angle" else system.length
-
-    def words(self, system: System, value: float) -> str:
-        """Such as "crank.angle = 30 deg"."""
-        if self.key == "angle":
-            return f"{self.name} = {np.degrees(value):.7g} deg"
-        return f"{self.name} = {value:.7g} {system.mechanism.units.length}"
-
-
 @dataclass(frozen=True, eq=False)
 class Fitted:
-    """The nearest position to what is said.
+    """The nearest position to what is prescribed.
 
     Attributes
     ----------
     q : array (coordinates + 3,)
         The position, the ground last.
     off : array (spots,)
-        What is said less what it is there, in model lengths and radians.
+        What is prescribed less what it is there, in model lengths and radians.
     """
 
     q: Array
@@ -88,13 +48,15 @@ class Fitted:
 
     @property
     def near(self) -> bool:
-        """Whether what is said differs by no more than rounding of digits."""
+        """Whether what is prescribed differs by no more than rounding of digits."""
         return bool(np.abs(self.off).max(initial=0.0) <= SAID)
 
 
-def fitted_places(system: System, work: Work, said: Sequence[Spot], first: Array) -> Fitted | None:
-    """The nearest position to what is said, from a first one (coordinates + 3,); None where the
-    loops do not close near it.
+def fitted_places(
+    system: System, work: Work, prescribed: Sequence[Prescribed], first: Array
+) -> Fitted | None:
+    """The nearest position to what is prescribed, from a first one (coordinates + 3,); None where
+    the loops do not close near it.
 
     Parameters
     ----------
@@ -104,15 +66,14 @@ def fitted_places(system: System, work: Work, said: Sequence[Spot], first: Array
     n = system.coordinates
     scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
     work.q[:, 0] = first
-    wanted = np.array([spot.value / spot.size(system) for spot in said])
+    wanted = np.array([one.value / one.unit(system) for one in prescribed])
     for _ in range(CORRECTIONS):
         q = work.q[:n, 0]
         phi, G = dense(system, work)
         if not np.isfinite(G).all():
             return None
-        told = [spot.of(system, q) for spot in said]
-        off = wanted - np.array([value for value, _ in told])
-        P = np.array([row for _, row in told]).reshape(-1, n)
+        off = wanted - np.array([one.at(system, q) for one in prescribed])
+        P = np.array([one.row(system, q) for one in prescribed]).reshape(-1, n)
         u, sizes, vt = np.linalg.svd(G)
         rank = int((sizes > ZERO * sizes.max(initial=1e-300)).sum())
         step = -vt[:rank].T @ ((u.T @ phi)[:rank] / sizes[:rank])
@@ -126,17 +87,17 @@ def fitted_places(system: System, work: Work, said: Sequence[Spot], first: Array
     if not np.abs(phi).max(initial=0.0) <= 1e-10:
         return None
     q = work.q[:n, 0]
-    off = wanted - np.array([spot.of(system, q)[0] for spot in said])
+    off = wanted - np.array([one.at(system, q) for one in prescribed])
     return Fitted(work.q[:, 0].copy(), off)
 
 
-def fitted_note(system: System, said: Sequence[Spot], found: Fitted) -> tuple[str, ...]:
+def fitted_note(system: System, prescribed: Sequence[Prescribed], found: Fitted) -> tuple[str, ...]:
     """By how much places were changed, where that is more than rounding."""
     worst = int(np.abs(found.off).argmax())
     size = abs(float(found.off[worst]))
     if size <= TOLD:
         return ()
-    spot = said[worst]
+    spot = prescribed[worst]
     unit = "deg" if spot.key == "angle" else system.mechanism.units.length
     change = np.degrees(size) if spot.key == "angle" else size * system.length
     return (
@@ -145,20 +106,20 @@ def fitted_note(system: System, said: Sequence[Spot], found: Fitted) -> tuple[st
     )
 
 
-def misplaced(system: System, said: Sequence[Spot], found: Fitted) -> SolveError:
+def misplaced(system: System, prescribed: Sequence[Prescribed], found: Fitted) -> SolveError:
     """The sentence of places that joints and drivers do not allow together."""
     order = np.argsort(-np.abs(found.off))
     wrong = [int(n) for n in order if abs(found.off[n]) > 0.1 * SAID]
     parts = []
     for n in wrong[:NAMED]:
-        spot = said[n]
-        value = spot.value - spot.size(system) * float(found.off[n])
+        spot = prescribed[n]
+        value = spot.value - spot.unit(system) * float(found.off[n])
         given = np.degrees(spot.value) if spot.key == "angle" else spot.value
-        parts.append(f"{spot.words(system, value)} (not {given:.7g})")
+        parts.append(f"{spot.with_value(system, value)} (not {given:.7g})")
     more = f" and {len(wrong) - NAMED} more" if len(wrong) > NAMED else ""
     return SolveError(
         "the places of the start do not fit together: the nearest position that joints and drivers "
         f"allow has {', '.join(parts)}{more}; correct them, or leave out places that follow from "
         "others",
-        said[wrong[0]].body,
+        prescribed[wrong[0]].body,
     )

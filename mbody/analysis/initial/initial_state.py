@@ -1,4 +1,4 @@
-"""How a motion begins: bodies exactly where, and as fast as, a description says."""
+"""Initial state of a motion: positions and velocities of bodies as a description has them."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.initial.close_loops import close_loops
-from mbody.analysis.initial.initial_positions import Spot, fitted_note, fitted_places, misplaced
+from mbody.analysis.initial.initial_positions import fitted_note, fitted_places, misplaced
 from mbody.analysis.initial.initial_velocities import branch_rates, fitting_rates
 from mbody.analysis.position.assembly_analysis import closed, drivers, set_drive
 from mbody.analysis.position.initial_guess import placed
-from mbody.analysis.singular.branch_sentences import Rate
 from mbody.analysis.singular.branches import BESIDE
+from mbody.analysis.singular.prescribed_values import Prescribed
 from mbody.analysis.singular.singular_positions import SUSPECT, singular
 from mbody.errors import ModelError
 from mbody.kernels.output import PER_PRIMITIVE
@@ -36,12 +36,18 @@ from mbody.system.rank import too_large
 from mbody.system.system import System
 
 __all__ = [
-    *("check_release", "check_simulation", "checked_events", "holding", "said", "started"),
-    *("state_of", "watched"),
+    "check_release",
+    "check_simulation",
+    "checked_events",
+    "initial_state_of",
+    "start_drivers",
+    "with_start_drivers",
+    "state_of",
+    "event_measure",
 ]
 
 #: Name of a driver; body, coordinate and direction; value and rate.
-Said = tuple[str, tuple[str, str, float], Any, Any]
+StartDriver = tuple[str, tuple[str, str, float], Any, Any]
 
 #: A coordinate, its rate, and the direction in which it is measured.
 PAIRS = (("angle", "omega", 0.0), ("x", "vx", 0.0), ("y", "vy", 0.5 * math.pi))
@@ -101,10 +107,10 @@ def checked_events(
                 f"{what} '{event.name}': the name is taken by a {taken}: choose another", event.name
             )
         try:
-            check_measure(mechanism, watched(mechanism, event))
+            check_measure(mechanism, event_measure(mechanism, event))
         except ModelError as error:
-            told = str(error).removeprefix("measure ")
-            raise ModelError(f"{what} '{event.name}': {told}", event.name) from None
+            reason = str(error).removeprefix("measure ")
+            raise ModelError(f"{what} '{event.name}': {reason}", event.name) from None
         found[event] = 0.0
         if isinstance(event, Stop):
             _check_coordinate(mechanism, event)
@@ -115,7 +121,7 @@ def checked_events(
     return found
 
 
-def watched(mechanism: Mechanism, event: Event | Stop) -> Measure:
+def event_measure(mechanism: Mechanism, event: Event | Stop) -> Measure:
     """What is to be zero: one of the mechanism's measures by its name, or a formula."""
     return mechanism.measures.get(event.of) or Measure(event.of)
 
@@ -123,7 +129,9 @@ def watched(mechanism: Mechanism, event: Event | Stop) -> Measure:
 def _check_coordinate(mechanism: Mechanism, stop: Stop) -> None:
     """Refuse a stop of what an impact does not leave as it is."""
     coordinates = []
-    for name in sorted(read(watched(mechanism, stop).of, None).names - mechanism.parameters.keys()):
+    for name in sorted(
+        read(event_measure(mechanism, stop).of, None).names - mechanism.parameters.keys()
+    ):
         owner, _, key = name.rpartition(".")
         if not owner:
             continue
@@ -142,14 +150,14 @@ def _check_coordinate(mechanism: Mechanism, stop: Stop) -> None:
         )
 
 
-#: The first instant of motions that were asked for, as long as their systems live.
+#: The first instant of motions that were requested, as long as their systems live.
 _BEGUN: weakref.WeakKeyDictionary[System, tuple[SimulationSettings, Solution]] = (
     weakref.WeakKeyDictionary()
 )
 
 
-def started(system: System, simulation: SimulationSettings) -> Solution:
-    """The first instant of a motion: bodies held where it says, moving as it says.
+def initial_state_of(system: System, simulation: SimulationSettings) -> Solution:
+    """The first instant of a motion: bodies where it prescribes, moving as it prescribes.
 
     Raises
     ------
@@ -161,20 +169,20 @@ def started(system: System, simulation: SimulationSettings) -> Solution:
     check_simulation(system.mechanism, simulation)
     known, found = _BEGUN.get(system, (None, None))
     if found is None or known is not simulation:
-        found = _begun(system, simulation)
+        found = _first_instant(system, simulation)
         _BEGUN[system] = simulation, found
     return found
 
 
-def _begun(system: System, simulation: SimulationSettings) -> Solution:
+def _first_instant(system: System, simulation: SimulationSettings) -> Solution:
     if too_large(system):
         return _by_drivers(system, simulation)
     t, q, notes = 0.0, *_places(system, simulation)
     start = closed(system, t, {}, pose=q)
     work = start.work
     rates = [
-        Rate(body, RATES[place], float(speed))
-        for _, (body, place, _), _, speed in said(system, simulation, rates=True, poses={})
+        Prescribed(body, RATES[place], float(speed))
+        for _, (body, place, _), _, speed in start_drivers(system, simulation, rates=True, poses={})
     ]
     here = None
     if start.soft or start.ratio < SUSPECT:
@@ -197,33 +205,33 @@ def _begun(system: System, simulation: SimulationSettings) -> Solution:
 
 def _places(system: System, simulation: SimulationSettings) -> tuple[np.ndarray, tuple[str, ...]]:
     """The first position (coordinates + 3,), and notes."""
-    things = said(system, simulation, rates=False, poses={})
+    imposed = start_drivers(system, simulation, rates=False, poses={})
     own = {
-        body: {key: value for _, (name, key, _), value, _ in things if name == body}
+        body: {key: value for _, (name, key, _), value, _ in imposed if name == body}
         for body in simulation.start
     }
-    if things and system.rows + len(things) > system.coordinates:
+    if imposed and system.rows + len(imposed) > system.coordinates:
         work = system.work()
         set_drive(system, work, 0.0, {})
         drive = {d.name: float(work.signal[row, 0]) for d, row in drivers(system)}
         guess = {body: _pose(system, body, places) for body, places in own.items()}
         first = placed(system, {k: v for k, v in guess.items() if v is not None}, drive)
-        sure = [one for one in things if one[1][1] in simulation.start[one[1][0]]]
-        for some in (things, sure):
-            spots = [Spot(body, key, float(value)) for _, (body, key, _), value, _ in some]
+        sure = [one for one in imposed if one[1][1] in simulation.start[one[1][0]]]
+        for some in (imposed, sure):
+            spots = [Prescribed(body, key, float(value)) for _, (body, key, _), value, _ in some]
             found = fitted_places(system, work, spots, first) if spots else None
             if found is not None and found.near:
                 return found.q, fitted_note(system, spots, found)
         if found is not None and system.rows + len(sure) > system.coordinates:
             raise misplaced(system, spots, found)
-        things = sure or things
-    held = holding(system, things)
-    start = closed(held, 0.0, {name: float(value) for name, _, value, _ in things})
+        imposed = sure or imposed
+    driven = with_start_drivers(system, imposed)
+    start = closed(driven, 0.0, {name: float(value) for name, _, value, _ in imposed})
     return start.work.q[:, 0].copy(), tuple(start.notes)
 
 
 def _pose(system: System, body: str, places: Mapping[str, Any]) -> Any:
-    """The guess of a body by what is said of it; None where that does not matter."""
+    """The guess of a body by what is prescribed of it; None where that does not matter."""
     if "angle" not in places:
         return None
     if "x" in places and "y" in places:
@@ -232,31 +240,31 @@ def _pose(system: System, body: str, places: Mapping[str, Any]) -> Any:
 
 
 def _by_drivers(system: System, simulation: SimulationSettings) -> Solution:
-    """Of a mechanism that is too large for dense matrices: drivers hold what is said."""
-    found = _held(system, simulation, rates=False)
+    """Of a mechanism that is too large for dense matrices: drivers impose what is prescribed."""
+    found = _closed_by_drivers(system, simulation, rates=False)
     if any(rate in given for given in simulation.start.values() for _, rate, _ in PAIRS):
-        found = _held(system, simulation, rates=True, guess=link_poses(found))
+        found = _closed_by_drivers(system, simulation, rates=True, guess=link_poses(found))
     return found
 
 
-def _held(
+def _closed_by_drivers(
     system: System, simulation: SimulationSettings, *, rates: bool, guess: Any = None
 ) -> Solution:
-    """The loops closed with drivers in place of what is said: of places, or of what has a rate."""
+    """The loops closed with drivers for what is prescribed: places, or what has a rate."""
     poses = guess or {}
-    things = said(system, simulation, rates=rates, poses=poses)
-    drive = {name: (value, rate) for name, _, value, rate in things}
-    return close_loops(holding(system, things), drive=drive or None, guess=guess)
+    imposed = start_drivers(system, simulation, rates=rates, poses=poses)
+    drive = {name: (value, rate) for name, _, value, rate in imposed}
+    return close_loops(with_start_drivers(system, imposed), drive=drive or None, guess=guess)
 
 
-def said(
+def start_drivers(
     system: System,
     simulation: SimulationSettings,
     *,
     rates: bool,
     poses: Mapping[str, Any],
-) -> list[Said]:
-    """What is held at the start: name, (body, coordinate, direction), value and rate.
+) -> list[StartDriver]:
+    """What is imposed at the start: name, (body, coordinate, direction), value and rate.
 
     Parameters
     ----------
@@ -265,7 +273,7 @@ def said(
     rates : bool
         What has a rate, else what has a place or a rate, which is then zero.
     poses : mapping
-        Of link axes, (x, y, angle) by body, in place of what is said.
+        Of link axes, (x, y, angle) by body, in place of what is prescribed.
     """
     mechanism, values = system.mechanism, parameters_of(system)
     bodies = {body.name: body for body in mechanism.bodies}
@@ -285,15 +293,15 @@ def said(
     return found
 
 
-def holding(system: System, things: list[Said]) -> System:
-    """The system with a driver, last of all, for each thing that is `said`."""
-    held = system.mechanism.copied()
-    for name, (body, place, direction), value, _ in things:
+def with_start_drivers(system: System, imposed: list[StartDriver]) -> System:
+    """The system with a driver, last of all, for each of `start_drivers`."""
+    driven = system.mechanism.copied()
+    for name, (body, place, direction), value, _ in imposed:
         if place == "angle":
-            held.add(AngleDriver(name, body, value))
+            driven.add(AngleDriver(name, body, value))
         else:
-            held.add(CoordinateDriver(name, Marker("ground", (0.0, 0.0), direction), body, value))
-    return with_numbers_of(assemble(held), system.values)
+            driven.add(CoordinateDriver(name, Marker("ground", (0.0, 0.0), direction), body, value))
+    return with_numbers_of(assemble(driven), system.values)
 
 
 def _number(
@@ -321,7 +329,7 @@ def parameters_of(system: System) -> dict[str, Any]:
 
 
 def check_release(mechanism: Mechanism, given: Mapping[str, Any]) -> dict[str, float]:
-    """When drivers let go, by name.
+    """When drivers are released, by name.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""First velocities by what is said of them: rates that fit joints and drivers, and belong to a
+"""First velocities by rates that are prescribed: rates that fit joints and drivers, and belong to a
 branch of the motion where the position is singular.
 """
 
@@ -10,13 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbody.analysis.singular.branch_sentences import (
-    Rate,
     nearest_words,
     place_words,
     undecided,
     values_of,
 )
 from mbody.analysis.singular.branches import SAID, along, fits, frame, nearest, norm, onto
+from mbody.analysis.singular.prescribed_values import Prescribed
 from mbody.analysis.singular.quadratic_cones import is_flat, solutions, tangent
 from mbody.analysis.singular.singular_positions import Singular
 from mbody.errors import SolveError
@@ -39,30 +39,29 @@ TAKES_PART, NAMED = 0.1, 4
 
 @dataclass(frozen=True, eq=False)
 class Rates:
-    """Rates that are said, as conditions P v = p on velocities without units of length."""
+    """Prescribed rates, as conditions P v = p on velocities without units of length."""
 
-    said: Sequence[Rate]
+    prescribed: Sequence[Prescribed]
     P: Array
     p: Array
 
     def without(self, n: int) -> Rates:
         """All but one."""
         left = [k for k in range(len(self.p)) if k != n]
-        return Rates([self.said[k] for k in left], self.P[left], self.p[left])
+        return Rates([self.prescribed[k] for k in left], self.P[left], self.p[left])
 
 
-def rates_of(system: System, q: Array, said: Sequence[Rate]) -> Rates:
-    """Conditions of what is said, at a position (coordinates,)."""
-    P, p = np.zeros((len(said), system.coordinates)), np.zeros(len(said))
-    for n, rate in enumerate(said):
+def rates_of(system: System, q: Array, prescribed: Sequence[Prescribed]) -> Rates:
+    """Conditions of what is prescribed, at a position (coordinates,)."""
+    P, p = np.zeros((len(prescribed), system.coordinates)), np.zeros(len(prescribed))
+    for n, rate in enumerate(prescribed):
         P[n], p[n] = rate.row(system, q), rate.value
-        if rate.key != "omega":
-            p[n] /= system.length
-    return Rates(said, P, p)
+        p[n] /= rate.unit(system)
+    return Rates(prescribed, P, p)
 
 
 def fitting_rates(
-    system: System, work: Work, said: Sequence[Rate]
+    system: System, work: Work, prescribed: Sequence[Prescribed]
 ) -> tuple[Array, tuple[str, ...]]:
     """Velocities (coordinates,) that have the rates and move least beside, and notes.
 
@@ -77,7 +76,7 @@ def fitting_rates(
         Where joints and drivers do not allow the rates.
     """
     q = work.q[: system.coordinates, 0].copy()
-    given = rates_of(system, q, said)
+    given = rates_of(system, q, prescribed)
     G = dense(system, work)[1]
     primitive, row, angle = system.row_table
     nu = work.nu[2 * system.layout.primitive_node[primitive] + row, 0]
@@ -98,35 +97,35 @@ def fitting_rates(
     if np.abs(G @ v - nu).max(initial=0.0) > 1e-6 * fast:  # drivers themselves do not agree
         raise no_velocities(system, nu)
     met = given.P @ v
-    changed = [n for n in range(len(said)) if abs(met[n] - given.p[n]) > AGREES * fast]
+    changed = [n for n in range(len(prescribed)) if abs(met[n] - given.p[n]) > AGREES * fast]
     if np.abs(met - given.p).max() <= ROUNDED * fast:
-        return scale * v, _fitted(system, said, met - given.p)
+        return scale * v, _fitted(system, prescribed, met - given.p)
     part = np.abs(off[: len(G)])
     taking = dict.fromkeys(
         system.owners[primitive[n]][0].name
         for n in np.argsort(-part)
         if part[n] > TAKES_PART * part.max(initial=0.0)
     )
-    fitted = listed_rates(system, [said[n] for n in changed], met[changed])
-    told = ", ".join(f"{said[n].value:.6g}" for n in changed[:NAMED])
+    fitted = listed_rates(system, [prescribed[n] for n in changed], met[changed])
+    shown = ", ".join(f"{prescribed[n].value:.6g}" for n in changed[:NAMED])
     raise SolveError(
         f"the rates of the start do not fit {_elements(list(taking))}: the nearest velocities that "
-        f"fit have {fitted}, not {told}; give those, or leave out rates that follow from others",
+        f"fit have {fitted}, not {shown}; give those, or leave out rates that follow from others",
         next(iter(taking), None),
     )
 
 
 def branch_rates(
-    system: System, here: Singular, t: float, q: Array, said: Sequence[Rate]
+    system: System, here: Singular, t: float, q: Array, prescribed: Sequence[Prescribed]
 ) -> tuple[Array, tuple[str, ...]]:
     """Velocities (coordinates,) of the one branch that has the rates at a singular position.
 
     Raises
     ------
     SolveError
-        Where no branch has the rates, or several have: with the rate that tells them apart.
+        Where no branch has the rates, or several have: with the rate that distinguishes them.
     """
-    given = rates_of(system, q, said)
+    given = rates_of(system, q, prescribed)
     if here.steady and not given.p.any():
         return np.zeros(len(q)), ()
     points, complete, flat = _points(here, given)
@@ -197,28 +196,30 @@ def _rounded(here: Singular, given: Rates) -> Array | None:
 # -- sentences --------------------------------------------------------------------------------
 
 
-def _fitted(system: System, said: Sequence[Rate], off: Array) -> tuple[str, ...]:
+def _fitted(system: System, prescribed: Sequence[Prescribed], off: Array) -> tuple[str, ...]:
     """By how much rates were changed."""
     worst = int(np.abs(off).argmax())
-    size = _units(system, said[worst], abs(float(off[worst])))
-    unit = said[worst].with_value(system, size).rpartition(" ")[2]
+    size = _units(system, prescribed[worst], abs(float(off[worst])))
+    unit = prescribed[worst].unit_name(system)
     return (
         f"the rates of the start were fitted to joints and drivers: by {size:.2g} {unit} at most, "
-        f"of {said[worst].name}",
+        f"of {prescribed[worst].name}",
     )
 
 
-def listed_rates(system: System, said: Sequence[Rate], values: Array) -> str:
+def listed_rates(system: System, prescribed: Sequence[Prescribed], values: Array) -> str:
     """Such as "block.vx = 0.1 m/s, belt.vx = 0.1 m/s"."""
-    told = [
+    shown = [
         one.with_value(system, _units(system, one, value))
-        for one, value in zip(said[:NAMED], values, strict=False)
+        for one, value in zip(prescribed[:NAMED], values, strict=False)
     ]
-    return ", ".join(told) + (f" and {len(said) - NAMED} more" if len(said) > NAMED else "")
+    return ", ".join(shown) + (
+        f" and {len(prescribed) - NAMED} more" if len(prescribed) > NAMED else ""
+    )
 
 
-def _units(system: System, rate: Rate, value: float) -> float:
-    return float(value) * (1.0 if rate.key == "omega" else system.length)
+def _units(system: System, rate: Prescribed, value: float) -> float:
+    return float(value) * rate.unit(system)
 
 
 def _elements(names: list[str]) -> str:
@@ -228,10 +229,10 @@ def _elements(names: list[str]) -> str:
 def _several(
     system: System, here: Singular, t: float, given: Rates, points: list[Array], complete: bool
 ) -> SolveError:
-    rates = values_of(system, here, [_velocity(here, given, y) for y in points], given.said)
+    rates = values_of(system, here, [_velocity(here, given, y) for y in points], given.prescribed)
     count = f"{len(points)}" if complete else f"at least {len(points)}"
-    told = ", ".join(one.with_value(system, one.value) for one in given.said[:NAMED])
-    what = f"have the rates that are given ({told})" if told else "follow the drivers"
+    shown = ", ".join(one.with_value(system, one.value) for one in given.prescribed[:NAMED])
+    what = f"have the rates that are given ({shown})" if shown else "follow the drivers"
     ask = "a rate that tells" if len(rates) == 1 else "rates that tell"
     return SolveError(
         f"the start of '{system.mechanism.name}' at {place_words(system, t)} is a singular "
@@ -254,13 +255,13 @@ def _none(system: System, here: Singular, t: float, given: Rates) -> SolveError:
         points, complete, _ = _points(here, left)
         if points and complete:
             vs = [_velocity(here, left, y) for y in points]
-            (rate,) = values_of(system, here, vs, left.said, given.said[n])
+            (rate,) = values_of(system, here, vs, left.prescribed, given.prescribed[n])
             name, _, values = rate.partition(" = ")
-            told = ", ".join(one.with_value(system, one.value) for one in left.said[:NAMED])
+            shown = ", ".join(one.with_value(system, one.value) for one in left.prescribed[:NAMED])
             return SolveError(
-                f"{where}; with {told or 'the drivers'}, {name} can be {values}, not "
-                f"{given.said[n].value:.6g}: give a rate that a motion has",
-                given.said[n].body,
+                f"{where}; with {shown or 'the drivers'}, {name} can be {values}, not "
+                f"{given.prescribed[n].value:.6g}: give a rate that a motion has",
+                given.prescribed[n].body,
             )
     P, p = _conditions(here, given)
     base = shortest(P, p, 1e-7)

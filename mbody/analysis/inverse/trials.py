@@ -11,16 +11,16 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.requests import ANALYSES, asked
-from mbody.analysis.driven.runner import Runner, Stuck
+from mbody.analysis.driven.runner import PathEnded, Runner
 from mbody.analysis.driven.time_grid import by_time
 from mbody.analysis.inverse.conditions import Relation
 from mbody.analysis.inverse.unknowns import Wanted
 from mbody.analysis.position.assembly_analysis import SUSPICIOUS, check_determined, closed_near
 from mbody.errors import ModelError, ModelWarning, SolveError
 from mbody.laws import Polynomial
-from mbody.model.driver import Driver
+from mbody.model.driver import DRIVEN, Driver
 from mbody.model.mechanism import Mechanism
-from mbody.model.numbers import DRIVEN, meant, moves_nothing, plain
+from mbody.model.numbers import meant, moves_nothing, plain
 from mbody.model.study import Instants, Question, Unknown
 from mbody.quantities.units import DIMENSIONS, Dimension
 from mbody.solution.histories import Record
@@ -127,7 +127,7 @@ class Trials:
         driver, _, key = name.partition(".")
         moving = bool(self._driver(mechanism, name))
         if moving:
-            present = float(self.states[driver][list(DRIVEN).index(key)])
+            present = float(self.states[driver][DRIVEN.index(key)])
         else:
             present = float(first.system.values[name])
         start, low, high = (
@@ -303,7 +303,7 @@ class Trials:
         runner, instant = Runner(system, self.question.analysis), by_time(system, self._times)
         try:
             block = runner.scalar(start, instant)
-        except Stuck:
+        except PathEnded:
             return None
         run = runner.solution(start, instant, Record([block], 1, batch=False))
         return Reached(run, link_poses(run), side, redundant, float(start.ratio))
@@ -333,7 +333,7 @@ class Trials:
                 state = moving.setdefault(
                     driver, np.repeat(self.states[driver][:, None], len(us), axis=1)
                 )
-                state[list(DRIVEN).index(key)] = column
+                state[DRIVEN.index(key)] = column
             else:
                 values[one.name] = column
         for driver, state in moving.items():

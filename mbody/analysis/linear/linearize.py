@@ -267,7 +267,7 @@ def _driven(system: System, t: float, natural: float) -> float:
     fast = 0.0
     for driver in system.drivers:
         _, rate, change = system.law_of(driver).derivatives(np.array([t]))
-        unit = 1.0 if driver.rows == "a" else system.length
+        unit = driver.unit(system.length)
         fast = max(fast, abs(float(rate[0])) / unit, abs(float(change[0])) / unit / natural)
     return fast
 

@@ -179,7 +179,7 @@ def check_fit(system: System, q: np.ndarray, design: int) -> None:
     SolveError
         With the distance that is wrong.
     """
-    held = [joint for joint in system.mechanism.joints if joint.held]
+    held = [joint for joint in system.mechanism.joints if joint.spaced]
     if not held:
         return
     system = system if system.batch is None else system.design(design)
@@ -337,7 +337,7 @@ def check_determined(system: System, result: Closed, what: str) -> None:
     value = float(result.work.signal[row, 0])
     if joints.free >= len(names):
         where = f"{value:.6g} {system.mechanism.units.length}"
-        if driver.rows == "a":
+        if driver.angular:
             where = f"{np.degrees(value):.4g} deg"
         body = _fastest(system, joints.motions) if joints.free else driver.bodies[1]
         raise SolveError(

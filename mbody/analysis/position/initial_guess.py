@@ -11,9 +11,8 @@ import numpy as np
 
 from mbody.errors import ModelError
 from mbody.model.body import Body, Guess, as_guess
-from mbody.model.driver import AngleDriver
 from mbody.model.element import Marker, Numbers
-from mbody.model.joints import CamFollower, Fixed, Joint, Prismatic, Revolute
+from mbody.model.joints import Joint
 from mbody.system.system import System
 
 __all__ = ["placed", "unguessed"]
@@ -64,7 +63,7 @@ def unguessed(
     machine = system.mechanism
     told = {name for driver in machine.drivers for name in driver.bodies} | set(guess or {})
     for joint in machine.joints:
-        if isinstance(joint, (Fixed, Prismatic)):
+        if joint.parallel:
             told |= {joint.i.body, joint.j.body}
     if all(body.guess.angle is not None or body.name in told for body in machine.bodies):
         return ()
@@ -91,7 +90,7 @@ class _Placing:
         self.mechanism = system.mechanism
         self.at = numbers
         for name in guess:
-            if not isinstance(self.mechanism[name], Body):
+            if self.mechanism[name].role != "body":
                 raise ModelError(f"a guess is for bodies, '{name}' is none", name)
         self.guess: dict[str, Guess] = {
             body.name: self._guess(body, guess[body.name]) if body.name in guess else body.guess
@@ -101,7 +100,7 @@ class _Placing:
         # of every body: the other body of an angle driver, and its angle from it
         self.driven: dict[str, list[tuple[str, float, float]]] = {}
         for driver in self.mechanism.drivers:
-            if isinstance(driver, AngleDriver) and driver.name in drive:
+            if driver.angular and driver.name in drive:
                 i, j = driver.bodies
                 self.driven.setdefault(j, []).append((i, 1.0, drive[driver.name]))
                 self.driven.setdefault(i, []).append((j, -1.0, drive[driver.name]))
@@ -146,7 +145,7 @@ class _Placing:
 
     def _rank(self, name: str, joint: Joint) -> int:
         """Pins before slides, known angles before unknown ones."""
-        rank = 0 if isinstance(joint, (Revolute, Fixed)) else 2
+        rank = 0 if joint.coincident else 2
         return rank + (self._angle(name, joint) is None)
 
     def _angle(self, name: str, joint: Joint | None) -> float | None:
@@ -154,7 +153,7 @@ class _Placing:
         for other, sign, value in self.driven.get(name, ()):
             if other in self.poses:
                 return self.poses[other][2] + sign * value
-        if isinstance(joint, (Fixed, Prismatic)):
+        if joint is not None and joint.parallel:
             beta = float(self.at.angle(joint, "j")) - float(self.at.angle(joint, "i"))
             if joint.j.body == name:
                 return self.poses[joint.i.body][2] - beta
@@ -175,7 +174,7 @@ class _Placing:
         x, y, angle = self._hung(name, joint, guess, angle)
         if self.shaken is None:
             return x, y, angle
-        size = self.system.length * (1.0 if isinstance(joint, Prismatic) else 0.1)
+        size = self.system.length * (1.0 if joint is not None and joint.slide else 0.1)
         off = self.shaken.normal(size=3)
         return x + size * off[0], y + size * off[1], angle + 0.3 * off[2]
 
@@ -186,7 +185,7 @@ class _Placing:
         hx, hy = self._local(joint, own)
         for other in self.mechanism.joints:
             side, far = ("j", "i") if other.j.body == name else ("i", "j")
-            if other is joint or not isinstance(other, Revolute):
+            if other is joint or not other.pin:
                 continue
             if getattr(other, side).body != name or getattr(other, far).body not in self.poses:
                 continue
@@ -209,14 +208,14 @@ class _Placing:
         px, py = self._local(joint, own)
         c, s = math.cos(angle), math.sin(angle)
         pose = x - c * px + s * py, y - s * px - c * py, angle
-        return self._lifted(name, joint, pose) if isinstance(joint, Prismatic) else pose
+        return self._lifted(name, joint, pose) if joint.slide else pose
 
-    def _lifted(self, name: str, guide: Prismatic, pose: Pose) -> Pose:
+    def _lifted(self, name: str, guide: Joint, pose: Pose) -> Pose:
         """A follower on its guide, moved along it to the radius of its cam: of the two places the
         one farther along the guide.
         """
         for cam in self.mechanism.joints:
-            if isinstance(cam, CamFollower) and cam.j.body == name and cam.i.body in self.poses:
+            if cam.lifts and cam.j.body == name and cam.i.body in self.poses:
                 x, y, angle = pose
                 self.poses[name] = pose
                 (px, py), (cx, cy) = self._world(cam, "j"), self._world(cam, "i")
@@ -229,7 +228,7 @@ class _Placing:
                 return x + move * ux, y + move * uy, angle
         return pose
 
-    def _along(self, guide: Prismatic, name: str) -> tuple[float, float]:
+    def _along(self, guide: Joint, name: str) -> tuple[float, float]:
         """Direction in which the body goes on its guide."""
         placed, own = ("i", "j") if guide.j.body == name else ("j", "i")
         turn = self.poses[getattr(guide, placed).body][2] + float(self.at.angle(guide, placed))

@@ -160,7 +160,7 @@ def _out_of_reach(system: System, work: Work, off: np.ndarray, t: float) -> Solv
     """The sentence for a driver that asks more than the links give; `off` (drivers,)."""
     n = int(off.argmax())
     driver, row = system.drivers[n], system.layout.driver_row[n]
-    turns, units = driver.rows == "a", system.mechanism.units
+    turns, units = driver.angular, system.mechanism.units
     asked, distance = float(work.signal[row, 0]), float(off[n])
     if turns:
         wanted, near = angle_told(asked), angle_told(float(f"{distance:.3g}"))

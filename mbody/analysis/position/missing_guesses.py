@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.analysis.position.initial_guess import placed, unguessed
-from mbody.model.driver import AngleDriver
 from mbody.model.element import wrapped
 from mbody.system.system import System
 
@@ -104,7 +103,7 @@ def _held(system: System, guess: Mapping[str, Any]) -> set[str]:
     while len(held) > before:
         before = len(held)
         for driver in machine.drivers:
-            if isinstance(driver, AngleDriver) and held & set(driver.bodies):
+            if driver.angular and held & set(driver.bodies):
                 held |= set(driver.bodies)
     return held
 

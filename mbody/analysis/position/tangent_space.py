@@ -17,7 +17,7 @@ from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.kernels.load_breakdown import breakdown
 from mbody.kernels.loop_closure import close, laws_of_time, project
 from mbody.kernels.output import PER_PRIMITIVE
-from mbody.kernels.residuals import audit
+from mbody.kernels.residuals import RESIDUALS, Finished, residuals_of
 from mbody.system.layout import Work
 from mbody.system.rank import dense, rank_of
 from mbody.system.system import System
@@ -96,12 +96,17 @@ class Manifold:
         self.size = system.coordinates
         self.scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
         self.time = np.array([t])
-        drivers = len(system.drivers)
-        self.given = np.zeros((1, max(1, drivers), 3))
-        self.lam = np.zeros((1, 2 * len(system.owners)))
-        self.driven = np.zeros(0, dtype=np.int64)
         self.motion = np.zeros((1, 3 * self.size))
-        self.output = np.empty((1, 5))
+        self.instant = Finished(
+            motion=self.motion,
+            t=self.time,
+            lam=np.zeros((1, 2 * len(system.owners))),
+            driven=np.zeros(0, dtype=np.int64),
+            given=np.zeros((1, max(1, len(system.drivers)), 3)),
+            by_law=True,
+            at_rest=True,
+        )
+        self.output = np.empty((1, RESIDUALS))
 
     def other(self, system: System) -> Manifold:
         """The same with other numbers of the same topology."""
@@ -118,18 +123,7 @@ class Manifold:
         self.motion[0, : self.size] = q
         self.motion[0, self.size : 2 * self.size] = 0.0 if v is None else v
         # the kernel of the residuals sums the loads of an instant, laws included; drivers rest
-        audit(
-            self.layout,
-            self.work,
-            self.motion,
-            self.time,
-            self.lam,
-            self.driven,
-            self.given,
-            True,
-            True,
-            self.output,
-        )
+        residuals_of(self.layout, self.work, self.instant, self.output)
         raise_user_error(self.system)
         return np.asarray(self.work.force[: self.size, 0] * self.scale)
 
@@ -182,9 +176,15 @@ class Manifold:
             motions = rank_of(G).motions
         return Place(q, force, motions, G, motions @ force)
 
-    def closed(self, q: Array) -> Array | None:
-        """Close the constraints from q by least motion."""
-        q = q.copy()
+    def closed(self, q: Array, fixed: Array | None = None) -> Array | None:
+        """Close the constraints from q by least motion, or by none in some directions.
+
+        Parameters
+        ----------
+        fixed : array (n, coordinates), optional
+            Directions, without units, along which the position stays where q is.
+        """
+        q, start = q.copy(), q
         last = np.inf
         for _ in range(CORRECTIONS):
             phi, G = self.rows(q)
@@ -198,6 +198,9 @@ class Manifold:
             if not worst < 1e3 * reach:
                 return None
             last = worst
+            if fixed is not None:
+                phi = np.append(phi, fixed @ ((q - start) / self.scale))
+                G = np.vstack([G, fixed])
             q -= self.scale * np.linalg.lstsq(G, phi, rcond=1e-9)[0]
         return None
 

@@ -9,9 +9,7 @@ import numpy as np
 
 from mbody.analysis.position.joint_places import place
 from mbody.errors import SolveError
-from mbody.model.driver import DistanceDriver
 from mbody.model.element import Element
-from mbody.model.joints import Distance
 from mbody.system.system import System
 
 __all__ = ["GONE", "vanishing"]
@@ -63,10 +61,6 @@ def vanishing(system: System, q: np.ndarray, when: str, close: float = CLOSE) ->
 def _distances(system: System) -> Iterator[tuple[Element, str, str]]:
     """Elements that keep or count distances, with the names of both ends."""
     machine = system.mechanism
-    for element in (*machine.joints, *machine.drivers):
-        if isinstance(element, Distance | DistanceDriver):
-            yield element, "i", "j"
-    for coupling in machine.couplings:
-        for n, term in enumerate(coupling.parts):
-            if term.distance:
-                yield coupling, f"{n}.i", f"{n}.j"
+    for element in (*machine.joints, *machine.drivers, *machine.couplings):
+        for i, j in element.distances():
+            yield element, i, j

@@ -11,14 +11,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from mbody.model.driver import AngleDriver
+from mbody.model.constraint import Constraint, TurnRow
 from mbody.model.element import Element, Numbers
-from mbody.model.joints import CustomJoint, Fixed, Gear, Prismatic, RackPinion, Rolling
 from mbody.model.loads import TorsionSpring
 from mbody.system.system import System
 
@@ -45,24 +43,36 @@ class _Groups:
         return "ground" not in self.of[name]
 
 
-@dataclass
-class _Row:
-    """A row that counts turns: factors of angles, and what they leave of it at a pose."""
+class _Pose:
+    """The guessed pose as elements read it."""
 
-    factors: dict[str, Any]
-    left: Any
+    def __init__(
+        self, system: System, pose: np.ndarray, drive: Mapping[str, float], at: Numbers
+    ) -> None:
+        self.system, self.pose, self.given, self.at = system, pose, drive, at
+
+    def angle(self, body: str) -> float:
+        """Angle of a body [rad]."""
+        return float(self.pose[3 * self.system.bodies[body] + 2])
+
+    def place(self, element: Element, field: str) -> tuple[float, float]:
+        """World place of an element's marker [length]."""
+        x, y, angle = self.pose[3 * self.system.bodies[element.place(field).body] :][:3]
+        ax, ay = (float(part) for part in self.at.arm(element, field))
+        c, s = math.cos(angle), math.sin(angle)
+        return float(x) + c * ax - s * ay, float(y) + s * ax + c * ay
 
 
 def by_rows(system: System, pose: np.ndarray, drive: Mapping[str, float], at: Numbers) -> None:
     """Give the bodies of a guessed pose (coordinates + 3,) the whole turns, in place, that come
     nearest to what rows between angles ask; `drive` are the values of the drivers.
     """
-    groups = _groups(system)
+    groups, read = _groups(system), _Pose(system, pose, drive, at)
     for element in _counting(system):
-        row = _row(system, element, pose, drive, at)
+        row = element.turn_row(at, read)
         if row is not None:
             _nearest(system, groups, pose, row)
-        groups.join(*_coupled(element))
+        groups.join(*element.turn_bodies())
 
 
 def by_springs(system: System, poses: np.ndarray) -> None:
@@ -81,11 +91,7 @@ def by_springs(system: System, poses: np.ndarray) -> None:
 def ambiguous(system: System, pose: np.ndarray, drive: Mapping[str, float]) -> list[str]:
     """A sentence for each torsion spring whose turn the position does not tell for sure."""
     found = []
-    turned = [
-        d.name
-        for d in system.drivers
-        if isinstance(d, AngleDriver) and abs(drive.get(d.name, 0.0)) > TURN
-    ]
+    turned = [d.name for d in system.drivers if d.angular and abs(drive.get(d.name, 0.0)) > TURN]
     for _, spring in _springs(system):
         twist = float(_twist(system, spring, pose[None])[0])
         if abs(twist) > math.pi - HALF:
@@ -107,24 +113,12 @@ def _groups(system: System) -> _Groups:
     return _Groups([*(body.name for body in system.mechanism.bodies), "ground"])
 
 
-def _counting(system: System) -> Iterator[Element]:
+def _counting(system: System) -> list[Constraint]:
     """Elements whose rows count turns, those that bind two bodies to one angle first."""
     machine = system.mechanism
-    yield from (d for d in machine.drivers if isinstance(d, AngleDriver))
-    yield from (joint for joint in machine.joints if isinstance(joint, (Fixed, Prismatic)))
-    wheels = (RackPinion, Rolling, Gear, CustomJoint)
-    yield from (joint for joint in machine.joints if isinstance(joint, wheels))
-    yield from machine.couplings
-
-
-def _coupled(element: Any) -> list[str]:
-    """The bodies whose angles the rows of an element bring together."""
-    terms = getattr(element, "parts", None)
-    if terms is None:
-        if isinstance(element, AngleDriver):
-            return list(element.bodies)
-        return [element.i.body, element.j.body]
-    return [body for term in terms if not term.ends for body in term.bodies] or ["ground"]
+    joints = sorted(machine.joints, key=lambda joint: not joint.parallel)
+    found = (*machine.drivers, *joints, *machine.couplings)
+    return [element for element in found if element.counts_turns]
 
 
 def _springs(system: System) -> Iterator[tuple[_Groups, TorsionSpring]]:
@@ -136,7 +130,7 @@ def _springs(system: System) -> Iterator[tuple[_Groups, TorsionSpring]]:
         return
     groups = _groups(system)
     for element in _counting(system):
-        groups.join(*_coupled(element))
+        groups.join(*element.turn_bodies())
     for spring in springs:
         if groups.of[spring.body] is not groups.of[spring.by]:
             yield groups, spring
@@ -157,7 +151,7 @@ def _shift(system: System, groups: _Groups, poses: np.ndarray, name: str, turns:
         poses[:, 3 * system.bodies[body] + 2] += TURN * turns
 
 
-def _nearest(system: System, groups: _Groups, pose: np.ndarray, row: _Row) -> None:
+def _nearest(system: System, groups: _Groups, pose: np.ndarray, row: TurnRow) -> None:
     """Turn the last free group of a row so that least is left of it."""
     for name in reversed(row.factors):
         if groups.free(name):
@@ -167,73 +161,3 @@ def _nearest(system: System, groups: _Groups, pose: np.ndarray, row: _Row) -> No
                 turns = np.round(float(row.left) / (TURN * factor))
                 _shift(system, groups, pose[None], name, -turns)
             return
-
-
-def _row(
-    system: System, element: Any, pose: np.ndarray, drive: Mapping[str, float], at: Numbers
-) -> _Row | None:
-    """The part of an element that counts turns, at a pose."""
-
-    def angle(body: str) -> float:
-        return float(pose[3 * system.bodies[body] + 2])
-
-    if isinstance(element, AngleDriver):
-        i, j = element.bodies
-        if element.name not in drive:
-            return None
-        return _Row({i: -1.0, j: 1.0}, angle(j) - angle(i) - drive[element.name])
-    if isinstance(element, CustomJoint):
-        return None
-    if getattr(element, "parts", None) is not None:
-        return _sum(system, element, pose, at)
-    i, j = element.i.body, element.j.body
-    beta_i, beta_j = float(at.angle(element, "i")), float(at.angle(element, "j"))
-    turned = angle(j) + beta_j - angle(i) - beta_i
-    if isinstance(element, (Fixed, Prismatic)):
-        return _Row({i: -1.0, j: 1.0}, turned)
-    (ix, iy), (jx, jy) = (_end(system, element, side, pose, at) for side in "ij")
-    if isinstance(element, RackPinion) or getattr(element, "on_radius", 0.0) is None:
-        radius = float(at[f"{element.name}.radius"])
-        line = angle(i) + beta_i
-        along = math.cos(line) * (jx - ix) + math.sin(line) * (jy - iy)
-        left = along + radius * turned - float(at[f"{element.name}.offset"])
-        return _Row({i: -radius, j: radius}, left)
-    ri, rj = (float(radius) for radius in element.radii(at))
-    ci, cj = ri / (ri + rj), rj / (ri + rj)
-    phase = float(at[f"{element.name}.phase"])
-    direction = math.atan2(jy - iy, jx - ix)
-    # the line of centres by less than half a turn from where it is when both wheels stand at 0
-    direction = phase + math.remainder(direction - phase, TURN)
-    left = ci * (angle(i) + beta_i) + cj * (angle(j) + beta_j) + phase - direction
-    return _Row({i: ci, j: cj}, left)
-
-
-def _sum(system: System, coupling: Any, pose: np.ndarray, at: Numbers) -> _Row:
-    """A coupling: its terms of angles, and what they and the lengths leave of its value."""
-    factors: dict[str, float] = {}
-    left = -float(at[f"{coupling.name}.value"])
-    for n, term in enumerate(coupling.parts):
-        factor = float(at[f"{coupling.name}.{n}.factor"])
-        i, j = term.bodies
-        if not term.ends:
-            for body, sign in ((i, -1.0), (j, 1.0)):
-                factors[body] = factors.get(body, 0.0) + sign * factor
-                left += sign * factor * float(pose[3 * system.bodies[body] + 2])
-            continue
-        (ix, iy), (jx, jy) = (_end(system, coupling, f"{n}.{side}", pose, at) for side in "ij")
-        length = math.hypot(jx - ix, jy - iy)
-        if term.coordinate:
-            line = float(pose[3 * system.bodies[i] + 2]) + float(at.angle(coupling, f"{n}.i"))
-            length = math.cos(line) * (jx - ix) + math.sin(line) * (jy - iy)
-        left += factor * length
-    return _Row(factors, left)
-
-
-def _end(
-    system: System, element: Element, side: str, pose: np.ndarray, at: Numbers
-) -> tuple[float, float]:
-    """World place of an end at a pose."""
-    x, y, angle = pose[3 * system.bodies[element.place(side).body] :][:3]
-    ax, ay = (float(part) for part in at.arm(element, side))
-    c, s = math.cos(angle), math.sin(angle)
-    return float(x) + c * ax - s * ay, float(y) + s * ax + c * ay

@@ -3,57 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from mbody.analysis.singular.prescribed_values import Prescribed
 from mbody.analysis.singular.singular_positions import Singular
 from mbody.errors import SolveError
 from mbody.system.system import System
 
-__all__ = ["Rate", "nearest_words", "place_words", "rate_words", "undecided", "values_of"]
+__all__ = ["nearest_words", "place_words", "rate_words", "undecided", "values_of"]
 
 Array = np.ndarray
 
 #: Rates, and values of one rate, that a sentence names.
 NAMED, VALUES = 4, 6
-#: Rates that are named to tell branches apart.
+#: Rates that are named to distinguish branches.
 RATES = 4
 #: A rate below this part of the greatest is none; two that differ by less are one.
 STILL = 1e-7
-
-
-@dataclass(frozen=True)
-class Rate:
-    """A rate that is said of a body: `key` is vx or vy of the origin of its axes, or omega."""
-
-    body: str
-    key: str
-    value: float
-
-    @property
-    def name(self) -> str:
-        """Such as "crank.omega"."""
-        return f"{self.body}.{self.key}"
-
-    def with_value(self, system: System, value: float) -> str:
-        """Such as "crank.omega = 6 rad/s"."""
-        dimension = "angular velocity" if self.key == "omega" else "velocity"
-        return f"{self.name} = {value:.6g} {system.mechanism.units.of(dimension)}"
-
-    def row(self, system: System, q: Array) -> Array:
-        """The rate by velocities without units of length: (coordinates,)."""
-        first = 3 * system.bodies[self.body]
-        row = np.zeros(system.coordinates)
-        if self.key == "omega":
-            row[first + 2] = 1.0
-            return row
-        cx, cy = system.numbers.point(f"{self.body}.cg")
-        c, s = np.cos(q[first + 2]), np.sin(q[first + 2])
-        x, y = -(c * cx - s * cy), -(s * cx + c * cy)
-        row[first + (self.key == "vy")] = 1.0
-        row[first + 2] = (-y if self.key == "vx" else x) / system.length
-        return row
 
 
 def place_words(system: System, t: float) -> str:
@@ -62,7 +29,7 @@ def place_words(system: System, t: float) -> str:
 
 
 def undecided(system: System, t: float) -> SolveError:
-    """The sentence of a singular position that conditions of second order say too little about."""
+    """The sentence of a singular position that conditions of second order do not decide."""
     return SolveError(
         f"the motion of '{system.mechanism.name}' is not determined at {place_words(system, t)}: "
         "the position is singular, and conditions of second order do not tell the branches of its "
@@ -83,24 +50,24 @@ def rate_words(system: System, v: Array) -> str:
     rates = v.reshape(-1, 3)
     top = float(np.abs(v).max())
     keys = ("omega",) if np.abs(rates[:, 2]).max() > STILL * top else ("vx", "vy")
-    told = [
+    listed_rates = [
         f"{body.name}.{key} = {_plain(rates[n, ('vx', 'vy', 'omega').index(key)], top)}"
         for n, body in enumerate(system.mechanism.bodies)
         for key in keys
     ]
     unit = units.of("angular velocity" if keys[0] == "omega" else "velocity")
-    more = f" and {len(told) - NAMED} more" if len(told) > NAMED else ""
-    return f"{', '.join(told[:NAMED])} {unit}{more}"
+    more = f" and {len(listed_rates) - NAMED} more" if len(listed_rates) > NAMED else ""
+    return f"{', '.join(listed_rates[:NAMED])} {unit}{more}"
 
 
 def values_of(
     system: System,
     here: Singular,
     velocities: Sequence[Array],
-    said: Sequence[Rate],
-    which: Rate | None = None,
+    prescribed: Sequence[Prescribed],
+    which: Prescribed | None = None,
 ) -> list[str]:
-    """Rates that tell branches apart, or that one, each with its values: "c.omega = 0 or 2 rad/s".
+    """Rates that distinguish branches, or that one, each with its values: "c.omega = 0 or 2 rad/s".
 
     Parameters
     ----------
@@ -108,12 +75,12 @@ def values_of(
         Of the branches, without units of length.
     """
     q = here.rows.scale * here.x
-    known = {one.name for one in said}
+    known = {one.name for one in prescribed}
     candidates = (
         [which]
         if which
         else [
-            Rate(body.name, key, 0.0)
+            Prescribed(body.name, key, 0.0)
             for key in ("omega", "vx", "vy")
             for body in system.mechanism.bodies
             if f"{body.name}.{key}" not in known
@@ -122,7 +89,7 @@ def values_of(
     top = max(float(np.abs(v).max()) for v in velocities)
     parts = {one: _classes(one.row(system, q) @ np.array(velocities).T, top) for one in candidates}
     apart: list[tuple[int, ...]] = [()] * len(velocities)
-    chosen = list[Rate]()
+    chosen = list[Prescribed]()
     while len(chosen) < RATES:
         best = max(candidates, key=lambda one: len(set(zip(apart, parts[one], strict=True))))
         finer = [(*a, b) for a, b in zip(apart, parts[best], strict=True)]
@@ -145,18 +112,17 @@ def _classes(values: Array, top: float) -> list[int]:
 
 
 def _with_values(
-    system: System, rate: Rate, velocities: Sequence[Array], q: Array, top: float
+    system: System, rate: Prescribed, velocities: Sequence[Array], q: Array, top: float
 ) -> str:
     row, values = rate.row(system, q), list[float]()
     for v in velocities:
         value = float(row @ v)
         if all(abs(value - other) > 1e-6 * top for other in values):
             values.append(value)
-    size = 1.0 if rate.key == "omega" else system.length
+    size = rate.unit(system)
     numbers = [_plain(size * value, size * top) for value in sorted(values, key=abs)[:VALUES]]
     more = f" or {len(values) - VALUES} others" if len(values) > VALUES else ""
-    unit = rate.with_value(system, 0.0).rpartition(" ")[2]
-    return f"{rate.name} = {' or '.join(numbers)}{more} {unit}"
+    return f"{rate.name} = {' or '.join(numbers)}{more} {rate.unit_name(system)}"
 
 
 def _plain(value: float, top: float) -> str:

@@ -14,7 +14,7 @@ Array = np.ndarray
 #: Velocities are those of a branch where they differ from it by less than this part: as of a start
 #: that is written with five digits.
 SAID = 1e-4
-#: Within this, in model lengths and radians, a closed position does not tell the branch.
+#: Within this, in model lengths and radians, a closed position does not determine the branch.
 UNTOLD = 1e-6
 #: Further away from a singular position than this rates by rows alone are as precise.
 BESIDE = 2e-3
@@ -36,7 +36,7 @@ def along(T: Array, here: Singular) -> Array:
 
 def fits(here: Singular, T: Array) -> bool:
     """Whether a start that is away from the singular position is on a branch; positions that are
-    closed to rounding do not tell this within the root of rounding.
+    closed to rounding do not determine this within the root of rounding.
     """
     return norm(here.y - along(T, here)) <= 1e-2 * norm(here.y) + UNTOLD
 
@@ -59,7 +59,7 @@ def frame(here: Singular, T: Array, place: Array) -> tuple[Array, Array]:
     """The position (coordinates,) at a place on a branch, near the singular one, and how it changes
     with the directions of T: (dimension, coordinates). Both without units of length.
 
-    The place is measured along the branch, so that rows alone would not tell it near the singular
+    The place is measured along the branch, so that rows alone do not determine it near the singular
     position; it is interpolated from places farther off.
     """
     if not place.any():

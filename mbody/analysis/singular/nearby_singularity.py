@@ -38,7 +38,7 @@ STEP = 1e-5
 BESIDE = 0.2
 #: A position nearer than this, in model lengths and radians, is where the motion is.
 HERE = 1e-6
-#: Parts of the way that is asked for, on which rows may be found to stay independent.
+#: Parts of the way that is requested, on which rows may be found to stay independent.
 HORIZONS = (1.0, 0.3, 0.1)
 #: A row takes part in a dependency with this part of the greatest.
 TAKES_PART = 0.1
@@ -77,20 +77,20 @@ class Crossing:
         (coordinates,) has it behind; else None.
         """
         s, rate = float((x - self.place) @ self.way), float(v @ self.way)
-        begun, first, slope = self.seen
+        start, first, first_rate = self.seen
         if not s > 0.0 > first:
             return None
-        h = t - begun
+        h = t - start
         # Hermite's cubic through both places and rates
         cubic = [
-            2.0 * (first - s) + h * (slope + rate),
-            3.0 * (s - first) - h * (2.0 * slope + rate),
-            h * slope,
+            2.0 * (first - s) + h * (first_rate + rate),
+            3.0 * (s - first) - h * (2.0 * first_rate + rate),
+            h * first_rate,
             first,
         ]
         roots = np.roots(cubic)
         inside = roots.real[(np.abs(roots.imag) < 1e-9) & (roots.real >= 0.0) & (roots.real <= 1.0)]
-        return replace(self, t=begun + h * float(inside[0]) if len(inside) else self.t)
+        return replace(self, t=start + h * float(inside[0]) if len(inside) else self.t)
 
 
 @dataclass(frozen=True)
@@ -158,7 +158,7 @@ _MET: weakref.WeakKeyDictionary[System, list[_Found]] = weakref.WeakKeyDictionar
 
 
 def look_ahead(
-    system: System, t: float, q: Array, v: Array, a: Array, step: float, soft: bool
+    system: System, t: float, q: Array, v: Array, a: Array, step: float, regularized: bool
 ) -> Ahead:
     """What lies ahead of a motion.
 
@@ -187,7 +187,7 @@ def look_ahead(
         G = rows.at(x)[1]
         parts = np.linalg.svd(G)
         sizes = parts[1]
-        rank = int((sizes > REDUNDANT * sizes[0]).sum()) if soft else len(sizes)
+        rank = int((sizes > REDUNDANT * sizes[0]).sum()) if regularized else len(sizes)
         n = len(q)
         least = (
             np.linalg.svd(G[:, :n], compute_uv=False)[rank - 1] if rows.driven else sizes[rank - 1]
@@ -252,15 +252,17 @@ def _singular(
     In the singular vectors at x, what elimination of the rows that stay independent leaves of G.
     """
     u, sizes, vt = parts
-    begun, last, flat = x, np.inf, None
+    start, last, flat = x, np.inf, None
     for n in range(ROUNDS):
         phi, G = rows.at(x)
         B, c = u.T @ G @ vt.T, u.T @ phi
         try:
-            moved = np.linalg.solve(B[:kept, :kept], np.column_stack([B[:kept, kept:], c[:kept]]))
+            eliminated = np.linalg.solve(
+                B[:kept, :kept], np.column_stack([B[:kept, kept:], c[:kept]])
+            )
         except np.linalg.LinAlgError:
             return None
-        along, off = moved[:, :-1], moved[:, -1]
+        along, off = eliminated[:, :-1], eliminated[:, -1]
         left = B[kept:, kept:] - B[kept:, :kept] @ along
         worst = float(np.abs(left).max(initial=0.0)) / sizes[0]
         if worst <= VANISHED and np.abs(off).max(initial=0.0) <= VANISHED:
@@ -277,7 +279,7 @@ def _singular(
         last = worst
         z = -np.einsum("an,n->a", flat, left.ravel())
         x = x + z @ vt[kept:] - (off + along @ z) @ vt[:kept]
-        if not np.linalg.norm(x - begun) <= reach:
+        if not np.linalg.norm(x - start) <= reach:
             return None
     return None
 

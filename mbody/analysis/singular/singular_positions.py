@@ -37,7 +37,7 @@ __all__ = ["SUSPECT", "Singular", "singular"]
 
 Array = np.ndarray
 
-#: The weakest pivot of an elimination, as a part of its diagonal, below which a place may be
+#: The least pivot of an elimination, as a part of its diagonal, below which a place may be
 #: singular, or too near to one for rates to be more than rounding.
 SUSPECT = 1e-3
 #: A singular value below this part of the greatest belongs to a singular position nearby.
@@ -92,24 +92,24 @@ class Rows:
     @property
     def nu(self) -> Array:
         """ν (rows,) where it was gone to."""
-        return self._told(self.work.nu)
+        return self._by_rows(self.work.nu)
 
     @property
     def gamma(self) -> Array:
         """γ (rows,) at the rates there."""
-        return self._told(self.work.gamma)
+        return self._by_rows(self.work.gamma)
 
-    def _told(self, numbers: Array) -> Array:
+    def _by_rows(self, numbers: Array) -> Array:
         node = self.system.layout.primitive_node[self.primitive]
         return np.asarray(self.unit * numbers[2 * node + self.row, 0])
 
     def form(self, x: Array, v: Array, clock: float, later: float = 0.0) -> Array:
         """γ as a homogeneous quadratic form of the rates v and the rate of the clock: (rows,)."""
-        told = []
+        forms = []
         for rates in (v, -v, None):
             self.at(x, rates, later)
-            told.append(self.gamma)
-        there, back, still = told
+            forms.append(self.gamma)
+        there, back, still = forms
         return np.asarray(
             0.5 * (there + back) - still + 0.5 * clock * (there - back) + clock**2 * still
         )
@@ -140,8 +140,8 @@ class Singular:
         u, sizes, vt = np.linalg.svd(self.G)
         self.inverse = (vt[:rank].T / sizes[:rank]) @ u[:, :rank].T
         self.L, self.N = u[:, rank:], vt[rank:]
-        moved = max(np.abs(nu).max(initial=0.0), np.abs(rows.gamma).max(initial=0.0))
-        self.steady = not moved > 0.0
+        driven_rate = max(np.abs(nu).max(initial=0.0), np.abs(rows.gamma).max(initial=0.0))
+        self.steady = not driven_rate > 0.0
         self.fits = bool(
             np.abs(self.L.T @ nu).max(initial=0.0) <= 1e-9 * np.abs(nu).max(initial=0.0)
         )
@@ -174,7 +174,7 @@ class Singular:
 
     @property
     def decides(self) -> bool:
-        """Whether second order says anything."""
+        """Whether conditions of second order restrict the velocities."""
         return len(self.A) > 0
 
     def velocity(self, y: Array) -> Array:

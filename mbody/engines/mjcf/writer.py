@@ -10,7 +10,7 @@ from xml.etree import ElementTree as ET
 from xml.sax.saxutils import quoteattr
 
 from mbody.analysis.initial.close_loops import close_loops
-from mbody.analysis.initial.initial_state import started
+from mbody.analysis.initial.initial_state import initial_state_of
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.engines.mjcf.document import POINT, STAND_IN, Document
 from mbody.engines.mjcf.exported import Exported, branch_coordinates, numbers
@@ -83,7 +83,7 @@ def to_mjcf(
         )
     machine = system.mechanism
     if start is None and machine.simulation is not None and not isinstance(model, System):
-        start = started(system, machine.simulation)
+        start = initial_state_of(system, machine.simulation)
     elif start is None:
         start = close_loops(system)
     return MjcfWriter(system, start, fix_drivers).export()

@@ -38,7 +38,7 @@ class LawStepper:
             element: Any = system.mechanism[name]
             law = system.law_of(element, field)
             if isinstance(element, Driver):
-                unit = 1.0 if element.rows == "a" else scale.length
+                unit = element.unit(scale.length)
                 # a slide may have the opposite sign of its driver
                 unit *= float(model.actuator_gear[model.actuator(name).id][0])
                 self.driven.append((model.eq(name).id, law, unit, float(law(begin))))

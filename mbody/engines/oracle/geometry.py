@@ -64,11 +64,7 @@ class Geometry:
         names = [body.name for body in mechanism.bodies]
         self.n = len(names)
         self.index = {name: k for k, name in enumerate([*names, "ground"])}
-        self.elements: tuple[Any, ...] = (
-            *mechanism.joints,
-            *mechanism.couplings,
-            *mechanism.drivers,
-        )
+        self.elements: tuple[Any, ...] = mechanism.constraints
         ends = list(itertools.accumulate((len(e.rows) for e in self.elements), initial=0))
         self.rows = {e.name: slice(*ends[k : k + 2]) for k, e in enumerate(self.elements)}
         self.m = ends[-1]

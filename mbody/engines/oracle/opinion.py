@@ -179,7 +179,7 @@ class _OracleCheck:
         machine = self.system.mechanism
         elements: tuple[Any, ...] = (*machine.couplings, *machine.drivers)
         for element in elements:
-            kind = "torque" if element.rows == "a" else "force"
+            kind = element.effort_dimension
             theirs = np.array([one["forces"]["efforts"].get(element.name, np.nan) for one in found])
             if element in machine.couplings and run.analysis == "simulate":
                 continue

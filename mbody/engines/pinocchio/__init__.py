@@ -172,7 +172,7 @@ class _PinocchioCheck:
             if driver.rows != "a":
                 kinds = ("place", "velocity", "acceleration")
             ours = [part[good] for part in self.run.driven(driver.name)]
-            if driver.rows == "a":
+            if driver.angular:
                 theirs[:, 0] = ours[0] + _nearest(theirs[:, 0] - ours[0])
             by_law = laws_of(self.system, self.run, driver, good)
             for n, key in enumerate(("value", "rate", "acceleration")[: 1 if at_rest else 3]):
@@ -200,7 +200,7 @@ class _PinocchioCheck:
                         kind, f"{joint.name}.{key}", getattr(ours, key)[good], theirs[:, n]
                     )
         for driver in system.drivers:
-            kind = "torque" if driver.rows == "a" else "force"
+            kind = driver.effort_dimension
             theirs = np.array([found[k][1].efforts[driver.name] for k in good])
             comparison.add(kind, f"{driver.name}.effort", run.effort(driver.name)[good], theirs)
         needed = np.array([found[k][1].needed for k in good])

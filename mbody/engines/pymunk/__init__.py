@@ -164,7 +164,7 @@ def _forces(
                 found.append(quantity(joint.name, key, kind, getattr(reaction, key), part))
     for driver in run.mechanism.drivers:
         if driver.name not in left_out:
-            kind = "torque" if driver.rows == "a" else "force"
+            kind = driver.effort_dimension
             found.append(quantity(driver.name, "effort", kind, run.effort(driver.name), 3))
     return found
 

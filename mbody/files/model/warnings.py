@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from mbody.model.driver import AngleDriver, CoordinateDriver
-from mbody.model.joints import Fixed, Prismatic
 from mbody.model.mechanism import Mechanism
 
 __all__ = ["meant_otherwise"]
@@ -58,12 +56,12 @@ def _without_law(data: Mapping[str, Any], mechanism: Mechanism) -> Iterator[str]
     asked = data.get("ask")
     said = str(asked) if asked else ""
     for name, entry in _tables(data, "drivers"):
-        driver = mechanism[name]
-        if "law" in entry or not isinstance(driver, (AngleDriver, CoordinateDriver)):
+        driver: Any = mechanism[name]
+        if "law" in entry or driver.distances():
             continue
         if name in said or driver.bodies[1] in said:
             continue  # the file says at which positions it is analysed
-        zero = "0 deg" if driver.rows == "a" else f"0 {mechanism.units.length}"
+        zero = "0 deg" if driver.angular else f"0 {mechanism.units.length}"
         yield (
             f"driver '{name}' has no law: by itself it holds '{driver.bodies[1]}' at {zero}; give "
             "a law, or say where it stands"
@@ -75,7 +73,7 @@ def _without_inertia(data: Mapping[str, Any], mechanism: Mechanism) -> Iterator[
     held = {
         body
         for joint in mechanism.joints
-        if isinstance(joint, (Prismatic, Fixed)) and "ground" in (joint.i.body, joint.j.body)
+        if joint.parallel and "ground" in (joint.i.body, joint.j.body)
         for body in (joint.i.body, joint.j.body)
     }
     for name, entry in _tables(data, "bodies"):

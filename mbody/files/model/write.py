@@ -25,7 +25,6 @@ from mbody.laws.base import dimension_by
 from mbody.model.body import Body, Guess, SecondMoments, SlenderRod
 from mbody.model.coupling import CouplingTerm
 from mbody.model.element import Element, Marker, Polar, place_name
-from mbody.model.loads import Gravity
 from mbody.model.mechanism import Mechanism
 from mbody.quantities import Formula, FormulaError, evaluate, parse
 from mbody.quantities.units import DIMENSIONS, Dimension, dimension_of
@@ -378,7 +377,7 @@ class Writer:
 
 
 def _is_gravity(element: Element) -> bool:
-    return isinstance(element, Gravity) and element.name == "gravity"
+    return kind_of(element) == element.name == "gravity"
 
 
 def _is_default(field: dataclasses.Field[Any], value: Any) -> bool:

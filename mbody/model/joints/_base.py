@@ -8,17 +8,18 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.model.element import Element, Place, place_field, two_bodies
-from mbody.model.primitives import ConstraintPrimitive
+from mbody.model.constraint import Constraint, TurnRow
+from mbody.model.element import Place, place_field, two_bodies
 
 if TYPE_CHECKING:
+    from mbody.model.constraint import PoseReader
     from mbody.model.element import Numbers
 
-__all__ = ["Joint"]
+__all__ = ["Joint", "relative_angle"]
 
 
 @dataclass(frozen=True)
-class Joint(Element):
+class Joint(Constraint):
     """A constraint between a place on body i and a place on body j.
 
     The reaction of a joint is the force on body j by body i, at the place on j.
@@ -32,8 +33,19 @@ class Joint(Element):
     """
 
     main: ClassVar[tuple[str, ...]] = ("i", "j")
-    #: Whether other joints must hold the places `apart` from each other, as those of gears.
-    held: ClassVar[bool] = False
+    role: ClassVar[str] = "joint"
+    #: Whether the two places coincide.
+    coincident: ClassVar[bool] = False
+    #: Whether the two markers keep one direction.
+    parallel: ClassVar[bool] = False
+    #: Whether other joints must keep the places `apart` from each other, as those of gears.
+    spaced: ClassVar[bool] = False
+    #: Whether a body on a guide is moved along it until the places are `apart`, as a follower is.
+    lifts: ClassVar[bool] = False
+    #: Parts of the reaction on paper: its components "x" and "y", "N" normal to the x axis of the
+    #: marker on i, "T" the torque, "F" along the line between the places. Without them the
+    #: multipliers of the rows are the unknowns.
+    unknowns: ClassVar[tuple[str, ...]] = ()
 
     i: Place = place_field()
     j: Place = place_field()
@@ -51,9 +63,31 @@ class Joint(Element):
                     f"'{self.name}': {field} must be True or False, not {value!r}", self.name
                 )
 
-    def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
-        """The joint's constraints with their numbers."""
-        raise NotImplementedError
+    @property
+    def bodies(self) -> tuple[str, str]:
+        """(body of i, body of j)."""
+        return self.i.body, self.j.body
+
+    @property
+    def pin(self) -> bool:
+        """Whether the places coincide and the bodies turn about them."""
+        return self.coincident and not self.parallel
+
+    @property
+    def slide(self) -> bool:
+        """Whether the markers keep one direction and the places move apart."""
+        return self.parallel and not self.coincident
+
+    def quantities(self) -> dict[str, str]:
+        """The reaction: components, magnitude of the force, and torque."""
+        return {"fx": "force", "fy": "force", "force": "force", "torque": "torque"}
+
+    def turn_row(self, at: Numbers, pose: PoseReader) -> TurnRow | None:
+        """Of markers that keep one direction their angle; else None."""
+        if not self.parallel:
+            return None
+        i, j = self.bodies
+        return TurnRow({i: -1.0, j: 1.0}, relative_angle(self, at, pose))
 
     def refuse(self, at: Numbers, unit: str) -> None:
         """Refuse numbers, of one design or of a batch, that do not fit together.
@@ -106,3 +140,10 @@ class Joint(Element):
     def apart(self, at: Any) -> Any:
         """How far apart the two places are where the joint lets them be [length]: a rough start."""
         return 0.0
+
+
+def relative_angle(joint: Joint, at: Numbers, pose: PoseReader) -> float:
+    """Angle of the marker on j from that on i at a pose [rad], whole turns included."""
+    i, j = joint.bodies
+    beta_i, beta_j = float(at.angle(joint, "i")), float(at.angle(joint, "j"))
+    return pose.angle(j) + beta_j - pose.angle(i) - beta_i

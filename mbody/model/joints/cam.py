@@ -93,6 +93,7 @@ class CamFollower(Joint):
     flat: bool = False
     clockwise: bool = False
     rows = "l"
+    lifts = True
 
     def _check(self) -> None:
         super()._check()

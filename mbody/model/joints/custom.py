@@ -40,6 +40,7 @@ class CustomJoint(Joint):
     """
 
     rows = "l"
+    counts_turns = True  # what its rows count, nobody knows: they are taken as they are
 
     def parameters(self, at: Numbers) -> list[Any]:
         """Numbers handed to `physics` as `p`; by default both arms, from the mass centres [length],

@@ -42,8 +42,9 @@ class Distance(Joint):
     'l'
     """
 
-    length: LawLike = law_field("length")
+    length: LawLike = law_field("length", sign="positive")
     rows = "l"
+    unknowns = ("F",)
 
     def _check(self) -> None:
         super()._check()
@@ -59,6 +60,10 @@ class Distance(Joint):
                 "keeps two places together",
                 self.name,
             )
+
+    def distances(self) -> tuple[tuple[str, str], ...]:
+        """That of the two places."""
+        return (("i", "j"),)
 
     def apart(self, at: Any) -> Any:
         """The length of the rod."""

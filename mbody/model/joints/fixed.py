@@ -35,6 +35,10 @@ class Fixed(Joint):
     """
 
     rows = "lla"
+    coincident = True
+    parallel = True
+    counts_turns = True
+    unknowns = ("x", "y", "T")
 
     def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """A pair of rows as of a pin, and one for the angle."""

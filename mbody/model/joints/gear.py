@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mbody.compiler.jit import inline
 from mbody.compiler.lanes import sincos
 from mbody.errors import ModelError
+from mbody.model.constraint import TurnRow
 from mbody.model.element import number_field
 from mbody.model.geometry import between
 from mbody.model.joints._base import Joint
 from mbody.model.primitives import ConstraintPrimitive, constraint_physics
 
 if TYPE_CHECKING:
+    from mbody.model.constraint import PoseReader
     from mbody.model.element import Numbers, Value
 
-__all__ = ["Gear", "gear", "signed", "touching", "without_slip"]
+__all__ = ["Gear", "gear", "signed", "touching", "turns_of_wheels", "without_slip"]
 
 
 @dataclass(frozen=True)
@@ -61,7 +64,8 @@ class Gear(Joint):
     internal: bool = False
     phase: float = number_field("angle", 0.0)
     rows = "l"
-    held: ClassVar[bool] = True
+    spaced = True
+    counts_turns = True
 
     def _check(self) -> None:
         super()._check()
@@ -84,6 +88,10 @@ class Gear(Joint):
     def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """One row; see `without_slip`."""
         return [without_slip(self, at, *self.radii(at))]
+
+    def turn_row(self, at: Numbers, pose: PoseReader) -> TurnRow:
+        """See `turns_of_wheels`."""
+        return turns_of_wheels(self, at, pose)
 
     def reaction_point(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> Any:
         """The pitch point, from the centre on j."""
@@ -111,6 +119,21 @@ def without_slip(element: Any, at: Numbers, ri: Value, rj: Value) -> ConstraintP
     phase = at[f"{element.name}.phase"] + i * at.angle(element, "i") + j * at.angle(element, "j")
     parameters = [*at.arm(element, "i"), *at.arm(element, "j"), i, j, phase]
     return ConstraintPrimitive("gear", element.i.body, element.j.body, "l", parameters)
+
+
+def turns_of_wheels(wheels: Any, at: Numbers, pose: PoseReader) -> TurnRow:
+    """R_i/R θ_i + R_j/R θ_j + phase − ψ, with signed radii."""
+    (ix, iy), (jx, jy) = (pose.place(wheels, side) for side in "ij")
+    i, j = wheels.bodies
+    beta_i, beta_j = float(at.angle(wheels, "i")), float(at.angle(wheels, "j"))
+    ri, rj = (float(radius) for radius in wheels.radii(at))
+    ci, cj = ri / (ri + rj), rj / (ri + rj)
+    phase = float(at[f"{wheels.name}.phase"])
+    direction = math.atan2(jy - iy, jx - ix)
+    # the line of centres by less than half a turn from where it is when both wheels stand at 0
+    direction = phase + math.remainder(direction - phase, 2.0 * math.pi)
+    left = ci * (pose.angle(i) + beta_i) + cj * (pose.angle(j) + beta_j) + phase - direction
+    return TurnRow({i: ci, j: cj}, left)
 
 
 def touching(rj: Value, d: Any) -> Any:

@@ -42,6 +42,9 @@ class Prismatic(Joint):
     """
 
     rows = "la"
+    parallel = True
+    counts_turns = True
+    unknowns = ("N", "T")
 
     def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """One pair of rows; parameters are both arms, the normal on i, and β_j − β_i."""

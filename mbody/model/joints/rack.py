@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mbody.compiler.jit import inline
+from mbody.model.constraint import TurnRow
 from mbody.model.element import number_field
 from mbody.model.geometry import between, turned
-from mbody.model.joints._base import Joint
+from mbody.model.joints._base import Joint, relative_angle
 from mbody.model.primitives import ConstraintPrimitive, constraint_physics
 
 if TYPE_CHECKING:
+    from mbody.model.constraint import PoseReader
     from mbody.model.element import Numbers
 
-__all__ = ["RackPinion", "along_line", "below", "rack"]
+__all__ = ["RackPinion", "along_line", "below", "rack", "turns_on_line"]
 
 
 @dataclass(frozen=True)
@@ -50,11 +53,16 @@ class RackPinion(Joint):
     radius: float = number_field("length", 0.0, sign="positive")
     offset: float = number_field("length", 0.0)
     rows = "l"
-    held: ClassVar[bool] = True
+    spaced = True
+    counts_turns = True
 
     def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """One row; see `along_line`."""
         return [along_line(self, at)]
+
+    def turn_row(self, at: Numbers, pose: PoseReader) -> TurnRow:
+        """See `turns_on_line`."""
+        return turns_on_line(self, at, pose)
 
     def reaction_point(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> Any:
         """The pitch point, from the centre on j."""
@@ -84,6 +92,17 @@ def along_line(element: Any, at: Numbers) -> ConstraintPrimitive:
     ix, iy = at.arm(element, "i")
     parameters = [ix + offset * ux, iy + offset * uy, *at.arm(element, "j"), ux, uy, radius]
     return ConstraintPrimitive("rack", element.i.body, element.j.body, "l", parameters)
+
+
+def turns_on_line(wheel: Any, at: Numbers, pose: PoseReader) -> TurnRow:
+    """The row of `along_line` at a pose."""
+    (ix, iy), (jx, jy) = (pose.place(wheel, side) for side in "ij")
+    i, j = wheel.bodies
+    radius = float(at[f"{wheel.name}.radius"])
+    line = pose.angle(i) + float(at.angle(wheel, "i"))
+    along = math.cos(line) * (jx - ix) + math.sin(line) * (jy - iy)
+    left = along + radius * relative_angle(wheel, at, pose) - float(at[f"{wheel.name}.offset"])
+    return TurnRow({i: -radius, j: radius}, left)
 
 
 def below(radius: Any, angle: Any) -> Any:

@@ -36,6 +36,8 @@ class Revolute(Joint):
     """
 
     rows = "ll"
+    coincident = True
+    unknowns = ("x", "y")
 
     def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """One pair of rows; parameters are both arms in link axes."""

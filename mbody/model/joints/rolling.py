@@ -11,11 +11,12 @@ from mbody.errors import ModelError
 from mbody.laws import Constant
 from mbody.model.element import number_field
 from mbody.model.joints._base import Joint
-from mbody.model.joints.gear import signed, touching, without_slip
-from mbody.model.joints.rack import along_line, below
+from mbody.model.joints.gear import signed, touching, turns_of_wheels, without_slip
+from mbody.model.joints.rack import along_line, below, turns_on_line
 from mbody.model.primitives import ConstraintPrimitive, Signal
 
 if TYPE_CHECKING:
+    from mbody.model.constraint import PoseReader, TurnRow
     from mbody.model.element import Numbers, Value
 
 __all__ = ["Rolling"]
@@ -63,6 +64,7 @@ class Rolling(Joint):
     offset: float = number_field("length", 0.0)
     phase: float = number_field("angle", 0.0)
     rows = "ll"
+    counts_turns = True
 
     def _check(self) -> None:
         super()._check()
@@ -106,6 +108,11 @@ class Rolling(Joint):
             ConstraintPrimitive("coordinate", *bodies, "l", [*arms, nx, ny]),
             along_line(self, at),
         ]
+
+    def turn_row(self, at: Numbers, pose: PoseReader) -> TurnRow:
+        """As of a rack and pinion on a line, as of a gear pair on a wheel."""
+        counted = turns_on_line if self.on_radius is None else turns_of_wheels
+        return counted(self, at, pose)
 
     def reaction_point(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> Any:
         """The point of contact, from the centre on j."""

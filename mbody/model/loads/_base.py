@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from mbody.errors import ModelError
-from mbody.laws import Polynomial
+from mbody.laws import Constant, Polynomial
 from mbody.model.element import Element, body_field
 from mbody.model.primitives import ForcePrimitive
 
@@ -18,6 +18,9 @@ __all__ = ["LINE", "Load", "Turning", "one_of"]
 # the law of every linear spring and damper: its two coefficients are the kernel's parameters
 LINE = Polynomial((0.0, 0.0))
 
+#: Histories of a force.
+FORCES = {"fx": "force", "fy": "force", "force": "force"}
+
 
 @dataclass(frozen=True)
 class Load(Element):
@@ -28,6 +31,20 @@ class Load(Element):
     name : str
         Unique in the mechanism; the breakdown of reactions by cause goes by it.
     """
+
+    role: ClassVar[str] = "load"
+    #: Whether its work at a fixed time depends on the position alone, not on the way.
+    conservative: ClassVar[bool] = False
+    #: Whether it only takes power.
+    dissipative: ClassVar[bool] = False
+    #: Whether it pulls along the line between the places i and j, by their distance or its rate.
+    along_line: ClassVar[bool] = False
+    #: Whether it turns by the angle between two bodies, or by its rate.
+    by_angle: ClassVar[bool] = False
+    #: Whether what acts on the ground is part of it.
+    acts_on_ground: ClassVar[bool] = True
+    #: The length or the angle from which a law of the distance or of the angle counts.
+    free: ClassVar[str] = ""
 
     def _check(self) -> None:
         super()._check()
@@ -42,6 +59,34 @@ class Load(Element):
     def bodies(self) -> tuple[str, ...]:
         """Names of the bodies that the load acts between."""
         return tuple(marker.body for marker in self.places().values())
+
+    @property
+    def potential(self) -> bool:
+        """Whether its work depends on the position alone: conservative, and of no time."""
+        laws = (getattr(self, f.name) for f in fields(self) if f.metadata.get("of") == "time")
+        return self.conservative and all(law is None or isinstance(law, Constant) for law in laws)
+
+    @property
+    def quadratic_in(self) -> str:
+        """The field of a constant number whose square it is proportional to; else none."""
+        return ""
+
+    def sides(self) -> dict[str, str | None]:
+        """The bodies on which it acts with the field of its place there, the one last on which its
+        history is told by default; none where it acts on every body.
+        """
+        places = self.places()
+        if "j" in places:
+            return {places["i"].body: "i", places["j"].body: "j"}
+        return {places["at"].body: "at"} if "at" in places else {}
+
+    def quantities(self) -> dict[str, str]:
+        """The histories that a result has of it, with the dimension of each; none where it acts on
+        every body.
+        """
+        if self.along_line:
+            return {**FORCES, "length": "length", "rate": "velocity"}
+        return {**FORCES, "torque": "torque"} if self.sides() else {}
 
     def actions(self, at: Numbers) -> list[ForcePrimitive]:
         """The load's actions with their numbers."""
@@ -78,6 +123,15 @@ class Turning(Load):
     def bodies(self) -> tuple[str, ...]:
         """(carrier of the opposite torque, body)."""
         return self.by, self.body
+
+    def sides(self) -> dict[str, str | None]:
+        """(carrier of the opposite torque, body), without places."""
+        return {self.by: None, self.body: None}
+
+    def quantities(self) -> dict[str, str]:
+        """The torque, and the angle and the rate that it goes by."""
+        turned = {"angle": "angle", "rate": "angular velocity"} if self.by_angle else {}
+        return {"torque": "torque"} | turned
 
 
 def one_of(load: Any, number: str) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from mbody.compiler.jit import inline
 from mbody.errors import ModelError
+from mbody.laws import Constant
 from mbody.model.element import LawLike, Place, law_field, number_field, place_field
 from mbody.model.loads._base import Load
 from mbody.model.primitives import ForcePrimitive, load_physics
@@ -80,6 +81,7 @@ class CentrifugalField(Load):
     speed: LawLike = law_field("angular velocity", None)
     momentum: LawLike = law_field("angular momentum", None)
     inertia: float = number_field("inertia", 0.0, sign="not negative")
+    conservative = True
 
     def _check(self) -> None:
         super()._check()
@@ -100,6 +102,11 @@ class CentrifugalField(Load):
     def given(self) -> str:
         """The field that says how the plane turns: "speed" or "momentum"."""
         return "momentum" if self.speed is None else "speed"
+
+    @property
+    def quadratic_in(self) -> str:
+        """The speed, where it is constant."""
+        return "speed" if isinstance(self.speed, Constant) else ""
 
     def actions(self, at: Numbers) -> list[ForcePrimitive]:
         """One action on all bodies: the axis, its normal, how ω is found, then (xx, yy, xy) of each

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from mbody.model.element import Place, place_field, two_bodies
 from mbody.model.loads._base import Load
@@ -61,6 +61,8 @@ class CustomLoad(Load):
     >>> Drag("drag", "ground", "ball", c="20 N*s/m").numbers()["drag.i.x"]
     0.0
     """
+
+    acts_on_ground: ClassVar[bool] = False
 
     i: Place = place_field()
     j: Place = place_field()

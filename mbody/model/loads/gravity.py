@@ -37,6 +37,7 @@ class Gravity(Load):
 
     x: LawLike = law_field("acceleration", 0.0)
     y: LawLike = law_field("acceleration", 0.0)
+    conservative = True
 
     def actions(self, at: Numbers) -> list[ForcePrimitive]:
         """One action on all bodies."""

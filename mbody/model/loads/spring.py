@@ -27,6 +27,7 @@ class _Between(Load):
 
     i: Place = place_field()
     j: Place = place_field()
+    along_line: ClassVar[bool] = True
 
     def _check(self) -> None:
         super()._check()
@@ -62,6 +63,8 @@ class Spring(_Between):
     free_length: float = number_field("length", 0.0, sign="not negative")
     preload: float = number_field("force", 0.0)
     law: LawLike = law_field("force", None, of="length")
+    conservative = True
+    free = "free_length"
 
     def _check(self) -> None:
         super()._check()
@@ -96,6 +99,7 @@ class Damper(_Between):
 
     coefficient: float | None = number_field("damping", None, sign="not negative")
     law: LawLike = law_field("force", None, of="velocity")
+    dissipative = True
 
     def _check(self) -> None:
         super()._check()

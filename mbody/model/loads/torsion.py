@@ -47,6 +47,9 @@ class TorsionSpring(Turning):
     free_angle: float = number_field("angle", 0.0)
     preload: float = number_field("torque", 0.0)
     law: LawLike = law_field("torque", None, of="angle")
+    conservative = True
+    by_angle = True
+    free = "free_angle"
 
     def _check(self) -> None:
         super()._check()
@@ -81,6 +84,8 @@ class TorsionDamper(Turning):
 
     coefficient: float | None = number_field("torsion damping", None, sign="not negative")
     law: LawLike = law_field("torque", None, of="angular velocity")
+    dissipative = True
+    by_angle = True
 
     def _check(self) -> None:
         super()._check()

@@ -1,0 +1,128 @@
+"""Points of a surface of positions where the ends of a load meet: there its force has no direction.
+
+A spring that keeps a force at zero length pulls one way on one side of such a point and the other
+way beyond it. The potential energy has a cone there, and rest positions may lie close beside it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbody.analysis.equilibria.surface_cover import Cover, Spot
+from mbody.analysis.position import joint_places
+from mbody.analysis.position.tangent_space import Array
+from mbody.model.element import Element
+from mbody.system.rank import rank_of
+
+__all__ = ["JumpPoint", "jump_points"]
+
+#: Newton steps to a point, how often one is halved, and the distance of the ends there, in model
+#: lengths.
+ITERATIONS, HALVINGS, MET = 20, 5, 1e-11
+#: How far a point may be from the nearest place, in reaches of it.
+FURTHER = 1.5
+#: Step of differences and distance from the point at which forces are compared.
+STEP, BESIDE = 1e-5, 1e-6
+#: Forces that differ by less than this part of the greatest do not jump.
+SMOOTH = 1e-4
+#: Greatest radius around a point, and the part of the distance to the next one.
+RADIUS, PART = 0.12, 0.45
+
+
+@dataclass(frozen=True, eq=False)
+class JumpPoint:
+    """A point where a load jumps.
+
+    Attributes
+    ----------
+    spot : Spot
+        The place of the cover in whose tangent plane it is.
+    y : array (2,)
+        Where it is there.
+    radius : float
+        Of the disc around it that has no other such point.
+    """
+
+    spot: Spot
+    q: Array
+    y: Array
+    radius: float
+
+
+def jump_points(cover: Cover, spots: list[Spot]) -> list[JumpPoint]:
+    """All points near some places of a cover where ends of loads meet and a force jumps."""
+    loads = cover.manifold.system.mechanism.loads
+    found: list[tuple[Spot, Array]] = []
+    for load in loads:
+        if hasattr(load, "i") and hasattr(load, "j"):
+            for spot in spots:
+                q = _meeting(cover, spot, load)
+                if q is not None and all(_apart(cover, q, other) > 1e-6 for _, other in found):
+                    found.append((spot, q))
+    found = [(spot, q) for spot, q in found if _jumps(cover, spot, q)]
+    points = []
+    for spot, q in found:
+        others = [_apart(cover, q, other) for _, other in found if other is not q]
+        radius = min(RADIUS, PART * min(others, default=np.inf))
+        points.append(JumpPoint(spot, q, cover.seen(spot, q), radius))
+    return points
+
+
+def _apart(cover: Cover, one: Array, other: Array) -> float:
+    """How far two positions are from each other, whole turns left out."""
+    return float(np.abs(cover.name(one) - cover.name(other)).max())
+
+
+def _between(cover: Cover, load: Element, q: Array) -> Array:
+    """From one end of a load to the other, in model lengths: (2,)."""
+    system, pose = cover.manifold.system, np.append(q, np.zeros(3))
+    i, j = (joint_places.place(system, pose, load, side) for side in "ij")
+    return np.asarray((j - i) / system.length)
+
+
+def _meeting(cover: Cover, spot: Spot, load: Element) -> Array | None:
+    """The position near a place at which the ends of a load meet; None where there is none."""
+    manifold = cover.manifold
+    d = _between(cover, load, spot.place.q)
+    moved = [spot.place.q + STEP * manifold.scale * way for way in spot.frame]
+    rates = [np.linalg.norm(_between(cover, load, one) - d) / STEP for one in moved]
+    if np.linalg.norm(d) > FURTHER * spot.reach * float(np.linalg.norm(rates)) + spot.reach**2:
+        return None
+    q, size = spot.place.q, float(np.linalg.norm(d))
+    for _ in range(ITERATIONS):
+        if size < MET:
+            return np.asarray(q)
+        motions = rank_of(manifold.rows(q)[1]).motions
+        moved = [q + STEP * manifold.scale * way for way in motions]
+        J = np.column_stack([(_between(cover, load, one) - d) / STEP for one in moved])
+        step = -np.linalg.lstsq(J, d, rcond=1e-6)[0] @ motions
+        step *= min(1.0, spot.reach / max(float(np.abs(step).max()), 1e-300))
+        # where two such points are close to each other a whole step overshoots
+        for _ in range(HALVINGS):
+            there = manifold.closed(q + manifold.scale * step)
+            if there is not None:
+                d = _between(cover, load, there)
+                if np.linalg.norm(d) < size:
+                    break
+            step *= 0.5
+        else:
+            return None
+        q, size = there, float(np.linalg.norm(d))
+        if np.abs(cover.name(q) - spot.name).max() > 2.0 * spot.reach:
+            return None
+    return None
+
+
+def _jumps(cover: Cover, spot: Spot, q: Array) -> bool:
+    """Whether the forces differ on both sides of a position."""
+    manifold = cover.manifold
+    for way in spot.frame:
+        sides = [manifold.closed(q + sign * BESIDE * manifold.scale * way) for sign in (1.0, -1.0)]
+        if sides[0] is None or sides[1] is None:
+            continue
+        one, other = (manifold.force(side) for side in sides if side is not None)
+        if not np.abs(one - other).max() <= SMOOTH * manifold.largest(sides[0]):
+            return True
+    return False

@@ -1,0 +1,91 @@
+"""Charts of a surface of closed positions: coordinates of a tangent plane, the drive over them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbody.analysis.equilibria.surface_cover import Cover, Spot
+from mbody.analysis.position.tangent_space import Array, Place
+
+__all__ = ["FINEST", "PolarChart", "TangentChart"]
+
+#: Cells of a chart along each axis at its finest, a power of two.
+FINEST = 2**12
+#: By how much charts overlap beyond halfway to their neighbours.
+OVERLAP = 1.15
+#: How much longer than its part in the tangent plane a way on the surface may be.
+STEEP = 2.0
+#: The least radius of a polar chart, as a part of its greatest.
+INNERMOST = 1e-5
+
+
+class TangentChart:
+    """The surface around a place of the cover, over a rectangle of the tangent plane there.
+
+    Attributes
+    ----------
+    evaluations : int
+        How often the drive was evaluated.
+    """
+
+    def __init__(self, cover: Cover, spot: Spot) -> None:
+        self.cover, self.spot, self.evaluations = cover, spot, 0
+        self.low, high = cover.box(spot, OVERLAP)
+        self.step = (high - self.low) / FINEST
+        self._drives: dict[tuple[int, int], Array] = {}
+
+    def y(self, i: float, j: float) -> Array:
+        """Coordinates of a point of the grid."""
+        return np.asarray(self.low + self.step * [i, j])
+
+    def grid(self, y: Array) -> Array:
+        """Where coordinates are on the grid: (2,)."""
+        return np.asarray((y - self.low) / self.step)
+
+    def drive(self, i: int, j: int) -> Array:
+        """The drive at a point of the grid, in the frame of the chart."""
+        if (i, j) not in self._drives:
+            self._drives[i, j] = self.value(self.y(i, j))
+        return self._drives[i, j]
+
+    def value(self, y: Array) -> Array:
+        """The drive at coordinates; not a number where the chart does not lead."""
+        self.evaluations += 1
+        place = self.place(y)
+        return np.full(2, np.nan) if place is None else self.spot.frame @ place.push
+
+    def place(self, y: Array) -> Place | None:
+        """The position at coordinates; None where the chart does not lead."""
+        manifold, frame = self.cover.manifold, self.spot.frame
+        q = manifold.closed(self.spot.place.q + manifold.scale * (y @ frame), frame)
+        if q is None:
+            return None
+        # closing may lead to another sheet
+        gone = (q - self.spot.place.q) / manifold.scale
+        if np.linalg.norm(gone) > STEEP * np.linalg.norm(y) + 1e-9:
+            return None
+        there = manifold.place(q)
+        return there if there is not None and len(there.motions) == 2 else None
+
+
+class PolarChart(TangentChart):
+    """The same around a point where a load jumps, over radius and angle: there the drive is smooth
+    in both, down to the radius zero.
+    """
+
+    def __init__(self, cover: Cover, spot: Spot, centre: Array, radius: float) -> None:
+        super().__init__(cover, spot)
+        self.centre, self.radius = centre, radius
+        self.low = np.array([INNERMOST * radius, 0.0])
+        self.step = (np.array([radius, 2.0 * np.pi]) - self.low) / FINEST
+
+    def y(self, i: float, j: float) -> Array:
+        """Coordinates of a point of the grid."""
+        radius, angle = self.low + self.step * [i, j]
+        return np.asarray(self.centre + radius * np.array([np.cos(angle), np.sin(angle)]))
+
+    def grid(self, y: Array) -> Array:
+        """Where coordinates are on the grid: (2,)."""
+        x, z = y - self.centre
+        polar = np.array([np.hypot(x, z), np.arctan2(z, x) % (2.0 * np.pi)])
+        return np.asarray((polar - self.low) / self.step)

@@ -1,0 +1,286 @@
+"""Zeros of the drive on a surface of closed positions, each of them, by division of its charts.
+
+Around every place of a cover its tangent plane is a chart y of the surface, and the drive is a
+function G(y) of two components there; around a point where a load jumps, as of a spring whose ends
+meet, the chart is polar. A cell of a chart is excluded where some direction separates zero from G
+at its corners by more than the error of linear interpolation, which second differences of G bound;
+it holds one zero at most where J⁻¹ ∂G/∂y, J being the mean Jacobian matrix of the cell, differs
+from the identity by less than one. Other cells are divided.
+
+On a closed surface the winding numbers of G around zeros and jumps sum up to the Euler
+characteristic, which is even: so their number is even where each is one.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mbody.analysis.equilibria.jump_points import JumpPoint, jump_points
+from mbody.analysis.equilibria.surface_charts import FINEST, PolarChart, TangentChart
+from mbody.analysis.equilibria.surface_cover import Cover
+from mbody.analysis.position.tangent_space import Array, Place
+
+__all__ = ["SurfaceRoots", "surface_roots"]
+
+#: Cells of a chart at which Newton's method is tried where nothing is certain yet, a power of two:
+#: zeros of rows without end are met there.
+TRIED = FINEST // 2**3
+#: Cells down to which a chart that does not reach their corners is divided.
+FOLDED = FINEST // 2**2
+#: The error of interpolation, as a multiple of what second differences show.
+SURE = 2.0
+#: Directions among which one that separates zero is sought.
+DIRECTIONS = 32
+#: Difference from the identity below which a cell holds one zero at most.
+ALONE = 0.9
+#: How far outside its cell, in parts of it, a zero of the interpolation is followed, and one that
+#: was found counts for it.
+FOLLOWED, WITHIN = 0.6, 0.3
+#: Evaluations of the drive at most.
+MOST = 20_000
+#: A stiffness with a singular value below this part of the greatest is singular, and zeros whose
+#: names differ by less than this are one.
+SINGULAR, SAME = 1e-7, 1e-7
+#: Newton steps in a cell, and the length of one after which the search's own method ends it.
+ITERATIONS, NEAR = 15, 1e-6
+#: Places on the circle on which the winding number around a jump begins, the greatest angle between
+#: the drives of neighbours, and how often their arc is halved.
+CIRCLE, ANGLE, HALVINGS = 16, 1.0, 16
+
+Polish = Callable[[Place], "Place | None"]
+Corner = tuple[int, int]
+
+
+@dataclass
+class SurfaceRoots:
+    """What a surface showed.
+
+    Attributes
+    ----------
+    rests : list of Place
+        Where the drive is zero.
+    jumps : list of Place
+        Beside a place towards which loads drive from all sides, and which no position balances.
+    unsure : list of Place
+        Where no number of zeros is certain.
+    index : int
+        Sum of the winding numbers of the drive around jumps of the loads.
+    """
+
+    rests: list[Place] = field(default_factory=list)
+    jumps: list[Place] = field(default_factory=list)
+    unsure: list[Place] = field(default_factory=list)
+    index: int = 0
+
+
+def surface_roots(cover: Cover, polish: Polish) -> SurfaceRoots:
+    """All zeros of the drive on a covered surface.
+
+    Parameters
+    ----------
+    polish : callable
+        The rest position that is nearest to a place close by; None where there is none.
+    """
+    return _Isolation(cover, polish).found
+
+
+@dataclass
+class _Zero:
+    place: Place
+    name: Array
+    singular: bool
+
+
+class _Isolation:
+    def __init__(self, cover: Cover, polish: Polish) -> None:
+        self.cover, self.polish = cover, polish
+        self.found = SurfaceRoots()
+        self.zeros: list[_Zero] = []
+        self.spent = 0
+        angles = np.arange(DIRECTIONS) * (2.0 * np.pi / DIRECTIONS)
+        self.ways = np.column_stack([np.cos(angles), np.sin(angles)])
+        open_ = [spot for spot in cover.spots if not cover.excluded(spot)]
+        self.points = jump_points(cover, open_)
+        for point in self.points:
+            self.around(point)
+        for spot in open_:
+            self.examine(TangentChart(cover, spot))
+            if self.spent > MOST:
+                self.found.unsure.append(spot.place)
+                break
+        self.found.rests = [zero.place for zero in self.zeros]
+
+    def examine(self, chart: TangentChart) -> bool:
+        """Find the zeros of a chart; whether their number is certain."""
+        self.near = [
+            (self.cover.seen(chart.spot, point.q), point.radius)
+            for point in self.points
+            if np.abs(self.cover.name(point.q) - chart.spot.name).max() < 4.0 * chart.spot.reach
+        ]
+        if isinstance(chart, PolarChart):
+            self.near = []
+        self.left: Place | None = None
+        self.divide(chart, (0, 0), FINEST)
+        self.spent += chart.evaluations
+        if self.left is not None:
+            self.found.unsure.append(self.left)
+        return self.left is None
+
+    def divide(self, chart: TangentChart, corner: Corner, size: int) -> None:
+        """Find the zeros of a cell from a corner on, `size` finest cells long."""
+        if self.spent + chart.evaluations > MOST:
+            return
+        half = size // 2
+        i, j = corner
+        grid = np.array(
+            [[chart.drive(i + m * half, j + n * half) for n in range(3)] for m in range(3)]
+        )
+        parts = list(itertools.product(range(2), repeat=2))
+        if not np.isfinite(grid).all():
+            # beyond the chart other charts go on
+            if half >= FOLDED:
+                for m, n in parts:
+                    self.divide(chart, (i + m * half, j + n * half), half)
+            return
+        bends = (
+            grid[1, :] - 0.5 * (grid[0, :] + grid[2, :]),
+            grid[:, 1] - 0.5 * (grid[:, 0] + grid[:, 2]),
+        )
+        for m, n in parts:
+            cell, at = grid[m : m + 2, n : n + 2], (i + m * half, j + n * half)
+            if self.excluded(cell, bends) or self.beside_jump(chart, at, half):
+                continue
+            if self.alone(chart, cell, bends, at, half):
+                continue
+            if half == TRIED and self.tried(chart, at, half):
+                continue
+            if half > 1:
+                self.divide(chart, at, half)
+            else:
+                self.left = chart.place(chart.y(at[0] + 0.5, at[1] + 0.5))
+
+    def beside_jump(self, chart: TangentChart, corner: Corner, size: int) -> bool:
+        """Whether a cell lies within the disc of a jump, which has a chart of its own."""
+        if not self.near:
+            return False
+        i, j = corner
+        ends = np.array([chart.y(i + m, j + n) for m in (0, size) for n in (0, size)])
+        return any(
+            (np.linalg.norm(ends - y, axis=1) < 0.9 * radius).all() for y, radius in self.near
+        )
+
+    def excluded(self, cell: Array, bends: tuple[Array, Array]) -> bool:
+        """Whether a direction separates zero from the drive; errors are a quarter of the bends of
+        a cell twice as long.
+        """
+        least = (cell.reshape(4, 2) @ self.ways.T).min(axis=0)
+        error = sum(np.abs(bend @ self.ways.T).max(axis=0) for bend in bends)
+        return bool((least > 0.25 * SURE * error).any())
+
+    def alone(
+        self,
+        chart: TangentChart,
+        cell: Array,
+        bends: tuple[Array, Array],
+        corner: Corner,
+        size: int,
+    ) -> bool:
+        """Whether a cell holds no zero, or a single one, which is found."""
+        along = cell[1, :] - cell[0, :], cell[:, 1] - cell[:, 0]
+        J = np.column_stack([way.mean(axis=0) for way in along])
+        if abs(np.linalg.det(J)) <= 1e-12 * float(np.abs(J).max()) ** 2:
+            return False
+        B = np.linalg.inv(J)
+        off = [
+            np.linalg.norm(way @ B.T - unit, axis=1).max()
+            + SURE * np.linalg.norm(bend @ B.T, axis=1).max()
+            for way, bend, unit in zip(along, bends, np.eye(2), strict=True)
+        ]
+        if np.hypot(*off) > ALONE:
+            return False
+        part = np.array([0.5, 0.5])
+        for _ in range(8):
+            weights = np.outer([1.0 - part[0], part[0]], [1.0 - part[1], part[1]])
+            part = part - B @ np.tensordot(weights, cell, 2)
+            if np.abs(part - 0.5).max() > 2.0:
+                break
+        if np.abs(part - 0.5).max() > 0.5 + FOLLOWED:
+            return True
+        if self.known(chart, corner, size, WITHIN) is None:
+            i, j = corner + size * np.clip(part, 0.0, 1.0)
+            self.search(chart, chart.y(i, j), corner, size)
+        return self.known(chart, corner, size, WITHIN) is not None
+
+    def tried(self, chart: TangentChart, corner: Corner, size: int) -> bool:
+        """Whether a search from the middle of a cell ends at a singular zero in it or beside it."""
+        known = self.known(chart, corner, size, 1.0)
+        if known is None:
+            i, j = np.add(corner, 0.5 * size)
+            self.search(chart, chart.y(i, j), corner, size)
+            known = self.known(chart, corner, size, 1.0)
+        return known is not None and known.singular
+
+    def search(self, chart: TangentChart, y: Array, corner: Corner, size: int) -> None:
+        """Keep the zero to which Newton's method leads from a point of a cell, if it does not lead
+        further away than the cell is long.
+        """
+        manifold, here = self.cover.manifold, chart.place(y)
+        for _ in range(ITERATIONS):
+            if here is None or len(here.motions) != 2:
+                return
+            off = (chart.grid(self.cover.seen(chart.spot, here.q)) - corner) / size
+            if np.abs(off - 0.5).max() > 1.5:
+                return
+            K = manifold.stiffness(here)
+            if not np.isfinite(K).all():
+                return
+            step = np.linalg.lstsq(K, here.drive, rcond=1e-12)[0]
+            here = manifold.moved(here, step @ here.motions)
+            if np.linalg.norm(step) < NEAR:
+                break
+        place = None if here is None else self.polish(here)
+        if place is None:
+            return
+        name = self.cover.name(place.q)
+        if all(np.abs(zero.name - name).max() > SAME for zero in self.zeros):
+            sizes = np.linalg.svd(manifold.stiffness(place))[1]
+            self.zeros.append(_Zero(place, name, bool(sizes[-1] <= SINGULAR * sizes[0])))
+
+    def known(self, chart: TangentChart, corner: Corner, size: int, beside: float) -> _Zero | None:
+        """A zero that was found in a cell, or beside it by a part of its size."""
+        for zero in self.zeros:
+            if np.abs(zero.name - chart.spot.name).max() > 4.0 * chart.spot.reach:
+                continue
+            at = chart.grid(self.cover.seen(chart.spot, zero.place.q))
+            if np.abs((at - corner) / size - 0.5).max() <= 0.5 + beside:
+                return zero
+        return None
+
+    def around(self, point: JumpPoint) -> None:
+        """The zeros in the disc around a jump, and the winding number there."""
+        chart = PolarChart(self.cover, point.spot, point.y, point.radius)
+        if not self.examine(chart):
+            return
+        angles = [float(n) for n in np.arange(CIRCLE + 1) * (FINEST / CIRCLE)]
+        drives = [chart.value(chart.y(0, angle)) for angle in angles]
+        turns, n = 0.0, 0
+        while n < len(angles) - 1:
+            a, b = drives[n], drives[n + 1]
+            turn = float(np.arctan2(a[0] * b[1] - a[1] * b[0], a @ b))
+            if not abs(turn) < ANGLE and angles[n + 1] - angles[n] > FINEST / CIRCLE / 2**HALVINGS:
+                angles.insert(n + 1, 0.5 * (angles[n] + angles[n + 1]))
+                drives.insert(n + 1, chart.value(chart.y(0, angles[n + 1])))
+                continue
+            turns += turn
+            n += 1
+        if not np.isfinite(turns):
+            return
+        self.found.index += round(turns / (2.0 * np.pi))
+        outward = np.array([chart.y(0, angle) for angle in angles]) - point.y
+        place = chart.place(chart.y(0, 0))
+        if place is not None and (np.sum(outward * np.array(drives), axis=1) < 0.0).all():
+            self.found.jumps.append(place)
