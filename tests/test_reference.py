@@ -5,7 +5,6 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from mbody.engines.taylor import Jet
 from numpy.testing import assert_allclose
 
 from mbody.engines.jets import Jet

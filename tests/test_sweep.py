@@ -388,7 +388,7 @@ def test_a_folder_is_of_one_sweep(tmp_path):
         (makers.four_bar(1, 3, 2, 3), {"crank.mass": [1, 2]}, "kinetostatics", "A.force", "model"),
     ]
     for machine, parameters, analysis, measure, told in others:
-        with pytest.raises(mbody.ModelError, match=f"another sweep, of other .*{told}"):
+        with pytest.raises(mbody.ModelError, match=f"another sweep, with other .*{told}"):
             mbody.sweep(machine, parameters, analysis, measure, to=tmp_path)
 
 
