@@ -21,7 +21,7 @@ __all__ = ["analyse", "check_forms", "question", "exit_status", "write"]
 
 def analyse(args: Any) -> int:
     """Run an analysis and print its results."""
-    from mbody.analysis.driven.requests import asked as solved
+    from mbody.analysis.driven.requests import analyse_at as solved
 
     check_forms(args)
     mechanism = model_of(args)

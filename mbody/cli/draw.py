@@ -47,7 +47,7 @@ def plot(args: Any) -> int:
 
 
 def _solved(mechanism: Mechanism, analysis: str, wanted: Instants | None) -> Solution:
-    from mbody.analysis.driven.requests import asked as solved
+    from mbody.analysis.driven.requests import analyse_at as solved
 
     return solved(mechanism, analysis, wanted)
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
-from mbody.analysis.driven.requests import asked_of
+from mbody.analysis.driven.requests import analyse_system_at
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.engines.opinion import AGREES, Engine, Opinion
@@ -152,7 +152,7 @@ def crosscheck(
     elif system.mechanism.simulation is not None:
         run = simulate(system)
     else:
-        run = asked_of(system, "kinetostatics", system.mechanism.ask or Instants())
+        run = analyse_system_at(system, "kinetostatics", system.mechanism.ask or Instants())
     found = {}
     for name in names:
         why = _loading_error(name) if against is None else ""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.analysis.driven.requests import asks_for
+from mbody.analysis.driven.requests import dimension_of_instants
 from mbody.model.study import Instants
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ def _smooth(mechanism: Mechanism, name: str, row: Sequence[Any]) -> np.ndarray |
     """The values of a row and as many between them as a smooth curve has."""
     if len(row) < 2:
         return None
-    dimension = asks_for(mechanism, name)
+    dimension = dimension_of_instants(mechanism, name)
     values = np.array([mechanism._number(value, dimension, "ask", name) for value in row])
     if len(values) >= SMOOTH:
         return values

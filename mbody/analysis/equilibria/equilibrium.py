@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.runner import Runner
-from mbody.analysis.driven.time_grid import by_time, plan
+from mbody.analysis.driven.time_grid import by_time, time_grid
 from mbody.analysis.equilibria.lift_off import lifting
 from mbody.analysis.equilibria.search import ZERO, Rest, Search
 from mbody.analysis.equilibria.sentences import Words
@@ -207,7 +207,7 @@ def equilibrium(
     system = released(as_system(model), free)
     if system.batch is not None:
         raise ModelError("equilibrium takes one design: choose one of the batch with design(n)")
-    asked = plan(system, t, None, None, None)
+    asked = time_grid(system, t, None, None, None)
     if len(asked.t) != 1:
         raise ModelError(f"equilibrium takes one time, not {len(asked.t)}")
     return search(system, guesses(starts), float(asked.t[0])).equilibria()

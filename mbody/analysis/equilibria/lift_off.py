@@ -6,8 +6,6 @@ import numpy as np
 
 from mbody.analysis.equilibria.search import BALANCED, Rest
 from mbody.analysis.position.tangent_space import Manifold
-from mbody.laws import Constant
-from mbody.model.loads import CentrifugalField
 
 __all__ = ["lifting"]
 
@@ -20,9 +18,9 @@ def lifting(manifold: Manifold, rest: Rest) -> list[str]:
     system, found = manifold.system, []
     time = system.mechanism.units.time
     for load in system.mechanism.loads:
-        if not (isinstance(load, CentrifugalField) and isinstance(load.speed, Constant)):
+        if not load.quadratic_in:
             continue
-        name = f"{load.name}.speed"
+        name = f"{load.name}.{load.quadratic_in}"
         speed = abs(float(system.values[name]))
         used = speed or 1.0
         still, turning = (

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.time_grid import plan
+from mbody.analysis.driven.time_grid import time_grid
 from mbody.analysis.freedom.free_motions import FreeMotion, components, free_motions
 from mbody.analysis.position.assembly_analysis import DEAD, as_system, closed
-from mbody.analysis.position.closed_position import Closed
+from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.errors import ModelError
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
@@ -195,7 +195,7 @@ def mobility(
     system = as_system(model)
     if system.batch is not None:
         raise ModelError("mobility takes one design: choose one of the batch with design(n)")
-    asked = plan(system, t, None, None, None)
+    asked = time_grid(system, t, None, None, None)
     if len(asked.t) != 1:
         raise ModelError(f"mobility takes one time, not {len(asked.t)}")
     start = closed(system, float(asked.t[0]), {}, guess)
@@ -212,7 +212,7 @@ def _loops(mechanism: Mechanism) -> int:
 class _Report:
     """Puts the report of one closed position together."""
 
-    def __init__(self, system: System, start: Closed, t: float) -> None:
+    def __init__(self, system: System, start: ClosedPosition, t: float) -> None:
         self.system, self.start, self.t = system, start, t
         self.mechanism = system.mechanism
         self.work: Work = start.work

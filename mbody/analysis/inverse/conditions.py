@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.analysis.driven.requests import check_ask
+from mbody.analysis.driven.requests import check_instants
 from mbody.errors import ModelError, brief
-from mbody.model.driver import Driver
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import meant, plain
 from mbody.model.study import Instants, Measure, Question, Unknown
@@ -121,9 +120,7 @@ def _is_bounded(mechanism: Mechanism, unknown: Unknown) -> bool:
         return True
     name, dimension = meant(mechanism, unknown.name)
     owner, _, key = name.partition(".")
-    return (
-        key == "value" and dimension == DIMENSIONS["angle"] and isinstance(mechanism[owner], Driver)
-    )
+    return key == "value" and dimension == DIMENSIONS["angle"] and mechanism[owner].role == "driver"
 
 
 def check_question(mechanism: Mechanism, question: Question) -> None:
@@ -135,7 +132,7 @@ def check_question(mechanism: Mechanism, question: Question) -> None:
     ModelError
     """
     equations, sides = relations(question)
-    check_ask(mechanism, Instants(at=question.at))
+    check_instants(mechanism, Instants(at=question.at))
     for unknown in question.unknowns:
         _check_unknown(mechanism, unknown)
     for one in (*equations, *sides):

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.requests import ANALYSES, asked
+from mbody.analysis.driven.requests import ANALYSES, analyse_at
 from mbody.analysis.driven.runner import PathEnded, Runner
 from mbody.analysis.driven.time_grid import by_time
 from mbody.analysis.inverse.conditions import Relation
@@ -18,7 +18,7 @@ from mbody.analysis.inverse.unknowns import Wanted
 from mbody.analysis.position.assembly_analysis import SUSPICIOUS, check_determined, closed_near
 from mbody.errors import ModelError, ModelWarning, SolveError
 from mbody.laws import Polynomial
-from mbody.model.driver import DRIVEN, Driver
+from mbody.model.driver import DRIVEN
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import meant, moves_nothing, plain
 from mbody.model.study import Instants, Question, Unknown
@@ -68,7 +68,7 @@ class Trials:
     def __init__(self, mechanism: Mechanism, question: Question) -> None:
         self.question = question
         self.analysis = ANALYSES[question.analysis]
-        first = asked(mechanism, "kinematics", Instants(at=question.at))
+        first = analyse_at(mechanism, "kinematics", Instants(at=question.at))
         self.time = float(first.t[0])
         self.states = {
             driver.name: np.array([float(part[0]) for part in first.driven(driver.name)])
@@ -104,7 +104,7 @@ class Trials:
     def _driver(self, mechanism: Mechanism, name: str) -> str:
         """The driver whose motion is meant, empty where it is none."""
         owner, _, key = name.partition(".")
-        is_one = owner in mechanism and isinstance(mechanism[owner], Driver)
+        is_one = owner in mechanism and mechanism[owner].role == "driver"
         return owner if is_one and key in DRIVEN else ""
 
     def _freed(self, mechanism: Mechanism, names: set[str]) -> Mechanism:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from mbody.analysis.driven.requests import asks_for, check_ask
+from mbody.analysis.driven.requests import check_instants, dimension_of_instants
 from mbody.analysis.initial.initial_state import check_simulation
 from mbody.analysis.inverse.conditions import check_question
 from mbody.errors import ModelError
@@ -118,7 +118,7 @@ def _row(mechanism: Mechanism, name: str, value: Any, angle: str) -> Any:
     """Requested values; plain angles are in the unit of the file."""
     if isinstance(value, list):
         return [_row(mechanism, name, part, angle) for part in value]
-    degrees = angle == "deg" and asks_for(mechanism, name) == "angle"
+    degrees = angle == "deg" and dimension_of_instants(mechanism, name) == "angle"
     return math.radians(value) if degrees and isinstance(value, float) else value
 
 
@@ -139,7 +139,7 @@ def _questions(given: Any, mechanism: Mechanism) -> list[Problem]:
             given_rows = fields.get("at", {}).items()
             rows = {name: _row(mechanism, name, row, given.angle) for name, row in given_rows}
             mechanism.ask = Instants(**{**fields, "at": rows})
-            check_ask(mechanism, mechanism.ask)
+            check_instants(mechanism, mechanism.ask)
         except ModelError as error:
             problems.append(Problem(("ask",), str(error).removeprefix("ask: ")))
     if given.simulate is not None:

@@ -41,19 +41,13 @@ SECTIONS: dict[str, dict[str, type[Element]]] = {
     "loads": _elements(loads, loads.Load),
 }
 
-#: Laws by their word.
+#: Laws by their word: those of `mbody.laws`, less what is no table of numbers in a file.
 LAWS: dict[str, type[laws.Law]] = {
     _word(cls.__name__): cls
-    for cls in (
-        laws.Constant,
-        laws.ConstantSpeed,
-        laws.ConstantAcceleration,
-        laws.Polynomial,
-        laws.Harmonic,
-        laws.Table,
-        laws.Rise,
-        laws.Cam,
-    )
+    for cls in map(vars(laws).get, dict.fromkeys([*laws.__all__, *vars(laws)]))
+    if isinstance(cls, type)
+    and issubclass(cls, laws.Law)
+    and cls not in (laws.Law, laws.Expression, laws.Function)
 }
 
 

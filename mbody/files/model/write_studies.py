@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, Protocol
 
-from mbody.analysis.driven.requests import asks_for
+from mbody.analysis.driven.requests import dimension_of_instants
 from mbody.model.event import Event, Stop
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import meant
@@ -31,7 +31,7 @@ def formulas_asked(mechanism: Mechanism) -> Iterator[Formula]:
     rows = [mechanism.ask.at] if mechanism.ask else []
     for at in (*rows, *(question.at for question in mechanism.questions.values())):
         for name, row in at.items():
-            dimension = DIMENSIONS[asks_for(mechanism, name)]
+            dimension = DIMENSIONS[dimension_of_instants(mechanism, name)]
             yield from (value.of(dimension) for value in row if isinstance(value, Formula))
     if mechanism.simulation is not None:
         for given in mechanism.simulation.start.values():
@@ -115,7 +115,7 @@ def _at(writer: _Writer, at: Any) -> dict[str, Any]:
     """Values of time or drivers, one or more of each."""
     table = {}
     for name, row in at.items():
-        dimension = DIMENSIONS[asks_for(writer.mechanism, name)]
+        dimension = DIMENSIONS[dimension_of_instants(writer.mechanism, name)]
         cells = [writer.wanted(value, dimension) for value in row]
         table[name] = cells if len(cells) > 1 else cells[0]
     return table
