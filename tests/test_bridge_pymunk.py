@@ -243,7 +243,7 @@ def test_a_chaotic_motion_is_cut():
     machine = gallery.load("n_windows_2")
     run = mbody.simulate(machine, 2.0)
     found = checked(run)
-    assert any("cut where" in note for note in found.notes)
+    assert any("shortened where" in note for note in found.notes)
 
 
 def test_impacts_are_not_followed():

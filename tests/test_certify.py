@@ -15,7 +15,7 @@ import mbody
 import mbody.engineering
 from mbody import cli, gallery
 from mbody.analysis.driven.free_body import member_forces
-from mbody.analysis.driven.requests import asked_of
+from mbody.analysis.driven.requests import analyse_system_at
 from mbody.engines.oracle import Reference
 from mbody.errors import ModelWarning
 from mbody.model.study import Instants
@@ -55,7 +55,7 @@ def test_models_of_the_gallery_are_certain(name):
     if machine.simulation:
         run = mbody.simulate(machine)
     else:
-        run = asked_of(assemble(machine), "kinetostatics", machine.ask or Instants())
+        run = analyse_system_at(assemble(machine), "kinetostatics", machine.ask or Instants())
     assert residual_doubts(run) == [] and succeeded(run.ending)
 
 

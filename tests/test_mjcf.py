@@ -7,7 +7,7 @@ import pytest
 
 import mbody
 from mbody import Body, CamFollower, Gravity, Mechanism, Revolute, Rolling, Spring, cli, gallery
-from mbody.analysis.driven.requests import asked
+from mbody.analysis.driven.requests import analyse_at
 from mbody.engineering import close_loops
 from mbody.engines.mjcf import to_mjcf
 from mbody.engines.mujoco import opinion
@@ -116,7 +116,7 @@ def test_pinocchio_reads_the_file_and_moves_alike(name, tmp_path):
 def test_mujoco_agrees_with_the_gallery(name):
     machine = gallery.load(name)
     if machine.drivers:
-        run = asked(machine, "kinetostatics", machine.ask)
+        run = analyse_at(machine, "kinetostatics", machine.ask)
     else:
         until = {} if machine.simulation else {"until": 1.0}
         run = mbody.simulate(machine, instants=41, **until)

@@ -22,9 +22,9 @@ from mbody.laws import ConstantSpeed, Harmonic
 from mbody.makers import makers
 from mbody.model.loads import CentrifugalField, PistonPressure, ReciprocatingCylinder
 from mbody.views import draw
+from mbody.views.joint_symbols import joint_symbol
 from mbody.views.shapes import hull, rounded
 from mbody.views.sketch import Sketch
-from mbody.views.symbols import joint_symbol
 from tests.odd_mechanisms import ODD, planetary, shafts, tackle
 from tests.picture_reader import artists, gap, inside
 

@@ -99,9 +99,9 @@ class Mechanism:
         #: What numbers were made of that were given as text, by dotted name.
         self.formulas: dict[str, Formula] = {}
         #: Parameters used where a system cannot change them.
-        self.fixed_parameters: set[str] = set()
+        self._fixed_parameters: set[str] = set()
         #: What was perhaps meant otherwise where it was read from a file, for the notes of results.
-        self.remarks: tuple[str, ...] = ()
+        self._remarks: tuple[str, ...] = ()
         self.g = self.units.g if g is None else self._turning(g)
         if self.g <= 0.0:
             raise ModelError(
@@ -117,10 +117,10 @@ class Mechanism:
         """The number that turns weights into masses; its parameters cannot be changed later."""
         given = number(g, "acceleration", self.name, "g")
         if isinstance(given, Formula):
-            self.fixed_parameters |= self.parameters.used_by(given)
-        return float(self.valued(given, self.name, "g"))
+            self._fixed_parameters |= self.parameters.used_by(given)
+        return float(self._valued(given, self.name, "g"))
 
-    def snapshot(self) -> Mechanism:
+    def _snapshot(self) -> Mechanism:
         """The mechanism as it is now, closed to additions: what a system keeps."""
         if self._sorted is not None:
             return self
@@ -134,7 +134,7 @@ class Mechanism:
         made._sorted = None
         return made
 
-    def replaced(self, element: Element) -> Mechanism:
+    def _replaced(self, element: Element) -> Mechanism:
         """The mechanism with another element in the place of the one of that name, closed to
         additions; its numbers follow no parameters.
         """
@@ -153,7 +153,7 @@ class Mechanism:
         made = object.__new__(type(self))
         made.__dict__ |= self.__dict__
         made._elements, made.formulas = dict(self._elements), dict(self.formulas)
-        made.fixed_parameters, made.measures = set(self.fixed_parameters), dict(self.measures)
+        made._fixed_parameters, made.measures = set(self._fixed_parameters), dict(self.measures)
         made.questions = dict(self.questions)
         return made
 
@@ -177,12 +177,12 @@ class Mechanism:
             )
         if len(elements) == 1:  # added as a whole, or not at all
             return self._add(elements[0])
-        before = dict(self._elements), dict(self.formulas), set(self.fixed_parameters)
+        before = dict(self._elements), dict(self.formulas), set(self._fixed_parameters)
         try:
             for element in elements:
                 self._add(element)
         except ModelError:
-            self._elements, self.formulas, self.fixed_parameters = before
+            self._elements, self.formulas, self._fixed_parameters = before
             raise
 
     def without(self, *drivers: str) -> Mechanism:
@@ -250,17 +250,17 @@ class Mechanism:
 
     def _taken(self, element: E) -> E:
         """The element with floats for its text; what they were made of is kept."""
-        made, formulas, fixed = resolved(element, self.scope)
+        made, formulas, fixed = resolved(element, self._scope)
         self.formulas |= formulas
-        self.fixed_parameters |= fixed & self.parameters.keys()
+        self._fixed_parameters |= fixed & self.parameters.keys()
         return made
 
     @property
-    def scope(self) -> Scope:
+    def _scope(self) -> Scope:
         """What the names in formulas mean: the parameters, in the units of the mechanism."""
         return self.parameters.scope()
 
-    def number(self, value: Any, dimension: str, element: str, field: str) -> float:
+    def _number(self, value: Any, dimension: str, element: str, field: str) -> float:
         """A number for an analysis or a part of the mechanism: a float, or text with units.
 
         Raises
@@ -268,12 +268,12 @@ class Mechanism:
         ModelError
             When it is no number of that dimension; the sentence names the element and the field.
         """
-        return float(self.valued(number(value, dimension, element, field), element, field))
+        return float(self._valued(number(value, dimension, element, field), element, field))
 
-    def valued(self, given: Any, element: str, field: str) -> Any:
-        """The same value with floats in the place of the formulas in it; errors as `number`."""
+    def _valued(self, given: Any, element: str, field: str) -> Any:
+        """The same value with floats in the place of the formulas in it; errors as `_number`."""
         try:
-            return substituted(given, lambda formula: formula.value(self.scope))
+            return substituted(given, lambda formula: formula.value(self._scope))
         except FormulaError as error:
             raise ModelError(f"'{element}': {field}: {error}", element) from None
 
@@ -374,7 +374,7 @@ def _stated(machine: Mechanism, value: Any) -> Any:
     """A number or formula; the unit of plain angles only where it is one."""
     if not isinstance(value, Formula):
         return value
-    angle = value.dimension == DIMENSIONS["angle"] and not value.has_units(machine.scope)
+    angle = value.dimension == DIMENSIONS["angle"] and not value.has_units(machine._scope)
     return value if angle else replace(value, angle="")
 
 
@@ -385,7 +385,7 @@ def _worth(machine: Mechanism, value: Any, dimension: Dimension | None) -> Any:
     own = replace(value, dimension=dimension)
     with contextlib.suppress(FormulaError):
         if not machine.parameters.used_by(own):
-            return own.value(machine.scope)
+            return own.value(machine._scope)
     return _stated(machine, own)
 
 

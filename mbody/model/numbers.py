@@ -80,7 +80,7 @@ def dimension_named(mechanism: Mechanism, name: str) -> Dimension | None:
     'angular velocity'
     """
     if name in mechanism.parameters:
-        return mechanism.scope.names[name].dimension
+        return mechanism._scope.names[name].dimension
     owner, _, key = name.partition(".")
     element: Any = mechanism[owner]
     for field in dataclasses.fields(element):
@@ -123,7 +123,7 @@ def moves_nothing(mechanism: Mechanism, name: str) -> bool:
         owner, _, key = name.partition(".")
         element: Element = mechanism[owner]
         return element.role == "load" or (element.role == "body" and key in MASS)
-    if name in mechanism.fixed_parameters:
+    if name in mechanism._fixed_parameters:
         return False
     scope = mechanism.parameters
     names, before = {name}, 0
@@ -146,7 +146,7 @@ def plain(mechanism: Mechanism, name: str, given: Any, dimension: Dimension | No
         return float(given)
     try:
         whole = given if dimension is None else given.of(dimension)
-        return float(whole.value(mechanism.scope))
+        return float(whole.value(mechanism._scope))
     except FormulaError as error:
         raise ModelError(f"unknown '{name}': {error}", name) from None
 

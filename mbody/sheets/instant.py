@@ -35,7 +35,7 @@ Array = np.ndarray
 
 COMPONENTS = ("fx", "fy", "torque")
 
-#: Members that a sheet tells of.
+#: Members that a sheet shows.
 MEMBERS = 12
 
 
@@ -207,11 +207,11 @@ class _Instant:
         )
 
     def _members(self) -> list[str]:
-        """Links that two or three forces hold, as sentences."""
-        told = [
+        """Links on which two or three forces act, as sentences."""
+        sentences = [
             m.words for m in member_forces(self.solution) if m.kind in ("two-force", "three-force")
         ]
-        return [line for words in told[:MEMBERS] for line in paragraph(words, "MEMBER   ")]
+        return [line for words in sentences[:MEMBERS] for line in paragraph(words, "MEMBER   ")]
 
     def _loads(self) -> list[str]:
         loads = self.mechanism.loads

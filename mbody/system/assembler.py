@@ -63,7 +63,7 @@ def assemble(mechanism: Mechanism) -> System:
     """
     if not mechanism.bodies:
         raise ModelError(f"'{mechanism.name}' has no bodies: add at least one Body")
-    mechanism = mechanism.snapshot()
+    mechanism = mechanism._snapshot()
     compiler = _Compiler(mechanism)
     numbers = compiler.numbers()
     par, mass = compiler.compile(numbers)
@@ -145,7 +145,7 @@ class _Compiler:
 
     def numbers(self) -> dict[str, Any]:
         """All changeable numbers by dotted name."""
-        names = self.mechanism.scope.names
+        names = self.mechanism._scope.names
         result: dict[str, Any] = {name: names[name].value for name in self.mechanism.parameters}
         result |= self.mechanism.ground.numbers()
         for element in self.mechanism:

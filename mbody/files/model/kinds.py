@@ -1,6 +1,6 @@
 """Which elements a model file knows, and the words that it has for them.
 
-Taken from the classes themselves, so that a new joint, load or law stands in files, in the schema
+Taken from the classes themselves, so that a new joint, load or law appears in files, in the schema
 and in the messages as soon as it is written.
 """
 
@@ -62,5 +62,5 @@ def kind_of(element: Element) -> str | None:
 
 
 def section_of(element: Element) -> str:
-    """The section that an element stands in."""
+    """The section of an element."""
     return _words()[type(element)][0]
