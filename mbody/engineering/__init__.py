@@ -1,4 +1,4 @@
-"""What a designer makes of a result: pure functions of a `Solution`, one subject a file."""
+"""Engineering evaluations of a result: pure functions of a `Solution`, one subject per file."""
 
 from mbody.engineering.fluctuation import Fluctuation, energy_fluctuation, fluctuation
 from mbody.engineering.flywheel import flywheel
