@@ -9,8 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mbody import ConstantAcceleration, Harmonic, ModelError, assemble, kinetostatics
-from mbody.laws import Expression, Function, Polynomial, law, times_of
+from mbody import ModelError, assemble, kinetostatics
+from mbody.laws import (
+    ConstantAcceleration,
+    Expression,
+    Function,
+    Harmonic,
+    Polynomial,
+    law,
+    times_of,
+)
 from mbody.quantities import Scope, Valued, parse
 from mbody.quantities.units import DIMENSIONS
 from tests.expressions import four_bar, made, program

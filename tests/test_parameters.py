@@ -13,19 +13,17 @@ from hypothesis import strategies as st
 from mbody import (
     AngleDriver,
     Body,
-    ConstantAcceleration,
     Force,
     Mechanism,
     ModelError,
     Revolute,
-    Rise,
-    Table,
     assemble,
     kinetostatics,
     polar,
 )
 from mbody.files.model.read import built
 from mbody.files.model.write import as_data
+from mbody.laws import ConstantAcceleration, Rise, Table
 from mbody.quantities import Parameters
 from mbody.quantities.deferred import formulas_in, is_pending
 from mbody.quantities.units import DIMENSIONS, name_of, unit_system
@@ -272,7 +270,7 @@ def test_parameters_in_tables_are_fixed(element):
         assert system.law_of(machine["motor2"])(3.5) == pytest.approx(0.5)
         return
     machine.add(element)
-    assert machine.fixed_parameters == {"T"}
+    assert machine._fixed_parameters == {"T"}
     if isinstance(element, Body):
         machine.add(Revolute("P", "crank", "b"), AngleDriver("m2", "b", 0.0))
     with says(ModelError, "parameter 'T' stands in a table", "describe the mechanism again"):
@@ -326,7 +324,7 @@ def test_an_element_waits_for_its_mechanism():
         "crank.A.x": "a",
         "crank.guess.angle": "30 deg",
     }
-    assert machine.fixed_parameters == set()
+    assert machine._fixed_parameters == set()
 
 
 @pytest.mark.parametrize(
@@ -370,4 +368,4 @@ def test_an_element_that_does_not_fit_changes_nothing():
     ):
         with says(ModelError, *words, element="b"):
             machine.add(Body("good", inertia="T"), bad)
-        assert not list(machine) and not machine.formulas and not machine.fixed_parameters
+        assert not list(machine) and not machine.formulas and not machine._fixed_parameters

@@ -164,7 +164,7 @@ def test_what_decides_other_designs_is_of_the_sweep(tmp_path):
     """
 
     def arm(formula):
-        machine = mbody.from_text(text % formula)
+        machine = mbody.from_toml(text % formula)
         return mbody.sweep(machine, {"r": [1.0, 2.0]}, "kinematics", to=tmp_path, t=[0.0])
 
     assert arm("r")["x"].tolist() == [1.0, 2.0]

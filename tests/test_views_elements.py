@@ -9,21 +9,18 @@ from mbody import (
     AngleDriver,
     Body,
     CamFollower,
-    CentrifugalField,
-    ConstantSpeed,
     CouplingTerm,
-    Harmonic,
     LengthCoupling,
     Marker,
     Mechanism,
-    PistonPressure,
     Prismatic,
-    ReciprocatingCylinder,
     Revolute,
     gallery,
     kinematics,
 )
+from mbody.laws import ConstantSpeed, Harmonic
 from mbody.makers import makers
+from mbody.model.loads import CentrifugalField, PistonPressure, ReciprocatingCylinder
 from mbody.views import draw
 from mbody.views.joint_symbols import joint_symbol
 from mbody.views.shapes import hull, rounded

@@ -33,7 +33,7 @@ def fingerprint(job: Job, samples: Designs, size: int) -> dict[str, Any]:
         Plain values, ready for JSON: the content of ``sweep.json``.
     """
     system, machine = job.system, job.system.mechanism
-    plan = [] if job.plan is None else [job.plan.s, job.plan.t, job.plan.given]
+    plan = [] if job.grid is None else [job.grid.s, job.grid.t, job.grid.given]
     how = sorted((k, getattr(v, "tolist", lambda v=v: v)()) for k, v in job.how.items())
     # formulas and guesses are not in the kernels' arrays, but they affect the other designs
     made = sorted((name, formula.text) for name, formula in system.formulas.items())

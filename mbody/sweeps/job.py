@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.contacts import unfit
-from mbody.analysis.driven.lanes import Course, closed_poses, course_of, on_lanes
-from mbody.analysis.driven.requests import ANALYSES, asked_of, way_of
+from mbody.analysis.driven.lanes import BatchSetup, batch_setup, closed_poses, on_lanes
+from mbody.analysis.driven.requests import ANALYSES, analyse_system_at, arguments_at
 from mbody.analysis.driven.runner import Runner
-from mbody.analysis.driven.time_grid import Plan, check_reach, plan
+from mbody.analysis.driven.time_grid import TimeGrid, check_reach, time_grid
 from mbody.analysis.dynamics.lanes import LaneMotions, integrate_lanes, lane_motions
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.position.assembly_analysis import check_determined, closed
@@ -70,12 +70,12 @@ class Job:
     how : dict
         Arguments of the analysis.
     ask : Instants or None
-        The instants as `Instants`; otherwise they are in `how`.
-    plan : Plan or None
-        The instants; None for a free motion.
+        The instants in the words of a description; else `how` says them.
+    grid : TimeGrid or None
+        The instants; None of a free motion.
     before : int
-        Number of instants before the requested ones.
-    course : Course, LaneMotions or None
+        Instants that go before those that are asked for.
+    course : BatchSetup, LaneMotions or None
         What the designs share, of a free motion a `LaneMotions`; None where they go one by one.
     wanted : array
         Output rows of the kernels that the columns need.
@@ -88,23 +88,23 @@ class Job:
     analysis: str
     how: dict[str, Any]
     ask: Instants | None
-    plan: Plan | None
+    grid: TimeGrid | None
     before: int
-    course: Course | LaneMotions | None
+    course: BatchSetup | LaneMotions | None
     wanted: np.ndarray
 
     @property
     def instants(self) -> np.ndarray:
         """Times of the requested instants."""
-        return np.zeros(0) if self.plan is None else self.plan.t[self.before :]
+        return np.zeros(0) if self.grid is None else self.grid.t[self.before :]
 
     @property
     def block(self) -> int:
         """Number of designs that are computed in parallel."""
         if isinstance(self.course, LaneMotions):
             most, instants = FREE, len(self.course.request.times)
-        elif self.plan is not None:
-            most, instants = BLOCK, len(self.plan.t)
+        elif self.grid is not None:
+            most, instants = BLOCK, len(self.grid.t)
         else:
             return LANES
         each = max(1, instants * len(self.wanted))
@@ -208,13 +208,13 @@ def prepared(
     ask, guess = _ask(system, how), how.pop("guess", None)
     before = 0
     if ask is not None:
-        how, before = way_of(system, ask)
-    instants = plan(system, *(how.get(k) for k in ("t", "drive", "turn", "instants")))
-    _check_instants(columns, len(instants.t) - before)
-    course = _course(system, names, analysis, instants, guess, "t" in how and "drive" not in how)
+        how, before = arguments_at(system, ask)
+    grid = time_grid(system, *(how.get(k) for k in ("t", "drive", "turn", "instants")))
+    _check_instants(columns, len(grid.t) - before)
+    course = _course(system, names, analysis, grid, guess, "t" in how and "drive" not in how)
     if guess is not None:
         how["guess"], ask = guess, None
-    return Job(system, names, columns, units, analysis, how, ask, instants, before, course, wanted)
+    return Job(system, names, columns, units, analysis, how, ask, grid, before, course, wanted)
 
 
 def _check_instants(columns: tuple[MeasuredColumn, ...], count: int) -> None:
@@ -256,23 +256,23 @@ def _course(
     system: System,
     names: tuple[str, ...],
     analysis: str,
-    instants: Plan,
+    grid: TimeGrid,
     guess: Any,
     at_times: bool,
-) -> Course | None:
-    """Data shared by the designs; None where they must be analysed one by one."""
+) -> BatchSetup | None:
+    """What the designs share; None where they must go one by one."""
     two = system.with_values({name: [system.values[name]] * 2 for name in names})
     if not at_times and any(varied(two.values, driver) for driver in system.drivers):
         return None  # each has its own times
     runner = Runner(system, analysis)
     try:
-        start = closed(system, float(instants.t[0]), instants.first(system), guess)
+        start = closed(system, float(grid.t[0]), grid.first(system), guess)
         check_determined(system, start, analysis)
     except SolveError:
         if system.rows < system.coordinates:
             raise
         return None
-    return course_of(runner, start, instants)
+    return batch_setup(runner, start, grid)
 
 
 def _noted(
@@ -334,7 +334,7 @@ def _block(job: Job, values: np.ndarray) -> PieceResult:
 
 
 def _together(
-    job: Job, course: Course | LaneMotions, values: np.ndarray
+    job: Job, course: BatchSetup | LaneMotions, values: np.ndarray
 ) -> tuple[list[np.ndarray], np.ndarray]:
     """Columns of the designs on lanes, and which designs must be analysed one by one."""
     own = dict(zip(job.names, np.ascontiguousarray(values.T), strict=True))
@@ -343,14 +343,14 @@ def _together(
         times = course.request.times
         rows, sound = integrate_lanes(system, course, own, job.wanted)
     else:
-        times = course.plan.t
+        times = course.grid.t
         check_reach(system, times, job.how.get("drive") or {})
-        poses, good = closed_poses(system, course.plan, course.pose, course.small)
+        poses, good = closed_poses(system, course.grid, course.pose, course.small)
         by_springs(system, poses)
         rows, sound = on_lanes(system, course, poses, job.wanted)
         sound &= good
-        if len(course.plan.given) == len(times):
-            given = course.plan.take(np.arange(job.before, len(times))).given
+        if len(course.grid.given) == len(times):
+            given = course.grid.take(np.arange(job.before, len(times))).given
     kept = _SelectedRows(job.wanted, rows[:, :, job.before :])
     run = Solution(system, job.analysis, times[job.before :], kept, given)
     with np.errstate(all="ignore"):
@@ -364,7 +364,7 @@ def _alone(job: Job, values: np.ndarray) -> tuple[Solution, list[Any]]:
     if job.analysis == "simulate":
         run = simulate(system, **job.how)
     elif job.ask is not None:
-        run = asked_of(system, job.analysis, job.ask)
+        run = analyse_system_at(system, job.analysis, job.ask)
     else:
         run = ANALYSES[job.analysis](system, **job.how)
         run = run.take(np.arange(job.before, len(run))) if job.before else run

@@ -210,7 +210,7 @@ def _number(system: System, name: str, value: Any) -> float:
         if not isinstance(made, Formula):
             return float(made)
         dimension = dimension_named(machine, name)
-        return float((made if dimension is None else made.of(dimension)).value(machine.scope))
+        return float((made if dimension is None else made.of(dimension)).value(machine._scope))
     except FormulaError as error:
         raise ModelError(f"sweep: '{name}': {error}", name) from None
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.analysis.driven.requests import asks_for
+from mbody.analysis.driven.requests import dimension_of_instants
 from mbody.model.study import Instants
 
 if TYPE_CHECKING:
@@ -28,8 +28,8 @@ def _smooth(mechanism: Mechanism, name: str, row: Sequence[Any]) -> np.ndarray |
     """The values of a row, with as many between them as a smooth curve needs."""
     if len(row) < 2:
         return None
-    dimension = asks_for(mechanism, name)
-    values = np.array([mechanism.number(value, dimension, "ask", name) for value in row])
+    dimension = dimension_of_instants(mechanism, name)
+    values = np.array([mechanism._number(value, dimension, "ask", name) for value in row])
     if len(values) >= SMOOTH:
         return values
     between = np.linspace(0.0, len(values) - 1.0, SMOOTH)

@@ -9,7 +9,7 @@ import numpy as np
 
 from mbody.analysis.driven.kinematics import kinematics
 from mbody.analysis.driven.kinetostatics import kinetostatics
-from mbody.analysis.driven.requests import asked
+from mbody.analysis.driven.requests import analyse_at
 from mbody.analysis.initial.close_loops import close_loops
 from mbody.errors import ModelError, SolveError
 from mbody.model.driver import Driver
@@ -116,7 +116,7 @@ def _solved(model: Mechanism | System, forces: bool) -> Solution:
     try:
         if isinstance(model, System):
             return (kinetostatics if forces else kinematics)(model)
-        return asked(mechanism, verb)
+        return analyse_at(mechanism, verb)
     except SolveError:
         if forces or mechanism.ask is not None:
             raise
