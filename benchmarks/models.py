@@ -6,7 +6,8 @@ import math
 from collections.abc import Callable
 
 import mbody
-from mbody import AngleDriver, Body, ConstantSpeed, Gravity, Marker, Mechanism, Revolute, Torque
+from mbody import AngleDriver, Body, Gravity, Marker, Mechanism, Revolute, Torque
+from mbody.laws import ConstantSpeed
 
 __all__ = ["LENGTH", "MASS", "SHAPES", "chain", "eight_bar", "hub", "ladder", "tree"]
 

@@ -5,6 +5,10 @@
 >>> run = mbody.kinetostatics(machine)
 >>> round(float(run["crank"].omega[0]), 6)
 10.0
+
+These names are for every user. What fewer need is imported from its folder: `mbody.engineering`,
+`mbody.sweeps`, `mbody.testing`; loads and joints for special machines, and the base classes of
+your own, from `mbody.model.loads` and `mbody.model.joints`.
 """
 
 from __future__ import annotations
@@ -12,50 +16,35 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from mbody._version import __version__
+from mbody._version import __version__ as __version__
 from mbody.solution import presentation
 
 if TYPE_CHECKING:
-    from mbody import engineering, gallery, laws, sweeps, testing
+    from mbody import gallery, laws, makers
     from mbody.analysis.driven.driver_range import driver_range
     from mbody.analysis.driven.free_body import free_body, member_forces
     from mbody.analysis.driven.kinematics import kinematics
     from mbody.analysis.driven.kinetostatics import kinetostatics
     from mbody.analysis.driven.statics import statics
     from mbody.analysis.dynamics.simulate import simulate
-    from mbody.analysis.equilibria.equilibrium import equilibrium
-    from mbody.analysis.equilibria.equilibrium_curve import equilibrium_curve
-    from mbody.analysis.freedom.mobility import mobility
-    from mbody.analysis.initial.close_loops import close_loops
+    from mbody.analysis.equilibria.equilibrium import Equilibria, equilibrium
+    from mbody.analysis.freedom.mobility import Mobility, mobility
+    from mbody.analysis.inverse.answers import Answer
     from mbody.analysis.inverse.solve_for import solve_for
     from mbody.analysis.linear.linearize import linearize
-    from mbody.analysis.linear.modes import modes
-    from mbody.engines.crosscheck import Crosscheck, crosscheck
+    from mbody.analysis.linear.modes import Modes, modes
+    from mbody.engines.crosscheck import crosscheck
     from mbody.engines.mjcf import to_mjcf
-    from mbody.errors import ModelError, ModelWarning, SolveError
-    from mbody.files.model import Limits, from_text, in_units, load, save, to_text
+    from mbody.errors import ModelError, SolveError
+    from mbody.files.model import from_toml, load, save, to_toml
     from mbody.files.saved import load_run, save_run
-    from mbody.laws import (
-        Cam,
-        Constant,
-        ConstantAcceleration,
-        ConstantSpeed,
-        Dwell,
-        Function,
-        Harmonic,
-        Polynomial,
-        Rise,
-        Table,
-    )
-    from mbody.makers import makers
-    from mbody.model.body import Body, Guess, SecondMoments, SlenderRod, deg, rpm
+    from mbody.model.body import Body
     from mbody.model.coupling import AngleCoupling, CouplingTerm, LengthCoupling
     from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
-    from mbody.model.element import Marker, Polar, number_field, polar
+    from mbody.model.element import Marker, number_field, polar
     from mbody.model.event import Event, Stop
     from mbody.model.joints import (
         CamFollower,
-        CustomJoint,
         Distance,
         Fixed,
         Gear,
@@ -66,13 +55,9 @@ if TYPE_CHECKING:
         Rolling,
     )
     from mbody.model.loads import (
-        CentrifugalField,
-        CustomLoad,
         Damper,
         Force,
         Gravity,
-        PistonPressure,
-        ReciprocatingCylinder,
         Spring,
         Torque,
         TorsionDamper,
@@ -80,17 +65,90 @@ if TYPE_CHECKING:
     )
     from mbody.model.mechanism import Mechanism
     from mbody.model.simulation import SimulationSettings
-    from mbody.model.study import Instants, Measure, Question, Unknown
-    from mbody.quantities import convert
+    from mbody.model.study import Measure
     from mbody.solution.doubts import Doubt
-    from mbody.solution.event_record import EventRecord
-    from mbody.solution.histories import Reaction
-    from mbody.solution.momentum import momentum
+    from mbody.solution.energy import Energy
+    from mbody.solution.histories import BodyHistory, Reaction
     from mbody.solution.solution import Solution
     from mbody.sweeps.run import sweep
     from mbody.system.assembler import assemble
     from mbody.system.system import System
     from mbody.views import draw, plot
+
+# Type checkers read the imports above and this list. At run time a name is loaded when it is first
+# used, so that `import mbody` takes no time. `tests/test_public_names.py` compares the three lists.
+__all__ = [
+    "AngleCoupling",
+    "AngleDriver",
+    "Answer",
+    "Body",
+    "BodyHistory",
+    "CamFollower",
+    "CoordinateDriver",
+    "CouplingTerm",
+    "Damper",
+    "Distance",
+    "DistanceDriver",
+    "Doubt",
+    "Energy",
+    "Equilibria",
+    "Event",
+    "Fixed",
+    "Force",
+    "Gear",
+    "Gravity",
+    "LengthCoupling",
+    "Marker",
+    "Measure",
+    "Mechanism",
+    "Mobility",
+    "ModelError",
+    "Modes",
+    "PinSlot",
+    "Prismatic",
+    "RackPinion",
+    "Reaction",
+    "Revolute",
+    "Rolling",
+    "SimulationSettings",
+    "Solution",
+    "SolveError",
+    "Spring",
+    "Stop",
+    "System",
+    "Torque",
+    "TorsionDamper",
+    "TorsionSpring",
+    "assemble",
+    "crosscheck",
+    "draw",
+    "driver_range",
+    "equilibrium",
+    "free_body",
+    "from_toml",
+    "kinematics",
+    "kinetostatics",
+    "linearize",
+    "load",
+    "load_run",
+    "member_forces",
+    "mobility",
+    "modes",
+    "number_field",
+    "plot",
+    "polar",
+    "save",
+    "save_run",
+    "simulate",
+    "solve_for",
+    "statics",
+    "sweep",
+    "to_mjcf",
+    "to_toml",
+    "gallery",
+    "laws",
+    "makers",
+]
 
 presentation.register(
     sheet="mbody.sheets.present:sheet",
@@ -103,65 +161,56 @@ presentation.register(
     npz="mbody.files.results:write_npz",
 )
 
-# where each public name lives: loaded when it is asked for, so that `import mbody` costs nothing
-_HOME = {
-    "analysis.initial.close_loops": "close_loops",
-    "analysis.equilibria.equilibrium": "equilibrium",
-    "analysis.equilibria.equilibrium_curve": "equilibrium_curve",
+_FOLDERS = ("gallery", "laws", "makers")
+_MODULES = {
+    "analysis.dynamics.simulate": "simulate",
+    "analysis.driven.driver_range": "driver_range",
     "analysis.driven.free_body": "free_body member_forces",
     "analysis.driven.kinematics": "kinematics",
     "analysis.driven.kinetostatics": "kinetostatics",
     "analysis.driven.statics": "statics",
-    "analysis.driven.driver_range": "driver_range",
-    "analysis.linear.linearize": "linearize",
-    "analysis.linear.modes": "modes",
-    "analysis.freedom.mobility": "mobility",
-    "analysis.dynamics.simulate": "simulate",
+    "analysis.equilibria.equilibrium": "Equilibria equilibrium",
+    "analysis.freedom.mobility": "Mobility mobility",
+    "analysis.inverse.answers": "Answer",
     "analysis.inverse.solve_for": "solve_for",
-    "system.assembler": "assemble",
-    "engines.crosscheck": "Crosscheck crosscheck",
+    "analysis.linear.linearize": "linearize",
+    "analysis.linear.modes": "Modes modes",
+    "engines.crosscheck": "crosscheck",
     "engines.mjcf": "to_mjcf",
-    "model.body": "Body Guess SecondMoments SlenderRod deg rpm",
-    "quantities": "convert",
-    "files.model": "Limits from_text in_units load save to_text",
+    "errors": "ModelError SolveError",
+    "files.model": "from_toml load save to_toml",
     "files.saved": "load_run save_run",
-    "model.study": "Instants Measure Question Unknown",
-    "model.simulation": "SimulationSettings",
-    "model.coupling": "AngleCoupling LengthCoupling CouplingTerm",
+    "model.body": "Body",
+    "model.coupling": "AngleCoupling CouplingTerm LengthCoupling",
     "model.driver": "AngleDriver CoordinateDriver DistanceDriver",
-    "solution.doubts": "Doubt",
-    "model.element": "Marker Polar number_field polar",
-    "errors": "ModelError ModelWarning SolveError",
+    "model.element": "Marker number_field polar",
     "model.event": "Event Stop",
-    "solution.event_record": "EventRecord",
-    "model.joints": "CamFollower CustomJoint Distance Fixed Gear PinSlot Prismatic RackPinion "
-    "Revolute Rolling",
-    "laws": "Cam Constant ConstantAcceleration ConstantSpeed Dwell Function Harmonic Polynomial "
-    "Rise Table",
-    "model.loads": "CustomLoad Damper Force Gravity PistonPressure CentrifugalField Spring Torque "
-    "TorsionDamper TorsionSpring ReciprocatingCylinder",
+    "model.joints": "CamFollower Distance Fixed Gear PinSlot Prismatic RackPinion Revolute Rolling",
+    "model.loads": "Damper Force Gravity Spring Torque TorsionDamper TorsionSpring",
     "model.mechanism": "Mechanism",
-    "solution.momentum": "momentum",
-    "solution.histories": "Reaction",
+    "model.simulation": "SimulationSettings",
+    "model.study": "Measure",
+    "solution.doubts": "Doubt",
+    "solution.energy": "Energy",
+    "solution.histories": "BodyHistory Reaction",
     "solution.solution": "Solution",
     "sweeps.run": "sweep",
+    "system.assembler": "assemble",
     "system.system": "System",
     "views": "draw plot",
 }
-_MODULES = ("engineering", "gallery", "laws", "makers", "sweeps", "testing")
-_WHERE = {name: home for home, names in _HOME.items() for name in names.split()}
+_MODULE_OF = {name: module for module, names in _MODULES.items() for name in names.split()}
 
-__all__ = [*_WHERE, *_MODULES, "__version__"]
+if not TYPE_CHECKING:  # a type checker would take every name for one of these
 
-
-def __getattr__(name: str) -> Any:
-    if name in _MODULES:
-        return importlib.import_module(f"mbody.{name}")
-    if name in _WHERE:
-        value = getattr(importlib.import_module(f"mbody.{_WHERE[name]}"), name)
-        globals()[name] = value
-        return value
-    raise AttributeError(f"module 'mbody' has no attribute '{name}'")
+    def __getattr__(name: str) -> Any:
+        if name in _FOLDERS:
+            return importlib.import_module(f"mbody.{name}")
+        if name in _MODULE_OF:
+            value = getattr(importlib.import_module(f"mbody.{_MODULE_OF[name]}"), name)
+            globals()[name] = value
+            return value
+        raise AttributeError(f"module 'mbody' has no attribute '{name}'")
 
 
 def __dir__() -> list[str]:

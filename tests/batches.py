@@ -8,7 +8,6 @@ from mbody import (
     Body,
     Force,
     Gravity,
-    Harmonic,
     Mechanism,
     Revolute,
     Spring,
@@ -17,7 +16,7 @@ from mbody import (
     polar,
 )
 from mbody.compiler.lanes import LANES
-from mbody.laws import ConstantAcceleration, Polynomial
+from mbody.laws import ConstantAcceleration, Harmonic, Polynomial
 from mbody.makers import makers
 
 DESIGNS = 2 * LANES + 9

@@ -1,7 +1,7 @@
 """Formulas of a law made as their fields make them."""
 
 from mbody import AngleDriver
-from mbody.laws import Expression, compiled
+from mbody.laws import Expression, compile_formula
 from mbody.makers import makers
 from mbody.quantities import Scope, Valued, read
 from mbody.quantities.units import DIMENSIONS
@@ -12,7 +12,7 @@ TIME, ANGLE, LENGTH = (DIMENSIONS[name] for name in ("time", "angle", "length"))
 def made(text, dimension=None, argument=TIME, angle="rad", **names):
     """The law of a formula, with parameters that are plain numbers or `Valued`."""
     scope = Scope(names={k: v if isinstance(v, Valued) else Valued(v) for k, v in names.items()})
-    return compiled(read(text, dimension, angle), scope, argument)
+    return compile_formula(read(text, dimension, angle), scope, argument)
 
 
 def program(text, **names):

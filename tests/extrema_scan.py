@@ -21,19 +21,12 @@ from typing import Any
 import numpy as np
 
 import mbody
-from mbody import (
-    ModelError,
-    ModelWarning,
-    Question,
-    SolveError,
-    Torque,
-    Unknown,
-    gallery,
-    solve_for,
-)
-from mbody.analysis.driven.requests import Instants, asked
+from mbody import ModelError, SolveError, Torque, gallery, solve_for
+from mbody.analysis.driven.requests import Instants, analyse_at
 from mbody.analysis.inverse.trials import Trials
+from mbody.errors import ModelWarning
 from mbody.makers import makers
+from mbody.model.study import Question, Unknown
 from mbody.solution.measures import measured
 from mbody.solution.places import link_poses
 
@@ -66,7 +59,7 @@ class Case:
     @functools.cached_property
     def first(self) -> mbody.Solution:
         """The design as it is."""
-        return asked(self.machine, "kinetostatics", Instants())
+        return analyse_at(self.machine, "kinetostatics", Instants())
 
     @functools.cached_property
     def system(self) -> mbody.System:
@@ -173,7 +166,9 @@ def case_of(seed: int) -> Case:
     case.bounded = kind != "value" or bool(rng.integers(2))
     if not case.bounded:
         body = machine.drivers[0].bodies[1]
-        at = math.degrees(float(asked(machine, "kinematics", Instants())[body].angle[0]) - here)
+        at = math.degrees(
+            float(analyse_at(machine, "kinematics", Instants())[body].angle[0]) - here
+        )
         case.sides = (
             f"{body}.angle >= {math.degrees(low) + at!r} deg",
             f"{body}.angle <= {math.degrees(high) + at!r} deg",
@@ -193,7 +188,7 @@ def case_of(seed: int) -> Case:
 def _present(machine: mbody.Mechanism, unknown: str) -> float:
     driver, _, key = unknown.partition(".")
     if key in ("value", "rate") and driver == machine.drivers[0].name:
-        first = asked(machine, "kinematics", Instants())
+        first = analyse_at(machine, "kinematics", Instants())
         return float(first.driven(driver)[("value", "rate").index(key)][0])
     return float(mbody.assemble(machine).values[unknown])
 

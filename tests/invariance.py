@@ -14,7 +14,8 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from mbody import Harmonic, Mechanism, Polynomial, kinetostatics, statics
+from mbody import Mechanism, kinetostatics, statics
+from mbody.laws import Harmonic, Polynomial
 from mbody.model.element import Polar
 from tests.linkages import random_linkage, times_within
 

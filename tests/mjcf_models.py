@@ -3,7 +3,6 @@
 import copy
 import math
 
-import mbody
 from mbody import (
     AngleCoupling,
     AngleDriver,
@@ -27,6 +26,7 @@ from mbody import (
     TorsionSpring,
 )
 from mbody.laws import ConstantSpeed, Harmonic
+from mbody.model.loads import CustomLoad
 
 
 def crank_and_lever(units="SI"):
@@ -137,7 +137,7 @@ def slides():
     return machine
 
 
-class Drag(mbody.CustomLoad):
+class Drag(CustomLoad):
     """Air on a body."""
 
     def physics(self, i, j, p, t):

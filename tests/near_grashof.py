@@ -22,7 +22,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 import mbody
-from mbody import AngleDriver, Body, ConstantSpeed, Mechanism, Revolute, SolveError
+from mbody import AngleDriver, Body, Mechanism, Revolute, SolveError
+from mbody.laws import ConstantSpeed
 from mbody.system.system import System
 
 INSTANTS = (5, 13, 37, 361)

@@ -7,11 +7,8 @@ from mbody import (
     AngleCoupling,
     AngleDriver,
     Body,
-    ConstantSpeed,
     CoordinateDriver,
     CouplingTerm,
-    CustomJoint,
-    CustomLoad,
     Damper,
     Distance,
     Fixed,
@@ -31,7 +28,10 @@ from mbody import (
     TorsionDamper,
     TorsionSpring,
 )
+from mbody.laws import ConstantSpeed
 from mbody.makers import makers
+from mbody.model.joints import CustomJoint
+from mbody.model.loads import CustomLoad
 
 UP = math.pi / 2.0
 

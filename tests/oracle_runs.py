@@ -18,7 +18,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from mbody import Mechanism, close_loops
+from mbody import Mechanism
+from mbody.engineering import close_loops
 from mbody.engines.oracle import Reference
 from mbody.kernels.accelerations import free_motion
 from tests.linkages import random_linkage, times_within

@@ -3,8 +3,10 @@
 import math
 from dataclasses import dataclass
 
-from mbody import CustomJoint, CustomLoad, Marker
+from mbody import Marker
 from mbody.model.element import number_field
+from mbody.model.joints import CustomJoint
+from mbody.model.loads import CustomLoad
 
 I, J = Marker("bar", "P", 0.3), Marker("arm", (0.2, 0.5), -0.7)
 ON_GROUND = Marker("ground", (1.0, -2.0), 0.4)

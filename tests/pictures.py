@@ -7,7 +7,7 @@ from pathlib import Path
 
 import mbody
 from mbody import gallery
-from mbody.analysis.driven.requests import asked
+from mbody.analysis.driven.requests import analyse_at
 from mbody.model.study import Instants
 from mbody.views import draw, save
 
@@ -41,7 +41,9 @@ def picture(name):
     if machine.ask is None:
         run = mbody.simulate(machine, times=[shown.get("after", 0.0)])
     else:
-        run = asked(machine, "kinetostatics", Instants(at=shown["at"]) if "at" in shown else None)
+        run = analyse_at(
+            machine, "kinetostatics", Instants(at=shown["at"]) if "at" in shown else None
+        )
     return draw(run, forces=shown.get("forces", False), paths=shown.get("paths", ()))
 
 

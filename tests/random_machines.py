@@ -8,38 +8,38 @@ from hypothesis import strategies as st
 from mbody import (
     AngleDriver,
     Body,
-    Cam,
-    CentrifugalField,
-    ConstantAcceleration,
-    ConstantSpeed,
     CoordinateDriver,
     Damper,
     Distance,
     DistanceDriver,
-    Dwell,
     Fixed,
     Force,
     Gravity,
-    Guess,
-    Harmonic,
-    Instants,
     Marker,
     Measure,
     Mechanism,
-    Polynomial,
     Prismatic,
     Revolute,
-    Rise,
-    SecondMoments,
-    SlenderRod,
     Spring,
-    Table,
     Torque,
     TorsionDamper,
     TorsionSpring,
     polar,
 )
-from mbody.laws import SHAPES
+from mbody.laws import (
+    SHAPES,
+    Cam,
+    ConstantAcceleration,
+    ConstantSpeed,
+    Dwell,
+    Harmonic,
+    Polynomial,
+    Rise,
+    Table,
+)
+from mbody.model.body import Guess, SecondMoments, SlenderRod
+from mbody.model.loads import CentrifugalField
+from mbody.model.study import Instants
 
 ODD = ("crank", "a b", "Kurbel-Ö", "曲柄", 'quo"te', "it's", "back\\slash", "#1", "a=b", "[x]")
 ODD += ("{y}", "-", "1", "true", "inf", "2024-01-01", "😀", "a,b", "x: y", " led", "'", "$schema")

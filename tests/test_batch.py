@@ -10,13 +10,13 @@ from mbody import (
     ModelError,
     SolveError,
     assemble,
-    close_loops,
     kinematics,
     kinetostatics,
     statics,
 )
 from mbody.analysis.driven.runner import Runner
 from mbody.compiler.lanes import LANES
+from mbody.engineering import close_loops
 from mbody.makers import makers
 from tests.batches import DESIGNS, TIMES, OneOf, four_bar, same, spread
 

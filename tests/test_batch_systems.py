@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import CustomLoad, assemble, kinetostatics
+from mbody import assemble, kinetostatics
+from mbody.model.loads import CustomLoad
 from tests.batches import TIMES, OneOf, four_bar, same, spread
 
 

@@ -9,10 +9,11 @@ import pytest
 from numpy.testing import assert_allclose
 
 import mbody
-from mbody import ModelWarning, assemble, gallery, kinematics
+from mbody import assemble, gallery, kinematics
 from mbody.analysis.driven.runner import Runner
-from mbody.analysis.driven.time_grid import plan
+from mbody.analysis.driven.time_grid import time_grid
 from mbody.analysis.position.assembly_analysis import closed
+from mbody.errors import ModelWarning
 from mbody.makers import makers
 from mbody.system.assur_groups import diagonal_blocks
 from mbody.system.rank import dense
@@ -249,7 +250,7 @@ def test_pivots_of_a_group_make_its_determinant(name):
     run = kinematics(system, turn=True, instants=361)
     runner = Runner(system, "kinematics")
     start = closed(system, 0.0, {})
-    plans = runner.pivots_along(start, plan(system, None, None, True, 361))
+    plans = runner.pivots_along(start, time_grid(system, None, None, True, 361))
     n = system.coordinates
     signs = []
     for k in range(0, 361, 30):

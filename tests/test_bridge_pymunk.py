@@ -10,13 +10,11 @@ import mbody.engines.pymunk as bridge
 from mbody import (
     AngleDriver,
     Body,
-    ConstantSpeed,
     CoordinateDriver,
     Damper,
     DistanceDriver,
     Force,
     Gravity,
-    Harmonic,
     Marker,
     Mechanism,
     PinSlot,
@@ -28,12 +26,14 @@ from mbody import (
     TorsionSpring,
     gallery,
 )
+from mbody.engineering import close_loops
 from mbody.engines.pymunk import MARGIN, opinion
 from mbody.engines.pymunk.extrapolation import extrapolated
 from mbody.engines.pymunk.instants import kinematic
 from mbody.engines.pymunk.motion import trajectory
 from mbody.engines.pymunk.space import Space
 from mbody.engines.pymunk.steps import SpaceStepper, of_system
+from mbody.laws import ConstantSpeed, Harmonic
 from mbody.makers import makers
 from tests.linkages import random_linkage, times_within
 
@@ -243,7 +243,7 @@ def test_a_chaotic_motion_is_cut():
     machine = gallery.load("n_windows_2")
     run = mbody.simulate(machine, 2.0)
     found = checked(run)
-    assert any("cut where" in note for note in found.notes)
+    assert any("shortened where" in note for note in found.notes)
 
 
 def test_impacts_are_not_followed():
@@ -287,7 +287,7 @@ def vehicle(front, rear, speed=600.0):
         Gravity("gravity", y=-G),
     )
     rates = {"front_wheel": -speed / RADIUS, "rear_wheel": -speed / RADIUS}
-    return machine, mbody.close_loops(machine, rates=rates)
+    return machine, close_loops(machine, rates=rates)
 
 
 @pytest.mark.parametrize("axles", LIMITS)

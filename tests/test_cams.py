@@ -10,26 +10,23 @@ import mbody
 from mbody import (
     AngleDriver,
     Body,
-    Cam,
     CamFollower,
-    ConstantSpeed,
-    Dwell,
     Force,
     Gravity,
-    Harmonic,
     Marker,
     Mechanism,
     ModelError,
     Prismatic,
     Revolute,
-    Rise,
     Spring,
-    Table,
     Torque,
-    deg,
 )
 from mbody.engines.oracle import Reference
+from mbody.files.model import in_units
+from mbody.laws import Cam, ConstantSpeed, Dwell, Harmonic, Rise, Table
+from mbody.quantities import deg
 from tests.agreement import assert_agrees
+from tests.model_text import model_from, text_from
 
 # closed loops leave 1e-13 of their size, forces the same times a condition below 10
 CLOSE = 1e-12
@@ -96,7 +93,7 @@ def test_a_flat_face_is_touched_aside_by_the_slope_of_the_lift():
 
 def polar_circle(e, r):
     """Polar equation of a circle of radius r whose centre lies at e on the line of 0."""
-    return mbody.Function(
+    return mbody.laws.Function(
         lambda x: e * np.cos(x) + np.sqrt(r * r - (e * np.sin(x)) ** 2), scale=0.5
     )
 
@@ -179,7 +176,7 @@ def mixed():
             flat=True,
             clockwise=True,
         ),
-        AngleDriver("swing", "carrier", mbody.ConstantAcceleration(0.2, 0.5, 0.1)),
+        AngleDriver("swing", "carrier", mbody.laws.ConstantAcceleration(0.2, 0.5, 0.1)),
         AngleDriver("motor", "cam", ConstantSpeed(0.1, 3.0), relative_to="carrier"),
         Gravity("gravity", y=-9.81),
         Force("push", "plate", 3.0, angle=-2.0),
@@ -282,11 +279,11 @@ def test_undercutting_begins_where_the_radius_of_curvature_ends():
 def test_files_keep_a_cam():
     machine = tappet(base_radius=0.04, roller=0.01, clockwise=True)
     for as_json in (False, True):
-        text = mbody.to_text(machine, as_json=as_json)
-        again = mbody.from_text(text, is_json=as_json)
+        text = text_from(machine, as_json)
+        again = model_from(text, as_json)
         assert again == machine
     assert "cam_follower" in text
-    inches = mbody.in_units(machine, "in-lbf-s")
+    inches = in_units(machine, "in-lbf-s")
     run, other = mbody.kinetostatics(machine, t=0.2), mbody.kinetostatics(inches, t=0.2)
     assert other["tappet"].y[0] * 0.0254 == pytest.approx(run["tappet"].y[0], rel=1e-12)
     assert other.contact("contact")[0] * 4.4482216152605 == pytest.approx(

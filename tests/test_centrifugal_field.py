@@ -10,24 +10,22 @@ from numpy.testing import assert_allclose
 from mbody import (
     AngleDriver,
     Body,
-    CentrifugalField,
-    ConstantSpeed,
     Gravity,
     Marker,
     Mechanism,
     ModelError,
-    Polynomial,
     Prismatic,
     Revolute,
-    SecondMoments,
-    SlenderRod,
     assemble,
-    from_text,
+    from_toml,
     kinetostatics,
     statics,
-    to_text,
+    to_toml,
 )
 from mbody.engines.oracle import Reference
+from mbody.laws import ConstantSpeed, Polynomial
+from mbody.model.body import SecondMoments, SlenderRod
+from mbody.model.loads import CentrifugalField
 from tests.linkages import random_linkage, times_within
 from tests.oracle_runs import FORCE, assert_forces, forces_of, motion_of
 
@@ -264,16 +262,16 @@ field = { centrifugal_field = { body = "ground", angle = 90 }, speed = "w" }
 
 
 def test_files_carry_it():
-    machine = from_text(FILE)
-    assert from_text(to_text(machine)) == machine
+    machine = from_toml(FILE)
+    assert from_toml(to_toml(machine)) == machine
     assert machine["field"].speed.value == pytest.approx(10.0 * math.pi, rel=1e-15)
     # a parameter moves the spread along with the inertia
     larger = kinetostatics(assemble(machine).with_values(a=0.8)).effort("motor")
-    fresh = kinetostatics(from_text(FILE.replace("0.5 m", "0.8 m"))).effort("motor")
+    fresh = kinetostatics(from_toml(FILE.replace("0.5 m", "0.8 m"))).effort("motor")
     assert_allclose(larger, fresh, rtol=ROUNDING)
     assert abs(larger[0] / kinetostatics(machine).effort("motor")[0] - 1.0) > 0.05
     free = FILE.replace('speed = "w"', 'momentum = "3 kg*m^2/s", inertia = "0.2 kg*m^2"')
-    assert from_text(to_text(from_text(free))) == from_text(free)
+    assert from_toml(to_toml(from_toml(free))) == from_toml(free)
 
 
 def test_the_sheet_tells_it():

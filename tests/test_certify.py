@@ -12,10 +12,12 @@ import numpy as np
 import pytest
 
 import mbody
+import mbody.engineering
 from mbody import cli, gallery
 from mbody.analysis.driven.free_body import member_forces
-from mbody.analysis.driven.requests import asked_of
+from mbody.analysis.driven.requests import analyse_system_at
 from mbody.engines.oracle import Reference
+from mbody.errors import ModelWarning
 from mbody.model.study import Instants
 from mbody.solution.certificate import residual_doubts
 from mbody.solution.doubts import Doubt, doubted, inherited, succeeded
@@ -53,7 +55,7 @@ def test_models_of_the_gallery_are_certain(name):
     if machine.simulation:
         run = mbody.simulate(machine)
     else:
-        run = asked_of(assemble(machine), "kinetostatics", machine.ask or Instants())
+        run = analyse_system_at(assemble(machine), "kinetostatics", machine.ask or Instants())
     assert residual_doubts(run) == [] and succeeded(run.ending)
 
 
@@ -189,7 +191,7 @@ def test_what_is_made_of_a_result_inherits_its_doubts(doubtful):
         assert made.doubts[0] == DOUBT and made.status == doubtful.status
         assert DOUBT.message in made.notes
     with pytest.warns(
-        mbody.ModelWarning,
+        ModelWarning,
         match="flywheel: the motion that gives its size is doubtful: it may have leapt",
     ):
         mbody.engineering.flywheel(doubtful, 0.02)
@@ -290,7 +292,7 @@ def coupled(*names):
             )
             for name in names
         ),
-        mbody.AngleDriver("motor", "a", mbody.ConstantAcceleration(0.0, 1.0, 2.0)),
+        mbody.AngleDriver("motor", "a", mbody.laws.ConstantAcceleration(0.0, 1.0, 2.0)),
         mbody.Torque("load", "b", value=-5.0),
     )
     return machine

@@ -10,7 +10,6 @@ from numpy.testing import assert_allclose
 from mbody import (
     AngleDriver,
     Body,
-    ConstantSpeed,
     Force,
     Gravity,
     Mechanism,
@@ -23,7 +22,7 @@ from mbody import (
     statics,
 )
 from mbody.engines.oracle import Reference
-from mbody.laws import Table
+from mbody.laws import ConstantSpeed, Table
 from mbody.makers import makers
 
 pytestmark = pytest.mark.processor

@@ -12,7 +12,7 @@ import mbody.compiler.jit as jit
 
 
 class Library:
-    """What `take_in` needs of a library of numba."""
+    """What `link_into` needs of a library of numba."""
 
     def __init__(self, name: str, code: str) -> None:
         self.name, self.code = name, code
@@ -22,7 +22,7 @@ class Library:
 
 
 def test_code_is_linked_whatever_the_order():
-    from mbody.compiler.linking import take_in
+    from mbody.compiler.linking import link_into
 
     whole = "declare i64 @f()\ndefine i64 @main() { %x = call i64 @f() ret i64 %x }"
     needs_g = "declare i64 @g()\ndefine linkonce_odr i64 @f() { %x = call i64 @g() ret i64 %x }"
@@ -39,11 +39,11 @@ def test_code_is_linked_whatever_the_order():
     assert missing(module) == {"g"}
     for libraries in ([g, f], [f, g]):
         module = binding.parse_assembly(whole)
-        take_in(module, libraries)
+        link_into(module, libraries)
         assert not missing(module)
     # what no library has is numba's or the C library's
     module = binding.parse_assembly(whole)
-    take_in(module, [f])
+    link_into(module, [f])
     assert missing(module) == {"g"}
 
 

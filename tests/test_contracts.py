@@ -12,7 +12,6 @@ from mbody import (
     AngleDriver,
     Body,
     CamFollower,
-    CentrifugalField,
     CoordinateDriver,
     CouplingTerm,
     Damper,
@@ -24,10 +23,8 @@ from mbody import (
     Gravity,
     Mechanism,
     PinSlot,
-    PistonPressure,
     Prismatic,
     RackPinion,
-    ReciprocatingCylinder,
     Revolute,
     Rolling,
     Spring,
@@ -38,6 +35,7 @@ from mbody import (
 from mbody.kernels.constraints import KINDS
 from mbody.kernels.forces import KINDS as ACTION_KINDS
 from mbody.laws import Cam, Function, Harmonic, Polynomial, Rise, Table
+from mbody.model.loads import CentrifugalField, PistonPressure, ReciprocatingCylinder
 from mbody.testing import Check, Report, check_joint, check_load
 from tests.own_elements import ON_GROUND, I, J
 

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import pytest
 
-from mbody import CustomJoint, Damper, Revolute
+from mbody import Damper, Revolute
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.laws import Polynomial
+from mbody.model.joints import CustomJoint
 from mbody.testing import check_joint, check_load
 from tests.own_elements import Attraction, I, J, OwnRevolute, PointOnLine, turned
 

@@ -10,14 +10,11 @@ from mbody import (
     AngleCoupling,
     AngleDriver,
     Body,
-    ConstantAcceleration,
-    ConstantSpeed,
     CoordinateDriver,
     CouplingTerm,
     Force,
     Gear,
     Gravity,
-    Harmonic,
     LengthCoupling,
     Marker,
     Mechanism,
@@ -30,7 +27,10 @@ from mbody import (
     Torque,
 )
 from mbody.engines.oracle import Reference
+from mbody.files.model import in_units
+from mbody.laws import ConstantAcceleration, ConstantSpeed, Harmonic
 from tests.agreement import assert_agrees
+from tests.model_text import model_from, text_from
 from tests.oracle_runs import accelerations
 
 pytestmark = pytest.mark.processor
@@ -283,7 +283,7 @@ def test_a_batch_of_ratios():
 def test_files_keep_couplings():
     machine = scattered()
     for as_json in (False, True):
-        assert mbody.from_text(mbody.to_text(machine, as_json=as_json), is_json=as_json) == machine
+        assert model_from(text_from(machine, as_json), as_json) == machine
     text = """
     units = "mm-N-s"
     parameters = { r = "30 mm", n = 2 }
@@ -304,17 +304,17 @@ def test_files_keep_couplings():
     [gravity]
     y = "-10 m/s^2"
     """
-    winch = mbody.from_text(text)
+    winch = mbody.from_toml(text)
     run = mbody.kinetostatics(winch)
     assert run.effort("rope")[0] == pytest.approx(-10.0)
     assert run["block"].vy[0] == pytest.approx(30.0)  # shorter by r ω over two parts: 30 mm/s
-    assert mbody.from_text(mbody.to_text(winch)) == winch
+    assert mbody.from_toml(mbody.to_toml(winch)) == winch
     faster = mbody.kinetostatics(mbody.assemble(winch).with_values(r=60.0))
     assert faster["block"].vy[0] == pytest.approx(60.0)
-    inches = mbody.kinetostatics(mbody.in_units(winch, "in-lbf-s"))
+    inches = mbody.kinetostatics(in_units(winch, "in-lbf-s"))
     assert inches["block"].vy[0] * 25.4 == pytest.approx(30.0)
     chain = "[couplings]\nchain = { angle = [{ factor = 1, angle = 'a' }], value = 30 }\n"
-    plain = mbody.from_text("[bodies.a]\n[joints]\nO = { revolute = ['ground', 'a'] }\n" + chain)
+    plain = mbody.from_toml("[bodies.a]\n[joints]\nO = { revolute = ['ground', 'a'] }\n" + chain)
     assert plain["chain"].value == pytest.approx(math.radians(30.0))
     assert mbody.kinetostatics(plain)["a"].angle[0] == pytest.approx(math.radians(30.0))
 

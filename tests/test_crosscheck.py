@@ -9,10 +9,13 @@ import numpy as np
 import pytest
 
 import mbody
+from mbody.engineering import close_loops
 from mbody.engines.comparison import Comparison
-from mbody.engines.crosscheck import ALWAYS, ENGINES, installed
+from mbody.engines.crosscheck import ALWAYS, ENGINES, Crosscheck, installed
 from mbody.engines.opinion import Inexpressible, Opinion, Row
 from mbody.engines.spanning_tree import spanning_tree, tree_motion
+from mbody.model.body import SecondMoments
+from mbody.model.loads import CentrifugalField, CustomLoad
 from tests.linkages import random_linkage, times_within
 from validation.crosschecks import PAGE, row
 
@@ -118,7 +121,7 @@ def test_a_rod_and_a_pin_in_a_slot_are_expressed():
         mbody.Revolute("B", "crank.P", "bob"),
         mbody.Distance("rod", "ground.C", "bob.E", length=2.0),
         mbody.Gravity("gravity", y=-9.81),
-        mbody.AngleDriver("motor", "crank", mbody.ConstantSpeed(0.3, 5.0)),
+        mbody.AngleDriver("motor", "crank", mbody.laws.ConstantSpeed(0.3, 5.0)),
     )
     report = check(machine, ours=mbody.kinetostatics(machine, turn="motor", instants=41))
     assert report.agrees, told(report)
@@ -135,10 +138,10 @@ def test_drivers_of_a_length(kind):
         ),
         mbody.Revolute("O", "ground", "arm"),
         mbody.Gravity("gravity", y=-9.81),
-        mbody.DistanceDriver("ram", "ground.C", "arm.P", mbody.Polynomial([1.0, 0.2, 0.1]))
+        mbody.DistanceDriver("ram", "ground.C", "arm.P", mbody.laws.Polynomial([1.0, 0.2, 0.1]))
         if kind == "distance"
         else mbody.CoordinateDriver(
-            "ram", "ground.C", "arm.P", mbody.Polynomial([-0.2, -0.2, 0.1])
+            "ram", "ground.C", "arm.P", mbody.laws.Polynomial([-0.2, -0.2, 0.1])
         ),
     )
     report = check(machine, ours=mbody.kinetostatics(machine, np.linspace(0.0, 0.8, 5)))
@@ -155,13 +158,11 @@ def test_a_plane_that_turns_is_turned():
             mass=2.0,
             inertia=0.3,
             cg=(0.5, 0.1),
-            spread=mbody.SecondMoments(0.18, 0.12, 0.05),
+            spread=SecondMoments(0.18, 0.12, 0.05),
         ),
         mbody.Revolute("O", mbody.Marker("ground", (0.3, 0.0)), "arm"),
-        mbody.CentrifugalField(
-            "field", mbody.Marker("ground", (0.0, 0.0), math.pi / 2), momentum=4.0
-        ),
-        mbody.AngleDriver("motor", "arm", mbody.Harmonic(0.4, 0.6, 3.0)),
+        CentrifugalField("field", mbody.Marker("ground", (0.0, 0.0), math.pi / 2), momentum=4.0),
+        mbody.AngleDriver("motor", "arm", mbody.laws.Harmonic(0.4, 0.6, 3.0)),
     )
     report = check(machine, ours=mbody.kinetostatics(machine, np.linspace(0.0, 2.0, 9)))
     assert report.agrees, told(report)
@@ -196,9 +197,9 @@ def table():
         mbody.Prismatic("x2", "c", "b"),
         mbody.Prismatic("y2", at("ground", upright), at("c", upright)),
         mbody.Gravity("gravity", y=-9.81),
-        mbody.CoordinateDriver("dx", "ground", "b", mbody.Polynomial([0.3, 1.0, 2.0])),
+        mbody.CoordinateDriver("dx", "ground", "b", mbody.laws.Polynomial([0.3, 1.0, 2.0])),
         mbody.CoordinateDriver(
-            "dy", at("ground", upright), "b", mbody.Polynomial([0.4, -1.0, 1.0])
+            "dy", at("ground", upright), "b", mbody.laws.Polynomial([0.4, -1.0, 1.0])
         ),
     )
     return machine, mbody.kinetostatics(machine, [0.0, 0.1, 0.2])
@@ -232,7 +233,7 @@ def crane():
         mbody.Prismatic("rail", "ground", "cart"),
         mbody.Revolute("O", "cart", "bob"),
         mbody.Gravity("gravity", y=-9810.0),
-        mbody.CoordinateDriver("push", "ground", "cart", mbody.Harmonic(0.0, 100.0, 5.0)),
+        mbody.CoordinateDriver("push", "ground", "cart", mbody.laws.Harmonic(0.0, 100.0, 5.0)),
         mbody.TorsionDamper("drag", "bob", "cart", coefficient=5.0),
     )
     return machine, mbody.simulate(machine, 2.0, instants=21, rtol=1e-10)
@@ -249,7 +250,7 @@ def wheel():
     return machine, mbody.simulate(machine, 1.0, instants=5)
 
 
-class Drag(mbody.CustomLoad):
+class Drag(CustomLoad):
     """Only its Python knows it."""
 
     def physics(self, i, j, p, t):
@@ -286,7 +287,7 @@ def test_free_motions_of_random_mechanisms(seed):
     """The motor released: Pinocchio follows the motion, all loads made by its own kinematics."""
     driven, _ = random_linkage(seed, 1 + seed, sliders=seed % 2 == 1, extras=seed > 1)
     machine = driven.without("motor")
-    start = mbody.close_loops(machine)
+    start = close_loops(machine)
     ours = mbody.simulate(machine, 0.3, start=start, rtol=1e-9, instants=7)
     report = check(machine, ours=ours)
     assert report.agrees, told(report)
@@ -344,7 +345,7 @@ def test_a_hundredth_of_mass_is_caught_behind_joints_that_pinocchio_lacks(name):
 def test_a_fault_of_inertia_moves_the_free_motion():
     machine = mbody.gallery.load("free_fourbar")
     wrong = mbody.assemble(machine).with_values({"rocker.inertia": 0.8 * 1.001})
-    start = mbody.close_loops(machine, guess={"crank": math.radians(60.0)})
+    start = close_loops(machine, guess={"crank": math.radians(60.0)})
     ours = mbody.simulate(wrong, until=1.0, start=start, rtol=1e-10, instants=21)
     assert "crank.angle over time" in differing(check(machine, ours=ours))
 
@@ -415,14 +416,14 @@ def test_the_sheet_tells_what_differs_first():
 def test_an_engine_without_rows_says_so():
     run = mbody.kinetostatics(mbody.gallery.load("norton_fourbar"))
     none = Opinion("other 1.0", (), (Inexpressible("motor", "it has none"),))
-    text = str(mbody.Crosscheck(run, {"other": none}))
+    text = str(Crosscheck(run, {"other": none}))
     assert "nothing to compare" in text and "not expressible: motor: it has none" in text
 
 
 def test_data_are_the_form_that_is_promised():
     bad = Row("A.fx", 1.0, math.nan, math.inf, 1e-9, "rounding")
     run = mbody.kinetostatics(mbody.gallery.load("norton_fourbar"))
-    data = mbody.Crosscheck(run, {"other": Opinion("other 1.0", (bad,))}).data()
+    data = Crosscheck(run, {"other": Opinion("other 1.0", (bad,))}).data()
     (row,) = data["engines"]["other"]["rows"]
     assert row["theirs"] is None and row["difference"] is None and row["verdict"] == "differs"
     assert data["agrees"] is False

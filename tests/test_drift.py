@@ -12,7 +12,6 @@ from mbody import (
     Body,
     Damper,
     Gravity,
-    Harmonic,
     Mechanism,
     Revolute,
     SimulationSettings,
@@ -22,6 +21,7 @@ from mbody import (
     TorsionDamper,
 )
 from mbody.compiler.lanes import LANES
+from mbody.laws import Harmonic
 from mbody.makers import makers
 from mbody.sweeps import Uniform, monte_carlo, together
 

@@ -9,7 +9,6 @@ import mbody
 from mbody import (
     AngleDriver,
     Body,
-    ConstantSpeed,
     CoordinateDriver,
     DistanceDriver,
     Mechanism,
@@ -22,6 +21,7 @@ from mbody import (
 )
 from mbody.analysis.driven import dead_centres
 from mbody.analysis.driven.driver_range import DriverRange
+from mbody.laws import ConstantSpeed
 from mbody.makers import makers
 
 pytestmark = pytest.mark.processor

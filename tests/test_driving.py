@@ -11,16 +11,17 @@ from mbody import (
     AngleDriver,
     Body,
     Gravity,
-    Harmonic,
     Marker,
     Mechanism,
     Prismatic,
     Revolute,
     SimulationSettings,
     TorsionDamper,
-    from_text,
+    from_toml,
     simulate,
 )
+from mbody.engineering import close_loops
+from mbody.laws import Harmonic
 from mbody.makers import makers
 
 pytestmark = pytest.mark.processor
@@ -30,7 +31,7 @@ G = 9.81
 
 def test_a_motor_with_a_torque_speed_line():
     """J ω̇ = T₀ (1 − ω/ω₀) from rest: ω = ω₀ (1 − exp(−T₀ t/(J ω₀)))."""
-    machine = from_text("""
+    machine = from_toml("""
         [bodies.rotor]
         mass    = 3
         inertia = 0.2
@@ -161,7 +162,7 @@ def test_a_rate_that_the_joints_allow_is_met(machine, rates):
         made.add(Body("bob", mass=1.0, cg=(0.5, 0.0)), Revolute("O", "ground", "bob"))
     else:
         made = makers.four_bar(1.0, 3.0, 2.0, 3.5, masses=(1.0, 3.0, 2.0)).without("motor")
-    start = mbody.close_loops(made, rates=rates)
+    start = close_loops(made, rates=rates)
     for body, rate in rates.items():
         assert start[body].omega[0] == pytest.approx(rate, rel=1e-14)
     assert start.notes == ()
@@ -170,16 +171,16 @@ def test_a_rate_that_the_joints_allow_is_met(machine, rates):
 def test_rates_that_the_joints_do_not_allow_are_told():
     """Of two bodies of one freedom the nearest by least squares, in the run's notes too."""
     made = makers.four_bar(1.0, 3.0, 2.0, 3.5, masses=(1.0, 3.0, 2.0)).without("motor")
-    ratio = float(mbody.close_loops(made, rates={"crank": 1.0})["rocker"].omega[0])
+    ratio = float(close_loops(made, rates={"crank": 1.0})["rocker"].omega[0])
     asked = {"crank": 1.0, "rocker": 9.0}
-    start = mbody.close_loops(made, rates=asked)
+    start = close_loops(made, rates=asked)
     nearest = (1.0 + 9.0 * ratio) / (1.0 + ratio**2)
     assert start["crank"].omega[0] == pytest.approx(nearest, rel=1e-12)
     (note,) = start.notes
     assert note.startswith("rates: 'crank' turns at ") and "'rocker' turns at " in note
     assert "not at 9" in note and simulate(made, 0.01, rates=asked).notes == (note,)
     driven = makers.four_bar(1.0, 3.0, 2.0, 3.5, masses=(1.0, 3.0, 2.0))
-    assert "'rocker' turns at 0 rad/s, not at 9" in mbody.close_loops(
+    assert "'rocker' turns at 0 rad/s, not at 9" in close_loops(
         driven, rates={"rocker": 9.0}
     ).notes[0].replace("-0 ", "0 ")
 
@@ -193,6 +194,6 @@ def test_a_turning_pin_of_a_body_beside_it():
         Revolute("O", "ground", "a"),
         Revolute("P", Marker("a", (1.0, 0.0)), "b"),
     )
-    start = mbody.close_loops(made, rates={"a": 2.0})
+    start = close_loops(made, rates={"a": 2.0})
     assert start["b"].vy[0] == pytest.approx(2.0, rel=1e-12)
     assert start["b"].omega[0] == pytest.approx(0.0, abs=1e-12)

@@ -11,8 +11,6 @@ from mbody import (
     AngleCoupling,
     AngleDriver,
     Body,
-    ConstantAcceleration,
-    ConstantSpeed,
     CoordinateDriver,
     CouplingTerm,
     DistanceDriver,
@@ -30,6 +28,7 @@ from mbody import (
 )
 from mbody.engineering import energy_fluctuation, fluctuation, flywheel, shaking_force
 from mbody.errors import ModelError
+from mbody.laws import ConstantAcceleration, ConstantSpeed
 from mbody.makers import makers
 from tests.linkages import random_linkage, times_within
 

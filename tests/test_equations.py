@@ -11,21 +11,21 @@ import mbody
 from mbody import (
     AngleDriver,
     Body,
-    ConstantSpeed,
     CoordinateDriver,
-    CustomJoint,
     Distance,
     DistanceDriver,
     Fixed,
     Gravity,
-    Harmonic,
     Mechanism,
     ModelError,
     Prismatic,
     Revolute,
     Torque,
 )
+from mbody.engineering import close_loops
 from mbody.engines.oracle import Reference
+from mbody.laws import ConstantSpeed, Harmonic
+from mbody.model.joints import CustomJoint
 from mbody.sheets.equations import equations, system_of_equations
 from mbody.sheets.table import WIDTH
 from tests.linkages import random_linkage
@@ -386,7 +386,7 @@ def test_what_has_no_equations():
     with says(ModelError, "kinematics finds no forces", "use kinetostatics"):
         equations(mbody.kinematics(build()))
     with says(ModelError, "close_loops finds no forces"):
-        mbody.close_loops(build()).equations()
+        close_loops(build()).equations()
     batch = mbody.assemble(build()).with_values({"crank.inertia": [0.1, 0.2]})
     with says(ModelError, "batch of 2 designs", "design(n)"):
         mbody.kinetostatics(batch).equations()

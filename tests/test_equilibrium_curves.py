@@ -8,11 +8,9 @@ from numpy.testing import assert_allclose
 
 from mbody import (
     Body,
-    CentrifugalField,
     Distance,
     Force,
     Gravity,
-    Guess,
     Marker,
     Mechanism,
     Prismatic,
@@ -21,9 +19,11 @@ from mbody import (
     TorsionSpring,
     assemble,
     equilibrium,
-    equilibrium_curve,
     gallery,
 )
+from mbody.engineering import equilibrium_curve
+from mbody.model.body import Guess
+from mbody.model.loads import CentrifugalField
 from tests.rest_examples import angles, pendulum, whirling
 
 pytestmark = pytest.mark.processor

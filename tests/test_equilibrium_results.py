@@ -7,17 +7,17 @@ import pytest
 
 from mbody import (
     AngleDriver,
-    Question,
     SolveError,
     assemble,
     equilibrium,
-    equilibrium_curve,
-    from_text,
+    from_toml,
     gallery,
     statics,
-    to_text,
+    to_toml,
 )
 from mbody.cli import main
+from mbody.engineering import equilibrium_curve
+from mbody.model.study import Question
 from tests.rest_examples import four_bar, pendulum, whirling
 
 pytestmark = pytest.mark.processor
@@ -83,7 +83,7 @@ def test_questions_of_a_driver_go_with_it():
         machine = gallery.load(name)
         for driver in machine.drivers:
             freed = machine.without(driver.name)
-            assert from_text(to_text(freed)) == freed, name
+            assert from_toml(to_toml(freed)) == freed, name
     machine = four_bar(AngleDriver("motor", "crank", 0.5), AngleDriver("second", "rocker", 1.0))
     for key, condition, at in (
         ("motor", "motor.effort = 0", {}),

@@ -11,27 +11,24 @@ import mbody
 from mbody import (
     AngleDriver,
     Body,
-    ConstantAcceleration,
-    ConstantSpeed,
     CoordinateDriver,
     Distance,
     DistanceDriver,
     Fixed,
-    Function,
     Mechanism,
     ModelError,
-    ModelWarning,
     Revolute,
     SolveError,
     Spring,
-    Table,
     Torque,
     assemble,
-    close_loops,
     kinematics,
     kinetostatics,
     statics,
 )
+from mbody.engineering import close_loops
+from mbody.errors import ModelWarning
+from mbody.laws import ConstantAcceleration, ConstantSpeed, Function, Table
 from mbody.makers import makers
 from tests.errors import solving
 from tests.errors.catalogue import told
@@ -248,7 +245,7 @@ def test_a_dead_centre_on_the_way(speed, at, instants):
 @pytest.mark.parametrize("analysis", ANALYSES[:3])
 @pytest.mark.parametrize("at", [STRETCHED, FOLDED])
 @pytest.mark.parametrize("guess", [None, "exact"])
-@pytest.mark.filterwarnings("ignore::mbody.ModelWarning")  # a rough guess is far from it
+@pytest.mark.filterwarnings("ignore::mbody.errors.ModelWarning")  # a rough guess is far from it
 def test_a_start_at_a_dead_centre(analysis, at, guess):
     if guess:
         line = math.atan2(ROCKER * math.sin(at), GROUND + ROCKER * math.cos(at))
@@ -356,7 +353,7 @@ def test_velocities_at_a_dead_centre():
     """A ram that moves a slider at the end of its stroke: no crank speed agrees with it."""
     driven = mbody.makers.slider_crank(1.0, 3.0, start=0.0)
     machine = mbody.Mechanism("press", ground={"O": (0.0, 0.0), "guide": (0.0, 0.0)})
-    ram = mbody.CoordinateDriver("ram", "ground.O", "slider.B", mbody.ConstantSpeed(4.0, -0.5))
+    ram = mbody.CoordinateDriver("ram", "ground.O", "slider.B", mbody.laws.ConstantSpeed(4.0, -0.5))
     machine.add(*driven.bodies, *driven.joints, ram)
     with pytest.raises(mbody.SolveError, match=r"'ram'.*dead centre"):
-        mbody.close_loops(machine)
+        close_loops(machine)

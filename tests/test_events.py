@@ -19,13 +19,14 @@ from mbody import (
     Spring,
     Stop,
     cli,
-    from_text,
+    from_toml,
     gallery,
     simulate,
-    to_text,
+    to_toml,
 )
 from mbody.analysis.dynamics.events import bracketed_root
 from mbody.analysis.dynamics.zero_crossings import extrema, refined, sign_changes
+from mbody.files.model import in_units
 from tests.falling import ball
 
 G = 9.81
@@ -130,14 +131,14 @@ def test_closing_in_is_quick_and_sure():
 
 def test_files_and_the_command(capsys):
     machine = gallery.load("bouncing_ball")
-    assert from_text(to_text(machine)) == machine
-    other = from_text(to_text(machine).replace("direction = -1", "direction = 1"))
+    assert from_toml(to_toml(machine)) == machine
+    other = from_toml(to_toml(machine).replace("direction = -1", "direction = 1"))
     assert other != machine
     changed = simulate(mbody.assemble(machine).with_values(e=0.5), 1.0)
     assert changed.events[0].after["ball"].vy[0] == pytest.approx(0.5 * math.sqrt(2.0 * G))
     softer = gallery.load("bouncing_ball", {"e": 0.5})
     assert softer != machine
-    metric = simulate(mbody.in_units(machine, "mm-N-s"), 1.0)
+    metric = simulate(in_units(machine, "mm-N-s"), 1.0)
     assert metric.events[1].state["ball"].y[0] == pytest.approx(640.0 + 30.0, abs=1e-7)
     assert cli.main(["simulate", "bouncing_ball", "--to", "2", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)

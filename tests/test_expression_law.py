@@ -9,8 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mbody import ConstantAcceleration, Harmonic, ModelError, assemble, kinetostatics
-from mbody.laws import Expression, Function, Polynomial, law, times_of
+from mbody import ModelError, assemble, kinetostatics
+from mbody.laws import (
+    ConstantAcceleration,
+    Expression,
+    Function,
+    Harmonic,
+    Polynomial,
+    law,
+    times_of,
+)
 from mbody.quantities import Scope, Valued, parse
 from mbody.quantities.units import DIMENSIONS
 from tests.expressions import four_bar, made, program
@@ -135,13 +143,13 @@ def test_times_of_a_formula(text, t0, t1):
     ("text", "values", "sentence"),
     [
         ("sin(t)", [0.0, 1.5], r"turns back at t = 1\.5708 where it has reached 1;"),
-        ("cos(t)", [1.0, 1.5], r"other way from t = 0"),
+        ("cos(t)", [1.0, 1.5], r"other direction from t = 0"),
         ("1 - 2/(exp(2*t) + 1)", [0.0, 1.5], r"no further than 1, at t = "),
         ("0*sin(t)", [0.0, 1.5], r"stays at 0 from t = 0"),
         ("5*t + sin(6*t)", [0.0, 9.0], r"turns back at t = 0\.42\d* where"),
         ("100*t + 0.06*sin(2000*t)", [0.0, 9.0], r"turns back at t = 0\.00\d* where"),
-        ("max(1, 2 - t) + sin(t)/9", [2.0, 3.0], r"other way from t = 0"),
-        ("log(1 + t) - t", [0.0, 1.0], r"other way from t = 0"),
+        ("max(1, 2 - t) + sin(t)/9", [2.0, 3.0], r"other direction from t = 0"),
+        ("log(1 + t) - t", [0.0, 1.0], r"other direction from t = 0"),
         ("sqrt(1 - t)*0 + sin(t)", [0.0, 2.0], r"'sqrt\(1 - t\)\*0 \+ sin\(t\)' has no value at 1"),
     ],
 )
@@ -162,11 +170,11 @@ def test_times_agree_with_those_of_the_python_function():
 PLAIN = """
 import numpy as np
 from mbody.quantities import Scope, read
-from mbody.laws import compiled
+from mbody.laws import compile_formula
 from mbody.quantities.units import NUMBER
 texts = ["exp(-x)*sin(5*x)^2/(1 + x^3)", "atan2(sin(x), cos(2*x)) + asin(x/3)", "x^x - tan(x)",
          "hypot(x, 1) - log(1 + x)*sqrt(x)", "min(x, 0.5) + max(abs(x - 0.3), x)^1.5", "-acos(x/2)"]
-laws = [compiled(read(text, None), Scope(), NUMBER)[0] for text in texts]
+laws = [compile_formula(read(text, None), Scope(), NUMBER)[0] for text in texts]
 x = np.linspace(0.01, 1, 23)
 print(repr(np.array([l.derivatives(x) for l in laws[:1] + laws[2:5]]).tolist()))
 """

@@ -7,18 +7,9 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import (
-    AngleDriver,
-    Body,
-    Mechanism,
-    Revolute,
-    SolveError,
-    Torque,
-    Unknown,
-    cli,
-    solve_for,
-)
+from mbody import AngleDriver, Body, Mechanism, Revolute, SolveError, Torque, cli, solve_for
 from mbody.makers import makers
+from mbody.model.study import Question, Unknown
 from tests import extrema_scan
 from tests.linkages import held_bar
 
@@ -116,7 +107,7 @@ def test_a_value_that_is_only_come_near_to():
 
 def test_the_command_tells_a_doubt(capsys, tmp_path):
     machine = makers.four_bar(1, 3, 2.5, 3.5)
-    machine.questions["most"] = mbody.Question(
+    machine.questions["most"] = Question(
         Unknown("coupler.B.x", low=0.5, high=5.0), greatest="rocker.angle"
     )
     path = tmp_path / "model.toml"

@@ -10,7 +10,6 @@ import mbody
 from mbody import (
     AngleDriver,
     Body,
-    ConstantSpeed,
     Gravity,
     Marker,
     Mechanism,
@@ -19,7 +18,6 @@ from mbody import (
     Revolute,
     SimulationSettings,
     SolveError,
-    close_loops,
     gallery,
     kinematics,
     kinetostatics,
@@ -27,7 +25,9 @@ from mbody import (
     mobility,
     simulate,
 )
+from mbody.engineering import close_loops
 from mbody.engines.oracle import Reference
+from mbody.laws import ConstantSpeed
 from mbody.makers import makers
 from mbody.model.driver import CoordinateDriver
 from tests.errors import starting

@@ -119,7 +119,7 @@ def test_dimensions_of_formulas(text, dimension, expected):
         ("5 in + 2", "it adds a length (m) and a plain number: give every number its unit"),
         ("5 in - 2 s", "it subtracts a length (m) and a time (s)"),
         ("2^(3 m)", "an exponent is a length (m), it must be a plain number"),
-        ("(2 m)^a", "the power of a length (m) must be a number that is written out"),
+        ("(2 m)^a", "the power of a length (m) must be a literal number"),
         ("sin(2 m)", "'sin' takes an angle, not a length (m)"),
         ("asin(2 m)", "'asin' takes a plain number, not a length (m)"),
         ("exp(2 s)", "'exp' takes a plain number, not a time (s)"),
@@ -128,7 +128,7 @@ def test_dimensions_of_formulas(text, dimension, expected):
         ("asin(0.5) + 1", "it adds an angle (rad) and a plain number"),
         ("b + 1 mm", "it adds a plain number and a length (m)"),
         ("no*2", "there is no parameter 'no' (there are: 'a', 'b')"),
-        ("x + 1", "'x' stands only in laws of a stretch, an angle or a rate"),
+        ("x + 1", "'x' is allowed only in laws of a stretch, an angle or a rate"),
     ],
 )
 def test_dimensions_that_do_not_fit(text, words):
@@ -169,5 +169,5 @@ def test_literals_are_held_to_the_angle_and_products_are_not():
 
 def test_no_value_is_a_sentence():
     for text in ("1/0", "log(0)", "sqrt(-1)", "0/0", "1e300*1e300", "-1/0"):
-        with pytest.raises(FormulaError, match=r"comes to .*, it must be finite"):
+        with pytest.raises(FormulaError, match=r"evaluates to .*, it must be finite"):
             read(text, DIMENSIONS["length"])

@@ -209,7 +209,7 @@ def test_a_wheel_that_would_leave_the_road():
         "contact 'road' would have to pull 'wheel' with 6 N at t = 0 s: 'wheel' would leave "
         "'ground' there; press it on harder"
     )
-    growing = on_the_road(mbody.ConstantSpeed(0.0, 1.0))
+    growing = on_the_road(mbody.laws.ConstantSpeed(0.0, 1.0))
     run = mbody.kinetostatics(growing, t=np.linspace(0.0, 40.0, 9))
     (note,) = run.notes
     assert "with 20 N at 4 of 9 instants, most at t = 40 s" in note
@@ -257,7 +257,7 @@ def test_instants_are_counted_from_the_end_too():
             ],
             3.0,
         ),
-        AngleDriver("motor", "drum", mbody.ConstantSpeed(0.0, 2.0)),
+        AngleDriver("motor", "drum", mbody.laws.ConstantSpeed(0.0, 2.0)),
     )
     run = mbody.kinetostatics(machine, t=[0.0, 0.5, 1.0])
     assert free_body(run, "block", -1) == free_body(run, "block", 2) != free_body(run, "block", 0)

@@ -7,9 +7,10 @@ import pytest
 import mbody
 from mbody import gallery
 from mbody.errors import ModelError
-from mbody.files.model import from_text, to_text
+from mbody.files.model import from_toml, to_toml
 from mbody.quantities import read
 from tests.gallery_runs import run
+from tests.model_text import model_from, text_from
 
 pytestmark = pytest.mark.processor
 
@@ -72,8 +73,8 @@ def test_a_page_that_reads_well(name):
 @pytest.mark.parametrize("name", NAMES)
 def test_comes_back_from_a_file(name):
     machine = gallery.load(name)
-    assert from_text(to_text(machine)) == machine
-    assert from_text(to_text(machine, as_json=True), is_json=True) == machine
+    assert from_toml(to_toml(machine)) == machine
+    assert model_from(text_from(machine, True), True) == machine
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -101,7 +102,7 @@ def test_measures_name_what_is_there(name):
 
 def test_a_file_keeps_the_formulas_of_its_cam():
     """A parameter is in the cam of the cutting force, and still does when written anew."""
-    written, other = to_text(gallery.load("quick_return")), {"period": "3 s"}
-    slower = from_text(written, parameters=other)
+    written, other = to_toml(gallery.load("quick_return")), {"period": "3 s"}
+    slower = from_toml(written, parameters=other)
     assert slower == gallery.load("quick_return", other)
     assert [load for load in slower.loads if getattr(load.value, "period", 0.0) == 3.0]

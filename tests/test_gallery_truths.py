@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 
 import mbody
 from mbody import gallery
-from mbody.files.model import from_text, to_text
+from mbody.files.model import from_toml, in_units, to_toml
 from tests.gallery_runs import asked, run
 
 pytestmark = pytest.mark.processor
@@ -334,10 +334,10 @@ def test_porter_governor(r, rpm):
 
 def test_unequal_cranks_lock():
     """With one crank longer the rows are independent, and Grübler's count is right."""
-    text = to_text(gallery.load("parallel_cranks"))
+    text = to_toml(gallery.load("parallel_cranks"))
     head, crank3, rest = text.partition("[bodies.crank3]")
     with pytest.raises(mbody.SolveError, match="0 degrees of freedom"):
-        asked(from_text(head + crank3 + rest.replace('"-half"', '"-0.6 m"', 1)))
+        asked(from_toml(head + crank3 + rest.replace('"-half"', '"-0.6 m"', 1)))
 
 
 def test_mud_pump():
@@ -372,7 +372,7 @@ def test_mud_pump():
 
 def test_mud_pump_in_other_units():
     """Areas, pressures and the bulk modulus in SI, every number of the cylinders among them."""
-    inches, SI = run("mud_pump"), mbody.in_units(gallery.load("mud_pump"), "SI")
+    inches, SI = run("mud_pump"), in_units(gallery.load("mud_pump"), "SI")
     assert SI["cylinder1"].bulk_modulus == pytest.approx(2.2e9, rel=ROUNDING)
     assert SI["cylinder1"].opposite_area == pytest.approx(math.pi / 4 * (0.1651**2 - 0.0635**2))
     effort = asked(SI).effort("motor") / (4.4482216152605 * 0.0254)

@@ -7,16 +7,18 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import AngleDriver, Body, ConstantSpeed, Mechanism, Revolute, close_loops, gallery
+from mbody import AngleDriver, Body, Mechanism, Revolute, gallery
+from mbody.engineering import close_loops
+from mbody.laws import ConstantSpeed
 
 FREE = ("bouncing_ball", "double_pendulum", "simple_pendulum")
 
 
 def without_guesses(machine, names):
     """The same, with no guess on some bodies."""
-    made = machine.snapshot()
+    made = machine._snapshot()
     for name in names:
-        made = made.replaced(replace(machine[name], guess=None))
+        made = made._replaced(replace(machine[name], guess=None))
     return made
 
 

@@ -10,29 +10,31 @@ import mbody
 from mbody import (
     AngleDriver,
     Body,
-    Cam,
-    ConstantAcceleration,
-    ConstantSpeed,
     CoordinateDriver,
     DistanceDriver,
-    Dwell,
-    Harmonic,
-    Instants,
     Mechanism,
     ModelError,
-    Polynomial,
     Prismatic,
     Revolute,
-    Rise,
-    Table,
-    from_text,
+    from_toml,
     kinematics,
     kinetostatics,
     statics,
-    to_text,
+    to_toml,
 )
-from mbody.analysis.driven.requests import asked
+from mbody.analysis.driven.requests import analyse_at
+from mbody.laws import (
+    Cam,
+    ConstantAcceleration,
+    ConstantSpeed,
+    Dwell,
+    Harmonic,
+    Polynomial,
+    Rise,
+    Table,
+)
 from mbody.makers import makers
+from mbody.model.study import Instants
 from tests.test_errors import says
 
 ROUNDED = 2.3e-16
@@ -47,7 +49,7 @@ def driven(law, **more):
 
 
 def at(law, values, name="crank"):
-    return asked(driven(law), "kinematics", Instants(at={name: values}))
+    return analyse_at(driven(law), "kinematics", Instants(at={name: values}))
 
 
 SPEED, CHANGE = 25.0, -40.0  # turns back after 0.625 s and 7.8125 rad
@@ -143,7 +145,7 @@ MOVING, OTHER = ConstantSpeed(0.1, 1.0), ConstantSpeed(0.2, 2.0)
 
 
 def of_arm(wanted, first=MOVING, second=OTHER):
-    run = asked(arm(first, second), "kinematics", Instants(at=wanted))
+    run = analyse_at(arm(first, second), "kinematics", Instants(at=wanted))
     return run.t.tolist(), run["a"].angle.tolist(), run["b"].angle.tolist()
 
 
@@ -185,22 +187,22 @@ def test_a_cylinder():
     made = Mechanism("m", ground={"C": (3.0, 0.0)}, units="mm-N-s")
     made.add(Body("arm", points={"A": (2.0, 0.0)}, guess=1.0), Revolute("O", "ground", "arm"))
     made.add(DistanceDriver("cylinder", "ground.C", "arm.A", ConstantSpeed(2.0, 0.5)))
-    run = asked(made, "kinetostatics", Instants(at={"cylinder": [2.5, "3 mm", 0.3e1]}))
+    run = analyse_at(made, "kinetostatics", Instants(at={"cylinder": [2.5, "3 mm", 0.3e1]}))
     assert_allclose(run.t, [1.0, 2.0, 2.0], rtol=1e-14)
     length = np.array([2.5, 3.0, 3.0])
     assert_allclose(np.cos(run["arm"].angle), (4.0 + 9.0 - length**2) / 12.0, rtol=1e-13)
     assert_allclose(run["arm"].omega, length * 0.5 / (6.0 * np.sin(run["arm"].angle)), rtol=1e-12)
     with says(ModelError, "'cylinder': '3 deg' is an angle (rad), where a length"):
-        asked(made, "kinematics", Instants(at={"cylinder": "3 deg"}))
+        analyse_at(made, "kinematics", Instants(at={"cylinder": "3 deg"}))
     with says(ModelError, "'cylinder' does not come there by its law"):
-        asked(made, "kinematics", Instants(at={"cylinder": 1.5}))
+        analyse_at(made, "kinematics", Instants(at={"cylinder": 1.5}))
 
 
 def test_a_slide():
     made = Mechanism("m")
     made.add(Body("block", mass=1.0), Prismatic("guide", "ground", "block"))
     made.add(CoordinateDriver("screw", "ground", "block", ConstantAcceleration(0.0, 0.0, 2.0)))
-    run = asked(made, "kinetostatics", Instants(at={"screw": ["4 m", "100 cm"]}))
+    run = analyse_at(made, "kinetostatics", Instants(at={"screw": ["4 m", "100 cm"]}))
     assert_allclose([run.t, run["block"].vx], [[2.0, 1.0], [4.0, 2.0]], rtol=1e-14)
     assert_allclose(run.effort("screw"), 2.0, rtol=1e-14)
 
@@ -208,7 +210,7 @@ def test_a_slide():
 @pytest.mark.parametrize("analysis", ["kinematics", "kinetostatics", "statics"])
 def test_times_are_taken_as_they_are_asked_for(analysis):
     made = driven(ConstantSpeed(0.5, 2.0))
-    run = asked(made, analysis, Instants(at={"t": [0.3, "100 ms", 0.3, "-0.2 s", 0]}))
+    run = analyse_at(made, analysis, Instants(at={"t": [0.3, "100 ms", 0.3, "-0.2 s", 0]}))
     assert run.t.tolist() == [0.3, 0.1, 0.3, -0.2, 0.0]
     assert_allclose(run["crank"].angle, 0.5 + 2.0 * run.t, rtol=1e-14)
     verb = {"kinematics": kinematics, "kinetostatics": kinetostatics, "statics": statics}[analysis]
@@ -221,13 +223,13 @@ def test_times_are_taken_as_they_are_asked_for(analysis):
 def test_over_a_turn():
     made = driven(ConstantSpeed(0.5, 2.0))
     for over in ("turn", "motor"):
-        run = asked(made, "kinematics", Instants(over=over, instants=9))
+        run = analyse_at(made, "kinematics", Instants(over=over, instants=9))
         assert_allclose(run["crank"].angle, 0.5 + np.linspace(0, 2 * math.pi, 9), atol=1e-13)
     made.ask = Instants(over="turn", instants=5)
-    assert len(asked(made, "kinematics")) == 5
-    assert asked(driven(ConstantSpeed(0.5, 2.0)), "kinematics").t.tolist() == [0.0]
+    assert len(analyse_at(made, "kinematics")) == 5
+    assert analyse_at(driven(ConstantSpeed(0.5, 2.0)), "kinematics").t.tolist() == [0.0]
     with says(ModelError, "there is no driver 'crunk'"):
-        asked(made, "kinematics", Instants(at={"crunk": 1.0}))
+        analyse_at(made, "kinematics", Instants(at={"crunk": 1.0}))
 
 
 def by_circles(theta, side):
@@ -244,7 +246,7 @@ def by_circles(theta, side):
 def test_the_branch_is_followed_from_the_beginning(crossed, side, law):
     """Guesses say the branch at t = 0; half a turn on they would say another."""
     wanted = [3.5, 5.9, 1.0, 4.2, 2.2]
-    run = asked(driven(law, crossed=crossed), "kinematics", Instants(at={"crank": wanted}))
+    run = analyse_at(driven(law, crossed=crossed), "kinematics", Instants(at={"crank": wanted}))
     expected = by_circles(np.array(wanted), side)
     apart = np.remainder(run["rocker"].angle - expected + math.pi, 2 * math.pi) - math.pi
     assert_allclose(apart, 0.0, atol=1e-11)  # a sweep's last correction and the loops' condition
@@ -255,7 +257,7 @@ def test_the_branch_is_followed_from_the_beginning(crossed, side, law):
     [
         ({"at": 3}, 'at must be a table such as {"t": 0.1}, not 3'),
         ({"at": {"t": []}}, "at.t is empty"),
-        ({"at": {"t": [None]}}, "at.t: None is no number"),
+        ({"at": {"t": [None]}}, "at.t: None is not a number"),
         ({"at": {"t": math.nan}}, "at.t is nan, it must be finite"),
         ({"at": {"t": "1 +"}}, "at.t: '1 +' ends where"),
         ({"at": {"t": 1}, "over": "turn"}, "give at or over, not both"),
@@ -281,8 +283,10 @@ def test_questions_of_a_file():
         ('angle = "rad"\n', 'at = { motor = [0.7, "40 deg"] }', [0.7, math.radians(40)]),
         ("", 'at = { t = ["50 ms", 0.1] }', [0.6, 0.7]),
     ):
-        made = from_text(f"{head}{text}\n[ask]\n{table}")
-        assert_allclose(asked(made, "kinematics")["crank"].angle, expected, rtol=1e-13)
-        again = from_text(to_text(made))
+        made = from_toml(f"{head}{text}\n[ask]\n{table}")
+        assert_allclose(analyse_at(made, "kinematics")["crank"].angle, expected, rtol=1e-13)
+        again = from_toml(to_toml(made))
         assert again == made
-        np.testing.assert_array_equal(asked(again, "kinematics").t, asked(made, "kinematics").t)
+        np.testing.assert_array_equal(
+            analyse_at(again, "kinematics").t, analyse_at(made, "kinematics").t
+        )

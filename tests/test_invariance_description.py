@@ -16,11 +16,11 @@ from mbody import (
     DistanceDriver,
     Fixed,
     Mechanism,
-    Polynomial,
     Revolute,
     kinetostatics,
     statics,
 )
+from mbody.laws import Polynomial
 from mbody.makers import makers
 from mbody.model.body import Guess
 from mbody.model.element import Marker, Polar

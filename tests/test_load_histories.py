@@ -10,7 +10,6 @@ import mbody
 from mbody import (
     AngleDriver,
     Body,
-    CustomLoad,
     Damper,
     Force,
     Gravity,
@@ -24,6 +23,8 @@ from mbody import (
     TorsionSpring,
 )
 from mbody.makers import makers
+from mbody.model.loads import CustomLoad
+from mbody.model.study import Question
 
 T = np.linspace(0.0, 1.0, 7)
 ANGLE, OMEGA = 0.3 + 2.0 * T, 2.0
@@ -175,7 +176,7 @@ def test_a_point_that_is_called_origin_is_itself():
 def test_a_models_own_question_by_its_name():
     machine = makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=10.0)
     machine.add(Torque("brake", "rocker", value=1.0))
-    machine.questions["hold"] = mbody.Question("brake", "motor.effort = 0")
+    machine.questions["hold"] = Question("brake", "motor.effort = 0")
     by_name = mbody.solve_for(machine, "hold")
     assert by_name[0].run.effort("motor")[0] == pytest.approx(0.0, abs=1e-9)
     in_words = mbody.solve_for(machine, "brake", "motor.effort = 0")

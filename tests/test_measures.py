@@ -13,13 +13,13 @@ from mbody import (
     Mechanism,
     ModelError,
     Spring,
-    close_loops,
-    from_text,
+    from_toml,
     kinematics,
     kinetostatics,
     polar,
-    to_text,
+    to_toml,
 )
+from mbody.engineering import close_loops
 from mbody.makers import makers
 from mbody.quantities.units import name_of
 from mbody.solution.measures import measured
@@ -228,7 +228,7 @@ def test_sheets_show_them():
 
 
 def test_measures_follow_the_parameters_of_a_file():
-    text = to_text(machine(measures={"far": Measure("coupler.P.x/l", "")}))
-    short, long = (from_text(text, parameters={"l": length}) for length in ("6 in", "12 in"))
+    text = to_toml(machine(measures={"far": Measure("coupler.P.x/l", "")}))
+    short, long = (from_toml(text, parameters={"l": length}) for length in ("6 in", "12 in"))
     a, b = (kinetostatics(m, t=T).data()["measures"]["far"] for m in (short, long))
     assert_allclose(a, 2 * np.array(b), rtol=2 * ROUNDED)

@@ -14,7 +14,6 @@ from mbody import (
     Damper,
     Event,
     Gravity,
-    Guess,
     Marker,
     Mechanism,
     ModelError,
@@ -27,8 +26,10 @@ from mbody import (
     simulate,
 )
 from mbody.analysis.dynamics.integration import Integration
+from mbody.engineering import close_loops
 from mbody.kernels.step_state import LAST_STEP_ALLOWED, NEXT, TIME, Outputs
 from mbody.kernels.tableaus import order_5, order_8
+from mbody.model.body import Guess
 from mbody.model.simulation import EVEN, METHODS
 from mbody.solution.restart import Way
 
@@ -62,7 +63,7 @@ def swung(t, first=FIRST):
 def even_steps(method, count, until, machine):
     """The last angles of a motion in so many steps of one length, whatever its tolerance."""
     system = mbody.assemble(machine)
-    start = mbody.close_loops(system)
+    start = close_loops(system)
     h = until / count
     if method in EVEN:
         run = simulate(system, until, start=start, method=method, step=h, instants=2)
@@ -117,16 +118,14 @@ def test_the_error_falls_with_the_order_of_the_method(method, order, counts, clo
 
 
 def last_angles(machine, until, method, rtol=1e-13):
-    run = simulate(
-        machine, until, start=mbody.close_loops(machine), method=method, rtol=rtol, instants=2
-    )
+    run = simulate(machine, until, start=close_loops(machine), method=method, rtol=rtol, instants=2)
     return np.array([run[name].angle[-1] for name in run])
 
 
 def test_the_error_of_radau_falls_with_its_order():
     """Its steps follow the tolerance: how the error falls with their number, over two decades."""
     machine, until = gallery.load("free_fourbar"), 0.4
-    start, right = mbody.close_loops(machine), last_angles(machine, until, "dop853")
+    start, right = close_loops(machine), last_angles(machine, until, "dop853")
     errors, steps = [], []
     for rtol in (1e-6, 1e-9):
         run = simulate(machine, until, start=start, method="radau5", rtol=rtol, instants=2)

@@ -7,7 +7,8 @@ import pytest
 
 import mbody
 from mbody import Body, CamFollower, Gravity, Mechanism, Revolute, Rolling, Spring, cli, gallery
-from mbody.analysis.driven.requests import asked
+from mbody.analysis.driven.requests import analyse_at
+from mbody.engineering import close_loops
 from mbody.engines.mjcf import to_mjcf
 from mbody.engines.mujoco import opinion
 from mbody.laws import Harmonic
@@ -115,7 +116,7 @@ def test_pinocchio_reads_the_file_and_moves_alike(name, tmp_path):
 def test_mujoco_agrees_with_the_gallery(name):
     machine = gallery.load(name)
     if machine.drivers:
-        run = asked(machine, "kinetostatics", machine.ask)
+        run = analyse_at(machine, "kinetostatics", machine.ask)
     else:
         until = {} if machine.simulation else {"until": 1.0}
         run = mbody.simulate(machine, instants=41, **until)
@@ -266,7 +267,7 @@ def test_what_a_file_cannot_hold_is_named():
         Gravity("shake", x=Harmonic(0.0, 1.0, 2.0)),
         mbody.RackPinion("rack", "crank", "lever", radius=0.1),
     )
-    start = mbody.close_loops(crank_and_lever())
+    start = close_loops(crank_and_lever())
     told = {one.element for one in to_mjcf(machine, start).not_expressible}
     assert told == {"stop", "pull", "none", "shake", "rack"}
 

@@ -6,15 +6,16 @@ import time
 import pytest
 
 import mbody
-from mbody import ModelError, from_text
+from mbody import ModelError, from_toml
 from tests.model_files import says_in_file
+from tests.model_text import model_from
 
 CRANK = 'name = "m"\n[bodies.crank]\nmass = 1\n[joints]\nO = { revolute = ["ground", "crank"] }\n'
 
 
 def problems(text, is_json=False):
     with pytest.raises(ModelError) as caught:
-        from_text(text, is_json=is_json, name="file")
+        model_from(text, is_json, name="file")
     assert all(f"line {line}: " in str(caught.value) for line, *_ in caught.value.problems if line)
     return [(line, field) for line, field, _ in caught.value.problems]
 
@@ -82,7 +83,7 @@ def test_all_that_is_wrong_at_once():
         "T = { torque = 3, bodi = 'crank' }\n[bodies.rod]\nmas = 3\nmass = '2 m'\n"
     )
     with pytest.raises(ModelError) as caught:
-        from_text(text, name="file")
+        from_toml(text, name="file")
     told = str(caught.value)
     assert told.startswith("file:\n  line 6: joints.A: names no kind of joint")
     for words in (
@@ -106,7 +107,7 @@ def test_very_many_errors_are_counted_in_time():
     text = CRANK + "[loads]\n" + "".join(f"F{n} = {{ forc = 1 }}\n" for n in range(5000))
     began = time.perf_counter()
     with pytest.raises(ModelError, match="and 4980 more") as caught:
-        from_text(text)
+        from_toml(text)
     assert str(caught.value).count("\n") == 21
     assert time.perf_counter() - began < 5.0  # 1.0 here; reading all again for each took a minute
 
@@ -129,7 +130,7 @@ def test_very_many_errors_are_counted_in_time():
 def test_large_texts_are_read_or_refused_in_time(text):
     began = time.perf_counter()
     try:
-        assert from_text(text).name == "mechanism"
+        assert from_toml(text).name == "mechanism"
     except ModelError as error:
         assert len(str(error)) < 400
     assert time.perf_counter() - began < 3.0  # linear: 0.2 here
@@ -161,7 +162,7 @@ def test_large_texts_are_read_or_refused_in_time(text):
 )
 def test_what_is_no_model(text, is_json, words):
     with pytest.raises(ModelError) as caught:
-        from_text(text, is_json=is_json, name="file")
+        model_from(text, is_json, name="file")
     assert words in str(caught.value) and str(caught.value).startswith("file: ")
 
 
@@ -184,9 +185,9 @@ def test_files_that_cannot_be_read(tmp_path):
 
 def test_parameters_from_outside():
     text = 'name = "m"\n[parameters]\na = "1 in"\nb = "2*a"\n[bodies.c]\npoints.A = ["b", 0]\n'
-    assert from_text(text)["c"].points["A"][0] == pytest.approx(0.0508, rel=1e-15)
-    assert from_text(text, parameters={"a": "1 m"})["c"].points["A"][0] == 2.0
-    assert from_text(text, parameters={"b": 5})["c"].points["A"][0] == 5.0
+    assert from_toml(text)["c"].points["A"][0] == pytest.approx(0.0508, rel=1e-15)
+    assert from_toml(text, parameters={"a": "1 m"})["c"].points["A"][0] == 2.0
+    assert from_toml(text, parameters={"b": 5})["c"].points["A"][0] == 5.0
     for given_parameters, words in (
         ({"z": 1}, "model: there is no parameter 'z' (there are: 'a', 'b')"),
         ({"a": None}, "parameter 'a' must be a number, not None"),
@@ -194,4 +195,4 @@ def test_parameters_from_outside():
         ({"a": "2 +"}, "parameter 'a'"),
     ):
         with says_in_file(words):
-            from_text(text, parameters=given_parameters)
+            from_toml(text, parameters=given_parameters)

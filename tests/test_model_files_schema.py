@@ -6,10 +6,11 @@ import tomllib
 import jsonschema
 import pytest
 
-from mbody import ModelError, from_text, gallery
+from mbody import ModelError, gallery
 from mbody.files.model import json_schema
 from mbody.files.model.write import as_data
 from tests.model_files import SCHEMA
+from tests.model_text import model_from
 
 
 @pytest.mark.parametrize("name", gallery.names())
@@ -75,4 +76,4 @@ def test_schema_and_reader_refuse_the_same(change):
     change(data)
     assert not SCHEMA.is_valid(data)
     with pytest.raises(ModelError):
-        from_text(json.dumps(data), is_json=True)
+        model_from(json.dumps(data), True)

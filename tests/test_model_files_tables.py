@@ -6,7 +6,7 @@ import os
 import pytest
 
 import mbody
-from mbody import ModelError, from_text, to_text
+from mbody import ModelError, from_toml, to_toml
 from tests.model_files import says_in_file
 
 TABLED = """
@@ -40,12 +40,12 @@ def test_tables_with_and_without_a_header(content, tmp_path):
     """The same points as in the model itself: plain angles are degrees, or what the file says."""
     inline = TABLED.replace('file = "FILE"', "x = [0, 1, 2], y = [0, 30, -90]")
     law = tabled(tmp_path, content)
-    assert law == from_text(inline)["motor"].law
+    assert law == from_toml(inline)["motor"].law
     assert law.y == (0.0, math.radians(30.0), math.radians(-90.0))
     head = 'angle = "rad"\n'
-    assert tabled(tmp_path, content, head=head) == from_text(head + inline)["motor"].law
+    assert tabled(tmp_path, content, head=head) == from_toml(head + inline)["motor"].law
     machine = mbody.load(tmp_path / "m.toml")
-    assert from_text(to_text(machine)) == machine
+    assert from_toml(to_toml(machine)) == machine
 
 
 @pytest.mark.parametrize(
@@ -91,7 +91,7 @@ def test_tables_lie_below_the_model(tmp_path):
         with says_in_file("there is no file", "lies outside"):
             tabled(home, None, name)
     with says_in_file("a model from text has no folder"):
-        from_text(TABLED.replace("FILE", "data/lift.csv"))
+        from_toml(TABLED.replace("FILE", "data/lift.csv"))
     both = TABLED.replace('file = "FILE"', 'file = "data/lift.csv", x = [0, 1]')
     with says_in_file("give x and y, or the file that has them"):
-        from_text(both, folder=home)
+        from_toml(both, folder=home)

@@ -8,16 +8,16 @@ from mbody import (
     AngleDriver,
     Body,
     Force,
-    Instants,
     Mechanism,
     Revolute,
     Spring,
     Torque,
-    from_text,
+    from_toml,
     gallery,
-    in_units,
     kinetostatics,
 )
+from mbody.files.model import in_units
+from mbody.model.study import Instants
 from mbody.quantities.units import unit_system
 from tests.linkages import random_linkage, times_within
 from tests.model_files import says_in_file
@@ -64,7 +64,7 @@ def at_its_instants(machine):
     ask = machine.ask
     if ask.over:
         return kinetostatics(machine, turn=True, instants=13)
-    return kinetostatics(machine, t=[machine.number(t, "time", "ask", "t") for t in ask.at["t"]])
+    return kinetostatics(machine, t=[machine._number(t, "time", "ask", "t") for t in ask.at["t"]])
 
 
 @pytest.mark.parametrize("name", [n for n in gallery.names() if gallery.load(n).ask])
@@ -112,7 +112,7 @@ def test_a_batch_of_units_for_laws_and_parameters():
     other = in_units(machine, "mm-N-ms")
     assert [v for v in other.ask.at["t"]] == [100.0, 50.0, 200.0]
     assert other["b"].points["A"] == pytest.approx((1000.0, 1000.0), rel=1e-15)
-    for name, old in machine.scope.names.items():
+    for name, old in machine._scope.names.items():
         new = other.scope.names[name]
         size = ratio(old.dimension, "SI", "mm-N-ms") if old.dimension else 1.0
         assert new.dimension == old.dimension
@@ -195,7 +195,7 @@ T12 = { of = "motor.effort", unit = "lbf*in" }
 
 def test_norton_in_si_is_norton_in_inches():
     """The same machine by two ways: the book's inches, and text in SI units by hand."""
-    inches, metres = gallery.load("norton_fourbar"), from_text(NORTON_SI)
+    inches, metres = gallery.load("norton_fourbar"), from_toml(NORTON_SI)
     for t in ([0.0], [0.0, 0.1, 0.2]):
         book, ours = (kinetostatics(machine, t=t) for machine in (inches, metres))
         compare(book, ours, 1e-12)

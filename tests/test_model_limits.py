@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 import mbody
-from mbody import Body, Gravity, Limits, Mechanism, ModelError, Revolute, cli, gallery
+from mbody import Body, Gravity, Mechanism, ModelError, Revolute, cli, gallery
+from mbody.files.model import Limits
 
 ROOT = Path(__file__).parents[1]
 
@@ -39,7 +40,7 @@ def test_what_is_not_read_is_not_written(tmp_path, limits):
         mbody.save(machine, path, limits=limits)
     assert not path.exists()
     mbody.save(machine, path)
-    with pytest.raises(ModelError, match=r"has more than .*limits=mbody.Limits"):
+    with pytest.raises(ModelError, match=r"has more than .*limits=mbody.files.model.Limits"):
         mbody.load(path, limits=limits)
     assert mbody.load(path, limits=limits.times(100)) == machine
 
@@ -51,7 +52,7 @@ def test_the_remedy_of_the_sentence_works(tmp_path):
     for key, most in (("size", 1e4), ("values", 1e3)):
         with pytest.raises(ModelError) as caught:
             mbody.load(path, limits=Limits(**{key: most}))
-        named = str(caught.value).partition("limits=mbody.Limits(")[2].partition(")")[0]
+        named = str(caught.value).partition("limits=mbody.files.model.Limits(")[2].partition(")")[0]
         assert named.startswith(f"{key}=")
         mbody.load(path, limits=Limits(**{key: float(named.partition("=")[2])}))
 

@@ -11,7 +11,6 @@ from numpy.testing import assert_allclose
 from mbody import (
     AngleDriver,
     Body,
-    ConstantSpeed,
     Damper,
     Force,
     Gravity,
@@ -23,17 +22,17 @@ from mbody import (
     TorsionDamper,
     TorsionSpring,
     assemble,
-    close_loops,
     equilibrium,
     gallery,
-    in_units,
     kinetostatics,
     linearize,
     modes,
-    momentum,
     simulate,
 )
 from mbody.cli import main
+from mbody.engineering import close_loops, momentum
+from mbody.files.model import in_units
+from mbody.laws import ConstantSpeed
 from mbody.makers import makers
 
 pytestmark = pytest.mark.processor

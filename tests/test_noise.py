@@ -9,7 +9,7 @@ import pytest
 
 import mbody
 from mbody import Measure, cli, gallery
-from mbody.analysis.driven.requests import asked
+from mbody.analysis.driven.requests import analyse_at
 from mbody.makers import makers
 
 
@@ -20,7 +20,7 @@ def line(run, first):
 def test_a_mean_that_vanishes_is_zero():
     """The torque of cranks that carry no work is symmetric: its mean is 0, to rounding 7e-14."""
     machine = gallery.load("parallel_cranks")
-    run = asked(machine, "kinetostatics")
+    run = analyse_at(machine, "kinetostatics")
     cells = line(run, "T12")
     assert float(cells[4]) == 0.0 and float(cells[3]) > 1.0
     assert 0.0 < abs(run.effort("motor").mean()) < 1e-9

@@ -10,7 +10,6 @@ import mbody
 from mbody import (
     AngleDriver,
     Body,
-    ConstantSpeed,
     CoordinateDriver,
     CouplingTerm,
     Gravity,
@@ -25,9 +24,10 @@ from mbody import (
     SolveError,
     Spring,
     assemble,
-    from_text,
+    from_toml,
 )
-from mbody.analysis.driven.requests import asked
+from mbody.analysis.driven.requests import analyse_at
+from mbody.laws import ConstantSpeed
 from mbody.model.study import Instants
 
 G, UP = 9.81, 0.5 * math.pi
@@ -116,11 +116,11 @@ def pressing(t, speed=40.0, preload=20.0):
 
 
 def test_a_cam_is_watched_at_and_between_the_instants_asked_for():
-    machine = from_text(CAM)
-    one = asked(machine, "kinetostatics", Instants(at={"t": [0.03]}))
+    machine = from_toml(CAM)
+    one = analyse_at(machine, "kinetostatics", Instants(at={"t": [0.03]}))
     assert one.contact("contact") == pytest.approx(pressing(0.03), rel=1e-9)
     assert one.notes == ()  # at t = 0, from where it is followed, it pulls
-    both = asked(machine, "kinetostatics", Instants(at={"t": [0.03, 0.1]}))
+    both = analyse_at(machine, "kinetostatics", Instants(at={"t": [0.03, 0.1]}))
     assert both.notes[0].startswith("contact 'contact' would have to pull 'follower' with ")
     assert "at 1 of 2 instants" in both.notes[0]
     assert told(both.notes)[0] == pytest.approx(-pressing(0.1), rel=1e-6)

@@ -7,21 +7,14 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from mbody import (
-    ConstantSpeed,
-    Gravity,
-    Torque,
-    assemble,
-    close_loops,
-    kinematics,
-    kinetostatics,
-    statics,
-)
+from mbody import Gravity, Torque, assemble, kinematics, kinetostatics, statics
 from mbody.analysis.driven.runner import Runner
-from mbody.analysis.driven.time_grid import plan
+from mbody.analysis.driven.time_grid import time_grid
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.compiler.lanes import LANES
+from mbody.engineering import close_loops
 from mbody.engines.oracle import Reference
+from mbody.laws import ConstantSpeed
 from mbody.makers import makers
 from mbody.solution.histories import Record
 from tests.oracle_runs import (
@@ -117,7 +110,7 @@ def test_breakdown_by_cause(linkage, still):
 
 def by_scalar(system, analysis, times):
     """The same instants, one after the other."""
-    runner, asked = Runner(system, analysis), plan(system, times, None, None, None)
+    runner, asked = Runner(system, analysis), time_grid(system, times, None, None, None)
     start = closed(system, float(asked.t[0]), {})
     record = Record([runner.scalar(start, asked)], len(times), batch=False)
     return runner.solution(start, asked, record)

@@ -13,9 +13,7 @@ from mbody import (
     DistanceDriver,
     Force,
     Gravity,
-    Harmonic,
     Mechanism,
-    Polynomial,
     Prismatic,
     Revolute,
     SolveError,
@@ -26,6 +24,7 @@ from mbody import (
 )
 from mbody.compiler.lanes import LANES
 from mbody.engines.oracle import Reference
+from mbody.laws import Harmonic, Polynomial
 from mbody.makers import makers
 from mbody.model.element import Marker
 from tests.oracle_runs import (

@@ -5,6 +5,7 @@ import math
 import pytest
 
 import mbody
+from mbody.quantities import convert
 
 PARAMETERS = """
 units = "{units}"
@@ -31,14 +32,14 @@ def test_a_plain_value_keeps_what_its_parameter_measures(units, as_text):
     """By hand: plain numbers are in the file's units, plain angles in degrees."""
     given = {"r": 0.25, "phi": 40, "k": 5, "n": 2, "m": 7.0}
     found = {key: str(value) for key, value in given.items()} if as_text else given
-    machine = mbody.from_text(PARAMETERS.format(units=units), parameters=found)
-    stiff = mbody.convert(20.0, "N/m", machine.units.of("stiffness"))
+    machine = mbody.from_toml(PARAMETERS.format(units=units), parameters=found)
+    stiff = convert(20.0, "N/m", machine.units.of("stiffness"))
     assert machine["arm"].points["P"][0] == 0.5
     assert machine["arm"].guess.angle == pytest.approx(math.radians(40.0), rel=1e-15)
     assert machine["arm"].mass == 7.0
     assert machine["s"].stiffness == pytest.approx(10.0 + stiff, rel=1e-14)
-    assert mbody.from_text(mbody.to_text(machine)) == machine
+    assert mbody.from_toml(mbody.to_toml(machine)) == machine
     # with a unit it is what it says
-    other = mbody.from_text(PARAMETERS.format(units=units), parameters={"r": "1 ft"})
-    foot = mbody.convert(1.0, "ft", machine.units.length)
+    other = mbody.from_toml(PARAMETERS.format(units=units), parameters={"r": "1 ft"})
+    foot = convert(1.0, "ft", machine.units.length)
     assert other["arm"].points["P"][0] == pytest.approx(3.0 * foot, rel=1e-14)

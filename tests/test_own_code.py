@@ -12,9 +12,6 @@ import mbody
 from mbody import (
     AngleDriver,
     Body,
-    CustomJoint,
-    CustomLoad,
-    Function,
     Gravity,
     Mechanism,
     ModelError,
@@ -23,7 +20,10 @@ from mbody import (
     TorsionSpring,
     number_field,
 )
+from mbody.laws import Function, Polynomial
 from mbody.model.element import law_field
+from mbody.model.joints import CustomJoint
+from mbody.model.loads import CustomLoad
 from mbody.testing import check_joint, check_load
 from tests.errors.own_code import Loose, LooseChange, LooseRates, LooseTimes, Remembers
 
@@ -93,7 +93,10 @@ def bob(*more, joint=None):
 OWN = {
     "number": (Own("own", "ground", "bob"), "own.k"),
     "derived": (Derived("own", "ground", "bob"), "own.k"),
-    "law": (ByLaw("own", "ground", "bob", torque=mbody.Polynomial((0.0, 3.0))), "own.torque.c1"),
+    "law": (
+        ByLaw("own", "ground", "bob", torque=Polynomial((0.0, 3.0))),
+        "own.torque.c1",
+    ),
 }
 
 

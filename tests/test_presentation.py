@@ -9,6 +9,7 @@ import pytest
 
 import mbody
 from mbody import AngleDriver, Body, DistanceDriver, Mechanism, Revolute
+from mbody.engineering import close_loops
 from mbody.errors import ModelError
 from mbody.sheets.names import force_names
 from mbody.sheets.table import WIDTH, Column, angles, number, numbers, polars, table
@@ -122,7 +123,7 @@ def test_printed_masses_give_the_printed_answers():
 
 
 def test_sheets_without_forces_show_none():
-    for run in (mbody.kinematics(build()), mbody.close_loops(build())):
+    for run in (mbody.kinematics(build()), close_loops(build())):
         text = str(run)
         seen(text)
         assert "FORCES" not in text and "lbf " not in text.partition("LINKS")[2].split("DRIV")[1]

@@ -15,24 +15,20 @@ import mbody
 from mbody import (
     AngleDriver,
     Body,
-    Cam,
-    ConstantSpeed,
     Force,
     Marker,
     Mechanism,
     ModelError,
-    PistonPressure,
-    ReciprocatingCylinder,
     Revolute,
-    Rise,
     Spring,
-    Table,
     engineering,
     kinetostatics,
     statics,
 )
 from mbody.compiler.lanes import LANES
+from mbody.laws import Cam, ConstantSpeed, Rise, Table
 from mbody.makers import makers
+from mbody.model.loads import PistonPressure, ReciprocatingCylinder
 from tests.linkages import random_linkage, times_within
 from tests.oracle_runs import assert_checked, assert_forces, assert_motion, forces_of
 
@@ -274,7 +270,7 @@ def test_tables_beside_the_model(tmp_path):
     assert_allclose(push(run, "ramp"), 40.0 * run.t**2, rtol=SWEEP)
     place = 100.0 + run["slider"].x
     assert_allclose(push(run, "charge"), -10.0 * (place - 104.0) ** 2, rtol=1e-9, atol=1e-9)
-    assert mbody.from_text(mbody.to_text(machine)) == machine
+    assert mbody.from_toml(mbody.to_toml(machine)) == machine
 
 
 # -- between valves ---------------------------------------------------------------------------

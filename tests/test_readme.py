@@ -123,7 +123,7 @@ def test_the_model_of_the_readme_is_the_gallerys():
     crank = {key: value for key, value in whole["bodies"]["crank"].items()}
     assert shown["bodies"]["crank"]["points"] == crank["points"]
     assert shown["joints"] == whole["joints"] and shown["units"] == whole["units"]
-    machine = mbody.from_text(text.replace("# … coupler and rocker", REST))
+    machine = mbody.from_toml(text.replace("# … coupler and rocker", REST))
     run = mbody.kinetostatics(machine)
     assert run.effort("motor")[0] == pytest.approx(243.23759076122965, rel=1e-12)
 
@@ -150,5 +150,5 @@ guess = 110
 def test_the_models_of_the_page_load():
     page = (ROOT / "docs" / "model-files.md").read_text("utf-8")
     first, *_ = [content for language, content in blocks(page) if language == "toml"]
-    run = mbody.kinetostatics(mbody.from_text(first))
+    run = mbody.kinetostatics(mbody.from_toml(first))
     assert run.effort("motor")[0] == pytest.approx(243.23759, rel=1e-4)  # P is rounded there

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import Body, Mechanism, Revolute, Table, gallery
+from mbody import Body, Mechanism, Revolute, gallery
+from mbody.laws import Table
 from mbody.makers import makers
 from mbody.model.remarks import remarks
 
@@ -26,11 +27,11 @@ spring = {{ torsion_spring = "arm", law = {spring} }}
 
 
 def model(law='"25 rad/s * t"', mass="mass = 2\ninertia = 1", spring='"3 N*m/rad * x"', units="SI"):
-    return mbody.from_text(FILE.format(law=law, mass=mass, spring=spring, units=units))
+    return mbody.from_toml(FILE.format(law=law, mass=mass, spring=spring, units=units))
 
 
 def test_nothing_is_said_of_what_is_plain():
-    assert model().remarks == () and remarks(model()) == ()
+    assert model()._remarks == () and remarks(model()) == ()
     assert not mbody.kinetostatics(model()).notes
 
 
@@ -117,10 +118,10 @@ def test_a_driver_without_a_law():
     text = FILE.format(
         law="0", mass="mass = 1\ninertia = 1", spring='"3 N*m/rad * x"', units="SI"
     ).replace(", law = 0", "")
-    run = mbody.kinetostatics(mbody.from_text(text))
+    run = mbody.kinetostatics(mbody.from_toml(text))
     (note,) = run.notes
-    assert note.startswith("driver 'motor' has no law: by itself it holds 'arm' at 0 deg")
-    asked = mbody.from_text(text + "[ask]\nat = { motor = 30 }\n")
+    assert note.startswith("driver 'motor' has no law: it keeps 'arm' at 0 deg")
+    asked = mbody.from_toml(text + "[ask]\nat = { motor = 30 }\n")
     assert not remarks(asked)
 
 

@@ -3,6 +3,7 @@
 import pytest
 
 import mbody
+import mbody.engineering
 from mbody import (
     AngleDriver,
     Body,
@@ -14,8 +15,9 @@ from mbody import (
     cli,
     gallery,
 )
-from mbody.files.model import from_text, to_text
+from mbody.files.model import from_toml, to_toml
 from mbody.makers import makers
+from tests.model_text import model_from, text_from
 
 ARM = """
 [bodies.a]
@@ -66,7 +68,7 @@ def test_remedies_work_where_the_user_stands(words, told, verb, in_python, tmp_p
     status, err = at_the_command(ARM + TABLE, words, tmp_path, capsys)
     assert status in (1, 2) and told in err, err
     with pytest.raises((ModelError, mbody.SolveError)) as caught:
-        verb(from_text(ARM + TABLE))
+        verb(from_toml(ARM + TABLE))
     assert in_python in str(caught.value) and "--" not in str(caught.value)
 
 
@@ -83,11 +85,11 @@ EVERY = ARM + "[simulate]\nuntil = 1\nevery = 0.25\nstart = { a = { angle = 0, o
 
 
 def test_every_stands_in_files():
-    machine = from_text(EVERY)
+    machine = from_toml(EVERY)
     assert mbody.simulate(machine).t.tolist() == [0.0, 0.25, 0.5, 0.75, 1.0]
     assert len(mbody.simulate(machine, instants=3)) == 3
     for as_json in (False, True):
-        assert from_text(to_text(machine, as_json=as_json), is_json=as_json) == machine
+        assert model_from(text_from(machine, as_json), as_json) == machine
 
 
 @pytest.mark.parametrize(
@@ -100,7 +102,7 @@ def test_every_stands_in_files():
 )
 def test_every_is_looked_at(line, words):
     with pytest.raises(ModelError, match=words):
-        from_text(f"{ARM}[simulate]\nuntil = 1\n{line}\n")
+        from_toml(f"{ARM}[simulate]\nuntil = 1\n{line}\n")
 
 
 # -- arguments --------------------------------------------------------------------------------
@@ -128,7 +130,7 @@ def test_stops_may_be_given_by_themselves():
     (floor,) = [one for one in ball.simulation.events if isinstance(one, Stop)]
     whole = mbody.simulate(ball, 1.0)
     event = Event("ball.vy", name="top")
-    machine = from_text(to_text(ball))
+    machine = from_toml(to_toml(ball))
     machine.simulation = SimulationSettings(1.0, ball.simulation.start)
     given = mbody.simulate(machine, 1.0, stops=[floor])
     times = [one.t for one in whole.events if one.name == floor.name]
@@ -152,19 +154,19 @@ def test_the_fluctuation_of_a_result():
 )
 def test_other_words_for_sections(key, meant):
     with pytest.raises(ModelError, match=f"did you mean '{meant}'"):
-        from_text(f"[{key}.a]\n")
+        from_toml(f"[{key}.a]\n")
 
 
 def test_all_sections_are_named():
     with pytest.raises(ModelError) as caught:
-        from_text("[zzz]\n")
+        from_toml("[zzz]\n")
     for section in ("bodies", "joints", "couplings", "drivers", "loads", "ground", "simulate"):
         assert section in str(caught.value)
 
 
 def test_an_arm_is_turned():
     """The mechanism of these tests is one."""
-    machine = from_text(ARM)
+    machine = from_toml(ARM)
     machine.add(AngleDriver("m", "a", 0.5))
     assert isinstance(machine["a"], Body) and isinstance(machine["O"], Revolute)
     assert mbody.kinematics(machine)["a"].angle[0] == pytest.approx(0.5)

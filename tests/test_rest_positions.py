@@ -12,7 +12,6 @@ from numpy.testing import assert_allclose
 
 from mbody import (
     Body,
-    CentrifugalField,
     CouplingTerm,
     Force,
     Gravity,
@@ -26,11 +25,12 @@ from mbody import (
     Torque,
     TorsionSpring,
     equilibrium,
-    equilibrium_curve,
-    to_text,
+    to_toml,
 )
 from mbody.cli import main
+from mbody.engineering import equilibrium_curve
 from mbody.makers import makers
+from mbody.model.loads import CentrifugalField
 from tests.rest_scan import judge, summary
 from validation.porter_governor import build as porter
 
@@ -186,7 +186,7 @@ def test_the_command_ends_with_1_where_positions_may_be_missing(tmp_path, capsys
         end = f"l{n}.B"
     machine.add(Gravity("gravity", y=-g))
     model = tmp_path / "chain.toml"
-    model.write_text(to_text(machine), encoding="utf-8")
+    model.write_text(to_toml(machine), encoding="utf-8")
     assert main(["equilibrium", str(model), "--json"]) == 1
     told = json.loads(capsys.readouterr().out)
     assert told["status"].startswith("doubtful: 3 free motions")

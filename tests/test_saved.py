@@ -12,6 +12,7 @@ import pytest
 
 import mbody
 from mbody import ModelError, gallery
+from mbody.engineering import close_loops
 from mbody.files.arrays import packed, unpacked
 from mbody.files.saved import OWNER
 from mbody.model.simulation import EVEN, METHODS
@@ -49,7 +50,7 @@ def test_what_is_saved_comes_back(tmp_path):
         swung(),
         mbody.kinetostatics(driven, t=[0.0, 0.01]),
         mbody.kinetostatics(gallery.load("parallel_cranks"), t=[0.0, 0.1]),
-        mbody.close_loops(driven),
+        close_loops(driven),
         mbody.simulate(driven, 0.02, release={"motor": 0.01}, instants=4),
     ]
     for run in runs:

@@ -13,26 +13,25 @@ import mbody
 from mbody import (
     AngleDriver,
     Body,
-    ConstantSpeed,
     CoordinateDriver,
     Damper,
     Force,
     Gravity,
-    Harmonic,
     Mechanism,
     Prismatic,
     Revolute,
     Rolling,
     SimulationSettings,
     Spring,
-    Table,
     Torque,
     cli,
-    from_text,
+    from_toml,
     gallery,
     simulate,
-    to_text,
+    to_toml,
 )
+from mbody.files.model import in_units
+from mbody.laws import ConstantSpeed, Harmonic, Table
 from mbody.makers import makers
 from tests.linkages import random_linkage
 
@@ -339,9 +338,9 @@ def test_an_interrupt_leaves_what_was_done():
 
 def test_files_and_the_command(capsys, tmp_path):
     machine = gallery.load("free_fourbar")
-    assert from_text(to_text(machine)) == machine
-    assert mbody.in_units(machine, "SI").simulation is not None
-    metric = simulate(mbody.in_units(machine, "SI"), 1.0, instants=2)
+    assert from_toml(to_toml(machine)) == machine
+    assert in_units(machine, "SI").simulation is not None
+    metric = simulate(in_units(machine, "SI"), 1.0, instants=2)
     own = simulate(machine, 1.0, instants=2)
     assert metric["crank"].angle[-1] == pytest.approx(own["crank"].angle[-1], abs=1e-6)
     status = cli.main(["simulate", "free_fourbar", "--to", "1", "--instants", "11", "--json"])

@@ -11,19 +11,19 @@ from numpy.testing import assert_allclose
 from mbody import (
     AngleDriver,
     Body,
-    ConstantSpeed,
     Event,
     Gravity,
     Mechanism,
     Revolute,
     SolveError,
     Torque,
-    close_loops,
     gallery,
     simulate,
 )
 from mbody.analysis.dynamics.branch_choice import choose_branch
+from mbody.engineering import close_loops
 from mbody.files.results import data
+from mbody.laws import ConstantSpeed
 from mbody.solution.histories import Record
 from mbody.system.assembler import assemble
 from tests import folded

@@ -12,20 +12,11 @@ from numpy.testing import assert_allclose
 from scipy.sparse import bmat, coo_matrix, diags
 from scipy.sparse.linalg import splu
 
-from mbody import (
-    AngleDriver,
-    Body,
-    Gravity,
-    Harmonic,
-    Mechanism,
-    Revolute,
-    Torque,
-    assemble,
-    close_loops,
-    kinetostatics,
-)
+from mbody import AngleDriver, Body, Gravity, Mechanism, Revolute, Torque, assemble, kinetostatics
 from mbody.compiler.lanes import LANES
+from mbody.engineering import close_loops
 from mbody.kernels.accelerations import free_motion
+from mbody.laws import Harmonic
 from mbody.makers import makers
 
 MANY = 1000

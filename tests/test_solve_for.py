@@ -12,8 +12,6 @@ from mbody import (
     AngleCoupling,
     AngleDriver,
     Body,
-    CentrifugalField,
-    ConstantSpeed,
     CoordinateDriver,
     CouplingTerm,
     Force,
@@ -22,21 +20,23 @@ from mbody import (
     Mechanism,
     ModelError,
     Prismatic,
-    Question,
     Revolute,
-    SecondMoments,
     SolveError,
     Spring,
     Torque,
-    Unknown,
     cli,
-    from_text,
+    from_toml,
     gallery,
-    in_units,
     solve_for,
-    to_text,
+    to_toml,
 )
+from mbody.files.model import in_units
+from mbody.laws import ConstantSpeed
 from mbody.makers import makers
+from mbody.model.body import SecondMoments
+from mbody.model.loads import CentrifugalField
+from mbody.model.study import Question, Unknown
+from mbody.quantities import convert
 from tests.linkages import held_bar
 
 # -- straight in the unknowns -----------------------------------------------------------------
@@ -307,14 +307,14 @@ at = {{ motor = {start} }}
 
 @pytest.mark.parametrize(("angle", "start", "high"), [("deg", 20, 80), ("rad", 0.3, 1.4)])
 def test_questions_of_a_file_come_back(angle, start, high):
-    machine = from_text(MODEL.format(angle=angle, start=start, high=high))
+    machine = from_toml(MODEL.format(angle=angle, start=start, high=high))
     assert list(machine.questions) == ["rest", "place", "most"]
     place = machine.questions["place"].unknowns[0]
     assert place.start == pytest.approx(math.radians(20.0) if angle == "deg" else 0.3)
-    again = from_text(to_text(machine))
+    again = from_toml(to_toml(machine))
     assert again == machine
     assert again.questions.keys() == machine.questions.keys()
-    other = mbody.in_units(machine, "in-lbf-s")
+    other = in_units(machine, "in-lbf-s")
     for name, question in machine.questions.items():
         for one, two in zip(
             solve_for(machine, question).solutions,
@@ -322,20 +322,20 @@ def test_questions_of_a_file_come_back(angle, start, high):
             strict=True,
         ):
             for key, value in one.unknowns.items():
-                converted = mbody.convert(value, one.units[key] or "1", two.units[key] or "1")
+                converted = convert(value, one.units[key] or "1", two.units[key] or "1")
                 assert two.unknowns[key] == pytest.approx(converted, rel=1e-9, abs=1e-9)
 
 
 def test_a_place_between_bounds():
-    machine = from_text(MODEL.format(angle="deg", start=20, high=80))
+    machine = from_toml(MODEL.format(angle="deg", start=20, high=80))
     (found,) = solve_for(machine, machine.questions["place"]).solutions
     assert found.unknowns["motor.value"] == pytest.approx(math.asin(0.5), rel=1e-12)
     assert found.units["motor.value"] == "rad"
 
 
 def test_different_questions_are_different():
-    one = from_text(MODEL.format(angle="deg", start=20, high=80))
-    two = from_text(MODEL.format(angle="deg", start=20, high=81))
+    one = from_toml(MODEL.format(angle="deg", start=20, high=80))
+    two = from_toml(MODEL.format(angle="deg", start=20, high=81))
     assert one != two
 
 
@@ -401,10 +401,10 @@ def test_a_case_without_an_answer(capsys, tmp_path):
 )
 def test_numbers_of_something_else_are_told_where_the_file_is_read(lines, words):
     """Before any analysis, with the line; and as a sentence when they are taken to units."""
-    text = to_text(gallery.load("slider_crank"))
+    text = to_toml(gallery.load("slider_crank"))
     table = f'\n[solve.size]\n{lines}\nconditions = "motor.effort = 0"\n'
     with pytest.raises(ModelError) as caught:
-        from_text(text + table)
+        from_toml(text + table)
     assert "solve.size: " in str(caught.value) and words in str(caught.value)
     machine = gallery.load("slider_crank")
     question = tomllib.loads(table)["solve"]["size"]

@@ -31,6 +31,7 @@ from mbody import (
 )
 from mbody.compiler.lanes import LANES
 from mbody.makers import makers
+from mbody.model.study import Instants
 from mbody.sweeps import (
     Normal,
     Triangular,
@@ -154,7 +155,7 @@ def test_instants_asked_for_in_the_words_of_a_description():
     found = mbody.sweep(
         machine, {"crank.mass": [1.0, 2.0]}, measure="motor.effort", at={"crank": ["60 deg", 2.0]}
     )
-    ask = mbody.Instants(at={"crank": ["60 deg", 2.0]})
+    ask = Instants(at={"crank": ["60 deg", 2.0]})
     run = mbody.analysis.driven.requests.asked(machine, "kinetostatics", ask)
     assert_allclose(found.t, run.t, rtol=1e-15)
     assert_allclose(found["motor.effort"][0], run.effort("motor"), rtol=LANE)
@@ -187,7 +188,9 @@ def test_redundant_joints_go_one_by_one():
     body = machine.bodies[0].name
     found = mbody.sweep(machine, {f"{body}.mass": [1.0, 2.0]}, measure=f"peak({name})")
     one = mbody.assemble(machine).with_values({f"{body}.mass": 2.0})
-    run = mbody.kinetostatics(one, **mbody.analysis.driven.requests.way_of(one, machine.ask)[0])
+    run = mbody.kinetostatics(
+        one, **mbody.analysis.driven.requests.arguments_at(one, machine.ask)[0]
+    )
     assert found[f"peak({name})"][1] == run.measure(name)[-len(found.t) :].max()
 
 
@@ -385,7 +388,7 @@ def test_a_folder_is_of_one_sweep(tmp_path):
         (makers.four_bar(1, 3, 2, 3), {"crank.mass": [1, 2]}, "kinetostatics", "A.force", "model"),
     ]
     for machine, parameters, analysis, measure, told in others:
-        with pytest.raises(mbody.ModelError, match=f"another sweep, of other .*{told}"):
+        with pytest.raises(mbody.ModelError, match=f"another sweep, with other .*{told}"):
             mbody.sweep(machine, parameters, analysis, measure, to=tmp_path)
 
 

@@ -21,10 +21,10 @@ from mbody import (
     Prismatic,
     Revolute,
     Spring,
-    Table,
     TorsionDamper,
     TorsionSpring,
 )
+from mbody.laws import Table
 
 STEP = [0.0, 0.2, 0.21, 0.6, 0.61, 1.0], [0.0, 0.0, 2000.0, 2000.0, 0.0, 0.0]
 EPS = sys.float_info.epsilon
@@ -151,7 +151,7 @@ def test_an_analysis_takes_the_interpolation(tmp_path, kind):
         np.testing.assert_allclose(-run.effort("d"), wanted(run.t), atol=1e-7)
         noted = any("leaves the range" in note for note in run.notes)
         assert noted == (kind == "spline") and run.status == "completed"
-    assert mbody.from_text(mbody.to_text(machine)) == machine
+    assert mbody.from_toml(mbody.to_toml(machine)) == machine
 
 
 def test_linear_force_in_a_free_motion():

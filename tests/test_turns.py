@@ -22,6 +22,7 @@ from mbody import (
     SimulationSettings,
     TorsionSpring,
 )
+from mbody.engineering import close_loops
 from mbody.makers import makers
 
 TURN = 2.0 * math.pi
@@ -210,7 +211,7 @@ def test_a_rack_and_a_winch_do_not_turn_a_guess_back(turns):
             -0.8,
         ),
     )  # fmt: skip
-    run = mbody.close_loops(machine)
+    run = close_loops(machine)
     plain = run["pinion"].angle[0], run["drum"].angle[0]
     # Φ of both by hand; the turns stay those of the motion of the rack, which began near 0
     assert run.point("rack").x[0] == pytest.approx(plain[0], abs=1e-12)
@@ -228,5 +229,5 @@ def test_a_fixed_pair_of_guesses_a_turn_apart_closes_at_once():
             Prismatic("slide", "coupler", "block"),
             AngleDriver("never", "block", "0.3 rad"),
         )
-        found.append(mbody.close_loops(machine.without("never", "motor"))["coupler"].angle[0])
+        found.append(close_loops(machine.without("never", "motor"))["coupler"].angle[0])
     np.testing.assert_allclose(found[1:], found[0], atol=1e-12)

@@ -31,6 +31,7 @@ from mbody.analysis.driven.diagnosis import (
     weightless,
 )
 from mbody.analysis.initial.initial_state import initial_state_of
+from mbody.engineering import close_loops
 from mbody.makers import makers
 
 G = 9.81
@@ -40,7 +41,7 @@ def instant(machine, start=None):
     """System, time, positions and rates of a start."""
     if start is None:
         own = machine.simulation
-        start = initial_state_of(assemble(machine), own) if own else mbody.close_loops(machine)
+        start = initial_state_of(assemble(machine), own) if own else close_loops(machine)
     names = [body.name for body in machine.bodies]
     q = [part[-1] for n in names for part in (start[n].x, start[n].y, start[n].angle)]
     v = [part[-1] for n in names for part in (start[n].vx, start[n].vy, start[n].omega)]
@@ -114,12 +115,12 @@ def led(angle):
 def test_a_driver_that_leads_into_a_dead_centre():
     """In line at 4 = crank + coupler: cos of the rocker's angle by the triangle 3.5, 2, 4."""
     limit = math.pi - math.acos((3.5**2 + 2.0**2 - 4.0**2) / (2.0 * 3.5 * 2.0))
-    near = mbody.close_loops(led(limit + 1e-9), guess={"crank": 0.524, "coupler": 0.524})
+    near = close_loops(led(limit + 1e-9), guess={"crank": 0.524, "coupler": 0.524})
     # 1e-9 of the rocker are 1e-4 of the crank: a square root
     found = stuck(*instant(led(limit + 1e-9), near)[:3])
     assert found.element == "motor"
     assert "'motor' leads 'rocker' into a dead centre" in str(found) and "'A'" in str(found)
-    far = mbody.close_loops(led(limit + 0.1), guess={"crank": 1.0, "coupler": 0.3})
+    far = close_loops(led(limit + 0.1), guess={"crank": 1.0, "coupler": 0.3})
     assert stuck(*instant(led(limit + 0.1), far)[:3]) is None
 
 

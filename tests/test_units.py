@@ -12,20 +12,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import mbody
 from mbody import (
     AngleDriver,
     Body,
-    ConstantSpeed,
     DistanceDriver,
     Mechanism,
     ModelError,
     Spring,
     TorsionDamper,
     TorsionSpring,
-    convert,
 )
-from mbody.quantities import FormulaError, Scope, evaluate, parse, parse_unit, read
+from mbody.laws import ConstantSpeed
+from mbody.quantities import FormulaError, Scope, convert, evaluate, parse, parse_unit, read, rpm
 from mbody.quantities.units import (
     DIMENSIONS,
     NUMBER,
@@ -198,7 +196,7 @@ def test_words_of_the_book():
     assert value("1 ft", "length", "in-lbf-s") == 12.0
     assert value("0.02 blob", "mass", "in-lbf-s") == 0.02
     assert value("0.1 mm") == 0.0001 and value("25.4 mm", "length", "in-lbf-s") == 1.0
-    assert value("300 rpm") == mbody.rpm(300.0)
+    assert value("300 rpm") == rpm(300.0)
     for degrees in np.arange(-720.0, 720.0, 7.5).tolist():
         assert value(f"{degrees!r} deg") == math.radians(degrees)
     assert value("80 N*m", "torque", "mm-N-s") == 80000.0

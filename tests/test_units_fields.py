@@ -9,27 +9,27 @@ import pytest
 from mbody import (
     AngleDriver,
     Body,
+    Force,
+    Marker,
+    Mechanism,
+    ModelError,
+    Rolling,
+    Spring,
+    Torque,
+    polar,
+)
+from mbody.laws import (
     Cam,
     Constant,
     ConstantAcceleration,
     ConstantSpeed,
     Dwell,
-    Force,
-    Guess,
     Harmonic,
-    Marker,
-    Mechanism,
-    ModelError,
     Polynomial,
     Rise,
-    Rolling,
-    SecondMoments,
-    SlenderRod,
-    Spring,
     Table,
-    Torque,
-    polar,
 )
+from mbody.model.body import Guess, SecondMoments, SlenderRod
 from mbody.quantities.units import DIMENSIONS, name_of, of_quantity, unit_system
 from tests.test_errors import EXAMPLES, fields, is_number, make, says
 
@@ -157,7 +157,7 @@ def test_tables_cams_and_polynomials_take_units():
         (lambda: Torque("it", "a", value=Polynomial([0, "1 N*m"])), ("c1", "a torque", "a power")),
         (
             lambda: Force("it", "a.P", Table(Q([0, 1], "K"), [0, 1])),
-            ("x", "no quantity of mechanics"),
+            ("x", "not a quantity of mechanics"),
         ),
     ):
         with says(ModelError, *words):
@@ -198,12 +198,12 @@ def test_places_guesses_and_spreads_take_units(pints):
 @pytest.mark.parametrize(
     ("quantity", "words"),
     [
-        (Q(3.0, "kelvin"), "no quantity of mechanics"),
-        (Q(3.0, "ampere*second"), "no quantity of mechanics"),
-        (Q(math.nan, "kg"), "no quantity of mechanics"),
-        (Q(math.inf, "kg"), "no quantity of mechanics"),
-        (Q([1.0, 2.0], "kg"), "no quantity of mechanics"),
-        (Q(3.0, "degC"), "no quantity of mechanics"),
+        (Q(3.0, "kelvin"), "not a quantity of mechanics"),
+        (Q(3.0, "ampere*second"), "not a quantity of mechanics"),
+        (Q(math.nan, "kg"), "not a quantity of mechanics"),
+        (Q(math.inf, "kg"), "not a quantity of mechanics"),
+        (Q([1.0, 2.0], "kg"), "not a quantity of mechanics"),
+        (Q(3.0, "degC"), "not a quantity of mechanics"),
         (Q(3.0, "newton"), "is a force (N), where a mass (kg)"),
         (Q(-3.0, "kg"), "must not be negative"),
     ],
@@ -218,5 +218,5 @@ def test_quantities_without_a_dimension_are_plain():
     machine = Mechanism("m", parameters={"n": Q(2.5, "dimensionless"), "w": Q(1.0, "rpm")})
     machine.add(Body("it", mass=Q(3, "dimensionless"), inertia="n"))
     assert (machine["it"].mass, machine["it"].inertia) == (3.0, 2.5)
-    assert machine.scope.names["w"].value == pytest.approx(math.pi / 30, rel=4 * ROUNDED)
-    assert name_of(machine.scope.names["w"].dimension) == "angular velocity"
+    assert machine._scope.names["w"].value == pytest.approx(math.pi / 30, rel=4 * ROUNDED)
+    assert name_of(machine._scope.names["w"].dimension) == "angular velocity"

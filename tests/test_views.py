@@ -11,7 +11,7 @@ import pytest
 
 import mbody
 from mbody import Body, Mechanism, Revolute, Torque, cli, gallery, kinematics, kinetostatics
-from mbody.analysis.driven.requests import asked
+from mbody.analysis.driven.requests import analyse_at
 from mbody.makers import makers
 from mbody.model.study import Instants
 from mbody.sheets.names import force_names
@@ -45,7 +45,7 @@ def test_every_model_of_the_gallery(name):
     if machine.ask is None:
         run = mbody.simulate(machine, times=[0.0])
     else:
-        run = asked(machine, "kinetostatics")
+        run = analyse_at(machine, "kinetostatics")
     figure = draw(run, instant=-1)
     drawn = artists(figure)
     # pins lie where the solution has the place on j; several at one place are drawn once

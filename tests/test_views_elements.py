@@ -9,25 +9,22 @@ from mbody import (
     AngleDriver,
     Body,
     CamFollower,
-    CentrifugalField,
-    ConstantSpeed,
     CouplingTerm,
-    Harmonic,
     LengthCoupling,
     Marker,
     Mechanism,
-    PistonPressure,
     Prismatic,
-    ReciprocatingCylinder,
     Revolute,
     gallery,
     kinematics,
 )
+from mbody.laws import ConstantSpeed, Harmonic
 from mbody.makers import makers
+from mbody.model.loads import CentrifugalField, PistonPressure, ReciprocatingCylinder
 from mbody.views import draw
+from mbody.views.joint_symbols import joint_symbol
 from mbody.views.shapes import hull, rounded
 from mbody.views.sketch import Sketch
-from mbody.views.symbols import joint_symbol
 from tests.odd_mechanisms import ODD, planetary, shafts, tackle
 from tests.picture_reader import artists, gap, inside
 

@@ -9,7 +9,6 @@ import mbody
 from mbody import (
     AngleDriver,
     Body,
-    ConstantSpeed,
     CoordinateDriver,
     Force,
     Gear,
@@ -26,6 +25,8 @@ from mbody import (
     Torque,
 )
 from mbody.engines.oracle import Reference
+from mbody.errors import ModelWarning
+from mbody.laws import ConstantSpeed
 from tests.agreement import assert_agrees
 from tests.errors.solving import gears_apart
 
@@ -81,7 +82,7 @@ def test_a_pair_on_fixed_centres_accelerates_its_inertias():
         Revolute("A", "ground.A", "a"),
         Revolute("B", "ground.B", "b"),
         Gear("mesh", "a", "b", radius_i=2.0, radius_j=1.0),
-        AngleDriver("motor", "a", mbody.ConstantAcceleration(0.0, 3.0, 4.0)),
+        AngleDriver("motor", "a", mbody.laws.ConstantAcceleration(0.0, 3.0, 4.0)),
     )
     run = mbody.kinetostatics(machine, t=[0.0, 0.5, 1.0])
     assert run["b"].omega == pytest.approx(-2.0 * run["a"].omega, rel=CLOSE)
@@ -140,7 +141,7 @@ def test_a_rack_is_pushed_by_the_torque_over_the_radius():
         Revolute("O", "ground.O", "pinion"),
         Prismatic("guide", "ground", "rack"),
         RackPinion("mesh", "rack", "pinion", radius=0.5),
-        AngleDriver("motor", "pinion", mbody.ConstantAcceleration(0.0, 2.0, 3.0)),
+        AngleDriver("motor", "pinion", mbody.laws.ConstantAcceleration(0.0, 2.0, 3.0)),
         Force("cut", "rack", 10.0, angle=math.pi),
     )
     run = mbody.kinetostatics(machine, t=[0.0, 0.7])
@@ -298,7 +299,7 @@ def everything_in_one_loop():
         Prismatic("guide", guide, "rack"),
         Rolling("rim", "ground.C", "planet", radius=0.4, on_radius=1.5, internal=True),
         Gear("second", "lever", "planet", radius_i=0.7, radius_j=0.4),
-        AngleDriver("motor", "a", mbody.ConstantAcceleration(0.2, 1.5, 0.4)),
+        AngleDriver("motor", "a", mbody.laws.ConstantAcceleration(0.2, 1.5, 0.4)),
         Gravity("gravity", y=-9.81),
         Torque("load", "planet", value=2.0),
         Force("cut", "rack", 3.0, angle=0.4),
@@ -325,5 +326,5 @@ def test_a_guess_elsewhere_on_the_rim_is_told_by_how_far():
         Rolling("rim", "ground", "w", radius=0.2, on_radius=1.0, internal=True),
         AngleDriver("motor", "w", 0.0),
     )
-    with pytest.warns(mbody.ModelWarning, match=r"'w' came out 1\.131 m from where the guess"):
+    with pytest.warns(ModelWarning, match=r"'w' came out 1\.131 m from where the guess"):
         assert mbody.kinematics(machine)["w"].x == pytest.approx(0.8)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import mbody
+from mbody.model.study import Unknown
 
 __all__ = ["AXIS", "SOLVED", "balanced", "rpm", "superposed"]
 
@@ -17,7 +18,7 @@ SOLVED = 1e-12, "some thousand roundings of 2.2e-16: loops, a linear solve, a qu
 
 def balanced(machine: mbody.Mechanism, driver: str = "theta", field: str = "field") -> float:
     """Speed [rad/time] at which the driver has no effort."""
-    unknown = mbody.Unknown(f"{field}.speed", low=0.0)
+    unknown = Unknown(f"{field}.speed", low=0.0)
     (found,) = mbody.solve_for(machine, unknown, f"{driver}.effort = 0").solutions
     return found.unknowns[unknown.name]
 

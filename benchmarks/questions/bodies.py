@@ -13,6 +13,7 @@ from benchmarks.frame import OURS, Asked, Row, available, timed
 from benchmarks.models import SHAPES
 from benchmarks.peers import drake, mujoco, pinocchio, pymunk
 from benchmarks.planar import GROUND, Planar, absolute, planar
+from mbody.engineering import close_loops
 
 __all__ = ["TITLE", "measure"]
 
@@ -118,7 +119,7 @@ def our_task(system: mbody.System) -> tuple[Callable[[], float], np.ndarray]:
 
     Two lengths of motion are timed, so that what a call costs once falls out.
     """
-    start = mbody.close_loops(system)
+    start = close_loops(system)
     first = mbody.simulate(system, 1e-9, start=start, instants=2)
     alpha = np.array([first[body.name].alpha[0] for body in system.mechanism.bodies])
     count = len(alpha)

@@ -77,7 +77,7 @@ def indicator(run: Solution, cylinder: str, *, opposite: bool = False) -> Indica
     >>> import mbody
     >>> machine = mbody.makers.slider_crank(1, 4, speed=10.0)
     >>> machine.add(
-    ...     mbody.ReciprocatingCylinder(
+    ...     ReciprocatingCylinder(
     ...         "cylinder", "ground", "slider.B", area=0.5, near=5.0, far=3.0, clearance=0.1,
     ...         delivery=2.0, bulk_modulus=100.0
     ...     )

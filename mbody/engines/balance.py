@@ -1,7 +1,7 @@
 """The balance of a result by plain arithmetic: Newton and Euler of every body, virtual power, laws.
 
-Only what the result tells is taken: motion, reactions, efforts. Loads are made anew from their laws
-where they can be. Σ F = m a, Σ M = I α of every free body;  Σ (f − M a)·v + Σ effort·rate = 0.
+Motion, reactions and efforts are taken from the result. Loads are computed again from their laws
+where possible. Σ F = m a, Σ M = I α of every free body;  Σ (f − M a)·v + Σ effort·rate = 0.
 """
 
 from __future__ import annotations
@@ -27,14 +27,13 @@ __all__ = ["opinion"]
 
 Array = np.ndarray
 
-#: What is left where Newton's method ends when its step no longer counts: 5e-13 of the greatest was
-#: the most over the gallery.
+#: Residual of Newton's method at its end: over the gallery at most 5e-13 of the greatest force.
 EXPECTED = 5e-12
 
 
 def opinion(system: System, run: Solution) -> Opinion:
-    """What the balance of forces and of power says of a result."""
-    loads, borrowed = _loads(system, run)
+    """The balance of forces and of power for a result."""
+    loads, taken = _loads(system, run)
     n, count = len(system.mechanism.bodies), len(run)
     mass = reading(system).masses
     motion = np.zeros((3, count, n, 3))
@@ -61,22 +60,22 @@ def opinion(system: System, run: Solution) -> Opinion:
         _power(system, run, loads - inertia, motion[1], comparison)
     _laws(system, run, comparison)
     _meshing(system, run, comparison)
-    why = "where Newton's method ends, and rounding of sums"
+    why = "residual of Newton's method, and rounding of sums"
     rows = comparison.rows(
         dict.fromkeys(comparison.kinds, EXPECTED), dict.fromkeys(comparison.kinds, why)
     )
     notes = []
-    if borrowed:
-        notes.append(f"taken over from our result as forces: {listed(borrowed)}")
+    if taken:
+        notes.append(f"taken from our result as forces: {listed(taken)}")
     return Opinion("balance", tuple(rows), (), tuple(notes))
 
 
 def _loads(system: System, run: Solution) -> tuple[Array, list[str]]:
-    """All loads on the bodies (instants, bodies, 3), and names of those that only we know."""
+    """All loads on the bodies (instants, bodies, 3), and names of those taken from our result."""
     loads, names = system.mechanism.loads, [body.name for body in system.mechanism.bodies]
     mass = reading(system).masses[:, 0]
     found = np.zeros((len(run), len(names), 3))
-    borrowed = [one.name for one in loads if type(one) not in (*NATIVE, Gravity)]
+    taken = [one.name for one in loads if type(one) not in (*NATIVE, Gravity)]
     for k in range(len(run)):
         t = float(run.t[k])
         found[k, :, :2] = mass[:, None] * gravity_of(system, t)
@@ -90,17 +89,17 @@ def _loads(system: System, run: Solution) -> tuple[Array, list[str]]:
             if type(load) in NATIVE:
                 for body, wrench in wrenches(system, load, poses, t).items():
                     found[k, names.index(body)] += wrench
-        if borrowed:
+        if taken:
             whole = each_load_of(run, k)
             for n, load in enumerate(loads):
-                if load.name in borrowed:
+                if load.name in taken:
                     found[k] += whole[n]
-    return found, borrowed
+    return found, taken
 
 
 def _joints(system: System, run: Solution, pose: Array) -> tuple[Array, Array]:
-    """What joints, couplings and drivers do to the bodies (instants, bodies, 3), and the size of
-    their greatest force at every instant.
+    """Forces of joints, couplings and drivers on the bodies (instants, bodies, 3), and the greatest
+    of them at every instant.
     """
     machine, index = system.mechanism, system.bodies
     found, size = np.zeros(pose.shape), np.zeros(len(run))
@@ -134,7 +133,7 @@ def _joints(system: System, run: Solution, pose: Array) -> tuple[Array, Array]:
 
 
 def _laws(system: System, run: Solution, comparison: Comparison) -> None:
-    """Angle, rate and acceleration of driven bodies, beside those of the laws."""
+    """Compare angle, rate and acceleration of driven bodies with the laws."""
     parts = (("angle", 1.0), ("omega", 0.0), ("alpha", 0.0))
     for driver in system.drivers:
         by_law = laws_of(system, run, driver)
@@ -150,7 +149,9 @@ def _laws(system: System, run: Solution, comparison: Comparison) -> None:
 
 
 def _meshing(system: System, run: Solution, comparison: Comparison) -> None:
-    """What gears, racks, wheels, cams and couplings hold keeps its value: rate, acceleration."""
+    """Rate and acceleration of the constraints of gears, racks, wheels, cams, couplings: both
+    are 0.
+    """
     if run.analysis == "statics":
         return
     machine = system.mechanism
@@ -168,7 +169,7 @@ def _meshing(system: System, run: Solution, comparison: Comparison) -> None:
 def _power(
     system: System, run: Solution, left: Array, rates: Array, comparison: Comparison
 ) -> None:
-    """Power of loads, inertia and drivers: nothing is left, whatever the joints carry."""
+    """Power of loads, inertia and drivers: their sum is 0, since ideal joints do no work."""
     terms = left * rates
     given = [run.effort(d.name) * run.driven(d.name)[1] for d in system.drivers]
     whole = terms.sum(axis=(1, 2)) + sum(given, np.zeros(len(run)))

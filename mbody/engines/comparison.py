@@ -1,4 +1,4 @@
-"""Rows of an opinion from histories of both sides: the instant that is told, and the difference."""
+"""Rows of an opinion from the histories of both engines."""
 
 from __future__ import annotations
 
@@ -16,10 +16,11 @@ Array = np.ndarray
 
 @dataclass
 class Comparison:
-    """Collects histories of quantities, and makes a row of each in the end.
+    """Collects histories of quantities and makes a row of each.
 
-    A difference is a part of the greatest of its kind (all forces, all torques …) over all
-    instants. A row tells the instant at which it is the greatest part of what is expected there.
+    Differences are relative to the greatest value of their kind (all forces, all torques …) over
+    all instants. A row has the instant at which the difference is greatest relative to the expected
+    one.
     """
 
     kinds: dict[str, list[tuple[str, Array, Array]]] = field(default_factory=dict)
@@ -31,24 +32,26 @@ class Comparison:
         self.kinds.setdefault(kind, []).append((quantity, *pair))
 
     def size(self, kind: str, values: Any) -> None:
-        """What differences of a kind are a part of at least, as a length of the mechanism."""
+        """Set the least reference value of a kind, as a length of the mechanism."""
         top = float(np.abs(values).max(initial=0.0))
         self.sizes[kind] = max(self.sizes.get(kind, 0.0), top)
 
     def top(self, kind: str) -> float:
-        """The greatest of a kind over all instants; 1 where all is zero."""
+        """The greatest value of a kind over all instants; 1 where all are zero."""
         parts = [part for _, *both in self.kinds.get(kind, []) for part in both]
         tops = [float(np.abs(part[np.isfinite(part)]).max(initial=0.0)) for part in parts]
         return max([*tops, self.sizes.get(kind, 0.0)]) or 1.0
 
     def rows(self, expected: dict[str, Array | float], reasons: dict[str, str]) -> list[Row]:
-        """A row each; what is expected by kind, one number or one an instant."""
+        """A row for each quantity; the expected differences are by kind, one number or one
+        per instant.
+        """
         found = []
         for kind, quantities in self.kinds.items():
             top = self.top(kind)
             for quantity, ours, theirs in quantities:
                 part = np.abs(theirs - ours) / top
-                # what is no number differs most
+                # NaN differs most
                 part = np.where(np.isnan(part), np.inf, part)
                 limit = np.broadcast_to(expected[kind], part.shape)
                 if not part.size:

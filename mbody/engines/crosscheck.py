@@ -1,4 +1,6 @@
-"""The verb `crosscheck`: the same mechanism in other engines, and what they say of our result."""
+"""The function `crosscheck`: the same mechanism in other engines, and their opinions on our
+result.
+"""
 
 from __future__ import annotations
 
@@ -10,14 +12,15 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
-from mbody.analysis.driven.requests import asked_of
+from mbody.analysis.driven.requests import analyse_system_at
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.engines.opinion import AGREES, Engine, Opinion
 from mbody.errors import ModelError, brief
 from mbody.model.element import listed
 from mbody.model.study import Instants
-from mbody.solution.doubts import Doubt, certificate, status_of
+from mbody.solution.doubts import Doubt, status_of
+from mbody.solution.heading import heading, unit_symbols
 from mbody.solution.solution import Solution, as_solution
 
 if TYPE_CHECKING:
@@ -34,13 +37,13 @@ ENGINES = {
     "pymunk": "mbody.engines.pymunk",
     "mujoco": "mbody.engines.mujoco",
 }
-#: Those that need nothing but mbody, and are asked whoever else is.
+#: Engines that need nothing but mbody; they are always used.
 ALWAYS = ("balance", "oracle")
 
 
 @dataclass(frozen=True, eq=False)
 class Crosscheck:
-    """What other engines say of a result.
+    """Opinions of other engines on a result.
 
     Attributes
     ----------
@@ -60,8 +63,8 @@ class Crosscheck:
         for name, opinion in self.opinions.items():
             rows = [row.quantity for row in opinion.rows if row.verdict != AGREES]
             if rows:
-                told = f"{name} differs in {listed(rows)}: see its rows"
-                found.append(Doubt("solver", told))
+                message = f"{name} differs in {listed(rows)}: see its rows"
+                found.append(Doubt("solver", message))
         return tuple(found)
 
     @property
@@ -80,14 +83,14 @@ class Crosscheck:
         return all(opinion.agrees for opinion in self.opinions.values())
 
     def data(self) -> dict[str, Any]:
-        """The same as plain lists and texts, ready for JSON: ``{"model", "analysis", "engines":
-        {ENGINE: {"engine", "rows", "not_expressible", "notes"}}, "agrees", "status", "doubts",
-        "notes"}``; what is no finite number is null.
+        """The same as plain lists and texts, ready for JSON: the heading, ``"agrees"`` and
+        ``"engines": {ENGINE: {"engine", "rows", "not_expressible", "notes"}}``; numbers that
+        are not finite are null.
         """
         engines = {name: _finite(opinion.data()) for name, opinion in self.opinions.items()}
-        model, analysis = self.run.mechanism.name, self.run.analysis
-        told = {"model": model, "analysis": analysis, "engines": engines}
-        return told | {"agrees": self.agrees} | certificate(self)
+        mechanism, analysis = self.run.mechanism, self.run.analysis
+        head = heading(mechanism.name, analysis, unit_symbols(mechanism.units), self)
+        return head | {"agrees": self.agrees, "engines": engines}
 
     def __str__(self) -> str:
         from mbody.sheets.crosscheck import sheet
@@ -101,36 +104,37 @@ def crosscheck(
     *,
     ours: Solution | None = None,
 ) -> Crosscheck:
-    """Every answer checked by engines that share no code with mbody: a second opinion.
+    """Check a result by engines that share no code with mbody: a second opinion.
 
     Parameters
     ----------
     model : Mechanism or System
-        Of one design: what the other engines build.
+        Of one design; the other engines model it.
     against : str or list of str, optional
         Which of ``"pinocchio"``, ``"pymunk"``, ``"mujoco"``, in text with commas between them; by
-        default every one that is installed. The balance of forces and power, and the dense oracle,
-        are always asked.
+        default all that are installed. The balance of forces and power, and the dense oracle, are
+        always used.
     ours : Solution, optional
-        The result to be judged, of kinetostatics, statics or simulate; by default what the
-        mechanism itself asks: its free motion where it has a `simulation`, else kinetostatics.
+        The result to check, of kinetostatics, statics or simulate; by default the analysis of the
+        model itself: its free motion where it has a `simulation`, else kinetostatics.
 
     Returns
     -------
     Crosscheck
-        ``print`` shows, for every engine and quantity, ours, theirs, the difference, the one that
-        is expected of that engine, and why; and what the engine cannot express.
+        ``print`` shows, for every engine and quantity, our value, theirs, the difference, the
+        expected difference and its reason; and what the engine cannot model.
 
     Raises
     ------
     ModelError
-        For an engine that there is not, a batch, or a result of another mechanism.
+        For an unknown engine, a batch, or a result of another mechanism.
     SolveError
         For an engine that is not installed; as of the analysis.
 
     Notes
     -----
-    A difference is a part of the greatest of its kind (all forces, all torques …) over the run.
+    Differences are relative to the greatest value of their kind (all forces, all torques …) in the
+    run.
 
     Examples
     --------
@@ -139,36 +143,36 @@ def crosscheck(
     >>> crosscheck(machine, "pinocchio").agrees
     True
     """
-    names = _chosen(against)
+    names = _names_of(against)
     system = as_system(model)
     if system.batch is not None:
         raise ModelError("crosscheck takes one design: choose one of the batch with design(n)")
     if ours is not None:
-        run = _checked(system, as_solution(ours))
+        run = _checkable(system, as_solution(ours))
     elif system.mechanism.simulation is not None:
         run = simulate(system)
     else:
-        run = asked_of(system, "kinetostatics", system.mechanism.ask or Instants())
+        run = analyse_system_at(system, "kinetostatics", system.mechanism.ask or Instants())
     found = {}
     for name in names:
-        why = _broken(name) if against is None else ""
+        why = _loading_error(name) if against is None else ""
         found[name] = Opinion(name, (), (), (why,)) if why else _engine(name)(system, run)
     return Crosscheck(run, found)
 
 
 def installed() -> tuple[str, ...]:
-    """The engines that can be asked here, those of `ALWAYS` first."""
+    """The engines that are available here, those of `ALWAYS` first."""
     others = [name for name in ENGINES if name not in ALWAYS]
     return (*ALWAYS, *(name for name in others if find_spec(ENGINES[name]) and find_spec(name)))
 
 
-def _broken(name: str) -> str:
-    """A sentence of an engine that is installed and cannot be loaded; else none."""
+def _loading_error(name: str) -> str:
+    """The reason why an installed engine cannot be loaded; empty if it can."""
     if name not in ALWAYS:
         try:
             importlib.import_module(name)
         except ImportError as error:
-            return f"not asked: it is installed, but cannot be loaded ({error})"
+            return f"not used: it is installed, but cannot be loaded ({error})"
     return ""
 
 
@@ -177,8 +181,8 @@ def _engine(name: str) -> Engine:
     return engine
 
 
-def _chosen(against: Any) -> tuple[str, ...]:
-    """The engines to be asked."""
+def _names_of(against: Any) -> tuple[str, ...]:
+    """The engines to use."""
     if against is None:
         return installed()
     if isinstance(against, str):
@@ -189,21 +193,21 @@ def _chosen(against: Any) -> tuple[str, ...]:
     for name in wanted:
         if name not in ENGINES:
             close = difflib.get_close_matches(str(name)[:60], ENGINES, 1)
-            told = f"did you mean '{close[0]}'?" if close else f"there are: {listed(ENGINES)}"
-            raise ModelError(f"there is no engine {brief(name)}: {told}")
+            hint = f"did you mean '{close[0]}'?" if close else f"there are: {listed(ENGINES)}"
+            raise ModelError(f"there is no engine {brief(name)}: {hint}")
     return tuple(dict.fromkeys((*ALWAYS, *wanted)))
 
 
-def _checked(system: System, run: Solution) -> Solution:
-    """A result that can be judged: of forces, one design, and of elements of the same names."""
+def _checkable(system: System, run: Solution) -> Solution:
+    """The result, if it can be checked: with forces, of one design, with the same element names."""
     if not run.has_forces:
         raise ModelError(
-            f"{run.analysis} finds no forces to be checked: give a result of kinetostatics, "
+            f"{run.analysis} computes no forces to check: give a result of kinetostatics, "
             "statics or simulate"
         )
     if run.record.batch:
         raise ModelError(
-            f"crosscheck judges one design, this is a batch of {run.record.count}: analyse one of "
+            f"crosscheck checks one design, this is a batch of {run.record.count}: analyse one of "
             "them, system.design(n)"
         )
     for kind in ("bodies", "joints", "couplings", "drivers", "loads"):
@@ -219,7 +223,7 @@ def _checked(system: System, run: Solution) -> Solution:
 
 
 def _finite(value: Any) -> Any:
-    """The same data, None for what is no finite number."""
+    """The same data, with None for numbers that are not finite."""
     if isinstance(value, dict):
         return {key: _finite(part) for key, part in value.items()}
     if isinstance(value, list):

@@ -1,8 +1,9 @@
-"""Cut joints and drivers by the kinematics of another engine: what they hold, and how they push.
+"""Constraint rows of cut joints and drivers, by the kinematics of another engine.
 
-A row holds n·d, with n fixed in body i or along d, or an angle. Its force n on j acts at the place
-on j, its opposite on i at the same place; so the row's Jacobian is what that force does. With p the
-place on j, and of body i the point that is there:  Φ̇ = n·v_rel,  Φ̈ = n·(a_rel − 2 ω_i × v_rel).
+A row constrains n·d, with n fixed in body i or along d, or an angle. Its force n on j acts at the
+place on j, the opposite on i at the same place. The Jacobian is the generalised force of n. With p
+the place on j, and of body i the point that is there:  Φ̇ = n·v_rel,  Φ̈ = n·(a_rel − 2 ω_i ×
+v_rel).
 """
 
 from __future__ import annotations
@@ -23,13 +24,13 @@ __all__ = ["CUT_JOINTS", "ConstraintRow", "constraint_rows"]
 
 Array = np.ndarray
 
-#: Joints that are held by rows of this kind.
+#: Joints that have rows of this kind.
 CUT_JOINTS = (Revolute, Prismatic, Fixed, Distance, PinSlot)
 
 
 @dataclass(frozen=True)
 class ConstraintRow:
-    """One row: where it pushes and how, and its value, rate and acceleration.
+    """One row: its force direction, value, rate, acceleration and Jacobian.
 
     Attributes
     ----------
@@ -40,7 +41,7 @@ class ConstraintRow:
         On j at the place, of a unit multiplier.
     torque : float
     value, rate, change : float
-        What the row holds, and its derivatives.
+        The constrained quantity and its derivatives.
     jacobian : array (n,)
     """
 
@@ -84,11 +85,11 @@ def constraint_rows(system: System, element: Element, bodies: Any) -> list[Const
     if isinstance(element, CoordinateDriver):
         return [row.fixed(along)]
     assert isinstance(element, Distance | DistanceDriver)
-    return [row.reach()]
+    return [row.distance()]
 
 
 def _angle(i: str, j: str, bodies: Any, more: float) -> ConstraintRow:
-    """θ_j − θ_i + what is given, within −π … π."""
+    """θ_j − θ_i + `more`, within −π … π."""
     a, b = bodies[i], bodies[j]
     jacobian = b.jacobian[2] - a.jacobian[2]
     rate, change = b.velocity[2] - a.velocity[2], b.acceleration[2] - a.acceleration[2]
@@ -106,7 +107,7 @@ class _PointPair:
         self.near = self.a.place + self.a.arm(at_i)
         self.place = self.b.place + self.b.arm(at_j)
         self.d = self.place - self.near
-        # of i the point that is where the place on j is
+        # the point of body i that coincides with the place on j
         arms = self.place - self.a.place, self.place - self.b.place
         self.v = self.b.velocity_at(arms[1]) - self.a.velocity_at(arms[0])
         aa, ab = self.a.acceleration_at(arms[0]), self.b.acceleration_at(arms[1])
@@ -115,16 +116,16 @@ class _PointPair:
 
     def fixed(self, n: Array) -> ConstraintRow:
         """n·d, n fixed in i."""
-        return self._tie(n, float(n @ self.d), float(n @ self.acceleration))
+        return self._row(n, float(n @ self.d), float(n @ self.acceleration))
 
-    def reach(self) -> ConstraintRow:
-        """|d|: in the axes of i it grows by what of the velocity goes across, too."""
+    def distance(self) -> ConstraintRow:
+        """|d|: its second derivative contains the square of the transverse velocity."""
         length = math.hypot(*self.d)
         n = self.d / length
         across = float(n[0] * self.v[1] - n[1] * self.v[0])
-        return self._tie(n, length, float(n @ self.acceleration) + across * across / length)
+        return self._row(n, length, float(n @ self.acceleration) + across * across / length)
 
-    def _tie(self, n: Array, value: float, change: float) -> ConstraintRow:
+    def _row(self, n: Array, value: float, change: float) -> ConstraintRow:
         jacobian = self.b.generalized_force(n, 0.0, self.place)
         jacobian = jacobian - self.a.generalized_force(n, 0.0, self.place)
         return ConstraintRow(

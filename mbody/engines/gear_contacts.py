@@ -1,7 +1,8 @@
-"""Gears, racks, wheels, cams and couplings by the motion of their bodies alone.
+"""Constraints of gears, racks, wheels, cams and couplings, checked by the motion of their bodies.
 
-What these hold, differentiated by hand: the rate and the acceleration of each must vanish, by the
-histories of a result and the numbers of the description. Δ goes from the place on i to that on j.
+The constraints are differentiated by hand: the rate and the acceleration of each must vanish for
+the histories of a result and the numbers of the description. Δ goes from the place on i to that on
+j.
 """
 
 from __future__ import annotations
@@ -23,12 +24,12 @@ Array = np.ndarray
 #: First and second derivative, arrays (instants,), and the sizes of their terms.
 Rates = tuple[Array, Array, Array, Array]
 
-#: Joints whose rates are found here.
+#: Joints whose constraint rates are computed here.
 MESHING = (Gear, RackPinion, Rolling, CamFollower)
 
 
 def constraint_rates(system: System, run: Solution, element: Any) -> list[Rates]:
-    """Of every row of a joint of `MESHING` or a coupling.
+    """Rate and acceleration of every constraint row of a joint of `MESHING` or a coupling.
 
     >>> import mbody
     >>> made = mbody.gallery.load("planetary_train")
@@ -45,7 +46,7 @@ def constraint_rates(system: System, run: Solution, element: Any) -> list[Rates]
 
 
 class _Pair:
-    """Two places in the world: Δ and its derivatives, and how both bodies turn."""
+    """Two places in the world: Δ and its derivatives, and the rotation of both bodies."""
 
     def __init__(self, system: System, run: Solution, element: Any, i: Marker, j: Marker) -> None:
         self.run, self.at, self.element = run, reading(system), element
@@ -79,7 +80,7 @@ class _Pair:
         return self.at.angle(self.element, side)
 
     def along(self, angle: Array, w: Array, alpha: Array) -> tuple[Array, Array, Array, Array]:
-        """Derivatives of u·Δ, u at an angle that turns at w, and the sizes of the terms."""
+        """Derivatives of u·Δ, where u turns at the rate w, and the sizes of the terms."""
         u = np.array([np.cos(angle), np.sin(angle)])
         t = np.array([-u[1], u[0]])
         ud, uv, ua = (_dot(u, part) for part in (self.d, self.v, self.a))
@@ -117,9 +118,9 @@ def _of_joint(pair: _Pair, joint: Any) -> list[Rates]:
     if isinstance(joint, Gear) or joint.__dict__.get("on_radius") is not None:
         keys = ("radius_i", "radius_j") if isinstance(joint, Gear) else ("on_radius", "radius")
         ri, rj = (float(number[f"{joint.name}.{key}"]) for key in keys)
-        if joint.internal:  # the ring's teeth lie on the other side of its centre
+        if joint.internal:  # internal gear: the contact is on the other side of its centre
             ri, rj = (ri, -rj) if ri > rj else (-ri, rj)
-        # the line of centres turns as both wheels roll it: R ψ = r_i θ_i + r_j θ_j
+        # rolling: the line of centres turns by R ψ = r_i θ_i + r_j θ_j
         first, second = pair.polar()
         whole = ri + rj
         rolled = whole * first - ri * pair.w_i - rj * pair.w_j
@@ -144,18 +145,18 @@ def _cam(pair: _Pair, joint: CamFollower) -> Rates:
     profile = law_by_formula(joint.profile)
     if joint.flat:
         face = pair.angle_j + pair.beta("j") + 0.5 * math.pi
-        held = pair.along(face, pair.w_j, pair.a_j)
+        rates = pair.along(face, pair.w_j, pair.a_j)
         angle = face
         turned, more = pair.w_j - pair.w_i, pair.a_j - pair.a_i
     else:
-        held = pair.apart()
+        rates = pair.apart()
         angle = np.arctan2(pair.d[1], pair.d[0])
         turned, more = pair.polar()
         turned, more = turned - pair.w_i, more - pair.a_i
     place = (sense * (angle - pair.angle_i - pair.beta("i"))) % (2.0 * math.pi)
     table = np.array([profile.derivatives(float(x)) for x in place])
     f1, f2 = sense * table[:, 1], table[:, 2]
-    first, second, size, sizes = held
+    first, second, size, sizes = rates
     lift, change = f1 * turned, f2 * turned**2 + f1 * more
     sizes = sizes + np.abs(f2 * turned**2) + np.abs(f1 * more)
     return first - lift, second - change, size + np.abs(lift), sizes
@@ -168,7 +169,7 @@ def _of_term(system: System, run: Solution, coupling: Any, n: int) -> Rates:
     if term.angle is not None:
         one, base = run[term.angle], run[term.relative_to]
         w, alpha = one.omega - base.omega, one.alpha - base.alpha
-        # what turns evenly has accelerations that are rounding beside ω²
+        # at uniform rotation the accelerations are rounding, compared with ω²
         rates: Rates = w, alpha, np.abs(w), np.abs(alpha) + w * w
     else:
         pair = _TermPair(system, run, coupling, n)

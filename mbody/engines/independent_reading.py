@@ -1,9 +1,9 @@
-"""The numbers of a system read once more, for engines that judge it: plain arithmetic, and pint.
+"""The numbers of a system, read again independently for the engines that check it, with pint.
 
-Text with units is evaluated by Python's own parser with the units of pint, and masses, places and
-laws follow from the numbers by formulas written here. So a fault in mbody's units, formulas, arms,
-masses or law kernels is not repeated by the engines that find it. What is not read anew (laws with
-tables, Python functions, formulas that Python reads otherwise) is taken as the system has it.
+Text with units is evaluated by Python's own parser with the units of pint. Masses, places and laws
+follow from the numbers by the formulas of this file. So an error in mbody's units, formulas, arms,
+masses or law kernels does not enter the engines that should find it. The rest (laws with tables,
+Python functions, formulas that Python reads differently) is taken from the system.
 """
 
 from __future__ import annotations
@@ -39,11 +39,10 @@ from mbody.system.system import System
 
 __all__ = ["PlainLaw", "Reading", "law_by_formula", "laws_of", "reading"]
 
-#: How far a number read anew may be from the system's before it counts as the system's fault: what
-#: is nearer is rounding, and the system's own number is as good.
+#: A number that differs from the system's by less than this is rounding: the system's is used.
 ROUNDING = 1e-13
 
-_known: weakref.WeakKeyDictionary[System, Reading] = weakref.WeakKeyDictionary()
+_readings: weakref.WeakKeyDictionary[System, Reading] = weakref.WeakKeyDictionary()
 
 
 def reading(system: System) -> Reading:
@@ -54,9 +53,9 @@ def reading(system: System) -> Reading:
     >>> reading(system).mass("coupler")
     (2.0, 1.5)
     """
-    if system not in _known:
-        _known[system] = Reading(system)
-    return _known[system]
+    if system not in _readings:
+        _readings[system] = Reading(system)
+    return _readings[system]
 
 
 class Reading:
@@ -88,7 +87,7 @@ class Reading:
         return self.values[name]
 
     def _texts(self) -> Iterator[tuple[str, Formula]]:
-        """What the user wrote as text, of the numbers that the system has not been given since."""
+        """Numbers that the user wrote as text and that were not changed since."""
         own = assemble(self.mechanism).values
         given = {**self.mechanism.parameters, **self.mechanism.formulas}
         for name, formula in given.items():
@@ -98,25 +97,25 @@ class Reading:
             if follows or own.get(name) == self.values.get(name):
                 yield name, formula
 
-    def _parameter(self, name: str, asked: frozenset[str]) -> float:
+    def _parameter(self, name: str, visited: frozenset[str]) -> float:
         """The value of a parameter in the units of the mechanism."""
         own = float(self.values.get(name, 0.0))
         formula = self._formulas.get(name)
-        if formula is None or name in asked:
+        if formula is None or name in visited:
             return own
         for other in formula.names & self._parameters.keys():
-            self._parameters[other] = self._parameter(other, asked | {name})
+            self._parameters[other] = self._parameter(other, visited | {name})
         anew = self._number(formula)
         return own if anew is None else anew
 
     def _number(self, formula: Any) -> float | None:
-        """The value of a formula; None where it is not read anew."""
+        """The value of a formula; None where it cannot be read here."""
         found = evaluated(formula.text, self._parameters, self.mechanism)
         if found is None:
             return None
         value, measured = found
         if not measured and not formula.names and formula.dimension == DIMENSIONS["angle"]:
-            return None  # whether a plain number is in degrees, the field says
+            return None  # a plain number may be in degrees, depending on the field
         return float(value)
 
     # -- places -------------------------------------------------------------------------------
@@ -195,8 +194,9 @@ class Reading:
 def laws_of(
     system: System, run: Any, driver: Any, instants: Any = slice(None)
 ) -> np.ndarray | None:
-    """(3, instants): what the law of a driver says at instants of a run; None where the run was
-    given other values.
+    """(3, instants): value, rate and acceleration by the law of a driver at instants of a run.
+
+    None where the run used other values than the law.
     """
     if run.given is not None:
         return None
@@ -229,7 +229,7 @@ class PlainLaw:
 
 
 def law_by_formula(law: Law) -> Any:
-    """The same law by a formula written here; the law itself where there is none.
+    """The same law by a formula of this file; the law itself where there is none.
 
     >>> law_by_formula(Harmonic(1.0, 2.0, 10.0)).derivatives(0.0)[:2]
     (1.0, 20.0)
@@ -262,7 +262,7 @@ def law_by_formula(law: Law) -> Any:
 def _written(
     law: Expression, parameters: dict[str, Any], mechanism: Mechanism, turning: bool
 ) -> PlainLaw | None:
-    """A formula's law by its text; None where it is not read anew."""
+    """The law of a formula from its text; None where it cannot be read here."""
     found = parsed(law.text, parameters, mechanism)
     if found is None or (turning and not found[1]):
         return None
@@ -273,7 +273,7 @@ def _written(
 
     try:
         at(Jet(0.37, 1.0))
-    except Exception:  # a function that jets have not
+    except Exception:  # a function that jets do not have
         return None
     return PlainLaw(at)
 
@@ -283,13 +283,24 @@ def _written(
 _NUMBER = r"(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _NAME = r"[^\W\d]\w*"
 _POWER = r"(?:\^-?\d+)?"
-#: A number and the unit behind it, which belongs to it more tightly than any operation.
+#: A number and its unit, which binds more tightly than any operation.
 _MEASURED = re.compile(rf"({_NUMBER})\s*({_NAME}{_POWER}(?:\s*[*/]\s*{_NAME}{_POWER})*)")
 _PRETTY = str.maketrans({"·": "*", "²": "^2", "³": "^3", "⁴": "^4", "−": "-", "°": "deg"})
 _FUNCTIONS: dict[str, Any] = {
-    **{"sin": np.sin, "cos": np.cos, "tan": np.tan, "sqrt": np.sqrt, "exp": np.exp, "log": np.log},
-    **{"asin": np.arcsin, "acos": np.arccos, "atan": np.arctan, "atan2": np.arctan2},
-    **{"abs": np.abs, "min": min, "max": max, "hypot": np.hypot},
+    "sin": np.sin,
+    "cos": np.cos,
+    "tan": np.tan,
+    "asin": np.arcsin,
+    "acos": np.arccos,
+    "atan": np.arctan,
+    "atan2": np.arctan2,
+    "sqrt": np.sqrt,
+    "exp": np.exp,
+    "log": np.log,
+    "abs": np.abs,
+    "hypot": np.hypot,
+    "min": min,
+    "max": max,
 }
 
 
@@ -301,12 +312,12 @@ def _pint() -> Any:
 
 
 def scale(unit: str, mechanism: Mechanism) -> float:
-    """How large a unit is in the units of the mechanism, by pint.
+    """The size of a unit in the units of the mechanism, by pint.
 
     Raises
     ------
     Exception
-        Of pint, for what is no unit.
+        Of pint, for an unknown unit.
     """
     registry = _pint()
     of = mechanism.units
@@ -330,8 +341,8 @@ def scale(unit: str, mechanism: Mechanism) -> float:
 def evaluated(
     text: str, parameters: dict[str, Any], mechanism: Mechanism
 ) -> tuple[Any, bool] | None:
-    """A formula's value in the units of the mechanism, and whether units stand in it; None for what
-    Python and pint do not read.
+    """A formula's value in the units of the mechanism, and whether it has units; None where Python
+    and pint cannot read it.
 
     >>> import mbody
     >>> machine = mbody.Mechanism("in inches", units="in-lbf-s")
@@ -341,15 +352,15 @@ def evaluated(
     found = parsed(text, parameters, mechanism)
     try:
         return None if found is None else (_value(found[0], _names(parameters)), found[1])
-    except Exception:  # whatever a name that is none, or a number that is none, raises
+    except Exception:  # any error of an unknown name or an invalid number
         return None
 
 
 def parsed(
     text: str, parameters: dict[str, Any], mechanism: Mechanism
 ) -> tuple[ast.expr, bool] | None:
-    """A formula as Python's tree, units being numbers in it, and whether there were any; None for
-    what Python and pint do not read.
+    """A formula as Python's syntax tree, with units as numbers, and whether it had units; None
+    where Python and pint cannot read it.
     """
     measured, own = False, {*parameters, *_FUNCTIONS, "t", "x", "pi"}
 
@@ -357,7 +368,7 @@ def parsed(
         nonlocal measured
         number, unit = found.groups()
         parts = re.split(r"([*/])", unit.replace(" ", ""))
-        # right behind a number stands a unit; further on, a name may be a parameter
+        # directly after a number there is a unit; further on, a name may be a parameter
         kept, parts = parts[:1], parts[1:]
         while parts and parts[1].partition("^")[0] not in own:
             kept += parts[:2]
@@ -369,12 +380,12 @@ def parsed(
     try:
         plain = _MEASURED.sub(bracketed, text.translate(_PRETTY)).replace("^", "**")
         return ast.parse(plain.strip(), mode="eval").body, measured
-    except Exception:  # whatever Python's parser or pint raise
+    except Exception:  # any error of Python's parser or of pint
         return None
 
 
 def _names(parameters: dict[str, Any]) -> dict[str, Any]:
-    """What names in a formula stand for."""
+    """The values of the names in a formula."""
     return {**parameters, **_FUNCTIONS, "pi": math.pi}
 
 

@@ -1,4 +1,4 @@
-"""Force laws of the loads for the engines that judge a result, independent of the kernels.
+"""Force laws of the loads for the engines that check a result, independent of the kernels.
 
 The numbers and laws are those of `independent_reading`. Kinematics belongs to each engine: an
 engine gives `BodyState` objects, or its own places and directions. The dense oracle does not use

@@ -1,4 +1,4 @@
-"""What another engine says of a result: rows of numbers, with the difference that is expected."""
+"""The opinion of another engine on a result: rows of numbers, with the expected difference."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ class Row:
     Attributes
     ----------
     quantity : str
-        ``"motor.effort"``, ``"A.force"``, ``"crank.angle"``: of all instants, the one at which both
-        differ most.
+        ``"motor.effort"``, ``"A.force"``, ``"crank.angle"``, at the instant of the greatest
+        difference.
     ours, theirs : float
         Its values there, in the units of the mechanism.
     difference : float
-        As a part of the greatest of its kind (forces, torques, angles) over all instants.
+        Relative to the greatest value of its kind (forces, torques, angles) over all instants.
     expected : float
-        The greatest difference that this engine may show.
+        The greatest difference that still agrees for this engine.
     reason : str
-        Why so much.
+        Why this difference is expected.
     """
 
     quantity: str
@@ -41,18 +41,18 @@ class Row:
 
     @property
     def verdict(self) -> str:
-        """``"agrees"`` or ``"differs"``; what is no number differs."""
+        """``"agrees"`` or ``"differs"``; NaN differs."""
         return AGREES if self.difference <= self.expected else DIFFERS
 
     def data(self) -> dict[str, Any]:
         """The same, ready for JSON."""
-        told = {key: getattr(self, key) for key in ("quantity", "ours", "theirs", "difference")}
-        return told | {"expected": self.expected, "reason": self.reason, "verdict": self.verdict}
+        data = {key: getattr(self, key) for key in ("quantity", "ours", "theirs", "difference")}
+        return data | {"expected": self.expected, "reason": self.reason, "verdict": self.verdict}
 
 
 @dataclass(frozen=True)
 class Inexpressible:
-    """An element that an engine cannot express, and why."""
+    """An element that an engine cannot model, and why."""
 
     element: str
     why: str
@@ -64,7 +64,7 @@ class Inexpressible:
 
 @dataclass(frozen=True)
 class Opinion:
-    """What one engine says of one result.
+    """The opinion of one engine on one result.
 
     Attributes
     ----------
@@ -72,9 +72,9 @@ class Opinion:
         With its version.
     rows : tuple of Row
     not_expressible : tuple of Inexpressible
-        What this engine could not check, whole elements or, where that ends the matter, the model.
+        What this engine could not check: elements, or the whole model.
     notes : tuple of str
-        Sentences: how it was asked.
+        How the check was made.
     """
 
     engine: str
@@ -98,11 +98,11 @@ class Opinion:
 
 
 class Engine(Protocol):
-    """A second opinion: one file of `mbody.engines` each, with a function of this kind."""
+    """The function `opinion` of an engine; each engine is a module of `mbody.engines`."""
 
     def __call__(self, system: System, run: Solution) -> Opinion:
         """Check a result, of kinetostatics, statics or simulate, against this engine's own.
 
-        `system` says what the other engine is to build; the run may be of another one of the same
-        names (as where a fault is to be found).
+        The other engine models `system`. The run may be of another system with the same names, as
+        in tests with a planted fault.
         """

@@ -1,4 +1,4 @@
-"""The mechanism as a tree: bodies hung on one another by joints, and joints that close loops."""
+"""Spanning tree of a mechanism: joints that connect each body to its parent, and cut joints."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from mbody.system.system import System
 
 __all__ = ["Branch", "MarkerFrame", "Tree", "marker_frame", "spanning_tree", "tree_motion"]
 
-#: Joints that a tree can hold, the hardest to cut first.
+#: Joints that a tree can have, those that are cut last first.
 KINDS: dict[type, str] = {Fixed: "fixed", Prismatic: "prismatic", Revolute: "revolute"}
-#: Coordinates of a branch: an angle, a way, none, or (x, y, θ) of the mass centre.
+#: Coordinates of a branch: an angle, a displacement, none, or (x, y, θ) of the mass centre.
 FREEDOMS = {"revolute": 1, "prismatic": 1, "fixed": 0, "free": 3}
 
 
@@ -32,23 +32,24 @@ class MarkerFrame:
 
 @dataclass(frozen=True)
 class Branch:
-    """One joint of the tree, by which a body hangs on its parent.
+    """One joint of the tree, which connects a body to its parent.
 
     Attributes
     ----------
     body, parent : str
         Names; the parent may be ``"ground"``.
     kind : str
-        ``"revolute"``, ``"prismatic"``, ``"fixed"``, or ``"free"``: a body that floats, whose
+        ``"revolute"``, ``"prismatic"``, ``"fixed"``, or ``"free"``: a floating body, whose
         coordinates are (x, y, θ) of its mass centre in the world.
     joint : Joint or None
-        None where it is free.
+        None for a free body.
     on_parent, on_body : MarkerFrame
         The joint's place and direction on both. A revolute joint turns from one direction to the
         other; a prismatic one slides along the direction, the same on both.
     reversed : bool
-        Whether the parent holds the joint's j. The coordinate of a branch is that of the body from
-        its parent: of a reversed prismatic joint it is the negative of j's way along the guide.
+        Whether the parent is the joint's body j. The coordinate of a branch is that of the body
+        from its parent: of a reversed prismatic joint it is the negative displacement of j along
+        the guide.
     """
 
     body: str
@@ -72,12 +73,11 @@ class Tree:
     Attributes
     ----------
     branches : tuple of Branch
-        One a moving body, parents before those that hang on them: in depth, so that a body and all
-        that hangs on it stand together.
+        One for each moving body, parents before children, depth first.
     cuts : tuple of Joint
         Revolute, prismatic and fixed joints that close loops.
     others : tuple of Element
-        Joints of other types, then couplings: constraints that no tree holds.
+        Joints of other types, then couplings: constraints that are never in the tree.
     """
 
     branches: tuple[Branch, ...]
@@ -85,7 +85,7 @@ class Tree:
     others: tuple[Element, ...]
 
     def branch(self, body: str) -> Branch:
-        """The branch by which a body hangs."""
+        """The branch that connects a body to its parent."""
         return next(branch for branch in self.branches if branch.body == body)
 
 
@@ -98,10 +98,10 @@ def marker_frame(system: System, element: Element, field: str) -> MarkerFrame:
 def spanning_tree(system: System) -> Tree:
     """The bodies of a system of one design as a tree over its joints.
 
-    Fixed and prismatic joints come in first and are cut only where loops have no others; then
-    joints at massless bodies, so that these stand between others where they can, for the inertia
-    that hangs on them. A part that no such joint connects to the ground floats at its heaviest
-    body.
+    Fixed and prismatic joints enter the tree first and are cut only in loops without others; then
+    joints at massless bodies, so that these are between others where possible and carry the inertia
+    of their children. A part that none of these joints connects to the ground gets a free branch at
+    its heaviest body.
 
     Examples
     --------
@@ -128,13 +128,13 @@ def spanning_tree(system: System) -> Tree:
             name = part[name]
         return name
 
-    held: list[Joint] = []
+    tree: list[Joint] = []
     for joint in ranked:
         i, j = root(joint.i.body), root(joint.j.body)
         if i != j:
             part[i] = j
-            held.append(joint)
-    kept = {joint.name for joint in held}
+            tree.append(joint)
+    kept = {joint.name for joint in tree}
     neighbours: dict[str, list[Joint]] = {name: [] for name in system.bodies}
     for joint in joints:
         if joint.name in kept:
@@ -142,30 +142,30 @@ def spanning_tree(system: System) -> Tree:
             neighbours[joint.j.body].append(joint)
     branches: list[Branch] = []
     reached = {"ground"}
-    _hang(system, "ground", neighbours, reached, branches)
+    _add_children(system, "ground", neighbours, reached, branches)
     heaviest = sorted(machine.bodies, key=lambda b: inertia[b.name], reverse=True)
     for body in heaviest:
         if body.name not in reached:
             reached.add(body.name)
             nowhere = MarkerFrame(0.0, 0.0, 0.0)
             branches.append(Branch(body.name, "ground", "free", None, nowhere, nowhere))
-            _hang(system, body.name, neighbours, reached, branches)
+            _add_children(system, body.name, neighbours, reached, branches)
     others = [joint for joint in machine.joints if type(joint) not in KINDS]
     cuts = tuple(joint for joint in joints if joint.name not in kept)
     return Tree(tuple(branches), cuts, (*others, *machine.couplings))
 
 
-def _hang(
+def _add_children(
     system: System,
     start: str,
     neighbours: dict[str, list[Joint]],
     reached: set[str],
     branches: list[Branch],
 ) -> None:
-    """Every body that the joints tie to one of the tree, each followed by all that hangs on it."""
-    waiting = [(joint, start) for joint in reversed(neighbours[start])]
-    while waiting:
-        joint, parent = waiting.pop()
+    """Add the bodies that joints connect to a body of the tree, each followed by its children."""
+    pending = [(joint, start) for joint in reversed(neighbours[start])]
+    while pending:
+        joint, parent = pending.pop()
         turned = joint.j.body == parent
         body = joint.i.body if turned else joint.j.body
         if body in reached:
@@ -174,13 +174,13 @@ def _hang(
         i, j = marker_frame(system, joint, "i"), marker_frame(system, joint, "j")
         ends = (j, i) if turned else (i, j)
         branches.append(Branch(body, parent, KINDS[type(joint)], joint, *ends, turned))
-        waiting += [(further, body) for further in reversed(neighbours[body])]
+        pending += [(further, body) for further in reversed(neighbours[body])]
 
 
 def tree_motion(tree: Tree, run: Solution) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Coordinates of the tree, rates and accelerations (instants, freedoms), from a run's poses.
+    """Coordinates of the tree, rates and accelerations (instants, freedoms), from a run.
 
-    Columns are those of the branches in their order. The run may be of another system of the same
+    The columns follow the order of the branches. The run may be of another system with the same
     names and places.
     """
     parts: list[list[Any]] = [[], [], []]
@@ -200,20 +200,22 @@ def tree_motion(tree: Tree, run: Solution) -> tuple[np.ndarray, np.ndarray, np.n
             parts[1].append(body.omega - parent.omega)
             parts[2].append(body.alpha - parent.alpha)
         elif branch.kind == "prismatic":
-            for part, found in zip(parts, _way(branch, run), strict=True):
+            for part, found in zip(parts, _displacement(branch, run), strict=True):
                 part.append(found)
     blank = np.zeros((0, len(run)))
     q, v, a = ((np.array(part) if part else blank).T.copy() for part in parts)
     return q, v, a
 
 
-def _way(branch: Branch, run: Solution) -> tuple[Any, Any, Any]:
-    """Way, speed and acceleration of a slider from its parent, along the direction on the parent.
+def _displacement(branch: Branch, run: Solution) -> tuple[Any, Any, Any]:
+    """Displacement, speed and acceleration of a slider along the direction on its parent.
 
     s = u·d;  ṡ = u·ḋ + ω (k×u)·d;  s̈ = u·d̈ + 2ω (k×u)·ḋ + α (k×u)·d − ω² u·d.
     """
     body, parent = run[branch.body], run[branch.parent]
-    ends = [_moved(pose, at) for pose, at in ((parent, branch.on_parent), (body, branch.on_body))]
+    ends = [
+        _point_motion(pose, at) for pose, at in ((parent, branch.on_parent), (body, branch.on_body))
+    ]
     (dx, dy), (dvx, dvy), (dax, day) = (
         tuple(far - near for near, far in zip(a, b, strict=True))
         for a, b in zip(*ends, strict=True)
@@ -227,7 +229,9 @@ def _way(branch: Branch, run: Solution) -> tuple[Any, Any, Any]:
     return along, speed, change - w * w * along
 
 
-def _moved(pose: Any, at: MarkerFrame) -> tuple[tuple[Any, Any], tuple[Any, Any], tuple[Any, Any]]:
+def _point_motion(
+    pose: Any, at: MarkerFrame
+) -> tuple[tuple[Any, Any], tuple[Any, Any], tuple[Any, Any]]:
     """Place, velocity and acceleration of a place on a body."""
     c, s = np.cos(pose.angle), np.sin(pose.angle)
     px, py = c * at.x - s * at.y, s * at.x + c * at.y

@@ -62,7 +62,7 @@ SHARP = 1.0
 #: The same for h times what the rate of a part at the end of a step h differs from its mean over
 #: the step: again four would be a step across; what `SHARP` lets pass has 1 on a parabola.
 SHARP_END = 2.0
-#: The rate at the end is looked at where a part is less than this.
+#: The rate at the end is compared where a part is less than this.
 NEAR_SINGULAR = 1e-2
 #: A part below this belongs to a change point, if the parabola through three places has its least
 #: value ahead and that is below the part `EXACT` of the last one: the branches are then less than

@@ -242,7 +242,7 @@ def project_designs(L, W, par, poses, rates, velocities, state):
 
     par (parameters, designs); poses, velocities (designs, coordinates); rates (designs, drivers):
     rate of every driver, NaN where its law says it; state (designs,): by how much they do not agree
-    with the drivers, as a part of the rates that are asked for.
+    with the drivers, as a part of the requested rates.
     """
     w = 0.0
     for design in range(par.shape[1]):
@@ -258,13 +258,13 @@ def project_designs(L, W, par, poses, rates, velocities, state):
             velocities[design, n] = W.v[n, 0]
         rows(L, W, w, True, None)
         rates_of_rows(L, W, w)
-        rest, asked = 0.0, 0.0
+        rest, requested = 0.0, 0.0
         for n in range(2 * L.nodes):
             unit = W.soft[n, 0]
             if unit > 0.0:
                 rest += (W.x[n, 0] - W.nu[n, 0]) ** 2 / unit
-                asked += W.nu[n, 0] ** 2 / unit
-        state[design] = math.sqrt(rest / asked) if asked > 0.0 else rest
+                requested += W.nu[n, 0] ** 2 / unit
+        state[design] = math.sqrt(rest / requested) if requested > 0.0 else rest
 
 
 @njit

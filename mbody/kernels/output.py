@@ -63,8 +63,8 @@ def keep_some(L, W, w, rows, page):
             st(page, n, ld(W.a, row - 2 * n3, w), w)
         else:
             e = (row - 3 * n3) // PER_PRIMITIVE
-            room = rows.shape[0]
+            spare = rows.shape[0]
             if e != last:
-                keep_primitive(L, W, w, e, page, room)
+                keep_primitive(L, W, w, e, page, spare)
             last = e
-            st(page, n, ld(page, room + row - 3 * n3 - PER_PRIMITIVE * e, w), w)
+            st(page, n, ld(page, spare + row - 3 * n3 - PER_PRIMITIVE * e, w), w)

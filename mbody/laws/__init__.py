@@ -111,7 +111,7 @@ def as_law(
 def _as_formula(formula: Formula, argument: Dimension) -> Law | Formula:
     """A constant, or the formula itself if it contains the variable of such a law."""
     if not formula.variable:
-        return Constant(formula)  # type: ignore[arg-type]  # becomes a float in a mechanism
+        return Constant(formula)  # becomes a float in a mechanism
     wanted = "t" if argument == DIMENSIONS["time"] else "x"
     others = formula.names & set(VARIABLES) - {wanted}
     if others:

@@ -14,6 +14,7 @@ from mbody.errors import ModelError
 from mbody.laws.base import FloatArray, Law, law_field, law_number, with_dimension
 from mbody.laws.kernels import SHAPES
 from mbody.quantities.deferred import is_pending
+from mbody.quantities.types import Converted, NumberField, required
 from mbody.quantities.units import Dimension
 
 __all__ = ["Cam", "Dwell", "Rise"]
@@ -57,10 +58,10 @@ class Rise(Law):
     kind: ClassVar[str] = "pieces"
 
     shape: str
-    height: float = law_field(1)
-    start: float = law_field(argument=1)
-    duration: float = law_field(argument=1)
-    base: float = law_field(1, default=0.0)
+    height: NumberField = law_field(1)
+    start: NumberField = law_field(argument=1)
+    duration: NumberField = law_field(argument=1)
+    base: NumberField = law_field(1, default=0.0)
 
     def _check(self) -> None:
         if self.shape not in SHAPES:
@@ -97,7 +98,7 @@ class Dwell:
     Dwell(duration=0.1)
     """
 
-    duration: float
+    duration: NumberField = required()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "duration", law_number(self.duration, "Dwell", "duration"))
@@ -136,8 +137,8 @@ class Cam(Law):
 
     kind: ClassVar[str] = "pieces"
 
-    segments: Sequence[Rise | Dwell]
-    period: float = law_field(argument=1)
+    segments: Converted[tuple[Rise | Dwell, ...], Sequence[Rise | Dwell]] = required()
+    period: NumberField = law_field(argument=1)
 
     def _read_numbers(self) -> None:
         super()._read_numbers()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from mbody.errors import ModelError
 from mbody.laws.base import FloatArray, Law, law_field, law_numbers, with_dimension
+from mbody.quantities.types import Converted, NumberField, NumberRow, required
 from mbody.quantities.units import Dimension
 
 __all__ = ["Constant", "ConstantAcceleration", "ConstantSpeed", "Harmonic", "Polynomial"]
@@ -38,7 +39,7 @@ class Constant(_Ascending):
     (3.0, 0.0, 0.0)
     """
 
-    value: float = law_field(1)
+    value: NumberField = law_field(1)
 
 
 @dataclass(frozen=True)
@@ -49,8 +50,8 @@ class ConstantSpeed(_Ascending):
     (7.0, 2.0, 0.0)
     """
 
-    value: float = law_field(1)
-    speed: float = law_field(1, -1)
+    value: NumberField = law_field(1)
+    speed: NumberField = law_field(1, -1)
 
 
 @dataclass(frozen=True)
@@ -61,9 +62,9 @@ class ConstantAcceleration(_Ascending):
     (7.5, 5.0, -40.0)
     """
 
-    value: float = law_field(1)
-    speed: float = law_field(1, -1)
-    acceleration: float = law_field(1, -2)
+    value: NumberField = law_field(1)
+    speed: NumberField = law_field(1, -1)
+    acceleration: NumberField = law_field(1, -2)
 
     def parameters(self, numbers: Mapping[str, Any]) -> list[Any]:
         """[value, speed, acceleration/2]."""
@@ -78,7 +79,7 @@ class Polynomial(_Ascending):
     (13.0, 12.0, 6.0)
     """
 
-    coefficients: Sequence[float] | FloatArray
+    coefficients: Converted[tuple[float, ...], NumberRow] = required()
 
     def _read_numbers(self) -> None:
         values = law_numbers(self.coefficients, "Polynomial", "coefficients")
@@ -120,10 +121,10 @@ class Harmonic(Law):
 
     kind: ClassVar[str] = "harmonic"
 
-    mean: float = law_field(1)
-    amplitude: float = law_field(1)
-    frequency: float = law_field(0, -1, 1)
-    phase: float = law_field(angle=1, default=0.0)
+    mean: NumberField = law_field(1)
+    amplitude: NumberField = law_field(1)
+    frequency: NumberField = law_field(0, -1, 1)
+    phase: NumberField = law_field(angle=1, default=0.0)
 
     def turns(self, x: float) -> FloatArray:
         """The next two extremes."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar, Literal, get_args
@@ -14,6 +14,7 @@ from mbody.errors import ModelError
 from mbody.laws.base import FloatArray, Law, law_field, law_numbers
 from mbody.laws.kernels import OUTSIDE
 from mbody.laws.slopes import of_pchip, of_periodic_spline, of_spline
+from mbody.quantities.types import Converted, NumberRow
 from mbody.quantities.units import DIMENSIONS, Dimension
 
 __all__ = ["End", "Interpolation", "Outside", "Table"]
@@ -81,8 +82,8 @@ class Table(Law):
 
     kind: ClassVar[str] = "spline"
 
-    x: Sequence[float] | FloatArray = law_field(argument=1)
-    y: Sequence[float] | FloatArray = law_field(1)
+    x: Converted[tuple[float, ...], NumberRow] = law_field(argument=1)
+    y: Converted[tuple[float, ...], NumberRow] = law_field(1)
     periodic: bool = False
     end: End | None = None
     outside: Outside = "error"

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal
 
 from mbody.errors import ModelError
 from mbody.model.element import (
     Element,
     Marker,
     Point,
+    PointLike,
     as_point,
     check_name,
     listed,
@@ -18,6 +19,15 @@ from mbody.model.element import (
     point_numbers,
 )
 from mbody.quantities.number import number
+from mbody.quantities.types import (
+    Converted,
+    Number,
+    NumberField,
+    OptionalNumberField,
+    default,
+    default_made,
+    required,
+)
 
 __all__ = ["Body", "Guess", "SecondMoments", "SlenderRod"]
 
@@ -26,7 +36,7 @@ __all__ = ["Body", "Guess", "SecondMoments", "SlenderRod"]
 class SlenderRod:
     """Mass spread along a line at `angle` [rad] in link axes, as of a thin rod."""
 
-    angle: float = 0.0
+    angle: NumberField = default(0.0)
 
 
 @dataclass(frozen=True)
@@ -35,9 +45,9 @@ class SecondMoments:
     ``xx`` = ∫x² dm, ``yy`` = ∫y² dm, ``xy`` = ∫xy dm.
     """
 
-    xx: float
-    yy: float
-    xy: float = 0.0
+    xx: NumberField = required()
+    yy: NumberField = required()
+    xy: NumberField = default(0.0)
 
 
 @dataclass(frozen=True)
@@ -54,9 +64,9 @@ class Guess:
         Rough place of the link's origin [length].
     """
 
-    angle: float | None = None
-    x: float | None = None
-    y: float | None = None
+    angle: OptionalNumberField = default(None)
+    x: OptionalNumberField = default(None)
+    y: OptionalNumberField = default(None)
 
 
 def as_guess(value: Any, name: str) -> Guess:
@@ -89,13 +99,9 @@ def as_spread(value: Any, name: str) -> str | SlenderRod | SecondMoments | None:
     if isinstance(value, SlenderRod):
         return SlenderRod(number(value.angle, "angle", name, "spread.angle"))
     if isinstance(value, SecondMoments):
-        values = (value.xx, value.yy, value.xy)
-        return SecondMoments(
-            *(
-                number(part, "inertia", name, f"spread.{key}")
-                for key, part in zip(("xx", "yy", "xy"), values, strict=True)
-            )
-        )
+        keys = ("xx", "yy", "xy")
+        moments = (number(getattr(value, k), "inertia", name, f"spread.{k}") for k in keys)
+        return SecondMoments(*moments)
     raise ModelError(
         f"'{name}': spread must be \"point\", SlenderRod(angle) or SecondMoments(xx, yy, xy), not "
         f"{value!r}",
@@ -125,7 +131,7 @@ class Body(Element):
         loops are closed. Without one the link axes are parallel to those of the ground, where the
         loops are closed so; else they follow from the guesses of other bodies.
     spread : "point", SlenderRod, SecondMoments, optional
-        How the mass is spread in the plane; only loads of a rotating plane ask for it.
+        How the mass is spread in the plane; only loads of a rotating plane need it.
 
     Examples
     --------
@@ -133,7 +139,7 @@ class Body(Element):
     >>> crank.at("A")
     Marker(body='crank', point='A', angle=0.0)
 
-    Where a drawing tells places, give the points of all bodies in its axes, as in one position of
+    Where a drawing has dimensions, give the points of all bodies in its axes, as in one position of
     the mechanism; then no body needs a guess, and all angles count from the drawing:
 
     >>> coupler = Body("coupler", points={"A": (0.2, 0.0), "B": (0.5, 0.4)})
@@ -142,18 +148,18 @@ class Body(Element):
 
     role: ClassVar[str] = "body"
 
-    mass: float | None = number_field("mass", None, sign="not negative")
-    weight: float | None = number_field("weight", None, sign="not negative")
-    inertia: float = number_field("inertia", 0.0, sign="not negative")
-    cg: Point = (0.0, 0.0)
-    points: dict[str, Point] = field(default_factory=dict)
-    guess: Any = None
-    spread: str | SlenderRod | SecondMoments | None = None
+    mass: OptionalNumberField = number_field("mass", None, sign="not negative")
+    weight: OptionalNumberField = number_field("weight", None, sign="not negative")
+    inertia: NumberField = number_field("inertia", 0.0, sign="not negative")
+    cg: Converted[Point, PointLike] = default((0.0, 0.0))
+    points: Converted[dict[str, Point], Mapping[str, PointLike]] = default_made(dict)
+    guess: Converted[Guess, Guess | Number | Sequence[Number] | None] = default(None)
+    spread: Literal["point"] | SlenderRod | SecondMoments | None = None
 
     def _enter(self) -> None:
         super()._enter()
         name = self.name
-        if not isinstance(self.points, dict):
+        if not isinstance(self.points, Mapping):
             raise ModelError(
                 f"'{name}': points must be a dict such as {{\"A\": (x, y)}}, not {self.points!r}",
                 name,
@@ -189,7 +195,9 @@ class Body(Element):
                 self.name,
             )
 
-    def at(self, point: Any, y: float | None = None, *, angle: float = 0.0) -> Marker:
+    def at(
+        self, point: PointLike | Number, y: Number | None = None, *, angle: Number = 0.0
+    ) -> Marker:
         """A marker on this body: ``at("A")``, ``at(x, y)``, ``at((x, y))`` or ``at(polar(...))``.
 
         Parameters
@@ -225,21 +233,3 @@ class Body(Element):
     def massless(self) -> bool:
         """Whether the body has neither mass nor inertia."""
         return not (self.mass or self.weight or self.inertia)
-
-
-def deg(angle: float) -> float:
-    """Degrees to radians.
-
-    >>> deg(180.0) == math.pi
-    True
-    """
-    return math.radians(angle)
-
-
-def rpm(speed: float) -> float:
-    """Revolutions a minute to rad/s.
-
-    >>> round(rpm(60.0), 6)
-    6.283185
-    """
-    return speed * (math.pi / 30.0)

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 import numpy as np
 
 from mbody.errors import ModelError
 from mbody.model.constraint import Constraint, TurnRow
 from mbody.model.element import (
+    BodyName,
+    Element,
     Marker,
-    Place,
     as_body,
     as_marker,
     number,
@@ -22,6 +23,7 @@ from mbody.model.element import (
     point_numbers,
 )
 from mbody.model.primitives import ConstraintPrimitive, Part
+from mbody.quantities.types import Converted, NumberField, default, required
 
 if TYPE_CHECKING:
     from mbody.model.constraint import PoseReader
@@ -29,6 +31,11 @@ if TYPE_CHECKING:
 
 __all__ = ["AngleCoupling", "Coupling", "LengthCoupling", "CouplingTerm"]
 
+#: The two places of a length: markers, once a coupling has read them.
+Pair: TypeAlias = (
+    "Converted[tuple[Marker, Marker] | None, tuple[Marker | str, Marker | str] | None]"
+)
+Terms: TypeAlias = "Converted[tuple[CouplingTerm, ...], Sequence[CouplingTerm]]"
 #: What a term may be.
 KINDS = ("angle", "distance", "coordinate")
 
@@ -55,14 +62,14 @@ class CouplingTerm:
     2.0
     """
 
-    factor: Any
-    angle: str | None = None
-    relative_to: str = "ground"
-    distance: tuple[Place, Place] | None = None
-    coordinate: tuple[Place, Place] | None = None
+    factor: NumberField = required()
+    angle: Converted[str | None, str | Element | None] = default(None)
+    relative_to: BodyName = default("ground")
+    distance: Pair = default(None)
+    coordinate: Pair = default(None)
 
     @property
-    def ends(self) -> tuple[Place, Place] | None:
+    def ends(self) -> tuple[Marker, Marker] | None:
         """The two places of a length."""
         return self.distance or self.coordinate
 
@@ -258,8 +265,8 @@ class AngleCoupling(Coupling):
     ('ground', 'left', 'right', 'case')
     """
 
-    terms: Sequence[CouplingTerm] = field(default=(), metadata={"terms": "angle"})
-    value: float = number_field("angle", 0.0)
+    terms: Terms = default((), terms="angle")
+    value: NumberField = number_field("angle", 0.0)
     rows: ClassVar[str] = "a"
     lengths: ClassVar[bool] = False
 
@@ -282,7 +289,7 @@ class LengthCoupling(Coupling):
 
     Examples
     --------
-    An open belt on wheels of the radii 2 and 1, and a rope of 5 that holds a block by two parts:
+    An open belt on wheels of the radii 2 and 1, and a rope of 5 that carries a block on two parts:
 
     >>> belt = LengthCoupling("belt", [CouplingTerm(2.0, angle="a"), CouplingTerm(-1.0, angle="b")])
     >>> falls = CouplingTerm(2.0, distance=("ground.A", "block.B"))
@@ -290,5 +297,5 @@ class LengthCoupling(Coupling):
     'l'
     """
 
-    terms: Sequence[CouplingTerm] = field(default=(), metadata={"terms": "length"})
-    value: float = number_field("length", 0.0)
+    terms: Terms = default((), terms="length")
+    value: NumberField = number_field("length", 0.0)

@@ -11,6 +11,7 @@ from mbody.errors import ModelError
 from mbody.laws import Constant
 from mbody.model.constraint import Constraint, TurnRow
 from mbody.model.element import (
+    BodyName,
     LawLike,
     Place,
     body_field,
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = ["DRIVEN", "AngleDriver", "CoordinateDriver", "DistanceDriver", "Driver"]
 
-#: What can be said of the motion of a driver.
+#: Parts of the motion of a driver: its coordinate and the two derivatives.
 DRIVEN = ("value", "rate", "acceleration")
 
 
@@ -35,7 +36,7 @@ class Driver(Constraint):
     """Base of all drivers: one row Φ = coordinate − f(t).
 
     The effort (a torque for an angle, else a force) times the driven rate is the power that the
-    driver gives to the mechanism.
+    driver supplies to the mechanism.
     """
 
     role: ClassVar[str] = "driver"
@@ -83,9 +84,9 @@ class AngleDriver(Driver):
 
     main: ClassVar[tuple[str, ...]] = ("body",)
 
-    body: str = body_field()
+    body: BodyName = body_field()
     law: LawLike = law_field("angle", 0.0)
-    relative_to: str = body_field("ground")
+    relative_to: BodyName = body_field("ground")
     rows = "a"
     counts_turns = True
 

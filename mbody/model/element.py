@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from numbers import Real
 from typing import Any, ClassVar, TypeAlias, cast
@@ -18,19 +18,25 @@ import numpy as np
 
 from mbody.errors import ModelError
 from mbody.laws import Law, as_law
+from mbody.laws.base import FloatArray
 from mbody.model.primitives import Signal
 from mbody.quantities import Formula
 from mbody.quantities.deferred import is_pending
 from mbody.quantities.number import number, one_number
+from mbody.quantities.types import Converted, Number, NumberField, Quantity, default, required
 from mbody.quantities.units import dimension_of
 
 __all__ = [
     "Element",
+    "BodyName",
+    "InheritedPlace",
     "LawLike",
     "Marker",
     "Numbers",
+    "OptionalLaw",
     "Place",
     "Point",
+    "PointLike",
     "Polar",
     "as_body",
     "as_marker",
@@ -47,10 +53,16 @@ __all__ = [
     "polar",
 ]
 
-#: What a field for a place takes: a `Marker`, or text such as "crank.A"; it keeps a `Marker`.
-Place: TypeAlias = Any
-#: What a field for a law takes: a number, a `Law` or a Python function; it keeps a `Law`.
-LawLike: TypeAlias = Any
+#: A field for a place: it takes a `Marker`, or text such as "crank.A", and returns a `Marker`.
+Place: TypeAlias = "Converted[Marker, Marker | str]"
+#: The same in a base class: of an inherited field of a frozen class mypy knows the type of the
+#: argument only, and would take it for that of the attribute.
+InheritedPlace: TypeAlias = Any
+#: A field for a law: it takes a number, a `Law` or a Python function, and returns a `Law`.
+LawLike: TypeAlias = "Converted[Law, Number | Law | Callable[[float], float]]"
+OptionalLaw: TypeAlias = "Converted[Law | None, Number | Law | Callable[[float], float] | None]"
+#: A field for the name of a body: it takes the body too.
+BodyName: TypeAlias = "Converted[str, str | Element]"
 Value: TypeAlias = "float | np.ndarray[Any, np.dtype[np.float64]]"
 
 
@@ -58,11 +70,11 @@ Value: TypeAlias = "float | np.ndarray[Any, np.dtype[np.float64]]"
 class Polar:
     """A point given as in textbooks: distance [length] and angle [rad] in the link's axes."""
 
-    r: float
-    angle: float
+    r: NumberField = required()
+    angle: NumberField = required()
 
 
-def polar(r: float, angle: float) -> Polar:
+def polar(r: Number, angle: Number) -> Polar:
     """Point at distance `r` [length] and `angle` [rad] in the link's axes.
 
     >>> polar(2.0, 0.0)
@@ -71,7 +83,9 @@ def polar(r: float, angle: float) -> Polar:
     return Polar(r, angle)
 
 
+#: A point as an element keeps it, and what it is given as.
 Point: TypeAlias = "tuple[float, float] | Polar"
+PointLike: TypeAlias = "tuple[Number, Number] | list[Any] | FloatArray | Quantity | Polar"
 
 
 def as_point(value: Any, element: str, field: str) -> Point:
@@ -125,8 +139,8 @@ class Marker:
     """
 
     body: str
-    point: str | Point
-    angle: float = 0.0
+    point: Converted[str | Point, str | PointLike] = required()
+    angle: NumberField = default(0.0)
 
     def __str__(self) -> str:
         return f"{self.body}.{self.point}" if isinstance(self.point, str) else self.body
@@ -164,7 +178,7 @@ def as_body(value: Any, element: str, field: str) -> str:
 
 
 def listed(names: Iterable[str], most: int = 8) -> str:
-    """Names as they stand in a sentence.
+    """Names as written in a sentence.
 
     >>> listed(["crank", "rod"])
     "'crank', 'rod'"
@@ -177,7 +191,7 @@ def listed(names: Iterable[str], most: int = 8) -> str:
 
 
 def number_field(dimension: str, default: Any = dataclasses.MISSING, *, sign: str = "any") -> Any:
-    """Dataclass field for one number of that dimension; `sign` may ask for "positive" or
+    """Dataclass field for one number of that dimension; `sign` may require "positive" or
     "not negative"; a default of None makes it optional.
     """
     return dataclasses.field(default=default, metadata={"dimension": dimension, "sign": sign})
@@ -228,7 +242,7 @@ def check_name(name: Any, what: str) -> None:
 class Element:
     """Base of all elements: checks its own fields when it is made.
 
-    `main` names the fields that stand first where an element is written on one line, as in
+    `main` names the fields that come first where an element is written on one line, as in
     ``{ revolute = ["ground.O2", "crank.O2"] }``.
     """
 

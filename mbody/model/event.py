@@ -9,6 +9,7 @@ from typing import Any
 from mbody.errors import ModelError, brief
 from mbody.quantities import Formula, FormulaError, read
 from mbody.quantities.number import float_or_formula
+from mbody.quantities.types import NumberField, default
 
 __all__ = ["Event", "Stop", "as_events", "check_restitution"]
 
@@ -88,7 +89,7 @@ class Stop:
     """
 
     of: str
-    restitution: Any = 0.0
+    restitution: NumberField = default(0.0)
     name: str = ""
 
     def __post_init__(self) -> None:

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from typing import Any
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, TypeAlias
 
 from mbody.errors import ModelError
-from mbody.model.event import as_events
+from mbody.model.event import Event, Stop, as_events
 from mbody.quantities import Formula, FormulaError, read
 from mbody.quantities.number import float_or_formula
+from mbody.quantities.types import (
+    Converted,
+    Number,
+    NumberField,
+    OptionalNumberField,
+    default,
+    default_made,
+    required,
+)
 
 __all__ = ["ADAPTIVE", "EVEN", "METHODS", "STATE", "SimulationSettings", "check_method"]
 
@@ -25,6 +34,10 @@ STATE = {
     **{"angle": "angle", "omega": "angular velocity"},
     **{"x": "length", "vx": "velocity", "y": "length", "vy": "velocity"},
 }
+
+
+#: By body the numbers of its beginning, by name.
+Start: TypeAlias = "Converted[dict[str, dict[str, Any]], Mapping[str, Mapping[str, Number]]]"
 
 
 @dataclass(frozen=True)
@@ -58,15 +71,15 @@ class SimulationSettings:
     {'bob': {'angle': 0.5}}
     """
 
-    until: Any
-    start: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    until: NumberField = required()
+    start: Start = default_made(dict)
     rtol: float = 1e-8
     instants: int = INSTANTS
-    events: Any = ()
+    events: Converted[tuple[Event | Stop, ...], Event | Stop | Iterable[Event | Stop]] = default(())
     method: str = METHODS[0]
-    step: Any = None
-    release: Mapping[str, Any] = field(default_factory=dict)
-    every: Any = None
+    step: OptionalNumberField = default(None)
+    release: Converted[dict[str, float], Mapping[str, Number]] = default_made(dict)
+    every: OptionalNumberField = default(None)
 
     def __post_init__(self) -> None:
         if not isinstance(self.start, Mapping):

@@ -3,15 +3,31 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 from mbody.errors import ModelError
 from mbody.quantities import Formula, FormulaError, parse_unit, read
 from mbody.quantities.number import NotANumber, NotFinite, float_or_formula
+from mbody.quantities.types import (
+    Converted,
+    Number,
+    OptionalNumberField,
+    default,
+    default_made,
+    required,
+)
 
-__all__ = ["Instants", "Measure", "Question", "Unknown"]
+__all__ = ["Instants", "Measure", "Question", "Unknown", "Unknowns"]
+
+#: Values of time or of drivers by name: one or several of each.
+Places: TypeAlias = (
+    "Converted[Mapping[str, tuple[float | Formula, ...]], Mapping[str, Number | Sequence[Number]]]"
+)
+#: One unknown or several, by name, or by name with their start or their start, low, high and unit.
+Unknowns: TypeAlias = "str | Unknown | Iterable[str | Unknown] | Mapping[str, Any]"
+Texts: TypeAlias = "Converted[tuple[str, ...], str | Iterable[str]]"
 
 
 @dataclass(frozen=True)
@@ -37,7 +53,7 @@ class Instants:
     Instants(at={}, over='turn', instants=73)
     """
 
-    at: Mapping[str, Any] = field(default_factory=dict)
+    at: Places = default_made(dict)
     over: str = ""
     instants: int | None = None
 
@@ -129,9 +145,9 @@ class Unknown:
     """
 
     name: str
-    start: Any = None
-    low: Any = None
-    high: Any = None
+    start: OptionalNumberField = default(None)
+    low: OptionalNumberField = default(None)
+    high: OptionalNumberField = default(None)
     unit: str = ""
 
     def __post_init__(self) -> None:
@@ -181,13 +197,13 @@ class Question:
     'brake'
     """
 
-    unknowns: Any
-    conditions: Any = ()
-    side_conditions: Any = ()
+    unknowns: Converted[tuple[Unknown, ...], Unknowns] = required()
+    conditions: Texts = default(())
+    side_conditions: Texts = default(())
     greatest: str = ""
     least: str = ""
     analysis: str = "kinetostatics"
-    at: Mapping[str, Any] = field(default_factory=dict)
+    at: Places = default_made(dict)
     note: str = ""
 
     def __post_init__(self) -> None:

@@ -1,6 +1,6 @@
 """Formulas: numbers as text, with units and parameters. They are parsed, never executed."""
 
-from mbody.quantities.convert import convert
+from mbody.quantities.convert import convert, deg, rpm
 from mbody.quantities.evaluate import Scope, Valued, dimension_text, evaluate
 from mbody.quantities.formula import Formula, read
 from mbody.quantities.parameters import Parameters
@@ -16,10 +16,12 @@ __all__ = [
     "Scope",
     "Valued",
     "convert",
+    "deg",
     "evaluate",
     "parse",
     "parse_unit",
     "read",
+    "rpm",
     "text_of",
     "dimension_text",
 ]

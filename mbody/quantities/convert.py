@@ -9,7 +9,7 @@ from mbody.errors import ModelError
 from mbody.quantities.evaluate import Scope, dimension_text, evaluate
 from mbody.quantities.parse import FormulaError, parse_unit
 
-__all__ = ["convert"]
+__all__ = ["convert", "deg", "rpm"]
 
 
 def convert(values: Any, unit: str, to: str) -> Any:
@@ -40,3 +40,21 @@ def convert(values: Any, unit: str, to: str) -> Any:
         return values * (old.value / new.value)
     except FormulaError as error:
         raise ModelError(f"cannot convert: {error}") from None
+
+
+def deg(angle: float) -> float:
+    """Degrees to radians.
+
+    >>> deg(180.0) == math.pi
+    True
+    """
+    return math.radians(angle)
+
+
+def rpm(speed: float) -> float:
+    """Revolutions a minute to rad/s.
+
+    >>> round(rpm(60.0), 6)
+    6.283185
+    """
+    return speed * (math.pi / 30.0)

@@ -1,4 +1,4 @@
-"""What a sweep asks of every design, made ready once, and the answers of a piece of its designs."""
+"""The analysis of a sweep, prepared once, and the results of a piece of its designs."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.contacts import unfit
-from mbody.analysis.driven.lanes import Course, closed_poses, course_of, on_lanes
-from mbody.analysis.driven.requests import ANALYSES, asked_of, way_of
+from mbody.analysis.driven.lanes import BatchSetup, batch_setup, closed_poses, on_lanes
+from mbody.analysis.driven.requests import ANALYSES, analyse_system_at, arguments_at
 from mbody.analysis.driven.runner import Runner
-from mbody.analysis.driven.time_grid import Plan, check_reach, plan
+from mbody.analysis.driven.time_grid import TimeGrid, check_reach, time_grid
 from mbody.analysis.dynamics.lanes import LaneMotions, integrate_lanes, lane_motions
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.position.assembly_analysis import check_determined, closed
@@ -26,25 +26,35 @@ from mbody.solution.doubts import Doubt
 from mbody.solution.histories import Record
 from mbody.solution.measures import measured
 from mbody.solution.solution import Solution
-from mbody.sweeps.columns import Column, reduced
+from mbody.sweeps.columns import MeasuredColumn, reduced
 from mbody.system.system import System
 
-__all__ = ["Job", "Part", "answered", "prepared"]
+__all__ = ["Job", "PieceResult", "analyse_piece", "prepared"]
 
-#: Designs that are followed together, and numbers that are kept of them at once, at most; designs
-#: whose free motions are.
+#: Most designs that are computed in parallel, most numbers stored for them at once, and most
+#: designs in parallel for free motions.
 BLOCK, NUMBERS, FREE = 16 * LANES, 4_000_000, 4 * LANES
-#: What may be said of the instants of a driven analysis.
+#: Options for the instants of a driven analysis, and for a motion.
 INSTANTS = ("t", "drive", "turn", "instants", "guess", "at", "over")
 MOTION = (
-    *("until", "guess", "rates", "method", "rtol", "atol", "step", "instants", "every", "times"),
-    *("events", "release"),
+    "until",
+    "guess",
+    "rates",
+    "method",
+    "rtol",
+    "atol",
+    "step",
+    "instants",
+    "every",
+    "times",
+    "events",
+    "release",
 )
 
 
 @dataclass(frozen=True, eq=False)
 class Job:
-    """What is asked of every design; it can be sent to another machine.
+    """The analysis of every design; it can be sent to another machine.
 
     Attributes
     ----------
@@ -52,8 +62,8 @@ class Job:
         The description with its own numbers.
     names : tuple of str
         The numbers that differ between designs.
-    columns : tuple of Column
-        What is measured.
+    columns : tuple of MeasuredColumn
+        The measured quantities.
     units : tuple of str
         Of each column.
     analysis : str
@@ -61,64 +71,64 @@ class Job:
         Arguments of the analysis.
     ask : Instants or None
         The instants in the words of a description; else `how` says them.
-    plan : Plan or None
+    grid : TimeGrid or None
         The instants; None of a free motion.
     before : int
         Instants that go before those that are asked for.
-    course : Course, LaneMotions or None
+    course : BatchSetup, LaneMotions or None
         What the designs share, of a free motion a `LaneMotions`; None where they go one by one.
     wanted : array
-        Rows of the kernels that the columns are made of.
+        Output rows of the kernels that the columns need.
     """
 
     system: System
     names: tuple[str, ...]
-    columns: tuple[Column, ...]
+    columns: tuple[MeasuredColumn, ...]
     units: tuple[str, ...]
     analysis: str
     how: dict[str, Any]
     ask: Instants | None
-    plan: Plan | None
+    grid: TimeGrid | None
     before: int
-    course: Course | LaneMotions | None
+    course: BatchSetup | LaneMotions | None
     wanted: np.ndarray
 
     @property
     def instants(self) -> np.ndarray:
-        """Times of the instants that are asked for."""
-        return np.zeros(0) if self.plan is None else self.plan.t[self.before :]
+        """Times of the requested instants."""
+        return np.zeros(0) if self.grid is None else self.grid.t[self.before :]
 
     @property
     def block(self) -> int:
-        """Designs that are followed together."""
+        """Number of designs that are computed in parallel."""
         if isinstance(self.course, LaneMotions):
             most, instants = FREE, len(self.course.request.times)
-        elif self.plan is not None:
-            most, instants = BLOCK, len(self.plan.t)
+        elif self.grid is not None:
+            most, instants = BLOCK, len(self.grid.t)
         else:
             return LANES
         each = max(1, instants * len(self.wanted))
         return max(LANES, min(most, NUMBERS // each // LANES * LANES))
 
     def empty(self, designs: int) -> list[np.ndarray]:
-        """Columns without a value."""
+        """Columns of NaN."""
         count = len(self.instants)
         shapes = [(designs,) if c.by or count == 1 else (designs, count) for c in self.columns]
         return [np.full(shape, np.nan) for shape in shapes]
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
-    """Answers of a piece of the designs.
+class PieceResult:
+    """Results of a piece of the designs.
 
     Attributes
     ----------
     columns : list of arrays (designs,) or (designs, instants)
     failures : dict
-        Sentence of each design that has none, by its number in the piece.
+        Error message of each failed design, by its number in the piece.
     doubts : dict
-        What is in doubt of each design of which something is, by its number in the piece. Designs
-        on lanes are certain: their residuals are looked at on the way.
+        Doubts by the design's number in the piece. Designs on lanes have none: their residuals are
+        checked on the way.
     """
 
     columns: list[np.ndarray]
@@ -126,8 +136,8 @@ class Part:
     doubts: dict[int, tuple[Doubt, ...]] = field(default_factory=dict)
 
 
-class _Noted(Record):
-    """A record of one design that notes which rows it is asked for."""
+class _RowRecorder(Record):
+    """A record of one design that stores which rows are read."""
 
     def __init__(self, rows: set[int]) -> None:
         super().__init__([], 1, batch=True)
@@ -142,7 +152,7 @@ class _Noted(Record):
         return np.zeros((1, 1, rows.stop - (rows.start or 0)))
 
 
-class _Kept(Record):
+class _SelectedRows(Record):
     """A record of only some rows: (rows, designs, instants)."""
 
     def __init__(self, wanted: np.ndarray, rows: np.ndarray) -> None:
@@ -160,7 +170,7 @@ class _Kept(Record):
 def prepared(
     system: System,
     names: tuple[str, ...],
-    columns: tuple[Column, ...],
+    columns: tuple[MeasuredColumn, ...],
     analysis: str,
     options: Mapping[str, Any],
 ) -> Job:
@@ -169,7 +179,7 @@ def prepared(
     Raises
     ------
     ModelError
-        For an analysis or an option that there is not, and as the analysis.
+        For an unknown analysis or option, and as the analysis.
     SolveError
         Where drivers are missing.
     """
@@ -198,16 +208,16 @@ def prepared(
     ask, guess = _ask(system, how), how.pop("guess", None)
     before = 0
     if ask is not None:
-        how, before = way_of(system, ask)
-    asked = plan(system, *(how.get(k) for k in ("t", "drive", "turn", "instants")))
-    _check_instants(columns, len(asked.t) - before)
-    course = _course(system, names, analysis, asked, guess, "t" in how and "drive" not in how)
+        how, before = arguments_at(system, ask)
+    grid = time_grid(system, *(how.get(k) for k in ("t", "drive", "turn", "instants")))
+    _check_instants(columns, len(grid.t) - before)
+    course = _course(system, names, analysis, grid, guess, "t" in how and "drive" not in how)
     if guess is not None:
         how["guess"], ask = guess, None
-    return Job(system, names, columns, units, analysis, how, ask, asked, before, course, wanted)
+    return Job(system, names, columns, units, analysis, how, ask, grid, before, course, wanted)
 
 
-def _check_instants(columns: tuple[Column, ...], count: int) -> None:
+def _check_instants(columns: tuple[MeasuredColumn, ...], count: int) -> None:
     """Refuse an instant that there is not."""
     for column in columns:
         if column.by == "at" and not -count <= column.instant < count:
@@ -217,7 +227,10 @@ def _check_instants(columns: tuple[Column, ...], count: int) -> None:
 
 
 def _drift(
-    system: System, names: tuple[str, ...], columns: tuple[Column, ...], how: Mapping[str, Any]
+    system: System,
+    names: tuple[str, ...],
+    columns: tuple[MeasuredColumn, ...],
+    how: Mapping[str, Any],
 ) -> LaneMotions | None:
     """What free motions share; None where they must go one by one, and each says for itself why."""
     try:
@@ -230,12 +243,12 @@ def _drift(
 
 
 def _ask(system: System, how: dict[str, Any]) -> Instants | None:
-    """The instants in the words of a description, where nothing else says them."""
+    """The instants as `Instants`, unless other options define them."""
     if any(name in how for name in ("t", "drive", "turn")):
         return None
     if "at" in how or "over" in how:
-        told = {name: how.pop(name) for name in ("at", "over", "instants") if name in how}
-        return Instants(**told)
+        message = {name: how.pop(name) for name in ("at", "over", "instants") if name in how}
+        return Instants(**message)
     return system.mechanism.ask or Instants()
 
 
@@ -243,41 +256,41 @@ def _course(
     system: System,
     names: tuple[str, ...],
     analysis: str,
-    asked: Plan,
+    grid: TimeGrid,
     guess: Any,
     at_times: bool,
-) -> Course | None:
+) -> BatchSetup | None:
     """What the designs share; None where they must go one by one."""
     two = system.with_values({name: [system.values[name]] * 2 for name in names})
     if not at_times and any(varied(two.values, driver) for driver in system.drivers):
         return None  # each has its own times
     runner = Runner(system, analysis)
     try:
-        start = closed(system, float(asked.t[0]), asked.first(system), guess)
+        start = closed(system, float(grid.t[0]), grid.first(system), guess)
         check_determined(system, start, analysis)
     except SolveError:
         if system.rows < system.coordinates:
             raise
         return None
-    return course_of(runner, start, asked)
+    return batch_setup(runner, start, grid)
 
 
 def _noted(
-    system: System, name: str, columns: tuple[Column, ...], analysis: str
+    system: System, name: str, columns: tuple[MeasuredColumn, ...], analysis: str
 ) -> tuple[tuple[str, ...], np.ndarray]:
-    """Unit of every column, and the rows that they are made of."""
+    """Unit of every column, and the rows that they need."""
     rows: set[int] = set()
     one = system.with_values({name: [system.values[name]]})
     count = len(system.drivers)
-    run = Solution(one, analysis, np.zeros(1), _Noted(rows), np.zeros((1, count, 3)))
+    run = Solution(one, analysis, np.zeros(1), _RowRecorder(rows), np.zeros((1, count, 3)))
     with np.errstate(all="ignore"):
         units = tuple(measured(run, column.measure)[2] for column in columns)
         unfit(run)
     return units, np.array(sorted(rows), dtype=np.int64)
 
 
-def answered(job: Job, values: np.ndarray) -> Part:
-    """The answers of a piece of the designs, values (designs, names)."""
+def analyse_piece(job: Job, values: np.ndarray) -> PieceResult:
+    """The results of a piece of the designs, values (designs, names)."""
     columns = job.empty(len(values))
     failures: dict[int, str] = {}
     doubts: dict[int, tuple[Doubt, ...]] = {}
@@ -285,13 +298,13 @@ def answered(job: Job, values: np.ndarray) -> Part:
         part = _block(job, values[low : low + job.block])
         for whole, piece in zip(columns, part.columns, strict=True):
             whole[low : low + job.block] = piece
-        failures |= {low + design: told for design, told in part.failures.items()}
-        doubts |= {low + design: told for design, told in part.doubts.items()}
-    return Part(columns, failures, doubts)
+        failures |= {low + design: message for design, message in part.failures.items()}
+        doubts |= {low + design: message for design, message in part.doubts.items()}
+    return PieceResult(columns, failures, doubts)
 
 
-def _block(job: Job, values: np.ndarray) -> Part:
-    """The answers of designs that are followed together."""
+def _block(job: Job, values: np.ndarray) -> PieceResult:
+    """The results of designs that are computed in parallel."""
     columns = job.empty(len(values))
     failures: dict[int, str] = {}
     doubts: dict[int, tuple[Doubt, ...]] = {}
@@ -299,7 +312,7 @@ def _block(job: Job, values: np.ndarray) -> Part:
     if job.course is not None:
         try:
             found, alone = _together(job, job.course, values)
-        except ModelError:  # a number that one of them cannot have
+        except ModelError:  # one of them has an invalid number
             pass
         else:
             for column, history in zip(columns, found, strict=True):
@@ -317,28 +330,28 @@ def _block(job: Job, values: np.ndarray) -> Part:
         finite = np.isfinite(column).reshape(len(values), -1).all(axis=1)
         for design in np.flatnonzero(~finite).tolist():
             failures.setdefault(design, f"'{of.name}' has no finite value")
-    return Part(columns, failures, doubts)
+    return PieceResult(columns, failures, doubts)
 
 
 def _together(
-    job: Job, course: Course | LaneMotions, values: np.ndarray
+    job: Job, course: BatchSetup | LaneMotions, values: np.ndarray
 ) -> tuple[list[np.ndarray], np.ndarray]:
-    """Columns of the designs on lanes, and which designs must go alone."""
+    """Columns of the designs on lanes, and which designs must be analysed one by one."""
     own = dict(zip(job.names, np.ascontiguousarray(values.T), strict=True))
     system, given = job.system.with_values(own), None
     if isinstance(course, LaneMotions):
         times = course.request.times
         rows, sound = integrate_lanes(system, course, own, job.wanted)
     else:
-        times = course.plan.t
+        times = course.grid.t
         check_reach(system, times, job.how.get("drive") or {})
-        poses, good = closed_poses(system, course.plan, course.pose, course.small)
+        poses, good = closed_poses(system, course.grid, course.pose, course.small)
         by_springs(system, poses)
         rows, sound = on_lanes(system, course, poses, job.wanted)
         sound &= good
-        if len(course.plan.given) == len(times):
-            given = course.plan.take(np.arange(job.before, len(times))).given
-    kept = _Kept(job.wanted, rows[:, :, job.before :])
+        if len(course.grid.given) == len(times):
+            given = course.grid.take(np.arange(job.before, len(times))).given
+    kept = _SelectedRows(job.wanted, rows[:, :, job.before :])
     run = Solution(system, job.analysis, times[job.before :], kept, given)
     with np.errstate(all="ignore"):
         found = [reduced(c, measured(run, c.measure)[0]) for c in job.columns]
@@ -351,7 +364,7 @@ def _alone(job: Job, values: np.ndarray) -> tuple[Solution, list[Any]]:
     if job.analysis == "simulate":
         run = simulate(system, **job.how)
     elif job.ask is not None:
-        run = asked_of(system, job.analysis, job.ask)
+        run = analyse_system_at(system, job.analysis, job.ask)
     else:
         run = ANALYSES[job.analysis](system, **job.how)
         run = run.take(np.arange(job.before, len(run))) if job.before else run

@@ -1,5 +1,5 @@
 """Diagonal blocks of a square pattern (Assur groups of driven mechanisms): its finest order in
-which everything stands on the diagonal blocks or on one side of them.
+which everything is on the diagonal blocks or on one side of them.
 
 A transversal of the pattern (rows matched with columns) makes a graph of the columns, whose
 strongly connected parts are the blocks (Duff, Erisman & Reid, *Direct Methods for Sparse
@@ -29,7 +29,7 @@ def diagonal_blocks(pattern: np.ndarray) -> np.ndarray | None:
     row_of = _transversal(pattern)
     if row_of is None:
         return None
-    # column c needs those that stand in its row; reached in ever more steps
+    # column c needs those that are in its row; reached in ever more steps
     reached = pattern[row_of] | np.eye(len(pattern), dtype=bool)
     while True:
         further = (reached.astype(np.float32) @ reached.astype(np.float32)) > 0.0

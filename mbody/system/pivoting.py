@@ -4,7 +4,7 @@ There Φ_q is square, and one LU of it serves position, velocity, acceleration a
 reactions. Pivots are chosen once, from the numbers of several positions, by Markowitz's rule with a
 threshold; where they are worst a second choice may be better. The kernel watches the growth of the
 multipliers, takes the other choice where it is large, and gives a lane up where neither is good.
-Pivots stand in the diagonal blocks, so that those of a block make its determinant.
+Pivots are in the diagonal blocks, so that those of a block make its determinant.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ def _entries(
 ) -> dict[tuple[int, int], tuple[int, float, bool]]:
     """By (row, column): place in the blocks, value, whether it is constant."""
     found = {}
-    # what stands still in a dwell of a cam does not elsewhere
+    # what is constant in a dwell of a cam does not elsewhere
     pieces = set(L.primitive_node[np.isin(L.primitive_kind, BY_DIRECTION)].tolist())
     number = {int(row): n for n, row in enumerate(rows)}
     for k in range(L.nodes):
@@ -119,7 +119,7 @@ class _Groups:
     Attributes
     ----------
     inside : array of bool (size, size)
-        What stands in a diagonal block.
+        What is in a diagonal block.
     """
 
     def __init__(

@@ -9,7 +9,7 @@ import numpy as np
 
 from mbody.analysis.driven.kinematics import kinematics
 from mbody.analysis.driven.kinetostatics import kinetostatics
-from mbody.analysis.driven.requests import asked
+from mbody.analysis.driven.requests import analyse_at
 from mbody.analysis.initial.close_loops import close_loops
 from mbody.errors import ModelError, SolveError
 from mbody.model.driver import Driver
@@ -18,16 +18,17 @@ from mbody.sheets.names import force_floor, force_names
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 from mbody.views.backend import blank, one_design, styled
+from mbody.views.bounds import bounds, wheels
+from mbody.views.coupling_symbols import coupling_symbol
 from mbody.views.cycle import SMOOTH, times
 from mbody.views.frame import framed, rounded_number
+from mbody.views.joint_symbols import joint_symbol, outward
 from mbody.views.labels import symbolic, together
 from mbody.views.links import link, link_label, points
-from mbody.views.marks import driver_symbol, force_arrow, forces_shown, load_symbol
-from mbody.views.pose import Pose, wheels
-from mbody.views.ropes import coupling_symbol
+from mbody.views.load_symbols import driver_symbol, force_arrow, forces_shown, load_symbol
+from mbody.views.pose import Pose
 from mbody.views.sketch import Sketch
 from mbody.views.style import FORCE, LOAD, SIZE, SOFT, Z
-from mbody.views.symbols import joint_symbol, outward
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -115,7 +116,7 @@ def _solved(model: Mechanism | System, forces: bool) -> Solution:
     try:
         if isinstance(model, System):
             return (kinetostatics if forces else kinematics)(model)
-        return asked(mechanism, verb)
+        return analyse_at(mechanism, verb)
     except SolveError:
         if forces or mechanism.ask is not None:
             raise
@@ -143,7 +144,7 @@ def _paths(run: Solution, names: Sequence[str]) -> dict[str, Array]:
 def _scale(pose: Pose, tracks: list[Array]) -> tuple[float, float]:
     """Length of a point (1/72 in) in the units of the mechanism, and how much smaller symbols are
     where the links are short."""
-    corners = np.vstack([pose.span, *tracks])
+    corners = np.vstack([bounds(pose), *tracks])
     wide, high = corners.max(axis=0) - corners.min(axis=0)
     unit = max(wide / SIZE["width"], high / SIZE["height"])
     if not unit > 1e-12 * pose.system.length:
@@ -173,7 +174,7 @@ def _driven(pose: Pose, driver: Driver) -> str:
 def _mechanism(
     sketch: Sketch, forces: bool, tracks: dict[str, Array]
 ) -> tuple[float, float, str] | None:
-    """All that is drawn, from what lies below to the labels; gives the scale of the arrows."""
+    """Draw everything from the lowest layer to the labels; returns the scale of the arrows."""
     pose, mechanism = sketch.pose, sketch.pose.mechanism
     for name, track in tracks.items():
         dashes = (0, (5, 3))
@@ -208,11 +209,11 @@ def _pin_labels(sketch: Sketch) -> None:
         if not names:
             continue
         bodies = [side.body for name in names for side in (joints[name].i, joints[name].j)]
-        told = together(names)
+        text = together(names)
         wanted = outward(sketch, place, *bodies)
         gap = sketch.size("pin") + 2.5 * sketch.unit
-        sketch.label(told, place, wanted, gap, italic=True, name=f"name:{names[0]}")
-    # pins choose before loads and drivers, which have more room
+        sketch.label(text, place, wanted, gap, italic=True, name=f"name:{names[0]}")
+    # pins are first: loads and drivers have more free space
     sketch.labels.sort(key=lambda label: not label.name.startswith("name:"))
 
 
@@ -226,6 +227,6 @@ def _arrows(sketch: Sketch, forces: bool) -> tuple[float, float, str] | None:
     scale = SIZE["arrow"] * sketch.unit / greatest
     unit = sketch.pose.mechanism.units.of("force")
     for (name, place, vector, color, _), size in zip(shown, sizes, strict=True):
-        told = f"{symbolic(name)} = {rounded_number(size)} {unit}"
-        force_arrow(sketch, name, place, vector, color, told, scale)
+        text = f"{symbolic(name)} = {rounded_number(size)} {unit}"
+        force_arrow(sketch, name, place, vector, color, text, scale)
     return scale, greatest, FORCE if forces else LOAD

@@ -1,4 +1,4 @@
-"""Quantities over the cycle: one panel a unit, all above one axis."""
+"""Quantities over the cycle: one panel for each unit, above a common axis."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ LEFT, BELOW, ABOVE, BETWEEN, RIGHT = 0.85, 0.55, 0.62, 0.22, 0.2
 
 
 @dataclass(frozen=True)
-class Curve:
-    """One quantity: its name, its history, and what it measures."""
+class PlottedCurve:
+    """One quantity: its name, history, dimension and unit."""
 
     name: str
     values: Array
@@ -64,13 +64,12 @@ def plot(run: Solution, *quantities: str) -> Figure:
     Raises
     ------
     ModelError
-        For a quantity that there is not, a result of one instant, a batch; where matplotlib is not
-        installed.
+        For an unknown quantity, a result of one instant, a batch, or without matplotlib.
 
     Notes
     -----
     The axis is the angle where one driver of an angle turns all the time in one sense and no other
-    driver moves; else it is time, or the number of the instant where time stands still.
+    driver moves; else it is time, or the number of the instant where the time is constant.
 
     Examples
     --------
@@ -86,7 +85,7 @@ def plot(run: Solution, *quantities: str) -> Figure:
             "a plot needs several instants, this result has 1: analyse a turn (turn=True), or times"
         )
     curves = [_curve(run, name) for name in quantities or _all(run)]
-    panels: dict[str, list[Curve]] = {}
+    panels: dict[str, list[PlottedCurve]] = {}
     for curve in curves:
         panels.setdefault(curve.unit, []).append(curve)
     x, label, turns = _abscissa(run)
@@ -95,7 +94,7 @@ def plot(run: Solution, *quantities: str) -> Figure:
 
 
 def _all(run: Solution) -> list[str]:
-    """What is plotted where nobody says what."""
+    """The default quantities."""
     machine = run.mechanism
     names = [name for name, measure in machine.measures.items() if found_by(run, measure)]
     if not names and run.has_forces:
@@ -107,12 +106,12 @@ def _all(run: Solution) -> list[str]:
     return names
 
 
-def _curve(run: Solution, name: str) -> Curve:
+def _curve(run: Solution, name: str) -> PlottedCurve:
     measure = run.mechanism.measures.get(name, name)
     values, dimension, unit = measured(run, measure)
     if dimension == DIMENSIONS["angle"] and not getattr(measure, "unit", ""):
         values, unit = np.degrees(values), "deg"
-    return Curve(name, np.where(np.isfinite(values), values, np.nan), dimension, unit)
+    return PlottedCurve(name, np.where(np.isfinite(values), values, np.nan), dimension, unit)
 
 
 def _abscissa(run: Solution) -> tuple[Array, str, bool]:
@@ -134,14 +133,14 @@ def _abscissa(run: Solution) -> tuple[Array, str, bool]:
 
 
 def _figure(
-    run: Solution, panels: Sequence[list[Curve]], x: Array, label: str, turns: bool
+    run: Solution, panels: Sequence[list[PlottedCurve]], x: Array, label: str, turns: bool
 ) -> Figure:
-    """Panels of equal height, with room for the names on the right."""
+    """Panels of equal height, with space for the names on the right."""
     figure = blank()
     names = [curve.name for curves in panels if len(curves) > 1 for curve in curves]
-    room = max((extent(_name(name), SIZE["text"])[0] for name in names), default=0.0) / 72.0
+    space = max((extent(_name(name), SIZE["text"])[0] for name in names), default=0.0) / 72.0
     high = ALONE if len(panels) == 1 else STACKED
-    wide = LEFT + WIDE + RIGHT + (room + 0.1 if names else 0.0)
+    wide = LEFT + WIDE + RIGHT + (space + 0.1 if names else 0.0)
     tall = ABOVE + len(panels) * high + (len(panels) - 1) * BETWEEN + BELOW
     figure.set_size_inches(wide, tall)
     first: Axes | None = None
@@ -169,7 +168,7 @@ def _figure(
     return figure
 
 
-def _panel(axes: Axes, curves: Sequence[Curve], x: Array, high: float) -> None:
+def _panel(axes: Axes, curves: Sequence[PlottedCurve], x: Array, high: float) -> None:
     """Curves of one unit."""
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
@@ -199,8 +198,8 @@ def _panel(axes: Axes, curves: Sequence[Curve], x: Array, high: float) -> None:
     _names(axes, curves, high)
 
 
-def _names(axes: Axes, curves: Sequence[Curve], high: float) -> None:
-    """The name of each curve where it ends, moved apart where they would cover each other."""
+def _names(axes: Axes, curves: Sequence[PlottedCurve], high: float) -> None:
+    """The name of each curve at its end, moved apart where names would overlap."""
     low, top = axes.get_ylim()
     ends = []
     for curve in curves:
@@ -210,7 +209,9 @@ def _names(axes: Axes, curves: Sequence[Curve], high: float) -> None:
     places = spread(ends, apart)
     for n, (curve, place) in enumerate(zip(curves, places, strict=True)):
         axes.text(
-            *(1.015, place, _name(curve.name)),
+            1.015,
+            place,
+            _name(curve.name),
             transform=axes.transAxes,
             color=CURVES[n % len(CURVES)][0],
             va="center",
@@ -220,7 +221,7 @@ def _names(axes: Axes, curves: Sequence[Curve], high: float) -> None:
 
 
 def spread(wanted: Sequence[float], apart: float) -> list[float]:
-    """The same numbers, moved as little as it takes to be `apart` from each other.
+    """The numbers, moved as little as possible so that they are `apart` from each other.
 
     >>> spread([0.5, 0.5, 0.0], 0.2)
     [0.6, 0.4, 0.0]

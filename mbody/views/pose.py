@@ -1,4 +1,4 @@
-"""One instant of a solution, as a drawing asks for it: where things are and which way they turn."""
+"""One instant of a solution for drawings: places, directions, numbers."""
 
 from __future__ import annotations
 
@@ -9,18 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.model.joints import CamFollower, Gear, Joint, RackPinion, Revolute, Rolling
-from mbody.model.loads import PistonPressure, ReciprocatingCylinder
-from mbody.views.cams import outline
-from mbody.views.cylinders import barrel
+from mbody.model.joints import Joint, Revolute
 
 if TYPE_CHECKING:
-    from mbody.model.coupling import Coupling
     from mbody.model.element import Element
     from mbody.solution.histories import BodyHistory, PointHistory
     from mbody.solution.solution import Solution
 
-__all__ = ["Pose", "heading", "pulleys", "wheels"]
+__all__ = ["Pose", "heading"]
 
 Array = np.ndarray
 
@@ -38,7 +34,7 @@ class Pose:
     Raises
     ------
     ModelError
-        For an instant that the solution has not.
+        For an instant outside the solution.
     """
 
     def __init__(self, run: Solution, instant: int) -> None:
@@ -75,7 +71,7 @@ class Pose:
         return float(self.body(body).angle[self.k])
 
     def body(self, name: str) -> BodyHistory:
-        """The motion of a body, taken out of the run once."""
+        """The motion of a body, read from the run once."""
         if name not in self._bodies:
             self._bodies[name] = self.run[name]
         return self._bodies[name]
@@ -110,7 +106,7 @@ class Pose:
         return float(self.system.law_of(element, field).derivatives(self.t)[0])
 
     def rate(self, driver: str) -> float:
-        """The rate of what a driver drives."""
+        """The rate of a driven coordinate."""
         return float(self.run.driven(driver)[1][self.k])
 
     def mass(self, body: str) -> float:
@@ -118,12 +114,12 @@ class Pose:
         return float(self.system.mass[3 * self.system.bodies[body], 0])
 
     def reaction_point(self, joint: Joint) -> Array:
-        """Where the reaction of a joint is told: a point of contact, or the place on j."""
+        """The reaction point of a joint: a point of contact, or the place on j."""
         return np.array([float(part[self.k]) for part in self.run.reaction_point(joint.name)])
 
     def pivot(self, by: str, body: str) -> Array:
-        """What a body turns about: its pin on the other, on the ground, any pin, or its mass
-        centre.
+        """The centre of rotation of a body: its pin on the other body, on the ground, any pin, or
+        its mass centre.
         """
         pins = [joint for joint in self.mechanism.joints if isinstance(joint, Revolute)]
         pins = [joint for joint in pins if body in (joint.i.body, joint.j.body)]
@@ -135,7 +131,7 @@ class Pose:
 
     @functools.cached_property
     def nodes(self) -> dict[str, list[Array]]:
-        """What a body reaches to: the places of joints, drivers and loads on it, and its points."""
+        """Places on each body: of joints, drivers and loads, and its points."""
         found: dict[str, list[Array]] = {name: [] for name in self.system.bodies}
         for element in self.mechanism:
             for field, marker in element.places().items():
@@ -144,65 +140,12 @@ class Pose:
             found[body.name] += [self.point(f"{body.name}.{name}") for name in body.points]
         return found
 
-    @functools.cached_property
-    def span(self) -> Array:
-        """The corners (2, 2) of all that there is, wheels and cylinders included."""
-        reached = [node for nodes in self.nodes.values() for node in nodes]
-        reached += [self.centre(body.name) for body in self.mechanism.bodies]
-        circles = [
-            (self.place(joint, field), radius)
-            for joint in self.mechanism.joints
-            for field, radius in wheels(joint, self)
-        ]
-        for coupling in self.mechanism.couplings:
-            circles += pulleys(coupling, self).values()
-        for centre, radius in circles:
-            reached += [centre - radius, centre + radius]
-        for load in self.mechanism.loads:
-            if isinstance(load, (PistonPressure, ReciprocatingCylinder)):
-                own = barrel(load, self, 0.0)
-                reached += [own.head, own.mouth]
-        if not reached:
-            reached = [np.zeros(2)]
-        return np.array([np.min(reached, axis=0), np.max(reached, axis=0)])
-
     @property
     def middle(self) -> Array:
         """The middle of all moving bodies' nodes."""
         names = [body.name for body in self.mechanism.bodies]
         places = [np.mean(self.nodes[n] or [self.centre(n)], axis=0) for n in names]
         return np.mean(places, axis=0) if places else np.zeros(2)
-
-
-def wheels(joint: Joint, pose: Pose) -> list[tuple[str, float]]:
-    """The circles of a joint, pitch circles, rollers, what a cam reaches to: the field of the
-    centre's place, and the radius.
-    """
-    if isinstance(joint, CamFollower):
-        way = outline(joint, pose) - pose.place(joint, "i")
-        return [("i", float(np.hypot(*way.T).max())), ("j", pose.number(joint, "roller"))]
-    if isinstance(joint, Gear):
-        return [(side, pose.number(joint, f"radius_{side}")) for side in "ij"]
-    if isinstance(joint, RackPinion):
-        return [("j", pose.number(joint, "radius"))]
-    if isinstance(joint, Rolling):
-        found = [("j", pose.number(joint, "radius"))]
-        if joint.on_radius is not None:
-            found.append(("i", pose.number(joint, "on_radius")))
-        return found
-    return []
-
-
-def pulleys(coupling: Coupling, pose: Pose) -> dict[int, tuple[Array, float]]:
-    """Centres of what a coupling turns, with the radii that its factors are among lengths, by the
-    number of the term.
-    """
-    found = {}
-    for n, term in enumerate(coupling.parts):
-        if not term.ends:
-            radius = abs(pose.number(coupling, f"{n}.factor")) if coupling.lengths else 0.0
-            found[n] = (pose.pivot(*term.bodies), radius)
-    return found
 
 
 def heading(vector: Any) -> float:

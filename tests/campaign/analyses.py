@@ -12,6 +12,8 @@ import numpy as np
 
 import mbody
 from mbody import Mechanism, ModelError, SolveError
+from mbody.engineering import close_loops
+from mbody.errors import ModelWarning
 from tests.campaign.drawing import random_linkage
 from tests.campaign.linkage import Linkage
 from tests.campaign.loads import Acting, random_loads
@@ -201,7 +203,7 @@ def released(of: Linkage, rng: np.random.Generator) -> Finding:
     machine.add(*acting.elements)
     _, crank, start, speed, _ = of.drivers[0]
     rtol = float(rng.choice([1e-4, 1e-6, 1e-8, 1e-10]))
-    begin = mbody.close_loops(machine, guess={crank: start}, rates={crank: speed})
+    begin = close_loops(machine, guess={crank: start}, rates={crank: speed})
     until = float(rng.uniform(0.2, 1.5)) * of.span
     run = mbody.simulate(machine, until, start=begin, rtol=rtol, instants=9)
     # where the crank is, and how fast, all else follows from the closed form
@@ -356,7 +358,7 @@ def written(of: Linkage, rng: np.random.Generator) -> Finding:
     acting = random_loads(of)
     machine = of.mechanism("file")
     machine.add(*acting.elements)
-    again = mbody.from_text(mbody.to_text(machine))
+    again = mbody.from_toml(mbody.to_toml(machine))
     t = np.linspace(0.0, of.span, 3)
     ours, theirs = mbody.kinetostatics(machine, t=t), mbody.kinetostatics(again, t=t)
     same = all(
@@ -412,7 +414,7 @@ def examine(seed: int, margin: float | None = None) -> Finding:
     name = str(rng.choice(names, p=[ANALYSES[n][1] for n in names]))
     of = random_linkage(seed, margin=margin)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", mbody.ModelWarning)
+        warnings.simplefilter("ignore", ModelWarning)
         try:
             return ANALYSES[name][0](of, rng)
         except (ModelError, SolveError) as error:

@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 
 import mbody
-from mbody import AngleDriver, Body, Guess, Mechanism
+from mbody import AngleDriver, Body, Mechanism
+from mbody.model.body import Guess
 
 Array = Any
 #: Imaginary step of the complex step, and of central differences of its rates, as parts of a turn.

@@ -5,7 +5,8 @@ import math
 import numpy as np
 
 import mbody
-from mbody import Damper, Distance, Harmonic, Mechanism, Spring, Table, assemble
+from mbody import Damper, Distance, Mechanism, Spring, assemble
+from mbody.laws import Harmonic, Table
 from tests.errors.models import four_bar, tappet
 
 #: Other numbers that a four-bar does not take.

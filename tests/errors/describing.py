@@ -7,31 +7,28 @@ from mbody import (
     AngleDriver,
     Body,
     CamFollower,
-    ConstantSpeed,
     CouplingTerm,
-    CustomLoad,
     Damper,
     Distance,
     DistanceDriver,
     Force,
     Gear,
     Gravity,
-    Guess,
     LengthCoupling,
     Marker,
     Mechanism,
     Revolute,
     Rolling,
-    SecondMoments,
-    SlenderRod,
     Spring,
     Torque,
     TorsionDamper,
     assemble,
     polar,
 )
+from mbody.laws import ConstantSpeed
 from mbody.makers import makers
-from mbody.model.loads import TorsionSpring
+from mbody.model.body import Guess, SecondMoments, SlenderRod
+from mbody.model.loads import CustomLoad, TorsionSpring
 from tests.errors.models import crank_alone
 
 NAN, INF = math.nan, math.inf

@@ -4,16 +4,7 @@ import functools
 
 import numpy as np
 
-from mbody import (
-    AngleDriver,
-    Body,
-    ConstantSpeed,
-    ReciprocatingCylinder,
-    Revolute,
-    Torque,
-    assemble,
-    kinetostatics,
-)
+from mbody import AngleDriver, Body, Revolute, Torque, assemble, kinetostatics
 from mbody.engineering import (
     energy_fluctuation,
     fluctuation,
@@ -21,6 +12,8 @@ from mbody.engineering import (
     indicator,
     shaking_force,
 )
+from mbody.laws import ConstantSpeed
+from mbody.model.loads import ReciprocatingCylinder
 from mbody.solution.doubts import Doubt, doubted
 from tests.errors.models import four_bar
 from tests.errors.results import batch, motion, run

@@ -2,20 +2,9 @@
 
 import pint
 
-from mbody import (
-    AngleDriver,
-    Body,
-    ConstantSpeed,
-    Force,
-    Mechanism,
-    ModelError,
-    Spring,
-    Table,
-    Torque,
-    convert,
-)
-from mbody.laws import compile_formula
-from mbody.quantities import FormulaError, Scope, read
+from mbody import AngleDriver, Body, Force, Mechanism, ModelError, Spring, Torque
+from mbody.laws import ConstantSpeed, Table, compile_formula
+from mbody.quantities import FormulaError, Scope, convert, read
 from mbody.quantities.units import DIMENSIONS
 from tests.errors.models import crank_alone
 

@@ -7,9 +7,11 @@ import tempfile
 from pathlib import Path
 from unittest import mock
 
-from mbody import Body, CustomLoad, Limits, Mechanism, Torque, cli, load, save
-from mbody.files.model import from_text, in_units, to_text
+from mbody import Body, Mechanism, Torque, cli, load, save
+from mbody.files.model import Limits, from_toml, in_units, to_toml
+from mbody.model.loads import CustomLoad
 from tests.errors.models import by_law, four_bar
+from tests.model_text import model_from
 
 ARM = """\
 [ground]
@@ -146,7 +148,7 @@ def with_table(content, name="a.csv", largest=None):
         with folder("a.csv", content) as there:
             limit = mock.patch("mbody.files.model.beside.LARGEST", largest or 10_000_000)
             with limit:
-                from_text(TABLE % name, folder=there)
+                from_toml(TABLE % name, folder=there)
 
     return go
 
@@ -154,7 +156,7 @@ def with_table(content, name="a.csv", largest=None):
 def with_limits(text):
     def go():
         with mock.patch.dict("os.environ", MBODY_LIMITS=text):
-            from_text("")
+            from_toml("")
 
     return go
 
@@ -177,7 +179,7 @@ def unreadable_table():
             Path, "open", side_effect=PermissionError(13, "Permission denied")
         )
         with refuse:
-            from_text(TABLE % "a.csv", folder=there)
+            from_toml(TABLE % "a.csv", folder=there)
 
 
 def own_load():
@@ -189,10 +191,10 @@ def in_other_units(law):
 
 
 SCENARIOS = {
-    **{name: lambda text=text: from_text(text) for name, text in TEXTS.items()},
-    **{name: lambda text=text: from_text(text, is_json=True) for name, text in JSON.items()},
-    "a text that is too long": lambda: from_text("#" * 6_000_001),
-    "a text of more values than are allowed": lambda: from_text(
+    **{name: lambda text=text: from_toml(text) for name, text in TEXTS.items()},
+    **{name: lambda text=text: model_from(text, True) for name, text in JSON.items()},
+    "a text that is too long": lambda: from_toml("#" * 6_000_001),
+    "a text of more values than are allowed": lambda: from_toml(
         "name = 'x'\nunits = 'SI'", limits=Limits(values=2)
     ),
     "a model that is too large to be read again": lambda: save(
@@ -201,12 +203,12 @@ SCENARIOS = {
     "a model of too many bytes to be read again": lambda: save(
         four_bar(), "mine.toml", limits=Limits(size=100)
     ),
-    "limits that are none": lambda: from_text("", limits=3),
+    "limits that are none": lambda: from_toml("", limits=3),
     "limits below nothing": lambda: Limits(size=-1),
     "limits of the environment that are none": with_limits("much"),
-    "other parameters": lambda: from_text("[parameters]\na = 1", parameters={"b": 2}),
-    "other parameters of none": lambda: from_text(ARM, parameters={"b": 2}),
-    "another parameter that is none": lambda: from_text(
+    "other parameters": lambda: from_toml("[parameters]\na = 1", parameters={"b": 2}),
+    "other parameters of none": lambda: from_toml(ARM, parameters={"b": 2}),
+    "another parameter that is none": lambda: from_toml(
         "[parameters]\na = 1", parameters={"a": []}
     ),
     # -- files
@@ -228,9 +230,9 @@ SCENARIOS = {
     "a table that is too large": with_table("0,1\n1,2\n" * 999_999, largest=1_000_000),
     "a table that may not be read": unreadable_table,
     # -- writing
-    "a load of one's own": lambda: to_text(own_load()),
-    "a function": lambda: to_text(four_bar(Torque("T", "rocker", value=math.sin))),
-    "a model that is no text": lambda: from_text(3),
+    "a load of one's own": lambda: to_toml(own_load()),
+    "a function": lambda: to_toml(four_bar(Torque("T", "rocker", value=math.sin))),
+    "a model that is no text": lambda: from_toml(3),
     "a title that is no text": lambda: save(Mechanism("\ud800"), os.devnull),
     "a number too large for other units": lambda: in_units(far_away(), "um-N-s"),
     "a place that cannot be written": lambda: save(four_bar(), "/nowhere/mine.toml"),

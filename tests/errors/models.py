@@ -6,9 +6,6 @@ from mbody import (
     AngleDriver,
     Body,
     CamFollower,
-    ConstantSpeed,
-    CustomJoint,
-    CustomLoad,
     Marker,
     Mechanism,
     Prismatic,
@@ -16,7 +13,10 @@ from mbody import (
     Spring,
     Torque,
 )
+from mbody.laws import ConstantSpeed
 from mbody.makers import makers
+from mbody.model.joints import CustomJoint
+from mbody.model.loads import CustomLoad
 
 CRANK, COUPLER, ROCKER, GROUND = LENGTHS = 1.0, 3.0, 2.0, 3.5
 

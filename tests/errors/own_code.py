@@ -4,19 +4,11 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from mbody import (
-    Body,
-    CustomJoint,
-    CustomLoad,
-    Function,
-    Mechanism,
-    assemble,
-    kinematics,
-    kinetostatics,
-    simulate,
-    solve_for,
-)
+from mbody import Body, Mechanism, assemble, kinematics, kinetostatics, simulate, solve_for
+from mbody.laws import Function
 from mbody.model.element import number_field
+from mbody.model.joints import CustomJoint
+from mbody.model.loads import CustomLoad
 from tests.errors.models import by_law, four_bar, no_oil, with_own
 
 #: Where a user's function may be.

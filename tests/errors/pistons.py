@@ -2,7 +2,8 @@
 
 import math
 
-from mbody import Cam, PistonPressure, ReciprocatingCylinder, Rise, Table
+from mbody.laws import Cam, Rise, Table
+from mbody.model.loads import PistonPressure, ReciprocatingCylinder
 
 TURN = 2.0 * math.pi
 

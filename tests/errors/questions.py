@@ -1,7 +1,9 @@
 """Measures, and the instants that a mechanism or a command asks for."""
 
-from mbody import AngleDriver, ConstantAcceleration, ConstantSpeed, Instants, Measure
-from mbody.analysis.driven.requests import asked
+from mbody import AngleDriver, Measure
+from mbody.analysis.driven.requests import analyse_at
+from mbody.laws import ConstantAcceleration, ConstantSpeed
+from mbody.model.study import Instants
 from tests.errors.models import by_law, four_bar
 from tests.errors.results import run
 
@@ -35,7 +37,7 @@ QUESTIONS = {
 
 
 def ask(machine=None, **at):
-    return lambda: asked(machine or four_bar(), "kinematics", Instants(at=at))
+    return lambda: analyse_at(machine or four_bar(), "kinematics", Instants(at=at))
 
 
 def two_drivers(law):
@@ -71,7 +73,7 @@ SCENARIOS = {
     "t of time": ask(t="2*t"),
     "t of a stretch": ask(t="2*x"),
     "a driver that is not there": ask(engine=2.0),
-    "a turn of a driver that is not there": lambda: asked(
+    "a turn of a driver that is not there": lambda: analyse_at(
         four_bar(), "kinematics", Instants(over="engine")
     ),
     "a driver twice": ask(motor=1.0, crank=2.0),

@@ -6,9 +6,7 @@ from dataclasses import dataclass
 from mbody import (
     AngleDriver,
     Body,
-    CentrifugalField,
     CouplingTerm,
-    CustomLoad,
     Distance,
     Force,
     Gravity,
@@ -17,19 +15,18 @@ from mbody import (
     Mechanism,
     Prismatic,
     Revolute,
-    SecondMoments,
     Spring,
     Torque,
     TorsionSpring,
     assemble,
-    close_loops,
     equilibrium,
-    equilibrium_curve,
     kinetostatics,
     linearize,
     modes,
-    momentum,
 )
+from mbody.engineering import close_loops, equilibrium_curve, momentum
+from mbody.model.body import SecondMoments
+from mbody.model.loads import CentrifugalField, CustomLoad
 from tests.errors.solving import free
 
 AXIS = Marker("ground", (0.0, 0.0), 0.5 * math.pi)

@@ -14,12 +14,10 @@ from mbody import (
     AngleDriver,
     Body,
     CoordinateDriver,
-    CustomLoad,
     Damper,
     Event,
     Force,
     Gravity,
-    Guess,
     Marker,
     Mechanism,
     Prismatic,
@@ -29,16 +27,18 @@ from mbody import (
     Stop,
     Torque,
     assemble,
-    close_loops,
-    from_text,
+    from_toml,
     gallery,
     kinematics,
     load_run,
     save_run,
     simulate,
 )
+from mbody.engineering import close_loops
 from mbody.files.arrays import packed, unpacked
 from mbody.files.saved import OWNER
+from mbody.model.body import Guess
+from mbody.model.loads import CustomLoad
 from mbody.solution.histories import Record
 from tests.errors.command import said
 from tests.errors.models import by_rocker, four_bar
@@ -96,7 +96,7 @@ def begun(until=1.0, **start):
 
 
 def file(text):
-    return lambda: from_text(
+    return lambda: from_toml(
         '[bodies]\nbob = { mass = 1 }\n[joints]\nO = { revolute = ["ground", "bob"] }\n' + text
     )
 

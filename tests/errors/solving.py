@@ -7,8 +7,6 @@ import numpy as np
 from mbody import (
     AngleDriver,
     Body,
-    ConstantAcceleration,
-    ConstantSpeed,
     CoordinateDriver,
     CouplingTerm,
     DistanceDriver,
@@ -18,21 +16,20 @@ from mbody import (
     LengthCoupling,
     Marker,
     Mechanism,
-    Polynomial,
     Prismatic,
     RackPinion,
     Revolute,
     Spring,
-    Table,
     Torque,
     assemble,
-    close_loops,
     driver_range,
     kinematics,
     kinetostatics,
     mobility,
     statics,
 )
+from mbody.engineering import close_loops
+from mbody.laws import ConstantAcceleration, ConstantSpeed, Polynomial, Table
 from mbody.makers import makers
 from tests.errors.models import FOLDED, STRETCHED, by_law, by_rocker, chain, four_bar
 

@@ -8,7 +8,6 @@ import numpy as np
 from mbody import (
     AngleDriver,
     Body,
-    ConstantSpeed,
     CouplingTerm,
     DistanceDriver,
     Force,
@@ -21,11 +20,12 @@ from mbody import (
     SimulationSettings,
     Torque,
     TorsionSpring,
-    close_loops,
     gallery,
     kinematics,
     simulate,
 )
+from mbody.engineering import close_loops
+from mbody.laws import ConstantSpeed
 from mbody.makers import makers
 from mbody.solution.histories import Record
 from tests.errors.models import four_bar

@@ -2,19 +2,9 @@
 
 from unittest import mock
 
-from mbody import (
-    AngleDriver,
-    Body,
-    Force,
-    Mechanism,
-    Question,
-    Revolute,
-    Torque,
-    Unknown,
-    from_text,
-    solve_for,
-)
+from mbody import AngleDriver, Body, Force, Mechanism, Revolute, Torque, from_toml, solve_for
 from mbody.makers import makers
+from mbody.model.study import Question, Unknown
 from tests.errors.command import said
 from tests.errors.models import four_bar
 
@@ -66,7 +56,7 @@ def arm():
 
 
 def model(text):
-    return lambda: from_text(
+    return lambda: from_toml(
         '[bodies]\narm = { mass = 1 }\n[joints]\nO = { revolute = ["ground", "arm"] }\n'
         '[drivers]\nmotor = { angle = "arm", law = 0 }\n' + text
     )

@@ -18,7 +18,6 @@ from mbody import (
     Force,
     Gear,
     Gravity,
-    Harmonic,
     LengthCoupling,
     Marker,
     Mechanism,
@@ -32,6 +31,7 @@ from mbody import (
     laws,
     polar,
 )
+from mbody.laws import Harmonic
 
 __all__ = ["MODELS"]
 

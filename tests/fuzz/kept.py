@@ -23,6 +23,7 @@ import numpy as np
 
 import mbody
 from mbody import ModelError, SolveError, gallery
+from mbody.engineering import close_loops
 from mbody.files.arrays import packed, unpacked
 from mbody.files.saved import OWNER
 from mbody.files.seal import OPEN_SEAL, seal
@@ -114,7 +115,7 @@ def saved() -> tuple[bytes, ...]:
         mbody.kinetostatics(driven, t=[0.0, 0.01]),
         mbody.kinetostatics(gallery.load("parallel_cranks"), t=[0.0, 0.1]),
         mbody.kinematics(driven, turn=True, instants=5),
-        mbody.close_loops(free),
+        close_loops(free),
     )
     found = []
     with tempfile.TemporaryDirectory() as folder:

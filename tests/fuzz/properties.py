@@ -8,12 +8,13 @@ from pathlib import Path
 
 from mbody import Mechanism, ModelError
 from mbody.errors import ModelWarning
-from mbody.files.model import from_text, in_units, to_text
+from mbody.files.model import in_units
 from mbody.laws import compile_formula
-from mbody.model.identity import whole
+from mbody.model.mechanism import whole
 from mbody.quantities import FormulaError, Scope, Valued, parse, read, text_of
 from mbody.quantities.formula import Formula
 from mbody.quantities.units import DIMENSIONS, unit_system
+from tests.model_text import model_from, text_from
 
 LONGEST = 20_000  # bytes of a message
 SLOW = 20  # seconds
@@ -92,7 +93,7 @@ def formula(text: str) -> bool:
 def model(text: str, is_json: bool) -> bool:
     """Read a model, write and read it again; whether it is one."""
     try:
-        made = from_text(text, is_json=is_json, folder=FOLDER)
+        made = model_from(text, is_json, folder=FOLDER)
     except ModelError as error:
         sentence(error)
         for line, field, message in error.problems:
@@ -101,8 +102,8 @@ def model(text: str, is_json: bool) -> bool:
         return False
     assert isinstance(made, Mechanism)
     for as_json in (False, True):
-        again = to_text(made, as_json=as_json)
-        second = from_text(again, is_json=as_json)
+        again = text_from(made, as_json)
+        second = model_from(again, as_json)
         pairs = zip(whole(made), whole(second), strict=True)
         assert second == made, [f"{one!r} became {two!r}" for one, two in pairs if one != two]
     try:

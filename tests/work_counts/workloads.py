@@ -14,11 +14,12 @@ import numpy as np
 import mbody
 from benchmarks import models
 from mbody import gallery
-from mbody.analysis.driven.lanes import closed_poses, course_of, on_lanes
+from mbody.analysis.driven.lanes import batch_setup, closed_poses, on_lanes
 from mbody.analysis.driven.runner import Runner
-from mbody.analysis.driven.time_grid import plan
+from mbody.analysis.driven.time_grid import time_grid
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.compiler import cache
+from mbody.quantities import deg
 
 machine = functools.cache(gallery.load)
 
@@ -61,7 +62,7 @@ def made(model):
 
 def windows(count):
     """Four-bars of equal rods in a row, upright (IFToMM A02, any number of them)."""
-    upright = mbody.deg(90)
+    upright = deg(90)
 
     def rod(name, angle):
         return mbody.makers.bar(name, 1.0, mass=1.0, guess=angle)
@@ -126,9 +127,9 @@ class Beside:
 
     def run(self):
         system = mbody.assemble(made("norton_fourbar"))
-        asked = plan(system, None, None, "motor", self.instants)
+        asked = time_grid(system, None, None, "motor", self.instants)
         start = closed(system, 0.0, asked.first(system))
-        course = course_of(Runner(system, "kinetostatics"), start, asked)
+        course = batch_setup(Runner(system, "kinetostatics"), start, asked)
         lengths = system.values["coupler.B.x"] + 0.01 * np.arange(16)
         fifteen = system.with_values({"coupler.B.x": lengths[:15]})
         poses = closed_poses(fifteen, asked, course.pose, course.small)[0]

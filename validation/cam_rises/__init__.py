@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 import mbody
+from mbody.quantities import deg
 from validation.case import Row, Source
 
 __all__ = ["build", "rows"]
@@ -16,7 +17,7 @@ BOOK = Source("cam_rises", "peaks of v, a, j by h/β, h/β², h/β³ (Norton, Ca
 CLOSED_FORM = Source("cam_rises", "the lift at every half degree, from its formula")
 NATURE = Source("cam_rises", "power of the cam = power of the follower")
 
-h, beta, base, roller = 0.02, mbody.deg(120.0), 0.04, 0.01  # m, rad
+h, beta, base, roller = 0.02, deg(120.0), 0.04, 0.01  # m, rad
 omega, mass, stiffness = 10.0, 0.5, 2000.0  # rad/s, kg, N/m
 
 
@@ -62,10 +63,10 @@ DIFFERENCE = (
 
 def build(shape: str = "cycloidal") -> mbody.Mechanism:
     """A roller follower above its cam: rise, dwell, the same back, dwell."""
-    up = mbody.deg(90.0)
-    rise = mbody.Rise(shape, height=h, start=0.0, duration=beta)
-    back = mbody.Rise(shape, height=-h, start=0.0, duration=beta)
-    rest = mbody.Dwell(mbody.deg(60.0))
+    up = deg(90.0)
+    rise = mbody.laws.Rise(shape, height=h, start=0.0, duration=beta)
+    back = mbody.laws.Rise(shape, height=-h, start=0.0, duration=beta)
+    rest = mbody.laws.Dwell(deg(60.0))
     machine = mbody.Mechanism(f"a {shape} cam")
     machine.add(
         mbody.Body("cam", mass=1.0, inertia=1e-3),
@@ -84,7 +85,7 @@ def build(shape: str = "cycloidal") -> mbody.Mechanism:
             base_radius=base,
             roller=roller,
         ),
-        mbody.AngleDriver("motor", "cam", mbody.ConstantSpeed(0.0, omega)),
+        mbody.AngleDriver("motor", "cam", mbody.laws.ConstantSpeed(0.0, omega)),
         mbody.Spring("spring", "ground", "follower", stiffness=stiffness, free_length=2.0 * base),
     )
     return machine
@@ -92,7 +93,7 @@ def build(shape: str = "cycloidal") -> mbody.Mechanism:
 
 def at(run_of: mbody.System, u: np.ndarray) -> mbody.Solution:
     """The cam at parts u of its rise."""
-    return mbody.kinetostatics(run_of, drive={"motor": (mbody.deg(60.0) + beta * u, omega, 0.0)})
+    return mbody.kinetostatics(run_of, drive={"motor": (deg(60.0) + beta * u, omega, 0.0)})
 
 
 def rows() -> list[Row]:
@@ -115,8 +116,8 @@ def of_shape(shape: str, peaks: Peaks) -> list[Row]:
     ]
     if peaks.j is not None:
         found.append(jerk(shape, system, peaks))
-    part = np.clip((turn["cam"].angle - mbody.deg(60.0)) / beta, 0.0, 1.0)
-    part -= np.clip((turn["cam"].angle - mbody.deg(240.0)) / beta, 0.0, 1.0)
+    part = np.clip((turn["cam"].angle - deg(60.0)) / beta, 0.0, 1.0)
+    part -= np.clip((turn["cam"].angle - deg(240.0)) / beta, 0.0, 1.0)
     wanted = base + roller + h * LIFT[shape](part)
     found.append(
         CLOSED_FORM.relative(

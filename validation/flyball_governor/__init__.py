@@ -7,6 +7,10 @@ import math
 import numpy as np
 
 import mbody
+from mbody.engineering import equilibrium_curve
+from mbody.model.body import SlenderRod
+from mbody.model.loads import CentrifugalField
+from mbody.quantities import deg
 from validation.case import Row, Source
 from validation.spinning import AXIS, SOLVED, balanced, rpm, superposed
 
@@ -23,7 +27,7 @@ CB, CG = 1.5, 2.438  # in, along the arm from its hinge C; the links A-B are as 
 R = 0.625  # in, of the hinges A and C from the spindle
 k = 20.0  # lbf/in
 m = W / g
-FREE, CLOSED = mbody.deg(5.0), mbody.deg(75.0)
+FREE, CLOSED = deg(5.0), deg(75.0)
 
 #: Compression [in], spring force [lbf], ω [rad/s], rpm by the spring's free angle.
 REFERENCE = {
@@ -38,7 +42,7 @@ def build(free: float = FREE, *, slender: bool = False, held: bool = True) -> mb
     θ leans an arm outwards from the spindle. The mass of an arm is a point at G, or (`slender`)
     spread evenly along a rod of twice that length. A driver may hold θ where the valve is closed.
     """
-    spread = mbody.SlenderRod(math.pi / 2) if slender else "point"
+    spread = SlenderRod(math.pi / 2) if slender else "point"
     inertia = m * (2.0 * CG) ** 2 / 12.0 if slender else 0.0
     machine = mbody.Mechanism(
         "flyball governor", units="in-lbf-s", g=g, ground={"C_l": (-R, 0.0), "C_r": (R, 0.0)}
@@ -67,7 +71,7 @@ def build(free: float = FREE, *, slender: bool = False, held: bool = True) -> mb
         mbody.Spring(
             "spring", "ground", "collar", stiffness=k, free_length=2.0 * CB * math.cos(free)
         ),
-        mbody.CentrifugalField("field", AXIS, speed=REFERENCE[5.0][2]),
+        CentrifugalField("field", AXIS, speed=REFERENCE[5.0][2]),
     )
     if held:
         machine.add(mbody.AngleDriver("theta", "arm_l", CLOSED))
@@ -82,11 +86,11 @@ def exact() -> list[Row]:
     """The closing speed, and what the lecture leaves out."""
     found = []
     for free, (x, force, omega, turns) in sorted(REFERENCE.items(), reverse=True):
-        machine = build(mbody.deg(free))
+        machine = build(deg(free))
         speed = balanced(machine)
         run = mbody.statics(mbody.assemble(machine).with_values({"field.speed": speed}))
         told = f"spring free at {free:g}°"
-        pressed = 2.0 * CB * math.cos(mbody.deg(free)) - float(run["collar"].y[0])
+        pressed = 2.0 * CB * math.cos(deg(free)) - float(run["collar"].y[0])
         found += [
             EXACT.relative(f"compression, {told}", pressed, x, *SOLVED, "in"),
             EXACT.relative(f"spring force, {told}", k * pressed, force, *SOLVED, "lbf"),
@@ -141,8 +145,8 @@ def moments() -> list[Row]:
     """About the hinge C: the link's force with arm 1.5 sin 30°, the ball's with 2.438 sin 15°."""
     speed = balanced(build())
     run = mbody.statics(mbody.assemble(build()).with_values({"field.speed": speed}))
-    link = float(run.reaction("A_r").magnitude[0]) * CB * math.sin(mbody.deg(30.0))
-    ball = m * speed**2 * (R + CG * math.sin(CLOSED)) * CG * math.sin(mbody.deg(15.0))
+    link = float(run.reaction("A_r").magnitude[0]) * CB * math.sin(deg(30.0))
+    ball = m * speed**2 * (R + CG * math.sin(CLOSED)) * CG * math.sin(deg(15.0))
     # the driver on one arm would carry the moments of both sides
     parts = run.breakdown("theta")
     return [
@@ -172,10 +176,10 @@ def squares(theta: np.ndarray) -> np.ndarray:
 
 def curve() -> list[Row]:
     """Where the arms rest at any speed: outwards from 5° on, and inwards from 0 to −5°."""
-    outwards = mbody.equilibrium_curve(build(held=False), "field.speed", (REFERENCE[5.0][2], 1.0))
+    outwards = equilibrium_curve(build(held=False), "field.speed", (REFERENCE[5.0][2], 1.0))
     lean = 0.9 * FREE
     inwards = {"arm_l": -lean, "arm_r": lean, "link_l": lean, "link_r": -lean}
-    fold = mbody.equilibrium_curve(build(held=False), "field.speed", (1.0, 50.0), start=inwards)
+    fold = equilibrium_curve(build(held=False), "field.speed", (1.0, 50.0), start=inwards)
     theta = fold["arm_l"].angle
     grid = np.linspace(-FREE, 0.0, 200_001)
     top = grid[np.argmax(squares(grid))]

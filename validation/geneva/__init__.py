@@ -49,7 +49,7 @@ def build(slots: int = 4) -> mbody.Mechanism:
         mbody.Revolute("O", "ground", "crank"),
         mbody.Revolute("W", "ground.W", "wheel"),
         mbody.PinSlot("slot", "wheel", "crank.pin"),
-        mbody.AngleDriver("motor", "crank", mbody.ConstantSpeed(0.0, omega)),
+        mbody.AngleDriver("motor", "crank", mbody.laws.ConstantSpeed(0.0, omega)),
     )
     return machine
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 import mbody
-from mbody import AngleDriver, Body, ConstantSpeed, Gravity, Mechanism, Revolute, deg
+from mbody import AngleDriver, Body, Gravity, Mechanism, Revolute
 from mbody.analysis.position.assembly_analysis import closed
+from mbody.laws import ConstantSpeed
+from mbody.quantities import deg
 from mbody.system.rank import dense, rank_of
 from validation.case import Row, Source
 from validation.extrapolation import followed

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import mbody
+from mbody.quantities import deg, rpm
 from validation import slider_crank
 from validation.case import Row, Source
 from validation.slider_crank import Motion
@@ -14,7 +15,7 @@ CLOSED_FORM = Source("khurmi_15_4", "closed form of the loop, validation/slider_
 SERIES = Source("khurmi_15_4", "Khurmi ex. 15.4, the book's formula, computed here")
 
 r, l = 0.3, 1.5  # m
-theta, omega = mbody.deg(40.0), mbody.rpm(180.0)
+theta, omega = deg(40.0), rpm(180.0)
 
 REFERENCE = Motion(
     psi=7.386244977073661,

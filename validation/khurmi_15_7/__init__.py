@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import mbody
+from mbody.quantities import deg, rpm
 from validation import slider_crank
 from validation.case import Row, Source
 from validation.slider_crank import AT_ONCE, ON_THE_WAY
@@ -23,12 +24,12 @@ SERIES = Source("khurmi_15_7", "Khurmi ex. 15.7, the book's formula, computed he
 NATURE = Source("khurmi_15_7", "principle of virtual work")
 
 r, l = 0.3, 1.2  # m
-theta = mbody.deg(60.0)
+theta = deg(60.0)
 MASS = 250.0  # kg, of piston and crosshead
 GAS = 0.35e6 * math.pi / 4.0 * 0.5**2  # N, pressure difference on the bore
 
 #: Speed [rad/s] and gas load [N]: exact, and rounded as the printed answers are.
-GIVEN = {"exact": (mbody.rpm(250.0), GAS), "printed": (26.2, 68730.0)}
+GIVEN = {"exact": (rpm(250.0), GAS), "printed": (26.2, 68730.0)}
 
 
 class Forces(NamedTuple):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import mbody
+from mbody.quantities import deg, rpm
 from validation import slider_crank
 from validation.case import Row, Source
 from validation.slider_crank import Motion
@@ -16,7 +17,7 @@ EXACT = Source("khurmi_8_1", "Khurmi ex. 8.1, closed form in quadruple precision
 CLOSED_FORM = Source("khurmi_8_1", "closed form of the loop, validation/slider_crank.py")
 
 r, l = 0.15, 0.6  # m
-theta, omega = mbody.deg(45.0), mbody.rpm(300.0)
+theta, omega = deg(45.0), rpm(300.0)
 
 REFERENCE = Motion(
     psi=10.182067403158902,

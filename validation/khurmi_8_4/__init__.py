@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import mbody
+from mbody.quantities import deg
 from validation.case import Row, Source
 from validation.slider_crank import AT_ONCE, ON_THE_WAY
 
@@ -17,7 +18,7 @@ EXACT = Source("khurmi_8_4", "Khurmi ex. 8.4, closed form in quadruple precision
 CLOSED_FORM = Source("khurmi_8_4", "closed form of the loop, in complex numbers")
 
 PQ, QR, RS, PS = 62.5, 175.0, 112.5, 200.0  # mm
-START, OMEGA = mbody.deg(60.0), -10.0
+START, OMEGA = deg(60.0), -10.0
 
 REFERENCE = {  # θ [deg], ω [rad/s], α [rad/s²]
     "QR": (19.46342317351269, 1.9800260174879891, 23.367569844067802),

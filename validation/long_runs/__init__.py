@@ -8,6 +8,7 @@ import numpy as np
 
 import mbody
 from mbody import AngleDriver, gallery
+from mbody.engineering import close_loops
 from mbody.solution.places import link_poses
 from validation import oscillators
 from validation.case import Row, Source
@@ -106,4 +107,4 @@ def turned(run: mbody.Solution, leaders: tuple[str, ...]) -> mbody.Solution:
     for body in leaders:
         held.add(AngleDriver(f"hold {body}", body, 0.0))
         drive[f"hold {body}"] = (float(run[body].angle[-1]), -float(run[body].omega[-1]))
-    return mbody.close_loops(held, drive=drive, guess=link_poses(run))
+    return close_loops(held, drive=drive, guess=link_poses(run))

@@ -9,6 +9,7 @@ import numpy as np
 
 import mbody
 from mbody import engineering
+from mbody.quantities import rpm
 from validation import slider_crank
 from validation.case import EPS, Row, Source
 from validation.indicator import BAR, Liquid, nodes, reached
@@ -23,7 +24,7 @@ FRAME = Source("mud_pump", "shaking force = −Σ m a_G, weights and frame in eq
 ENERGY = Source("mud_pump", "turning moment by hand, integrated between its crossings")
 
 # inches, pounds force, seconds
-r, l, omega = 6.0, 18.0, mbody.rpm(65.0)
+r, l, omega = 6.0, 18.0, rpm(65.0)
 face = math.pi / 4.0 * 6.5**2
 back = face - math.pi / 4.0 * 2.5**2
 g = 9.80665 / 0.0254

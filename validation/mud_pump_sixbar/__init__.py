@@ -9,6 +9,7 @@ import numpy as np
 
 import mbody
 from mbody import engineering
+from mbody.quantities import rpm
 from validation.bell_crank import AB, BC, DF, EC, ED, SixBar
 from validation.case import EPS, Row, Source
 from validation.indicator import BAR, Liquid, nodes, reached
@@ -22,7 +23,7 @@ WORK = Source("mud_pump_sixbar", "work of the crank = work on the liquid, over a
 
 # inches, pounds force, seconds
 AE = 18.0
-omega = mbody.rpm(65.0)
+omega = rpm(65.0)
 face = math.pi / 4.0 * 7.0**2
 back = face - math.pi / 4.0 * 2.5**2
 ENDS = ((face, -1.0), (back, 1.0))  # area, and the sense in which h falls with x

@@ -8,6 +8,7 @@ import re
 import numpy as np
 
 import mbody
+from mbody.quantities import rpm
 from validation.bell_crank import AB, BC, EC, ED, SixBar
 from validation.case import EPS, Row, Source
 from validation.indicator import BAR
@@ -19,7 +20,7 @@ CIRCLES = Source("mud_pump_sixbar_as_scanned", "circles that meet, validation/be
 POWER = Source("mud_pump_sixbar_as_scanned", "power of inertia and pressure, by Chebyshev series")
 
 AE = 8.0
-omega = mbody.rpm(65.0)
+omega = rpm(65.0)
 THRUST = 100.0 * BAR * math.pi / 4.0 * 7.0**2  # lbf, against the x axis
 SIX_BAR = SixBar(AE, math.radians(-120.0), -0.9 * ED)
 TOGGLE = math.degrees(math.acos((AB**2 + AE**2 - (BC - EC) ** 2) / (2.0 * AB * AE)))

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 import mbody
-from mbody import Body, Damper, Force, Harmonic, Mechanism, Prismatic, SimulationSettings, Spring
+from mbody import Body, Damper, Force, Mechanism, Prismatic, SimulationSettings, Spring
+from mbody.laws import Harmonic
 from validation.case import Row, Source
 
 __all__ = ["build", "rows"]

@@ -48,7 +48,7 @@ def build(held: str = "ring", driven: str = "sun") -> mbody.Mechanism:
         mbody.Gear("inner", "sun", "planet", radius(N_SUN), radius(N_PLANET)),
         mbody.Gear("outer", "ring", "planet", radius(N_RING), radius(N_PLANET), internal=True),
         mbody.AngleDriver("brake", held, 0.0),
-        mbody.AngleDriver("motor", driven, mbody.ConstantSpeed(0.0, SPEED)),
+        mbody.AngleDriver("motor", driven, mbody.laws.ConstantSpeed(0.0, SPEED)),
         mbody.Torque("load", loaded, value=-LOAD),
     )
     return machine

@@ -7,6 +7,8 @@ import math
 import numpy as np
 
 import mbody
+from mbody.engineering import equilibrium_curve
+from mbody.model.loads import CentrifugalField
 from validation.case import Row, Source
 from validation.spinning import AXIS, SOLVED, balanced, rpm
 
@@ -53,7 +55,7 @@ def build(
     machine.add(
         mbody.Prismatic("guide", AXIS, upright),
         mbody.Gravity("gravity", y=-g),
-        mbody.CentrifugalField("field", AXIS, speed=12.0),
+        CentrifugalField("field", AXIS, speed=12.0),
     )
     if held:
         machine.add(mbody.AngleDriver("theta", "arm_r", theta))
@@ -101,7 +103,7 @@ def hanging(lifts: float) -> list[Row]:
 
 def curve(lifts: float) -> list[Row]:
     """From a high speed down to where the arms hang, and up again on the other side."""
-    path = mbody.equilibrium_curve(build(0.25, held=False), "field.speed", (20.0, 5.0))
+    path = equilibrium_curve(build(0.25, held=False), "field.speed", (20.0, 5.0))
     h = -path.point("arm_r.B").y
     n = path.crossings[0]
     away = np.abs(path["arm_r"].angle) > 1e-3

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import mbody
+from mbody.quantities import deg
 from validation.case import EPS, Row, Source
 
 __all__ = ["build", "rows"]
@@ -21,7 +22,7 @@ def build() -> mbody.Mechanism:
     machine.add(
         mbody.Body("link", mass=m, cg=(r, 0.0), points={"O": (0.0, 0.0), "M": (r, 0.0)}),
         mbody.Revolute("O", "ground.O", "link.O"),
-        mbody.AngleDriver("motor", "link", mbody.ConstantSpeed(mbody.deg(40.0), omega)),
+        mbody.AngleDriver("motor", "link", mbody.laws.ConstantSpeed(deg(40.0), omega)),
     )
     return machine
 
@@ -31,7 +32,7 @@ def rows() -> list[Row]:
     F12 = run.reaction("O", on="link")
     size = m * r * omega**2
     rounding = "20 roundings of 2.2e-16 in cos, sin and their products"
-    theta = mbody.deg(40.0) + np.linspace(0.0, 2.0 * np.pi, 37)
+    theta = deg(40.0) + np.linspace(0.0, 2.0 * np.pi, 37)
     centre = -np.array([np.cos(theta), np.sin(theta)])
     small = 20 * EPS
 

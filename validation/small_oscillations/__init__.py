@@ -12,6 +12,7 @@ import numpy as np
 import mbody
 from mbody import gallery
 from mbody.analysis.linear.modes import ModesAt
+from mbody.engineering import close_loops
 from validation import porter_governor
 from validation.case import Row, Source
 
@@ -130,7 +131,7 @@ def flutter() -> list[Row]:
         mbody.TorsionSpring("k2", "a", "b", 1.0),
         mbody.Force("P", "b", load, angle=math.pi, follows=True),
     )
-    grows = mbody.modes(machine, at=mbody.close_loops(machine))[0][1].eigenvalue
+    grows = mbody.modes(machine, at=close_loops(machine))[0][1].eigenvalue
     exact = cmath.sqrt((2.0 * load - 7.0 + 1j * math.sqrt(8.0 - (7.0 - 2.0 * load) ** 2)) / 4.0)
     return [
         ZIEGLER.relative("column at P l/k = 2.5, growth", grows.real, exact.real, *STIFF),

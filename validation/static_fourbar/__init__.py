@@ -216,7 +216,7 @@ def at_speed() -> list[Row]:
                 guess=body.guess,
             )
         )
-    drive = mbody.AngleDriver("hold", "crank", mbody.ConstantSpeed(theta2, 40.0))
+    drive = mbody.AngleDriver("hold", "crank", mbody.laws.ConstantSpeed(theta2, 40.0))
     moving.add(*machine.joints, drive, machine["P"])
     run = mbody.kinetostatics(moving)
     still = mbody.Mechanism("with inertia forces", units="in-lbf-s", ground=machine.ground.points)

@@ -7,7 +7,9 @@ import math
 import numpy as np
 
 import mbody
-from mbody import AngleDriver, Body, ConstantSpeed, Mechanism, Revolute, deg
+from mbody import AngleDriver, Body, Mechanism, Revolute
+from mbody.laws import ConstantSpeed
+from mbody.quantities import deg
 from validation.case import EPS, Row, Source
 
 __all__ = ["build", "chebyshev", "hoekens", "peaucellier", "rows"]

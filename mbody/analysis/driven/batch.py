@@ -8,9 +8,9 @@ import numpy as np
 
 from mbody.analysis.driven.lanes import closed_poses, in_all_lanes, with_middle
 from mbody.analysis.driven.runner import PathEnded, Runner
-from mbody.analysis.driven.time_grid import BY_INSTANT, Plan
+from mbody.analysis.driven.time_grid import BY_INSTANT, TimeGrid
 from mbody.analysis.position.assembly_analysis import check_determined, closed, rounding
-from mbody.analysis.position.closed_position import Closed
+from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.analysis.position.whole_turns import by_springs
 from mbody.compiler.lanes import LANES
 from mbody.errors import ModelWarning, SolveError
@@ -28,7 +28,7 @@ __all__ = ["batch"]
 NAMED = 8
 
 
-def batch(runner: Runner, start: Closed, plan: Plan) -> Solution:
+def batch(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> Solution:
     """Every design over all instants.
 
     Raises
@@ -38,11 +38,11 @@ def batch(runner: Runner, start: Closed, plan: Plan) -> Solution:
     """
     system = runner.system
     designs, n = int(system.batch or 0), system.coordinates
-    poses = _poses(runner, start, plan)
-    simple = not (system.has_user_code or start.soft or plan.mode == BY_INSTANT)
-    middled, kept = with_middle(plan)
+    poses = _poses(runner, start, grid)
+    simple = not (system.has_user_code or start.soft or grid.mode == BY_INSTANT)
+    middled, kept = with_middle(grid)
     s, t, given = in_all_lanes(middled)
-    path = runner.lane_path(plan.mode, s, t, given, runner.reach(start, plan))
+    path = runner.lane_path(grid.mode, s, t, given, runner.reach(start, grid))
     blocks = []
     for low in range(0, designs, LANES):
         chosen = np.minimum(np.arange(low, low + LANES), designs - 1)
@@ -53,23 +53,23 @@ def batch(runner: Runner, start: Closed, plan: Plan) -> Solution:
             runner.branches.on_lanes(output, found, t, chosen)
             output, failed = output[kept], found[FAILED]
         else:
-            output, failed = np.empty((len(plan.s), runner.rows, LANES)), np.ones(LANES)
+            output, failed = np.empty((len(grid.s), runner.rows, LANES)), np.ones(LANES)
         for lane in np.flatnonzero(failed[: designs - low]):
             design = int(chosen[lane])
-            output[:, :, lane] = _one(runner, design, poses[design], start.soft, plan)
+            output[:, :, lane] = _one(runner, design, poses[design], start.soft, grid)
         blocks.append(output)
-    return runner.solution(start, plan, Record(blocks, designs, batch=True))
+    return runner.solution(start, grid, Record(blocks, designs, batch=True))
 
 
-def _poses(runner: Runner, start: Closed, plan: Plan) -> np.ndarray:
+def _poses(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> np.ndarray:
     """First poses of all designs, closed from that of the first one: (designs, coordinates)."""
     system = runner.system
-    designs, time = int(system.batch or 0), float(plan.t[0])
-    first = plan.first(system)
+    designs, time = int(system.batch or 0), float(grid.t[0])
+    first = grid.first(system)
     pose = start.work.q[:, 0].copy()
     poses, good = np.tile(pose, (designs, 1)), np.zeros(designs, dtype=bool)
     if not (start.soft or system.has_user_code):
-        poses, good = closed_poses(system, plan, pose, rounding(system, start.work))
+        poses, good = closed_poses(system, grid, pose, rounding(system, start.work))
     elsewhere = []
     for design in np.flatnonzero(~good).tolist():
         try:
@@ -110,14 +110,14 @@ def _same_branch(system: System, one: Work, other: Work) -> bool:
     return True
 
 
-def _one(runner: Runner, design: int, pose: np.ndarray, soft: float, plan: Plan) -> np.ndarray:
+def _one(runner: Runner, design: int, pose: np.ndarray, soft: float, grid: TimeGrid) -> np.ndarray:
     """One design on the scalar path: (instants, rows)."""
-    start = Closed(runner.system.work(designs=design), soft)
+    start = ClosedPosition(runner.system.work(designs=design), soft)
     start.work.q[:, 0] = pose
     try:
-        return runner.scalar(start, plan, design=design)[:, :, 0]
+        return runner.scalar(start, grid, design=design)[:, :, 0]
     except PathEnded as stuck:
-        raise _numbered(runner.explain(stuck, start, plan, design), design) from None
+        raise _numbered(runner.explain(stuck, start, grid, design), design) from None
     except SolveError as error:
         raise _numbered(error, design) from error
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.analysis.driven.time_grid import BY_TIME, Plan
+from mbody.analysis.driven.time_grid import BY_TIME, TimeGrid
 from mbody.kernels.branch_monitor import branch_distance
 from mbody.kernels.continuation_lanes import FAILED, GREATEST, GREATEST_AT
 from mbody.solution.histories import BranchDistance
@@ -60,14 +60,14 @@ class Branches:
         return BranchDistance(math.sqrt(max(self.least, 0.0)), self.t)
 
     def followed(
-        self, plan: Plan, nearest: np.ndarray, passed: np.ndarray, design: int = 0
+        self, grid: TimeGrid, nearest: np.ndarray, passed: np.ndarray, design: int = 0
     ) -> None:
         """What `follow` found on a piece: nearest (3,), passed (change points, 1 + coordinates)."""
         least, s, k = nearest.tolist()
         if least < self.least:
             self.least = least
-            self.t = s if plan.mode == BY_TIME else float(plan.t[min(int(k), len(plan.t) - 1)])
-        apart = SAME * max(float(np.ptp(plan.s)), 1e-300)
+            self.t = s if grid.mode == BY_TIME else float(grid.t[min(int(k), len(grid.t) - 1)])
+        apart = SAME * max(float(np.ptp(grid.s)), 1e-300)
         known = np.array([one.s for one in self.passed if one.design == design])
         for row in passed:
             if not (np.abs(known - row[0]) <= apart).any():
@@ -96,21 +96,21 @@ class Branches:
             return []
         if self.system.batch is not None:
             designs = sorted({one.design for one in self.passed})
-            told = ", ".join(map(str, designs[:NAMED])) + (", …" if designs[NAMED:] else "")
+            listing = ", ".join(map(str, designs[:NAMED])) + (", …" if designs[NAMED:] else "")
             one = "design goes" if len(designs) == 1 else "designs go"
             return [
                 f"{len(designs)} {one} on smoothly through change points, where branches meet: "
-                f"{told}"
+                f"{listing}"
             ]
         named = self.passed[:NAMED]
         names = dict.fromkeys(name for one in named for name in self.meeting_at(one))
-        told = "; ".join(place(one) for one in named)
+        listing = "; ".join(place(one) for one in named)
         more = len(self.passed) - NAMED
-        told += f"; and {more} more" if more > 0 else ""
+        listing += f"; and {more} more" if more > 0 else ""
         which = "a change point" if len(self.passed) == 1 else f"{len(self.passed)} change points"
         where = f", in {', '.join(repr(name) for name in names)}" if names else ""
         return [
-            f"the motion goes on smoothly through {which}, where branches meet{where}: at {told}"
+            f"the motion goes on smoothly through {which}, where branches meet{where}: at {listing}"
         ]
 
     def meeting_at(self, one: Passed) -> list[str]:

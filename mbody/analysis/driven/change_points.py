@@ -11,9 +11,9 @@ from __future__ import annotations
 import numpy as np
 
 from mbody.analysis.driven.runner import PathEnded, Runner
-from mbody.analysis.driven.time_grid import BY_DRIVER, BY_TIME, Plan
+from mbody.analysis.driven.time_grid import BY_DRIVER, BY_TIME, TimeGrid
 from mbody.analysis.position.assembly_analysis import check_determined, closed
-from mbody.analysis.position.closed_position import Closed
+from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.errors import SolveError
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.solution.certificate import as_said, changed
@@ -35,14 +35,14 @@ MOST, NAMED = 32, 4
 
 
 def through_change_points(
-    runner: Runner, start: Closed, asked: Plan, singular: set[int], error: SolveError
+    runner: Runner, start: ClosedPosition, grid: TimeGrid, singular: set[int], error: SolveError
 ) -> Solution:
     """The whole sweep, with the `singular` instants taken as limits; `error` is raised where they
     turn out to be no change points."""
-    if asked.mode not in (BY_TIME, BY_DRIVER) or runner.system.batch is not None:
+    if grid.mode not in (BY_TIME, BY_DRIVER) or runner.system.batch is not None:
         raise error
     while True:
-        spread, places = _spread(runner, asked, singular, error)
+        spread, places = _spread(runner, grid, singular, error)
         beginning = _beginning(runner, start, spread, error) if 0 in singular else start
         try:
             block = runner.scalar(beginning, spread)
@@ -50,14 +50,14 @@ def through_change_points(
         except PathEnded as stuck:
             k = int(np.searchsorted(places, stuck.done, side="right")) - 1
             inside = k in singular
-            off = abs(stuck.place - asked.s[k])
-            if inside or len(singular) >= MOST or off > 1e-3 * np.ptp(asked.s):
+            off = abs(stuck.place - grid.s[k])
+            if inside or len(singular) >= MOST or off > 1e-3 * np.ptp(grid.s):
                 raise error from None
             singular = singular | {k}
             error = runner.explain(stuck, beginning, spread)
-    merged = np.empty((len(asked.s), block.shape[1], 1))
+    merged = np.empty((len(grid.s), block.shape[1], 1))
     missing: dict[int, list[str]] = {}
-    for k in range(len(asked.s)):
+    for k in range(len(grid.s)):
         if k in singular:
             around = block[places[k] : places[k] + len(PLACES)]
             merged[k] = np.tensordot(WEIGHTS, around, 1)
@@ -71,65 +71,67 @@ def through_change_points(
                 )
         else:
             merged[k] = block[places[k]]
-    found = runner.solution(beginning, asked, Record([merged], len(asked.s), batch=False))
-    note = f"{len(singular)} of {len(asked.s)} instants are change points, given as limits"
-    # what the residuals say of it is not asked yet: they know of no forces that are missing
+    found = runner.solution(beginning, grid, Record([merged], len(grid.s), batch=False))
+    note = f"{len(singular)} of {len(grid.s)} instants are change points, given as limits"
+    # what the residuals show is not computed yet: residuals know of no forces that are missing
     said = as_said(found)
-    doubts = (*said.doubts, *((_incomplete(runner, asked, missing),) if missing else ()))
+    doubts = (*said.doubts, *((_incomplete(runner, grid, missing),) if missing else ()))
     return changed(found, notes=(*said.notes, note), doubts=doubts)
 
 
-def _incomplete(runner: Runner, asked: Plan, missing: dict[int, list[str]]) -> Doubt:
+def _incomplete(runner: Runner, grid: TimeGrid, missing: dict[int, list[str]]) -> Doubt:
     """What is said of forces that are not given, by instant the names of their elements."""
     names = list(dict.fromkeys(name for found in missing.values() for name in found))
-    places = [runner.where(float(asked.s[k]), asked) for k in missing]
-    told = "; ".join(places[:NAMED])
-    told += f"; and {len(places) - NAMED} more" if len(places) > NAMED else ""
+    places = [runner.where(float(grid.s[k]), grid) for k in missing]
+    listing = "; ".join(places[:NAMED])
+    listing += f"; and {len(places) - NAMED} more" if len(places) > NAMED else ""
     return Doubt(
         "incomplete",
         f"forces grow without bound towards change points of '{runner.system.mechanism.name}' and "
-        f"are not given there: at {told}: those of "
+        f"are not given there: at {listing}: those of "
         f"{', '.join(repr(name) for name in names)}",
-        float(asked.t[min(missing)]),
+        float(grid.t[min(missing)]),
         tuple(names),
     )
 
 
 def _spread(
-    runner: Runner, asked: Plan, singular: set[int], error: SolveError
-) -> tuple[Plan, np.ndarray]:
-    """The plan with eight places for each singular instant, and where each instant begins in it."""
+    runner: Runner, grid: TimeGrid, singular: set[int], error: SolveError
+) -> tuple[TimeGrid, np.ndarray]:
+    """The grid with eight places for each singular instant, and where each instant begins in it."""
     index: list[int] = []
     shift: list[float] = []
     places: list[int] = []
-    for k in range(len(asked.s)):
+    for k in range(len(grid.s)):
         places.append(len(index))
-        step = _step(runner, asked, k, error) if k in singular else 0.0
+        step = _step(runner, grid, k, error) if k in singular else 0.0
         offsets = PLACES * step if k in singular else np.zeros(1)
         index += [k] * len(offsets)
         shift += offsets.tolist()
-    moved = asked.take(np.array(index))
+    moved = grid.take(np.array(index))
     s = moved.s + np.array(shift)
-    if asked.mode == BY_TIME:
-        return Plan(asked.mode, s, s, moved.given), np.array(places)
+    if grid.mode == BY_TIME:
+        return TimeGrid(grid.mode, s, s, moved.given), np.array(places)
     moved.given[:, 0, 0] = s
-    return Plan(asked.mode, s, moved.t, moved.given), np.array(places)
+    return TimeGrid(grid.mode, s, moved.t, moved.given), np.array(places)
 
 
-def _step(runner: Runner, asked: Plan, k: int, error: SolveError) -> float:
+def _step(runner: Runner, grid: TimeGrid, k: int, error: SolveError) -> float:
     """Change of the path parameter by which the fastest driver moves by STEP."""
     system = runner.system
     rates = [1.0]
-    if asked.mode == BY_TIME:
-        rates = [abs(system.law_of(d).derivatives(asked.s[k])[1]) for d in system.mechanism.drivers]
-    units = [1.0 if d.rows == "a" else system.length for d in system.mechanism.drivers]
+    if grid.mode == BY_TIME:
+        rates = [abs(system.law_of(d).derivatives(grid.s[k])[1]) for d in system.mechanism.drivers]
+    units = [d.unit(system.length) for d in system.mechanism.drivers]
     speed = max((r / u for r, u in zip(rates, units, strict=True)), default=0.0)
     if speed == 0.0:
         raise error
     return STEP / speed
 
 
-def _beginning(runner: Runner, start: Closed, spread: Plan, error: SolveError) -> Closed:
+def _beginning(
+    runner: Runner, start: ClosedPosition, spread: TimeGrid, error: SolveError
+) -> ClosedPosition:
     """A regular position at the first place, closed from the singular one."""
     system = runner.system
     pose = start.work.q[:, 0].copy()
@@ -150,7 +152,7 @@ def _without_limit(runner: Runner, around: np.ndarray, error: SolveError) -> lis
     near, far = np.abs(around[4] - around[3]), np.abs(around[5] - around[2])
     size = np.empty_like(near)
     n = runner.system.coordinates
-    # rounding is told from growth by the greatest number of the same sort
+    # rounding is distinguished from growth by the greatest number of the same sort
     for rows in (slice(0, n), slice(n, 2 * n), slice(2 * n, 3 * n), slice(3 * n, None)):
         size[rows] = np.abs(around[:, rows]).max(initial=0.0)
     growing = (near > 0.8 * far + 1e-5 * size)[:, 0]

@@ -6,28 +6,37 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from mbody.analysis.position.assembly_analysis import MISFIT, misfit
-from mbody.model.coupling import Coupling, LengthCoupling
+from mbody.model.coupling import Coupling
 from mbody.model.joints import Joint
 from mbody.solution.places import ends
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
-__all__ = ["Held", "check_fits", "holding", "low_between", "one_sided", "pulled", "unfit"]
+__all__ = [
+    "OneSidedForce",
+    "check_fits",
+    "one_sided_force",
+    "low_between",
+    "one_sided",
+    "pulled",
+    "unfit",
+]
 
 Array = np.ndarray
 
-#: Parts of an interval in which a least force is looked for.
+#: Parts of an interval in which a least force is sought.
 CLOSER = 8
 #: Part of the greatest force of a contact below which its pull is rounding.
 ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Held:
+class OneSidedForce:
     """The force with which a contact or a rope holds, over further instants of a motion.
 
     Attributes
@@ -58,7 +67,7 @@ def _sense(system: System, coupling: Coupling) -> float:
     rope.
     """
     parts = coupling.parts
-    if not isinstance(coupling, LengthCoupling) or any(term.coordinate for term in parts):
+    if not coupling.lengths or any(term.coordinate for term in parts):
         return 0.0
     names = [f"{coupling.name}.{n}.factor" for n, term in enumerate(parts) if term.distance]
     factors = [np.ravel(system.values[name]) for name in names]
@@ -68,16 +77,16 @@ def _sense(system: System, coupling: Coupling) -> float:
     return float(every.max()) if (every < 0.0).all() else 0.0
 
 
-def holding(solution: Solution, element: Joint | Coupling) -> Held:
+def one_sided_force(solution: Solution, element: Any) -> OneSidedForce:
     """The force of a one-sided element at the instants of a solution."""
-    if isinstance(element, Coupling):
+    if element.role == "coupling":
         pull = -_sense(solution.system, element) * solution.effort(element.name)
-        return Held(solution.t, pull, np.abs(pull))
+        return OneSidedForce(solution.t, pull, np.abs(pull))
     press = np.asarray(solution.contact(element.name))
-    return Held(solution.t, press, solution.reaction(element.name).magnitude)
+    return OneSidedForce(solution.t, press, solution.reaction(element.name).magnitude)
 
 
-def pulled(solution: Solution, between: Mapping[str, Held] | None = None) -> list[str]:
+def pulled(solution: Solution, between: Mapping[str, OneSidedForce] | None = None) -> list[str]:
     """A sentence for each contact that presses nowhere on the other body at some instant, and each
     rope that would have to push.
 
@@ -88,9 +97,9 @@ def pulled(solution: Solution, between: Mapping[str, Held] | None = None) -> lis
         return []
     found = []
     for element in one_sided(solution.system):
-        held = holding(solution, element)
-        shown = held.force
-        t, force, size = np.broadcast_to(held.t, shown.shape), shown, held.size
+        history = one_sided_force(solution, element)
+        shown = history.force
+        t, force, size = np.broadcast_to(history.t, shown.shape), shown, history.size
         if between is not None and element.name in between:
             more = between[element.name]
             t, force = np.append(t, more.t), np.append(force, more.force)
@@ -104,7 +113,7 @@ def pulled(solution: Solution, between: Mapping[str, Held] | None = None) -> lis
 def low_between(t: Array, force: Array) -> Array:
     """Times beside each least sample from which the force may fall below zero between samples. A
     parabola through three falls by an eighth of what the higher neighbour rises, at most; eight
-    times that is looked into.
+    times that is examined.
 
     >>> low_between(np.arange(5.0), np.array([3.0, 1.0, 0.4, 1.0, 3.0]))[:3]
     array([1.125, 1.25 , 1.375])
@@ -164,7 +173,7 @@ def _told(
     units = solution.mechanism.units
     where = np.unravel_index(int(force.argmin()), force.shape)
     when = _when(solution, float(t[where]), tuple(int(n) for n in where))
-    shown = holding(solution, element).force
+    shown = one_sided_force(solution, element).force
     count = int((shown < -floor).sum())
     if not count:
         when = f"between the instants, most {when}"
@@ -174,12 +183,12 @@ def _told(
     if first < float(t[where]) and not solution.record.batch:
         when = f"{when}, first at t = {first:.6g} {units.time}"
     size = f"{-float(force.min()):.6g} {units.force}"
-    if isinstance(element, Coupling):
+    if element.role == "coupling":
         return (
             f"rope '{element.name}' would have to push with {size} {when}: it would be slack "
             "there; load it more, or take it off where it is slack"
         )
-    i, j = element.i.body, element.j.body
+    i, j = element.bodies[:2]
     return (
         f"contact '{element.name}' would have to pull '{j}' with {size} {when}: '{j}' would leave "
         f"'{i}' there; press it on harder"

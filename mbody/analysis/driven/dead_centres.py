@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.position.assembly_analysis import drivers
-from mbody.analysis.position.closed_position import Closed
+from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.errors import SolveError
 from mbody.kernels.continuation import (
     BY_DRIVER,
@@ -36,10 +36,10 @@ __all__ = ["DeadCentre", "Ends", "ends", "with_ends"]
 
 #: Way along a length, in model lengths, after which it is said to have no end.
 FAR = 1e3
-#: Places on a way at which it is looked at: a prime, so that none is where branches meet, a whole
+#: Places on a way at which it is examined: a prime, so that none is where branches meet, a whole
 #: part of a turn away from the start.
 ON_THE_WAY = 61
-#: Rows up to which the end is looked for by dense matrices; beyond, the path's own end is told.
+#: Rows up to which the end is found by dense matrices; beyond, the path's own end is given.
 LARGEST = 300
 #: Singular value of the joints, as a part of the greatest, below which branches meet there.
 MEETING = 1e-6
@@ -69,27 +69,27 @@ class Ends:
 
 
 class DeadCentre(SolveError):
-    """A dead centre in the way, before it is told how far the driver can go at all."""
+    """A dead centre in the way, before it is known how far the driver can go at all."""
 
     def __init__(self, sentence: str, remedy: str, driver: Any, solution: Any) -> None:
         super().__init__(f"{sentence}; {remedy}", driver.name, solution)
         self.parts, self.driver = (sentence, remedy), driver
 
 
-def with_ends(stop: DeadCentre, system: System, start: Closed) -> SolveError:
+def with_ends(stop: DeadCentre, system: System, start: ClosedPosition) -> SolveError:
     """The sentence of a dead centre with those on both sides of the start."""
     sentence, remedy = stop.parts
-    told = _told(system, start, stop.driver)
-    return SolveError(f"{sentence}; {told}{remedy}", stop.element, stop.solution)
+    note = _range_note(system, start, stop.driver)
+    return SolveError(f"{sentence}; {note}{remedy}", stop.element, stop.solution)
 
 
-def _told(system: System, start: Closed, driver: Any) -> str:
+def _range_note(system: System, start: ClosedPosition, driver: Any) -> str:
     """From where to where the one driver can go; empty where that has no ends."""
     found = ends(system, start, driver) if len(system.drivers) == 1 else None
     if found is None or not np.isfinite([found.low, found.high]).all():
         return ""
     body = driver.bodies[1]
-    if driver.rows != "a":
+    if not driver.angular:
         unit = system.mechanism.units.length
         return f"'{body}' can move from {found.low:.10g} to {found.high:.10g} {unit}; "
     low, high = np.degrees([found.low, found.high])
@@ -98,8 +98,8 @@ def _told(system: System, start: Closed, driver: Any) -> str:
     return f"'{body}' can turn from {low:.10g} deg to {high:.10g} deg{same}; "
 
 
-def ends(system: System, start: Closed, driver: Any) -> Ends:
-    """How far one driver can go from a closed position, the others held."""
+def ends(system: System, start: ClosedPosition, driver: Any) -> Ends:
+    """How far one driver can go from a closed position, the others fixed."""
     curve = _Curve(system, start, driver)
     return Ends(curve.value, curve.end(-1.0), curve.end(1.0))
 
@@ -107,23 +107,23 @@ def ends(system: System, start: Closed, driver: Any) -> Ends:
 class _Curve:
     """The closed positions that a driver goes through."""
 
-    def __init__(self, system: System, start: Closed, driver: Any) -> None:
+    def __init__(self, system: System, start: ClosedPosition, driver: Any) -> None:
         self.system, self.start, self.driver = system, start, driver
         self.which = [d.name for d in system.drivers].index(driver.name)
         self.work = start.work
         n, first = system.coordinates, system.rows - len(system.drivers)
         self.row = first + self.which
         self.size = np.tile([system.length, system.length, 1.0], n // 3)
-        self.unit = 1.0 if driver.rows == "a" else system.length
+        self.unit = driver.unit(system.length)
         # the signals may be those of another instant: where the drivers are, the position says
-        asked = np.array([float(start.work.signal[row, 0]) for _, row in drivers(system)])
-        self.asked = float(asked[self.which])
-        self.values = asked + jacobian(system, start.work)[0][first:]
+        requested = np.array([float(start.work.signal[row, 0]) for _, row in drivers(system)])
+        self.requested = float(requested[self.which])
+        self.values = requested + jacobian(system, start.work)[0][first:]
         self.value = float(self.values[self.which])
 
     def end(self, way: float) -> float:
         """The value beyond which it cannot go, in that sense."""
-        if self.driver.rows == "a":
+        if self.driver.angular:
             spans = [2.0 * math.pi]
         else:
             spans = [self.system.length * 10.0**k for k in range(1, round(math.log10(FAR)) + 1)]
@@ -252,7 +252,7 @@ class _Curve:
         if abs(slope) > 1e3 * FLAT:
             return None
         phi, _ = self._rows(here)
-        return self.asked + float(phi[self.row]) * self.unit
+        return self.requested + float(phi[self.row]) * self.unit
 
     def _extrapolated(self, stopped: float, way: float) -> float | None:
         """x at a turning point in which branches meet, too: from the places before it, as a
@@ -287,4 +287,4 @@ class _Curve:
         near = roots.real[(np.abs(roots.imag) < 1e-6) & (roots.real > p[-1])]
         if not near.size or near.min() - p[-1] > 0.2 * np.ptp(p):
             return None
-        return self.asked + float(fit(near.min())) * self.unit
+        return self.requested + float(fit(near.min())) * self.unit

@@ -1,6 +1,6 @@
 """Why a motion cannot begin, or go on, where it is: what has no value, no inertia, or no way on.
 
-Each function looks at one instant with dense matrices and memory of its own; a motion asks them
+Each function examines one instant with dense matrices and memory of its own; a motion asks them
 only at its beginning, and where it fails.
 """
 
@@ -33,7 +33,7 @@ __all__ = [
 
 #: A force along a motion without inertia below this part of the greatest is rounding.
 NO_PUSH = 1e-9
-#: A motion has no inertia where this part of it is of what stands in for missing masses.
+#: A motion has no inertia where this part of it is of what replaces missing masses.
 LENT = 0.1
 #: How far, in radians and model lengths, and how fast in natural rates, such a motion is tried.
 TRIED = 0.3
@@ -71,7 +71,7 @@ def valueless(system: System, work: Work, t: float, q: Array, v: Array) -> Solve
 
 
 def undetermined(system: System, t: float, q: Array, v: Array) -> SolveError | None:
-    """The sentence of a free motion whose accelerations nothing tells; None where there is none.
+    """The sentence of a free motion whose accelerations nothing determines; else None.
 
     A body without mass that is free, or one without inertia about its mass centre that is free to
     turn, and that loads turn: here, or where it is turned and turns a little. What nothing turns is
@@ -107,7 +107,7 @@ def undetermined(system: System, t: float, q: Array, v: Array) -> SolveError | N
 
 
 def inertialess(system: System, t: float, q: Array) -> int:
-    """How many free motions have no inertia at q (coordinates,), beside what stands in for it."""
+    """How many free motions have no inertia at q (coordinates,), beside what replaces it."""
     own = system.mass[: system.coordinates, 0]
     if too_large(system) or own.all():
         return 0

@@ -14,9 +14,9 @@ from mbody.analysis.driven.batch import batch
 from mbody.analysis.driven.change_points import through_change_points
 from mbody.analysis.driven.dead_centres import DeadCentre, with_ends
 from mbody.analysis.driven.runner import PathEnded, Runner
-from mbody.analysis.driven.time_grid import BY_DRIVER, BY_TIME, Plan, by_time, plan
+from mbody.analysis.driven.time_grid import BY_DRIVER, BY_TIME, TimeGrid, by_time, time_grid
 from mbody.analysis.position.assembly_analysis import as_system, check_determined, closed
-from mbody.analysis.position.closed_position import Closed
+from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.errors import ModelError, ModelWarning, SolveError
 from mbody.model.mechanism import Mechanism
 from mbody.solution.certificate import as_said, changed
@@ -87,25 +87,25 @@ def driven(
     before: int = 0,
 ) -> Solution:
     """Run a driven analysis: on lanes where there are many instants, else step by step. The first
-    so many instants `before` those that are asked for lead there, and are left out.
+    so many instants, `before` those requested, lead there and are left out.
     """
     system = as_system(model)
-    asked = plan(system, t, drive, turn, instants)
+    grid = time_grid(system, t, drive, turn, instants)
     runner = Runner(system, analysis)
-    meant = None if guess else functools.partial(_as_from_start, runner, asked)
-    start = closed(system, float(asked.t[0]), asked.first(system), guess, meant=meant)
-    found = _followed(runner, start, asked)
+    meant = None if guess else functools.partial(_as_from_start, runner, grid)
+    start = closed(system, float(grid.t[0]), grid.first(system), guess, meant=meant)
+    found = _followed(runner, start, grid)
     if before:
         found = found.take(np.arange(before, len(found)))
-    pulling = runner.pulled(start, asked, found)
+    pulling = runner.pulled(start, grid, found)
     if pulling:
         found = changed(found, notes=(*as_said(found).notes, *pulling))
     return found
 
 
-def _as_from_start(runner: Runner, asked: Plan, found: Closed) -> bool:
+def _as_from_start(runner: Runner, grid: TimeGrid, found: ClosedPosition) -> bool:
     """Whether a first position is that of the motion which begins at t = 0, where the description's
-    guesses are; not where that cannot be told.
+    guesses are; not where that cannot be decided.
     """
     system, drivers = runner.system, runner.system.drivers
     if system.batch is not None or not drivers:
@@ -113,14 +113,14 @@ def _as_from_start(runner: Runner, asked: Plan, found: Closed) -> bool:
     try:
         begin = np.array([system.law_of(driver).derivatives(0.0) for driver in drivers])
         end = begin.copy()
-        if asked.mode == BY_TIME:
-            end[:, 0] = [system.law_of(driver)(asked.t[0]) for driver in drivers]
-            way = by_time(system, np.array([0.0, asked.t[0]]))
+        if grid.mode == BY_TIME:
+            end[:, 0] = [system.law_of(driver)(grid.t[0]) for driver in drivers]
+            way = by_time(system, np.array([0.0, grid.t[0]]))
         else:
-            end[:, 0] = asked.given[0, :, 0]
+            end[:, 0] = grid.given[0, :, 0]
             given = np.stack([begin, end])
-            s = given[:, 0, 0] if asked.mode == BY_DRIVER else np.array([0.0, 1.0])
-            way = Plan(asked.mode, np.ascontiguousarray(s), np.zeros(2), given)
+            s = given[:, 0, 0] if grid.mode == BY_DRIVER else np.array([0.0, 1.0])
+            way = TimeGrid(grid.mode, np.ascontiguousarray(s), np.zeros(2), given)
         if (np.abs(end - begin)[:, 0] > FAR).any() or (end[:, 0] == begin[:, 0]).all():
             return False
         with warnings.catch_warnings():
@@ -135,31 +135,31 @@ def _as_from_start(runner: Runner, asked: Plan, found: Closed) -> bool:
     return bool(max(np.abs(off[:, :2]).max() / system.length, turned) < SAME)
 
 
-def _followed(runner: Runner, start: Closed, asked: Plan) -> Solution:
-    """The motion at all instants of the plan."""
+def _followed(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> Solution:
+    """The motion at all instants of the grid."""
     system = runner.system
     if system.batch is not None:
-        return batch(runner, start, asked)
+        return batch(runner, start, grid)
     try:
         check_determined(system, start, runner.analysis)
     except SolveError as error:
-        return through_change_points(runner, start, asked, {0}, error)
+        return through_change_points(runner, start, grid, {0}, error)
     try:
-        return _single(runner, start, asked)
+        return _single(runner, start, grid)
     except DeadCentre as stop:
         raise with_ends(stop, system, start) from None
 
 
-def _single(runner: Runner, start: Closed, asked: Plan) -> Solution:
-    block = runner.lanes(start, asked)
+def _single(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> Solution:
+    block = runner.lanes(start, grid)
     if block is None:
         try:
-            block = runner.scalar(start, asked)
+            block = runner.scalar(start, grid)
         except PathEnded as stuck:
-            error = runner.explain(stuck, start, asked)
+            error = runner.explain(stuck, start, grid)
             # an instant at which branches meet is reached as a limit, where the path goes on
-            near = abs(stuck.place - asked.s[stuck.done]) <= 1e-3 * np.ptp(asked.s)
+            near = abs(stuck.place - grid.s[stuck.done]) <= 1e-3 * np.ptp(grid.s)
             if not near:
                 raise error from None
-            return through_change_points(runner, start, asked, {stuck.done}, error)
-    return runner.solution(start, asked, Record([block], len(asked.s), batch=False))
+            return through_change_points(runner, start, grid, {stuck.done}, error)
+    return runner.solution(start, grid, Record([block], len(grid.s), batch=False))

@@ -58,9 +58,9 @@ class DriverRange(Inherited):
         if self.unlimited:
             whole = "without end" if self.unit else "all the way round"
             return f"'{self.body}' can {verb} {whole}"
-        told = [v if self.unit else math.degrees(v) for v in self]
-        low, high = (f"{v:.10g} {self.unit or 'deg'}" for v in told)
-        ends = [f"from {low}"] * math.isfinite(told[0]) + [f"to {high}"] * math.isfinite(told[1])
+        shown = [v if self.unit else math.degrees(v) for v in self]
+        low, high = (f"{v:.10g} {self.unit or 'deg'}" for v in shown)
+        ends = [f"from {low}"] * math.isfinite(shown[0]) + [f"to {high}"] * math.isfinite(shown[1])
         return f"'{self.body}' can {verb} {' '.join(ends)}"
 
 
@@ -83,7 +83,7 @@ def driver_range(
     driver : str, optional
         Name of the driver or of the driven body; where there is one driver, that one.
     t : float
-        Time at which the drivers begin; others than this one are held there.
+        Time at which the drivers begin; others than this one are fixed there.
     guess : mapping, optional
         By body, instead of its own guess: angle [rad], or (x, y, angle) of the link axes.
 
@@ -125,7 +125,7 @@ def driver_range(
     start = closed(system, float(t), {}, guess)
     check_determined(system, start, "driver_range")
     limits = ends(system, start, found)
-    unit = "" if found.rows == "a" else system.mechanism.units.length
+    unit = "" if found.angular else system.mechanism.units.length
     limits_of = (limits.value, limits.low, limits.high)
     return DriverRange(found.name, found.bodies[1], *limits_of, unit, notes=tuple(start.notes))
 

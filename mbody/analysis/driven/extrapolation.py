@@ -25,7 +25,7 @@ MARGIN = 1e-9
 def extrapolated(solution: Solution) -> list[Doubt]:
     """A doubt for each table that was evaluated outside the range of its points.
 
-    Laws of time, and of the stretch, twist or rate of springs and dampers, are looked at at the
+    Laws of time, and of the stretch, twist or rate of springs and dampers, are examined at the
     kept instants; of a free motion the argument is followed between them too, by the cubic through
     its values and rates.
     """

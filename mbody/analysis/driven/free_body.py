@@ -36,7 +36,7 @@ class Wrench:
     kind : str
         "joint", "coupling", "driver", "load" or "inertia".
     x, y : float
-        The place that it is told at, world axes [length].
+        The place at which it is given, world axes [length].
     fx, fy : float
         The force, world axes [force].
     torque : float
@@ -172,8 +172,10 @@ def member_forces(solution: Solution, instant: int = 0) -> Several[Member]:
     greatest = max((force.force for row in found.values() for force in row), default=0.0)
     length = solution.system.length
     unit = (solution.mechanism.units.of("force"), solution.mechanism.units.of("length"))
-    told = (_member(name, row, max(greatest, 1e-300), length, unit) for name, row in found.items())
-    return Several.of(solution, told)
+    members = (
+        _member(name, row, max(greatest, 1e-300), length, unit) for name, row in found.items()
+    )
+    return Several.of(solution, members)
 
 
 def _checked(solution: Solution, body: str | None, instant: Any) -> int:
@@ -263,7 +265,7 @@ def _member(
         for one in row
         if one.force <= NONE * greatest and abs(one.torque) > NONE * greatest * length
     ]
-    told = listed(one.cause for one in (*forces, *couples))
+    listing = listed(one.cause for one in (*forces, *couples))
     kind, meeting, tension = "general", None, None
     if not forces and not couples:
         kind, words = "unloaded", f"'{body}' carries nothing"
@@ -272,22 +274,22 @@ def _member(
         tension = _tension(*forces)
         what = "pulled" if tension > 0.0 else "pressed"
         words = (
-            f"'{body}' is a two-force member, {what} with {forces[0].force:.6g} {unit[0]}: {told} "
-            "act along one line"
+            f"'{body}' is a two-force member, {what} with {forces[0].force:.6g} {unit[0]}: "
+            f"{listing} act along one line"
         )
         if not tension:
-            words = f"'{body}' is a two-force member: {told} act at one place"
+            words = f"'{body}' is a two-force member: {listing} act at one place"
     elif len(forces) == 3 and not couples:
         kind, meeting = "three-force", _meeting(forces, length)
         where = "are parallel"
         if meeting is not None:
             where = f"meet in M = ({meeting[0]:.6g} {unit[1]}, {meeting[1]:.6g} {unit[1]})"
-        words = f"'{body}' is a three-force member: the lines of {told} {where}"
+        words = f"'{body}' is a three-force member: the lines of {listing} {where}"
     elif len(forces) == 2:
         kind = "two forces and a couple"
-        words = f"'{body}' carries two forces and a couple: {told}"
+        words = f"'{body}' carries two forces and a couple: {listing}"
     else:
-        words = f"'{body}' carries {told}"
+        words = f"'{body}' carries {listing}"
     return Member(body, kind, tuple((*forces, *couples)), meeting, tension, words)
 
 

@@ -25,7 +25,7 @@ def kinetostatics(
 ) -> Solution:
     """Motion, every joint force and every driver effort: inverse dynamics, dynamic force analysis.
 
-    Φ_qᵀ λ = f − M a with the motion of the drivers given; d'Alembert's inertia forces −M a stand
+    Φ_qᵀ λ = f − M a with the motion of the drivers given; d'Alembert's inertia forces −M a are
     among the loads (Norton, *Design of Machinery*, chapter 11).
 
     {parameters}

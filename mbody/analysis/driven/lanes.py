@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbody.analysis.driven.runner import Runner
-from mbody.analysis.driven.time_grid import BY_DRIVER, BY_INSTANT, Plan
+from mbody.analysis.driven.time_grid import BY_DRIVER, BY_INSTANT, TimeGrid
 from mbody.analysis.position.assembly_analysis import SUSPICIOUS, rounding
-from mbody.analysis.position.closed_position import Closed
+from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.compiler.lanes import LANES, aligned
 from mbody.kernels.continuation_lanes import (
     FOUND,
@@ -29,17 +29,17 @@ from mbody.kernels.output import PER_PRIMITIVE
 from mbody.system.pivoting import PivotChoices, lane_workspace
 from mbody.system.system import System
 
-__all__ = ["Course", "closed_poses", "course_of", "in_all_lanes", "on_lanes", "with_middle"]
+__all__ = ["BatchSetup", "closed_poses", "batch_setup", "in_all_lanes", "on_lanes", "with_middle"]
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class BatchSetup:
     """What the designs of a batch share.
 
     Attributes
     ----------
     analysis : str
-    plan : Plan
+    grid : TimeGrid
         The instants.
     pose : array (coordinates + 3,)
         Closed position of the description at the first instant, from which all designs are closed.
@@ -49,71 +49,71 @@ class Course:
     """
 
     analysis: str
-    plan: Plan
+    grid: TimeGrid
     pose: np.ndarray
     small: float
     reach: float
     pivots: PivotChoices
 
 
-def course_of(runner: Runner, start: Closed, plan: Plan) -> Course | None:
-    """The course of a system of one design; None where its designs must go one by one."""
-    if start.soft or runner.system.has_user_code or plan.mode == BY_INSTANT:
+def batch_setup(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> BatchSetup | None:
+    """The setup of a system of one design; None where its designs must go one by one."""
+    if start.soft or runner.system.has_user_code or grid.mode == BY_INSTANT:
         return None
-    pivots = runner.pivots_along(start, plan)
+    pivots = runner.pivots_along(start, grid)
     if pivots is None:
         return None
-    return Course(
+    return BatchSetup(
         runner.analysis,
-        plan,
+        grid,
         start.work.q[:, 0].copy(),
         rounding(runner.system, start.work),
-        runner.reach(start, plan),
+        runner.reach(start, grid),
         pivots,
     )
 
 
 def closed_poses(
-    system: System, plan: Plan, pose: np.ndarray, small: float
+    system: System, grid: TimeGrid, pose: np.ndarray, small: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Every design closed at the first instant from one pose, to corrections below `small`:
     (designs, coordinates + 3), and whether it is.
     """
     designs = int(system.batch or 0)
-    first = plan.first(system)
+    first = grid.first(system)
     values = np.tile([first.get(d.name, np.nan) for d in system.drivers], (designs, 1))
     poses, state = np.tile(pose, (designs, 1)), np.zeros((designs, 2))
     work = system.work()
-    work.time[:] = plan.t[0]
+    work.time[:] = grid.t[0]
     errors = np.full(designs, small)
     close_designs(system.layout, work, errors, system.par, values, poses, state)
     return poses, (state[:, 0] > 0.0) & (state[:, 1] >= SUSPICIOUS)
 
 
-def in_all_lanes(plan: Plan) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def in_all_lanes(grid: TimeGrid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Path parameter, time, and rate and acceleration of the one driver, the same in every lane."""
-    s, t = (np.repeat(part[:, None], LANES, axis=1) for part in (plan.s, plan.t))
-    if plan.mode != BY_DRIVER:
+    s, t = (np.repeat(part[:, None], LANES, axis=1) for part in (grid.s, grid.t))
+    if grid.mode != BY_DRIVER:
         return s, t, np.zeros((2, LANES))
-    return s, t, np.repeat(plan.given[:, 0, 1:].reshape(-1, 1), LANES, axis=1)
+    return s, t, np.repeat(grid.given[:, 0, 1:].reshape(-1, 1), LANES, axis=1)
 
 
-def with_middle(plan: Plan) -> tuple[Plan, np.ndarray]:
-    """The plan for lanes, and which of its instants are those of the plan. Between two instants
-    there is one more: by two alone no one can tell how the determinants bend.
+def with_middle(grid: TimeGrid) -> tuple[TimeGrid, np.ndarray]:
+    """The grid for lanes, and which of its instants are those of the grid. Between two instants
+    there is one more: two alone do not show how the determinants bend.
     """
-    if len(plan.s) != 2:
-        return plan, np.arange(len(plan.s))
-    s = np.array([plan.s[0], plan.s.mean(), plan.s[1]])
-    if plan.mode != BY_DRIVER:
-        return Plan(plan.mode, s, s, plan.given), np.array([0, 2])
-    t = np.array([plan.t[0], plan.t.mean(), plan.t[1]])
-    given = np.stack([plan.given[0], plan.given.mean(axis=0), plan.given[1]])
-    return Plan(plan.mode, s, t, given), np.array([0, 2])
+    if len(grid.s) != 2:
+        return grid, np.arange(len(grid.s))
+    s = np.array([grid.s[0], grid.s.mean(), grid.s[1]])
+    if grid.mode != BY_DRIVER:
+        return TimeGrid(grid.mode, s, s, grid.given), np.array([0, 2])
+    t = np.array([grid.t[0], grid.t.mean(), grid.t[1]])
+    given = np.stack([grid.given[0], grid.given.mean(axis=0), grid.given[1]])
+    return TimeGrid(grid.mode, s, t, given), np.array([0, 2])
 
 
 def on_lanes(
-    system: System, course: Course, poses: np.ndarray, wanted: np.ndarray
+    system: System, setup: BatchSetup, poses: np.ndarray, wanted: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Rows of all instants: (rows, designs, instants), and which designs can be trusted.
 
@@ -126,11 +126,11 @@ def on_lanes(
     wanted : array (rows,)
         Which rows, as `mbody.kernels.output` numbers them.
     """
-    runner = Runner(system, course.analysis)
-    plan, kept = with_middle(course.plan)
-    s, t, given = in_all_lanes(plan)
+    runner = Runner(system, setup.analysis)
+    grid, kept = with_middle(setup.grid)
+    s, t, given = in_all_lanes(grid)
     followed = FollowedLanes(
-        output=np.empty((len(wanted), len(poses), len(plan.s))),
+        output=np.empty((len(wanted), len(poses), len(grid.s))),
         found=aligned(FOUND, LANES),
         shared=np.zeros(SHARED, dtype=np.int64),
     )
@@ -144,12 +144,12 @@ def on_lanes(
     )
     follow_designs(
         system.layout,
-        *course.pivots,
+        *setup.pivots,
         system.work(LANES),
-        lane_workspace(course.pivots, LANES),
-        runner.lane_path(plan.mode, s, t, given, course.reach),
+        lane_workspace(setup.pivots, LANES),
+        runner.lane_path(grid.mode, s, t, given, setup.reach),
         followed,
         designs,
     )
     output = followed.output
-    return (output if len(kept) == len(plan.s) else output[:, :, kept]), designs.failed == 0.0
+    return (output if len(kept) == len(grid.s) else output[:, :, kept]), designs.failed == 0.0

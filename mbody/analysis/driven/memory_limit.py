@@ -1,4 +1,4 @@
-"""Whether there is memory for what is asked: told with its size before anything is begun."""
+"""Whether there is memory for a request: refused with its size before anything is begun."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An analysis at the instants that a description or a command asks for."""
+"""An analysis at the instants that a description or a command requests."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from mbody.analysis.driven.kinetostatics import kinetostatics
 from mbody.analysis.driven.statics import statics
 from mbody.errors import ModelError, SolveError, angle_told, brief
 from mbody.laws import times_of
-from mbody.model.driver import AngleDriver, Driver
+from mbody.model.driver import Driver
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import Instants
@@ -23,7 +23,14 @@ from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble
 from mbody.system.system import System
 
-__all__ = ["ANALYSES", "asked", "asked_of", "asks_for", "check_ask", "way_of"]
+__all__ = [
+    "ANALYSES",
+    "analyse_at",
+    "analyse_system_at",
+    "dimension_of_instants",
+    "check_instants",
+    "arguments_at",
+]
 
 ANALYSES = {"kinematics": kinematics, "kinetostatics": kinetostatics, "statics": statics}
 
@@ -31,8 +38,8 @@ ANALYSES = {"kinematics": kinematics, "kinetostatics": kinetostatics, "statics":
 HERE = 1e-12
 
 
-def asked(mechanism: Mechanism, analysis: str, ask: Instants | None = None) -> Solution:
-    """A driven analysis at the instants asked for.
+def analyse_at(mechanism: Mechanism, analysis: str, ask: Instants | None = None) -> Solution:
+    """A driven analysis at requested instants.
 
     The motion is followed from t = 0, so that the guesses of the bodies, which say the branch at
     the beginning, hold for every instant.
@@ -44,7 +51,7 @@ def asked(mechanism: Mechanism, analysis: str, ask: Instants | None = None) -> S
     analysis : str
         "kinematics", "kinetostatics" or "statics".
     ask : Instants, optional
-        By default what the mechanism itself asks, else t = 0.
+        By default those of the mechanism, else t = 0.
 
     Raises
     ------
@@ -55,33 +62,31 @@ def asked(mechanism: Mechanism, analysis: str, ask: Instants | None = None) -> S
 
     >>> import mbody
     >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5, start=0.5, speed=10.0)
-    >>> run = asked(machine, "kinematics", Instants(at={"crank": "90 deg"}))
+    >>> run = analyse_at(machine, "kinematics", Instants(at={"crank": "90 deg"}))
     >>> round(float(np.degrees(run["crank"].angle[0])), 6)
     90.0
     """
-    return asked_of(assemble(mechanism), analysis, ask or mechanism.ask or Instants())
+    return analyse_system_at(assemble(mechanism), analysis, ask or mechanism.ask or Instants())
 
 
-def asked_of(system: System, analysis: str, ask: Instants) -> Solution:
+def analyse_system_at(system: System, analysis: str, ask: Instants) -> Solution:
     """The same of a system, with the numbers that it has."""
     verb = ANALYSES[analysis]
-    how, before = way_of(system, ask)
+    how, before = arguments_at(system, ask)
     if not before:
         return verb(system, **how)
     try:
         t, drive = how.get("t"), how.get("drive")
         return driven(system, analysis, t, drive, None, None, None, before)
     except SolveError:
-        # where the beginning cannot be reached the instants may stand by themselves
+        # where the beginning cannot be reached the instants may be taken by themselves
         if "t" in how:
             return verb(system, t=how["t"][before:])
         return verb(system, drive={name: v[before:] for name, v in how["drive"].items()})
 
 
-def way_of(system: System, ask: Instants) -> tuple[dict[str, Any], int]:
-    """The arguments of an analysis, and how many instants before those that are asked for it is to
-    begin.
-    """
+def arguments_at(system: System, ask: Instants) -> tuple[dict[str, Any], int]:
+    """The arguments of an analysis, and how many instants it has before the requested ones."""
     if ask.over:
         return {"turn": True if ask.over == "turn" else ask.over, "instants": ask.instants}, 0
     if not ask.at:
@@ -92,8 +97,8 @@ def way_of(system: System, ask: Instants) -> tuple[dict[str, Any], int]:
     return {"drive": {d.name: _before(system, d, wanted) for d in system.drivers}}, 1
 
 
-def asks_for(mechanism: Mechanism, name: str) -> str:
-    """The dimension of the values that are asked for by that name: of t, of a driver.
+def dimension_of_instants(mechanism: Mechanism, name: str) -> str:
+    """The dimension of the values that are requested by that name: of t, of a driver.
 
     Raises
     ------
@@ -102,10 +107,10 @@ def asks_for(mechanism: Mechanism, name: str) -> str:
     """
     if name == "t":
         return "time"
-    return "angle" if _driver(mechanism, name).rows == "a" else "length"
+    return "angle" if _driver(mechanism, name).angular else "length"
 
 
-def check_ask(mechanism: Mechanism, ask: Instants) -> None:
+def check_instants(mechanism: Mechanism, ask: Instants) -> None:
     """Refuse a question that no analysis of the mechanism could answer.
 
     Raises
@@ -122,8 +127,8 @@ def check_ask(mechanism: Mechanism, ask: Instants) -> None:
         raise ModelError(f"ask: {listed(ask.at)} are one driver: name it once")
     counts = {name: len(row) for name, row in ask.at.items() if len(row) > 1}
     if len(set(counts.values())) > 1:
-        told = " and ".join(f"{count} of '{name}'" for name, count in counts.items())
-        raise ModelError(f"ask: there are {told}: give as many values of each, or one")
+        counted = " and ".join(f"{count} of '{name}'" for name, count in counts.items())
+        raise ModelError(f"ask: there are {counted}: give as many values of each, or one")
     if ask.over not in ("", "turn"):
         _driver(mechanism, ask.over)
 
@@ -139,7 +144,7 @@ def _before(system: System, driver: Driver, wanted: dict[str, np.ndarray]) -> np
 def _instants(system: System, ask: Instants) -> dict[str, np.ndarray]:
     """Times, or values of drivers that rest, by name."""
     mechanism = system.mechanism
-    check_ask(mechanism, ask)
+    check_instants(mechanism, ask)
     if "t" in ask.at:
         return {"t": _values(mechanism, "t", ask.at["t"])}
     wanted: dict[str, np.ndarray] = {}
@@ -181,10 +186,10 @@ def _driver(mechanism: Mechanism, name: str) -> Driver:
 
 
 def _values(mechanism: Mechanism, name: str, row: Any) -> np.ndarray:
-    wanted = DIMENSIONS[asks_for(mechanism, name)]
+    wanted = DIMENSIONS[dimension_of_instants(mechanism, name)]
     try:
         return np.array(
-            [v.of(wanted).value(mechanism.scope) if isinstance(v, Formula) else v for v in row]
+            [v.of(wanted).value(mechanism._scope) if isinstance(v, Formula) else v for v in row]
         )
     except FormulaError as error:
         raise ModelError(f"'{name}': {error}", name) from None
@@ -195,14 +200,14 @@ def _time(system: System, driver: Driver, value: float) -> float:
     law = system.law_of(driver)
     begin, rate, change = law.derivatives(0.0)
     places = [value]
-    if isinstance(driver, AngleDriver):
-        # where the law begins too gently its derivatives do not tell the sense
+    if driver.angular:
+        # where the law begins too gently its derivatives do not show the sense
         sense = math.copysign(1.0, rate or change or 1.0)
         places = [begin + s * _further(s * (value - begin)) for s in (sense, -sense)]
     why: ModelError | None = None
     for place in places:
         try:
-            shown = angle_told if isinstance(driver, AngleDriver) else "{:g}".format
+            shown = angle_told if driver.angular else "{:g}".format
             return float(times_of(law, [place], 0.0, shown)[0])
         except ModelError as error:
             why = why or error
@@ -222,7 +227,7 @@ def _check_meets(
     """Refuse values of a second driver that its law does not have at the times of the first."""
     there = system.law_of(driver)(times)
     apart = there - values
-    if driver.rows == "a":  # at any turn
+    if driver.angular:  # at any turn
         apart = np.remainder(apart + math.pi, 2.0 * math.pi) - math.pi
     if np.abs(apart).max() > 1e-9 * (1.0 + np.abs(there).max()):
         raise ModelError(

@@ -8,7 +8,14 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.branch_record import Branches, meeting
-from mbody.analysis.driven.contacts import Held, check_fits, holding, low_between, one_sided, pulled
+from mbody.analysis.driven.contacts import (
+    OneSidedForce,
+    check_fits,
+    low_between,
+    one_sided,
+    one_sided_force,
+    pulled,
+)
 from mbody.analysis.driven.dead_centres import DeadCentre
 from mbody.analysis.driven.diagnosis import valueless
 from mbody.analysis.driven.extrapolation import extrapolated
@@ -16,13 +23,13 @@ from mbody.analysis.driven.time_grid import (
     BY_DRIVER,
     BY_INSTANT,
     BY_TIME,
-    Plan,
+    TimeGrid,
     by_time,
     check_laws,
 )
-from mbody.analysis.driven.uniqueness import open_reactions, told_open
+from mbody.analysis.driven.uniqueness import open_note, open_reactions
 from mbody.analysis.position.assembly_analysis import drivers, raise_user_error
-from mbody.analysis.position.closed_position import Closed
+from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.analysis.position.vanishing_distances import vanishing
 from mbody.compiler.lanes import LANES
 from mbody.errors import SolveError
@@ -63,9 +70,9 @@ __all__ = ["Runner", "PathEnded"]
 
 #: Instants from which lanes pay for their seeds.
 MANY = 6 * LANES
-#: Positions of a motion at which its pivots are looked at, and numbers of Φ_q there, at most.
+#: Positions of a motion at which its pivots are examined, and numbers of Φ_q there, at most.
 SAMPLES, NUMBERS = 721, 4_000_000
-#: Change points of one motion that are told apart.
+#: Change points of one motion that are distinguished.
 CHANGES = 256
 #: Rate of a body beside that of the driver from which on it is a dead centre that is near.
 RUNS_AWAY = 1e3
@@ -78,7 +85,7 @@ UNBALANCED_PART = 1e-7
 
 
 class PathEnded(Exception):
-    """The path could not be followed to an instant of the plan."""
+    """The path could not be followed to an instant of the grid."""
 
     def __init__(self, code: int, progress: np.ndarray, output: np.ndarray) -> None:
         super().__init__(code)
@@ -89,7 +96,7 @@ class PathEnded(Exception):
 
 
 class Runner:
-    """One analysis of one system over one plan of instants.
+    """One analysis of one system over one grid of instants.
 
     Where the reactions leave more of the loads than the part `unbalanced`, it is an error.
     """
@@ -104,42 +111,42 @@ class Runner:
         #: Steps of the last motion on the scalar path.
         self.steps = 0
 
-    def reach(self, start: Closed, plan: Plan) -> float:
+    def reach(self, start: ClosedPosition, grid: TimeGrid) -> float:
         """Greatest coordinate in model lengths and radians, to which rounding is relative."""
         q = start.work.q[: self.system.coordinates, 0].reshape(-1, 3)
-        turned = np.abs(plan.s).max() if plan.mode == BY_DRIVER else 0.0
+        turned = np.abs(grid.s).max() if grid.mode == BY_DRIVER else 0.0
         size = np.abs(q[:, :2]).max() / self.system.length
         return float(1.0 + max(size, np.abs(q[:, 2]).max(), turned))
 
     def scalar(
         self,
-        start: Closed,
-        plan: Plan,
+        start: ClosedPosition,
+        grid: TimeGrid,
         *,
         with_forces: bool | None = None,
         reach: float | None = None,
         design: int = 0,
         monitored: bool = True,
     ) -> np.ndarray:
-        """All instants of the plan on the scalar path: (instants, rows, 1); `monitored` makes sure
+        """All instants of the grid on the scalar path: (instants, rows, 1); `monitored` makes sure
         of the branch.
 
         Raises `PathEnded` where the path ends; leaves the position in `start` as it was.
         """
         q = start.work.q.copy()
-        output = np.empty((len(plan.s), self.rows, 1))
+        output = np.empty((len(grid.s), self.rows, 1))
         with_forces = self.with_forces if with_forces is None else with_forces
         path = DrivenPath(
-            mode=plan.mode,
-            s=plan.s,
-            t=plan.t,
-            given=plan.given,
-            chords=plan.chords if plan.mode == BY_INSTANT else np.zeros((1, 1)),
+            mode=grid.mode,
+            s=grid.s,
+            t=grid.t,
+            given=grid.given,
+            chords=grid.chords if grid.mode == BY_INSTANT else np.zeros((1, 1)),
             with_forces=with_forces,
             at_rest=self.at_rest,
             monitored=monitored,
             regularization=start.soft,
-            reach=self.reach(start, plan) if reach is None else reach,
+            reach=self.reach(start, grid) if reach is None else reach,
         )
         progress = np.zeros(PROGRESS)
         followed = FollowedPath(
@@ -152,7 +159,7 @@ class Runner:
         start.work.q[:] = q
         if monitored:
             count = min(int(progress[CHANGE_POINTS]), CHANGES)
-            self.branches.followed(plan, followed.nearest, followed.passed[:count], design)
+            self.branches.followed(grid, followed.nearest, followed.passed[:count], design)
         self.steps = int(progress[STEPS])
         if code != DONE:
             raise PathEnded(code, progress, output)
@@ -163,30 +170,32 @@ class Runner:
                 n = self.system.coordinates
                 k = int(np.flatnonzero(np.isnan(output[:, 3 * n :, 0]).any(axis=1))[0])
                 q, v = output[k, :n, 0], output[k, n : 2 * n, 0]
-                raise valueless(self.system, start.work, float(plan.t[k]), q, v)
+                raise valueless(self.system, start.work, float(grid.t[k]), q, v)
             raise SolveError(
                 f"reactions leave {unbalanced:.2g} of the loads of '{self.system.mechanism.name}' "
                 "unbalanced: its position is singular, or it can still move"
             )
         return output
 
-    def seeds(self, start: Closed, plan: Plan, reach: float | None = None) -> np.ndarray:
+    def seeds(
+        self, start: ClosedPosition, grid: TimeGrid, reach: float | None = None
+    ) -> np.ndarray:
         """Motion without forces and without a certain branch: (instants, rows)."""
-        return self.scalar(start, plan, with_forces=False, reach=reach, monitored=False)[:, :, 0]
+        return self.scalar(start, grid, with_forces=False, reach=reach, monitored=False)[:, :, 0]
 
-    def lanes(self, start: Closed, plan: Plan) -> np.ndarray | None:
+    def lanes(self, start: ClosedPosition, grid: TimeGrid) -> np.ndarray | None:
         """All instants on lanes: (steps, rows, lanes); None where that does not pay.
 
         A lane that cannot be trusted goes the scalar path; where lanes do not meet, there is None.
         """
-        count = len(plan.s)
-        simple = not (start.soft or self.system.has_user_code or plan.mode == BY_INSTANT)
+        count = len(grid.s)
+        simple = not (start.soft or self.system.has_user_code or grid.mode == BY_INSTANT)
         if count < MANY or not simple or self.system.plans.get("pivots", ()) is None:
             return None
-        index, reach = _pieces(count), self.reach(start, plan)
+        index, reach = _pieces(count), self.reach(start, grid)
         # a seed on another branch is none that the lane before it meets
         try:
-            few = plan.take(index[0])
+            few = grid.take(index[0])
             seeds = self.seeds(start, few, reach)
         except PathEnded:
             return None
@@ -196,17 +205,17 @@ class Runner:
         if self.pivots(work) is None:
             return None
         given = np.zeros((2, LANES))
-        if plan.mode == BY_DRIVER:
-            rates = plan.given[index, 0, 1:]
+        if grid.mode == BY_DRIVER:
+            rates = grid.given[index, 0, 1:]
             given = np.ascontiguousarray(rates.transpose(0, 2, 1)).reshape(-1, LANES)
-        s = plan.s[index]
-        t = s if plan.t is plan.s else plan.t[index]
-        output, found = self.on_lanes(work, self.lane_path(plan.mode, s, t, given, reach))
+        s = grid.s[index]
+        t = s if grid.t is grid.s else grid.t[index]
+        output, found = self.on_lanes(work, self.lane_path(grid.mode, s, t, given, reach))
         for lane in np.flatnonzero(found[FAILED]):
-            piece = Closed(self.system.work(), start.soft)
+            piece = ClosedPosition(self.system.work(), start.soft)
             piece.work.q[:n, 0] = seeds[lane, :n]
             try:
-                output[:, :, lane] = self.scalar(piece, plan.take(index[:, lane]))[:, :, 0]
+                output[:, :, lane] = self.scalar(piece, grid.take(index[:, lane]))[:, :, 0]
             except PathEnded:
                 return None
         gap = np.abs(output[-1, :n, :-1] - seeds[1:, :n].T)
@@ -255,13 +264,13 @@ class Runner:
         found: PivotChoices | None = plans["pivots"]
         return found
 
-    def pivots_along(self, start: Closed, plan: Plan) -> PivotChoices | None:
+    def pivots_along(self, start: ClosedPosition, grid: TimeGrid) -> PivotChoices | None:
         """Pivots that are good all along a motion, where there are such."""
         n = self.system.coordinates
-        count = max(2, min(len(plan.s), SAMPLES, NUMBERS // n**2))
-        some = np.unique(np.linspace(0, len(plan.s) - 1, count).astype(np.int64))
+        count = max(2, min(len(grid.s), SAMPLES, NUMBERS // n**2))
+        some = np.unique(np.linspace(0, len(grid.s) - 1, count).astype(np.int64))
         try:
-            found = self.seeds(start, plan.take(some))[:, :n]
+            found = self.seeds(start, grid.take(some))[:, :n]
         except PathEnded:
             found = start.work.q[:n].T
         return choose_pivots(self.layout, *self._near(start.work), self._blocks(found))
@@ -289,21 +298,21 @@ class Runner:
         return samples[0], samples[1]
 
     def solution(
-        self, start: Closed, plan: Plan, record: Record, status: str = "completed"
+        self, start: ClosedPosition, grid: TimeGrid, record: Record, status: str = "completed"
     ) -> Solution:
         """What was computed, as the user gets it; wheels that do not fit are an error."""
         dependencies = open_reactions(self.system, start.rank) if start.soft else None
         notes = [*start.notes, *remarks(self.system.mechanism, self.system.plans)]
-        notes += told_open(dependencies) if start.soft and self.with_forces else ()
+        notes += open_note(dependencies) if start.soft and self.with_forces else ()
         found = Solution(
             system=self.system,
             analysis=self.analysis,
-            t=plan.t,
+            t=grid.t,
             record=record,
-            given=None if plan.mode == BY_TIME else plan.given,
+            given=None if grid.mode == BY_TIME else grid.given,
             soft=start.soft,
             dependencies=dependencies,
-            notes=(*notes, *self.branches.notes(lambda one: self.where(one.s, plan, one.design))),
+            notes=(*notes, *self.branches.notes(lambda one: self.where(one.s, grid, one.design))),
             status=status,
             branch=self.branches.distance,
         )
@@ -311,19 +320,19 @@ class Runner:
         # without a look at residuals: forces that are missing may be reported later
         return changed(found, doubts=tuple(extrapolated(found)))
 
-    def pulled(self, start: Closed, plan: Plan, found: Solution) -> list[str]:
+    def pulled(self, start: ClosedPosition, grid: TimeGrid, found: Solution) -> list[str]:
         """Sentences of contacts that pull and ropes that push, over the instants of `found`, and,
-        where these lie on a motion over time that the plan follows, between them.
+        where these lie on a motion over time that the grid follows, between them.
         """
         sided = one_sided(self.system) if self.with_forces else []
         times, between = found.t, None
-        if sided and plan.mode == BY_TIME and self.system.batch is None and len(times) > 1:
-            between = self._between(start, plan, found, sided)
+        if sided and grid.mode == BY_TIME and self.system.batch is None and len(times) > 1:
+            between = self._between(start, grid, found, sided)
         return pulled(found, between) if sided else []
 
     def _between(
-        self, start: Closed, plan: Plan, found: Solution, sided: list[Any]
-    ) -> dict[str, Held] | None:
+        self, start: ClosedPosition, grid: TimeGrid, found: Solution, sided: list[Any]
+    ) -> dict[str, OneSidedForce] | None:
         """Forces of contacts and ropes between the instants: evenly, so many a step of the motion,
         then again where three of them show that they may fall lower.
         """
@@ -333,23 +342,23 @@ class Runner:
         count, run = max(OF_ALL, OF_A_STEP * self.steps), found
         if len(found.t) < count:
             even = np.linspace(low, high, count)
-            run = self._sampled(start, plan, np.unique(np.append(found.t, even))) or found
-        held = {one.name: holding(run, one) for one in sided}
+            run = self._sampled(start, grid, np.unique(np.append(found.t, even))) or found
+        held = {one.name: one_sided_force(run, one) for one in sided}
         lowest = [low_between(one.t, one.force) for one in held.values()]
         closer = np.unique(np.concatenate(lowest))
-        more = self._sampled(start, plan, closer) if closer.size else None
+        more = self._sampled(start, grid, closer) if closer.size else None
         if more is not None:
             for one in sided:
-                a, b = held[one.name], holding(more, one)
+                a, b = held[one.name], one_sided_force(more, one)
                 parts = (("t", a.t, b.t), ("force", a.force, b.force), ("size", a.size, b.size))
-                held[one.name] = Held(**{key: np.append(*both) for key, *both in parts})
+                held[one.name] = OneSidedForce(**{key: np.append(*both) for key, *both in parts})
         return held
 
-    def _sampled(self, start: Closed, plan: Plan, t: np.ndarray) -> Solution | None:
-        """The motion at other times than those of a plan by time, which it begins like; None where
+    def _sampled(self, start: ClosedPosition, grid: TimeGrid, t: np.ndarray) -> Solution | None:
+        """The motion at other times than those of a grid by time, which it begins like; None where
         it cannot be followed to them.
         """
-        begin = float(plan.t[0])
+        begin = float(grid.t[0])
         other = by_time(self.system, np.ascontiguousarray(np.append(begin, t)))
         steps = self.steps
         try:
@@ -363,19 +372,21 @@ class Runner:
         run = Solution(self.system, self.analysis, other.t, record, None, soft=start.soft)
         return run.take(np.arange(1, len(other.s)))
 
-    def explain(self, stuck: PathEnded, start: Closed, plan: Plan, design: int = 0) -> SolveError:
+    def explain(
+        self, stuck: PathEnded, start: ClosedPosition, grid: TimeGrid, design: int = 0
+    ) -> SolveError:
         """The sentence of a path that ended: a user's function, a law, a dead centre."""
         system = self.system
         raise_user_error(system)
-        if plan.mode == BY_TIME:
-            check_laws(system, plan.t)
+        if grid.mode == BY_TIME:
+            check_laws(system, grid.t)
         so_far = None
         if stuck.done and system.batch is None:
             record = Record([stuck.output[: stuck.done]], stuck.done, batch=False)
-            part = plan.take(np.arange(stuck.done))
+            part = grid.take(np.arange(stuck.done))
             so_far = self.solution(start, part, record, f"stopped: after {stuck.done} instants")
         driver = drivers(system)[0][0]
-        where = self.place(driver, stuck.place, plan, design)
+        where = self.place(driver, stuck.place, grid, design)
         body = driver.bodies[1]
         if not too_large(system):
             one = system if system.batch is None else system.design(design)
@@ -385,16 +396,16 @@ class Runner:
                 gone.solution = so_far
                 return gone
         singular = stuck.code == STUCK and (stuck.unsure or self._singular(start))
-        if singular and not self._runs_away(start, driver, stuck.place, plan, design):
+        if singular and not self._runs_away(start, driver, stuck.place, grid, design):
             work = system.work()
             work.q[:] = start.work.past[: len(work.q)]
-            told = ", ".join(repr(name) for name in meeting(system, work))
+            names = ", ".join(repr(name) for name in meeting(system, work))
             remedy = "stop before, or change a length so that they stay apart"
-            if abs(stuck.place - plan.s[stuck.done]) <= 1e-3 * np.ptp(plan.s):
+            if abs(stuck.place - grid.s[stuck.done]) <= 1e-3 * np.ptp(grid.s):
                 remedy = "leave that instant out, the motion goes through there between others"
             return SolveError(
                 f"branches of '{system.mechanism.name}' meet at {where} of '{body}', driven by "
-                f"'{driver.name}', in {told}: on which of them the motion goes on is not certain; "
+                f"'{driver.name}', in {names}: on which of them the motion goes on is not certain; "
                 f"{remedy}",
                 driver.name,
                 so_far,
@@ -415,27 +426,29 @@ class Runner:
         )
         return SolveError(sentence, driver.name, so_far)
 
-    def _runs_away(self, start: Closed, driver: Any, s: float, plan: Plan, design: int) -> bool:
+    def _runs_away(
+        self, start: ClosedPosition, driver: Any, s: float, grid: TimeGrid, design: int
+    ) -> bool:
         """Whether something moves without bound by the driver at the last place, as it does at a
         dead centre, and not where branches only meet.
         """
         system, size = self.system, len(start.work.q)
         rate = 1.0
-        if plan.mode == BY_TIME:
+        if grid.mode == BY_TIME:
             rate = float(system.law_of(driver, design=design).derivatives(s)[1])
-        elif plan.mode == BY_INSTANT:
-            rate = float(np.abs(plan.chords).max())
+        elif grid.mode == BY_INSTANT:
+            rate = float(np.abs(grid.chords).max())
         rates = start.work.past[size : size + system.coordinates, 0].reshape(-1, 3)
         fastest = max(np.abs(rates[:, :2]).max() / system.length, np.abs(rates[:, 2]).max())
-        unit = 1.0 if driver.rows == "a" else system.length
+        unit = driver.unit(system.length)
         return bool(fastest > RUNS_AWAY * abs(rate) / unit)
 
-    def where(self, s: float, plan: Plan, design: int = 0) -> str:
+    def where(self, s: float, grid: TimeGrid, design: int = 0) -> str:
         """A place of the path in words: of the first driver, with its body."""
         driver = self.system.drivers[0]
-        return f"{self.place(driver, s, plan, design)} of '{driver.bodies[1]}'"
+        return f"{self.place(driver, s, grid, design)} of '{driver.bodies[1]}'"
 
-    def _singular(self, start: Closed) -> bool:
+    def _singular(self, start: ClosedPosition) -> bool:
         """Whether Φ_q is nearly singular at the last place that was reached."""
         if too_large(self.system):
             return True
@@ -446,15 +459,15 @@ class Runner:
         work.q[:] = q
         return bool(sizes[-1] < 1e-3 * sizes[0])
 
-    def place(self, driver: Any, s: float, plan: Plan, design: int = 0) -> str:
+    def place(self, driver: Any, s: float, grid: TimeGrid, design: int = 0) -> str:
         """Value of a driver at path parameter s, with its unit, and the time."""
         value, time = s, ""
-        if plan.mode == BY_TIME:
+        if grid.mode == BY_TIME:
             value = self.system.law_of(driver, design=design)(s)
             time = f", t = {s:.6g} {self.system.mechanism.units.time},"
-        elif plan.mode == BY_INSTANT:
-            value = float(np.interp(s, plan.s, plan.given[:, 0, 0]))
-        if driver.rows == "a":
+        elif grid.mode == BY_INSTANT:
+            value = float(np.interp(s, grid.s, grid.given[:, 0, 0]))
+        if driver.angular:
             return f"{np.degrees(value):.4g} deg{time}"
         return f"{value:.6g} {self.system.mechanism.units.length}{time}"
 

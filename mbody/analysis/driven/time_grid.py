@@ -1,4 +1,4 @@
-"""Which instants an analysis is asked for, and how the drivers move between them."""
+"""Which instants an analysis is done, and how the drivers move between them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from mbody.analysis.driven.memory_limit import check_room
 from mbody.errors import ModelError, SolveError, angle_told, brief, remedy
 from mbody.kernels.continuation import BY_DRIVER, BY_INSTANT, BY_TIME
 from mbody.laws import Expression, Table, times_of
-from mbody.model.driver import AngleDriver, Driver
+from mbody.model.driver import Driver
 from mbody.model.element import Element, listed
 from mbody.model.numbers import varied
 from mbody.system.system import System
@@ -24,11 +24,11 @@ __all__ = [
     "BY_DRIVER",
     "BY_INSTANT",
     "BY_TIME",
-    "Plan",
+    "TimeGrid",
     "by_time",
     "check_laws",
     "check_reach",
-    "plan",
+    "time_grid",
 ]
 
 #: Instants of a whole turn, both ends included, unless the caller says how many.
@@ -39,7 +39,7 @@ LIMITED = (Expression, Table)
 
 
 @dataclass(frozen=True)
-class Plan:
+class TimeGrid:
     """Instants of an analysis.
 
     Attributes
@@ -57,12 +57,12 @@ class Plan:
     t: np.ndarray
     given: np.ndarray
 
-    def take(self, index: np.ndarray) -> Plan:
+    def take(self, index: np.ndarray) -> TimeGrid:
         """Only some of the instants, in that order."""
         given = self.given if self.mode == BY_TIME else np.ascontiguousarray(self.given[index])
         s = np.ascontiguousarray(self.s[index])
         t = s if self.t is self.s else np.ascontiguousarray(self.t[index])
-        return Plan(self.mode, s, t, given)
+        return TimeGrid(self.mode, s, t, given)
 
     def first(self, system: System, k: int = 0) -> dict[str, float]:
         """Values of the drivers at instant k, where the laws do not say them."""
@@ -78,19 +78,19 @@ class Plan:
         return np.ascontiguousarray(np.diff(values, axis=0, append=values[-1:]))
 
 
-def by_time(system: System, times: np.ndarray) -> Plan:
+def by_time(system: System, times: np.ndarray) -> TimeGrid:
     """Instants at which the laws say everything."""
-    return Plan(BY_TIME, times, times, np.zeros((1, len(system.mechanism.drivers), 3)))
+    return TimeGrid(BY_TIME, times, times, np.zeros((1, len(system.mechanism.drivers), 3)))
 
 
-def plan(
+def time_grid(
     system: System,
     t: Any,
     drive: Mapping[str, Any] | None,
     turn: str | bool | None,
     instants: int | None,
-) -> Plan:
-    """The instants for what the user asked: times, driver values given directly, or a whole turn.
+) -> TimeGrid:
+    """The instants that a user requests: times, driver values given directly, or a whole turn.
 
     Raises
     ------
@@ -110,13 +110,13 @@ def plan(
     if instants is not None and turn is None:
         raise ModelError("instants goes with turn; times and driver values say how many they are")
     if turn is not None:
-        asked = _turn(system, turn, TURN if instants is None else instants)
+        grid = _turn(system, turn, TURN if instants is None else instants)
     elif drive:
-        asked = _given(system, 0.0 if t is None else t, drive)
+        grid = _given(system, 0.0 if t is None else t, drive)
     else:
-        asked = by_time(system, _numbers(0.0 if t is None else t, "t"))
-    check_reach(system, asked.t, drive or {})
-    return asked
+        grid = by_time(system, _numbers(0.0 if t is None else t, "t"))
+    check_reach(system, grid.t, drive or {})
+    return grid
 
 
 def _numbers(value: Any, name: str, element: str | None = None) -> np.ndarray:
@@ -213,7 +213,7 @@ def check_laws(system: System, times: np.ndarray) -> None:
             _law(system, driver, times, design)
 
 
-def _given(system: System, t: Any, drive: Mapping[str, Any]) -> Plan:
+def _given(system: System, t: Any, drive: Mapping[str, Any]) -> TimeGrid:
     drivers = system.mechanism.drivers
     known = {driver.name: n for n, driver in enumerate(drivers)}
     parts: dict[str, list[np.ndarray]] = {}
@@ -249,28 +249,28 @@ def _given(system: System, t: Any, drive: Mapping[str, Any]) -> Plan:
         else:
             given[:, n] = _law(system, drivers[n], times)
     if len(drivers) == 1:
-        return Plan(BY_DRIVER, np.ascontiguousarray(given[:, 0, 0]), times, given)
-    return Plan(BY_INSTANT, np.arange(count, dtype=np.float64), times, given)
+        return TimeGrid(BY_DRIVER, np.ascontiguousarray(given[:, 0, 0]), times, given)
+    return TimeGrid(BY_INSTANT, np.arange(count, dtype=np.float64), times, given)
 
 
-def _turn(system: System, turn: str | bool, instants: int) -> Plan:
+def _turn(system: System, turn: str | bool, instants: int) -> TimeGrid:
     drivers = system.mechanism.drivers
     if turn is True:
         if len(drivers) != 1:
             names = listed(d.name for d in drivers)
-            asked = remedy(python="turn=True", command="--over turn")
+            option = remedy(python="turn=True", command="--over turn")
             raise ModelError(
-                f"{asked} goes with one driver, '{system.mechanism.name}' has {len(drivers)} "
+                f"{option} goes with one driver, '{system.mechanism.name}' has {len(drivers)} "
                 f"({names}): " + ("name one of them" if drivers else "add one")
             )
         turn = drivers[0].name
     named = [d for d in drivers if turn in (d.name, getattr(d, "body", None))]
     if not named:
         known = listed(d.name for d in drivers)
-        told = f"there is no driver {brief(turn)} to turn (there are: {known})"
-        raise ModelError(told, str(turn))
+        sentence = f"there is no driver {brief(turn)} to turn (there are: {known})"
+        raise ModelError(sentence, str(turn))
     driver = named[0]
-    if not isinstance(driver, AngleDriver):
+    if not driver.angular:
         raise ModelError(
             f"driver '{driver.name}' drives no angle, it cannot turn: "
             + remedy(

@@ -9,7 +9,7 @@ from mbody.model.element import listed
 from mbody.system.rank import Rank
 from mbody.system.system import System
 
-__all__ = ["open_reactions", "told_open"]
+__all__ = ["open_reactions", "open_note"]
 
 #: A part of a dependency below this is rounding.
 SMALL = 1e-7
@@ -44,17 +44,17 @@ def open_reactions(system: System, report: Rank | None) -> dict[str, list[bool]]
     return result
 
 
-def told_open(found: dict[str, list[bool]] | None) -> tuple[str, ...]:
+def open_note(found: dict[str, list[bool]] | None) -> tuple[str, ...]:
     """A sentence that names what redundant rows leave open; none where everything is determined."""
     if found is None:
         return ("rows are redundant; which reactions are unique was not looked at",)
     reactions = [name for name, parts in found.items() if len(parts) > 1 and any(parts)]
     efforts = [name for name, parts in found.items() if len(parts) == 1 and any(parts)]
-    told = [f"the reactions of {listed(reactions, NAMED)}"] if reactions else []
-    told += [f"the efforts of {listed(efforts, NAMED)}"] if efforts else []
-    if not told:
+    dependent = [f"the reactions of {listed(reactions, NAMED)}"] if reactions else []
+    dependent += [f"the efforts of {listed(efforts, NAMED)}"] if efforts else []
+    if not dependent:
         return ()
     return (
-        f"rows are redundant: {' and '.join(told)} are not unique, those of least norm are given; "
-        "take off what repeats, or give it play",
+        f"rows are redundant: {' and '.join(dependent)} are not unique, those of least norm are "
+        "given; take off what repeats, or give it play",
     )

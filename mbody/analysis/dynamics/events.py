@@ -14,7 +14,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from mbody.analysis.driven.contacts import Held, holding, one_sided
+from mbody.analysis.driven.contacts import OneSidedForce, one_sided, one_sided_force
 from mbody.analysis.dynamics.branch_passage import KnownCrossings
 from mbody.analysis.dynamics.impacts import (
     StopCoordinate,
@@ -59,7 +59,7 @@ OF_A_STEP, OF_ALL = 4, 400
 #: between samples.
 BESIDE = 1e-4
 #: What is noted of contacts and ropes.
-FORCES = tuple(part.name for part in fields(Held))
+FORCES = tuple(part.name for part in fields(OneSidedForce))
 #: A crossing is located to this part of its step.
 LOCATED = 1e-12
 #: What is nearer to a stop than this, in model lengths and radians, touches it.
@@ -116,7 +116,7 @@ class EventIntegration(Integration):
         carried = [has_exact_rates(measure) for measure in self.measures]
         self.carried = np.array(carried, dtype=bool)
         self.sided = one_sided(system)
-        self.forces: dict[str, list[Held]] = {one.name: [] for one in self.sided}
+        self.forces: dict[str, list[OneSidedForce]] = {one.name: [] for one in self.sided}
 
     # -- the motion ---------------------------------------------------------------------------
 
@@ -247,11 +247,13 @@ class EventIntegration(Integration):
             return
         run = motion_at(self.system, marks[inside], pages[inside])
         for one in self.sided:
-            self.forces[one.name].append(holding(run, one))
+            self.forces[one.name].append(one_sided_force(run, one))
 
-    def _between(self) -> dict[str, Held]:
+    def _between(self) -> dict[str, OneSidedForce]:
         return {
-            name: Held(*(np.concatenate([getattr(p, key) for p in parts]) for key in FORCES))
+            name: OneSidedForce(
+                *(np.concatenate([getattr(p, key) for p in parts]) for key in FORCES)
+            )
             for name, parts in self.forces.items()
             if parts
         }

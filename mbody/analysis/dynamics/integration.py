@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mbody.analysis.driven.contacts import Held, pulled
+from mbody.analysis.driven.contacts import OneSidedForce, pulled
 from mbody.analysis.driven.diagnosis import (
     adjusted,
     branching,
@@ -17,7 +17,7 @@ from mbody.analysis.driven.diagnosis import (
     weightless,
 )
 from mbody.analysis.driven.time_grid import check_reach
-from mbody.analysis.driven.uniqueness import open_reactions, told_open
+from mbody.analysis.driven.uniqueness import open_note, open_reactions
 from mbody.analysis.dynamics.branch_passage import BranchPassage
 from mbody.analysis.dynamics.initial_step import REFINEMENTS, coordinate_sizes, first_step
 from mbody.analysis.dynamics.integrators import PATIENT, Motion, integrator, stepping
@@ -357,11 +357,11 @@ class Integration:
         notes = (*as_said(found).notes, *self.notes, *self.passage.notes(last))
         notes += tuple(pulled(found, self._between()))
         if self.regularization:
-            notes += told_open(found.dependencies)
+            notes += open_note(found.dependencies)
         found = changed(found, notes=notes, branch=self.passage.least(last))
         return doubted(found, self.passage.doubts)
 
-    def _between(self) -> Mapping[str, Held] | None:
+    def _between(self) -> Mapping[str, OneSidedForce] | None:
         """Forces of contacts and ropes between the instants that are kept."""
         return None
 

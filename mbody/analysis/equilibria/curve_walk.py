@@ -1,8 +1,8 @@
 """The curve of closed positions of a single free motion, walked along, and what drives it there.
 
 Arclength s is that of all coordinates, lengths by the model length. With the unit tangent t(s) the
-drive is g = t·f, and g′ = −K exactly (λ held, see `manifold`), away from rest too: t′ is across the
-curve and f − Φ_qᵀλ along it. So every place of the walk gives g and its slope.
+drive is g = t·f, and g′ = −K exactly (λ fixed, see `tangent_space`), away from rest too: t′ is
+across the curve and f − Φ_qᵀλ along it. So every place of the walk gives g and its slope.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
 
-__all__ = ["STRIDE", "Curve", "Node", "Walk", "between"]
+__all__ = ["STRIDE", "MotionCurve", "Node", "Walk", "between"]
 
 #: Step of a walk, in model lengths and radians of the fastest coordinate; where the curve is
 #: straight steps grow. No whole part of a turn, so that places of symmetry are not met exactly.
@@ -83,7 +83,7 @@ class Walk:
     corners: list[Place] = field(default_factory=list)
 
 
-class Curve:
+class MotionCurve:
     """The curve through one place whose motions are a single one."""
 
     def __init__(self, manifold: Manifold, start: Place) -> None:
@@ -174,7 +174,7 @@ class Curve:
 
     def balanced_beyond(self, walk: Walk) -> bool:
         """Whether positions whole turns beyond a closed walk, and beyond half a turn before it, may
-        rest: where loads tell turns apart they change by as much with every turn.
+        rest: where loads differ between turns they change by as much with every turn.
         """
         turns = walk.nodes[-1].place.q - walk.nodes[0].place.q
         drives = np.array([node.drive for node in walk.nodes])
@@ -192,7 +192,7 @@ class Curve:
         return float(np.abs(way.reshape(-1, 3)[:, :2]).max(initial=0.0)) > AWAY
 
     def _step(self, here: Node, bend: Array, length: float) -> tuple[Node | None, float, str]:
-        """The next node, the step that led there, and what is to be said; None where none closes
+        """The next node, the step that led there, and why it ended; None where none closes
         whose tangent goes on.
         """
         why = "stuck"
@@ -274,28 +274,19 @@ class Curve:
         sizes = np.linalg.norm(before, axis=2) * np.linalg.norm(after, axis=2)
         turned = np.argwhere((dots < -0.5 * sizes) & (sizes > 0.0))
         for body in dict.fromkeys(int(b) for _, b in turned):
-            held = np.zeros(len(corner.along))
-            held[3 * body : 3 * body + 3] = fastest[3 * body : 3 * body + 3]
-            size = float(held @ held)
+            fixed = np.zeros(len(corner.along))
+            fixed[3 * body : 3 * body + 3] = fastest[3 * body : 3 * body + 3]
+            size = float(fixed @ fixed)
             if size < 1e-12:
                 continue
-            q = beyond.copy()
-            for _ in range(30):
-                phi, G = manifold.rows(q)
-                off = float(held @ ((q - beyond) / scale))
-                if not (np.isfinite(phi).all() and np.isfinite(G).all()):
-                    break
-                step = np.linalg.lstsq(np.vstack([G, held]), -np.append(phi, off), rcond=1e-12)[0]
-                q = q + scale * step
-                if np.abs(step).max() < 1e-14:
-                    break
-            place = manifold.at(q)
+            q = manifold.closed(beyond, fixed[None] / np.sqrt(size))
+            place = None if q is None else manifold.place(q)
             if place is None or len(place.motions) != 1:
                 continue
             way = (place.q - corner.place.q) / scale
-            if np.abs(way).max() > 100.0 * BEHIND or not abs(way @ held) > BEHIND * size:
+            if np.abs(way).max() > 100.0 * BEHIND or not abs(way @ fixed) > BEHIND * size:
                 continue
-            onward = place.motions[0] * np.sign(place.motions[0] @ held)
+            onward = place.motions[0] * np.sign(place.motions[0] @ fixed)
             return self.node(place, onward)
         return None
 
@@ -324,7 +315,7 @@ def independent(rows: Array) -> list[int]:
     return sorted(found)
 
 
-def between(curve: Curve, one: Node, other: Node, part: float) -> Node | None:
+def between(curve: MotionCurve, one: Node, other: Node, part: float) -> Node | None:
     """The node at a part of the way between two neighbours, from the cubic through both."""
     scale = curve.scale
     chord = (other.place.q - one.place.q) / scale

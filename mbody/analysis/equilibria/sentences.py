@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from mbody.analysis.equilibria.search import Search
+from mbody.analysis.equilibria.search import RestSearch
 from mbody.analysis.freedom.free_motions import FreeMotion, free_motions, rates_of
 from mbody.analysis.position.tangent_space import Place
 from mbody.errors import SolveError
@@ -40,7 +40,7 @@ MISSING = {
 class Words:
     """Sentences about one search."""
 
-    def __init__(self, system: System, search: Search) -> None:
+    def __init__(self, system: System, search: RestSearch) -> None:
         self.system, self.search = system, search
         self.mechanism, self.manifold = system.mechanism, search.manifold
 

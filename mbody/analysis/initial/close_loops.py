@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.time_grid import plan
+from mbody.analysis.driven.time_grid import time_grid
 from mbody.analysis.initial.initial_velocities import branch_rates, no_velocities
 from mbody.analysis.position.assembly_analysis import as_system, closed, raise_user_error
-from mbody.analysis.position.closed_position import Closed
+from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.analysis.singular.branches import BESIDE
 from mbody.analysis.singular.prescribed_values import Prescribed
 from mbody.analysis.singular.singular_positions import SUSPECT, Singular, singular
@@ -70,14 +70,14 @@ def close_loops(
     Examples
     --------
     >>> import mbody
-    >>> run = mbody.close_loops(mbody.makers.four_bar(1, 3, 2, 3.5), drive={"motor": 1.0})
+    >>> run = close_loops(mbody.makers.four_bar(1, 3, 2, 3.5), drive={"motor": 1.0})
     >>> run.checks.constraint < 1e-12
     True
     """
     system = as_system(model)
     if system.batch is not None:
         raise ModelError("close_loops takes one design: choose one of the batch with design(n)")
-    request = plan(system, t, drive, None, None)
+    request = time_grid(system, t, drive, None, None)
     if len(request.s) != 1:
         raise ModelError("close_loops takes one instant: give one time and one value a driver")
     names = [driver.name for driver in system.mechanism.drivers]
@@ -90,7 +90,7 @@ def close_loops(
     for name, rate in (rates or {}).items():
         if name not in system.bodies or name == "ground":
             raise ModelError(f"there is no moving body {name!r} to give a rate", str(name))
-        turning[name] = system.mechanism.number(rate, "angular velocity", name, "rate")
+        turning[name] = system.mechanism._number(rate, "angular velocity", name, "rate")
         if too_large(system):
             work.v[3 * system.bodies[name] + 2] = turning[name]
     if drive:
@@ -123,7 +123,7 @@ def close_loops(
 
 
 def _singular(
-    system: System, start: Closed, t: float, turning: Mapping[str, float]
+    system: System, start: ClosedPosition, t: float, turning: Mapping[str, float]
 ) -> Singular | None:
     """The singular position that a start is at, where velocities depend on its branches."""
     work = start.work

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.position.closed_position import Closed
+from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.analysis.position.initial_guess import placed
 from mbody.analysis.position.joint_places import direction, place
 from mbody.analysis.position.misclosure import explain_gap, refuse_near_redundant, violations
@@ -93,8 +93,8 @@ def closed(
     guess: Mapping[str, Any] | None = None,
     design: int = 0,
     pose: np.ndarray | None = None,
-    meant: Callable[[Closed], bool] | None = None,
-) -> Closed:
+    meant: Callable[[ClosedPosition], bool] | None = None,
+) -> ClosedPosition:
     """Close the loops of one design at time t, given driver values winning over laws; from `pose`
     (coordinates,) if there is one, else from the guesses. Where these lie on another branch than
     the position found, `meant` may say that this one is meant all the same.
@@ -147,7 +147,7 @@ def closed(
     return found
 
 
-def closed_near(system: System, t: float, guess: Mapping[str, Any]) -> Closed | None:
+def closed_near(system: System, t: float, guess: Mapping[str, Any]) -> ClosedPosition | None:
     """Close the loops of one design from the guesses alone: no other starts are tried, and a
     failure, None, is not explained. It is for searches, most of whose failures nobody reads.
     """
@@ -199,13 +199,13 @@ def misfit(
     return SolveError(f"'{joint.name}' does not fit: {what}{where}: {remedy}", joint.name)
 
 
-def _from(system: System, work: Work, start: np.ndarray) -> Closed | None:
+def _from(system: System, work: Work, start: np.ndarray) -> ClosedPosition | None:
     """Close from one pose, with the proximal term where rows turn out to be dependent."""
     for soft in (0.0, SOFT):
         work.q[:] = start
         good, straight, ratio = close(system.runtime(), work, soft, rounding(system, work))
         raise_user_error(system)
-        result = Closed(work, soft, ratio, straight=straight)
+        result = ClosedPosition(work, soft, ratio, straight=straight)
         if good and soft == 0.0 and ratio >= SUSPICIOUS:
             return result
         # dependent rows let Newton rest where a gap is smallest
@@ -261,10 +261,10 @@ def drivers(system: System) -> list[tuple[Any, int]]:
 
 def _say_branch(
     system: System,
-    result: Closed,
+    result: ClosedPosition,
     start: np.ndarray,
     guess: Mapping[str, Any] | None,
-    meant: Callable[[Closed], bool] | None,
+    meant: Callable[[ClosedPosition], bool] | None,
 ) -> None:
     """Warn where a guess and the position found lie on different sides of a singular position."""
     size = 3 * system.layout.bodies
@@ -303,7 +303,7 @@ def _say_branch(
     warnings.warn(note, ModelWarning, stacklevel=5)
 
 
-def check_determined(system: System, result: Closed, what: str) -> None:
+def check_determined(system: System, result: ClosedPosition, what: str) -> None:
     """Refuse a position that the drivers do not determine.
 
     Raises

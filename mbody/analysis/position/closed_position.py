@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from mbody.system.layout import Work
 from mbody.system.rank import Rank
 
-__all__ = ["Closed"]
+__all__ = ["ClosedPosition"]
 
 
 @dataclass
-class Closed:
+class ClosedPosition:
     """A closed position with what was found on the way.
 
     Attributes

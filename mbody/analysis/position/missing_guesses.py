@@ -13,7 +13,7 @@ from mbody.model.element import wrapped
 from mbody.system.system import System
 
 if TYPE_CHECKING:
-    from mbody.analysis.position.closed_position import Closed
+    from mbody.analysis.position.closed_position import ClosedPosition
 
 __all__ = ["nearest_to_guesses"]
 
@@ -37,12 +37,12 @@ TIMES, NEAR = 3.0, 0.3
 def nearest_to_guesses(
     system: System,
     base: System,
-    result: Closed,
+    result: ClosedPosition,
     starts: tuple[Array, Array],
     guess: Mapping[str, Any] | None,
     values: Mapping[str, float],
-    close: Callable[[Array], Closed | None],
-) -> Closed:
+    close: Callable[[Array], ClosedPosition | None],
+) -> ClosedPosition:
     """Where bodies have no guess: the closed position in which those that have one are nearest to
     it, with a note where another one is about as near.
 
@@ -50,7 +50,7 @@ def nearest_to_guesses(
     ----------
     system, base : System
         What is closed, and the one design of it.
-    result : Closed
+    result : ClosedPosition
         What was found with the link axes of such bodies parallel to those of the ground.
     starts : arrays (coordinates + 3,), (coordinates + 3, 1)
         That start, and the one from which it was found, another one where that led nowhere.
@@ -148,7 +148,7 @@ def _unwound(system: System, q: Array, names: tuple[str, ...]) -> Array:
 
 def _say_others(
     system: System,
-    result: Closed,
+    result: ClosedPosition,
     names: tuple[str, ...],
     found: list[Array],
     off: Array,

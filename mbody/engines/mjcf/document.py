@@ -54,14 +54,14 @@ class Document:
             key: ET.Element(key)
             for key in ("option", "default", "worldbody", "tendon", "equality", "actuator")
         }
-        # one body of the world holds all: Pinocchio 4.1 reads no second one
+        # all bodies are inside one body of the world: Pinocchio 4.1 reads only one
         ground = ET.SubElement(self.parts["worldbody"], "body", name="ground")
         self.inside: dict[str, ET.Element] = {"ground": ground}
-        #: Where the frame of each body is, from its mass centre in link axes.
+        #: Origin of each body's frame in the file, from its mass centre in link axes.
         self.origin = {"ground": (0.0, 0.0)}
 
     def frame_of(self, body: str, x: float, y: float) -> tuple[float, float]:
-        """A place [length], from the mass centre, in the frame that the body has in the file."""
+        """A place [length] from the mass centre, in the body's frame of the file."""
         ox, oy = self.origin[body]
         return x - ox, y - oy
 
@@ -113,7 +113,7 @@ class Document:
         ET.SubElement(made, "joint", given)
 
     def _inertia(self, body: str) -> tuple[float, float]:
-        """Mass and inertia [of the mechanism], small ones where there are none."""
+        """Mass and inertia [of the mechanism]; very small ones where there are none."""
         b, own = self.system.bodies[body], self.system.mass[:, 0]
         moving = own[: self.system.coordinates]
         greatest = float(moving[0::3].max()) or 1.0
@@ -122,7 +122,7 @@ class Document:
         if (mass <= 0.0 or inertia <= 0.0) and body not in self.stand_ins:
             self.stand_ins.append(body)
         if mass and not inertia:
-            # more than the least that MuJoCo takes
+            # more than the least that MuJoCo accepts
             least = 1e-14 / (self.scale.mass * self.scale.length**2)
             return mass, max(POINT * mass * self.system.length**2, least)
         return mass or STAND_IN * greatest, inertia or STAND_IN * widest

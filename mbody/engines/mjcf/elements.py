@@ -1,4 +1,4 @@
-"""Joints that close loops as MJCF has them: constraints, tendons, halves of bodies."""
+"""Joints that close loops, in MJCF: constraints, tendons, second halves of bodies."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ SAME = 1e-9
 
 
 class ClosureWriter:
-    """Joints and couplings that close loops in a file, and the tendons and sites of all.
+    """Writes joints and couplings that close loops, and the tendons and sites of all elements.
 
-    `refused` and `notes` say what does not; `laws` names the field of the law that an actuator does
-    not know; `built` are the names of elements that are there.
+    `refused` and `notes` list what is missing; `laws` has the field of a law that the actuator of
+    an element cannot have; `built` are the names of the elements in the file.
     """
 
     def __init__(self, document: Document) -> None:
@@ -35,12 +35,12 @@ class ClosureWriter:
         self.notes: list[str] = []
         self.laws: dict[str, str] = {}
         self.built: set[str] = {b.joint.name for b in document.tree.branches if b.joint}
-        #: Torsion springs whose angle the file counts the other way round.
+        #: Torsion springs whose angle has the opposite sign in the file.
         self.reversed: set[str] = set()
         self.cut: list[tuple[Joint, str]] = []
 
     def halves(self, tree: Tree) -> dict[str, int]:
-        """How many further parts each body comes in, for the sliding pairs that close loops."""
+        """Number of further parts of each body, for the sliding joints that close loops."""
         sliding = [j for j in (*tree.cuts, *tree.others) if isinstance(j, (Prismatic, PinSlot))]
         found: dict[str, int] = {}
         for joint in sliding:
@@ -60,7 +60,7 @@ class ClosureWriter:
     # -- joints that close loops -----------------------------------------------------------------
 
     def _constraint(self, element: Any) -> None:
-        """A joint or coupling that the tree does not hold."""
+        """A joint or coupling that is not in the tree."""
         name = element.name
         if type(element) is Revolute:
             self._connect(element)
@@ -84,8 +84,8 @@ class ClosureWriter:
             self._no(element, f"MJCF has no constraint that is a {kind}: the motion is freer there")
 
     def _connect(self, joint: Revolute) -> None:
-        """Two places kept together: that of the start, on one of the bodies."""
-        # by bodies and not by sites: Pinocchio 4.1 takes a site of the ground for its origin
+        """Two coincident places, given by the place at the start on one of the bodies."""
+        # by bodies and not by sites: Pinocchio 4.1 reads a site of the ground as the origin
         sides = "ij" if joint.i.body != "ground" else "ji"
         at = marker_frame(self.system, joint, sides[0])
         one, other = (safe(getattr(joint, side).body) for side in sides)
@@ -94,7 +94,9 @@ class ClosureWriter:
         self._part("equality", "connect", joint.name, body1=one, body2=other, anchor=anchor)
 
     def _half(self, joint: Joint, body: str) -> None:
-        """A part of a body on the other side of a sliding pair, welded to the rest of it."""
+        """The second half of a body, on the other side of a sliding joint, welded to the
+        first half.
+        """
         name = f"{body}.{joint.name}"
         i, j = marker_frame(self.system, joint, "i"), marker_frame(self.system, joint, "j")
         other = joint.j.body if body == joint.i.body else joint.i.body
@@ -107,7 +109,7 @@ class ClosureWriter:
         if type(joint) is Prismatic:
             columns = [FileCoordinate(joint.name, here, 0, True, ends[1].angle)]
         else:
-            # the slot gives the direction: before the pin turns, or on what has turned
+            # the slot has the direction: displacement before the rotation of the pin, or after it
             turn = Branch(body, other, "revolute", joint, *ends)
             slide = f"{joint.name}.way"
             columns = [FileCoordinate(f"{joint.name}.turn", turn)]
@@ -127,7 +129,7 @@ class ClosureWriter:
         self._part("equality", "weld", joint.name, site1=sites[0], site2=sites[1])
 
     def _under_pin(self, joint: Joint, i: MarkerFrame, j: MarkerFrame) -> MarkerFrame:
-        """The place of a slot where its pin stands at the start."""
+        """The place of a slot that coincides with its pin at the start."""
         x, y, theta = self.document.pose[joint.i.body]
         near, far = placed(x, y, theta, (i.x, i.y)), (j.x, j.y)
         c, s = math.cos(theta + i.angle), math.sin(theta + i.angle)
@@ -135,13 +137,13 @@ class ClosureWriter:
         return MarkerFrame(i.x + way * math.cos(i.angle), i.y + way * math.sin(i.angle), i.angle)
 
     def _gear(self, gear: Gear) -> None:
-        """A gear pair as angles: R_i θ_i + R_j θ_j − (R_i + R_j) θ_c stays, c the carrier."""
+        """A gear pair by angles: R_i θ_i + R_j θ_j − (R_i + R_j) θ_c is constant, c the carrier."""
         carrier = self._carrier(gear)
         if carrier is None:
             self._no(
                 gear,
-                "MJCF couples angles, and no body holds both centres by revolute joints: the line "
-                "of centres has no angle there",
+                "MJCF couples angles, and no body has both centres on revolute joints: the line "
+                "of centres has no angle in the file",
             )
             return
         ri, rj = (float(radius) for radius in gear.radii(self.system.numbers))
@@ -150,11 +152,11 @@ class ClosureWriter:
         self._turns_coupled(gear, terms)
         self.notes.append(
             f"'{gear.name}' couples angles: its motion and its torques are those of the gear pair, "
-            "the force at the teeth does not reach the bearings"
+            "the force at the teeth does not load the bearings"
         )
 
     def _carrier(self, gear: Gear) -> str | None:
-        """A body to which the centres of both wheels are pinned, if only through others."""
+        """A body to which the centres of both wheels are pinned, directly or through others."""
         one, other = (
             self._pinned(getattr(gear, side).body, self.system.numbers.arm(gear, side))
             for side in ("i", "j")
@@ -163,28 +165,28 @@ class ClosureWriter:
         return both[0] if both else None
 
     def _pinned(self, body: str, place: tuple[Any, Any]) -> set[str]:
-        """Bodies that revolute joints at a place of a body hold there."""
-        found, waiting = {body}, [(body, place)]
+        """Bodies that revolute joints connect to a body at one place."""
+        found, pending = {body}, [(body, place)]
         pins = [joint for joint in self.machine.joints if type(joint) is Revolute]
-        while waiting:
-            name, (x, y) = waiting.pop()
+        while pending:
+            name, (x, y) = pending.pop()
             for joint, own, far in ((one, *ends) for one in pins for ends in ("ij", "ji")):
                 on, to = getattr(joint, own).body, getattr(joint, far).body
                 px, py = self.system.numbers.arm(joint, own)
                 near = abs(px - x) + abs(py - y) <= SAME * self.system.length
                 if on == name and near and to not in found:
                     found.add(to)
-                    waiting.append((to, self.system.numbers.arm(joint, far)))
+                    pending.append((to, self.system.numbers.arm(joint, far)))
         return found
 
     def _turns_coupled(self, element: Element, terms: Sequence[tuple[float, str, str]]) -> None:
-        """Σ factor · angle of a body from another stays as it is."""
+        """Σ factor · angle of a body from another is constant."""
         parts: dict[str, float] = {}
         for factor, base, body in terms:
             for name, sign in self._turns(body, base).items():
                 parts[name] = parts.get(name, 0.0) + factor * sign
         if not self._sum(element.name, parts):
-            self._no(element, "nothing that it couples can turn in the tree of bodies")
+            self._no(element, "none of its angles can change in the tree of bodies")
             return
         self._part("equality", "tendon", element.name, tendon1=element.name)
 

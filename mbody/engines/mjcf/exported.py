@@ -1,4 +1,4 @@
-"""What the writer of MJCF is made of: units, numbers as text, coordinates, the finished file."""
+"""The exported file with its coordinates, units, and numbers as text."""
 
 from __future__ import annotations
 
@@ -47,15 +47,15 @@ class FileCoordinate:
     Attributes
     ----------
     name : str
-        Of its joint there.
+        Of its joint in the file.
     of : Branch
-        Whose coordinate it is.
+        Branch of the tree that has the coordinate.
     which : int
-        Which of the branch's: 0, or of a free one 0, 1, 2 for x, y, angle.
+        Index in the branch: 0; for a free branch 0, 1, 2 for x, y, angle.
     way : bool
-        Whether it is a length.
+        Whether it is a displacement, not an angle.
     direction : float
-        Of a way: on the body [rad], in the world where it is free.
+        Of a displacement: on the body [rad], for a free branch in the world.
     """
 
     name: str
@@ -67,7 +67,7 @@ class FileCoordinate:
 
 @dataclass(frozen=True)
 class Exported:
-    """A mechanism in another form.
+    """A mechanism as a model file.
 
     Attributes
     ----------
@@ -76,22 +76,22 @@ class Exported:
     not_expressible : tuple of Inexpressible
         ElementWriter that it has no words for, and why.
     notes : tuple of str
-        Sentences: what stands in it in another way than in the mechanism.
+        Differences between the file and the mechanism.
     columns : tuple of FileCoordinate
-        Its coordinates, in their order; all are zero at the start.
+        Its coordinates in order; all are zero at the start.
     stand_ins : tuple of str
-        Bodies with a small mass or inertia where the mechanism has none.
+        Bodies that have no mass or inertia in the mechanism and a very small one in the file.
     laws : dict
-        Field of the law, by name of the element that an actuator stands for.
+        Field of the law, by the name of the element of an actuator.
     built : frozenset of str
-        Names of all elements that are in it.
+        Names of all elements in the file.
     reversed : frozenset of str
-        Torsion springs whose angle it counts the other way round.
+        Torsion springs whose angle has the opposite sign in the file.
     hung : tuple
-        (name in the file, branch) of every body, a part of one that slides too.
+        (name in the file, branch) of every body, and of the second halves of bodies.
     system : System
     start : Solution
-        The instant at which it stands.
+        The pose where all coordinates are zero.
     scale : Scale
     """
 
@@ -109,13 +109,13 @@ class Exported:
     scale: Scale
 
     def motion(self, run: Solution) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Coordinates of the file, rates and accelerations (instants, columns) in SI units, of a
-        run's poses.
+        """Coordinates of the file, rates and accelerations (instants, columns) of a run, in SI
+        units.
         """
         tree = Tree(tuple(column.of for column in self.columns), (), ())
         units = np.array([self.scale.length if one.way else 1.0 for one in self.columns])
-        q, v, a = (_picked(part, self.columns) for part in tree_motion(tree, run))
-        first = _picked(tree_motion(tree, self.start)[0], self.columns)[-1]
+        q, v, a = (_selected(part, self.columns) for part in tree_motion(tree, run))
+        first = _selected(tree_motion(tree, self.start)[0], self.columns)[-1]
         time = self.scale.time
         return (q - first) * units, v * units / time, a * units / time**2
 
@@ -123,8 +123,8 @@ class Exported:
         return self.text
 
 
-def _picked(whole: np.ndarray, columns: tuple[FileCoordinate, ...]) -> np.ndarray:
-    """Of every column's branch the one coordinate that it is."""
+def _selected(whole: np.ndarray, columns: tuple[FileCoordinate, ...]) -> np.ndarray:
+    """Select the coordinate of each column from those of its branch."""
     ends = np.cumsum([column.of.freedom for column in columns])
     index = [
         int(end) - column.of.freedom + column.which
@@ -150,7 +150,7 @@ def branch_coordinates(branch: Branch) -> tuple[FileCoordinate, ...]:
 
 
 def numbers(unit: float, *values: float) -> str:
-    """Numbers times a unit, as text that keeps all digits; rounding of the greatest is zero.
+    """Numbers times a unit, as text with all digits; rounding errors of the greatest become zero.
 
     >>> numbers(2.0, 0.5, -1.0, 1e-20)
     '1 -2 0'

@@ -1,4 +1,4 @@
-"""Loads and drivers as MJCF has them: tendons and actuators."""
+"""Loads and drivers in MJCF: tendons and actuators."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ __all__ = ["ElementWriter"]
 
 
 class ElementWriter(ClosureWriter):
-    """All that stands in a file beside its tree of bodies."""
+    """Writes all elements of a file except its tree of bodies."""
 
     def write(self) -> None:
-        """Every joint that closes a loop, every coupling, load and driver."""
+        """Write every joint that closes a loop, every coupling, load and driver."""
         for joint, body in self.cut:
             self._half(joint, body)
         tree = self.document.tree
@@ -37,7 +37,7 @@ class ElementWriter(ClosureWriter):
 
     @staticmethod
     def varies(element: Any, fields: tuple[str, ...]) -> bool:
-        """Whether a law of an element is no constant."""
+        """Whether a law of an element is not constant."""
         laws = [getattr(element, field) for field in fields]
         return not all(law is None or isinstance(law, Constant) for law in laws)
 
@@ -46,7 +46,7 @@ class ElementWriter(ClosureWriter):
         if kind is Gravity and not self.varies(load, ("x", "y")):
             self.built.add(name)
         elif kind is Gravity:
-            self._no(load, "gravity follows time, in MJCF it is constant")
+            self._no(load, "gravity varies with time, in MJCF it is constant")
         elif kind in (Force, Torque):
             self._given(load)
         elif kind in (Spring, Damper, TorsionSpring, TorsionDamper) and load.law is None:
@@ -60,7 +60,7 @@ class ElementWriter(ClosureWriter):
             else:
                 self._spring(load, turning, unit)
         elif getattr(load, "law", None) is not None:
-            self._no(load, "its force follows a law, in MJCF springs and dampers are linear")
+            self._no(load, "its force has a law, in MJCF springs and dampers are linear")
         else:
             self._no(load, f"MJCF has no load that is a {kind.__name__}")
 
@@ -77,12 +77,15 @@ class ElementWriter(ClosureWriter):
             rest += float(at[f"{name}.free_angle"]) - (pose[load.body][2] - pose[load.by][2])
         else:
             rest = (rest + float(at[f"{name}.free_length"])) * self.scale.length
-        # a rest length of −1 would mean that of the start: an angle is counted the other way round
+        # a negative rest length would mean that of the start: the angle gets the opposite sign
         sign = -1.0 if turning and rest < 0.0 else 1.0
         if sign < 0.0:
             self.reversed.add(name)
         if rest < 0.0 and not turning:
-            self._no(load, "its preload pulls at every length, a tendon of MJCF ends at none")
+            self._no(
+                load,
+                "its preload pulls at every length; a tendon of MJCF has no negative rest length",
+            )
             return
         given = {"stiffness": numbers(unit, stiffness), "springlength": numbers(sign, rest)}
         self._tendon(load, turning, given, sign)
@@ -107,7 +110,7 @@ class ElementWriter(ClosureWriter):
             self.notes.append(f"'{name}' is a motor, its law of time is not in the file")
         else:
             tag = "general"
-            # its control adds to the value, so that one of 0 is no dead part of the file
+            # its control is added to the value, so that a control of 0 leaves it
             given = {"biastype": "affine", "gainprm": "1", "biasprm": numbers(unit, value, 0, 0)}
         if type(load) is Torque:
             if not self._turned(load, tag, load.body, load.by, given):
@@ -123,7 +126,7 @@ class ElementWriter(ClosureWriter):
         self._part("actuator", tag, name, site=f"{name}.at", gear=gear, **given)
 
     def _world(self) -> str:
-        """A site with the world's axes, in which directions are told."""
+        """A site with the axes of the world, for directions."""
         ground = self.document.inside["ground"]
         if not any(site.get("name") == "ground" for site in ground.findall("site")):
             self._put("ground", "ground", (0.0, 0.0))
@@ -146,7 +149,7 @@ class ElementWriter(ClosureWriter):
     # -- drivers ---------------------------------------------------------------------------------
 
     def _driver(self, driver: Any) -> None:
-        """A motor of what is driven, without its law."""
+        """A motor of the driven coordinate, without the law."""
         done, name = True, driver.name
         if type(driver) is AngleDriver:
             done = self._turned(driver, "motor", driver.body, driver.relative_to, {})
@@ -156,10 +159,10 @@ class ElementWriter(ClosureWriter):
         elif type(driver) is CoordinateDriver:
             done = self._slid(driver) or self._pushed(driver)
         if not done:
-            self._no(driver, "no joint or place of the file has the coordinate that it drives")
+            self._no(driver, "no joint or place of the file has its coordinate")
             return
         if self.document.fix_drivers and not self._fixed(name):
-            self._no(driver, "no constraint of MJCF holds a place of the world along a direction")
+            self._no(driver, "no constraint of MJCF fixes a place along a direction of the world")
             return
         self.laws[name] = "law"
         self.notes.append(f"'{name}' is a motor, its law of time is not in the file")
@@ -176,7 +179,7 @@ class ElementWriter(ClosureWriter):
         return True
 
     def _fixed(self, name: str) -> bool:
-        """A constraint that keeps what a motor drives where it is; False where there is none."""
+        """A constraint that fixes the coordinate of a motor; False where there is none."""
         motor = self.document.parts["actuator"][-1]
         for key in ("joint", "tendon"):
             if motor.get(key):

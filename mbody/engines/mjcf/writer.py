@@ -23,9 +23,9 @@ from mbody.system.system import System
 
 __all__ = ["to_mjcf"]
 
-#: Greatest weight that MuJoCo lets a constraint have over the motion without it.
+#: Greatest impedance that MuJoCo allows for a constraint.
 HARD = 0.9999
-#: Steps of the shortest time that the start shows: of a swing, a turn, a way.
+#: Steps in the shortest characteristic time of the start: of an oscillation, a turn, a passage.
 STEPS = 500
 
 
@@ -40,16 +40,16 @@ def to_mjcf(
     model : Mechanism or System
         Of one design.
     start : Solution, optional
-        Its last instant is the pose in which the file stands, with all coordinates zero; without
-        it the beginning of the mechanism's own simulation, or what `close_loops` finds, as it is
-        for a System always.
+        Its last instant is the pose of the file, where all coordinates are zero. By default the
+        start of the mechanism's own simulation, or the pose found by `close_loops` (always for a
+        System).
     fix_drivers : bool
         Whether constraints fix the driven coordinates, in addition to the motors.
 
     Returns
     -------
     Exported
-        `text` is the file, in SI units; `not_expressible` and `notes` say what is not in it.
+        `text` is the file, in SI units; `not_expressible` and `notes` list what is not in it.
 
     Raises
     ------
@@ -60,11 +60,11 @@ def to_mjcf(
 
     Notes
     -----
-    Revolute, prismatic and fixed joints make the tree, as hinges and slides; those that close loops
-    are ``<connect>`` and ``<weld>``. A sliding pair or a pin in a slot that closes one is a tree
-    joint of a second half of its body, welded to the first: masses stay exact. Rods, springs and
-    dampers are tendons, gears and couplings of angles constraints on tendons. Drivers are motors
-    without their laws.
+    Revolute, prismatic and fixed joints form the tree, as hinges and slides; those that close loops
+    are ``<connect>`` and ``<weld>``. A prismatic or pin-in-slot joint that closes a loop is a tree
+    joint of a second half of its body, welded to the first: the masses remain exact. Rods, springs
+    and dampers are tendons, gears and couplings of angles constraints on tendons. Drivers are
+    motors without their laws.
 
     MuJoCo's constraints are springs: those here have ω = 0.7/h of the file's time step h.
 
@@ -78,7 +78,7 @@ def to_mjcf(
     system = as_system(model)
     if system.batch is not None:
         raise ModelError(
-            f"a file is of one design, this is a batch of {system.batch} designs: export one of "
+            f"a file has one design, this is a batch of {system.batch} designs: export one of "
             "them, system.design(n)"
         )
     machine = system.mechanism
@@ -126,9 +126,9 @@ class MjcfWriter:
         if self.document.stand_ins:
             notes.append(
                 f"{', '.join(repr(one) for one in self.document.stand_ins)}: without mass or "
-                f"inertia; the file has very small ones ({STAND_IN:g} of the greatest, {POINT:g} for point "
-                "masses), since MuJoCo cannot move a massless body; where loads act on these alone "
-                "its steps are unstable: give them masses before the file is run freely"
+                f"inertia; the file has very small ones ({STAND_IN:g} of the greatest, {POINT:g} "
+                "for point masses), since MuJoCo cannot move a massless body; where loads act on "
+                "these alone its steps are unstable: give them masses before the file is run freely"
             )
         return Exported(
             text="",
@@ -146,7 +146,7 @@ class MjcfWriter:
         )
 
     def step(self) -> float:
-        """A time step [s] that resolves the start: a round number."""
+        """A time step [s] that resolves the motion at the start: a round number."""
         scale, moving = self.scale, self.start
         bodies = [body.name for body in self.machine.bodies]
         rates = [abs(float(moving[name].omega[-1])) for name in bodies]
@@ -157,7 +157,7 @@ class MjcfWriter:
         rate = max([*(r / scale.time for r in rates + speeds), math.sqrt(pull), 1e-3])
         simulation = self.machine.simulation
         if simulation is not None:
-            until = self.machine.number(simulation.until, "time", "simulation", "until")
+            until = self.machine._number(simulation.until, "time", "simulation", "until")
             rate = max(rate, 1.0 / (until * scale.time))
         return float(f"{min(1.0 / (STEPS * rate), 0.01):.0e}")
 
@@ -168,14 +168,14 @@ class MjcfWriter:
         fields = [
             tuple(self.system.law_of(load, key) for key in ("x", "y"))
             for load in loads
-            if load.name not in self._following
+            if load.name not in self._varying
         ]
         x, y = (unit * sum(float(pair[n](0.0)) for pair in fields) for n in (0, 1))
         return x, y
 
     @property
-    def _following(self) -> set[str]:
-        """Loads of gravity that follow time."""
+    def _varying(self) -> set[str]:
+        """Names of gravity loads that vary with time."""
         fields = [one for one in self.machine.loads if isinstance(one, Gravity)]
         return {one.name for one in fields if ElementWriter.varies(one, ("x", "y"))}
 
@@ -196,7 +196,7 @@ class MjcfWriter:
         )
 
     def _rods(self) -> None:
-        """Capsules between the joints of every body, to look at."""
+        """Capsules between the joints of every body, for display only."""
         places: dict[str, list[tuple[float, float]]] = {}
         for joint in self.machine.joints:
             for side in ("i", "j"):

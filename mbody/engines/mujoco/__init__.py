@@ -1,4 +1,4 @@
-"""What MuJoCo says of a result: joint forces by its inverse dynamics, motions by its steps."""
+"""The opinion of MuJoCo: joint forces by its inverse dynamics, motions by its integrator."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from mbody.system.system import System
 
 __all__ = ["opinion"]
 
-#: Instants that are looked at, spread over the run; fewer where their equations are large, for
-#: these take the cube of their size.
+#: Instants that are compared, evenly over the run; fewer for large systems of equations, since the
+#: time grows with the cube of their size.
 MOST, FEWEST, LARGE = 200, 9, 30
 
 
 def opinion(system: System, run: Solution) -> Opinion:
-    """What MuJoCo finds of the same mechanism: efforts, joint forces, accelerations and motions.
+    """Efforts, joint forces, accelerations and motions of the same mechanism by MuJoCo.
 
     Parameters
     ----------
     system : System
-        Of one design: what MuJoCo is to build, as `to_mjcf` writes it.
+        Of one design; MuJoCo models it, from the file of `to_mjcf`.
     run : Solution
         Of kinetostatics, statics or simulate.
 
@@ -48,10 +48,10 @@ def opinion(system: System, run: Solution) -> Opinion:
     Notes
     -----
     MuJoCo's own constraints are soft, and its `mj_inverse` counts no force of a loop. So forces are
-    found from its mass matrix, bias, passive forces and constraint Jacobian, and handed to its
-    `mj_rnePostConstraint`, which tells what joints carry: that is sharp. Free motions are run by
-    its Runge-Kutta steps, three times with halved steps; the difference of the finest two is what
-    its answer may be off by.
+    found from its mass matrix, bias, passive forces and constraint Jacobian, and passed to its
+    `mj_rnePostConstraint`, which returns the joint forces: these are accurate. Free motions are
+    integrated by its Runge-Kutta method three times, with halved steps; the difference of the
+    finest two is the error estimate.
     """
     try:
         importlib.import_module("mujoco")
@@ -64,27 +64,29 @@ def opinion(system: System, run: Solution) -> Opinion:
         raise ModelError("MuJoCo takes one design: choose one of the batch with design(n)")
     if not run.has_forces:
         raise ModelError(
-            f"{run.analysis} finds no forces to check: use kinetostatics, statics or simulate"
+            f"{run.analysis} computes no forces to check: use kinetostatics, statics or simulate"
         )
     return _opinion(system, run)
 
 
 def _opinion(system: System, run: Solution) -> Opinion:
-    """The same of what MuJoCo can be asked."""
+    """The opinion, with all conditions checked."""
     made = to_mjcf(system, run.take([0]))
     refused = list(made.not_expressible)
     names = {one.name for one in system.mechanism if isinstance(one, (Joint, Coupling))}
     engine = f"MuJoCo {_version()}"
     if any(one.element in names for one in refused):
-        return Opinion(engine, (), tuple(refused), ("without these constraints nothing is left",))
+        return Opinion(
+            engine, (), tuple(refused), ("without these constraints nothing can be compared",)
+        )
     notes = []
     taken = [load.name for load in run.mechanism.loads if load.name not in made.built]
-    # these act on bodies by their wrenches; of a motion their own reasons are told
+    # these act on the bodies as wrenches; for a motion other reasons are given
     drivers = {driver.name for driver in system.drivers}
     refused = [one for one in refused if one.element not in drivers.union(taken)]
     if taken:
         notes.append(
-            f"{', '.join(map(repr, taken))}: not in MuJoCo, acts as the wrench that mbody tells"
+            f"{', '.join(map(repr, taken))}: not in MuJoCo, applied as the wrench from mbody"
         )
     notes += [note for note in made.notes if "angles" in note]
     most = max(FEWEST, int(MOST * min(1.0, (LARGE / len(made.columns)) ** 3)))

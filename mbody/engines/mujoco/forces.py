@@ -22,20 +22,20 @@ __all__ = ["force_rows"]
 
 Array = np.ndarray
 
-#: How well our positions over a turn are closed, which the condition of the equations amplifies.
+#: Position error of our closed loops over a turn; the condition of the equations amplifies it.
 CLOSED = 2e-12
-#: Part of a null vector below which a force has one value.
+#: A force is unique if its components of the null space vectors are below this.
 UNIQUE = 1e-6
-#: Torques below this part of the forces times the model length are rounding, and forces so too.
+#: Torques below this part of the forces times the model length are rounding; likewise forces.
 NOTHING = 1e-10
 
 
 class _ForceTable:
-    """Forces by name and kind, of all instants: theirs and ours."""
+    """Forces by name and kind at all instants, by both engines."""
 
     def __init__(self) -> None:
         self.values: dict[tuple[str, str], list[tuple[Array, Array]]] = {}
-        #: What the constraints leave of all forces on the coordinates, and the size of these.
+        #: Residual of the generalised forces at every instant, and their size.
         self.balance: list[tuple[float, float]] = []
 
     def add(self, name: str, kind: str, ours: Any, theirs: Any) -> None:
@@ -43,7 +43,7 @@ class _ForceTable:
         self.values.setdefault((name, kind), []).append(pair)
 
     def rows(self, expected: float, reason: str, length: float) -> list[Row]:
-        """A row a quantity, by the greatest of its kind, or what is left of others by rounding."""
+        """A row for each quantity, relative to the greatest of its kind."""
         greatest: dict[str, float] = {}
         for (_, kind), pairs in self.values.items():
             top = max(float(np.linalg.norm(pair[0])) for pair in pairs)
@@ -64,58 +64,59 @@ class _ForceTable:
             difference = apart[worst] / (greatest[kind] or 1.0)
             found.append(Row(name, ours, theirs, difference, expected, reason))
         left, size = (max(part) for part in zip(*self.balance, strict=True))
-        # forces and torques on coordinates stand beside each other here, as in the model's length
+        # forces and torques are added here, by the model length
         return [*found, Row("balance", 0.0, left, left / (size or 1.0), expected, reason)]
 
 
 def force_rows(replay: Replay) -> tuple[list[Row], list[Inexpressible]]:
     """Efforts and joint forces of every instant, by MuJoCo's inverse dynamics.
 
-    τ = M q̈ + bias − passive forces − loads must come from the constraints that close loops and
-    from the drivers, Jᵀ x = τ; with x, `mj_rnePostConstraint` gives what the tree's joints carry.
+    τ = M q̈ + bias − passive forces − loads must equal the forces of the constraints that
+    close loops and of the drivers, Jᵀ x = τ. With x, `mj_rnePostConstraint` returns the forces of
+    the tree's joints.
     """
     found, condition = _ForceTable(), 1.0
-    open_names: set[str] = set()
-    lost = _lost(replay.made)
+    not_unique: set[str] = set()
+    lost = _unloaded(replay.made)
     for step in range(len(replay.run)):
-        condition = max(condition, _instant(replay, step, found, open_names))
+        condition = max(condition, _instant(replay, step, found, not_unique))
     expected = CLOSED * condition
     reason = (
         f"positions closed to {CLOSED:.0e}, times the condition {condition:.0e} of its equations"
     )
-    for name in (*open_names, *lost):
+    for name in (*not_unique, *lost):
         for key in [key for key in found.values if key[0].partition(".")[0] == name]:
             del found.values[key]
     refused = [
-        Inexpressible(name, "its force is not unique: redundant constraints share it otherwise")
-        for name in sorted(open_names - lost)
+        Inexpressible(name, "its force is not unique: the constraints are redundant")
+        for name in sorted(not_unique - lost)
     ]
     refused += [
-        Inexpressible(name, "its force: a gear pair that couples angles leaves bearings unloaded")
+        Inexpressible(name, "its force: a gear pair that couples angles does not load the bearings")
         for name in sorted(lost)
     ]
     return found.rows(expected, reason, replay.made.system.length), refused
 
 
-def _lost(made: Exported) -> set[str]:
-    """Joints of which MuJoCo's forces are not those of the mechanism, for gears among them."""
+def _unloaded(made: Exported) -> set[str]:
+    """Joints whose forces differ in MuJoCo because of gears."""
     joints = made.system.mechanism.joints
     return {one.name for one in joints} if any(type(one) is Gear for one in joints) else set()
 
 
-def _instant(replay: Replay, step: int, found: _ForceTable, open_names: set[str]) -> float:
-    """One instant: all forces; the condition of its equations."""
+def _instant(replay: Replay, step: int, found: _ForceTable, not_unique: set[str]) -> float:
+    """Add all forces of one instant; return the condition of its equations."""
     replay.at(step)
     data, made, run = replay.data, replay.made, replay.run
     machine, scale = made.system.mechanism, made.scale
-    replay.apply(replay.told())
+    replay.apply(replay.reported_loads())
     applied = data.qfrc_passive, data.qfrc_actuator, replay.on_coordinates()
     inertia = replay.mass() @ replay.a[step]
     terms = np.array([inertia, data.qfrc_bias, *(-part for part in applied)])
     tau = terms.sum(axis=0)
     J, known = replay.rows(), len(replay.rows())
     across = np.vstack([J, *(replay.driving(one) for one in machine.drivers)]).T
-    solved, condition, free = _solved(across, tau)
+    solved, condition, free = _minimum_norm(across, tau)
     free[:known] &= replay.planar()
     left = float(np.linalg.norm(tau - across @ solved)) / scale.torque
     found.balance.append((left, float(np.linalg.norm(terms)) / scale.torque))
@@ -124,29 +125,31 @@ def _instant(replay: Replay, step: int, found: _ForceTable, open_names: set[str]
         unit = scale.torque if isinstance(driver, AngleDriver) else scale.force
         kind = "torque" if isinstance(driver, AngleDriver) else "force"
         if loose:
-            open_names.add(driver.name)
+            not_unique.add(driver.name)
         ours = run.effort(driver.name)[step]
         found.add(f"{driver.name}.effort", kind, ours, x / unit)
         replay.apply(replay.forces(driver, float(x)))
-    _closures(replay, solved[:known], free[:known], found, open_names)
+    _closures(replay, solved[:known], free[:known], found, not_unique)
     data.qacc[:] = replay.a[step]
-    replay.carried()
-    loose_tree = bool(free.any())
+    replay.find_joint_forces()
+    redundant = bool(free.any())
     for name, branch in _hung(made):
         _tree_joint(replay, name, branch, found)
-        if loose_tree and branch.joint and not _told_unique(run, branch.joint.name):
-            open_names.add(branch.joint.name)
+        if redundant and branch.joint and not _is_unique(run, branch.joint.name):
+            not_unique.add(branch.joint.name)
     return condition
 
 
-def _told_unique(run: Solution, joint: str) -> bool:
-    """Whether the run knows a joint's force to be the only one."""
+def _is_unique(run: Solution, joint: str) -> bool:
+    """Whether a joint's force is unique by the run."""
     unique = run.reaction(joint).unique
     return unique is not None and all(unique)
 
 
-def _solved(across: Array, tau: Array) -> tuple[Array, float, Array]:
-    """x of least norm with `across` x = τ, its condition, and which parts of x are not unique."""
+def _minimum_norm(across: Array, tau: Array) -> tuple[Array, float, Array]:
+    """x of least norm with `across` x = τ, its condition, and which components of x are not
+    unique.
+    """
     scale = np.linalg.norm(across, axis=0)
     kept = scale > 1e-12 * scale.max(initial=1e-300)
     x, free = np.zeros(len(scale)), ~kept
@@ -161,9 +164,9 @@ def _solved(across: Array, tau: Array) -> tuple[Array, float, Array]:
 
 
 def _closures(
-    replay: Replay, x: Array, free: Array, found: _ForceTable, open_names: set[str]
+    replay: Replay, x: Array, free: Array, found: _ForceTable, not_unique: set[str]
 ) -> None:
-    """Forces of the constraints that close loops: given to the bodies, and told of joints."""
+    """Apply the forces of the constraints that close loops, and add them as joint forces."""
     model, scale, step = replay.model, replay.made.scale, replay.step
     for n in range(model.neq):
         mine = replay.data.efc_id == n
@@ -171,7 +174,7 @@ def _closures(
         element: Any = replay.elements[name]
         kind = type(element)
         if free[mine].any():
-            open_names.add(name)
+            not_unique.add(name)
         if kind is AngleCoupling:
             ours = replay.run.effort(name)[step]
             found.add(f"{name}.effort", "torque", ours, part[0] / scale.torque)
@@ -188,27 +191,27 @@ def _closures(
         else:
             first, other, at, push, turn = replay.weld(n, part)
             if kind is not Fixed:
-                replay.give(first, at, push, turn)
-                replay.give(other, at, -push, -turn)
+                replay.add_force(first, at, push, turn)
+                replay.add_force(other, at, -push, -turn)
                 continue
             push, turn = -push, -turn
         j = replay.end(element, "j")
         for body, sign in ((element.i.body, -1.0), (element.j.body, 1.0)):
-            replay.give(replay.bodies[body], j, sign * push, sign * turn)
-        told = replay.run.reaction(name)
-        both = (told.fx[step], told.fy[step])
+            replay.add_force(replay.bodies[body], j, sign * push, sign * turn)
+        reaction = replay.run.reaction(name)
+        both = (reaction.fx[step], reaction.fy[step])
         found.add(f"{name}.force", "force", both, push / scale.force)
         if kind is Fixed:
-            found.add(f"{name}.torque", "torque", told.torque[step], turn / scale.torque)
+            found.add(f"{name}.torque", "torque", reaction.torque[step], turn / scale.torque)
 
 
 def _hung(made: Exported) -> list[tuple[str, Branch]]:
-    """Bodies of the file by name, and how they hang: those with a joint of the mechanism."""
+    """Bodies of the file by name, with their branches: those with a joint of the mechanism."""
     return [(name, branch) for name, branch in made.hung if branch.joint is not None]
 
 
 def _tree_joint(replay: Replay, name: str, branch: Branch, found: _ForceTable) -> None:
-    """What the joint carries by which a body hangs."""
+    """Add the force of the joint that connects a body to its parent."""
     joint, data, model = branch.joint, replay.data, replay.model
     assert joint is not None
     b = model.body(safe(name)).id
@@ -218,8 +221,8 @@ def _tree_joint(replay: Replay, name: str, branch: Branch, found: _ForceTable) -
     about = torque + (centre[0] - j[0]) * force[1] - (centre[1] - j[1]) * force[0]
     sign = -1.0 if branch.reversed else 1.0
     ours, step, scale = replay.run.reaction(joint.name), replay.step, replay.made.scale
-    told = (ours.fx[step], ours.fy[step])
-    found.add(f"{joint.name}.force", "force", told, sign * force / scale.force)
+    reaction = (ours.fx[step], ours.fy[step])
+    found.add(f"{joint.name}.force", "force", reaction, sign * force / scale.force)
     if type(joint) in (Prismatic, Fixed):
         theirs = sign * about / scale.torque
         found.add(f"{joint.name}.torque", "torque", ours.torque[step], theirs)

@@ -1,4 +1,4 @@
-"""Steps of MuJoCo under laws of time: what drivers hold and what loads have, at every stage."""
+"""Runge-Kutta steps of MuJoCo under laws of time, with drivers and loads set at every stage."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from mbody.model.loads import Force
 
 __all__ = ["LawStepper"]
 
-#: Parts of a step at which the four stages of Runge and Kutta stand.
+#: Stages and weights of the classical Runge-Kutta method of order 4.
 STAGES = (0.0, 0.5, 0.5, 1.0)
 WEIGHTS = (1.0, 2.0, 2.0, 1.0)
 
 
 class LawStepper:
-    """A model of MuJoCo, its drivers held by constraints, whose laws are followed.
+    """An integrator for a model of MuJoCo whose drivers are constraints with laws of time.
 
-    `mj_step` knows no law within a step. So accelerations come from `mj_forward`, at the stages of
-    the same method of fourth order, with the laws set before each.
+    `mj_step` cannot evaluate laws within a step. So accelerations are computed by `mj_forward` at
+    the stages of the same method of order 4, with the laws set before each.
     """
 
     def __init__(self, made: Exported, model: Any, data: Any) -> None:
@@ -31,23 +31,23 @@ class LawStepper:
 
         self.forward, self.made, self.model, self.data = mujoco.mj_forward, made, model, data
         system, scale = made.system, made.scale
-        self.loads, self.held = [], []
-        self.told = _ReportedLoads(made, model, data)
+        self.loads, self.driven = [], []
+        self.reported = _ReportedLoads(made, model, data)
         begin = float(data.time) / scale.time
         for name, field in made.laws.items():
             element: Any = system.mechanism[name]
             law = system.law_of(element, field)
             if isinstance(element, Driver):
                 unit = element.unit(scale.length)
-                # a slide may be counted the other way round than its driver
+                # a slide may have the opposite sign of its driver
                 unit *= float(model.actuator_gear[model.actuator(name).id][0])
-                self.held.append((model.eq(name).id, law, unit, float(law(begin))))
+                self.driven.append((model.eq(name).id, law, unit, float(law(begin))))
             else:
                 unit = scale.force if isinstance(element, Force) else scale.torque
                 self.loads.append((model.actuator(name).id, law, unit))
 
     def advance(self, h: float, count: int) -> None:
-        """So many steps of h [s]."""
+        """Take `count` steps of h [s]."""
         data = self.data
         for _ in range(count):
             t, q, v = float(data.time), data.qpos.copy(), data.qvel.copy()
@@ -64,30 +64,30 @@ class LawStepper:
             data.time = t + h
 
     def _accelerations(self) -> np.ndarray:
-        """At the state and time that the data have.
+        """Accelerations at the state and time of the data.
 
-        A constraint pulls with −b ẋ − k d (x − c): c = f + (b ḟ + f̈)/(k d) makes that
-        f̈ − b (ẋ − ḟ) − k d (x − f).
+        The reference acceleration of a constraint is −b ẋ − k d (x − c). With
+        c = f + (b ḟ + f̈)/(k d) it is f̈ − b (ẋ − ḟ) − k d (x − f), for the law f.
         """
         model, data, scale = self.model, self.data, self.made.scale
         t = float(data.time) / scale.time
         for n, law, unit in self.loads:
             data.ctrl[n] = unit * float(law(t))
-        for n, law, unit, begin in self.held:
+        for n, law, unit, begin in self.driven:
             value, rate, change = (float(part) for part in law.derivatives(t))
             pull, damping = (-float(part) for part in model.eq_solref[n])
             most = float(model.eq_solimp[n][1])
-            # as MuJoCo makes them of the two numbers: k = pull/d², b = damping/d
+            # as MuJoCo computes them: k = pull/d², b = damping/d
             k, b = pull / most**2, damping / most
             ahead = (b * rate / scale.time + change / scale.time**2) / (k * most)
             model.eq_data[n][0] = unit * (value - begin + ahead)
-        self.told.apply(t)
+        self.reported.apply(t)
         self.forward(model, data)
         return np.array(data.qacc)
 
 
 class _ReportedLoads:
-    """Loads that MuJoCo does not have, as mbody makes them of the state that MuJoCo is in."""
+    """Loads that MuJoCo does not have, computed by mbody from the state of MuJoCo."""
 
     def __init__(self, made: Exported, model: Any, data: Any) -> None:
         import mujoco
@@ -103,7 +103,7 @@ class _ReportedLoads:
         self.angles = np.array([made.start[one.name].angle[-1] for one in system.mechanism.bodies])
 
     def apply(self, t: float) -> None:
-        """Give them to the bodies at a time [of the mechanism]."""
+        """Apply them to the bodies at a time [of the mechanism]."""
         if not self.taken:
             return
         model, data, scale, system = self.model, self.data, self.made.scale, self.made.system
@@ -123,7 +123,5 @@ class _ReportedLoads:
         raise_user_error(system)
         parts = self.output[0].reshape(-1, len(self.bodies), 3)[self.taken].sum(axis=0)
         for b, (fx, fy, torque) in zip(self.bodies, parts, strict=True):
-            data.xfrc_applied[b] = [
-                *(scale.force * fx, scale.force * fy, 0.0),
-                *(0.0, 0.0, scale.torque * torque),
-            ]
+            force, moment = scale.force * np.array([fx, fy, 0.0]), scale.torque * torque
+            data.xfrc_applied[b] = [*force, 0.0, 0.0, moment]

@@ -1,4 +1,4 @@
-"""Free motions by MuJoCo: accelerations at an instant, and trajectories by its own steps."""
+"""Free motions by MuJoCo: accelerations at an instant, and trajectories by its integrator."""
 
 from __future__ import annotations
 
@@ -26,33 +26,33 @@ __all__ = ["motion_rows"]
 
 Array = np.ndarray
 
-#: Steps of the coarsest of three runs in the shortest time that the motion shows.
+#: Steps of the coarsest of three runs in the shortest characteristic time of the motion.
 STEPS = 100
 #: Steps of the finest run, at most.
 MOST = 80_000
-#: Coordinates at which a step takes twice its time, so that half of the steps are left.
+#: Coordinates at which a step takes twice the time, so that the most steps are halved.
 MANY = 20
-#: A change by halved steps above this part proves little.
+#: If halved steps change a result by more than this part, agreement proves little.
 COARSE = 0.01
-#: The same where laws of time are asked at every stage of a step.
+#: The same where laws of time are evaluated at every stage of a step.
 MOST_GUIDED = 12_000
-#: What rounding makes of accelerations and positions.
+#: Rounding of accelerations and positions.
 ROUNDING = 1e-10
-#: Tolerance of our own steps where they are run again, to see how far off they were.
+#: Tolerance of our own second run, for an estimate of our error.
 SHARP = 1e-12
 
 
 def motion_rows(
     made: Exported, run: Solution, seen: Solution
 ) -> tuple[list[Row], list[Inexpressible], list[str]]:
-    """Rows of accelerations and of the motion; what cannot be compared; sentences."""
+    """Rows of accelerations and of the motion; what cannot be compared; notes."""
     machine = made.system.mechanism
     if not Replay(made, seen).movable:
-        why = "its motion: MuJoCo moves no body without mass, and no load through a very small one"
+        why = "its motion: MuJoCo cannot move massless bodies, nor very light ones under loads"
         light = made.stand_ins or (min(machine.bodies, key=_mass_in(made)).name,)
         return [], [Inexpressible(name, why) for name in light], []
     rods = [joint.name for joint in machine.joints if type(joint) is Distance]
-    why = "accelerations at an instant: MuJoCo leaves out the rate at which a tendon turns"
+    why = "accelerations at an instant: MuJoCo neglects the rotation rate of a tendon"
     refused = [Inexpressible(name, why) for name in rods]
     rows = [] if rods or machine.drivers else _accelerations(Replay(made, seen))
     held = to_mjcf(made.system, made.start, fix_drivers=True)
@@ -77,14 +77,14 @@ def _mass_in(made: Exported) -> Callable[[Body], float]:
 def _accelerations(replay: Replay) -> list[Row]:
     """Accelerations of every coordinate, by MuJoCo's solver of soft constraints.
 
-    Its force f obeys (A + R) f = b, where A f = b would hold the constraints, so that
-    −M⁻¹Jᵀ A⁻¹ R f is by how much it lets go.
+    Its force f satisfies (A + R) f = b with the regularisation R. Rigid constraints have A f = b,
+    so the error of the accelerations is −M⁻¹Jᵀ A⁻¹ R f.
     """
     replay.model.opt.tolerance, replay.model.opt.iterations = 0.0, 200
     theirs, soft = np.zeros_like(replay.a), np.zeros_like(replay.a)
     for step in range(len(replay.run)):
         replay.at(step)
-        replay.apply(replay.told())
+        replay.apply(replay.reported_loads())
         replay.mj.mj_forward(replay.model, replay.data)
         theirs[step] = replay.data.qacc
         if replay.data.nefc:
@@ -121,17 +121,17 @@ def _trajectories(made: Exported, run: Solution, notes: list[str]) -> list[Row]:
     """Positions, angles and energies along the motion, by three runs with halved steps."""
     h = _step(made, run)
     count = np.maximum(np.ceil(np.diff(run.t) * made.scale.time / h).astype(int), 1)
-    guided = _guided(made)
-    most = (MOST_GUIDED if guided else MOST) / (1.0 + len(made.columns) / MANY)
+    with_laws = _needs_laws(made)
+    most = (MOST_GUIDED if with_laws else MOST) / (1.0 + len(made.columns) / MANY)
     while 4 * count.sum() > most and count.max() > 1:
         count = np.maximum(count // 2, 1)
-    runs = [_ran(made, run, count * 2**n) for n in range(3)]
-    ours, off = _ours(made, run)
+    runs = [_integrated(made, run, count * 2**n) for n in range(3)]
+    ours, off = _our_histories(made, run)
     steps = int(count.sum())
-    own = "RK4 on MuJoCo's accelerations" if guided else "MuJoCo's RK4"
+    own = "RK4 on MuJoCo's accelerations" if with_laws else "MuJoCo's RK4"
     notes.append(f"motion by {own} in {steps}, {2 * steps} and {4 * steps} steps")
     found = []
-    reason = "its steps: twice what halving them changes, and by how much our own are off"
+    reason = "its step size: twice the change by halved steps, and our own error"
     for key, mine in ours.items():
         coarse, middle, fine = (one[key] for one in runs)
         top = max(float(np.abs(ours[k]).max()) for k in ours if _kind(k) == _kind(key)) or 1.0
@@ -139,7 +139,7 @@ def _trajectories(made: Exported, run: Solution, notes: list[str]) -> list[Row]:
         before = float(np.abs(middle - coarse).max())
         apart = np.abs(mine - fine)
         worst = int(apart.argmax())
-        # what is left is at most the last change where the order is one, as of soft constraints
+        # at order one, as with soft constraints, the remaining error is at most the last change
         band = 2.0 * max(last, 0.0 if before > last else before) / top
         expected = band + off[key] / top + ROUNDING
         found.append(
@@ -156,13 +156,13 @@ def _trajectories(made: Exported, run: Solution, notes: list[str]) -> list[Row]:
     if unsettled:
         notes.append(
             f"{listed(unsettled)}: halved steps still change them by more than {COARSE:g} of the "
-            "greatest, so that agreement proves little: ask for a shorter time"
+            "greatest, so that agreement proves little: use a shorter time"
         )
     return found
 
 
-def _guided(made: Exported) -> bool:
-    """Whether something has to be told at every stage of a step."""
+def _needs_laws(made: Exported) -> bool:
+    """Whether laws or loads must be set at every stage of a step."""
     return bool(made.laws) or any(
         load.name not in made.built for load in made.system.mechanism.loads
     )
@@ -174,7 +174,7 @@ def _kind(key: str) -> str:
 
 
 def _step(made: Exported, run: Solution) -> float:
-    """A first step [s], by the fastest that the motion shows."""
+    """A first step [s], by the fastest rate of the motion."""
     length, rate = made.system.length, 0.0
     for body in made.system.mechanism.bodies:
         one = run[body.name]
@@ -185,21 +185,21 @@ def _step(made: Exported, run: Solution) -> float:
     return made.scale.time / max(STEPS * rate, 200.0 / span)
 
 
-def _ours(made: Exported, run: Solution) -> tuple[dict[str, Array], dict[str, float]]:
-    """Our own histories, and how far they are off by sharper steps of our own."""
-    told = _told(run)
+def _our_histories(made: Exported, run: Solution) -> tuple[dict[str, Array], dict[str, float]]:
+    """Our own histories, and their error by a second run with a smaller tolerance."""
+    ours = _histories(run)
     try:
         again = simulate(
             run.system, float(run.t[-1]), start=run.take([0]), times=run.t, rtol=SHARP, events=()
         )
-        sharp = _told(again)
-        off = {key: float(np.abs(told[key] - sharp[key]).max()) for key in told}
+        sharp = _histories(again)
+        off = {key: float(np.abs(ours[key] - sharp[key]).max()) for key in ours}
     except (ModelError, SolveError):
-        off = dict.fromkeys(told, 0.0)
-    return told, off
+        off = dict.fromkeys(ours, 0.0)
+    return ours, off
 
 
-def _told(run: Solution) -> dict[str, Array]:
+def _histories(run: Solution) -> dict[str, Array]:
     system = run.system
     found: dict[str, Array] = {}
     kinetic = np.zeros(len(run))
@@ -211,8 +211,8 @@ def _told(run: Solution) -> dict[str, Array]:
     return found | {"motion.energy": kinetic}
 
 
-def _ran(made: Exported, run: Solution, count: Array) -> dict[str, Array]:
-    """The motion by MuJoCo, in so many steps between instants."""
+def _integrated(made: Exported, run: Solution, count: Array) -> dict[str, Array]:
+    """The motion by MuJoCo, with `count` steps between the instants."""
     import mujoco
 
     model: Any = mujoco.MjModel.from_xml_string(made.text)
@@ -220,13 +220,13 @@ def _ran(made: Exported, run: Solution, count: Array) -> dict[str, Array]:
     data = mujoco.MjData(model)
     model.opt.tolerance, model.opt.iterations = 1e-15, 5
     model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
-    # steps that fail are to be seen, and not to begin again
+    # failed steps must be visible: no automatic reset
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     _, v, _ = made.motion(run.take([0]))
     data.qvel[:] = v[0]
     scale, names = made.scale, [body.name for body in made.system.mechanism.bodies]
     data.time = float(run.t[0]) * scale.time
-    stepper = LawStepper(made, model, data) if _guided(made) else None
+    stepper = LawStepper(made, model, data) if _needs_laws(made) else None
     bodies = [model.body(safe(name)).id for name in names]
     table = np.zeros((len(run), 3 * len(names) + 1))
     angles = np.array([run[name].angle[0] for name in names])

@@ -19,15 +19,15 @@ __all__ = ["Replay", "without_stand_ins"]
 
 Array = np.ndarray
 
-#: Part of the greatest inertia, or of the model length, below which there is none to speak of.
+#: Inertias below this part of the greatest, and lengths below this part of the model length, are 0.
 LIGHT = 1e-9
 
 
 class Replay:
     """A model of MuJoCo, set to the instants of a run one after the other.
 
-    Without the small masses that stand for none it moves by itself only where its mass matrix has
-    an inverse, `movable`.
+    The small masses of massless bodies are removed; forward dynamics then needs an invertible mass
+    matrix, `movable`.
     """
 
     def __init__(self, made: Exported, run: Solution) -> None:
@@ -36,7 +36,7 @@ class Replay:
         self.mj, self.made, self.run = mujoco, made, run
         self.model: Any = mujoco.MjModel.from_xml_string(made.text)
         self.model.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-        # no pull back to the constraints: the run's own rounding is not to be answered by forces
+        # no constraint stabilisation: rounding errors of the run must not cause forces
         if self.model.neq:
             self.model.eq_solref[:] = -1e-6
         self.data: Any = mujoco.MjData(self.model)
@@ -52,14 +52,14 @@ class Replay:
         without_stand_ins(made, self.model)
 
     def at(self, step: int) -> None:
-        """Go to one instant: positions, velocities, given accelerations, loads."""
+        """Set one instant: positions, velocities, accelerations, loads."""
         data = self.data
         data.qpos[:], data.qvel[:] = self.q[step], self.v[step]
         data.time = self.run.t[step] * self.made.scale.time
         data.xfrc_applied[:] = 0.0
         self.step = step
         self.controls(float(self.run.t[step]))
-        # the parts of mj_forward that divide by no mass
+        # the parts of mj_forward that do not divide by the mass
         mj = self.mj
         for stage in (
             mj.mj_kinematics,
@@ -74,7 +74,7 @@ class Replay:
         mj.mj_fwdActuation(self.model, data)
 
     def controls(self, t: float) -> None:
-        """What loads that follow time have at that time [of the mechanism]; drivers do nothing."""
+        """Set the loads that vary with time [of the mechanism]; drivers have no effort."""
         system, scale = self.made.system, self.made.scale
         for load in self.own:
             if load.name in self.made.laws:
@@ -82,7 +82,7 @@ class Replay:
                 value = unit * float(system.law_of(load, "value")(t))
                 self.data.ctrl[self.model.actuator(load.name).id] = value
 
-    # -- what MuJoCo's state says of places ------------------------------------------------------
+    # -- places and directions by MuJoCo's state --------------------------------------------------
 
     def point(self, body: str, at: MarkerFrame) -> Array:
         """The world place [m] of a frame on a body."""
@@ -107,11 +107,11 @@ class Replay:
         return np.asarray(turn @ [np.cos(angle), np.sin(angle)])
 
     def forces(self, element: Any, value: float) -> list[PointForce]:
-        """What an element does to its bodies, where its force or torque [SI] is `value`."""
+        """Forces of an element on its bodies, where its force or torque [SI] is `value`."""
         return applied_forces(self.made.system, element, value, self.point, self.direction)
 
     def loads(self) -> list[PointForce]:
-        """Loads of the file, gravity aside, as MuJoCo has them."""
+        """Forces of the loads in the file, except gravity, by MuJoCo."""
         model, data, found = self.model, self.data, []
         for load in self.own:
             kind = type(load)
@@ -126,8 +126,8 @@ class Replay:
                 found += self.forces(load, float(data.actuator_force[model.actuator(load.name).id]))
         return found
 
-    def told(self) -> list[PointForce]:
-        """Loads that the file does not have, as the run tells them at this instant."""
+    def reported_loads(self) -> list[PointForce]:
+        """Forces of the loads that are not in the file, from the run at this instant."""
         if not self.taken:
             return []
         scale, machine, found = self.made.scale, self.run.mechanism, []
@@ -141,20 +141,20 @@ class Replay:
     # -- forces on bodies, and on coordinates ----------------------------------------------------
 
     def apply(self, wrenches: list[PointForce]) -> None:
-        """Give wrenches to the bodies, at their mass centres."""
+        """Apply forces to the bodies."""
         for one in wrenches:
-            self.give(self.bodies[one.body], one.at, one.force, one.torque)
+            self.add_force(self.bodies[one.body], one.at, one.force, one.torque)
 
-    def give(self, b: int, at: Array, force: Array, torque: float) -> None:
-        """Give a force at a place of the world and a torque to body b of MuJoCo."""
+    def add_force(self, b: int, at: Array, force: Array, torque: float) -> None:
+        """Apply a force at a place of the world and a torque to body b of MuJoCo."""
         arm = at - self.data.xipos[b][:2]
         turn = torque + arm[0] * force[1] - arm[1] * force[0]
         self.data.xfrc_applied[b] += [*force, 0.0, 0.0, 0.0, turn]
 
-    def carried(self) -> None:
-        """Have MuJoCo find what every joint of the tree carries, of wrenches that were given."""
+    def find_joint_forces(self) -> None:
+        """Compute the forces of the tree's joints in MuJoCo, from the applied wrenches."""
         model, data = self.model, self.data
-        # constraints and springs act as wrenches by now: they must not come in twice
+        # constraints and springs are applied as wrenches: they must not be counted twice
         data.efc_force[:] = 0.0
         kept = model.tendon_stiffness.copy(), model.tendon_damping.copy()
         model.tendon_stiffness[:] = model.tendon_damping[:] = 0.0
@@ -162,7 +162,7 @@ class Replay:
         model.tendon_stiffness[:], model.tendon_damping[:] = kept
 
     def weld(self, n: int, x: Array) -> tuple[int, int, Array, Array, float]:
-        """Of weld n with forces x: its two bodies, its place, the force and torque on the first."""
+        """Two bodies of weld n, its place, the force and torque on the first, from its forces x."""
         model, data, mj = self.model, self.data, self.mj
         sites = model.eq_obj1id[n], model.eq_obj2id[n]
         one, other = (int(model.site_bodyid[site]) for site in sites)
@@ -171,7 +171,7 @@ class Replay:
             jacobian = np.zeros((3, model.nv))
             mj.mj_jacSite(model, data, None, jacobian, site)
             turns.append(jacobian[2])
-        # MuJoCo's row is a part of the difference of the angles, half of it as things are
+        # MuJoCo's row is a part of the difference of the angles, at present half of it
         apart = turns[0] - turns[1]
         row = self.rows()[data.efc_id == n][5]
         square = float(apart @ apart)
@@ -179,7 +179,7 @@ class Replay:
         return one, other, data.site_xpos[sites[1]][:2].copy(), x[:2], share * float(x[5])
 
     def on_coordinates(self) -> Array:
-        """Generalised forces of what has been given to the bodies."""
+        """Generalised forces of the wrenches applied to the bodies."""
         total, mj = np.zeros(self.model.nv), self.mj
         for b in range(1, self.model.nbody):
             wrench = self.data.xfrc_applied[b]
@@ -191,7 +191,7 @@ class Replay:
 
     @property
     def movable(self) -> bool:
-        """Whether every coordinate moves some mass of the mechanism's own at the first instant."""
+        """Whether the mass matrix without stand-ins is regular at the first instant."""
         self.at(0)
         full, root = self.mass(), self.made.system.length * self.made.scale.length
         units = np.array([1.0 if column.way else 1.0 / root for column in self.made.columns])
@@ -207,13 +207,13 @@ class Replay:
     def rows(self) -> Array:
         """Jacobian of all constraints (rows, coordinates)."""
         found = np.asarray(self.data.efc_J).reshape(self.data.nefc, self.model.nv).copy()
-        # what bodies that cannot move against each other are held by: rounding
+        # rows of bodies that cannot move relative to each other: rounding
         size = min(1.0, self.made.system.length * self.made.scale.length)
         found[np.linalg.norm(found, axis=1) < LIGHT * size] = 0.0
         return found
 
     def planar(self) -> Array:
-        """Which rows hold something in the plane: of a point two, of a weld three of six."""
+        """Which rows constrain planar motion: two of a point, three of six of a weld."""
         kept = np.ones(self.data.nefc, dtype=bool)
         for n in range(self.model.neq):
             mine = np.flatnonzero(self.data.efc_id == n)
@@ -221,7 +221,7 @@ class Replay:
         return kept
 
     def driving(self, driver: Any) -> Array:
-        """How a driver's effort of one acts on the coordinates: as its motor, if it has one."""
+        """Generalised force of a unit effort of a driver, by its motor if it has one."""
         data, full = self.data, np.zeros(self.model.nv)
         if driver.name not in self.made.laws:
             before = data.xfrc_applied.copy()
@@ -237,7 +237,7 @@ class Replay:
 
 
 def without_stand_ins(made: Exported, model: Any) -> None:
-    """Take the small masses and inertias that stand for none away again."""
+    """Remove the small masses and inertias of massless bodies."""
     system = made.system
     for name, branch in made.hung:
         b, own = model.body(safe(name)).id, 3 * system.bodies[branch.body]

@@ -1,4 +1,4 @@
-"""A slow, obvious oracle: planar mechanisms in dense matrices, sharing no code of numbers."""
+"""The oracle: a slow and simple reference with dense matrices, without numerical code of mbody."""
 
 from mbody.engines.oracle.reference import Reference
 

@@ -1,4 +1,4 @@
-"""The oracle's constraints: Φ as the book writes it, derivatives by complex steps and jets."""
+"""The oracle's constraints: Φ as in textbooks, derivatives by complex steps and jets."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def _real(x: Any) -> Any:
 
 def _direction(dx: Any, dy: Any) -> Any:
     """Angle of a vector [rad], with derivatives, in the principal range."""
-    # the ratio that is finite, for a vector along either axis
+    # the finite one of both ratios
     flat = np.all(np.abs(_real(dx)) >= np.abs(_real(dy)))
     found = np.arctan(dy / dx) if flat else -np.arctan(dx / dy)
     shift = np.arctan2(_real(dy), _real(dx)) - _real(found)
@@ -108,20 +108,20 @@ class Constraints(Geometry):
         if isinstance(e, Rolling) and e.on_radius is None:
             return [across - e.radius, along + e.radius * turn - e.offset]
         if isinstance(e, CamFollower):
-            # the profile in polar coordinates of the cam's axes, counted against its turning
+            # the profile in polar coordinates of the cam's axes, opposite to its sense of rotation
             sense = 1.0 if e.clockwise else -1.0
             beyond = e.base_radius + e.roller if e.base_radius is not None else 0.0
             if not e.flat:
                 polar = _direction(along, across)
                 apart = np.sqrt(along * along + across * across)
                 return [apart - beyond - law_around(e.profile, sense * polar)]
-            # the face's line is as far from the centre as the cam reaches towards it
+            # the distance of the face's line from the centre is the support function of the cam
             face = direction + turn
-            reach = np.cos(face) * (yj - yi) - np.sin(face) * (xj - xi)
-            return [reach - beyond - law_around(e.profile, sense * (turn + 0.5 * math.pi))]
+            support = np.cos(face) * (yj - yi) - np.sin(face) * (xj - xi)
+            return [support - beyond - law_around(e.profile, sense * (turn + 0.5 * math.pi))]
         if isinstance(e, Gear | Rolling):
             ri, rj = self.signed_radii(e)
-            # the arcs that have rolled off on both wheels are equal
+            # rolling: equal arcs on both wheels
             line = _direction(xj - xi, yj - yi)
             first = self._angle(q, e.i.body) + e.i.angle - line
             second = self._angle(q, e.j.body) + e.j.angle - line
@@ -134,7 +134,7 @@ class Constraints(Geometry):
             return [np.sqrt((xj - xi) ** 2 + (yj - yi) ** 2) - law_at(e.law, t)]
         if isinstance(e, CoordinateDriver):
             return [along - law_at(e.law, t)]
-        raise NotImplementedError(f"the oracle has no {type(e).__name__}")
+        return list(e.equations((xi, yi, direction), (xj, yj, direction + turn)))
 
     def _coordinate(self, term: Any, q: Any) -> Any:
         """The angle, distance or displacement of a term of a coupling."""
@@ -155,8 +155,8 @@ class Constraints(Geometry):
             return ri, rj
         return (ri, -rj) if ri > rj else (-ri, rj)
 
-    def told(self, q_all: Any, e: Any) -> tuple[float, float]:
-        """World place where the reaction of a joint is told: at j, or where wheels touch."""
+    def reaction_point(self, q_all: Any, e: Any) -> tuple[float, float]:
+        """World place of the reaction point of a joint: at j, or the contact of wheels."""
         (xi, yi), (xj, yj) = self.place(q_all, e.i), self.place(q_all, e.j)
         if isinstance(e, Gear) or (isinstance(e, Rolling) and e.on_radius is not None):
             radius = self.signed_radii(e)[0]
@@ -170,8 +170,8 @@ class Constraints(Geometry):
         return xj, yj
 
     def _touched(self, q_all: Any, e: Any, centre: Any, follower: Any) -> tuple[float, float]:
-        """Where a cam touches: on the contour that its curve envelops, by the tangent of a curve
-        z(φ) in the cam's axes, with complex numbers for vectors.
+        """Contact point of a cam: on its contour, by the tangent of a curve z(φ) in the cam's axes,
+        with complex numbers for vectors.
         """
         axes = self._angle(q_all, e.i.body) + e.i.angle
         sense = 1.0 if e.clockwise else -1.0

@@ -1,4 +1,4 @@
-"""The oracle's geometry: poses, places and rough first positions, by the descriptions alone."""
+"""The oracle's geometry: poses, places and initial guesses from the descriptions alone."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["Geometry", "ReferenceNumbers", "pair"]
 
 
 class ReferenceNumbers:
-    """What a user's `parameters(at)` may ask, answered by the oracle's own arithmetic."""
+    """The numbers for a user's `parameters(at)`, by the oracle's own arithmetic."""
 
     def __init__(self, reference: Geometry) -> None:
         self._reference = reference
@@ -99,12 +99,12 @@ class Geometry:
         return np.array(self.place(self._all(q), marker))
 
     def side(self, q_all: Any, v_all: Any, body: str) -> tuple[Any, ...]:
-        """(x, y, θ, cos θ, sin θ, vx, vy, ω), as users' physics takes it."""
+        """(x, y, θ, cos θ, sin θ, vx, vy, ω), the arguments of users' physics."""
         x, y, theta = self.pose(q_all, body)
         return x, y, theta, np.cos(theta), np.sin(theta), *self.pose(v_all, body)
 
     def _all(self, q: Any) -> np.ndarray:
-        """With the ground's three zeros at the end."""
+        """q with the three zeros of the ground at the end."""
         q = np.asarray(q)
         return np.concatenate([q, np.zeros((3, *q.shape[1:]), q.dtype)])
 
@@ -114,7 +114,7 @@ class Geometry:
         return np.array([x, y, self._all(q)[3 * self.index[body] + 2]])
 
     def guess(self) -> np.ndarray:
-        """Rough q (3n,) from the descriptions; what they leave out is found along the joints."""
+        """Initial guess q (3n,) from the descriptions; missing poses follow from the joints."""
         q = np.zeros(3 * self.n + 3)
         known = {"ground"}
         for body in self.mechanism.bodies:

@@ -31,7 +31,7 @@ __all__ = ["Loads"]
 
 
 def value(law: Any, x: float) -> float:
-    """A law's value by the oracle's own formula."""
+    """A law's value, by the independent formulas."""
     return float(law_by_formula(law)(x))
 
 
@@ -61,8 +61,10 @@ class Loads(Motion):
         (px, py), (x, y, _) = self.place(q, marker), self.pose(q, marker.body)
         f[k] += fx, fy, (px - x) * fy - (py - y) * fx
 
-    def grains(self, body: Body) -> list[tuple[float, float, float]]:
-        """Mass elements (dm, x, y) from the mass centre in link axes, spread as the body says."""
+    def mass_elements(self, body: Body) -> list[tuple[float, float, float]]:
+        """Mass elements (dm, x, y) from the mass centre in link axes, with the `spread` of
+        the body.
+        """
         m = self.mass_matrix()[3 * self.index[body.name], 3 * self.index[body.name]]
         spread: Any = body.spread
         if spread in (None, "point"):
@@ -76,19 +78,19 @@ class Loads(Motion):
         found = []
         sizes, axes = np.linalg.eigh(moments)
         for size, (x, y) in zip(sizes, axes.T):
-            reach = math.sqrt(2.0 * max(size, 0.0) / m)
-            found += [(0.25 * m, sign * reach * x, sign * reach * y) for sign in (1.0, -1.0)]
+            radius = math.sqrt(2.0 * max(size, 0.0) / m)
+            found += [(0.25 * m, sign * radius * x, sign * radius * y) for sign in (1.0, -1.0)]
         return found
 
     def _spin(self, load: CentrifugalField, q: np.ndarray, t: float, f: np.ndarray) -> None:
-        """ω² times its distance from the axis pushes every grain outwards."""
+        """Centrifugal force on every mass element: ω² times its distance from the axis."""
         (x0, y0), angle = self.place(q, load.axis), load.axis.angle
         normal = np.array([-math.sin(angle), math.cos(angle)])
         grains = []
         for body in self.mechanism.bodies:
             x, y, theta = self.pose(q, body.name)
             c, s = math.cos(theta), math.sin(theta)
-            for dm, px, py in self.grains(body):
+            for dm, px, py in self.mass_elements(body):
                 rx, ry = c * px - s * py, s * px + c * py
                 off = normal @ (x + rx - x0, y + ry - y0)
                 grains.append((self.index[body.name], dm, rx, ry, off))
@@ -171,11 +173,25 @@ class Loads(Motion):
             f[self.index[load.body], 2] += torque
             f[self.index[load.by], 2] -= torque
         else:
-            raise NotImplementedError(f"the oracle has no {type(load).__name__}")
+            self._new(load, q, v, t, f)
+
+    def _new(self, load: Any, q: np.ndarray, v: np.ndarray, t: float, f: np.ndarray) -> None:
+        """A load between two places by the equations that it gives itself."""
+        ends: list[Any] = [None, None]
+        for n, marker in enumerate(load.places().get(side) for side in "ij"):
+            if marker is not None:
+                (px, py), (x, y, theta) = self.place(q, marker), self.pose(q, marker.body)
+                vx, vy, w = self.pose(v, marker.body)
+                rates = vx - w * (py - y), vy + w * (px - x), w
+                ends[n] = (px, py, theta + marker.angle, *rates)
+        found = load.wrenches(*ends, t, lambda field, x: value(getattr(load, field), x))
+        for marker, (fx, fy, torque) in zip((load.i, load.j), found, strict=True):
+            self._push(f, q, marker, fx, fy)
+            f[self.index[marker.body], 2] += torque
 
     def _thrust(self, f: np.ndarray, q: np.ndarray, load: Any, size: float) -> None:
-        """A force along the line of stroke on the piston, its opposite where it meets the same line
-        on the cylinder.
+        """A force along the line of stroke on the piston, and its opposite on the cylinder, on the
+        same line.
         """
         angle = self._angle(q, load.i.body) + load.i.angle
         fx, fy = size * math.cos(angle), size * math.sin(angle)
@@ -195,7 +211,7 @@ class Loads(Motion):
 
     @staticmethod
     def _charge(load: Any, near: float, far: float, x: float, rate: float) -> float:
-        """Pressure of a chamber that is least with the piston at `near`."""
+        """Pressure of the chamber whose volume is least with the piston at `near`."""
         stroke, c = abs(far - near), load.clearance
         way = (x - near) / (far - near) * stroke
         if way <= 0.0 or way >= stroke:

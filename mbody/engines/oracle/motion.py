@@ -1,4 +1,4 @@
-"""The oracle's motion: plain Newton, and least squares for velocities and accelerations."""
+"""The oracle's motion: Newton's method, and least squares for velocities and accelerations."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Motion(Constraints):
     def _changed(
         self, rows: np.ndarray, given: Mapping[str, float] | None, t: float, order: int
     ) -> np.ndarray:
-        """Right-hand sides with the driven value (order 0), rate (1) or acceleration (2) given."""
+        """Right-hand sides with other driven values (order 0), rates (1) or accelerations (2)."""
         for name, value in (given or {}).items():
             driver: Any = self.mechanism[name]
             rows[self.rows[name]] += value - driver.law.derivatives(t)[order]
@@ -46,7 +46,7 @@ class Motion(Constraints):
     def close(
         self, q0: Any, t: float, values: Mapping[str, float] | None = None, tol: float = 1e-15
     ) -> np.ndarray:
-        """q (3n,) near q0 with Φ(q, t) = 0, by plain Newton until a step is below `tol`.
+        """q (3n,) near q0 with Φ(q, t) = 0, by Newton's method until a step is below `tol`.
 
         `values` {driver: value} overrides the driven values; ArithmeticError where it fails.
         """
@@ -80,7 +80,7 @@ class Motion(Constraints):
     def motion(self, times: Any, q0: Any = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(q, v, a), each (len(times), 3n), one instant after the other on one branch.
 
-        Instants should lie close together: each starts Newton from the last one's q + v dt.
+        Instants should be close together: Newton's method starts each from the last q + v dt.
         """
         q = self.guess() if q0 is None else np.asarray(q0)
         found: list[Any] = []

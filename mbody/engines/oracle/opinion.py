@@ -1,4 +1,4 @@
-"""The oracle's opinion of a result: the same analysis once more, in dense matrices."""
+"""The opinion of the oracle: the same analysis with dense matrices."""
 
 from __future__ import annotations
 
@@ -18,26 +18,25 @@ __all__ = ["opinion"]
 
 Array = np.ndarray
 
-#: How many times ε and the condition of Φ_q both answers may be apart, as in `pinocchio.py`.
+#: Expected difference, in ε times the condition of Φ_q, as for Pinocchio.
 OPERATIONS = 20_000.0
 EPSILON = float(np.finfo(float).eps)
 #: Worse conditions are singular positions.
 SINGULAR = 1e8
-#: Instants that are looked at, evenly over the run; and numbers (coordinates by instants) at most,
-#: for it is slow.
+#: Most instants, evenly over the run, and most numbers (coordinates times instants): it is slow.
 INSTANTS, NUMBERS = 25, 600
-#: How far before and after an instant is looked for a jump, as a part of the fastest motion, and
-#: which part of the accelerations is one: what is smooth changes by the first.
+#: Distance before and after an instant for finding a jump, in the time scale of the motion; and the
+#: relative change of accelerations that counts as one (smooth ones change by the first number).
 AROUND, JUMP = 1e-7, 1e-4
 
 
 def opinion(system: System, run: Solution) -> Opinion:
-    """What the dense oracle says of a result of kinetostatics, statics or simulate."""
+    """The opinion of the dense oracle on a result of kinetostatics, statics or simulate."""
     check = _OracleCheck(system, run)
     own = assemble(system.mechanism).values
     changed = [name for name, value in own.items() if np.any(value != system.values[name])]
     if changed:
-        why = f"it reads the description, of which the system has changed {changed[0]}"
+        why = f"it reads the description, but the system has another {changed[0]}"
         return Opinion("oracle", (), (Inexpressible("model", why),))
     try:
         return check.opinion()
@@ -46,7 +45,7 @@ def opinion(system: System, run: Solution) -> Opinion:
 
 
 class _OracleCheck:
-    """One question to the oracle."""
+    """One check by the oracle."""
 
     def __init__(self, system: System, run: Solution) -> None:
         self.system, self.run, self.comparison = system, run, Comparison()
@@ -64,8 +63,8 @@ class _OracleCheck:
         smooth = [n for n, one in enumerate(found) if not one["jumps"]]
         if len(smooth) < len(found):
             self.notes.append(
-                f"at {len(found) - len(smooth)} instants a law jumps in its acceleration, which "
-                "has two values there: not compared"
+                f"at {len(found) - len(smooth)} instants the acceleration of a law jumps and "
+                "has two values: not compared"
             )
         found, instants = [found[n] for n in smooth], instants[smooth]
         closed = np.array([0.0 if one["closes"] else math.nan for one in found])
@@ -79,8 +78,8 @@ class _OracleCheck:
         if wanted < count:
             self.notes.append(f"compared at {wanted} of {count} instants, evenly over the run")
         if len(good) < len(found):
-            told = f"{len(found) - len(good)} instants are singular positions: not compared"
-            self.notes.append(told)
+            note = f"{len(found) - len(good)} instants are singular positions: not compared"
+            self.notes.append(note)
         self._compare([found[n] for n in good], instants[good])
         worst = np.array([found[n]["condition"] for n in good])
         limit = OPERATIONS * EPSILON * worst
@@ -100,7 +99,7 @@ class _OracleCheck:
         return self.system.mechanism.bodies
 
     def _at(self, k: int) -> dict[str, Any]:
-        """The oracle's own closing, motion and forces from near our position."""
+        """The oracle's own position, motion and forces, starting from our position."""
         oracle, run, t = self.reference, self.run, float(self.run.t[k])
         drivers = [driver.name for driver in self.system.drivers]
         given = [
@@ -114,17 +113,17 @@ class _OracleCheck:
         rows = oracle.phi_q(q, t) * self.unit
         s = np.linalg.svd(rows, compute_uv=False) if rows.size else np.ones(1)
         kept = s[s > 1e-10 * s.max(initial=0.0)]
-        told: dict[str, Any] = {"q": q, "closes": True, "rank": len(kept)}
-        told["condition"] = float(kept[0] / kept[-1]) if len(kept) else 1.0
+        found: dict[str, Any] = {"q": q, "closes": True, "rank": len(kept)}
+        found["condition"] = float(kept[0] / kept[-1]) if len(kept) else 1.0
         still = np.zeros_like(q)
-        told["jumps"] = False
+        found["jumps"] = False
         if run.analysis == "statics":
             v = a = still
             forces = oracle.kinetostatics(q, v, a, t)
         elif run.analysis == "simulate":
             v = self._state(("vx", "vy", "omega"), k)
             a, lam = oracle.dynamics(q, v, t, drivers)
-            told["condition"] = self._of_masses(rows)
+            found["condition"] = self._saddle_condition(rows)
             efforts = {d: -float(lam[oracle.rows[d]][0]) for d in drivers}
             reactions, whole = oracle.reactions(q, t, lam), oracle.kinetostatics(q, v, a, t)
             forces = {"reactions": reactions, "efforts": efforts, "unique": whole["unique"]}
@@ -132,13 +131,13 @@ class _OracleCheck:
             v = oracle.velocities(q, t, given[1])
             a = oracle.accelerations(q, v, t, given[2])
             forces = oracle.kinetostatics(q, v, a, t)
-            told["jumps"] = self._jumps(q, v, t)
+            found["jumps"] = self._jumps(q, v, t)
         still = oracle.applied(q, v, t)
         load = np.concatenate([still, still - oracle.mass_matrix() @ a]) / np.tile(self.size, 2)
-        return told | {"v": v, "a": a, "forces": forces, "load": load}
+        return found | {"v": v, "a": a, "forces": forces, "load": load}
 
     def _jumps(self, q: Array, v: Array, t: float) -> bool:
-        """Whether the accelerations that a law asks for differ before and after the instant."""
+        """Whether the accelerations of the laws differ before and after the instant."""
         fastest = float(np.abs(v / self.unit).max(initial=0.0))
         if not fastest:
             return False
@@ -148,8 +147,8 @@ class _OracleCheck:
         top = max(float(np.abs(one).max(initial=0.0)) for one in (before, after))
         return bool(np.abs(after - before).max(initial=0.0) > JUMP * top)
 
-    def _of_masses(self, rows: Array) -> float:
-        """The condition of masses and constraints together."""
+    def _saddle_condition(self, rows: Array) -> float:
+        """The condition of the saddle-point matrix of masses and constraints."""
         M = self.reference.mass_matrix() * np.outer(self.unit, self.unit)
         M = M / (M.max(initial=0.0) or 1.0)
         K = np.block([[M, rows.T], [rows, np.zeros((len(rows), len(rows)))]])

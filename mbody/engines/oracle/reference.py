@@ -1,7 +1,7 @@
-"""A slow, obvious oracle: planar mechanisms in dense matrices, as the book writes them.
+"""The oracle: planar mechanisms with dense matrices, slow and simple, as in the textbook.
 
 Haug, Computer-Aided Kinematics and Dynamics (1989). It reads the description (`Mechanism`, frozen
-elements) and shares no numerical code with mbody: only laws are check through their public
+elements) and shares no numerical code with mbody: only laws are evaluated by their public
 `derivatives`. Coordinates are (x, y, θ) of every body's mass centre, bodies in the order of the
 description; rows are those of the joints in the order of the description, then those of the
 drivers.
@@ -32,8 +32,7 @@ class Reference(Loads):
         q, v, a : arrays (3n,)
             The motion at time t.
         drive : names, optional
-            The drivers that hold the motion, by default all (also where a mapping is given, as
-            analyses take it: values do not matter here).
+            The drivers that act, by default all (a mapping, as in analyses, means all too).
 
         Returns
         -------
@@ -47,7 +46,7 @@ class Reference(Loads):
         right = self.applied(q, v, t) - self.mass_matrix() @ np.asarray(a)
         lam = np.zeros(self.m)
         lam[rows] = np.linalg.lstsq(g.T, right, rcond=1e-12)[0]
-        free = np.zeros((self.m, len(rows)))  # columns: multipliers that do nothing
+        free = np.zeros((self.m, len(rows)))  # columns: multipliers without effect (null space)
         _, s, vt = np.linalg.svd(g.T)
         rank = int((s > 1e-10 * s.max(initial=0.0)).sum())
         free[rows] = np.hstack([vt[rank:].T, np.zeros((len(rows), rank))])
@@ -67,7 +66,7 @@ class Reference(Loads):
         }
 
     def reaction_matrices(self, q: Any, t: float) -> dict[str, np.ndarray]:
-        """(3, m) of every joint: its (Fx, Fy, T) where it is told is that matrix times λ."""
+        """(3, m) of every joint: its (Fx, Fy, T) at the reaction point is that matrix times λ."""
         q_all, g = self._all(q), self.phi_q_all(q, t)
         found = {}
         for joint in self.mechanism.joints:
@@ -75,7 +74,7 @@ class Reference(Loads):
             matrix = np.zeros((3, self.m))
             rows = self.rows[joint.name]
             matrix[:, rows] = -g[rows, k : k + 3].T
-            (px, py), (x, y, _) = self.told(q_all, joint), self.pose(q_all, joint.j.body)
+            (px, py), (x, y, _) = self.reaction_point(q_all, joint), self.pose(q_all, joint.j.body)
             matrix[2] -= (px - x) * matrix[1] - (py - y) * matrix[0]
             found[joint.name] = matrix
         return found
@@ -94,7 +93,7 @@ class Reference(Loads):
     ) -> tuple[np.ndarray, np.ndarray]:
         """(a (3n,), λ (m,)) from [M Φ_qᵀ; Φ_q 0]: forward dynamics.
 
-        Drivers that `drive` does not name run free, with the `efforts` given or none.
+        Drivers that are not in `drive` are free, with their `efforts` or none.
         """
         rows, size = self._active(drive), 3 * self.n
         every = self.phi_q(q, t)
@@ -110,7 +109,7 @@ class Reference(Loads):
         return solution[:size], lam
 
     def residual_power(self, q: Any, v: Any, a: Any, t: float) -> float:
-        """Virtual work Σ (f − M a)·v + Σ effort · driven rate: zero where all is right."""
+        """Virtual work Σ (f − M a)·v + Σ effort · driven rate: zero for a correct result."""
         every = self.kinetostatics(q, v, a, t)["efforts"]
         efforts = {d.name: every[d.name] for d in self.mechanism.drivers}
         g = self.phi_q(q, t)

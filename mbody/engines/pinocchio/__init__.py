@@ -1,7 +1,7 @@
-"""Pinocchio's opinion of a result: every effort, every joint force, accelerations by the forces.
+"""The opinion of Pinocchio: efforts, joint forces, and accelerations by forward dynamics.
 
-J. Carpentier et al., The Pinocchio C++ library, SII 2019. The mechanism becomes a tree of its
-joints with loop constraints, by itself; from the run only the motion is taken.
+J. Carpentier et al., The Pinocchio C++ library, SII 2019. The mechanism is modelled as a tree of
+its joints with loop constraints; from the run only the motion is taken.
 """
 
 from __future__ import annotations
@@ -29,20 +29,20 @@ __all__ = ["opinion"]
 
 Array = np.ndarray
 
-#: How many times ε and the condition both answers may be apart: our loops are closed until a step
-#: of Newton's method no longer counts, which leaves 2300 times at most where it was measured.
+#: Expected difference, in ε times the condition. Our loops are closed by Newton's method until its
+#: step is rounding; the residual was at most 2300 times ε in measurements.
 OPERATIONS = 20_000.0
-#: Bodies times instants that are asked for at most.
+#: Most bodies times instants.
 NUMBERS = 4000
-#: Of a motion over time: the least error of many steps, what it is at once, and how much more than
-#: the measured product of error and growth both may be apart.
+#: Of a motion over time: least error of many steps, least error at once, and the factor from the
+#: product of error and growth to the expected difference.
 STEPS, LOCAL, MARGIN = 1e-11, 1e-9, 30.0
-#: Positions whose loops are worse than that are singular: forces have no digits left there.
+#: Positions with a greater condition of the loops are singular: forces have no correct digits.
 SINGULAR = 1e8
 
 
 def opinion(system: System, run: Solution) -> Opinion:
-    """What Pinocchio says of a result of kinetostatics, statics or simulate.
+    """The opinion of Pinocchio on a result of kinetostatics, statics or simulate.
 
     Raises
     ------
@@ -60,13 +60,13 @@ def opinion(system: System, run: Solution) -> Opinion:
 
 
 class _PinocchioCheck:
-    """One question to Pinocchio."""
+    """One check by Pinocchio."""
 
     def __init__(self, system: System, run: Solution) -> None:
         self.comparison, self.notes = Comparison(), list[str]()
         most = max(2, NUMBERS // max(1, len(system.mechanism.bodies)))
         if len(run) > most:
-            self.notes.append(f"asked at {most} of {len(run)} instants, evenly over the run")
+            self.notes.append(f"compared at {most} of {len(run)} instants, evenly over the run")
             run = run.take(np.linspace(0, len(run) - 1, most).round().astype(int))
         self.system, self.run = system, run
         self.tree = spanning_tree(system)
@@ -80,8 +80,8 @@ class _PinocchioCheck:
         kind = type(element).__name__
         return Inexpressible(
             element.name,
-            f"Pinocchio has no {kind}: its force of our result was applied, and the balance of all "
-            "else with it is compared",
+            f"Pinocchio has no {kind}: its force from our result was applied, and the balance of "
+            "all other forces is compared",
         )
 
     def opinion(self) -> Opinion:
@@ -98,15 +98,15 @@ class _PinocchioCheck:
                 "are not compared"
             )
         if not good:
-            why = "at every instant it stands in a singular position"
+            why = "every instant is a singular position"
             self.missing.append(Inexpressible("model", why))
         self._motion(found, good)
         self._forces(found, good)
         if self.run.analysis != "statics":
             self._forward(good, found)
-        borrowed = self.inverse.borrowed
-        if borrowed:
-            self.notes.append(f"taken over from our result as forces: {listed(borrowed)}")
+        taken = self.inverse.taken
+        if taken:
+            self.notes.append(f"taken from our result as forces: {listed(taken)}")
         rows = self.comparison.rows(self.expected, self.reasons)
         engine = f"pinocchio {version('pin')}"
         return Opinion(engine, tuple(rows), tuple(self.missing), tuple(self.notes))
@@ -114,7 +114,7 @@ class _PinocchioCheck:
     # -- what is compared ------------------------------------------------------------------
 
     def _motion(self, found: list[tuple[Instant, Forces]], good: list[int]) -> None:
-        """Poses, rates and accelerations of all bodies, drivers, and how far loops are open."""
+        """Compare poses, rates and accelerations of bodies and drivers, and the gaps of loops."""
         system, run, comparison = self.system, self.run, self.comparison
         length = system.length
         rates = max((float(np.abs(run[b].omega[good]).max(initial=0.0)) for b in run), default=0.0)
@@ -147,7 +147,7 @@ class _PinocchioCheck:
                         theirs = ours + _nearest(theirs - ours)
                     comparison.add(kind, f"{name}.{key}", ours, theirs)
         self._driven(found, good)
-        # what turns at all is to be seen beside what moves
+        # rotations are compared relative to translations
         comparison.size("turning", comparison.top("velocity") / length)
         comparison.size("turning acceleration", comparison.top("acceleration") / length)
         gaps = ("gap", "gap rate", "gap acceleration")
@@ -157,14 +157,14 @@ class _PinocchioCheck:
             for n, kind in enumerate(gaps[: 1 if at_rest else 3]):
                 comparison.size(kind, tops[n])
                 comparison.add(kind, f"{name}.{kind}", np.zeros(len(good)), history[:, n])
-        # what loops multiply, they multiply in places, rates and accelerations alike
+        # the condition of the loops amplifies positions, rates and accelerations equally
         worse = OPERATIONS * EPSILON * np.array([found[k][1].condition for k in good])
         whole = f"rounding times the condition of the loops, {_top(found, good):.3g}"
         for kind in comparison.kinds:
             self.expected[kind], self.reasons[kind] = worse, whole
 
     def _driven(self, found: list[tuple[Instant, Forces]], good: list[int]) -> None:
-        """Values of the drivers as Pinocchio's kinematics have them."""
+        """Compare the values of the drivers by Pinocchio's kinematics."""
         at_rest = self.run.analysis == "statics"
         for driver in self.system.drivers:
             theirs = np.array([found[k][1].given[driver.name] for k in good]).reshape(-1, 3)
@@ -182,7 +182,7 @@ class _PinocchioCheck:
                     self.comparison.add(kinds[n], name, ours[n], by_law[n])
 
     def _forces(self, found: list[tuple[Instant, Forces]], good: list[int]) -> None:
-        """Every effort and every reaction that is determined; what is left in free joints."""
+        """Compare every effort and every unique reaction, and the residual in free joints."""
         system, run, comparison = self.system, self.run, self.comparison
         open_ones = []
         for joint in system.mechanism.joints:
@@ -220,11 +220,11 @@ class _PinocchioCheck:
             )
 
     def _path(self, forward: Forward, found: list[tuple[Instant, Forces]]) -> None:
-        """The motion over time, from the first instant on."""
+        """Compare the motion over time, from the first instant on."""
         inverse, run, comparison = self.inverse, self.run, self.comparison
-        alien = [element.name for element in inverse.others] + inverse.borrowed
+        alien = [element.name for element in inverse.others] + inverse.taken
         if alien:
-            why = f"forces of {listed(alien)} are known along our motion only"
+            why = f"forces of {listed(alien)} are known only along our motion"
             self.missing.append(Inexpressible("motion over time", why))
             return
         error = 0.0
@@ -263,7 +263,7 @@ class _PinocchioCheck:
             )
 
     def _forward(self, good: list[int], found: list[tuple[Instant, Forces]]) -> None:
-        """Accelerations that Pinocchio finds from the loads and the efforts."""
+        """Compare the accelerations by forward dynamics from loads and efforts."""
         forward, run, inverse = Forward(self.inverse), self.run, self.inverse
         poses, rounding, kept, why = [], [], [], ""
         for k in good:
@@ -307,5 +307,5 @@ def _nearest(turns: Array) -> Array:
 
 
 def _top(found: list[tuple[Instant, Forces]], good: list[int]) -> float:
-    """The worst condition that is compared."""
+    """The greatest condition of the compared instants."""
     return max((found[k][1].condition for k in good), default=1.0)

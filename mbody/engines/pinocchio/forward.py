@@ -1,8 +1,8 @@
-"""Forward dynamics by Pinocchio: the accelerations that loads and efforts make.
+"""Forward dynamics by Pinocchio: accelerations from loads and efforts.
 
-Where all loops are closed by pins and welds, and every body has its inertia, `constraintDynamics`
-of Pinocchio gives them, with its proximal solver. Else M, the bias forces and the rows come from
-Pinocchio and the saddle-point system [M Jᵀ; J 0] is solved here.
+If all loops are closed by pins and welds and every body has inertia, the accelerations are computed
+by `constraintDynamics` of Pinocchio with its proximal solver. Otherwise M, the bias forces and the
+constraint rows are from Pinocchio, and the saddle-point system [M Jᵀ; J 0] is solved here.
 """
 
 from __future__ import annotations
@@ -23,21 +23,21 @@ __all__ = ["Forward", "Undetermined"]
 
 Array = np.ndarray
 
-#: Of the proximal solver: absolute and relative accuracy, its term, its iterations. Rows that a
-#: planar loop leaves empty need the term; without it Pinocchio gives no numbers.
+#: Of the proximal solver: absolute and relative accuracy, regularisation, iterations. Empty rows of
+#: planar loops need the regularisation; without it Pinocchio returns NaN.
 PROXIMAL = (1e-14, 1e-14, 1e-10, 100)
-#: Eigenvalues of the scaled M, singular values of the scaled saddle-point matrix, below this part
-#: are none.
+#: Eigenvalues of the scaled M and singular values of the scaled saddle-point matrix below this part
+#: count as zero.
 NONE = 1e-11
 EPSILON = float(np.finfo(float).eps)
 
 
 class Undetermined(Exception):
-    """The accelerations are not determined; the text says why."""
+    """The accelerations are not determined; the text is the reason."""
 
 
 class Forward:
-    """Accelerations of a run's instants, and of any other.
+    """Accelerations at the instants of a run, and in any other state.
 
     Parameters
     ----------
@@ -49,13 +49,13 @@ class Forward:
         self.inverse, self.system, self.tree = inverse, inverse.system, inverse.tree
         self.twin = PinocchioModel(self.system, self.tree, lumped=True)
         pin = self.twin.pin
-        self.pinned = all(type(joint) in (Revolute, Fixed) for joint in inverse.held)
+        self.pinned = all(type(joint) in (Revolute, Fixed) for joint in inverse.loop_joints)
         self.models, self.datas = (
             pin.StdVec_RigidConstraintModel(),
             pin.StdVec_RigidConstraintData(),
         )
         if self.pinned:
-            for joint in inverse.held:
+            for joint in inverse.loop_joints:
                 self.models.append(self._loop(joint))
                 self.datas.append(self.models[-1].createData())
         self.proximal = pin.ProximalSettings(*PROXIMAL)
@@ -82,27 +82,27 @@ class Forward:
         self.twin.model.gravity.linear = np.array([*(part * gravity_of(self.system, t)), 0.0])
 
     def at(self, k: int) -> tuple[Array, float]:
-        """Accelerations of the tree (freedoms,) at an instant of the run under its efforts, and how
-        far rounding may move them: ε times the condition, times what loads alone would make
+        """Accelerations of the tree (freedoms,) at an instant of the run under its efforts, and
+        their rounding error: ε times the condition, times the accelerations by the loads alone
         [rad/time², lengths by the model length].
         """
         inverse = self.inverse
         t = float(inverse.run.t[k])
         now = self.now(inverse.q[k], inverse.v[k], t)
-        efforts = self.pushed(now, inverse.acting(now, k), t)
+        efforts = self.load_efforts(now, inverse.acting(now, k), t)
         for driver in self.system.drivers:
             (row,) = constraint_rows(self.system, driver, now.bodies)
             efforts += float(inverse.run.effort(driver.name)[k]) * row.jacobian
         return self.solved(now, efforts)
 
-    def pushed(self, now: Instant, acting: dict[str, Array], t: float) -> Array:
-        """What loads do to the coordinates, those of a turning plane too."""
+    def load_efforts(self, now: Instant, acting: dict[str, Array], t: float) -> Array:
+        """Generalised forces of the loads, with those of a rotating plane."""
         efforts = np.zeros(self.twin.model.nv)
         for name, wrench in acting.items():
             efforts += wrench @ now.bodies[name].jacobian
         inverse = self.inverse
         if inverse.spin is not None:
-            # what the turning adds to the bias forces
+            # the part of the bias forces by the rotation
             twin, q = inverse.twin, now.q[self.twin.columns]
             speed = inverse.plane_speed(twin, q, t)
             still = np.zeros_like(q)
@@ -118,12 +118,13 @@ class Forward:
     def solved(
         self, now: Instant, efforts: Array, driven: Sequence[tuple[ConstraintRow, float]] = ()
     ) -> tuple[Array, float]:
-        """Accelerations under efforts, rows of drivers with their accelerations held; and rounding.
+        """Accelerations under efforts, with given accelerations of drivers; and their rounding
+        error.
 
         Raises
         ------
         Undetermined
-            Where bodies have too little inertia, and nothing else says how they move.
+            Where bodies without inertia have free accelerations.
         """
         pin, twin, size = self.twin.pin, self.twin, self.scale
         M = np.array(pin.crba(twin.model, twin.data, now.q))
@@ -132,7 +133,7 @@ class Forward:
         bias = np.array(pin.nonLinearEffects(twin.model, twin.data, now.q, now.v))
         rows = [
             (row, 0.0)
-            for joint in self.inverse.held
+            for joint in self.inverse.loop_joints
             for row in constraint_rows(self.system, joint, now.bodies)
         ]
         rows += driven
@@ -142,7 +143,7 @@ class Forward:
         u, s, vt = np.linalg.svd(np.block([[M / top, J.T], [J, np.zeros((len(J), len(J)))]]))
         kept = s > NONE * s.max(initial=0.0)
         if np.abs(vt[~kept][:, : len(size)]).max(initial=0.0) > 1e-6:
-            raise Undetermined("bodies have no inertia for the accelerations that are free")
+            raise Undetermined("free accelerations of bodies without inertia")
         wanted = np.array([change - row.change for row, change in rows]) / unit
         right = np.concatenate([(efforts - bias) * size / top, wanted])
         condition = float(s[kept].max(initial=1.0) / s[kept].min(initial=1e300))
@@ -151,7 +152,7 @@ class Forward:
             return self.proximal_solved(now, efforts), rounding
         x = np.zeros(len(right))
         K = (u * s) @ vt
-        for _ in range(2):  # the second is a step of refinement
+        for _ in range(2):  # the second is a refinement
             x += vt[kept].T @ ((u[:, kept].T @ (right - K @ x)) / s[kept])
         return (x[: len(size)] * size)[twin.columns], rounding
 

@@ -1,9 +1,10 @@
-"""Inverse dynamics by Pinocchio: every effort and every joint force of a motion that is given.
+"""Inverse dynamics by Pinocchio: every effort and every joint force of a known motion.
 
-The recursive Newton–Euler algorithm gives the efforts τ₀ that the tree would need for the motion.
-Nothing acts in its joints, so the forces of the cut joints and of the drivers must do it:
-C x = τ₀, where a column of C is what a unit of one of them does to the coordinates. With x found,
-the algorithm once more, under these forces too, leaves the forces in the joints of the tree.
+The recursive Newton–Euler algorithm computes the efforts τ₀ that the tree would need for the
+motion. Its joints have no actuators, so the forces of the cut joints and of the drivers must
+produce them: C x = τ₀, where a column of C is the generalised force of a unit of one of them. With
+x known, a second run of the algorithm, with these forces applied, returns the forces in the joints
+of the tree.
 """
 
 from __future__ import annotations
@@ -24,16 +25,18 @@ from mbody.solution.checks import each_load_of
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
-__all__ = ["Forces", "Inverse", "taken_over"]
+__all__ = ["Forces", "Inverse", "taken_from_run"]
 
 Array = np.ndarray
 
-#: Singular values of C below this part of the greatest are none: constraints depend on each other.
+#: Singular values of C below this part of the greatest count as zero: redundant constraints.
 NONE = 1e-10
 
 
-def taken_over(system: System) -> tuple[list[str], CentrifugalField | None]:
-    """Names of loads whose forces only we know, and what turns the plane."""
+def taken_from_run(system: System) -> tuple[list[str], CentrifugalField | None]:
+    """Names of loads whose forces are taken from our result, and the load that rotates the
+    plane.
+    """
     loads = system.mechanism.loads
     fields = [load for load in loads if type(load) is CentrifugalField]
     spin = fields[0] if len(fields) == 1 else None
@@ -44,7 +47,7 @@ def taken_over(system: System) -> tuple[list[str], CentrifugalField | None]:
 
 @dataclass
 class Forces:
-    """What Pinocchio found at one instant.
+    """Results of Pinocchio at one instant.
 
     Attributes
     ----------
@@ -53,15 +56,15 @@ class Forces:
     efforts : dict
         By driver.
     residual : float
-        The greatest effort that is left in a joint in which nothing acts [force].
+        The greatest residual effort in a joint without actuator [force].
     condition, rank : float, int
         Of C, without redundant constraints.
     needed : float
-        The greatest force that plays a part: of τ₀, of a load, of a mass [force].
+        The greatest force: of τ₀, of a load, of a mass [force].
     given : dict
         Value, rate, acceleration of every driver (3,), by Pinocchio's kinematics.
     gaps : dict
-        Of every cut joint (3,): how far it is open, and the rates of that; lengths by the model's.
+        Of every cut joint (3,): its gap, and the rates of it; lengths by the model length.
     """
 
     reactions: dict[str, Array] = field(default_factory=dict)
@@ -80,16 +83,16 @@ class Inverse:
     Parameters
     ----------
     system : System
-        What Pinocchio builds.
+        The system that Pinocchio models.
     run : Solution
-        Whose motion is given.
+        The run with the motion.
     """
 
     def __init__(self, system: System, tree: Tree, run: Solution) -> None:
         self.system, self.tree, self.run = system, tree, run
-        self.borrowed, self.spin = taken_over(system)
+        self.taken, self.spin = taken_from_run(system)
         self.twin = PinocchioModel(system, tree, self.spin)
-        self.held = [j for j in (*tree.cuts, *tree.others) if isinstance(j, CUT_JOINTS)]
+        self.loop_joints = [j for j in (*tree.cuts, *tree.others) if isinstance(j, CUT_JOINTS)]
         self.others = [e for e in tree.others if not isinstance(e, CUT_JOINTS)]
         self.q, self.v, self.a = tree_motion(tree, run)
         if run.analysis == "statics":
@@ -105,7 +108,7 @@ class Inverse:
         return now, self._solved(now, k, acting)
 
     def plane_speed(self, twin: PinocchioModel, q: Array, t: float) -> float:
-        """The speed of a plane that turns, by momentum with Pinocchio's own moment of inertia."""
+        """The speed of a rotating plane; from a momentum with Pinocchio's own moment of inertia."""
         if self.spin is None:
             return 0.0
         law = reading(self.system).law(self.spin, self.spin.given)
@@ -116,12 +119,12 @@ class Inverse:
         return float(law(t)) / whole if whole else 0.0
 
     def acting(self, now: Instant, k: int) -> dict[str, Array]:
-        """Loads, and the forces of the joints that only we know, about the mass centres by body."""
+        """Wrenches of loads, and of joints from our result, about the mass centres by body."""
         found = self.native(now, float(self.run.t[k]))
-        if self.borrowed:
+        if self.taken:
             whole = each_load_of(self.run, k)
             for n, load in enumerate(self.system.mechanism.loads):
-                if load.name in self.borrowed:
+                if load.name in self.taken:
                     for name, b in self.system.bodies.items():
                         if name != "ground":
                             found[name] += whole[n, b]
@@ -132,7 +135,7 @@ class Inverse:
         return found
 
     def native(self, now: Instant, t: float) -> dict[str, Array]:
-        """Loads that are made here, about the mass centres by body."""
+        """Wrenches of the loads with force laws here, about the mass centres by body."""
         found = {name: np.zeros(3) for name in now.bodies}
         for load in self.system.mechanism.loads:
             if type(load) in NATIVE:
@@ -141,7 +144,7 @@ class Inverse:
         return found
 
     def _ours(self, element: Any, now: Instant, k: int) -> dict[str, Array]:
-        """What a joint or coupling does by our result."""
+        """Wrenches of a joint or coupling from our result."""
         if not hasattr(element, "i"):
             every = coupled(self.run, element.name, k)
             names = [name for name in self.system.bodies if name != "ground"]
@@ -158,11 +161,12 @@ class Inverse:
     def _solved(self, now: Instant, k: int, acting: dict[str, Array]) -> Forces:
         system, twin = self.system, self.twin
         rows = {
-            e.name: constraint_rows(system, e, now.bodies) for e in (*self.held, *system.drivers)
+            e.name: constraint_rows(system, e, now.bodies)
+            for e in (*self.loop_joints, *system.drivers)
         }
         flat = [row for some in rows.values() for row in some]
         needed = now.inverse(acting)
-        # forces and torques are made one kind by the model length
+        # forces and torques are scaled by the model length
         scale = np.where(twin.turns[twin.columns], 1.0 / system.length, 1.0)
         unit = np.array([system.length if row.torque else 1.0 for row in flat])
         C = np.zeros((len(scale), len(flat)))
@@ -170,32 +174,34 @@ class Inverse:
             C[:, n] = row.jacobian[twin.columns] * scale * unit[n]
         wanted = needed[twin.columns] * scale
         found, sizes = _minimum_norm(C, wanted)
-        told = Forces(residual=float(np.abs(C @ found - wanted).max(initial=0.0)))
-        told.needed = max(float(np.abs(wanted).max(initial=0.0)), self._greatest(now, acting))
-        told.rank = len(sizes)
-        told.condition = float(sizes[0] / sizes[-1]) if len(sizes) else 1.0
+        found_forces = Forces(residual=float(np.abs(C @ found - wanted).max(initial=0.0)))
+        found_forces.needed = max(
+            float(np.abs(wanted).max(initial=0.0)), self._greatest(now, acting)
+        )
+        found_forces.rank = len(sizes)
+        found_forces.condition = float(sizes[0] / sizes[-1]) if len(sizes) else 1.0
         x = found * unit
         whole = {name: wrench.copy() for name, wrench in acting.items()}
         for row, size in zip(flat, x, strict=True):
-            _push(whole, now, row, float(size))
+            _add_force(whole, now, row, float(size))
         now.inverse(whole)
         sizes_of = iter(x.tolist())
         for name, some in rows.items():
             parts = [next(sizes_of) for _ in some]
             if name in system.primitives_of and name in {d.name for d in system.drivers}:
-                told.efforts[name] = parts[0]
-                told.given[name] = np.array([some[0].value, some[0].rate, some[0].change])
+                found_forces.efforts[name] = parts[0]
+                found_forces.given[name] = np.array([some[0].value, some[0].rate, some[0].change])
             else:
-                told.reactions[name] = sum(
+                found_forces.reactions[name] = sum(
                     (
                         size * np.array([*row.force, row.torque])
                         for row, size in zip(some, parts, strict=True)
                     ),
                     np.zeros(3),
                 )
-                told.gaps[name] = self._gap(name, some)
-        self._in_tree(now, told)
-        return told
+                found_forces.gaps[name] = self._gap(name, some)
+        self._in_tree(now, found_forces)
+        return found_forces
 
     def _greatest(self, now: Instant, acting: dict[str, Array]) -> float:
         """The greatest load, weight or inertia force."""
@@ -208,7 +214,7 @@ class Inverse:
         return top
 
     def _gap(self, name: str, rows: list[ConstraintRow]) -> Array:
-        """How far a cut joint is open: the worst of its rows, lengths by the model's."""
+        """The gap of a cut joint: the greatest of its rows, lengths by the model length."""
         apart = reading(self.system).values.get(f"{name}.length", 0.0)
         worst = np.zeros(3)
         for row in rows:
@@ -217,32 +223,32 @@ class Inverse:
             worst = np.where(np.abs(parts) > np.abs(worst), parts, worst)
         return worst
 
-    def _in_tree(self, now: Instant, told: Forces) -> None:
-        """Forces of the joints of the tree, on j at the place on j."""
+    def _in_tree(self, now: Instant, found_forces: Forces) -> None:
+        """Add the forces of the joints of the tree, on j at the place on j."""
         for branch in self.tree.branches:
             if branch.joint is None:
                 continue
             j = branch.parent if branch.reversed else branch.body
             pose = now.bodies[j]
             place = pose.place + pose.arm(branch.on_parent if branch.reversed else branch.on_body)
-            force = now.carried(branch.body, place)
-            told.reactions[branch.joint.name] = -force if branch.reversed else force
+            force = now.joint_force(branch.body, place)
+            found_forces.reactions[branch.joint.name] = -force if branch.reversed else force
 
 
 def _minimum_norm(C: Array, wanted: Array) -> tuple[Array, Array]:
-    """Least x of least squares, and the singular values that count."""
+    """Minimum-norm least-squares x, and the singular values that are not zero."""
     if not C.size:
         return np.zeros(C.shape[1]), np.zeros(0)
     u, s, vt = np.linalg.svd(C, full_matrices=False)
     rank = int((s > NONE * s.max(initial=0.0)).sum())
     x = vt[:rank].T @ ((u[:, :rank].T @ wanted) / s[:rank])
-    # one step of refinement: what the rounding of the decomposition left
+    # one refinement, for the rounding error of the decomposition
     x += vt[:rank].T @ ((u[:, :rank].T @ (wanted - C @ x)) / s[:rank])
     return x, s[:rank]
 
 
-def _push(whole: dict[str, Array], now: Instant, row: ConstraintRow, size: float) -> None:
-    """Adds a multiplier's force on j, and its opposite on i."""
+def _add_force(whole: dict[str, Array], now: Instant, row: ConstraintRow, size: float) -> None:
+    """Add a multiplier's force on j, and its opposite on i."""
     for body, sense in ((row.j, size), (row.i, -size)):
         if body != "ground":
             force, torque = sense * row.force, sense * row.torque

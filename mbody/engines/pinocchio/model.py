@@ -1,4 +1,4 @@
-"""A mechanism as a model of Pinocchio: its tree of joints, and planar views of what it computes."""
+"""A mechanism as a model of Pinocchio: its tree of joints, and planar views of the results."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Array = np.ndarray
 
 
 def placement(at: MarkerFrame) -> Any:
-    """The displacement of a frame in the plane."""
+    """The SE(3) placement of a frame in the plane."""
     import pinocchio as pin
 
     c, s = math.cos(at.angle), math.sin(at.angle)
@@ -30,12 +30,12 @@ def placement(at: MarkerFrame) -> Any:
 
 
 class PinocchioModel:
-    """The same mechanism in Pinocchio: one chain of its joints a branch of the tree.
+    """The same mechanism in Pinocchio: one chain of its joints for each branch of the tree.
 
-    A branch that floats is two sliding joints and a turning one, so that every coordinate is a
-    number of its own. A weld is a turning joint that is not turned, whose effort is the torque of
-    the weld; or, lumped, both bodies are one. A plane that turns about an axis in it turns about a
-    first joint, so that centrifugal forces are Pinocchio's own, of the bodies as they are in space.
+    A free branch is two prismatic joints and a revolute one, so that the coordinates are separate.
+    A weld is a revolute joint with angle zero, whose effort is the torque of the weld; or, lumped,
+    both bodies are one. A rotating plane has a first revolute joint about its axis, so that
+    centrifugal forces are computed by Pinocchio from the inertias in space.
 
     Parameters
     ----------
@@ -43,9 +43,9 @@ class PinocchioModel:
         Of one design.
     tree : Tree
     spin : CentrifugalField, optional
-        What turns the plane.
+        The load that rotates the plane.
     lumped : bool
-        Whether welded bodies are one.
+        Whether welded bodies are one body.
     """
 
     def __init__(
@@ -64,8 +64,8 @@ class PinocchioModel:
         if spin is not None:
             self._spin(spin)
         for branch in tree.branches:
-            self._hang(branch, lumped, columns)
-        #: Where the coordinates of the tree stand among those of the model; nothing acts in them.
+            self._add_branch(branch, lumped, columns)
+        #: Indices of the tree's coordinates among those of the model; they have no actuators.
         self.columns = np.array(columns, dtype=np.int64)
         joints = sorted(self.model.joints.tolist()[1:], key=lambda joint: joint.idx_v)
         #: Whether a coordinate is an angle.
@@ -77,7 +77,7 @@ class PinocchioModel:
         self.data = self.model.createData()
 
     def _spin(self, field: CentrifugalField) -> None:
-        """A first joint about the axis in the plane; the ground turns with it."""
+        """A first joint about the axis in the plane; the ground rotates with it."""
         at = reading(self.system)
         x, y = at.place(field, "axis")
         place = placement(MarkerFrame(float(x), float(y), float(at.angle(field, "axis"))))
@@ -85,7 +85,7 @@ class PinocchioModel:
         joint = self.model.addJoint(0, pin.JointModelRX(), place, "the turning plane")
         self.placed["ground"] = joint, place.inverse()
 
-    def _hang(self, branch: Branch, lumped: bool, columns: list[int]) -> None:
+    def _add_branch(self, branch: Branch, lumped: bool, columns: list[int]) -> None:
         """The joints of a branch, and the inertia of its body."""
         pin, (parent, place) = self.pin, self.placed[branch.parent]
         here, back = place * placement(branch.on_parent), placement(branch.on_body).inverse()
@@ -103,7 +103,7 @@ class PinocchioModel:
         self.model.appendBodyToJoint(parent, self._inertia(branch.body), place)
 
     def _inertia(self, name: str) -> Any:
-        """In space: flat, as its `spread` says, else half of its moment about both axes."""
+        """Inertia in space: flat, from its `spread`, else half of its moment about both axes."""
         at = reading(self.system)
         (mass, moment), values = at.mass(name), at.values
         spread = getattr(self.system.mechanism[name], "spread", None)
@@ -127,7 +127,9 @@ class PinocchioModel:
         return found
 
     def at(self, q: Array, v: Array, a: Array, gravity: Array, plane: float = 0.0) -> Instant:
-        """Its kinematics at an instant, coordinates of the tree; `plane` is the plane's speed."""
+        """Kinematics at an instant from coordinates of the tree; `plane` is the speed of the
+        plane.
+        """
         self.model.gravity.linear = np.array([*gravity, 0.0])
         return Instant(self, self.full(q), self.full(v, plane), self.full(a))
 
@@ -159,7 +161,7 @@ class BodyKinematics(BodyState):
 
 
 class Instant:
-    """Kinematics of a twin at one instant; the plane's own turning is left out of velocities."""
+    """Kinematics of a twin at one instant; velocities are without the rotation of the plane."""
 
     def __init__(self, twin: PinocchioModel, q: Array, v: Array, a: Array) -> None:
         self.twin, self.q, self.v, self.a = twin, q, v, a
@@ -174,7 +176,7 @@ class Instant:
         self.bodies = {name: self._pose(n, turns[name]) for name, n in twin.frames.items()}
 
     def _turns(self) -> dict[str, float]:
-        """Angles of the bodies, whole turns too: every joint that turns adds its own."""
+        """Angles of the bodies with whole turns: the sum of the joint angles."""
         angles, model = {"ground": 0.0}, self.twin.model
         for branch in self.twin.tree.branches:
             angle = angles[branch.parent] + branch.on_parent.angle - branch.on_body.angle
@@ -202,7 +204,7 @@ class Instant:
 
     def inverse(self, wrenches: dict[str, Array]) -> Array:
         """Efforts (n,) by the recursive Newton–Euler algorithm, under wrenches (3,) about mass
-        centres, world axes, by body. The forces of the joints stay in the data.
+        centres, world axes, by body. The joint forces remain in the data.
         """
         twin, pin = self.twin, self.twin.pin
         forces = pin.StdVec_Force()
@@ -216,9 +218,9 @@ class Instant:
             forces[joint] = forces[joint] + centre.act(local)
         return np.array(pin.rnea(twin.model, twin.data, self.q, self.v, self.a, forces))
 
-    def carried(self, body: str, at: Array) -> Array:
-        """Force and torque (3,), world axes and about a place, on a body by its parent, as the last
-        `inverse` left them.
+    def joint_force(self, body: str, at: Array) -> Array:
+        """Force and torque (3,), world axes and about a place, on a body by its parent, after the
+        last `inverse`.
         """
         joint = self.twin.joint_of[body]
         placed, force = self.twin.data.oMi[joint], self.twin.data.f[joint]

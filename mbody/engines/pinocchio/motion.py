@@ -1,8 +1,8 @@
-"""A free motion integrated by Pinocchio's accelerations and scipy's integrator of order 8.
+"""A free motion integrated with Pinocchio's accelerations and scipy's integrator of order 8.
 
-The error that may be expected is measured: what a force that is wrong by a small part changes in
-the motion (a second motion tells), times the errors of both sides. Ours is told by the balance of
-energy; theirs by how far their loops have opened, which nothing closes.
+The expected error is measured: the sensitivity of the motion to a small relative change of the
+forces (by a second motion), times the errors of both sides. Ours is the energy balance; theirs is
+the gap of their loops, which are not stabilised.
 """
 
 from __future__ import annotations
@@ -22,32 +22,32 @@ __all__ = ["IntegratedMotion", "integrate"]
 
 Array = np.ndarray
 
-#: Relative and absolute error of a step, of the motion and of the second one beside it.
+#: Relative and absolute tolerances of the motion, and of the second one.
 RTOL, ROUGH = 1e-12, 1e-9
-#: The part by which forces are greater in the second motion.
+#: Relative increase of the forces in the second motion.
 MORE = 1e-6
-#: Bodies times evaluations at which a motion is left: some seconds.
+#: Most bodies times evaluations of a motion: some seconds.
 MOST = 50_000
-#: How much worse the loops may become than where they are best: they pass a singular position then.
+#: Ratio of the condition of the loops to the least one that counts as a singular position.
 WORSE = 8.0
-#: A motion that makes errors that many times as great says nothing of either side.
+#: Greatest amplification of errors at which motions are compared.
 SENSITIVE = 1e4
 
 
 @dataclass(frozen=True)
 class IntegratedMotion:
-    """A motion as Pinocchio has it.
+    """A motion integrated with Pinocchio.
 
     Attributes
     ----------
     q : array (instants, freedoms)
         Coordinates of the tree at the first instants of the run.
     growth : array (instants,)
-        Change of the motion, lengths by the model length, by a part of one more force.
+        Change of the motion, lengths by the model length, per relative change of the forces.
     gap : float
-        How far loops have opened, lengths by the model length.
+        Gap of the loops at the end, lengths by the model length.
     why : str
-        What ended it before the run's end; empty where nothing did.
+        Why it ended before the run's end; empty where it did not.
     """
 
     q: Array
@@ -62,11 +62,11 @@ def integrate(forward: Forward, conditions: Array) -> IntegratedMotion:
     count, why = len(run), ""
     worse = np.flatnonzero(conditions > WORSE * conditions.min(initial=np.inf))
     if worse.size:
-        count, why = int(worse[0]), "loops come near a singular position there"
+        count, why = int(worse[0]), "the loops are near a singular position there"
     hits = [one.t for one in run.events if one.after is not None]
     if hits and hits[0] <= run.t[count - 1]:
         count = int(np.searchsorted(run.t, hits[0]))
-        why = f"'{run.events[0].name}' is struck there"
+        why = f"'{run.events[0].name}' is hit there"
     steps = _Steps(forward)
     found = steps.along(run.t[:count], RTOL, 0.0)
     beside = _Steps(forward).along(run.t[: len(found)], ROUGH, MORE)
@@ -85,7 +85,7 @@ def integrate(forward: Forward, conditions: Array) -> IntegratedMotion:
 
 @dataclass(frozen=True)
 class _Now:
-    """Coordinates without kinematics, where nothing asks for it."""
+    """Coordinates without kinematics."""
 
     q: Array
     v: Array
@@ -110,7 +110,7 @@ class _Steps:
         self.massive = forward.massive(M / (np.abs(M).max(initial=0.0) or 1.0))
 
     def along(self, times: Array, tolerance: float, more: float) -> Array:
-        """Coordinates at the times, as far as they are reached."""
+        """Coordinates at the times, up to the work limit."""
         from scipy.integrate import DOP853
 
         if not len(times):
@@ -145,7 +145,7 @@ class _Steps:
         instant = forward.now(q, v, t)
         acting = self.inverse.native(instant, t)
         acting.pop("ground", None)
-        efforts = (1.0 + self.more) * forward.pushed(instant, acting, t)
+        efforts = (1.0 + self.more) * forward.load_efforts(instant, acting, t)
         forward.gravity(t, 1.0 + self.more)
         driven = [
             (constraint_rows(self.system, driver, instant.bodies)[0], self._change(driver, t))
@@ -156,14 +156,14 @@ class _Steps:
         return np.concatenate([v, forward.solved(instant, efforts, driven)[0]])
 
     def _change(self, driver: Any, t: float) -> float:
-        """The acceleration that a driver's law asks for."""
+        """The acceleration by a driver's law."""
         return float(reading(self.system).law(driver).derivatives(t)[2])
 
     def gap(self, q: Array) -> float:
-        """How far the loops are open."""
+        """The greatest gap of the loops."""
         instant: Instant = self.forward.now(q, np.zeros_like(q), 0.0)
         worst = 0.0
-        for joint in self.inverse.held:
+        for joint in self.inverse.loop_joints:
             apart = float(reading(self.system).values.get(f"{joint.name}.length", 0.0))
             for row in constraint_rows(self.system, joint, instant.bodies):
                 unit = 1.0 if row.torque else self.system.length

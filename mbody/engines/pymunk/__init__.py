@@ -1,7 +1,7 @@
-"""pymunk as a second opinion: a game engine, of the first order, that shares nothing with mbody.
+"""The opinion of pymunk: a game engine with a first-order integrator, independent of mbody.
 
-Its steps are short ones of four or three sizes, and its word is the limit of what they say: so an
-engine whose own errors are some parts in a thousand gives a verdict of some in a million.
+It is run with four or three short step sizes, and the results are extrapolated to step size 0. So
+an engine with errors of some parts in a thousand can check results to some parts in a million.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ Array = np.ndarray
 
 #: Instants of a driven motion whose forces are compared, at most.
 INSTANTS = 19
-#: How much more may differ than the last extrapolation changed.
+#: Factor from the change by the last extrapolation to the expected difference.
 MARGIN = 3.0
-#: Below this part differences are those of rounding; and of a free motion, those of our own
-#: tolerance, 1e-8 a step unless asked for less.
+#: Differences below this part are rounding; for a free motion also our own tolerance, by default
+#: 1e-8 per step.
 FLOOR, OURS = 1e-8, 1e-7
-#: Where more than this part is open, pymunk sees nothing.
+#: If the extrapolation is less accurate than this part, nothing is compared.
 BLIND = 0.01
-#: What is below this part of its kin is nothing but rounding.
+#: Values below this part of related values are rounding.
 NONE = 1e-9
 
 
@@ -51,7 +51,7 @@ class _Quantity:
 
 @dataclass(frozen=True)
 class _Compared:
-    """Rows, what has none, and at how many instants something was not compared."""
+    """Rows, quantities without a row, and the number of instants with something not compared."""
 
     rows: list[Row]
     unseen: list[Inexpressible]
@@ -59,24 +59,24 @@ class _Compared:
 
 
 def opinion(system: System, run: Solution) -> Opinion:
-    """What pymunk says of a result of kinetostatics, statics or simulate.
+    """The opinion of pymunk on a result of kinetostatics, statics or simulate.
 
-    Of a driven motion and of rest: forces, torques and efforts at instants of the run, each seen
-    in a few short steps, and the motion itself, where laws give it. Of a free motion: the same
-    along a motion of pymunk's own from the first instant on. Every number is extrapolated to steps
-    of no length; impulses get their directions from the momenta of the bodies.
+    For a driven motion and at rest: forces, torques and efforts at instants of the run, each by a
+    few short steps, and the motion itself if it has laws of time. For a free motion: the same along
+    pymunk's own motion from the first instant on. Every number is extrapolated to step size 0; the
+    directions of impulses follow from the momenta of the bodies.
 
     Parameters
     ----------
     system : System
-        What is built in pymunk.
+        The system that pymunk models.
     run : Solution
-        What is checked, of one design.
+        The result to check, of one design.
 
     Returns
     -------
     Opinion
-        With a row a number, what pymunk cannot express, and notes on how it was asked.
+        With a row for each number, the elements that pymunk cannot model, and notes.
 
     Raises
     ------
@@ -97,7 +97,7 @@ def opinion(system: System, run: Solution) -> Opinion:
         raise ModelError("pymunk checks one design: choose one of the batch with design(n)")
     if not run.has_forces:
         raise ModelError(
-            f"{run.analysis} finds no forces for pymunk to check: use kinetostatics or simulate"
+            f"{run.analysis} computes no forces for pymunk to check: use kinetostatics or simulate"
         )
     try:
         import pymunk
@@ -108,27 +108,27 @@ def opinion(system: System, run: Solution) -> Opinion:
     notes: list[str] = []
     rows: list[Row] = []
     free = run.analysis == "simulate"
-    moved = None if left_out or _given(run) else trajectory(system, run)
+    moved = None if left_out or _without_time(run) else trajectory(system, run)
     if not free or moved is None:
         found = at_instants(system, run, _instants(run))
         compared = _of_instants(run, found, left_out)
         rows, missing = compared.rows, missing + compared.unseen
-        notes = _told_of_instants(run, found, compared.blind)
+        notes = _notes_of_instants(run, found, compared.blind)
     if moved is not None and (free or len(run) > 1):
         compared = _of_motion(run, moved, free)
         rows, missing = rows + compared.rows, missing + compared.unseen
-        told = _told_of_motion(run, moved, compared.blind)
-        notes += [note for note in told if note not in notes]
+        more = _notes_of_motion(run, moved, compared.blind)
+        notes += [note for note in more if note not in notes]
     return Opinion(f"pymunk {pymunk.version}", tuple(rows), tuple(missing), tuple(notes))
 
 
-def _given(run: Solution) -> bool:
-    """Whether no motion over time is there to be followed."""
+def _without_time(run: Solution) -> bool:
+    """Whether the run has no motion over time."""
     return run.analysis == "statics" or run.given is not None or not np.ptp(run.t) > 0.0
 
 
 def _instants(run: Solution) -> list[int]:
-    """Instants of the run, evenly, not more than are compared."""
+    """Instants of the run that are compared, evenly spaced."""
     picked = np.linspace(0, len(run) - 1, min(len(run), INSTANTS)).round()
     return [int(k) for k in picked]
 
@@ -139,7 +139,7 @@ def _instants(run: Solution) -> list[int]:
 def _forces(
     run: Solution, where: InstantForces | Trajectory, left_out: set[str]
 ) -> list[_Quantity]:
-    """Reactions and efforts that the model determines."""
+    """Reactions and efforts that are unique."""
     k, owners = where.instants, np.array(where.parts)
     first = 3 * run.system.coordinates
     shape = (len(k), len(owners), 4)
@@ -158,8 +158,8 @@ def _forces(
         reaction = run.reaction(joint.name)
         unique = reaction.unique or (True, True, True)
         for part, key in enumerate(("fx", "fy", "torque")):
-            told = part < 2 or isinstance(joint, Fixed | Prismatic)
-            if joint.name not in left_out and told and unique[part]:
+            has_part = part < 2 or isinstance(joint, Fixed | Prismatic)
+            if joint.name not in left_out and has_part and unique[part]:
                 kind = "force" if part < 2 else "torque"
                 found.append(quantity(joint.name, key, kind, getattr(reaction, key), part))
     for driver in run.mechanism.drivers:
@@ -191,7 +191,9 @@ def _motions(run: Solution, where: InstantForces | Trajectory, part: str) -> lis
 
 
 def _tops(quantities: list[_Quantity], length: float) -> dict[str, float]:
-    """The greatest of every kind; of what is nothing but rounding that of its kin, by a length."""
+    """The greatest value of every kind; where it is rounding, that of the related kind, by a
+    length.
+    """
     tops = {
         kind: max((float(np.abs(q.ours).max()) for q in quantities if q.kind == kind), default=0.0)
         for kind in ("force", "torque", "acceleration", "turning", "length", "angle", "energy")
@@ -210,10 +212,11 @@ def _tops(quantities: list[_Quantity], length: float) -> dict[str, float]:
 def _rows(
     quantities: list[_Quantity], length: float, floors: dict[str, float], reason: str
 ) -> _Compared:
-    """A row a quantity, at the instant at which the difference is the greatest of what is expected.
+    """A row for each quantity, at the instant of the greatest difference relative to the expected
+    one.
 
-    What is expected at an instant is the same for all quantities of a kind, for that of a single
-    one may vanish by chance.
+    The expected difference at an instant is the same for all quantities of a kind, since that of a
+    single one may vanish by chance.
     """
     tops, rows, unseen_ones = _tops(quantities, length), [], []
     blind = np.zeros(len(quantities[0].ours) if quantities else 0, dtype=bool)
@@ -226,7 +229,7 @@ def _rows(
         unseen = ~(expected <= BLIND)
         blind |= unseen
         if unseen.all():
-            why = "pymunk's steps do not converge on it: they leave more than 1 % open everywhere"
+            why = "pymunk's steps do not converge: the error estimate is more than 1 % everywhere"
             unseen_ones.append(Inexpressible(one.name, why))
             continue
         worst = int(np.argmax(np.where(unseen, -1.0, difference / expected)))
@@ -238,7 +241,7 @@ def _rows(
 
 
 def _pressed(run: Solution, left_out: set[str]) -> float:
-    """What wheels make that are greater than told, so that they touch: a part of the whole."""
+    """Error by wheels that are slightly enlarged so that they touch: relative."""
     touching = [j for j in run.mechanism.joints if isinstance(j, Rolling)]
     return 2.0 * PRESSED if any(joint.name not in left_out for joint in touching) else 0.0
 
@@ -255,7 +258,7 @@ def _of_instants(run: Solution, found: InstantForces, left_out: set[str]) -> _Co
         "acceleration": found.jitter,
         "turning": found.jitter / length,
     }
-    reason = "what extrapolation to steps of no length leaves open, and rounding of short steps"
+    reason = "error of the extrapolation to step size 0, and rounding of short steps"
     return _rows(quantities, length, floors, reason)
 
 
@@ -267,11 +270,11 @@ def _of_motion(run: Solution, moved: Trajectory, free: bool) -> _Compared:
             ours = run.energy.kinetic[moved.instants]
             n = run.system.coordinates
             momenta = reading(run.system).masses.ravel() * np.abs(moved.values[:, n : 2 * n])
-            # of each rate by itself, since in the sum they may cancel by chance
+            # for each rate separately, since in the sum they may cancel by chance
             left = (momenta * moved.spread[:, n : 2 * n]).sum(axis=1)
             theirs = moved.values[:, -1]
             quantities.append(_Quantity("kinetic energy", "energy", ours, theirs, left))
-    reason = "what extrapolation of a first-order motion to steps of no length leaves open"
+    reason = "error of the extrapolation of a first-order motion to step size 0"
     floors = {"loose": moved.loose + (OURS if free else 0.0) + _pressed(run, set())}
     return _rows(quantities, run.system.length, floors, reason)
 
@@ -279,12 +282,12 @@ def _of_motion(run: Solution, moved: Trajectory, free: bool) -> _Compared:
 # -- notes ------------------------------------------------------------------------------------
 
 
-def _told_of(run: Solution, where: InstantForces | Trajectory, blind: int) -> list[str]:
+def _notes_of(run: Solution, where: InstantForces | Trajectory, blind: int) -> list[str]:
     notes = []
     if blind:
         notes.append(
-            f"at {blind} of {len(where.instants)} instants its steps leave more than {BLIND:.0%} "
-            "open, as near singular positions: what is so is not compared there"
+            f"at {blind} of {len(where.instants)} instants the extrapolation error is more than "
+            f"{BLIND:.0%}, as near singular positions: these values are not compared"
         )
     open_ones = [
         joint.name
@@ -292,24 +295,26 @@ def _told_of(run: Solution, where: InstantForces | Trajectory, blind: int) -> li
         if not all(run.reaction(joint.name).unique or (True,))
     ]
     if open_ones:
-        notes.append(f"redundant joints leave open, and so not compared: {listed(open_ones)}")
+        notes.append(
+            f"not unique because of redundant joints, and so not compared: {listed(open_ones)}"
+        )
     if where.lumped:
         notes.append(
-            f"pymunk needs mass: {listed(where.lumped)} had stand-ins for mass or inertia, whose "
-            "influence is extrapolated to none"
+            f"pymunk needs mass: {listed(where.lumped)} have small stand-ins for mass or inertia, "
+            "whose influence is extrapolated to zero"
         )
     if where.over:
-        notes.append(f"applied as mbody tells them, not checked: {listed(where.over)}")
+        notes.append(f"applied with the values from mbody, not checked: {listed(where.over)}")
     return notes
 
 
-def _told_of_instants(run: Solution, found: InstantForces, blind: int) -> list[str]:
+def _notes_of_instants(run: Solution, found: InstantForces, blind: int) -> list[str]:
     count = len(found.instants)
     which = f"{count} of {len(run)} instants" if count < len(run) else "all instants"
-    return [f"forces at {which}, each reached by a few short steps", *_told_of(run, found, blind)]
+    return [f"forces at {which}, each by a few short steps", *_notes_of(run, found, blind)]
 
 
-def _told_of_motion(run: Solution, moved: Trajectory, blind: int) -> list[str]:
+def _notes_of_motion(run: Solution, moved: Trajectory, blind: int) -> list[str]:
     unit = run.mechanism.units.of("time")
     what = (
         f"a motion over {moved.horizon:.4g} {unit} in steps of {moved.step:.3g} {unit} and a half "
@@ -320,7 +325,7 @@ def _told_of_motion(run: Solution, moved: Trajectory, blind: int) -> list[str]:
     notes = [what]
     if moved.shortened:
         notes.append(
-            "the motion was cut where the step sizes no longer agreed, as where nearby motions "
-            "part, or where short steps would be too many"
+            "the motion was shortened where the step sizes no longer agreed, as where nearby "
+            "motions diverge, or where too many short steps would be needed"
         )
-    return [*notes, *_told_of(run, moved, blind)]
+    return [*notes, *_notes_of(run, moved, blind)]

@@ -1,4 +1,4 @@
-"""What a first-order engine would say with steps of no length, and what extrapolation leaves."""
+"""Richardson extrapolation of a first-order method to step size 0, with an error estimate."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ Array = np.ndarray
 
 
 def extrapolated(values: Sequence[Array]) -> tuple[Array, Array]:
-    """The limit of what was computed with h, h/2, h/4 … and what the last correction changed.
+    """The limit of results with the steps h, h/2, h/4 … and the change by the last correction.
 
-    Richardson's extrapolation, repeated: an error a h + b h² + c h³ … loses one power a level.
+    Repeated Richardson extrapolation: an error a h + b h² + c h³ … loses one power per level.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def extrapolated(values: Sequence[Array]) -> tuple[Array, Array]:
 
 
 def order(values: Sequence[Array]) -> float:
-    """Observed order of what was computed with h, h/2, h/4: log₂ of how differences shrink.
+    """Observed order of results with h, h/2, h/4: log₂ of the ratio of their differences.
 
     Examples
     --------

@@ -1,7 +1,8 @@
 """Constraints and springs of a pymunk space, with the directions in which their impulses act.
 
-pymunk tells the size of an impulse and not where it points, so every part knows its own columns:
-what a unit of each of its impulses does to all bodies. Impulses are then found from momenta.
+pymunk returns the size of an impulse but not its direction. So every constraint has its own
+columns: the effect of each unit impulse on all bodies. The impulses are then found from the
+momenta.
 """
 
 from __future__ import annotations
@@ -40,14 +41,14 @@ class ImpulseConstraint:
         Bodies; the ground is the last.
     arm_i, arm_j : pair of float
         Places from the mass centres in link axes [length].
-    told : pair of float, or None
-        Place on j about which torques are told, where it is another one [length].
+    torque_at : pair of float, or None
+        Reference place on j of torques, where it differs from arm_j [length].
     normal : float
-        Of a slot or of a line that is touched: direction in axes of i [rad].
+        Of a slot or a contact line: direction in axes of i [rad].
     radius : float
-        Of a wheel that touches [length].
+        Of a rolling wheel [length].
     target : float
-        What a slot, a rod or a turn keeps.
+        Value that a slot, a rod or a turn keeps.
     reach : float
         Half the length of a slot.
     """
@@ -59,24 +60,24 @@ class ImpulseConstraint:
     j: int
     arm_i: tuple[float, float] = (0.0, 0.0)
     arm_j: tuple[float, float] = (0.0, 0.0)
-    told: tuple[float, float] | None = None
+    torque_at: tuple[float, float] | None = None
     normal: float = 0.0
     radius: float = 0.0
     target: float = 0.0
     reach: float = 0.0
 
     def forces(self, pose: Array) -> Array:
-        """What each unit impulse is on body j: force, and torque about the place where it is told
+        """Force and torque of each unit impulse on body j, about the reference place
         (impulses, 3).
         """
         units = self.units(pose)
-        if self.told is not None:
-            x, y = place(pose, self.j, self.arm_j) - place(pose, self.j, self.told)
+        if self.torque_at is not None:
+            x, y = place(pose, self.j, self.arm_j) - place(pose, self.j, self.torque_at)
             units[:, 2] += x * units[:, 1] - y * units[:, 0]
         return units
 
     def units(self, pose: Array) -> Array:
-        """The same about the place where it acts."""
+        """The same about the place where the impulse acts."""
         if self.kind == "turn":
             return np.array([[0.0, 0.0, 1.0]])
         if self.kind == "slot":
@@ -88,7 +89,7 @@ class ImpulseConstraint:
         return np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
     def columns(self, pose: Array) -> Array:
-        """What each unit impulse does to all bodies (impulses, bodies, 3), torques about the mass
+        """Effect of each unit impulse on all bodies (impulses, bodies, 3), torques about mass
         centres.
         """
         unit = self.units(pose)
@@ -113,10 +114,10 @@ class ImpulseConstraint:
         return on_i, on_j
 
     def aim(self, value: float, h: float) -> None:
-        """Let the constraint bring its bodies to a value by the end of the step after this one.
+        """Set the value that the constraint has at the end of the next step.
 
-        pymunk moves bodies first and corrects rates then, so that the rates of this step move them
-        in the next.
+        pymunk first moves the bodies and then corrects their rates: the rates of this step move
+        them in the next.
         """
         self.target = value
         if self.kind == "slot":
@@ -138,7 +139,7 @@ class ImpulseConstraint:
 
 @dataclass(eq=False)
 class SpringImpulse:
-    """A spring or damper of the space, and the sense of its impulse by the motion."""
+    """A spring or damper of the space, and the sign of its impulse by the motion."""
 
     part: ImpulseConstraint
     sense: Callable[[Array, Array], float]
@@ -150,7 +151,7 @@ class SpringImpulse:
 
 
 def stretched(part: ImpulseConstraint, rest: float, stiffness: float) -> SpringImpulse:
-    """A spring of length or angle: its impulse on j is against the stretch."""
+    """A spring of length or angle: its impulse on j is opposite to the extension."""
 
     def sense(pose: Array, vel: Array) -> float:
         if part.kind == "turn":
@@ -162,7 +163,7 @@ def stretched(part: ImpulseConstraint, rest: float, stiffness: float) -> SpringI
 
 
 def damped(part: ImpulseConstraint) -> SpringImpulse:
-    """A damper of length or angle: its impulse on j is against the rate."""
+    """A damper of length or angle: its impulse on j is opposite to the rate."""
 
     def sense(pose: Array, vel: Array) -> float:
         return -float((part.columns(pose)[0] * vel).sum())

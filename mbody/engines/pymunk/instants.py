@@ -1,4 +1,4 @@
-"""Forces by pymunk at single instants of a motion that is given, or at rest."""
+"""Forces by pymunk at single instants of a known motion, or at rest."""
 
 from __future__ import annotations
 
@@ -29,36 +29,36 @@ __all__ = [
 
 Array = np.ndarray
 
-#: Longest step, as a part of the time in which the motion changes; the next are halves of it.
+#: Longest step, as a part of the characteristic time of the motion; the next are halved.
 STEP = 2e-3
-#: Halvings: what is left is of the fourth power of the step.
+#: Number of step sizes: the remaining error is of order 4.
 HALVES = 4
-#: Steps of further sets, as parts of those of the first; of a few instants more sets are made.
+#: Step sizes of further sets relative to the first; for few instants there are more sets.
 SETS, MORE_SETS, FEW_INSTANTS = (1.0, 0.8), (1.0, 0.9, 0.8, 0.7), 5
-#: Sum of the weights, without their signs, that the extrapolation of so many gives them.
+#: Sum of the absolute weights of the extrapolation.
 WEIGHTS = 6.5
-#: Steps from an instant on. The first ones carry the start, which pymunk's rates do not fit.
+#: Steps from an instant on. The first ones have errors of the start, which does not fit pymunk.
 STEPS = 5
 #: A stand-in for a mass in a free motion, as a part of the others.
 LUMP = 0.005
 #: Iterations of the solver, at first and at most.
 FEW, MANY = 64, 65536
-#: What more iterations may still change, as a part of the greatest.
+#: Change by more iterations that is accepted, relative to the greatest.
 SETTLED = 1e-10
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """What is large in a run, by which steps, stand-ins and rounding are judged.
+    """Scales of a run, for steps, stand-ins and rounding.
 
     Attributes
     ----------
     rate : float
-        How fast the motion changes [1/time].
+        Characteristic rate of the motion [1/time].
     lump : float
-        What stands in for no mass [mass].
+        Stand-in for a mass of zero [mass].
     reach : float
-        Greatest coordinate, angles by the model length [length].
+        Greatest coordinate, with angles times the model length [length].
     mass : float
         Greatest mass, stand-ins included [mass].
     """
@@ -71,21 +71,21 @@ class Sizes:
 
 @dataclass(frozen=True)
 class InstantForces:
-    """What pymunk found at some instants of a run.
+    """Results of pymunk at some instants of a run.
 
     Attributes
     ----------
     instants : list of int
         Of the run.
     values, spread : arrays (instants, numbers)
-        Numbers as of `SpaceStepper.go`, extrapolated, and what the extrapolation leaves open.
+        Numbers as of `SpaceStepper.go`, extrapolated, and the error estimate of the extrapolation.
     rounding, jitter : float
-        What rounding makes of forces [force], and of accelerations [length/time²].
+        Rounding error of forces [force], and of accelerations [length/time²].
     parts : tuple of str
-        Owners of the parts whose forces stand in the values.
+        Owners of the parts whose forces are in the values.
     lumped : tuple of str
     over : tuple of str
-        Loads and joints that were taken over.
+        Loads and joints with forces from mbody.
     """
 
     instants: list[int]
@@ -111,7 +111,7 @@ def kinematic(run: Solution, part: str) -> Array:
 
 
 def sizes_of(system: System, run: Solution) -> Sizes:
-    """What is large in a run."""
+    """The scales of a run."""
     L = system.length
     unit = np.array([L, L, 1.0])
     reach = float(np.abs(kinematic(run, "place") / unit).max()) * L
@@ -129,7 +129,7 @@ def sizes_of(system: System, run: Solution) -> Sizes:
         rate = float(np.sqrt(force / (mean * L))) if mean and force else 1.0
     lump = mean
     if run.analysis != "simulate" or not mean:
-        # what moves as it is told has inertia forces: those of a stand-in shall not outweigh loads
+        # in a driven motion inertia forces of a stand-in must not be greater than the loads
         lump = force / (L * rate * rate) if force else mean or 1.0
         lump = min(lump, mean) if mean else lump
     return Sizes(rate, lump, max(reach, L), max(float(own.max()), lump))
@@ -139,9 +139,9 @@ def at_instants(system: System, run: Solution, instants: list[int]) -> InstantFo
     """Forces, efforts and accelerations by pymunk, each instant by itself.
 
     From the positions and rates of the run a few steps are taken, with four step sizes; in the
-    limit they stay at the instant. Drivers move by their values, rates and accelerations there.
-    Where the motion is given, forces are linear in the stand-ins for masses, so that two of them
-    tell what none would; of a free motion three small ones are extrapolated.
+    limit they remain at the instant. Drivers move by their values, rates and accelerations there.
+    For a known motion, forces are linear in the stand-ins for masses, so two stand-ins determine
+    the limit of zero; for a free motion three small ones are extrapolated.
     """
     sizes = sizes_of(system, run)
     trial = _InstantTrial(system, run, sizes)
@@ -160,26 +160,32 @@ def at_instants(system: System, run: Solution, instants: list[int]) -> InstantFo
         noise.append(sum(2.0**n * one[2] for n, one in enumerate(found)))
         values.append(value)
         spread.append(left)
-    # two sets may meet by chance, though not at most instants
+    # two sets may agree by chance, but not at most instants
     noises = np.array(noise)
     noises = np.maximum(noises, 2.0 * np.median(noises, axis=0))
-    # a position is rounded, and its step divides by h twice; extrapolation adds up some of them
+    # a position is rounded and divided by h twice; the extrapolation adds several of them
     jitter = 30.0 * np.finfo(float).eps * sizes.reach / smallest**2
     space = trial.space(iterations, trial.lumps[-1])
     machine = system.mechanism
     over = (*(machine.loads[n].name for n in space.over), *trial.over)
     owners = tuple(part.owner for part in space.parts)
     return InstantForces(
-        *(instants, np.array(values), np.array(spread) + noises, jitter * sizes.mass, jitter),
-        *(owners, space.lumped, over),
+        instants,
+        np.array(values),
+        spread=np.array(spread) + noises,
+        rounding=jitter * sizes.mass,
+        jitter=jitter,
+        parts=owners,
+        lumped=space.lumped,
+        over=over,
     )
 
 
-def settled(told: Any, enough: float = SETTLED, most: int = MANY) -> tuple[int, float]:
-    """How many iterations are enough, and what twice as many still change: a part of the whole."""
-    count, last = FEW, told(FEW)
+def settled(result_of: Any, enough: float = SETTLED, most: int = MANY) -> tuple[int, float]:
+    """Number of iterations that is enough, and the relative change by twice as many."""
+    count, last = FEW, result_of(FEW)
     while True:
-        found = told(2 * count)
+        found = result_of(2 * count)
         top = max(float(np.abs(found).max(initial=0.0)), 1e-300)
         change = float(np.abs(found - last).max(initial=0.0)) / top
         if change <= enough or 2 * count >= most:
@@ -214,12 +220,12 @@ class _InstantTrial:
         return self.spaces[key]
 
     def steps(self, iterations: int, lump: float, k: int, h: float) -> Array:
-        """What a few steps from instant k on tell."""
+        """The result of a few steps from instant k on."""
         value, rate, change = (part[:, None] for part in self.driven[:, :, k].T)
         stepper = SpaceStepper(
             self.space(iterations, lump),
             lambda times: value + rate * times + 0.5 * change * times**2,
-            self._taken(k),
+            self._forces_of_ours(k),
             float(self.run.t[k]),
             float(self.run.t[-1]),
         )
@@ -227,7 +233,7 @@ class _InstantTrial:
         return stepper.go(0.0, h, STEPS)
 
     def settled(self, instants: list[int], h: float) -> int:
-        """Iterations that are enough at all instants, as seen from some of them."""
+        """Iterations that are enough at some of the instants."""
         some = [instants[n] for n in sorted({0, *np.linspace(0, len(instants) - 1, 5).astype(int)})]
         forces = slice(3 * self.system.coordinates, None)
         return max(
@@ -238,8 +244,8 @@ class _InstantTrial:
     def extrapolated(
         self, iterations: int, lump: float, k: int, h: float
     ) -> tuple[Array, Array, Array]:
-        """The same with steps of no length; what that and the solver leave open; and how far sets
-        of steps are apart that round in their own ways, which a mechanism may magnify.
+        """The result extrapolated to step size 0, the errors of extrapolation and solver, and the
+        spread between sets of steps by rounding, which a mechanism may amplify.
         """
         sets = [
             [self.steps(iterations, lump, k, part * h / 2.0**n) for n in range(HALVES)]
@@ -250,8 +256,8 @@ class _InstantTrial:
         loose = WEIGHTS * np.abs(more - sets[0][-1])
         return limits.mean(axis=0), lefts[0] + loose, np.ptp(limits, axis=0)
 
-    def _taken(self, k: int) -> Array:
-        """What joints and couplings that pymunk has not do to the bodies (bodies, 3)."""
+    def _forces_of_ours(self, k: int) -> Array:
+        """Forces of joints and couplings that pymunk does not have, on the bodies (bodies, 3)."""
         run, found = self.run, np.zeros((len(self.pose[k]) + 1, 3))
         for name in self.over:
             element: Any = run.mechanism[name]

@@ -1,4 +1,4 @@
-"""A motion of pymunk's own from the first instant of a run on, with three step sizes."""
+"""A motion integrated by pymunk from the first instant of a run, with three step sizes."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ Array = np.ndarray
 
 #: Longest time of a motion that is compared [time].
 HORIZON = 1.0
-#: Longest step, as a part of the time in which the motion changes, and the fewest steps.
+#: Longest step, as a part of the characteristic time of the motion, and the fewest steps.
 STEP, FEWEST = 2e-3, 400
-#: The same of a step that is too long for a series of its powers: less time is followed then.
+#: Steps above this part are too long for the extrapolation: then a shorter time is integrated.
 COARSE = 0.02
 #: Instants that are compared, at most.
 SAMPLES = 10
-#: How much work the steps of all runs may be, an iteration of one constraint being the unit (about
-#: 16 ns); and what else a step takes, for itself, for a driver, and for loads that are applied.
+#: Greatest work of all runs, in iterations of one constraint (about 16 ns); and the work of a step
+#: itself, of a driver, and of applied loads.
 WORK = 3e7
 STEPPING, DRIVING, APPLYING = 200, 300, 3000
-#: Observed orders between which the error is a series of powers of the step.
+#: Range of observed orders in which the extrapolation is valid.
 REGULAR = (0.8, 2.5)
-#: Steps after which iterations are judged, and what more of them may change of the forces.
+#: Steps after which the number of iterations is checked, and the accepted change of the forces.
 BURST, SETTLED = 40, 1e-8
-#: What more iterations may change of positions along the motion, and the sum of the weights that
-#: the extrapolation gives.
+#: Accepted change of positions by more iterations, and the sum of the weights of the
+#: extrapolation.
 STILL, WEIGHTS = 1e-8, 5.0
 #: Differences of positions below this part of the model length are rounding, and have no order.
 ROUNDED = 1e-10
@@ -44,25 +44,26 @@ ROUNDED = 1e-10
 
 @dataclass(frozen=True)
 class Trajectory:
-    """What pymunk's own motion came to.
+    """The result of a motion integrated by pymunk.
 
     Attributes
     ----------
     instants : list of int
         Of the run.
     values, spread : arrays (instants, numbers)
-        Numbers as of `SpaceStepper.go`, then the kinetic energy, extrapolated, and what the
-        extrapolation leaves open.
+        Numbers as of `SpaceStepper.go`, then the kinetic energy, extrapolated, and the error
+        estimate of the extrapolation.
     order : float
-        Observed, of the positions at the last instant; nan where the steps make no difference.
+        Observed, of the positions at the last instant; NaN where the step size has no effect.
     horizon : float
         Time of the last instant after the first [time].
     step : float
         The longest [time].
     shortened : bool
-        Whether the motion was cut because the steps did not agree in order, or were too many.
+        Whether the motion was shortened, because the order was not observed or too many steps were
+        needed.
     loose : float
-        What more iterations change, as a part of the greatest force.
+        Change by more iterations, relative to the greatest force.
     parts, lumped, over : tuples of str
         As of `InstantForces`.
     """
@@ -81,11 +82,11 @@ class Trajectory:
 
 
 def trajectory(system: System, run: Solution) -> Trajectory | None:
-    """The motion from the first instant of a run on; None where the run has no second one.
+    """The motion from the first instant of a run on; None where there is only one.
 
-    It ends where three step sizes no longer converge in order: after that, nearby motions have
-    parted; and where the work of short steps would be too much. Stand-ins for masses are halved
-    twice as well, and extrapolated to none.
+    It ends where three step sizes no longer converge with the expected order, since nearby motions
+    diverge after that, or where too much work would be needed. Stand-ins for masses are halved
+    twice too, and extrapolated to zero.
     """
     end = _end(run)
     instants = _instants(run, end)
@@ -112,21 +113,23 @@ def trajectory(system: System, run: Solution) -> Trajectory | None:
             break
         instants, shortened = shorter, True
     value, spread = found
-    # errors add up along a motion, and one of a single number may vanish by chance on the way
+    # errors accumulate along a motion, and that of a single number may vanish by chance
     spread = np.maximum(spread, np.median(spread, axis=0))
     if run.analysis == "simulate":
         spread = np.maximum.accumulate(spread)
     space = trial.spaces[0]
     return Trajectory(
-        *(instants, value, spread),
-        float("nan") if apart < ROUNDED else seen_order,
-        float(run.t[instants[-1]] - run.t[0]),
-        trial.longest,
-        shortened,
-        trial.loose,
-        tuple(part.owner for part in space.parts),
-        space.lumped,
-        tuple(system.mechanism.loads[n].name for n in space.over),
+        instants,
+        value,
+        spread,
+        order=float("nan") if apart < ROUNDED else seen_order,
+        horizon=float(run.t[instants[-1]] - run.t[0]),
+        step=trial.longest,
+        shortened=shortened,
+        loose=trial.loose,
+        parts=tuple(part.owner for part in space.parts),
+        lumped=space.lumped,
+        over=tuple(system.mechanism.loads[n].name for n in space.over),
     )
 
 
@@ -138,7 +141,7 @@ def _end(run: Solution) -> float:
 
 
 def _instants(run: Solution, end: float) -> list[int]:
-    """Instants of the run after the first and not after the end, not more than are compared."""
+    """Instants of the run that are compared, after the first and not after the end."""
     there = np.flatnonzero((run.t > run.t[0]) & (run.t <= end + 1e-12 * abs(end)))
     picked = np.linspace(0, len(there) - 1, min(len(there), SAMPLES)).round().astype(int)
     return [int(there[k]) for k in picked]
@@ -168,7 +171,7 @@ class _MotionTrial:
         return stepper
 
     def _burst(self, iterations: int, h: float) -> Array:
-        """Forces after some steps: each begins with the impulses of the one before."""
+        """Forces after some steps; each step starts with the impulses of the one before."""
         stepper = self._stepper(Space(self.system, self.lumps[-1], iterations))
         return stepper.go(float(self.run.t[0]), h, BURST)[3 * self.system.coordinates :]
 
@@ -179,14 +182,16 @@ class _MotionTrial:
         return work + (APPLYING if self._stepper(space).pushed else 0)
 
     def step(self, instants: list[int]) -> float:
-        """The longest step for a motion up to the last instant [time], by the work that may be."""
+        """The longest step for a motion up to the last instant [time], by the greatest work."""
         span = float(self.run.t[instants[-1]] - self.run.t[0])
         wanted = max(FEWEST, span * self.sizes.rate / STEP)
         most = WORK / (7.0 * self._work() * len(self.spaces))
         return span / max(min(wanted, most), 4.0 * len(instants))
 
     def go(self, instants: list[int]) -> tuple[tuple[Array, Array], list[Array]]:
-        """The limit with its spread, and what the three step sizes made of the first stand-in."""
+        """The limit with its spread, and the results of the three step sizes with the first
+        stand-in.
+        """
         times = self.run.t[[0, *instants]]
         self.longest = self.step(instants)
         loose = self._settle(times)
@@ -199,7 +204,7 @@ class _MotionTrial:
         return (value, spread + WEIGHTS * loose), sets[0]
 
     def _settle(self, times: Array) -> Array:
-        """Take as many iterations as the whole motion needs; what four times as many still change
+        """Set the iterations that the whole motion needs; returns the change by four times as many
         (instants, numbers).
         """
         space, n = self.spaces[-1], self.system.coordinates
@@ -211,7 +216,7 @@ class _MotionTrial:
             if change[:, :n].max() <= STILL * min(self.sizes.reach, 1.0):
                 break
             steps = float(times[-1] - times[0]) / self.longest
-            # the next trial takes sixteen times as many as this one began with
+            # the next trial needs sixteen times as many as the start of this one
             if 16.0 * self._work() * steps > WORK:
                 break
             self.iterations, found = 4 * self.iterations, more
@@ -226,6 +231,6 @@ class _MotionTrial:
         n = self.system.coordinates
         for begin, end in zip(times[:-1].tolist(), times[1:].tolist(), strict=True):
             steps = max(1, round((end - begin) / self.longest)) * finer
-            told = stepper.go(begin, (end - begin) / steps, steps)
-            rows.append(np.append(told, 0.5 * own @ told[n : 2 * n] ** 2))
+            result = stepper.go(begin, (end - begin) / steps, steps)
+            rows.append(np.append(result, 0.5 * own @ result[n : 2 * n] ** 2))
         return np.array(rows)

@@ -19,11 +19,11 @@ __all__ = ["PRESSED", "Space", "inexpressible"]
 
 Array = np.ndarray
 
-#: Half the length of a slot, and of a line that is rolled upon, in model lengths.
+#: Half the length of a slot, and of a line for rolling, in model lengths.
 REACH = 100.0
-#: How much greater than told a wheel is that shall touch, as a part of its radius.
+#: Enlargement of a rolling wheel so that it touches, as a part of its radius.
 PRESSED = 1e-7
-#: How far the mass centre of a wheel may be from the middle, in model lengths: its steps would lift
+#: Greatest eccentricity of a wheel's mass centre, in model lengths: beyond it the steps would lift
 #: the wheel.
 CENTRED = 1e-12
 #: Friction of wheels that do not slip.
@@ -39,7 +39,8 @@ def inexpressible(system: System) -> tuple[Inexpressible, ...]:
             line = joint.on_radius is None and joint.i.body == "ground"
             if not line or arm > CENTRED * system.length:
                 why = (
-                    "pymunk's contacts open where a wheel does not roll on a straight line at rest"
+                    "pymunk's contacts are lost where a wheel does not roll on a straight line at "
+                    "rest"
                 )
                 found.append((joint.name, why))
         elif not isinstance(joint, Revolute | Prismatic | Fixed | PinSlot | Distance | Rolling):
@@ -50,7 +51,9 @@ def inexpressible(system: System) -> tuple[Inexpressible, ...]:
             what = type(driver).__name__
             found.append((driver.name, f"pymunk has no constraint like a {what}"))
     for coupling in system.mechanism.couplings:
-        found.append((coupling.name, "pymunk's constraints join two bodies, this one joins more"))
+        found.append(
+            (coupling.name, "pymunk's constraints connect two bodies, this one connects more")
+        )
     return tuple(Inexpressible(*one) for one in found)
 
 
@@ -62,8 +65,8 @@ class Space:
     system : System
         Of one design.
     lump : float
-        What stands in for a mass that is none [mass], and for an inertia with the square of the
-        model length; pymunk cannot do without.
+        Stand-in for a mass of zero [mass], and with the square of the model length for an inertia
+        of zero; pymunk needs both.
     iterations : int
         Of the solver at every step.
 
@@ -80,9 +83,10 @@ class Space:
     springs : list of SpringImpulse
     drags : list of (ImpulseConstraint, float)
         Dampers of bodies with a stand-in, and their coefficients: they are applied as forces, since
-        pymunk's own let the relative rate of two bodies decay as if nothing else held them.
+        pymunk's own dampers ignore all other constraints of the two bodies.
     over : tuple of int
-        Loads that pymunk has not, by their numbers: they are applied as mbody tells them.
+        Loads that pymunk does not have, by their numbers: they are applied with the values from
+        mbody.
     """
 
     def __init__(self, system: System, lump: float, iterations: int) -> None:
@@ -134,7 +138,8 @@ class Space:
         }
 
     def _add(self, native: Any) -> Any:
-        # the gap of a step is closed in the next one; a soft correction would be part of the forces
+        # the position error of a step is corrected in the next one; a soft correction would change
+        # forces
         native.error_bias = 0.0
         native.collide_bodies = False
         self.space.add(native)
@@ -189,7 +194,7 @@ class Space:
                 self._roll(joint, beta[0] + 0.5 * math.pi, ends)
 
     def _roll(self, joint: Any, normal: float, ends: dict[str, Any]) -> None:
-        """A circle that touches a line, and nothing else."""
+        """A circle that collides with one line only."""
         radius = float(self.at[f"{joint.name}.radius"])
         a, b = self.everything[ends["i"]], self.everything[ends["j"]]
         pressed = PRESSED * radius
@@ -204,7 +209,7 @@ class Space:
             shape.friction = ROUGH
             shape.filter = self.pymunk.ShapeFilter(categories=only, mask=only)
         self.space.add(base, wheel)
-        # what is pressed in stays so: pushing it out would be motion, and no force
+        # the penetration remains: resolving it would be a motion without force
         self.space.collision_slop = max(2.0 * pressed, self.space.collision_slop)
         part = ImpulseConstraint(
             joint.name, "contact", (base, wheel), **ends, normal=normal, radius=radius
@@ -229,7 +234,7 @@ class Space:
     # -- loads -----------------------------------------------------------------------------------
 
     def _load(self, n: int, load: Any) -> None:
-        """Build what pymunk has; what it has not is listed in `over`."""
+        """Build the loads that pymunk has; others are listed in `over`."""
         name, at = load.name, self.at
         match load:
             case Gravity() | Torque() | Force():
@@ -273,15 +278,15 @@ class Space:
 
 
 def _decoupled(ends: dict[str, Any], beta: list[float]) -> dict[str, Any]:
-    """Ends of a slider, so that its slot goes through the mass centre of i, and its pin stands
-    across it from that of j.
+    """Ends of a slider with its slot through the mass centre of i, and its pin on the normal
+    through the mass centre of j.
 
-    pymunk's groove solves for both components of a force and then drops the one along the slot,
-    which diverges where mass and inertia couple them. At these places they do not.
+    pymunk's groove solves for both components of a force and then drops the one along the slot.
+    This diverges where mass and inertia couple the components; at these places they do not.
     """
     i, j = (
         -arm[0] * math.sin(angle) + arm[1] * math.cos(angle)
         for arm, angle in zip((ends["arm_i"], ends["arm_j"]), beta, strict=True)
     )
     across = (-math.sin(beta[1]) * (j - i), math.cos(beta[1]) * (j - i))
-    return ends | {"arm_i": (0.0, 0.0), "arm_j": across, "told": ends["arm_j"]}
+    return ends | {"arm_i": (0.0, 0.0), "arm_j": across, "torque_at": ends["arm_j"]}

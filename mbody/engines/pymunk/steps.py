@@ -1,7 +1,7 @@
-"""Steps of a pymunk space, and the forces that it used, by the momenta of its bodies.
+"""Steps of a pymunk space, and the constraint forces from the momenta of its bodies.
 
-A step of pymunk moves the bodies with the rates that they have, and then finds the impulses that
-the new positions ask for. So what acts in the step from t is taken at t + h.
+A step of pymunk moves the bodies with their rates, and then finds the impulses for the new
+positions. So the forces of the step from t are those at t + h.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Array = np.ndarray
 
 
 class SpaceStepper:
-    """Lets a space run, and tells positions, rates, accelerations and forces.
+    """Integrates a space and returns positions, rates, accelerations and forces.
 
     Parameters
     ----------
@@ -33,11 +33,11 @@ class SpaceStepper:
     drive : callable
         Values of all drivers (drivers, times) at times.
     over : array (bodies, 3), optional
-        What acts on the bodies besides, at their mass centres, as of joints that pymunk has not.
+        Further forces on the bodies at their mass centres, as of joints that pymunk does not have.
     clock : float
-        Time at which the laws of loads are taken where steps count from 0.
+        Offset of the time in the laws of loads, where steps count from 0.
     last : float
-        After which laws may have no values.
+        Time after which laws may have no values.
     """
 
     def __init__(
@@ -50,11 +50,11 @@ class SpaceStepper:
     ) -> None:
         self.space, self.drive, self.system = space, drive, space.system
         self.clock, self.last = clock, last
-        self.besides = np.zeros((space.count, 3)) if over is None else over
+        self.further = np.zeros((space.count, 3)) if over is None else over
         machine = self.system.mechanism
         self.gravity = [load for load in machine.loads if isinstance(load, Gravity)]
         self.pushes = [load for load in machine.loads if isinstance(load, Torque | Force)]
-        self.pushed = bool(self.pushes or space.over or space.drags or self.besides.any())
+        self.pushed = bool(self.pushes or space.over or space.drags or self.further.any())
         if space.over:
             self.layout, self.work = self.system.runtime(), self.system.work()
             self.motion = np.zeros((1, 3 * self.system.coordinates))
@@ -63,7 +63,7 @@ class SpaceStepper:
     # -- state -----------------------------------------------------------------------------------
 
     def put(self, pose: Array, vel: Array) -> None:
-        """Give all bodies positions and rates, arrays (bodies, 3)."""
+        """Set positions and rates of all bodies, arrays (bodies, 3)."""
         for body, (x, y, angle), (vx, vy, omega) in zip(
             self.space.bodies, pose.tolist(), vel.tolist(), strict=True
         ):
@@ -83,7 +83,7 @@ class SpaceStepper:
     # -- stepping --------------------------------------------------------------------------------
 
     def go(self, t: float, h: float, steps: int) -> Array:
-        """Take steps of h from t on, and tell of the last as `told` says."""
+        """Take steps of h from t on; returns the row of `_result` of the last."""
         times: Array = t + h * np.arange(1, steps + 1)
         targets = self.drive(times + h).T
         times = times + self.clock
@@ -108,14 +108,14 @@ class SpaceStepper:
                 for body, (fx, fy, torque) in zip(self.space.bodies, wrench.tolist(), strict=True):
                     body.force, body.torque = (fx, fy), torque
             native.step(h)
-        return self._told(h, vel, wrench, gravity[-1])
+        return self._result(h, vel, wrench, gravity[-1])
 
     def _wrench(self, t: float, pose: Array, vel: Array, pushes: list[Any]) -> Array:
-        """What is applied to every body (bodies, 3) at its mass centre, gravity left out."""
+        """Applied forces on every body (bodies, 3) at its mass centre, without gravity."""
         space, index = self.space, self.system.bodies
         everywhere, rates = (np.vstack([part, np.zeros(3)]) for part in (pose, vel))
         found = np.zeros((space.count + 1, 3))
-        found[:-1] = self.besides
+        found[:-1] = self.further
         names = {"ground", *(name for load in self.pushes for name in load.bodies)}
         states = {
             name: BodyState(everywhere[b, :2], float(everywhere[b, 2]), rates[b])
@@ -136,13 +136,13 @@ class SpaceStepper:
             found[:-1] += parts[list(space.over)].sum(axis=0)
         return found[:-1]
 
-    # -- what it tells ---------------------------------------------------------------------------
+    # -- results ---------------------------------------------------------------------------------
 
-    def _told(self, h: float, before: Array, wrench: Array, gravity: Array) -> Array:
+    def _result(self, h: float, before: Array, wrench: Array, gravity: Array) -> Array:
         """Positions, rates and accelerations (bodies, 3) each; of every part (parts, 4) force and
         torque on its body j, and its first impulse over h; all as one row.
 
-        The impulses of the joints are those that the momenta of all bodies ask for.
+        The impulses of the joints follow from the change of momentum of all bodies.
         """
         space = self.space
         pose, vel = self.state()
@@ -178,9 +178,9 @@ def of_system(system: System, times: Array, last: float) -> Array:
 
 
 def _value(law: Any, times: Array, last: float) -> Array:
-    """A law at times, or at the last one of those after it, where it has no value then."""
+    """A law at times; times after the last are replaced by it where the law has no value."""
     try:
         return np.broadcast_to(law(times), len(times))
     except ModelError:
-        # a step reaches beyond the end of a table: the last rates are not asked for
+        # a step goes beyond the end of a table: the last rates are not needed
         return np.broadcast_to(law(np.minimum(times, last)), len(times))

@@ -2,8 +2,8 @@
 
 from mbody.files.model.convert import in_units
 from mbody.files.model.limits import Limits
-from mbody.files.model.read import from_text, load
+from mbody.files.model.read import from_toml, load
 from mbody.files.model.schema import json_schema
-from mbody.files.model.write import save, to_text
+from mbody.files.model.write import save, to_toml
 
-__all__ = ["Limits", "to_text", "in_units", "json_schema", "load", "from_text", "save"]
+__all__ = ["Limits", "from_toml", "in_units", "json_schema", "load", "save", "to_toml"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from mbody.analysis.driven.requests import asks_for, check_ask
+from mbody.analysis.driven.requests import check_instants, dimension_of_instants
 from mbody.analysis.initial.initial_state import check_simulation
 from mbody.analysis.inverse.conditions import check_question
 from mbody.errors import ModelError
@@ -78,12 +78,12 @@ def build(given: Any) -> tuple[Mechanism | None, list[Problem]]:
 def _framed(given: Any, error: ModelError) -> Problem:
     """A problem of the mechanism itself, with the key that it comes from."""
     text = str(error)
-    told = text.removeprefix(f"'{error.element}': ")
+    message = text.removeprefix(f"'{error.element}': ")
     if error.element in given.parameters:
         return Problem(("parameters", error.element), text)
     for key, mark in (("units", "unit system"), ("g", ": g"), ("ground", "'ground'")):
         if mark in text:
-            return Problem((key,), told)
+            return Problem((key,), message)
     return Problem((), text)
 
 
@@ -110,15 +110,15 @@ def _arguments(kind: str, cls: type[Element], entry: Any) -> dict[str, Any]:
 
 
 def _unnamed(text: str, name: str) -> str:
-    """The sentence without the name that stands before it already."""
+    """The sentence without the name that is before it already."""
     return text.removeprefix(f"'{name}': ").removeprefix(f"'{name}' ")
 
 
 def _row(mechanism: Mechanism, name: str, value: Any, angle: str) -> Any:
-    """Values to ask for; plain angles are in the unit of the file."""
+    """Requested values; plain angles are in the unit of the file."""
     if isinstance(value, list):
         return [_row(mechanism, name, part, angle) for part in value]
-    degrees = angle == "deg" and asks_for(mechanism, name) == "angle"
+    degrees = angle == "deg" and dimension_of_instants(mechanism, name) == "angle"
     return math.radians(value) if degrees and isinstance(value, float) else value
 
 
@@ -139,7 +139,7 @@ def _questions(given: Any, mechanism: Mechanism) -> list[Problem]:
             given_rows = fields.get("at", {}).items()
             rows = {name: _row(mechanism, name, row, given.angle) for name, row in given_rows}
             mechanism.ask = Instants(**{**fields, "at": rows})
-            check_ask(mechanism, mechanism.ask)
+            check_instants(mechanism, mechanism.ask)
         except ModelError as error:
             problems.append(Problem(("ask",), str(error).removeprefix("ask: ")))
     if given.simulate is not None:
@@ -149,8 +149,15 @@ def _questions(given: Any, mechanism: Mechanism) -> list[Problem]:
             events = [Event(name=name, **_set(one)) for name, one in entry.events.items()]
             stops = [Stop(name=name, **_set(one)) for name, one in entry.stops.items()]
             mechanism.simulation = SimulationSettings(
-                *(entry.until, start, entry.rtol, entry.instants, [*events, *stops]),
-                *(entry.method, entry.step, entry.release, entry.every),
+                until=entry.until,
+                start=start,
+                rtol=entry.rtol,
+                instants=entry.instants,
+                events=[*events, *stops],
+                method=entry.method,
+                step=entry.step,
+                release=entry.release,
+                every=entry.every,
             )
             check_simulation(mechanism, mechanism.simulation)
         except ModelError as error:

@@ -65,12 +65,13 @@ class Limits:
             most = getattr(self, name)
             if count > most:
                 factor = math.ceil(2 * count / getattr(Limits(), name))
-                told = f"{most / 1e6:g} MB" if name == "size" else f"{most:.0f} {WORDS[name]}"
+                amount = f"{most / 1e6:g} MB" if name == "size" else f"{most:.0f} {WORDS[name]}"
                 how = remedy(
-                    python=f"by limits=mbody.Limits({name}={2 * count:.1g}) of load and save",
+                    python=f"by limits=mbody.files.model.Limits({name}={2 * count:.1g}) "
+                    "of load and save",
                     command=f"by {VARIABLE}={factor:.0f} before the command",
                 )
-                return f"{what} has more than {told}: raise the limits if you trust it, {how}"
+                return f"{what} has more than {amount}: raise the limits if you trust it, {how}"
         return None
 
 
@@ -95,5 +96,7 @@ def limits_of(given: Limits | None) -> Limits:
                 f"{brief(text)}"
             ) from None
     if not isinstance(given, Limits):
-        raise ModelError(f"limits must be mbody.Limits(size=..., values=...), not {brief(given)}")
+        raise ModelError(
+            f"limits must be mbody.files.model.Limits(size=..., values=...), not {brief(given)}"
+        )
     return given

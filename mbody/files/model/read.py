@@ -1,6 +1,6 @@
 """Read a model file: bytes with limits, then TOML or JSON, then the schema, then a mechanism.
 
-Nothing that a file says is executed, and no other file is opened than tables that it names below
+Nothing in a file is executed, and no other file is opened than tables that it names below
 its own folder.
 """
 
@@ -31,11 +31,11 @@ from mbody.quantities.parameters import Parameters, parameter_value, with_unit_o
 from mbody.quantities.parse import MAX_CHARACTERS
 from mbody.quantities.units import Dimension, UnitSystem, unit_system
 
-__all__ = ["built", "check_size", "load", "from_text", "text_of"]
+__all__ = ["built", "check_size", "from_json", "from_toml", "load", "text_of"]
 
 DEEPEST = 30  # tables in tables
 LONGEST_KEY = 20  # parts of a dotted key
-LONGEST_NUMBER = 2000  # bits of a whole number: more than a double holds
+LONGEST_NUMBER = 2000  # bits of a whole number: more than a double can have
 
 _SIGNS = re.compile(r"[-+*/^(,·−²³]")
 ENDLESS = "a whole number has very many digits, more than a computer holds"
@@ -47,7 +47,7 @@ _KEYS = re.compile(
 
 
 class _Refused(ValueError):
-    """What is wrong with a file, to stand behind its name."""
+    """What is wrong with a file, to follow its name."""
 
 
 def load(
@@ -74,38 +74,29 @@ def load(
 
     Notes
     -----
-    What `save` has written is read with the same limits. ``mbody schema`` prints what may stand in
+    What `save` has written is read with the same limits. ``mbody schema`` prints what is allowed in
     a file.
     """
     file = Path(path)
     text = text_of(file, limits)
-    return from_text(
-        text,
-        is_json=file.suffix.lower() == ".json",
-        parameters=parameters,
-        name=_short(file.name),
-        folder=file.parent,
-        limits=limits,
-    )
+    is_json = file.suffix.lower() == ".json"
+    return _made(text, is_json, parameters, _short(file.name), file.parent, limits)
 
 
-def from_text(
+def from_toml(
     text: str,
     *,
-    is_json: bool = False,
     parameters: Mapping[str, Any] | None = None,
     name: str = "model",
     folder: Path | None = None,
     limits: Limits | None = None,
 ) -> Mechanism:
-    """The mechanism of a model that is text.
+    """The mechanism of a model that is text in TOML.
 
     Parameters
     ----------
     text : str
-        TOML, or JSON.
-    is_json : bool
-        Which of them.
+        What a model file contains.
     parameters : mapping, optional
         Other values for parameters of the model.
     name : str
@@ -120,7 +111,7 @@ def from_text(
     ModelError
         With every line that is wrong.
 
-    >>> machine = from_text('''
+    >>> machine = from_toml('''
     ... [bodies.arm]
     ... mass = "2 kg"
     ... [joints]
@@ -129,6 +120,28 @@ def from_text(
     >>> machine["arm"].mass
     2.0
     """
+    return _made(text, False, parameters, name, folder, limits)
+
+
+def from_json(
+    text: str,
+    *,
+    name: str = "model",
+    folder: Path | None = None,
+    limits: Limits | None = None,
+) -> Mechanism:
+    """The mechanism of a model that is text in JSON; parameters and errors as of `from_toml`."""
+    return _made(text, True, None, name, folder, limits)
+
+
+def _made(
+    text: str,
+    is_json: bool,
+    parameters: Mapping[str, Any] | None,
+    name: str,
+    folder: Path | None,
+    limits: Limits | None,
+) -> Mechanism:
     if not isinstance(text, str):
         raise ModelError(f"{name}: a model is text, not {brief(text)}")
     most = limits_of(limits)
@@ -138,7 +151,7 @@ def from_text(
     if parameters:
         _set(data, parameters, name)
     made = built(data, text, is_json=is_json, name=name, folder=folder)
-    made.remarks = meant_otherwise(data, made)
+    made._remarks = meant_otherwise(data, made)
     return made
 
 
@@ -206,7 +219,7 @@ def text_of(file: Path, limits: Limits | None = None) -> str:
 
 
 def _short(name: str) -> str:
-    """A name as it stands in a sentence; what cannot be printed is written out."""
+    """A name for a sentence; what cannot be printed is written out."""
     name = name if name.isprintable() else repr(name)[1:-1]
     name = name if len(name) <= 80 else f"…{name[-77:]}"
     return name.encode(errors="backslashreplace").decode()
@@ -244,8 +257,8 @@ def _where(error: ValueError) -> str:
     if match is None:
         return text[:200]
     place = f"line {match[1]}" if match[1] else "at its end"
-    told = text[: match.start()][:160]
-    return f"{place}: {told[0].lower()}{told[1:]}"
+    reason = text[: match.start()][:160]
+    return f"{place}: {reason[0].lower()}{reason[1:]}"
 
 
 def _check_keys(text: str) -> None:
@@ -342,7 +355,7 @@ def _set(data: dict[str, Any], parameters: Mapping[str, Any], name: str) -> None
 
 def _dimensions(data: Mapping[str, Any]) -> tuple[dict[str, Dimension], UnitSystem]:
     """Dimensions of the parameters that have units, as the file has them; what is wrong in it is
-    told where it is read.
+    reason where it is read.
     """
     try:
         units = unit_system(data.get("units", "SI"))

@@ -29,7 +29,7 @@ from mbody.model.mechanism import Mechanism
 from mbody.quantities import Formula, FormulaError, evaluate, parse
 from mbody.quantities.units import DIMENSIONS, Dimension, dimension_of
 
-__all__ = ["Writer", "as_data", "to_text", "save"]
+__all__ = ["Writer", "as_data", "save", "to_json", "to_toml"]
 
 ANGLE = DIMENSIONS["angle"]
 WORDS = {cls: word for word, cls in LAWS.items()}
@@ -50,11 +50,11 @@ def save(
     Raises
     ------
     ModelError
-        When it holds Python code, which no file carries, `load` would refuse it for its size, or
+        When it has Python code, which no file can contain, `load` would refuse it for its size, or
         the file cannot be written.
     """
     file, data = Path(path), as_data(mechanism)
-    text = _text(data, file.suffix.lower() == ".json")
+    text = _json(data) if file.suffix.lower() == ".json" else toml(data)
     try:
         raw = text.encode()
         check_size(data, len(raw), limits_of(limits), file.name)
@@ -66,18 +66,18 @@ def save(
         raise ModelError(f"the file '{file}' cannot be written: {odd!a} is no character") from None
 
 
-def to_text(mechanism: Mechanism, *, as_json: bool = False) -> str:
-    """The text of a model file.
+def to_toml(mechanism: Mechanism) -> str:
+    """The text of a model file in TOML; `save` writes JSON too.
 
     Raises
     ------
     ModelError
-        When it holds Python code, which no file carries.
+        When it has Python code, which no file can contain.
 
     >>> from mbody import Body, Mechanism
     >>> machine = Mechanism("an arm", units="mm-N-s")
     >>> machine.add(Body("arm", mass="2 kg", points={"A": (100.0, 0.0)}))
-    >>> print(to_text(machine))
+    >>> print(to_toml(machine))
     name  = "an arm"
     units = "mm-N-s"
     <BLANKLINE>
@@ -86,11 +86,16 @@ def to_text(mechanism: Mechanism, *, as_json: bool = False) -> str:
     points = { A = [100, 0] }
     <BLANKLINE>
     """
-    return _text(as_data(mechanism), as_json)
+    return toml(as_data(mechanism))
 
 
-def _text(data: dict[str, Any], as_json: bool) -> str:
-    return json.dumps(data, indent=2, ensure_ascii=False) + "\n" if as_json else toml(data)
+def to_json(mechanism: Mechanism) -> str:
+    """The text of a model file in JSON; errors as of `to_toml`."""
+    return _json(as_data(mechanism))
+
+
+def _json(data: dict[str, Any]) -> str:
+    return json.dumps(data, indent=2, ensure_ascii=False) + "\n"
 
 
 def as_data(mechanism: Mechanism) -> dict[str, Any]:
@@ -104,14 +109,14 @@ class Writer:
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism, self.formulas = mechanism, mechanism.formulas
         self.units = mechanism.units
-        # text of plain radians reads as it is only where the file says so
+        # text of plain radians reads as it is only where the file has that unit
         formulas = [*self.formulas.values(), *formulas_asked(mechanism)]
         open_angles = {f.angle for f in formulas if self.is_open(f)}
         self.angle = "rad" if open_angles == {"rad"} else "deg"
 
     def is_open(self, formula: Formula) -> bool:
-        """Whether it is a plain angle, which the file says the unit of."""
-        return formula.dimension == ANGLE and not formula.has_units(self.mechanism.scope)
+        """Whether it is a plain angle, with the unit of the file."""
+        return formula.dimension == ANGLE and not formula.has_units(self.mechanism._scope)
 
     def written(self, value: float, dimension: Dimension) -> Any:
         """A float as the file has it."""
@@ -125,8 +130,8 @@ class Writer:
         return self.valued(name) if text is None else text
 
     def valued(self, name: str) -> Any:
-        """What a parameter comes to: a number with its unit, a plain one as it is."""
-        scope = self.mechanism.scope
+        """The value of a parameter: a number with its unit, a plain one as it is."""
+        scope = self.mechanism._scope
         value, dimension = float(scope.names[name].value), scope.names[name].dimension
         if dimension is None:
             return plain(value)
@@ -173,7 +178,7 @@ class Writer:
             return self.written(value, dimension)
         whole = value.of(dimension)
         text = self.text(whole)
-        return self.written(whole.value(self.mechanism.scope), dimension) if text is None else text
+        return self.written(whole.value(self.mechanism._scope), dimension) if text is None else text
 
     # -- elements -----------------------------------------------------------------------------
 
@@ -215,7 +220,7 @@ class Writer:
         return [self.number(f"{name}.{axis}", part, length) for axis, part in pairs]
 
     def guess(self, name: str, guess: Guess) -> Any:
-        """A rough pose, as short as it can be said."""
+        """A rough pose, as short as possible."""
         given = {
             key: self.number(
                 f"{name}.{key}", part, ANGLE if key == "angle" else DIMENSIONS["length"]

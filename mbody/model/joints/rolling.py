@@ -14,6 +14,7 @@ from mbody.model.joints._base import Joint
 from mbody.model.joints.gear import signed, touching, turns_of_wheels, without_slip
 from mbody.model.joints.rack import along_line, below, turns_on_line
 from mbody.model.primitives import ConstraintPrimitive, Signal
+from mbody.quantities.types import NumberField, OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.constraint import PoseReader, TurnRow
@@ -30,7 +31,7 @@ class Rolling(Joint):
     On a line Φ = [n_i · d − r,  u_i · d + r (θ_j − θ_i) − offset] = 0; on a wheel Φ = [|d| − R,
     n(ψ) · d] = 0, as of a `Gear`: two rows. The reaction is the force on the wheel at the point of
     contact: its part along the line keeps the wheel from slipping, that across it presses. Both
-    hold whatever their size and sign; a note tells where the contact would have to pull.
+    are kept whatever their size and sign; a note says where the contact would have to pull.
 
     Parameters
     ----------
@@ -50,7 +51,7 @@ class Rolling(Joint):
     offset : float
         On a line: how far along it the wheel is when its angle from the line's is 0 [length].
     phase : float
-        On a wheel: direction of the line of centres when both wheels stand at 0 [rad].
+        On a wheel: direction of the line of centres when both wheels are at 0 [rad].
 
     Examples
     --------
@@ -58,11 +59,11 @@ class Rolling(Joint):
     'll'
     """
 
-    radius: float = number_field("length", 0.0, sign="positive")
-    on_radius: float | None = number_field("length", None, sign="positive")
+    radius: NumberField = number_field("length", 0.0, sign="positive")
+    on_radius: OptionalNumberField = number_field("length", None, sign="positive")
     internal: bool = False
-    offset: float = number_field("length", 0.0)
-    phase: float = number_field("angle", 0.0)
+    offset: NumberField = number_field("length", 0.0)
+    phase: NumberField = number_field("angle", 0.0)
     rows = "ll"
     counts_turns = True
 

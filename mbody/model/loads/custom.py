@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from mbody.model.element import Place, place_field, two_bodies
+from mbody.model.element import InheritedPlace, place_field, two_bodies
 from mbody.model.loads._base import Load
 from mbody.model.primitives import ForcePrimitive
 from mbody.model.user_physics import OwnPhysics
@@ -55,7 +55,7 @@ class CustomLoad(Load):
     >>> from mbody import number_field
     >>> @dataclass(frozen=True)
     ... class Drag(CustomLoad):
-    ...     c: float = number_field("damping", 0.1)
+    ...     c: NumberField = number_field("damping", 0.1)
     ...     def physics(self, i, j, p, t):
     ...         return 0.0, 0.0, 0.0, -self.c * j[5], -self.c * j[6], 0.0
     >>> Drag("drag", "ground", "ball", c="20 N*s/m").numbers()["drag.i.x"]
@@ -64,8 +64,8 @@ class CustomLoad(Load):
 
     acts_on_ground: ClassVar[bool] = False
 
-    i: Place = place_field()
-    j: Place = place_field()
+    i: InheritedPlace = place_field()
+    j: InheritedPlace = place_field()
 
     def _check(self) -> None:
         super()._check()

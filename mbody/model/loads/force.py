@@ -21,9 +21,11 @@ from mbody.model.element import (
 )
 from mbody.model.loads._base import Load
 from mbody.model.primitives import ForcePrimitive, load_physics
+from mbody.quantities.types import NumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
+    from mbody.model.loads._base import LoadSheet
 
 __all__ = ["Force", "force"]
 
@@ -47,8 +49,7 @@ class Force(Load):
 
     Examples
     --------
-    >>> from mbody.model.body import deg
-    >>> Force("push", "coupler.P", 80.0, angle=deg(330)).bodies
+    >>> Force("push", "coupler.P", 80.0, angle="330 deg").bodies
     ('coupler',)
     """
 
@@ -56,7 +57,7 @@ class Force(Load):
 
     at: Place = place_field()
     value: LawLike = law_field("force", 0.0)
-    angle: float = number_field("angle", 0.0)
+    angle: NumberField = number_field("angle", 0.0)
     follows: bool = False
 
     def _check(self) -> None:
@@ -65,6 +66,12 @@ class Force(Load):
             raise ModelError(
                 f"'{self.name}': follows must be True or False, not {self.follows!r}", self.name
             )
+
+    def line(self, sheet: LoadSheet) -> str:
+        """Size, direction and place."""
+        frame = f" from the axes of {self.at.body}" if self.follows else ""
+        size = f"{sheet.value(self, 'value')} {sheet.unit('force')}"
+        return f"{size} @ {sheet.degrees(self, 'angle')}°{frame} on {self.at}"
 
     def actions(self, at: Numbers) -> list[ForcePrimitive]:
         """One action; parameters are the arm and the direction."""

@@ -12,6 +12,7 @@ from mbody.compiler.jit import inline
 from mbody.errors import ModelError
 from mbody.laws import Cam, Table
 from mbody.model.element import (
+    BodyName,
     LawLike,
     Place,
     body_field,
@@ -23,6 +24,7 @@ from mbody.model.element import (
 from mbody.model.geometry import turned
 from mbody.model.loads._base import Load
 from mbody.model.primitives import ForcePrimitive, load_physics
+from mbody.quantities.types import NumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -75,7 +77,7 @@ class PistonPressure(Load):
 
     Examples
     --------
-    >>> from mbody import Table
+    >>> from mbody.laws import Table
     >>> head = Table([0.0, 2.0, 6.2831853072], [5.0, 1.0, 5.0], periodic=True)
     >>> PistonPressure("gas", "ground.head", "piston", "crank", 0.02, 0.017, head=head).bodies
     ('ground', 'ground', 'crank', 'piston')
@@ -85,12 +87,12 @@ class PistonPressure(Load):
 
     i: Place = place_field()
     j: Place = place_field()
-    cycle: str = body_field()
-    head_area: float = number_field("area", 0.0, sign="not negative")
-    rod_area: float = number_field("area", 0.0, sign="not negative")
+    cycle: BodyName = body_field()
+    head_area: NumberField = number_field("area", 0.0, sign="not negative")
+    rod_area: NumberField = number_field("area", 0.0, sign="not negative")
     head: LawLike = law_field("pressure", 0.0, of="angle")
     rod: LawLike = law_field("pressure", 0.0, of="angle")
-    phase: float = number_field("angle", 0.0)
+    phase: NumberField = number_field("angle", 0.0)
 
     def _check(self) -> None:
         super()._check()
@@ -131,7 +133,7 @@ class PistonPressure(Load):
 
 
 def _check_cycle(load: PistonPressure, side: str) -> None:
-    """Refuse a table or a program that does not say the pressure for one turn."""
+    """Refuse a table or a program that does not define the pressure over one turn."""
     law = getattr(load, side)
     period = None
     if isinstance(law, Cam):

@@ -8,10 +8,18 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from mbody.compiler.jit import inline
-from mbody.model.element import LawLike, Place, law_field, number_field, place_field, two_bodies
+from mbody.model.element import (
+    InheritedPlace,
+    OptionalLaw,
+    law_field,
+    number_field,
+    place_field,
+    two_bodies,
+)
 from mbody.model.geometry import between
 from mbody.model.loads._base import LINE, Load, one_of
 from mbody.model.primitives import ForcePrimitive, Signal, load_physics
+from mbody.quantities.types import NumberField, OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -25,8 +33,8 @@ class _Between(Load):
 
     main: ClassVar[tuple[str, ...]] = ("i", "j")
 
-    i: Place = place_field()
-    j: Place = place_field()
+    i: InheritedPlace = place_field()
+    j: InheritedPlace = place_field()
     along_line: ClassVar[bool] = True
 
     def _check(self) -> None:
@@ -59,10 +67,10 @@ class Spring(_Between):
     ('ground', 'arm')
     """
 
-    stiffness: float | None = number_field("stiffness", None)
-    free_length: float = number_field("length", 0.0, sign="not negative")
-    preload: float = number_field("force", 0.0)
-    law: LawLike = law_field("force", None, of="length")
+    stiffness: OptionalNumberField = number_field("stiffness", None)
+    free_length: NumberField = number_field("length", 0.0, sign="not negative")
+    preload: NumberField = number_field("force", 0.0)
+    law: OptionalLaw = law_field("force", None, of="length")
     conservative = True
     free = "free_length"
 
@@ -97,8 +105,8 @@ class Damper(_Between):
         Instead: tension [force] as a function of the rate [length/time].
     """
 
-    coefficient: float | None = number_field("damping", None, sign="not negative")
-    law: LawLike = law_field("force", None, of="velocity")
+    coefficient: OptionalNumberField = number_field("damping", None, sign="not negative")
+    law: OptionalLaw = law_field("force", None, of="velocity")
     dissipative = True
 
     def _check(self) -> None:

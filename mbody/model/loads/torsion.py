@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from mbody.compiler.jit import inline
-from mbody.model.element import LawLike, law_field, number_field
+from mbody.model.element import OptionalLaw, law_field, number_field
 from mbody.model.loads._base import LINE, Turning, one_of
 from mbody.model.primitives import ForcePrimitive, Signal, load_physics
+from mbody.quantities.types import NumberField, OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -43,10 +44,10 @@ class TorsionSpring(Turning):
     ('ground', 'arm')
     """
 
-    stiffness: float | None = number_field("torsion stiffness", None)
-    free_angle: float = number_field("angle", 0.0)
-    preload: float = number_field("torque", 0.0)
-    law: LawLike = law_field("torque", None, of="angle")
+    stiffness: OptionalNumberField = number_field("torsion stiffness", None)
+    free_angle: NumberField = number_field("angle", 0.0)
+    preload: NumberField = number_field("torque", 0.0)
+    law: OptionalLaw = law_field("torque", None, of="angle")
     conservative = True
     by_angle = True
     free = "free_angle"
@@ -82,8 +83,8 @@ class TorsionDamper(Turning):
         Instead: resisting torque as a function of the rate [rad/time].
     """
 
-    coefficient: float | None = number_field("torsion damping", None, sign="not negative")
-    law: LawLike = law_field("torque", None, of="angular velocity")
+    coefficient: OptionalNumberField = number_field("torsion damping", None, sign="not negative")
+    law: OptionalLaw = law_field("torque", None, of="angular velocity")
     dissipative = True
     by_angle = True
 

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.model.coupling import Coupling
+from mbody.views.bounds import pulleys
 from mbody.views.labels import symbolic
-from mbody.views.pose import heading, pulleys
+from mbody.views.pose import heading
 from mbody.views.shapes import direction
 from mbody.views.style import INK, SOFT, WHEEL, Z
 
@@ -58,7 +59,7 @@ def coupling_symbol(coupling: Coupling, sketch: Sketch) -> None:
 
 
 def _ropes(sketch: Sketch, coupling: Coupling) -> list[Array]:
-    """Draw the lengths; gives their places."""
+    """Draw the lengths; returns their places."""
     found: list[Array] = []
     for n, term in enumerate(coupling.parts):
         if not term.ends:
