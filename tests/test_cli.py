@@ -175,9 +175,9 @@ def test_the_four_bar_as_data(run):
         "angle": "deg",
         "torque": "lbf·in",
     }
-    keys = "mbody model analysis units t bodies points reactions efforts"
-    assert list(told)[:9] == keys.split()
-    assert list(told)[9:13] == ["unique_efforts", "loads", "measures", "checks"]
+    keys = "mbody model analysis units status doubts notes t bodies points reactions efforts"
+    assert list(told)[:12] == keys.split()
+    assert list(told)[12:] == ["unique_efforts", "loads", "measures", "checks"]
     assert told["analysis"] == "kinetostatics" and told["mbody"] == mbody.__version__
     assert told["bodies"]["crank"]["angle"] == [pytest.approx(60.0)]
     motion = ["x", "y", "angle", "vx", "vy", "omega", "ax", "ay", "alpha"]

@@ -212,7 +212,7 @@ def test_a_lack_of_memory_is_a_line(monkeypatch, capsys):
     assert cli.main(["demo"]) == 1
     assert (
         capsys.readouterr().err
-        == "mbody: there is not enough memory for this: ask for less at once\n"
+        == "mbody: there is not enough memory for this: request less at once\n"
     )
 
 

@@ -85,7 +85,7 @@ def test_a_driven_four_bar():
     assert (report.bodies, report.joints, report.drivers, report.loops) == (3, 4, 1, 1)
     assert rows(report) == (1, 8, 1)
     assert report.freedom == 0 and report.driven_motions == () and report.redundant == {}
-    assert "FREE MOTIONS, drivers held: none" in text
+    assert "FREE MOTIONS, drivers fixed: none" in text
     (motion,) = report.motions
     run = mbody.kinematics(build())
     ratio = [run[name].omega[0] / run["crank"].omega[0] for name in ("coupler", "rocker")]
@@ -104,7 +104,7 @@ def test_a_four_bar_without_a_driver():
     text = seen(report)
     assert (report.freedom, report.drivers) == (1, 0)
     assert report.driven_motions == report.motions
-    assert "drivers held" not in text and "FREE MOTIONS\n" in text
+    assert "drivers fixed" not in text and "FREE MOTIONS\n" in text
 
 
 def test_the_driven_link_leads():

@@ -16,9 +16,9 @@ FREE = ("bouncing_ball", "double_pendulum", "simple_pendulum")
 
 def without_guesses(machine, names):
     """The same, with no guess on some bodies."""
-    made = machine.snapshot()
+    made = machine._snapshot()
     for name in names:
-        made = made.replaced(replace(machine[name], guess=None))
+        made = made._replaced(replace(machine[name], guess=None))
     return made
 
 

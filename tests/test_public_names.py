@@ -14,9 +14,10 @@ MOST = 70
 def imported_for_type_checkers() -> set[str]:
     """The names that the block under `TYPE_CHECKING` imports."""
     tree = ast.parse((PACKAGE / "__init__.py").read_text(encoding="utf-8"))
-    blocks = [node for node in tree.body if isinstance(node, ast.If)]
-    imports = [node for block in blocks for node in block.body]
-    assert all(isinstance(node, ast.ImportFrom) for node in imports)
+    blocks = (node for node in tree.body if isinstance(node, ast.If))
+    block = next(one for one in blocks if ast.unparse(one.test) == "TYPE_CHECKING")
+    imports = [node for node in block.body if isinstance(node, ast.ImportFrom)]
+    assert len(imports) == len(block.body)
     return {alias.asname or alias.name for node in imports for alias in node.names}
 
 

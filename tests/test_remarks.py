@@ -31,7 +31,7 @@ def model(law='"25 rad/s * t"', mass="mass = 2\ninertia = 1", spring='"3 N*m/rad
 
 
 def test_nothing_is_said_of_what_is_plain():
-    assert model().remarks == () and remarks(model()) == ()
+    assert model()._remarks == () and remarks(model()) == ()
     assert not mbody.kinetostatics(model()).notes
 
 
@@ -120,7 +120,7 @@ def test_a_driver_without_a_law():
     ).replace(", law = 0", "")
     run = mbody.kinetostatics(mbody.from_toml(text))
     (note,) = run.notes
-    assert note.startswith("driver 'motor' has no law: by itself it holds 'arm' at 0 deg")
+    assert note.startswith("driver 'motor' has no law: it keeps 'arm' at 0 deg")
     asked = mbody.from_toml(text + "[ask]\nat = { motor = 30 }\n")
     assert not remarks(asked)
 

@@ -1,4 +1,4 @@
-"""The command `mbody`: models in, answers out, for people and for scripts."""
+"""The command `mbody`: analyses of model files, for people and for scripts."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 
 from mbody.cli.interrupts import STATUS, stop
 from mbody.cli.parser import parser
-from mbody.cli.streams import opened, say, silenced
+from mbody.cli.streams import message, opened, silenced
 from mbody.cli.usage import UsageError
 from mbody.errors import ModelError, SolveError, at_the_command
 
@@ -29,9 +29,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        0; 1 where an analysis could not give what was asked, or was stopped with what it had, or
-        where the output cannot be written; 2 for bad input; 130 where Ctrl-C ended it. The sentence
-        that says why goes to stderr, or with --json to stdout as data.
+        0; 1 if an analysis fails, is stopped or gives a doubtful result, or if the output cannot
+        be written; 2 for bad input; 130 if Ctrl-C ended it. The reason goes to stderr as a
+        sentence, or with --json to stdout as data.
 
     Raises
     ------
@@ -53,40 +53,40 @@ def main(argv: Sequence[str] | None = None) -> int:
         with contextlib.suppress(AttributeError, ValueError):
             stream.reconfigure(errors="replace")  # type: ignore[union-attr]
     try:
-        status = _answered(arguments)
+        status = _exit_status(arguments)
         if sys.stdout is not None:
             sys.stdout.flush()
         return status
     except BrokenPipeError:
-        # the reader has gone, as in `mbody demo | head`: nothing to say, and nowhere to say it
+        # the reader has gone, as in `mbody demo | head`: nothing is left to report
         silenced()
         return 1
     except OSError as error:
         silenced()
-        say(f"mbody: cannot write the output ({error.strerror or error})")
+        message(f"mbody: cannot write the output ({error.strerror or error})")
         return 1
     except KeyboardInterrupt:
-        say("mbody: stopped")
+        message("mbody: stopped")
         return STATUS
     except MemoryError:
-        say("mbody: there is not enough memory for this: ask for less at once")
+        message("mbody: there is not enough memory for this: request less at once")
         return 1
     finally:
         stop.done()
 
 
-def _answered(arguments: list[str]) -> int:
-    """The status of a command, its errors told."""
+def _exit_status(arguments: list[str]) -> int:
+    """The exit status of a command; errors are reported."""
     try:
         return _run(arguments)
     except (ModelError, UsageError) as error:
-        _tell(error, "--json" in arguments)
+        _report(error, "--json" in arguments)
         return 2
     except SolveError as error:
-        _tell(error, "--json" in arguments)
+        _report(error, "--json" in arguments)
         return 1
     except SystemExit:
-        # of --help: what was printed is written now, while it can be told that it cannot
+        # of --help: what was printed is written now, while a failure can still be reported
         if sys.stdout is not None:
             sys.stdout.flush()
         raise
@@ -94,22 +94,22 @@ def _answered(arguments: list[str]) -> int:
 
 def _run(arguments: list[str]) -> int:
     root = parser()
-    asked = root.parse_args(arguments)
-    if asked.command is None:
+    args = root.parse_args(arguments)
+    if args.command is None:
         root.print_help()
         return 0
-    # what answers is imported only now: help is there at once
-    module, _, function = asked.answer.partition(".")
+    # the function of a command is imported only now: help is there at once
+    module, _, function = args.answer.partition(".")
     answer: Callable[[Any], int] = getattr(import_module(f"mbody.cli.{module}"), function)
     with at_the_command():
-        return answer(asked)
+        return answer(args)
 
 
-def _tell(error: Exception, as_json: bool) -> None:
+def _report(error: Exception, as_json: bool) -> None:
     """An error as a sentence, or as data."""
     if as_json:
         from mbody.files.results import error_data
 
         print(json.dumps(error_data(error), ensure_ascii=False))
     else:
-        say(f"mbody: {error}")
+        message(f"mbody: {error}")

@@ -1,4 +1,4 @@
-"""What mbody knows: `check`, `equilibrium`, `modes`, `models`, `show`, `schema`."""
+"""Commands about models: `check`, `equilibrium`, `modes`, `models`, `show`, `schema`."""
 
 from __future__ import annotations
 
@@ -6,55 +6,55 @@ import json
 from pathlib import Path
 from typing import Any
 
-from mbody.cli.analyse import told_status
-from mbody.cli.models import path_of, taken
+from mbody.cli.analyse import exit_status
+from mbody.cli.models import model_of, path_of
+from mbody.solution.heading import heading
 
 __all__ = ["check", "equilibrium", "models", "modes", "schema", "show"]
 
 
-def check(asked: Any) -> int:
+def check(args: Any) -> int:
     """Degrees of freedom, redundant rows and free motions of a model."""
     from mbody.analysis.freedom.mobility import mobility
 
-    report = mobility(taken(asked))
-    print(json.dumps(report.data(), ensure_ascii=False) if asked.json else report)
+    report = mobility(model_of(args))
+    print(json.dumps(report.data(), ensure_ascii=False) if args.json else report)
     return 0
 
 
-def equilibrium(asked: Any) -> int:
+def equilibrium(args: Any) -> int:
     """Rest positions of a model."""
     from mbody.analysis.equilibria.equilibrium import equilibrium as found
 
-    mechanism = taken(asked)
-    when = 0.0 if asked.t is None else mechanism.number(asked.t, "time", "--t", "value")
-    report = found(mechanism, free=asked.free, t=when)
-    told = (
-        json.dumps(report.data(asked.angle or "deg"), ensure_ascii=False) if asked.json else report
-    )
-    print(told)
-    return 1 if report.doubts else 0
+    mechanism = model_of(args)
+    when = 0.0 if args.t is None else mechanism._number(args.t, "time", "--t", "value")
+    report = found(mechanism, free=args.free, t=when)
+    angle = args.angle or "deg"
+    print(json.dumps(report.data(angle), ensure_ascii=False) if args.json else report)
+    return exit_status(report)
 
 
-def modes(asked: Any) -> int:
+def modes(args: Any) -> int:
     """Frequencies, damping and shapes of small motions about the rest positions of a model."""
     from mbody.analysis.linear.modes import modes as found
 
-    mechanism = taken(asked)
-    when = 0.0 if asked.t is None else mechanism.number(asked.t, "time", "--t", "value")
-    report = found(mechanism, free=asked.free, t=when)
-    print(json.dumps(report.data(), ensure_ascii=False) if asked.json else report)
-    return told_status(report)
+    mechanism = model_of(args)
+    when = 0.0 if args.t is None else mechanism._number(args.t, "time", "--t", "value")
+    report = found(mechanism, free=args.free, t=when)
+    print(json.dumps(report.data(), ensure_ascii=False) if args.json else report)
+    return exit_status(report)
 
 
-def models(asked: Any) -> int:
+def models(args: Any) -> int:
     """The models of the gallery, with title, source and what to look at."""
     from mbody import gallery
     from mbody.sheets.table import paragraph
 
     found = {name: _headed(gallery.path(name)) for name in gallery.names()}
-    if asked.json:
-        told = [{"model": name, **head} for name, head in found.items()]
-        print(json.dumps({"models": told}, ensure_ascii=False))
+    if args.json:
+        entries = [{"model": name, **head} for name, head in found.items()]
+        head = heading(None, "models", {})
+        print(json.dumps(head | {"models": entries}, ensure_ascii=False))
         return 0
     wide = max(map(len, found)) + 2
     for name, head in found.items():
@@ -73,15 +73,15 @@ def _headed(path: Path) -> dict[str, str]:
     return {word: str(table.get(key, "")) for word, key in keys.items()}
 
 
-def show(asked: Any) -> int:
+def show(args: Any) -> int:
     """The file of a model, as it is."""
     from mbody.files.model.read import text_of
 
-    print(text_of(path_of(asked.model)), end="")
+    print(text_of(path_of(args.model)), end="")
     return 0
 
 
-def schema(asked: Any) -> int:
+def schema(args: Any) -> int:
     """The JSON Schema of model files."""
     from mbody.files.model import json_schema
 

@@ -6,8 +6,8 @@ import json
 import sys
 from typing import TYPE_CHECKING, Any
 
-from mbody.cli.models import named_values, taken
-from mbody.cli.streams import say
+from mbody.cli.models import model_of, named_values
+from mbody.cli.streams import message
 from mbody.cli.usage import UsageError
 from mbody.errors import ModelError
 from mbody.solution.doubts import succeeded
@@ -16,59 +16,57 @@ if TYPE_CHECKING:
     from mbody.model.study import Instants
     from mbody.solution.solution import Solution
 
-__all__ = ["analyse", "check_forms", "question", "told_status", "write"]
+__all__ = ["analyse", "check_forms", "question", "exit_status", "write"]
 
 
-def analyse(asked: Any) -> int:
-    """Run an analysis and show what was asked for."""
+def analyse(args: Any) -> int:
+    """Run an analysis and print its results."""
     from mbody.analysis.driven.requests import analyse_at as solved
 
-    check_forms(asked)
-    mechanism = taken(asked)
-    run = solved(mechanism, asked.command, question(asked, mechanism.ask))
-    wants_equations = getattr(asked, "equations", False)
+    check_forms(args)
+    mechanism = model_of(args)
+    run = solved(mechanism, args.command, question(args, mechanism.ask))
+    wants_equations = getattr(args, "equations", False)
     if wants_equations and len(run) > 1:
-        raise ModelError("--equations shows one instant: say which, with --at")
-    write(run, asked)
-    if asked.json:
-        told = run.data(asked.angle or "deg")
+        raise ModelError("--equations shows one instant: choose it with --at")
+    write(run, args)
+    if args.json:
+        data = run.data(args.angle or "deg")
         if wants_equations:
-            told["equations"] = run.equations().data()
-        print(json.dumps(told, ensure_ascii=False, allow_nan=False))
+            data["equations"] = run.equations().data()
+        print(json.dumps(data, ensure_ascii=False, allow_nan=False))
     elif wants_equations:
         print(run.equations())
-    elif asked.csv != "-":
+    elif args.csv != "-":
         print(run)
-    return told_status(run, shown=asked.json or (asked.csv != "-" and not wants_equations))
+    return exit_status(run, shown=args.json or (args.csv != "-" and not wants_equations))
 
 
-def told_status(result: Any, shown: bool = True) -> int:
-    """The exit status of a result; what is in doubt is told on stderr where nothing on stdout
-    has `shown` it.
-    """
+def exit_status(result: Any, shown: bool = True) -> int:
+    """The exit status of a result; doubts go to stderr unless stdout has `shown` them."""
     if not shown:
         for doubt in result.doubts:
-            say(f"mbody: doubtful: {doubt.message}")
+            message(f"mbody: doubtful: {doubt.message}")
     return 0 if succeeded(result.status) else 1
 
 
-def question(asked: Any, own: Instants | None) -> Instants | None:
-    """The instants that the arguments ask for, where they leave it open what the model asks."""
+def question(args: Any, own: Instants | None) -> Instants | None:
+    """The instants that the arguments ask for, or those of the model."""
     from mbody.model.study import Instants
     from mbody.quantities import FormulaError, read
 
-    if asked.at and asked.over:
+    if args.at and args.over:
         raise UsageError("give --at or --over, not both")
-    over = asked.over or (own.over if own and not asked.at else "")
-    if asked.instants is not None and not over:
+    over = args.over or (own.over if own and not args.at else "")
+    if args.instants is not None and not over:
         raise UsageError("--instants goes with --over")
-    if asked.over or asked.instants is not None:
+    if args.over or args.instants is not None:
         try:
-            return Instants(over=over, instants=_whole(asked.instants))
+            return Instants(over=over, instants=_whole(args.instants))
         except ModelError as error:
             raise ModelError(str(error).replace("ask: ", "--", 1)) from None
     at: dict[str, Any] = {}
-    for name, text in named_values(asked.at, "--at").items():
+    for name, text in named_values(args.at, "--at").items():
         try:
             at[name] = [read(part, None, "deg") for part in text.split(",")]
         except FormulaError as error:
@@ -84,25 +82,25 @@ def _whole(text: str | None) -> int | None:
     return int(text)
 
 
-def check_forms(asked: Any) -> None:
-    """Refuse forms that would be printed into each other, before anything is followed."""
-    if asked.json and asked.csv == "-":
+def check_forms(args: Any) -> None:
+    """Refuse outputs that would mix, before an analysis runs."""
+    if args.json and args.csv == "-":
         raise UsageError("--json and --csv - print to the same place: give --csv a file")
-    if asked.npz == "-":
+    if args.npz == "-":
         raise UsageError("--npz takes a file: its arrays cannot be printed")
 
 
-def write(run: Solution, asked: Any) -> None:
-    """The files that were asked for; what was written is told."""
-    angle = asked.angle or "rad"
-    if asked.csv == "-":
+def write(run: Solution, args: Any) -> None:
+    """Write the requested files and report them."""
+    angle = args.angle or "rad"
+    if args.csv == "-":
         from mbody.files.tables import print_csv
 
         print_csv(run, sys.stdout, angle)
-    elif asked.csv:
-        run.to_csv(asked.csv, angle)
-    if asked.npz:
-        run.to_npz(asked.npz)
-    for path in (asked.csv, asked.npz):
+    elif args.csv:
+        run.to_csv(args.csv, angle)
+    if args.npz:
+        run.to_npz(args.npz)
+    for path in (args.csv, args.npz):
         if path and path != "-":
-            say(f"wrote {path}: {len(run)} instants")
+            message(f"wrote {path}: {len(run)} instants")

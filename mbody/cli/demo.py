@@ -21,7 +21,7 @@ PRINTED = {
 }
 
 
-def demo(asked: Any = None) -> int:
+def demo(args: Any = None) -> int:
     """Norton's four-bar, and the book's answers beside ours."""
     from mbody.analysis.driven.kinetostatics import kinetostatics
     from mbody.gallery import load

@@ -31,10 +31,10 @@ EXTRA = {
 TORQUE, ROUNDING = 243.23759076122957, 1e-12
 
 
-def doctor(asked: Any) -> int:
-    """Tell what there is; 1 where something needed is missing."""
+def doctor(args: Any) -> int:
+    """Report what is installed; 1 if something needed is missing."""
     report = examine()
-    if asked.json:
+    if args.json:
         print(json.dumps(report, ensure_ascii=False))
     else:
         print(*lines(report), sep="\n")
@@ -43,7 +43,6 @@ def doctor(asked: Any) -> int:
 
 def examine() -> dict[str, Any]:
     """Versions, the cache of the kernels, and whether mbody is ready."""
-    from mbody._version import __version__
     from mbody.compiler.cache import cache_folder
 
     needed = {name: _version(name) for name in NEEDED}
@@ -52,8 +51,8 @@ def examine() -> dict[str, Any]:
     )
     folder = cache_folder()
     kept = sorted(folder.rglob("*.nbc")) if folder else []
-    return {
-        "mbody": __version__,
+    ready = checked["agrees"] and sys.version_info >= (3, 11)
+    found = {
         "python": platform.python_version(),
         "machine": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
         "needed": needed,
@@ -62,8 +61,19 @@ def examine() -> dict[str, Any]:
         "kernels": len(kept),
         "jit": os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0"),
         "kernel_check": checked,
-        "ready": checked["agrees"] and sys.version_info >= (3, 11),
+        "ready": ready,
     }
+    return _head(found) | found
+
+
+def _head(found: dict[str, Any]) -> dict[str, Any]:
+    """The first keys of the report; that mbody is not ready is a doubt about its results."""
+    from mbody.solution.doubts import Doubt, Inherited, inherited
+    from mbody.solution.heading import heading
+
+    doubts = () if found["ready"] else (Doubt("solver", _remedy(found)),)
+    whole = Inherited(**inherited(Inherited(doubts=doubts)))
+    return heading(None, "doctor", {"torque": "lbf·in"}, whole)
 
 
 def kernel_check() -> dict[str, Any]:

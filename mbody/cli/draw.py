@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from mbody.cli.analyse import question
-from mbody.cli.models import taken
-from mbody.cli.streams import say
+from mbody.cli.models import model_of
+from mbody.cli.streams import message
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -18,32 +18,32 @@ if TYPE_CHECKING:
 __all__ = ["draw", "plot"]
 
 
-def draw(asked: Any) -> int:
-    """Write a picture of a model at the first of the instants asked for."""
+def draw(args: Any) -> int:
+    """Write a picture of a model at the first of the requested instants."""
     from mbody.views import draw as drawn
     from mbody.views.backend import check_ending
 
-    check_ending(asked.output)
-    mechanism = taken(asked)
-    wanted = question(asked, mechanism.ask)
-    if mechanism.drivers or asked.forces or wanted is not mechanism.ask:
-        run = _solved(mechanism, "kinetostatics" if asked.forces else "kinematics", wanted)
-        figure = drawn(run, 0, asked.forces, paths=asked.path)
+    check_ending(args.output)
+    mechanism = model_of(args)
+    wanted = question(args, mechanism.ask)
+    if mechanism.drivers or args.forces or wanted is not mechanism.ask:
+        run = _solved(mechanism, "kinetostatics" if args.forces else "kinematics", wanted)
+        figure = drawn(run, 0, args.forces, paths=args.path)
     else:
-        figure = drawn(mechanism, paths=asked.path)
-    return _written(figure, asked.output)
+        figure = drawn(mechanism, paths=args.path)
+    return _written(figure, args.output)
 
 
-def plot(asked: Any) -> int:
-    """Write diagrams over the turn, or over the instants that are asked for."""
+def plot(args: Any) -> int:
+    """Write diagrams over the turn, or over the requested instants."""
     from mbody.views import plot as plotted
     from mbody.views.backend import check_ending
     from mbody.views.cycle import cycle
 
-    check_ending(asked.output)
-    mechanism = taken(asked)
-    run = _solved(mechanism, "kinetostatics", cycle(mechanism, question(asked, mechanism.ask)))
-    return _written(plotted(run, *asked.quantities), asked.output)
+    check_ending(args.output)
+    mechanism = model_of(args)
+    run = _solved(mechanism, "kinetostatics", cycle(mechanism, question(args, mechanism.ask)))
+    return _written(plotted(run, *args.quantities), args.output)
 
 
 def _solved(mechanism: Mechanism, analysis: str, wanted: Instants | None) -> Solution:
@@ -56,5 +56,5 @@ def _written(figure: Figure, path: str) -> int:
     from mbody.views import save
 
     save(figure, path)
-    say(f"wrote {path}")
+    message(f"wrote {path}")
     return 0

@@ -27,12 +27,12 @@ class Stop:
 
     Attributes
     ----------
-    asked : bool
+    requested : bool
         Whether what is under way is to stop at its next mark.
     """
 
     def __init__(self) -> None:
-        self.asked = self.waiting = False
+        self.requested = self.waiting = False
 
     def take_over(self) -> None:
         """Answer Ctrl-C from now on; only the main thread can, and nothing that is ignored is."""
@@ -49,8 +49,8 @@ class Stop:
         end: Callable[[int], Any] = os._exit,
     ) -> None:
         """Answer one Ctrl-C: wait for the next mark, or end the process with one line."""
-        if self.waiting and not self.asked:
-            self.asked = True
+        if self.waiting and not self.requested:
+            self.requested = True
             return
         try:
             write(2, LINE)
@@ -63,16 +63,16 @@ class Stop:
         Raises
         ------
         KeyboardInterrupt
-            Where Ctrl-C asked for it since the last mark.
+            Where Ctrl-C requested it since the last mark.
         """
         self.waiting = True
-        if self.asked:
-            self.asked = False
+        if self.requested:
+            self.requested = False
             raise KeyboardInterrupt
 
     def done(self) -> None:
         """Nothing is under way any more that could be kept."""
-        self.asked = self.waiting = False
+        self.requested = self.waiting = False
 
 
 #: Of this process.

@@ -1,4 +1,4 @@
-"""Find the model that a command names, with the parameters and units that it asks for."""
+"""Find the model that a command names, with the requested parameters and units."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from mbody.errors import ModelError
 if TYPE_CHECKING:
     from mbody.model.mechanism import Mechanism
 
-__all__ = ["named_values", "path_of", "taken"]
+__all__ = ["named_values", "path_of", "model_of"]
 
 
-def taken(asked: Any) -> Mechanism:
+def model_of(args: Any) -> Mechanism:
     """The mechanism that the arguments name.
 
     Raises
@@ -25,8 +25,8 @@ def taken(asked: Any) -> Mechanism:
     """
     from mbody.files.model import in_units, load
 
-    mechanism = load(path_of(asked.model), parameters=named_values(asked.set, "--set"))
-    return in_units(mechanism, asked.units) if asked.units else mechanism
+    mechanism = load(path_of(args.model), parameters=named_values(args.set, "--set"))
+    return in_units(mechanism, args.units) if args.units else mechanism
 
 
 def path_of(model: str) -> Path:

@@ -1,4 +1,4 @@
-"""The words of the command: what may be said, and which function answers.
+"""The arguments of the command, and the function that each command calls.
 
 Nothing heavy is imported before a command runs, so that help is there at once.
 """
@@ -32,7 +32,7 @@ examples:
 
 
 class _Parser(argparse.ArgumentParser):
-    """Errors are raised, so that they are told like all others."""
+    """Errors are raised, so that they are reported like all others."""
 
     def error(self, message: str) -> NoReturn:
         """Raise what the arguments lack."""
@@ -52,17 +52,17 @@ def parser() -> argparse.ArgumentParser:
     root.add_argument("--version", action="version", version=f"mbody {__version__}")
     commands = root.add_subparsers(dest="command", metavar="command", parser_class=_Parser)
 
-    def command(name: str, told: str, answer: str) -> argparse.ArgumentParser:
-        made = commands.add_parser(name, help=told, description=told, allow_abbrev=False)
+    def command(name: str, text: str, answer: str) -> argparse.ArgumentParser:
+        made = commands.add_parser(name, help=text, description=text, allow_abbrev=False)
         made.set_defaults(answer=answer)
         return made
 
-    for name, told in (
+    for name, description in (
         ("kinematics", "positions, velocities and accelerations"),
         ("kinetostatics", "the motion, every joint force and every effort (inverse dynamics)"),
         ("statics", "every joint force and effort at rest"),
     ):
-        _analysis(command(name, told, "analyse.analyse"))
+        _analysis(command(name, description, "analyse.analyse"))
     run = command("simulate", "free motion under loads, over time", "simulate.simulate")
     _model(run)
     run.add_argument("--to", metavar="TIME", help="the last time, such as 10 or '2 min'")
@@ -108,7 +108,7 @@ def parser() -> argparse.ArgumentParser:
     _json(modes)
     cross = command(
         "crosscheck",
-        "what other engines say of the results: a second opinion",
+        "results compared with those of other engines",
         "crosscheck.crosscheck",
     )
     _model(cross)
@@ -150,9 +150,9 @@ def _model(command: argparse.ArgumentParser) -> None:
 def _resting(command: argparse.ArgumentParser) -> None:
     _model(command)
     command.add_argument(
-        "--free", action="append", default=[], metavar="DRIVER", help="a driver that lets go"
+        "--free", action="append", default=[], metavar="DRIVER", help="a driver to release"
     )
-    command.add_argument("--t", metavar="TIME", help="when laws are taken, by default 0")
+    command.add_argument("--t", metavar="TIME", help="when laws are model_of, by default 0")
 
 
 def _json(command: argparse.ArgumentParser) -> None:
@@ -173,7 +173,7 @@ def _instants(command: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME=VALUE",
-        help="where a driver or its body is (crank=60, in degrees; rates by its law), or t=0.1; "
+        help="position of a driver or its body (crank=60, in degrees; rates by its law), or t=0.1; "
         "several values with commas",
     )
     command.add_argument(
@@ -263,7 +263,7 @@ def _sweep(command: argparse.ArgumentParser) -> None:
     )
     _instants(command)
     command.add_argument(
-        "--to", metavar="FOLDER", help="keep the answers there, to be gone on with"
+        "--to", metavar="FOLDER", help="keep the answers there, to be continued later"
     )
     command.add_argument("--csv", metavar="FILE", help="write a line for each design")
     _json(command)

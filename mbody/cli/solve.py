@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from mbody.cli.models import taken
+from mbody.cli.models import model_of
 from mbody.errors import ModelError, SolveError
 from mbody.model.element import listed
 
@@ -14,42 +14,48 @@ __all__ = ["solve"]
 NONE = "no solution:"
 
 
-def solve(asked: Any) -> int:
+def solve(args: Any) -> int:
     """Answer one question of a model, or all of them; 1 where one has none, or a doubt."""
-    from mbody._version import __version__
     from mbody.analysis.inverse.solve_for import solve_for
     from mbody.files.answers import answer_data
     from mbody.files.results import error_data
     from mbody.sheets.answers import sheet
+    from mbody.solution.doubts import Doubt, Inherited, inherited
+    from mbody.solution.heading import heading, unit_symbols
 
-    mechanism = taken(asked)
+    mechanism = model_of(args)
     questions = mechanism.questions
     if not questions:
         raise ModelError(
-            f"'{mechanism.name}' asks nothing: give its file a table [solve.NAME] with unknowns "
-            "and conditions"
+            f"'{mechanism.name}' has no questions: give its file a table [solve.NAME] with "
+            "unknowns and conditions"
         )
-    if asked.name and asked.name not in questions:
+    if args.name and args.name not in questions:
         raise ModelError(
-            f"'{mechanism.name}' has no question '{asked.name[:60]}' (it has: {listed(questions)})",
-            asked.name,
+            f"'{mechanism.name}' has no question '{args.name[:60]}' (it has: {listed(questions)})",
+            args.name,
         )
     cases: dict[str, Any] = {}
-    texts, failed = [], False
-    for name in [asked.name] if asked.name else questions:
+    texts: list[str] = []
+    doubts: list[Doubt] = []
+    notes: list[str] = []
+    for name in [args.name] if args.name else questions:
         try:
             answer = solve_for(mechanism, questions[name])
         except SolveError as error:
-            failed = True
+            doubts.append(Doubt("incomplete", f"{name}: {error}"))
             cases[name] = {"solutions": [], **error_data(error)}
             texts.append("\n".join([f"{mechanism.name}: {name}", "", NONE, str(error)]))
         else:
-            failed |= bool(answer.doubts)
-            cases[name] = answer_data(answer, asked.angle or "deg")
+            doubts += answer.doubts
+            notes += answer.notes
+            cases[name] = answer_data(answer, args.angle or "deg")
             texts.append(sheet(answer, name))
-    if asked.json:
-        told = {"mbody": __version__, "model": mechanism.name, "analysis": "solve", "cases": cases}
-        print(json.dumps(told, ensure_ascii=False, allow_nan=False))
+    if args.json:
+        units = unit_symbols(mechanism.units, args.angle or "deg")
+        whole = Inherited(**inherited(Inherited(doubts=tuple(doubts)), notes=notes))
+        head = heading(mechanism.name, "solve", units, whole)
+        print(json.dumps(head | {"cases": cases}, ensure_ascii=False, allow_nan=False))
     else:
         print("\n\n\n".join(texts))
-    return 1 if failed else 0
+    return 1 if doubts else 0

@@ -1,4 +1,4 @@
-"""Standard output and errors that are closed, full, or read no more."""
+"""Standard output and standard error that are closed, full, or no longer read."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import os
 import sys
 from typing import IO, Any
 
-__all__ = ["opened", "say", "silenced"]
+__all__ = ["opened", "message", "silenced"]
 
 
 def opened() -> None:
@@ -33,8 +33,8 @@ def _stream(number: int, mode: str) -> IO[str]:
     return open(number, mode, encoding="utf-8", errors="replace", closefd=False)
 
 
-def say(text: str, *, end: str = "\n") -> None:
-    """Print to standard error, where there is somebody who reads it."""
+def message(text: str, *, end: str = "\n") -> None:
+    """Print to standard error, if it is open."""
     if sys.stderr is not None:
         try:
             print(text, end=end, file=sys.stderr, flush=True)
@@ -44,7 +44,7 @@ def say(text: str, *, end: str = "\n") -> None:
 
 def silenced(stream: Any = None) -> None:
     """Lead a stream, by default standard output, to nowhere: what is left of it cannot be written,
-    and the end of the process would tell so once more.
+    and the end of the process would report it once more.
     """
     with contextlib.suppress(OSError, ValueError, AttributeError):
         nowhere = os.open(os.devnull, os.O_WRONLY)

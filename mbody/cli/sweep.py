@@ -6,12 +6,13 @@ import csv
 import json
 from typing import TYPE_CHECKING, Any
 
-from mbody.cli.analyse import question, told_status
+from mbody.cli.analyse import exit_status, question
 from mbody.cli.interrupts import stop
-from mbody.cli.models import named_values, taken
-from mbody.cli.streams import say
+from mbody.cli.models import model_of, named_values
+from mbody.cli.streams import message
 from mbody.cli.usage import UsageError
 from mbody.errors import ModelError
+from mbody.solution.heading import heading
 
 if TYPE_CHECKING:
     from mbody.sweeps import Sweep
@@ -19,28 +20,28 @@ if TYPE_CHECKING:
 __all__ = ["sweep"]
 
 
-def sweep(asked: Any) -> int:
-    """Run a sweep and show what was asked for."""
+def sweep(args: Any) -> int:
+    """Run a sweep and print its results."""
     from mbody.sweeps import sweep as solved
 
-    if not asked.vary:
-        raise UsageError("say what differs between designs: --vary NAME=LOW:HIGH:COUNT")
-    mechanism = taken(asked)
-    parameters = {n: _values(n, text) for n, text in named_values(asked.vary, "--vary").items()}
-    ask = question(asked, mechanism.ask)
+    if not args.vary:
+        raise UsageError("choose what differs between designs: --vary NAME=LOW:HIGH:COUNT")
+    mechanism = model_of(args)
+    parameters = {n: _values(n, text) for n, text in named_values(args.vary, "--vary").items()}
+    ask = question(args, mechanism.ask)
     options: dict[str, Any] = (
         {} if ask is None else {"at": ask.at, "over": ask.over, "instants": ask.instants}
     )
-    options |= {"to": asked.to, "progress": lambda done, of: stop.mark()}
-    found = solved(mechanism, parameters, asked.analysis, asked.measure or None, **options)
+    options |= {"to": args.to, "progress": lambda done, of: stop.mark()}
+    found = solved(mechanism, parameters, args.analysis, args.measure or None, **options)
     stop.done()
-    if asked.csv:
-        _write(found, asked.csv)
-    if asked.json:
+    if args.csv:
+        _write(found, args.csv)
+    if args.json:
         print(json.dumps(_data(found), ensure_ascii=False, allow_nan=False))
     else:
         print(found)
-    return told_status(found)
+    return exit_status(found)
 
 
 def _values(name: str, text: str) -> Any:
@@ -64,17 +65,11 @@ def _values(name: str, text: str) -> Any:
 
 def _data(found: Sweep) -> dict[str, Any]:
     """The result as plain lists; None where a design has no number."""
-    told: dict[str, Any] = {}
+    columns: dict[str, Any] = {}
     for name, column in found.columns().items():
         rows = column if isinstance(column, list) else column.tolist()
-        told[name] = [_plain(value) for value in rows]
-    return {
-        "status": found.status,
-        "doubts": [one.data() for one in found.doubts],
-        "notes": list(found.notes),
-        "units": found.units,
-        "columns": told,
-    }
+        columns[name] = [_plain(value) for value in rows]
+    return heading(found.system.mechanism.name, "sweep", found.units, found) | {"columns": columns}
 
 
 def _plain(value: Any) -> Any:
@@ -99,4 +94,4 @@ def _write(found: Sweep, path: str) -> None:
         rows = csv.writer(file)
         rows.writerow(table)
         rows.writerows(zip(*table.values(), strict=True))
-    say(f"wrote {path}: {len(found)} designs")
+    message(f"wrote {path}: {len(found)} designs")

@@ -9,7 +9,7 @@ from typing import Any
 __all__ = ["warmup"]
 
 
-def warmup(asked: Any = None) -> int:
+def warmup(args: Any = None) -> int:
     """Compile all kernels by using every analysis on small models."""
     from mbody.compiler.jit import compilations
 

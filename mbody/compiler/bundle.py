@@ -12,6 +12,8 @@ since the table never changes. A call takes 1 µs instead of 7.
 
 from __future__ import annotations
 
+import functools
+import math
 import struct
 from typing import Any, ClassVar, Self
 
@@ -56,6 +58,9 @@ _NUMPY = {
     types.complex128: np.dtype(np.complex128),
 }
 
+#: A float64 and the integer of the same bits.
+_FLOAT, _FLOAT_WORD = struct.Struct("d"), struct.Struct("q")
+
 
 class Bundle:
     """Named numbers and arrays; subclasses annotate them as `int`, `float` or one of the kinds
@@ -67,31 +72,65 @@ class Bundle:
     fields: ClassVar[tuple[str, ...]]
     address: int
     _numba_type_: ClassVar[Any]
+    #: Name, type of number and number of axes of each field.
+    _plan: ClassVar[tuple[tuple[str, np.dtype[Any], int], ...]]
     _words: np.ndarray
 
     def __init_subclass__(cls) -> None:
         cls.fields = tuple(cls.__annotations__)
-        cls._numba_type_ = Address(cls, [_KINDS[kind] for kind in cls.__annotations__.values()])
+        kinds = [_KINDS[kind] for kind in cls.__annotations__.values()]
+        cls._numba_type_ = Address(cls, kinds)
+        cls._plan = tuple(
+            (name, _NUMPY[kind.dtype], kind.ndim)
+            if isinstance(kind, types.Array)
+            else (name, _NUMPY[kind], 0)
+            for name, kind in zip(cls.fields, kinds, strict=True)
+        )
 
     def __init__(self, **values: Any) -> None:
         if values.keys() != set(self.fields):
             wrong = ", ".join(sorted(values.keys() ^ set(self.fields)))
             raise TypeError(f"{type(self).__name__}: missing or unknown: {wrong}")
         words: list[int] = []
-        for name, kind in zip(self.fields, self._numba_type_.kinds, strict=True):
-            if isinstance(kind, types.Array):
-                array = np.ascontiguousarray(values[name], _NUMPY[kind.dtype])
-                if array.ndim != kind.ndim:
-                    raise TypeError(f"{type(self).__name__}.{name} has {kind.ndim} axes")
+        for name, dtype, axes in self._plan:
+            if axes:
+                array = np.ascontiguousarray(values[name], dtype)
+                if array.ndim != axes:
+                    raise TypeError(f"{type(self).__name__}.{name} has {axes} axes")
                 values[name] = array
                 pointer = array.__array_interface__["data"][0]
                 words += array_words(pointer, array.shape, array.itemsize)
-            elif kind == types.int64:
+            elif dtype.kind == "i":
                 words.append(int(values[name]))
             else:
-                words += struct.unpack("q", struct.pack("d", values[name]))
+                words += _FLOAT_WORD.unpack(_FLOAT.pack(values[name]))
         self.__dict__.update(values)
         self._keep(np.array(words, dtype=np.int64))
+
+    @classmethod
+    def zeros(cls, shapes: tuple[tuple[int, ...], ...], **numbers: float) -> Self:
+        """A bundle whose arrays, all of float64, are zeros of these shapes in one piece of memory:
+        made in a third of the time.
+        """
+        own: Any = cls  # mypy takes a type of Self for unhashable
+        size, template, pointers, places = _zeros(own, shapes)
+        memory, words = np.zeros(size), template.copy()
+        words[pointers] += memory.__array_interface__["data"][0]
+        bundle = cls.__new__(cls)
+        bundle.__dict__.update(numbers, _memory=memory, _places=places)
+        for name, value in numbers.items():
+            words[places[name][0]] = _FLOAT_WORD.unpack(_FLOAT.pack(value))[0]
+        bundle._keep(words)
+        return bundle
+
+    def __getattr__(self, name: str) -> np.ndarray:
+        # of a bundle of `zeros` an array is made when it is first read: most never are
+        own = self.__dict__
+        if name.startswith("_") or name not in own.get("_places", ()):
+            raise AttributeError(f"a {type(self).__name__} has no {name!r}")
+        start, stop, shape = own["_places"][name]
+        own[name] = view = own["_memory"][start:stop].reshape(shape)
+        return view
 
     def _keep(self, words: np.ndarray) -> None:
         """Set the table of this bundle."""
@@ -118,15 +157,47 @@ def _restored(kind: type[Bundle], values: dict[str, Any]) -> Bundle:
     return kind(**values)
 
 
+@functools.lru_cache(maxsize=256)
+def _zeros(
+    kind: type[Bundle], shapes: tuple[tuple[int, ...], ...]
+) -> tuple[int, np.ndarray, np.ndarray, dict[str, tuple[Any, ...]]]:
+    """Size of the memory of `Bundle.zeros`; the table for memory that begins at zero, and where in
+    it the pointers are; by name start, stop and shape of an array, the place of a number.
+    """
+    words, pointers, start = list[int](), list[int](), 0
+    places: dict[str, tuple[Any, ...]] = {}
+    rest = iter(shapes)
+    for name, dtype, axes in kind._plan:
+        if not axes:
+            assert dtype.kind == "f", f"{kind.__name__}.{name} is a whole number"
+            places[name] = (len(words),)
+            words.append(0)
+            continue
+        shape = next(rest)
+        stop = start + math.prod(shape)
+        places[name] = start, stop, shape
+        pointers.append(len(words) + 4)
+        words += array_words(8 * start, shape)
+        start = stop
+    return start, np.array(words), np.array(pointers), places
+
+
 def array_words(pointer: int, shape: tuple[int, ...], itemsize: int = 8) -> list[int]:
     """Numba's struct of a C-contiguous array of numbers of so many bytes: memory info and parent
     (none), number of items, item size, data pointer, shape and strides.
     """
+    before, after = _array_words(shape, itemsize)
+    return [*before, pointer, *after]
+
+
+@functools.lru_cache(maxsize=1024)
+def _array_words(shape: tuple[int, ...], itemsize: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """What is before and after the pointer in `array_words`."""
     strides = [itemsize]
     for count in reversed(shape[1:]):
         strides.insert(0, strides[0] * count)
     size = strides[0] * shape[0] // itemsize
-    return [0, 0, size, itemsize, pointer, *shape, *strides]
+    return (0, 0, size, itemsize), (*shape, *strides)
 
 
 class Address(types.Type):

@@ -41,6 +41,7 @@ COMPILED = (
     "model/joints/*.py",
     "model/loads/*.py",
     "model/geometry.py",
+    "model/primitives.py",
     "system/layout.py",
 )
 

@@ -19,7 +19,8 @@ from mbody.engines.opinion import AGREES, Engine, Opinion
 from mbody.errors import ModelError, brief
 from mbody.model.element import listed
 from mbody.model.study import Instants
-from mbody.solution.doubts import Doubt, certificate, status_of
+from mbody.solution.doubts import Doubt, status_of
+from mbody.solution.heading import heading, unit_symbols
 from mbody.solution.solution import Solution, as_solution
 
 if TYPE_CHECKING:
@@ -82,14 +83,14 @@ class Crosscheck:
         return all(opinion.agrees for opinion in self.opinions.values())
 
     def data(self) -> dict[str, Any]:
-        """The same as plain lists and texts, ready for JSON: ``{"model", "analysis", "engines":
-        {ENGINE: {"engine", "rows", "not_expressible", "notes"}}, "agrees", "status", "doubts",
-        "notes"}``; numbers that are not finite are null.
+        """The same as plain lists and texts, ready for JSON: the heading, ``"agrees"`` and
+        ``"engines": {ENGINE: {"engine", "rows", "not_expressible", "notes"}}``; numbers that
+        are not finite are null.
         """
         engines = {name: _finite(opinion.data()) for name, opinion in self.opinions.items()}
-        model, analysis = self.run.mechanism.name, self.run.analysis
-        data = {"model": model, "analysis": analysis, "engines": engines}
-        return data | {"agrees": self.agrees} | certificate(self)
+        mechanism, analysis = self.run.mechanism, self.run.analysis
+        head = heading(mechanism.name, analysis, unit_symbols(mechanism.units), self)
+        return head | {"agrees": self.agrees, "engines": engines}
 
     def __str__(self) -> str:
         from mbody.sheets.crosscheck import sheet

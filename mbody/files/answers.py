@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from mbody.analysis.inverse.answers import Answer, Found
+from mbody.analysis.inverse.answers import Answer, AnswerCase
 from mbody.files.results import data
 
 __all__ = ["answer_data"]
 
-#: Histories of one instant that are told as numbers.
+#: Histories of one instant that are given as numbers.
 AT_THE_INSTANT = ("bodies", "reactions", "efforts", "measures")
 
 
@@ -26,28 +26,28 @@ def answer_data(answer: Answer, angle: str = "deg") -> dict[str, Any]:
 
     >>> import mbody
     >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=10.0)
-    >>> told = answer_data(mbody.solve_for(machine, "motor.acceleration", "motor.effort = 0"))
-    >>> list(told["solutions"][0]["unknowns"])
+    >>> plain = answer_data(mbody.solve_for(machine, "motor.acceleration", "motor.effort = 0"))
+    >>> list(plain["solutions"][0]["unknowns"])
     ['motor.acceleration']
     """
-    told: dict[str, Any] = {
+    plain: dict[str, Any] = {
         "solutions": [_data(found, angle) for found in answer.solutions],
         "status": answer.status,
         "doubts": [doubt.data() for doubt in answer.doubts],
         "notes": list(answer.notes),
     }
     if answer.question.note:
-        told["note"] = answer.question.note
+        plain["note"] = answer.question.note
     if answer.question.objective:
         key = "greatest" if answer.question.greatest else "least"
-        told[key] = answer.question.objective
-    return told
+        plain[key] = answer.question.objective
+    return plain
 
 
-def _data(found: Found, angle: str) -> dict[str, Any]:
+def _data(found: AnswerCase, angle: str) -> dict[str, Any]:
     """One solution; every history is of one instant, and a number."""
     whole = data(found.run, angle)
-    told: dict[str, Any] = {
+    plain: dict[str, Any] = {
         "unknowns": found.unknowns,
         "units": found.units,
         "conditions": found.conditions,
@@ -56,9 +56,9 @@ def _data(found: Found, angle: str) -> dict[str, Any]:
         "residual": found.residual,
     }
     if found.objective is not None:
-        told["objective"] = found.objective
-    told["t"] = whole["t"][0]
-    return told | {key: _last(whole[key]) for key in AT_THE_INSTANT}
+        plain["objective"] = found.objective
+    plain["t"] = whole["t"][0]
+    return plain | {key: _last(whole[key]) for key in AT_THE_INSTANT}
 
 
 def _last(value: Any) -> Any:

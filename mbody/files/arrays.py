@@ -30,7 +30,7 @@ BROKEN = (
 
 
 class Unreadable(ValueError):
-    """What is wrong with a file, to stand in a sentence."""
+    """What is wrong with a file, for a sentence."""
 
 
 def packed(arrays: Mapping[str, np.ndarray], owner: str) -> bytes:
@@ -85,7 +85,7 @@ def _members(file: zipfile.ZipFile, size: int) -> dict[str, np.ndarray]:
 
 
 def _array(name: str, raw: bytes) -> np.ndarray:
-    """An array of plain numbers; its header says no more than there is."""
+    """An array of plain numbers; its header claims no more than there is."""
     stream = io.BytesIO(raw)
     if np.lib.format.read_magic(stream) != (1, 0):
         raise Unreadable(f"the header of '{name[:40]}' is of another version")

@@ -1,7 +1,7 @@
 """Results as data: one form for every analysis, the same in Python, JSON and on the command line.
 
-``{"mbody", "model", "analysis", "units", "t", "bodies", "points", "reactions", "efforts",
-"unique_efforts", "loads", "measures", "checks", "status", "doubts", "notes"}``. Every list has one
+``{"mbody", "model", "analysis", "units", "status", "doubts", "notes", "t", "bodies", "points",
+"reactions", "efforts", "unique_efforts", "loads", "measures", "checks"}``. Every list has one
 entry an instant. x and y of a body are its mass centre. Reactions act on body j by body i, in world
 axes, at the joint's place on j. omega and alpha are in rad and the time unit always, angles in the
 unit that "units" says.
@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody._version import __version__
 from mbody.errors import ModelError
 from mbody.files.files import writing
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.doubts import certificate
+from mbody.solution.heading import heading, unit_symbols
 from mbody.solution.measures import found_by, measured
 
 if TYPE_CHECKING:
@@ -59,18 +59,13 @@ def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
     machine = solution.mechanism
     units = machine.units
     turned = math.degrees(1.0) if angle == "deg" else 1.0
-    shown = {key: units.of(key) for key in ("length", "force", "time", "mass")}
-    shown |= {"angle": angle, "torque": units.of("torque")}
     # closing the loops finds velocities, but no accelerations
     found = 6 if solution.analysis == "close_loops" else 9
     keys, at_points = BODY[:found], POINT[: found - found // 3]
     giving = (*machine.couplings, *machine.drivers) if solution.has_forces else ()
     measures = {name: _measure(solution, m, turned) for name, m in machine.measures.items()}
     return {
-        "mbody": __version__,
-        "model": machine.name,
-        "analysis": solution.analysis,
-        "units": shown,
+        **heading(machine.name, solution.analysis, unit_symbols(units, angle), solution),
         "t": _list(solution.t),
         "bodies": {
             body.name: {
@@ -96,7 +91,6 @@ def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
             "energy": _number(solution.checks.energy),
             "branch": _branch(solution),
         },
-        **certificate(solution),
         **_motion(solution),
     }
 
@@ -109,22 +103,22 @@ def _branch(solution: Solution) -> dict[str, float] | None:
 
 def _motion(solution: Solution) -> dict[str, Any]:
     """Counts of the steps, the account of energy and what occurred, of a motion over time."""
-    told: dict[str, Any] = {}
+    plain: dict[str, Any] = {}
     if solution.stats is not None:
-        told["stats"] = dict(solution.stats)
+        plain["stats"] = dict(solution.stats)
     if solution.energy is not None:
-        told["energy"] = solution.energy.data()
+        plain["energy"] = solution.energy.data()
     if solution.analysis == "simulate":
-        told["events"] = [{"name": one.name, "t": one.t} for one in solution.events]
-    return told
+        plain["events"] = [{"name": one.name, "t": one.t} for one in solution.events]
+    return plain
 
 
 def _list(values: Any) -> list[Any]:
     """Numbers of a history; None where there is none, as of forces that have no limit."""
     array = np.asarray(values, dtype=float) + 0.0
-    told = array.astype(object)
-    told[~np.isfinite(array)] = None
-    return list(told.tolist())
+    plain = array.astype(object)
+    plain[~np.isfinite(array)] = None
+    return list(plain.tolist())
 
 
 def _number(value: float | None) -> float | None:
@@ -177,7 +171,7 @@ def error_data(error: Exception) -> dict[str, Any]:
     >>> error_data(ModelError("no such thing", "crank"))["error"]["element"]
     'crank'
     """
-    told: dict[str, Any] = {
+    plain: dict[str, Any] = {
         "kind": type(error).__name__,
         "element": getattr(error, "element", None),
         "message": str(error),
@@ -185,8 +179,8 @@ def error_data(error: Exception) -> dict[str, Any]:
     problems = getattr(error, "problems", ())
     if problems:
         keys = ("line", "field", "message")
-        told["problems"] = [dict(zip(keys, problem, strict=True)) for problem in problems]
-    return {"error": told}
+        plain["problems"] = [dict(zip(keys, problem, strict=True)) for problem in problems]
+    return {"error": plain}
 
 
 def write_json(solution: Solution, path: Any) -> None:

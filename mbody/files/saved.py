@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.dynamics.restart_checks import check_restart, finite
-from mbody.analysis.equilibria.equilibrium import released
+from mbody.analysis.freedom.single_design import released
 from mbody.errors import ModelError, SolveError, brief
 from mbody.files.arrays import Unreadable, packed, unpacked
 from mbody.files.files import writing
 from mbody.files.model import Limits
 from mbody.files.model.read import from_json
 from mbody.files.model.write import to_json
-from mbody.files.saved_parts import array, check_told, pages, want
+from mbody.files.saved_parts import array, check_header, pages, want
 from mbody.kernels.step_state import PROGRESS
 from mbody.solution.doubts import as_doubt
 from mbody.solution.energy import Energy
@@ -31,13 +31,13 @@ from mbody.system.system import System
 
 __all__ = ["load_run", "save_run"]
 
-#: Of what a file tells; another one is refused.
+#: Format of a file; another one is refused.
 FORMAT = 2
 #: Whose seal a file carries.
 OWNER = "mbody saved result"
-#: A model is no larger than the file that it stands in, which was looked at as a whole.
+#: A model is no larger than the file that contains it, which was looked at as a whole.
 UNLIMITED = Limits(*[math.inf] * 3)
-#: What it must tell of itself.
+#: Keys that its header must have.
 NEEDED = (
     *("model", "values", "analysis", "soft", "dependencies", "notes", "status", "stats", "events"),
     *("ending", "doubts", "branch", "let_go"),
@@ -61,7 +61,7 @@ def save_run(run: Solution, path: Any) -> None:
     Raises
     ------
     ModelError
-        For a batch, for functions in Python, which no file can hold, and where nothing can be
+        For a batch, for functions in Python, which no file can contain, and where nothing can be
         written.
 
     Examples
@@ -80,7 +80,7 @@ def save_run(run: Solution, path: Any) -> None:
     arrays = {"t": run.t, "pages": run.record.table(slice(None))}
     if run.given is not None:
         arrays["given"] = run.given
-    told: dict[str, Any] = {
+    header: dict[str, Any] = {
         "format": FORMAT,
         "model": to_json(run.mechanism),
         "values": {name: float(value) for name, value in run.system.values.items()},
@@ -97,20 +97,20 @@ def save_run(run: Solution, path: Any) -> None:
     }
     if run.energy is not None:
         arrays |= {f"energy.{name}": getattr(run.energy, name) for name in ENERGIES}
-        told["works"] = list(run.energy.by)
+        header["works"] = list(run.energy.by)
         arrays |= {f"work.{n}": part for n, part in enumerate(run.energy.by.values())}
-    told["events"] = [[one.name, one.t, one.after is not None] for one in run.events]
+    header["events"] = [[one.name, one.t, one.after is not None] for one in run.events]
     for n, one in enumerate(run.events):
         arrays[f"event.{n}"] = one.state.record.table(slice(None))
         if one.after is not None:
             arrays[f"after.{n}"] = one.after.record.table(slice(None))
     if run.restart is not None:
         way = run.restart.way
-        told["way"] = [way.method, way.rtol, way.atol, way.step]
-        told["released"] = run.restart.released
+        header["way"] = [way.method, way.rtol, way.atol, way.step]
+        header["released"] = run.restart.released
         arrays |= {f"restart.{name}": getattr(run.restart, name) for name in ARRAYS}
         arrays |= {f"own.{n}": part for n, part in enumerate(run.restart.own)}
-    arrays["told"] = np.frombuffer(json.dumps(told).encode(), dtype=np.uint8)
+    arrays["told"] = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
     content = packed(arrays, OWNER)
     with writing(path, binary=True) as file:
         file.write(content)
@@ -133,9 +133,9 @@ def load_run(path: Any) -> Solution:
     """
     try:
         arrays = unpacked(path, OWNER)
-        told = _told(arrays)
-        system = _system(told)
-        return _solution(system, told, arrays)
+        header = _header(arrays)
+        system = _system(header)
+        return _solution(system, header, arrays)
     except TypeError:
         raise ModelError(f"a path must be text or path-like, not {brief(path)}") from None
     except OSError as error:
@@ -147,25 +147,25 @@ def load_run(path: Any) -> Solution:
         ) from None
 
 
-def _told(arrays: Mapping[str, np.ndarray]) -> dict[str, Any]:
-    """What a file says in words."""
+def _header(arrays: Mapping[str, np.ndarray]) -> dict[str, Any]:
+    """The header of a file."""
     raw = arrays.get("told", np.zeros(0))
     want(raw.dtype == np.uint8 and raw.ndim == 1, "it does not tell what it is")
     try:
-        told = json.loads(raw.tobytes())
+        header = json.loads(raw.tobytes())
     except (ValueError, RecursionError):
         raise Unreadable("what it tells of itself is no JSON") from None
-    want(isinstance(told, dict), "what it tells of itself is no table")
-    known = told.get("format")
+    want(isinstance(header, dict), "what it tells of itself is no table")
+    known = header.get("format")
     want(known == FORMAT, f"it is of format {str(known)[:20]}, this version reads {FORMAT}")
-    missing = [key for key in NEEDED if key not in told]
+    missing = [key for key in NEEDED if key not in header]
     want(not missing, f"'{missing[0]}' is missing" if missing else "")
-    return told
+    return header
 
 
-def _system(told: Mapping[str, Any]) -> System:
+def _system(header: Mapping[str, Any]) -> System:
     """The mechanism of a file with its numbers."""
-    model, values = told["model"], told["values"]
+    model, values = header["model"], header["values"]
     want(isinstance(model, str), "its model is no text")
     try:
         system = assemble(from_json(model, limits=UNLIMITED))
@@ -177,17 +177,17 @@ def _system(told: Mapping[str, Any]) -> System:
 
 
 def _solution(
-    system: System, told: Mapping[str, Any], arrays: Mapping[str, np.ndarray]
+    system: System, header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]
 ) -> Solution:
-    check_told(told, system)
+    check_header(header, system)
     energy = restart = given = None
-    soft, analysis = told["soft"], told["analysis"]
+    soft, analysis = header["soft"], header["analysis"]
     t = array(arrays, "t", (None,))
     n = len(t)
-    if "works" in told:
-        by = {name: array(arrays, f"work.{k}", (n,)) for k, name in enumerate(told["works"])}
+    if "works" in header:
+        by = {name: array(arrays, f"work.{k}", (n,)) for k, name in enumerate(header["works"])}
         energy = Energy(**{name: array(arrays, f"energy.{name}", (n,)) for name in ENERGIES}, by=by)
-    if "way" in told:
+    if "way" in header:
         want(n > 0, "it has no instant to go on from")
         names = [f"own.{k}" for k in range(sum(key[:4] == "own." for key in arrays))]
         want(all(name in arrays for name in names), "a part of 'own' is missing")
@@ -198,8 +198,8 @@ def _solution(
         }
         fits = len(parts["state"]) == PROGRESS and np.isfinite(finite(parts["state"])).all()
         want(bool(fits), "'restart.state' holds what is no finite number")
-        way = Way(told["way"][0], *map(float, told["way"][1:]))
-        restart = Restart(way, **parts, own=own, released=tuple(told["released"]))
+        way = Way(header["way"][0], *map(float, header["way"][1:]))
+        restart = Restart(way, **parts, own=own, released=tuple(header["released"]))
         _check_restart(system, restart, float(t[-1]))
     if "given" in arrays:
         given = array(arrays, "given", (n, len(system.drivers), 3), open=True)
@@ -212,7 +212,7 @@ def _solution(
         EventRecord(
             name, t, instants(f"event.{n}", t), instants(f"after.{n}", t) if after else None
         )
-        for n, (name, t, after) in enumerate(told["events"])
+        for n, (name, t, after) in enumerate(header["events"])
     )
     block = np.ascontiguousarray(pages(arrays, "pages", system, n, analysis)[:, :, None])
     return Solution(
@@ -222,13 +222,13 @@ def _solution(
         record=Record([block], n, batch=False),
         given=given,
         soft=soft,
-        dependencies=told["dependencies"],
-        notes=tuple(told["notes"]),
-        status=told["ending"],
-        doubts=tuple(as_doubt(one) for one in told["doubts"]),
-        branch=None if told["branch"] is None else BranchDistance(*told["branch"]),
-        released=told["let_go"],
-        stats=told["stats"],
+        dependencies=header["dependencies"],
+        notes=tuple(header["notes"]),
+        status=header["ending"],
+        doubts=tuple(as_doubt(one) for one in header["doubts"]),
+        branch=None if header["branch"] is None else BranchDistance(*header["branch"]),
+        released=header["let_go"],
+        stats=header["stats"],
         energy=energy,
         events=events,
         restart=restart,

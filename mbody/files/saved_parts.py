@@ -1,4 +1,4 @@
-"""What stands in a saved result, looked at part by part: kinds, sizes, finite numbers."""
+"""The parts of a saved result, checked one by one: kinds, sizes, finite numbers."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from mbody.kernels.output import PER_PRIMITIVE
 from mbody.solution.doubts import KINDS
 from mbody.system.system import System
 
-#: Numbers that a float holds.
+#: Numbers that a float can have.
 MOST = 1e300
 
-__all__ = ["array", "check_told", "pages", "want"]
+__all__ = ["array", "check_header", "pages", "want"]
 
 
 def want(sound: bool, what: str) -> None:
@@ -54,24 +54,24 @@ def pages(
     return array(arrays, name, (count, rows), open=analysis != "simulate")
 
 
-def check_told(told: Mapping[str, Any], system: System) -> None:
+def check_header(header: Mapping[str, Any], system: System) -> None:
     """Refuse words about a result that are of another kind, or name what the system has not."""
-    want(told["analysis"] in (*ANALYSES, "close_loops", "simulate"), "its analysis is unknown")
-    want(_number(told["soft"]) and told["soft"] >= 0.0, "'soft' is no number")
-    want(_texts(told["notes"]), "'notes' are no texts")
-    want(isinstance(told["status"], str), "'status' is no text")
-    want(isinstance(told["ending"], str), "'ending' is no text")
-    want(isinstance(told["doubts"], list), "'doubts' are no list")
-    want(all(_doubt(one) for one in told["doubts"]), "'doubts' are of another kind")
-    branch = told["branch"]
+    want(header["analysis"] in (*ANALYSES, "close_loops", "simulate"), "its analysis is unknown")
+    want(_number(header["soft"]) and header["soft"] >= 0.0, "'soft' is no number")
+    want(_texts(header["notes"]), "'notes' are no texts")
+    want(isinstance(header["status"], str), "'status' is no text")
+    want(isinstance(header["ending"], str), "'ending' is no text")
+    want(isinstance(header["doubts"], list), "'doubts' are no list")
+    want(all(_doubt(one) for one in header["doubts"]), "'doubts' are of another kind")
+    branch = header["branch"]
     pair = isinstance(branch, list) and len(branch) == 2 and all(map(_number, branch))
     want(branch is None or pair, "'branch' is no distance with its instant")
-    gone = told["let_go"]
+    gone = header["let_go"]
     want(isinstance(gone, dict) and all(map(_number, gone.values())), "'let_go' are no times")
-    stats = told["stats"]
+    stats = header["stats"]
     counts = isinstance(stats, dict) and all(type(n) is int for n in stats.values())
     want(stats is None or counts, "'stats' are no counts")
-    open_parts = told["dependencies"]
+    open_parts = header["dependencies"]
     if open_parts is not None:
         joints = {joint.name for joint in system.mechanism.joints}
         want(
@@ -81,16 +81,16 @@ def check_told(told: Mapping[str, Any], system: System) -> None:
         sizes = {name: 3 if name in joints else 1 for name in open_parts}
         sound = all(_truths(part, sizes[name]) for name, part in open_parts.items())
         want(sound, "'dependencies' are no truths")
-    events = told["events"]
+    events = header["events"]
     sound = isinstance(events, list) and all(_event(one) for one in events)
     want(sound, "'events' are no names, times and truths")
-    want("works" not in told or _texts(told["works"]), "'works' are no texts")
-    if "way" in told:
-        way = told["way"]
+    want("works" not in header or _texts(header["works"]), "'works' are no texts")
+    if "way" in header:
+        way = header["way"]
         want(isinstance(way, list) and len(way) == 4 and isinstance(way[0], str), "'way' is none")
         want(all(_number(part) for part in way[1:]), "'way' holds what is no number")
         drivers = {driver.name for driver in system.drivers}
-        gone = told.get("released", ())
+        gone = header.get("released", ())
         want(_texts(gone) and drivers >= {*gone}, "'released' names what is no driver")
 
 

@@ -16,7 +16,7 @@ __all__ = ["OPEN_SEAL", "seal", "sealed", "sealed_at_the_end"]
 MARK = b"sha256:"
 SIGNS = 64
 ZEROS = b"0" * SIGNS
-#: Where a seal will stand.
+#: Place of a seal.
 OPEN_SEAL = MARK + ZEROS
 #: Bytes that are read at once.
 CHUNK = 1 << 20

@@ -97,22 +97,22 @@ def columns(solution: Solution, angle: str = "rad") -> dict[str, np.ndarray]:
 
 
 def uniqueness(solution: Solution) -> dict[str, dict[str, np.ndarray]]:
-    """By joint, driver and coupling the column that says whether its force is determined, 1, or
+    """By joint, driver and coupling the column that shows whether its force is determined, 1, or
     not, 0, NaN where it was not looked at; empty where all of them are.
     """
     machine = solution.mechanism
-    told: dict[str, Any] = {}
+    determined: dict[str, Any] = {}
     for joint in machine.joints:
         parts = solution.reaction(joint.name).unique
-        told[joint.name] = None if parts is None else all(parts)
+        determined[joint.name] = None if parts is None else all(parts)
     for each in (*machine.couplings, *machine.drivers):
-        told[each.name] = solution.unique_effort(each.name)
-    if all(told.values()):
+        determined[each.name] = solution.unique_effort(each.name)
+    if all(determined.values()):
         return {}
     size = len(solution)
     return {
         name: {f"{name}.unique": np.full(size, np.nan if one is None else float(one))}
-        for name, one in told.items()
+        for name, one in determined.items()
     }
 
 

@@ -11,10 +11,10 @@ from mbody.compiler.callbacks import call_user
 from mbody.compiler.jit import inline, njit
 from mbody.compiler.lanes import count, ld, sincos, st, st_varying
 from mbody.kernels.law_values import law_of_direction
+from mbody.model.joints import CONSTRAINTS
 from mbody.model.joints.angle import angle
 from mbody.model.joints.coordinate import coordinate
 from mbody.model.joints.distance import distance
-from mbody.model.primitives import CONSTRAINTS
 
 __all__ = ["BY_DIRECTION", "KINDS", "rows", "side", "turns"]
 
@@ -258,5 +258,5 @@ def branch(otherwise, number):
     return by_direction if direction else direct
 
 
-#: The first kind is asked for first.
+#: The branch of the first kind is the outermost one.
 every_kind = functools.reduce(branch, reversed(range(len(CONSTRAINTS))), last_kinds)

@@ -12,11 +12,11 @@ from mbody.compiler.jit import inline, njit
 from mbody.compiler.lanes import count, ld, st
 from mbody.kernels.constraints import side, user_state
 from mbody.kernels.law_values import law_at
+from mbody.model.loads import LOADS
 from mbody.model.loads.centrifugal_field import centrifugal, spin
 from mbody.model.loads.gravity import gravity
 from mbody.model.loads.pressure import piston, within_cycle
 from mbody.model.loads.reciprocating_cylinder import charge, travel
-from mbody.model.primitives import LOADS
 
 __all__ = ["KINDS", "forces", "signals"]
 
@@ -260,5 +260,5 @@ def branch(otherwise, number):
     return of_state if argument else of_time
 
 
-#: The first kind is asked for first.
+#: The branch of the first kind is the outermost one.
 every_kind = functools.reduce(branch, reversed(range(len(LOADS))), last_kind)

@@ -36,7 +36,7 @@ from mbody.kernels.singularity_monitor import node_conditioning
 
 __all__ = [
     "constrained_accelerations",
-    "constraint_conditioning",
+    "least_conditioning",
     "projected_accelerations",
     "tangential_part",
 ]
@@ -133,7 +133,7 @@ def constrained_accelerations(L, W, w, regularization, refinements, projected):
 
 
 @njit
-def constraint_conditioning(L, W, w):
+def least_conditioning(L, W, w):
     """The least part that elimination leaves of the determinant of a node: the square of how far
     the rows are from depending on each other; see `node_conditioning`.
     """

@@ -8,10 +8,8 @@ is projected too, a = f(P(y)), with the refinements that nearly dependent rows w
 is taken of what a projection keeps. Neither the multipliers, which grow without bound there, nor
 the noise across the manifold then decide the length of a step.
 
-What a step of one motion and steps on lanes have in common is `mbody.kernels.runge_kutta_stages`.
-The loops themselves are two, here and in `mbody.kernels.runge_kutta_lanes`: near singular
-positions, at branches and at stiffness a motion needs decisions of its own, each an `if` with one
-outcome, and lanes, which have none, leave such a design to this loop.
+What a step of one motion and steps on lanes have in common is `mbody.kernels.runge_kutta_stages`;
+why the loops are two is explained in `mbody.kernels.runge_kutta_lanes`.
 
 Hairer, Nørsett, Wanner: Solving Ordinary Differential Equations I, II.5 and II.6 (the methods), and
 II, IV.2 (how stiffness shows); Hairer, Lubich, Wanner: Geometric Numerical Integration, IV.4
@@ -24,7 +22,7 @@ import math
 
 from mbody.compiler.jit import kernel, njit
 from mbody.kernels.dense_output import deliver, has_instant
-from mbody.kernels.projection import constraint_conditioning, tangential_part
+from mbody.kernels.projection import least_conditioning, tangential_part
 from mbody.kernels.runge_kutta_stages import (
     SAFETY,
     STIFF_LIMIT,
@@ -123,13 +121,13 @@ def dense_output(L, W, method, S, h, refinements):
         state_derivative(L, W, S, S.state[TIME] + C[s] * h, S.stage, s, refinements, False)
         S.state[EVALUATIONS] += 1
     for n in range(y.shape[0]):
-        polynomial(D, h, y[n] - last[n], K, n, end, F)
+        interpolant(D, h, y[n] - last[n], K, n, end, F)
     for c in range(P.shape[1]):
-        polynomial(D, h, h * mean_power(B, P, c), P, c, end, G)
+        interpolant(D, h, h * mean_power(B, P, c), P, c, end, G)
 
 
 @njit
-def polynomial(D, h, change, K, n, end, F):
+def interpolant(D, h, change, K, n, end, F):
     """Column n of F from the derivatives in column n of K and the change over the step."""
     F[0, n] = change
     F[1, n] = h * K[0, n] - change
@@ -193,7 +191,7 @@ def runge_kutta(L, W, method, S, T, O, until, steps):
             if not good:
                 break
             if sample[s] == 0:
-                part = constraint_conditioning(L, W, w)
+                part = least_conditioning(L, W, w)
             else:
                 part = sample_conditioning(L, W, w, sample[s])
             if part < least:

@@ -6,9 +6,16 @@ next design. What a lane gets depends on its design alone, so the numbers are th
 company. A design that meets anything out of the ordinary (a singular position near by, no number,
 steps that vanish or that stiffness limits) is marked and left to `runge_kutta`.
 
-Stages and the control of the length are `mbody.kernels.runge_kutta_stages`, projections those of
-one motion. The loop is a second one: an `if` has one outcome for all lanes, so here every decision
-is a number of each lane, taken in `mbody.kernels.runge_kutta_lanes_control`.
+One source serves both integrators where lanes bear it: stages, dense output, control of the length
+and of stiffness (`mbody.kernels.runge_kutta_stages`), projections, accelerations, samples. The
+loops are two. Near a singular position one motion projects every stage, retries a step in several
+ways and leaves the choice of its branch to Python, each an `if` with one outcome; on lanes every
+decision is a number of each lane, taken in `mbody.kernels.runge_kutta_lanes_control`, and all lanes
+wait for the longest way. Measured on a free four-bar over 20 s at rtol 1e-8, on one core: 64
+designs take 0.54 ms each on lanes and 4.0 ms each alone, so lanes cannot follow the loop of one
+motion; one design takes 10.9 ms on lanes, 2.7 times as long as alone, so one motion cannot take the
+loop of lanes. Norms of errors and the cubic of the dense output are summed up in two orders, of
+which neither would keep the last digit of the other.
 """
 
 from __future__ import annotations
@@ -19,7 +26,7 @@ from mbody.compiler.jit import kernel, njit
 from mbody.compiler.lanes import larger, ld, select_le, smaller, st, wide
 from mbody.kernels.accelerations import free_accelerations
 from mbody.kernels.output import keep
-from mbody.kernels.projection import constraint_conditioning, projected_accelerations
+from mbody.kernels.projection import least_conditioning, projected_accelerations
 from mbody.kernels.runge_kutta_lanes_control import (
     ACCEPTED,
     END_CONDITIONING,
@@ -36,8 +43,8 @@ from mbody.kernels.runge_kutta_lanes_control import (
     STEP_START,
     STIFFNESS,
     accept_or_reject,
-    advance,
     any_instant,
+    finish_steps,
     leave_design,
     next_instants,
     refill_lanes,
@@ -79,7 +86,7 @@ def runge_kutta_lanes(L, W, method, T, batch, lanes, until, rounds):
             off_manifold_derivative(L, W, lanes.stage, t + C[s] * h, K[s], regular)
             n = method.sample[s]
             if n == 0:
-                least = smaller(least, constraint_conditioning(L, W, w))
+                least = smaller(least, least_conditioning(L, W, w))
             else:
                 least = smaller(least, sample_conditioning(L, W, w, n))
         st(S, STAGE_CONDITIONING, least, w)
@@ -99,7 +106,7 @@ def runge_kutta_lanes(L, W, method, T, batch, lanes, until, rounds):
         turned = largest_rotation(L, w, lanes.y, lanes.end)
         st(S, RISK, singularity_risk(L, W, w, method.at, STEEPER, turned), w)
         st(S, STAND_INS, stand_in_energy(L, W, w, W.v) if regular > 0 else 0.0 * turned, w)
-        advance(lanes, batch, until, T.patience, method.stable)
+        finish_steps(lanes, batch, until, T.patience, method.stable)
         accepted = ld(S, ACCEPTED, w)
         keep_last_sample(L, W, w, method.sample[end_row], accepted)
         for n in range(lanes.y.shape[0]):

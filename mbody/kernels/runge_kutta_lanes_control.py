@@ -44,7 +44,7 @@ __all__ = [
     "STIFFNESS",
     "LaneWorkspace",
     "accept_or_reject",
-    "advance",
+    "finish_steps",
     "any_instant",
     "leave_design",
     "next_instants",
@@ -184,7 +184,7 @@ def accept_or_reject(lanes, batch, order):
 
 
 @njit
-def advance(lanes, batch, until, patience, stable):
+def finish_steps(lanes, batch, until, patience, stable):
     """Lengths of the next steps of lanes that accept theirs; some leave their design instead."""
     S = lanes.state
     for lane in range(lanes.design.shape[0] - 1):

@@ -99,13 +99,9 @@ def as_spread(value: Any, name: str) -> str | SlenderRod | SecondMoments | None:
     if isinstance(value, SlenderRod):
         return SlenderRod(number(value.angle, "angle", name, "spread.angle"))
     if isinstance(value, SecondMoments):
-        values = (value.xx, value.yy, value.xy)
-        return SecondMoments(
-            *(
-                number(part, "inertia", name, f"spread.{key}")
-                for key, part in zip(("xx", "yy", "xy"), values, strict=True)
-            )
-        )
+        keys = ("xx", "yy", "xy")
+        moments = (number(getattr(value, k), "inertia", name, f"spread.{k}") for k in keys)
+        return SecondMoments(*moments)
     raise ModelError(
         f"'{name}': spread must be \"point\", SlenderRod(angle) or SecondMoments(xx, yy, xy), not "
         f"{value!r}",
@@ -135,7 +131,7 @@ class Body(Element):
         loops are closed. Without one the link axes are parallel to those of the ground, where the
         loops are closed so; else they follow from the guesses of other bodies.
     spread : "point", SlenderRod, SecondMoments, optional
-        How the mass is spread in the plane; only loads of a rotating plane ask for it.
+        How the mass is spread in the plane; only loads of a rotating plane need it.
 
     Examples
     --------
@@ -143,7 +139,7 @@ class Body(Element):
     >>> crank.at("A")
     Marker(body='crank', point='A', angle=0.0)
 
-    Where a drawing tells places, give the points of all bodies in its axes, as in one position of
+    Where a drawing has dimensions, give the points of all bodies in its axes, as in one position of
     the mechanism; then no body needs a guess, and all angles count from the drawing:
 
     >>> coupler = Body("coupler", points={"A": (0.2, 0.0), "B": (0.5, 0.4)})

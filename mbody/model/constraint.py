@@ -47,7 +47,7 @@ class Constraint(Element):
     rows : str
         What each row measures, a letter a row: ``"l"`` a length, ``"a"`` an angle.
     counts_turns : bool
-        Whether a row tells an angle from the same angle a turn further; then `turn_row` says how.
+        Whether a row distinguishes an angle from the same angle one turn further, see `turn_row`.
     """
 
     rows: ClassVar[str] = "l"

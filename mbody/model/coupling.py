@@ -289,7 +289,7 @@ class LengthCoupling(Coupling):
 
     Examples
     --------
-    An open belt on wheels of the radii 2 and 1, and a rope of 5 that holds a block by two parts:
+    An open belt on wheels of the radii 2 and 1, and a rope of 5 that carries a block on two parts:
 
     >>> belt = LengthCoupling("belt", [CouplingTerm(2.0, angle="a"), CouplingTerm(-1.0, angle="b")])
     >>> falls = CouplingTerm(2.0, distance=("ground.A", "block.B"))

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = ["DRIVEN", "AngleDriver", "CoordinateDriver", "DistanceDriver", "Driver"]
 
-#: What can be said of the motion of a driver.
+#: Parts of the motion of a driver: its coordinate and the two derivatives.
 DRIVEN = ("value", "rate", "acceleration")
 
 
@@ -36,7 +36,7 @@ class Driver(Constraint):
     """Base of all drivers: one row Φ = coordinate − f(t).
 
     The effort (a torque for an angle, else a force) times the driven rate is the power that the
-    driver gives to the mechanism.
+    driver supplies to the mechanism.
     """
 
     role: ClassVar[str] = "driver"

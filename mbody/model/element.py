@@ -178,7 +178,7 @@ def as_body(value: Any, element: str, field: str) -> str:
 
 
 def listed(names: Iterable[str], most: int = 8) -> str:
-    """Names as they stand in a sentence.
+    """Names as written in a sentence.
 
     >>> listed(["crank", "rod"])
     "'crank', 'rod'"
@@ -191,7 +191,7 @@ def listed(names: Iterable[str], most: int = 8) -> str:
 
 
 def number_field(dimension: str, default: Any = dataclasses.MISSING, *, sign: str = "any") -> Any:
-    """Dataclass field for one number of that dimension; `sign` may ask for "positive" or
+    """Dataclass field for one number of that dimension; `sign` may require "positive" or
     "not negative"; a default of None makes it optional.
     """
     return dataclasses.field(default=default, metadata={"dimension": dimension, "sign": sign})
@@ -242,7 +242,7 @@ def check_name(name: Any, what: str) -> None:
 class Element:
     """Base of all elements: checks its own fields when it is made.
 
-    `main` names the fields that stand first where an element is written on one line, as in
+    `main` names the fields that come first where an element is written on one line, as in
     ``{ revolute = ["ground.O2", "crank.O2"] }``.
     """
 

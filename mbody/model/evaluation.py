@@ -29,7 +29,7 @@ def resolved(element: E, scope: Scope) -> tuple[E, dict[str, Formula], set[str]]
     formulas : dict
         What its numbers were made of, by dotted name.
     fixed : set of str
-        Parameters that stand where a number cannot be changed afterwards, as in a table or a guess.
+        Parameters used where a number cannot be changed afterwards, as in a table or a guess.
 
     Raises
     ------

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import copy
 import reprlib
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any, TypeVar
 
 from mbody.errors import ModelError, brief
@@ -14,7 +16,7 @@ from mbody.model.coupling import Coupling
 from mbody.model.driver import Driver
 from mbody.model.element import Element, Marker, PointLike, check_name, listed
 from mbody.model.evaluation import resolved
-from mbody.model.identity import whole
+from mbody.model.event import Stop
 from mbody.model.joints import Joint
 from mbody.model.loads import Load
 from mbody.model.simulation import SimulationSettings
@@ -23,9 +25,9 @@ from mbody.quantities import Formula, FormulaError, Parameters, Scope, read
 from mbody.quantities.deferred import substituted
 from mbody.quantities.number import number
 from mbody.quantities.types import Number
-from mbody.quantities.units import UnitSystem, unit_system
+from mbody.quantities.units import DIMENSIONS, Dimension, UnitSystem, unit_system
 
-__all__ = ["Mechanism"]
+__all__ = ["Mechanism", "whole"]
 
 E = TypeVar("E", bound=Element)
 
@@ -96,10 +98,10 @@ class Mechanism:
         self.questions = dict(questions or {})
         #: What numbers were made of that were given as text, by dotted name.
         self.formulas: dict[str, Formula] = {}
-        #: Parameters that stand where a system cannot change them.
-        self.fixed_parameters: set[str] = set()
+        #: Parameters used where a system cannot change them.
+        self._fixed_parameters: set[str] = set()
         #: What was perhaps meant otherwise where it was read from a file, for the notes of results.
-        self.remarks: tuple[str, ...] = ()
+        self._remarks: tuple[str, ...] = ()
         self.g = self.units.g if g is None else self._turning(g)
         if self.g <= 0.0:
             raise ModelError(
@@ -115,10 +117,10 @@ class Mechanism:
         """The number that turns weights into masses; its parameters cannot be changed later."""
         given = number(g, "acceleration", self.name, "g")
         if isinstance(given, Formula):
-            self.fixed_parameters |= self.parameters.used_by(given)
-        return float(self.valued(given, self.name, "g"))
+            self._fixed_parameters |= self.parameters.used_by(given)
+        return float(self._valued(given, self.name, "g"))
 
-    def snapshot(self) -> Mechanism:
+    def _snapshot(self) -> Mechanism:
         """The mechanism as it is now, closed to additions: what a system keeps."""
         if self._sorted is not None:
             return self
@@ -132,7 +134,7 @@ class Mechanism:
         made._sorted = None
         return made
 
-    def replaced(self, element: Element) -> Mechanism:
+    def _replaced(self, element: Element) -> Mechanism:
         """The mechanism with another element in the place of the one of that name, closed to
         additions; its numbers follow no parameters.
         """
@@ -151,7 +153,7 @@ class Mechanism:
         made = object.__new__(type(self))
         made.__dict__ |= self.__dict__
         made._elements, made.formulas = dict(self._elements), dict(self.formulas)
-        made.fixed_parameters, made.measures = set(self.fixed_parameters), dict(self.measures)
+        made._fixed_parameters, made.measures = set(self._fixed_parameters), dict(self.measures)
         made.questions = dict(self.questions)
         return made
 
@@ -175,17 +177,17 @@ class Mechanism:
             )
         if len(elements) == 1:  # added as a whole, or not at all
             return self._add(elements[0])
-        before = dict(self._elements), dict(self.formulas), set(self.fixed_parameters)
+        before = dict(self._elements), dict(self.formulas), set(self._fixed_parameters)
         try:
             for element in elements:
                 self._add(element)
         except ModelError:
-            self._elements, self.formulas, self.fixed_parameters = before
+            self._elements, self.formulas, self._fixed_parameters = before
             raise
 
     def without(self, *drivers: str) -> Mechanism:
-        """The same mechanism without some of its drivers, which let go what they held; measures,
-        questions and instants that speak of them go with them.
+        """The same mechanism without some of its drivers, whose coordinates are free then;
+        measures, questions and instants that name them are left out.
 
         Raises
         ------
@@ -248,17 +250,17 @@ class Mechanism:
 
     def _taken(self, element: E) -> E:
         """The element with floats for its text; what they were made of is kept."""
-        made, formulas, fixed = resolved(element, self.scope)
+        made, formulas, fixed = resolved(element, self._scope)
         self.formulas |= formulas
-        self.fixed_parameters |= fixed & self.parameters.keys()
+        self._fixed_parameters |= fixed & self.parameters.keys()
         return made
 
     @property
-    def scope(self) -> Scope:
-        """What the names in formulas stand for: the parameters, in the units of the mechanism."""
+    def _scope(self) -> Scope:
+        """What the names in formulas mean: the parameters, in the units of the mechanism."""
         return self.parameters.scope()
 
-    def number(self, value: Any, dimension: str, element: str, field: str) -> float:
+    def _number(self, value: Any, dimension: str, element: str, field: str) -> float:
         """A number for an analysis or a part of the mechanism: a float, or text with units.
 
         Raises
@@ -266,12 +268,12 @@ class Mechanism:
         ModelError
             When it is no number of that dimension; the sentence names the element and the field.
         """
-        return float(self.valued(number(value, dimension, element, field), element, field))
+        return float(self._valued(number(value, dimension, element, field), element, field))
 
-    def valued(self, given: Any, element: str, field: str) -> Any:
-        """The same value with floats in the place of the formulas in it; errors as `number`."""
+    def _valued(self, given: Any, element: str, field: str) -> Any:
+        """The same value with floats in the place of the formulas in it; errors as `_number`."""
         try:
-            return substituted(given, lambda formula: formula.value(self.scope))
+            return substituted(given, lambda formula: formula.value(self._scope))
         except FormulaError as error:
             raise ModelError(f"'{element}': {field}: {error}", element) from None
 
@@ -363,3 +365,82 @@ class Mechanism:
 def _measure(name: Any, value: Any) -> Measure:
     check_name(name, "measure")
     return value if isinstance(value, Measure) else Measure(value)
+
+
+# -- equality: all that a mechanism describes ------------------------------------------------------
+
+
+def _stated(machine: Mechanism, value: Any) -> Any:
+    """A number or formula; the unit of plain angles only where it is one."""
+    if not isinstance(value, Formula):
+        return value
+    angle = value.dimension == DIMENSIONS["angle"] and not value.has_units(machine._scope)
+    return value if angle else replace(value, angle="")
+
+
+def _worth(machine: Mechanism, value: Any, dimension: Dimension | None) -> Any:
+    """The same, as a number where it follows no parameters."""
+    if not isinstance(value, Formula):
+        return value
+    own = replace(value, dimension=dimension)
+    with contextlib.suppress(FormulaError):
+        if not machine.parameters.used_by(own):
+            return own.value(machine._scope)
+    return _stated(machine, own)
+
+
+def _simulated(machine: Mechanism) -> Any:
+    """The motion that `simulate` is set to."""
+    settings = machine.simulation
+    if settings is None:
+        return None
+    angle = DIMENSIONS["angle"]
+    start = {
+        body: {k: _worth(machine, v, angle if k == "angle" else None) for k, v in given.items()}
+        for body, given in settings.start.items()
+    }
+    number = DIMENSIONS["number"]
+    events = [
+        replace(one, restitution=0.0) if isinstance(one, Stop) else one for one in settings.events
+    ]
+    # a file has a table of events and one of stops: their order among each other is lost
+    conditions = sorted(events, key=lambda one: isinstance(one, Stop))
+    given = [
+        _worth(machine, one.restitution, number) for one in settings.events if isinstance(one, Stop)
+    ]
+    until = _worth(machine, settings.until, None)
+    return settings.rtol, settings.instants, until, start, conditions, given
+
+
+def whole(machine: Mechanism) -> tuple[Any, ...]:
+    """All that it describes: every number to the last digit, what follows parameters, the order."""
+    following = {
+        name: _stated(machine, formula)
+        for name, formula in machine.formulas.items()
+        if machine.parameters.used_by(formula)
+    }
+    turning = [d for d in machine.drivers if d.angular]
+    angles = {name for d in turning for name in (d.name, getattr(d, "body", d.name))}
+    given = [machine.ask.at if machine.ask else {}]
+    given += [question.at for question in machine.questions.values()]
+    positions = [
+        {
+            name: [_worth(machine, v, DIMENSIONS["angle"] if name in angles else None) for v in row]
+            for name, row in at.items()
+        }
+        for at in given
+    ]
+    sought = {
+        name: [
+            (one.name, one.unit, [_worth(machine, p, None) for p in (one.start, one.low, one.high)])
+            for one in question.unknowns
+        ]
+        for name, question in machine.questions.items()
+    }
+    title = machine.name, machine.units, machine.g, machine.ground, machine.source, machine.note
+    elements = machine.bodies, machine.joints, machine.couplings, machine.drivers, machine.loads
+    parameters = {name: _stated(machine, value) for name, value in machine.parameters.items()}
+    instants = machine.ask and replace(machine.ask, at={})
+    questions = {n: replace(q, unknowns="x", at={}) for n, q in machine.questions.items()}
+    studies = machine.measures, instants, positions, sought, _simulated(machine), questions
+    return (*title, *elements, parameters, following, *studies)

@@ -12,7 +12,6 @@ import numpy as np
 from mbody.errors import ModelError, brief
 from mbody.laws import Law
 from mbody.laws.base import dimension_by
-from mbody.model.coupling import Coupling
 from mbody.model.element import Element, listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.user_physics import is_plain_field, plain_field
@@ -81,9 +80,9 @@ def dimension_named(mechanism: Mechanism, name: str) -> Dimension | None:
     'angular velocity'
     """
     if name in mechanism.parameters:
-        return mechanism.scope.names[name].dimension
+        return mechanism._scope.names[name].dimension
     owner, _, key = name.partition(".")
-    element = mechanism[owner]
+    element: Any = mechanism[owner]
     for field in dataclasses.fields(element):
         if key == field.name and "dimension" in field.metadata:
             return dimension_of(field.metadata["dimension"])
@@ -93,7 +92,7 @@ def dimension_named(mechanism: Mechanism, name: str) -> Dimension | None:
         return DIMENSIONS[key]
     if element.role == "body" and key in SPREAD:
         return DIMENSIONS["inertia"]
-    if isinstance(element, Coupling) and key.endswith(".factor"):
+    if element.role == "coupling" and key.endswith(".factor"):
         return dimension_of(element.factor_of(element.parts[int(key.partition(".")[0])]))
     return DIMENSIONS["angle" if key.endswith(".angle") else "length"]
 
@@ -124,7 +123,7 @@ def moves_nothing(mechanism: Mechanism, name: str) -> bool:
         owner, _, key = name.partition(".")
         element: Element = mechanism[owner]
         return element.role == "load" or (element.role == "body" and key in MASS)
-    if name in mechanism.fixed_parameters:
+    if name in mechanism._fixed_parameters:
         return False
     scope = mechanism.parameters
     names, before = {name}, 0
@@ -147,7 +146,7 @@ def plain(mechanism: Mechanism, name: str, given: Any, dimension: Dimension | No
         return float(given)
     try:
         whole = given if dimension is None else given.of(dimension)
-        return float(whole.value(mechanism.scope))
+        return float(whole.value(mechanism._scope))
     except FormulaError as error:
         raise ModelError(f"unknown '{name}': {error}", name) from None
 

@@ -101,7 +101,7 @@ class Signal:
 class Part:
     """One coordinate in the sum of a coupling: its physics, and the bodies that it lies between.
 
-    Its seven parameters, the factor first, stand among those of the primitive.
+    Its seven parameters, the factor first, are among those of the primitive.
     """
 
     kind: str

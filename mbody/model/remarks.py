@@ -18,7 +18,7 @@ HEAVY, MUCH = 100, 0.1
 
 
 def remarks(mechanism: Mechanism, kept: dict[str, Any] | None = None) -> tuple[str, ...]:
-    """Sentences for the user, each with the element, the number and what to do; they stand among
+    """Sentences for the user, each with the element, the number and what to do; they are among
     the notes of every analysis and leave its status.
 
     Parameters
@@ -33,7 +33,7 @@ def remarks(mechanism: Mechanism, kept: dict[str, Any] | None = None) -> tuple[s
     kept = {} if kept is None else kept
     if "remarks" not in kept:
         kept["remarks"] = (
-            *mechanism.remarks,
+            *mechanism._remarks,
             *_tables(mechanism),
             *_formulas(mechanism),
             *_masses(mechanism),
@@ -61,8 +61,8 @@ def _table(
         low, high = min(table.y), max(table.y)
         yield (
             f"'{element.name}': the spline through the table of its {field} leaves the range of "
-            f"its points, {_told(low, value, units)} to {_told(high, value, units)}: it goes to "
-            f"{_told(beyond[1], value, units)} at {_told(beyond[0], of, units)}; give "
+            f"its points, {_number(low, value, units)} to {_number(high, value, units)}: it goes "
+            f"to {_number(beyond[1], value, units)} at {_number(beyond[0], of, units)}; give "
             'interpolation = "pchip" or "linear", or more points'
         )
     if element.role == "driver" and table.interpolation == "linear" and len(table.x) > 2:
@@ -77,7 +77,7 @@ def _formulas(mechanism: Mechanism) -> Iterator[str]:
     """Formulas without units where degrees and radians meet."""
     unit = mechanism.units.time
     for name, formula in mechanism.formulas.items():
-        if formula.angle != "deg" or formula.has_units(mechanism.scope) or not formula.variable:
+        if formula.angle != "deg" or formula.has_units(mechanism._scope) or not formula.variable:
             continue
         owner = name.partition(".")[0]
         if formula.dimension == DIMENSIONS["angle"]:
@@ -102,10 +102,10 @@ def _masses(mechanism: Mechanism) -> Iterator[str]:
         mass = body.mass
         if mass is None or f"{body.name}.mass" in mechanism.formulas or mass < MUCH:
             continue
-        other, told = ("lb", 0.45359237) if pound else ("kg", 1.0)
+        other, ratio = ("lb", 0.45359237) if pound else ("kg", 1.0)
         yield (
             f"body '{body.name}' has a mass of {mass:g} {mechanism.units.of('mass')}, which "
-            f"is {mass * float(one) / told:.4g} {other}: write the unit, as in '{mass:g} "
+            f"is {mass * float(one) / ratio:.4g} {other}: write the unit, as in '{mass:g} "
             f"{other}', if it is meant otherwise"
         )
 
@@ -133,7 +133,7 @@ def _no_length(mechanism: Mechanism) -> Iterator[str]:
         )
 
 
-def _told(value: float, dimension: Dimension, units: UnitSystem) -> str:
+def _number(value: float, dimension: Dimension, units: UnitSystem) -> str:
     """A number with its unit, angles in degrees."""
     if dimension == DIMENSIONS["angle"]:
         return f"{value * 57.29577951308232:.6g} deg"

@@ -35,16 +35,16 @@ def sheet(report: Any) -> str:
 
 
 def _opinion(name: str, opinion: Any) -> list[str]:
-    """One engine: its quantities, what it cannot express, how it was asked."""
+    """One engine: its quantities, what it cannot express, how it was used."""
     rows = sorted(opinion.rows, key=_part, reverse=True)
     differ = [row for row in rows if row.verdict != "agrees"]
     shown = SHOWN if differ else ENOUGH
     lines = _table(opinion.engine, rows[:shown])
     more = len(rows) - shown
-    told = f"DIFFERS in {len(differ)} of" if differ else "agrees in"
-    told += f" {len(rows)} quantities"
-    told += f" ({more} not shown, nearer than these)" if more > 0 else ""
-    lines += paragraph(told if rows else "nothing to compare", f"{name}: ")
+    summary = f"DIFFERS in {len(differ)} of" if differ else "agrees in"
+    summary += f" {len(rows)} quantities"
+    summary += f" ({more} not shown, nearer than these)" if more > 0 else ""
+    lines += paragraph(summary if rows else "nothing to compare", f"{name}: ")
     for reason in dict.fromkeys(row.reason for row in rows):
         lines += paragraph(reason, "expected: ")
     for one in opinion.not_expressible:

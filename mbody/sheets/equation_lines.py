@@ -40,7 +40,7 @@ def lines(system: Equations) -> list[str]:
     """
     rhs = numbers(_rounded(system, system.rhs, system.row_units))
     found = _matrix(system, rhs) or _sentences(system, rhs)
-    about = "moments about the mass centres; m a stands for I α in their rows"
+    about = "moments about the mass centres; m a means I α in their rows"
     return even([*system.heading, "", *found, about, "", *_unknowns(system), "", *_closing(system)])
 
 
@@ -78,7 +78,7 @@ def _coefficients(system: Equations, column: Array, digits: int) -> list[str]:
     arms = np.abs(system.matrix[~_bare(system.matrix)])
     top = math.floor(math.log10(arms.max())) if arms.size else 0
     decimals = max(0, digits - 1 - top)
-    # bare numbers stand above the units of the arms
+    # bare numbers are above the units of the arms
     tail = " " * (decimals + 1) if decimals and not _bare(column).all() else ""
     return [
         ("·" if x == 0.0 else f"{x:.0f}") + tail if bare else f"{x:.{decimals}f}"

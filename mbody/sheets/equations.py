@@ -112,7 +112,7 @@ def _checked(solution: Solution, instant: Any) -> int:
     if rows > DENSE:
         raise ModelError(
             f"'{solution.mechanism.name}' has {rows} unknowns, equations are written out for up to "
-            f"{DENSE}: ask for reactions and efforts by name"
+            f"{DENSE}: read reactions and efforts by name"
         )
     return operator.index(instant) % count
 

@@ -36,8 +36,8 @@ def sheet(found: Equilibria) -> str:
     ['1', 'stable', '9.81']
     """
     count = len(found)
-    told = f"{count} rest position{'' if count == 1 else 's'}"
-    when = f"equilibrium at t = {number(found.t)} {found.units.time}: {told}"
+    counted = f"{count} rest position{'' if count == 1 else 's'}"
+    when = f"equilibrium at t = {number(found.t)} {found.units.time}: {counted}"
     shown = list(found)[:SHOWN]
     lines = [*title(found.mechanism, when, found.units), ""]
     lines += [*_positions(found, shown), "", *_links(found, shown)]
@@ -93,7 +93,7 @@ def _links(found: Equilibria, shown: list[Equilibrium]) -> list[str]:
 
 
 def _forces(found: Equilibria, shown: list[Equilibrium]) -> list[str]:
-    """Joint forces, and efforts of the drivers that hold and of couplings."""
+    """Joint forces, and efforts of the fixed drivers and of couplings."""
     mechanism = shown[0].solution.mechanism
     names, unit = force_names(mechanism), found.units.of
     floor = max(force_floor(e.solution) for e in shown)
@@ -101,8 +101,8 @@ def _forces(found: Equilibria, shown: list[Equilibrium]) -> list[str]:
     for joint in mechanism.joints[:SHOWN]:
         for n, e in enumerate(shown, 1):
             force = e.reaction(joint.name, on=names[joint.name][1])
-            told = (names[joint.name][0], joint.name)
-            cells.append((*told, n, float(force.fx[0]), float(force.fy[0])))
+            labels = (names[joint.name][0], joint.name)
+            cells.append((*labels, n, float(force.fx[0]), float(force.fy[0])))
     if not cells:
         return []
     lines = table(
@@ -154,8 +154,8 @@ def curve_sheet(curve: EquilibriumCurve) -> str:
         *(column for name in bodies for column in _moving(curve, name, rows)),
         Column("onward", onward, text=True, whole=True),
     ]
-    told = f"rest positions along {curve.parameter}: {len(curve)} points"
-    lines = [*title(machine.name, told, machine.units), "", *table(columns)]
+    about = f"rest positions along {curve.parameter}: {len(curve)} points"
+    lines = [*title(machine.name, about, machine.units), "", *table(columns)]
     return "\n".join(even([*lines, *noted(curve.notes)]))
 
 

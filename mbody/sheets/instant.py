@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.analysis.driven.free_body import member_forces
-from mbody.model.loads import CentrifugalField, Force, Gravity
 from mbody.sheets.couplings import couplings
 from mbody.sheets.measured import measures
 from mbody.sheets.names import (
@@ -36,7 +35,7 @@ Array = np.ndarray
 
 COMPONENTS = ("fx", "fy", "torque")
 
-#: Members that a sheet tells of.
+#: Members that a sheet shows.
 MEMBERS = 12
 
 
@@ -208,11 +207,11 @@ class _Instant:
         )
 
     def _members(self) -> list[str]:
-        """Links that two or three forces hold, as sentences."""
-        told = [
+        """Links on which two or three forces act, as sentences."""
+        sentences = [
             m.words for m in member_forces(self.solution) if m.kind in ("two-force", "three-force")
         ]
-        return [line for words in told[:MEMBERS] for line in paragraph(words, "MEMBER   ")]
+        return [line for words in sentences[:MEMBERS] for line in paragraph(words, "MEMBER   ")]
 
     def _loads(self) -> list[str]:
         loads = self.mechanism.loads
@@ -234,21 +233,20 @@ class _Instant:
         law = law.with_numbers({k: values[name if plain else f"{name}.{k}"] for k in own})
         return float(law.derivatives(self.t)[0])
 
+    def value(self, load: Element, field: str) -> str:
+        """Value of a law, as text."""
+        return number(self._law(load, field))
+
+    def degrees(self, load: Element, field: str) -> str:
+        """An angle in degrees, as text."""
+        return angles(self.solution.system.values[f"{load.name}.{field}"])[0]
+
     def _load(self, load: Any) -> str:
         """What a load is at this instant, and between which bodies."""
         values, unit = self.solution.system.values, self.unit
-        if isinstance(load, Force):
-            direction = angles(values[f"{load.name}.angle"])[0]
-            frame = f" from the axes of {load.at.body}" if load.follows else ""
-            size = number(self._law(load, "value"))
-            return f"{size} {unit('force')} @ {direction}°{frame} on {load.at}"
-        if isinstance(load, Gravity):
-            parts = [number(self._law(load, key)) for key in "xy"]
-            return f"({', '.join(parts)}) {unit('acceleration')} on every mass"
-        if isinstance(load, CentrifugalField):
-            symbol = unit("angular velocity" if load.given == "speed" else "angular momentum")
-            turning = f"{load.given} {number(self._law(load, load.given))} {symbol}"
-            return f"{turning} about the axis in {load.axis}, on every mass"
+        line: str = load.line(self)
+        if line:
+            return line
         words = []
         for field in dataclasses.fields(load):
             name = f"{load.name}.{field.name}"

@@ -64,8 +64,11 @@ def measures(solution: Solution) -> list[str]:
         if dimension == DIMENSIONS["angle"] and not measure.unit:
             values, unit = np.degrees(values), "deg"
         values = _cleared(solution, measure, values)
-        told = number(np.fmin.reduce(values, axis=None)), number(np.fmax.reduce(values, axis=None))
-        for key, cell in zip(("least", "greatest", "unit"), (*told, unit), strict=True):
+        extremes = (
+            number(np.fmin.reduce(values, axis=None)),
+            number(np.fmax.reduce(values, axis=None)),
+        )
+        for key, cell in zip(("least", "greatest", "unit"), (*extremes, unit), strict=True):
             cells[key].append(cell)
     columns = [
         Column("MEASURES", cells["name"], text=True),

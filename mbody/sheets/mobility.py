@@ -32,7 +32,7 @@ def sheet(report: Mobility) -> str:
     lines = [*title(report.mechanism, when, report.units), "", *_counts(report)]
     lines += _redundant(report)
     if report.drivers:
-        lines += _motions("FREE MOTIONS, drivers held", report.driven_motions)
+        lines += _motions("FREE MOTIONS, drivers fixed", report.driven_motions)
         lines += _motions("FREE MOTIONS without the drivers", report.motions)
     else:
         lines += _motions("FREE MOTIONS", report.motions)
@@ -58,7 +58,7 @@ def _counts(report: Mobility) -> list[str]:
     columns = [Column("MOBILITY", titles, text=True, whole=True)]
     columns.append(Column("joints alone", cells(report.of_joints)))
     if report.drivers:
-        columns.append(Column("drivers held", cells(report.driven)))
+        columns.append(Column("drivers fixed", cells(report.driven)))
     parts = [
         _counted(report.bodies, "moving link"),
         _counted(report.joints, "joint"),

@@ -32,8 +32,8 @@ def sheet(found: Modes) -> str:
     ['1', 'oscillates', '4.42945', '0.704968']
     """
     count = len(found)
-    told = f"{count} rest position{'' if count == 1 else 's'}"
-    when = f"modes at t = {number(found.t)} {found.units.time}: {told}"
+    counted = f"{count} rest position{'' if count == 1 else 's'}"
+    when = f"modes at t = {number(found.t)} {found.units.time}: {counted}"
     lines = title(found.mechanism, when, found.units)
     for n, one in enumerate(list(found)[:SHOWN], 1):
         lines += ["", *paragraph(f"{one.stability}, at {_where(one)}", f"REST {n}   ")]
@@ -48,8 +48,8 @@ def _where(one: ModesAt) -> str:
     """The position by its leaders: their angles, or places of what slides."""
     solution, words = one.linear.solution, []
     length = solution.mechanism.units.length
-    told = {motion.leader: motion for motion in reversed(one.linear.motions)}
-    motions = sorted(told.values(), key=one.linear.motions.index)
+    leaders = {motion.leader: motion for motion in reversed(one.linear.motions)}
+    motions = sorted(leaders.values(), key=one.linear.motions.index)
     for motion in motions[:LEADERS]:
         body, name = solution[motion.leader], motion.leader
         if motion.turns:

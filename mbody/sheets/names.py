@@ -40,7 +40,7 @@ Array = np.ndarray
 #: Below a table of joint forces that shows torques.
 ABOUT = "torques about the joint's place on its body j"
 
-#: Times of an event that a sheet tells.
+#: Times of an event that a sheet shows.
 SHOWN = 5
 #: What is smaller than this part of the greatest of its kind is rounding, shown as 0.
 ROUNDING = 1e-9
@@ -96,7 +96,7 @@ def heading(solution: Solution, when: str) -> list[str]:
 
 
 def title(mechanism: str, words: str, units: UnitSystem) -> list[str]:
-    """Name of the mechanism; what is told of it, and the units of all that follows."""
+    """Name of the mechanism; its analysis, and the units of all that follows."""
     symbols = ", ".join((units.length, units.force, units.time, units.mass))
     return [*paragraph(mechanism), *paragraph(f"{words}; units {units.name}: {symbols}")]
 
@@ -128,14 +128,14 @@ def closing(solution: Solution, residuals: bool = True) -> list[str]:
 
 def certified(result: Any) -> list[str]:
     """The status of a result where it is not completed, all its doubts, and its notes."""
-    told = [one.message for one in result.doubts]
+    doubts = [one.message for one in result.doubts]
     lines = []
-    if told:
-        lines = ["", *paragraph(f"doubtful: {told[0]}", "STATUS   ")]
-        lines += [line for one in told[1:] for line in paragraph(one, "DOUBT   ")]
+    if doubts:
+        lines = ["", *paragraph(f"doubtful: {doubts[0]}", "STATUS   ")]
+        lines += [line for one in doubts[1:] for line in paragraph(one, "DOUBT   ")]
     elif result.status != "completed":
         lines = ["", *paragraph(result.status, "STATUS   ")]
-    return [*lines, *noted(note for note in result.notes if note not in told)]
+    return [*lines, *noted(note for note in result.notes if note not in doubts)]
 
 
 def _events(solution: Solution) -> list[str]:

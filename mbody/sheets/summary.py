@@ -85,7 +85,7 @@ class _Summary:
     # -- where something occurs ---------------------------------------------------------------
 
     def _places(self, at: list[int]) -> list[Column]:
-        """Columns that say at which design, time and driver position the flat indices lie."""
+        """Columns that show at which design, time and driver position the flat indices lie."""
         instant = [k % len(self.solution) for k in at]
         columns = []
         if self.batch:

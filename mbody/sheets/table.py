@@ -98,7 +98,7 @@ def polars(x: Any, y: Any, floor: float = 0.0) -> list[str]:
 
 @dataclass
 class Column:
-    """One column: heading, unit, cells; text stands left and may be cut where space is short,
+    """One column: heading, unit, cells; text is at the left and may be cut where space is short,
     unless it is to be kept whole."""
 
     title: str

@@ -145,8 +145,8 @@ def breakdown(solution: Result, name: str, on: str | None) -> dict[str, Any]:
     if primitives is None:
         known = listed(system.primitives_of)
         raise ModelError(f"'{name}' is neither a joint nor a driver (there are: {known})", name)
-    element = system.mechanism[name]
-    if not isinstance(element, Joint):
+    element: Any = system.mechanism[name]
+    if element.role != "joint":
         row = PER_PRIMITIVE * primitives[0]
         return {cause: -output[:, n, row, 0] for n, cause in enumerate(causes)}
     whole = solution.reaction(name, on)

@@ -54,10 +54,10 @@ def ends(solution: Result, element: Element) -> tuple[Any, Any, Any, Any]:
     return _Columns(at), (jx - ix, jy - iy), *angles
 
 
-def reaction_point(solution: Result, element: Element) -> tuple[Array, Array]:
+def reaction_point(solution: Result, element: Any) -> tuple[Array, Array]:
     """Where the force of an element acts: its place on j, or the point of contact."""
     x, y = place(solution, element, "j")
-    offset = _offset(solution, element) if isinstance(element, Joint) else None
+    offset = _offset(solution, element) if element.role == "joint" else None
     return (x, y) if offset is None else (x + offset[0], y + offset[1])
 
 

@@ -259,21 +259,22 @@ class Solution:
 
     def _joint(self, joint: str) -> Joint:
         machine = self.mechanism
-        element = machine[joint] if isinstance(joint, str) and joint in machine else None
+        element: Any = machine[joint] if isinstance(joint, str) and joint in machine else None
         if element is not None and element.role == "coupling":
             raise ModelError(
                 f"'{joint}' is a coupling of several bodies, it has no reaction between two: ask "
                 "for its effort",
                 joint,
             )
-        if not isinstance(element, Joint):
+        if element is None or element.role != "joint":
             known = listed(one.name for one in machine.joints)
             raise ModelError(f"there is no joint {joint!r} (there are: {known})", str(joint))
         if not self.has_forces:
             raise ModelError(
                 f"{self.analysis} finds no forces, as of '{joint}': use kinetostatics", joint
             )
-        return element
+        found: Joint = element
+        return found
 
     def _unique(self, joint: str) -> tuple[bool, bool, bool] | None:
         if not self.soft:

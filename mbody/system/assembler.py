@@ -63,7 +63,7 @@ def assemble(mechanism: Mechanism) -> System:
     """
     if not mechanism.bodies:
         raise ModelError(f"'{mechanism.name}' has no bodies: add at least one Body")
-    mechanism = mechanism.snapshot()
+    mechanism = mechanism._snapshot()
     compiler = _Compiler(mechanism)
     numbers = compiler.numbers()
     par, mass = compiler.compile(numbers)
@@ -145,7 +145,7 @@ class _Compiler:
 
     def numbers(self) -> dict[str, Any]:
         """All changeable numbers by dotted name."""
-        names = self.mechanism.scope.names
+        names = self.mechanism._scope.names
         result: dict[str, Any] = {name: names[name].value for name in self.mechanism.parameters}
         result |= self.mechanism.ground.numbers()
         for element in self.mechanism:
@@ -329,7 +329,7 @@ class _Compiler:
         )
 
     def _sums(self, place: dict[int, int], plan: Elimination) -> dict[str, Any]:
-        """The parts of all sums, and where the blocks of their bodies stand."""
+        """The parts of all sums, and the places of the blocks of their bodies."""
         index, nodes = self.index, len(plan.order)
         beyond: dict[int, list[int]] = {}
         for n, k in enumerate(plan.more_node):
@@ -349,7 +349,7 @@ class _Compiler:
 
 
 def _arm(element: Element, at: Numbers) -> tuple[Any, Any]:
-    """Arm of the place on j, where the reaction is told; angles need none."""
+    """Arm of the place on j, where the reaction is reported; angles need none."""
     return at.arm(element, "j") if "j" in element.places() else (0.0, 0.0)
 
 

@@ -1,6 +1,6 @@
 """Users' plain Python as the kernels call it: functions of arrays (x, y) that fill y.
 
-A number that is not finite is an error of the user's function and is said so, at once.
+A number that is not finite is an error of the user's function, and raised at once.
 """
 
 from __future__ import annotations

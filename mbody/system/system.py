@@ -177,7 +177,7 @@ class System:
         changed = {name for name in given if name in parameters}
         if not changed:
             return {}
-        fixed = sorted(changed & self.mechanism.fixed_parameters)
+        fixed = sorted(changed & self.mechanism._fixed_parameters)
         if fixed:
             raise ModelError(
                 f"parameter '{fixed[0]}' stands in a table, a program, a guess or g of "
@@ -228,7 +228,7 @@ class System:
         return array[()]  # a float where it is one number
 
     def _sign(self, name: str) -> tuple[str, str]:
-        """What the description asks of a number, "positive" or "not negative", and its unit."""
+        """What the description requires of a number, "positive" or "not negative", and its unit."""
         element, _, key = name.partition(".")
         unit = self.mechanism.units.of
         if not key:
@@ -287,7 +287,7 @@ class System:
         soft, pad, blocks = self._fixed_rows
         work.soft[: len(soft)], work.pad[: len(pad)], work.block[: len(blocks)] = soft, pad, blocks
         if lanes > 1:
-            # kernels of many lanes store what varies; what the physics has as constants stands here
+            # kernels of many lanes store what varies; constants of the physics are stored here
             one = self.work()
             violation(self.runtime(), one)
             for name in ("block", "phi", "nu", "gamma"):

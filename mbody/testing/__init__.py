@@ -1,7 +1,7 @@
 """Contract checks: what every joint, driver and load must obey, the built-in ones and yours.
 
 Each check puts the element between free massive bodies with mass centres off their origins,
-assembles that like any mechanism, and asks the kernels at random states. A failure is an
+assembles that like any mechanism, and evaluates the kernels at random states. A failure is an
 `AssertionError` in one sentence: which element, what is wrong, by how much, at which state.
 
 >>> import mbody

@@ -1,4 +1,4 @@
-"""The bench: an element between free massive bodies, and what the kernels say of it."""
+"""The bench: an element between free massive bodies, and what the kernels compute for it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from mbody.system.assembler import assemble
 from mbody.system.system import System
 from mbody.testing.report import Array, Ledger
 
-__all__ = ["Bench", "Frame", "Rows", "State", "bench", "check_value", "mentioned", "rotation"]
+__all__ = ["Bench", "Frame", "Rows", "State", "check_value", "make_bench", "mentioned", "rotation"]
 
 #: New axes: (angle, x, y); a point p of the old ones is R(angle) p + (x, y) in them.
 Frame = tuple[float, float, float]
@@ -58,25 +58,25 @@ class Rows(NamedTuple):
     padding: float
 
 
-def bench(element: Element, rng: np.random.Generator, length: float, *, pushed: bool) -> Bench:
-    """Bodies with the named points that the element asks for, and mass centres off their origins;
+def make_bench(element: Element, rng: np.random.Generator, length: float, *, pushed: bool) -> Bench:
+    """Bodies with the named points that the element refers to, and mass centres off their origins;
     `pushed` by forces that turn with them.
     """
     names = [name for name in mentioned(element) if name != "ground"] or ["one", "two"]
-    asked: dict[str, dict[str, Any]] = {name: {} for name in ("ground", *names)}
+    points: dict[str, dict[str, Any]] = {name: {} for name in ("ground", *names)}
     for marker in element.places().values():
         if isinstance(marker.point, str):
-            asked[marker.body][marker.point] = _pair(rng, length)
+            points[marker.body][marker.point] = _pair(rng, length)
     bodies, pushes = [], []
     for name in names:
         mass, inertia, angle = rng.uniform(1.0, 3.0, size=3)
         cg, end = _pair(rng, length), _pair(rng, length)
         moment = inertia * length**2
         spread = SecondMoments(0.3 * moment, 0.7 * moment, 0.2 * moment)
-        own = {"inertia": moment, "cg": cg, "points": asked[name], "spread": spread}
+        own = {"inertia": moment, "cg": cg, "points": points[name], "spread": spread}
         bodies.append(Body(name, mass, **own))
         pushes.append(Force(f"push on {name}", Marker(name, end), 1.0, angle, follows=True))
-    return Bench(element, tuple(bodies), asked["ground"], tuple(pushes if pushed else ()), length)
+    return Bench(element, tuple(bodies), points["ground"], tuple(pushes if pushed else ()), length)
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +123,7 @@ class Bench:
             words.append(f"mass centre of '{body.name}' at (x, y, θ) = ({here}) moving ({going})")
         return ", ".join(words)
 
-    # -- what the kernels say
+    # -- what the kernels compute
 
     def _set(self, state: State) -> tuple[Any, Any]:
         L, W, size = self.system.runtime(), self.work, len(state.q)
@@ -155,7 +155,7 @@ class Bench:
 
     def reactions(self, state: State) -> tuple[Array, Array, Array, Array]:
         """By primitive, under the pushes: λ (·, 2); force and torque on j at the place on j, as a
-        solution tells them (·, 3); those on i at its mass centre (·, 3); the place on j (·, 2).
+        solution reports them (·, 3); those on i at its mass centre (·, 3); the place on j (·, 2).
         """
         L, W = self._set(state)
         primitives, pushes = len(L.primitive_node), len(self.pushes)
@@ -163,15 +163,15 @@ class Bench:
         output = np.zeros((1, pushes + 1, PER_PRIMITIVE * primitives, 1))
         breakdown(L, W, 0.0, motion, np.array([state.t]), pushes, output)
         raise_user_error(self.system)
-        told = output[0, 1:, :, 0].sum(axis=0).reshape(primitives, PER_PRIMITIVE)
+        parts = output[0, 1:, :, 0].sum(axis=0).reshape(primitives, PER_PRIMITIVE)
         blocks = W.block[:, 0].reshape(-1, 2, 2, 3)[L.primitive_node, 0]
-        on_i = -np.einsum("erc,er->ec", blocks, told[:, :2])
+        on_i = -np.einsum("erc,er->ec", blocks, parts[:, :2])
         arm: tuple[Any, Any] = (0.0, 0.0)
         if "j" in self.element.places():
             arm = self.system.numbers.arm(self.element, "j")
         pose = with_ground(state.q)[L.primitive_j]
         place = pose[:, :2] + np.array([rotation(angle) @ arm for angle in pose[:, 2]])
-        return told[:, :2], told[:, 2:], on_i, place
+        return parts[:, :2], parts[:, 2:], on_i, place
 
     def forces(self, state: State) -> Array:
         """(Fx, Fy, T) of all loads on every body, then on the ground: (bodies + 1, 3)."""
@@ -255,7 +255,7 @@ class Bench:
 
 
 def mentioned(element: Any) -> list[str]:
-    """Names of the bodies that an element speaks of, the ground included."""
+    """Names of the bodies that an element names, the ground included."""
     places = [marker.body for marker in element.places().values()]
     return list(dict.fromkeys([*places, *getattr(element, "bodies", ())]))
 
@@ -335,7 +335,7 @@ def check_value(ledger: Ledger, bench: Bench) -> None:
     for make in (copy.copy, copy.deepcopy, dataclasses.replace):
         if make(element) != element:
             ledger.fail(f"equality: it is not equal to its {make.__name__}, as dataclasses are")
-    ledger.see("frozen, equal copies", 0.0, "")
+    ledger.require("frozen, equal copies", 0.0, "")
     try:
         other = pickle.loads(pickle.dumps(element))
         system: System = pickle.loads(pickle.dumps(bench.system))
@@ -349,4 +349,4 @@ def check_value(ledger: Ledger, bench: Bench) -> None:
         return ledger.skip("pickle", "its class, or a function of it, has no name in a module")
     if other != element or system.mechanism[element.name] != element:
         ledger.fail("pickle: it is not equal to itself after it was saved")
-    ledger.see("pickle", 0.0, "")
+    ledger.require("pickle", 0.0, "")

@@ -15,8 +15,8 @@ from mbody.testing.bench import (
     Shifts,
     State,
     about_origin,
-    bench,
     check_value,
+    make_bench,
     rotation,
     with_ground,
 )
@@ -41,7 +41,7 @@ def check_joint(
     """Prove a joint or a driver: derivatives, reactions, rank, frames, copies.
 
     Φ_q = ∂Φ/∂q, ν = −∂Φ/∂t and γ = Φ_q a − d²Φ/dt² are compared with differences; the reactions
-    that a solution would tell sum to zero on both bodies and do no work on allowed velocities;
+    that a solution would report sum to zero on both bodies and do no work on allowed velocities;
     nothing depends on the axes in which bodies are drawn, on their mass centres, or on the world's
     place, or on the units of its numbers; the rows are independent; the element is frozen, copies
     and pickles.
@@ -49,7 +49,7 @@ def check_joint(
     Parameters
     ----------
     element : Joint or Driver
-        Between any bodies: they are made for it, with the named points that it asks for.
+        Between any bodies: they are made for it, with the named points that it refers to.
     states : int
         How many random states to try.
     seed : int
@@ -69,7 +69,7 @@ def check_joint(
     Raises
     ------
     AssertionError
-        Where the element fails: the sentence says what was found and expected, and at which state.
+        Where the element fails: the sentence has what was found and expected, and at which state.
 
     Notes
     -----
@@ -86,51 +86,51 @@ def check_joint(
         raise TypeError(f"check_joint takes a joint or a driver, not {element!r}")
     rng = np.random.default_rng(seed)
     ledger = Ledger(element, states, tolerance)
-    stand = bench(element, rng, length, pushed=True)
-    axes, centres, world = stand.other_axes(rng), stand.other_centres(rng), stand.other_world(rng)
-    redrawn, moved = stand.redrawn(axes, centres), stand.redrawn(world)
-    tried = [stand.state(rng, times) for _ in range(states)]
-    units = OtherUnits(stand)
+    bench = make_bench(element, rng, length, pushed=True)
+    axes, centres, world = bench.other_axes(rng), bench.other_centres(rng), bench.other_world(rng)
+    redrawn, moved = bench.redrawn(axes, centres), bench.redrawn(world)
+    tried = [bench.state(rng, times) for _ in range(states)]
+    units = OtherUnits(bench)
     with ledger:
         if units.missing:
             ledger.skip("units", units.missing)
         for n, state in enumerate(tried):
-            ledger.where = stand.words(n, seed, state)
-            _derivatives(ledger, stand, state, rng, times[1] - times[0])
+            ledger.where = bench.words(n, seed, state)
+            _derivatives(ledger, bench, state, rng, times[1] - times[0])
         for n, state in enumerate(tried):
-            ledger.where = stand.words(n, seed, state)
-            _description(ledger, stand, state, redrawn, axes, centres)
+            ledger.where = bench.words(n, seed, state)
+            _description(ledger, bench, state, redrawn, axes, centres)
             if not units.missing:
-                _units(ledger, stand, state, units)
+                _units(ledger, bench, state, units)
         for n, state in enumerate(tried):
-            ledger.where = stand.words(n, seed, state)
-            closed = stand.closed(state, rng)
+            ledger.where = bench.words(n, seed, state)
+            closed = bench.closed(state, rng)
             if closed is None:
                 ledger.fail(f"closed: no place with Φ = 0 found; is length={length:g} apt?")
-            ledger.where = stand.words(n, seed, closed)
-            r = stand.rows(closed)
-            _rank(ledger, stand, r)
-            _reactions(ledger, stand, closed)
-            _power(ledger, stand, closed, r, rng)
-            _world(ledger, stand, closed, moved, world)
-        check_value(ledger, stand)
+            ledger.where = bench.words(n, seed, closed)
+            r = bench.rows(closed)
+            _rank(ledger, bench, r)
+            _reactions(ledger, bench, closed)
+            _power(ledger, bench, closed, r, rng)
+            _world(ledger, bench, closed, moved, world)
+        check_value(ledger, bench)
     return ledger.report()
 
 
 def _derivatives(
-    ledger: Ledger, stand: Bench, state: State, rng: np.random.Generator, span: float
+    ledger: Ledger, bench: Bench, state: State, rng: np.random.Generator, span: float
 ) -> None:
     """Φ_q, ν and γ against differences of Φ and of dΦ/dt = Φ_q v − ν."""
     t, q, v = state
-    r, unit = stand.rows(state), stand.unit
+    r, unit = bench.rows(state), bench.unit
     for name, part in (("Φ", r.phi), ("Φ_q", r.G), ("ν", r.nu), ("γ", r.gamma)):
         ledger.finite(part, name)
     text = "beyond its own rows Φ, Φ_q, ν and γ must be zeros"
-    ledger.see("padding", r.padding, text)
-    rest = stand.rows(State(t, q, 0.0 * v))
+    ledger.require("padding", r.padding, text)
+    rest = bench.rows(State(t, q, 0.0 * v))
     drift = np.abs(np.column_stack([r.phi - rest.phi, r.nu - rest.nu, r.G - rest.G])).max(axis=1)
     text = "Φ, Φ_q and ν of row {row} change with velocities; rows are of position"
-    ledger.see("position only", drift, text)
+    ledger.require("position only", drift, text)
 
     size = np.maximum(np.abs(r.G * unit).max(axis=1), np.abs(r.phi))
     for m in range(len(q)):
@@ -138,13 +138,13 @@ def _derivatives(
         move[m] = unit[m]
 
         def shifted(s: float, move: Array = move) -> Array:
-            return stand.rows(State(t, q + s * move, v)).phi
+            return bench.rows(State(t, q + s * move, v)).phi
 
-        what = f"∂Φ/∂{'xyθ'[m % 3]} of '{stand.bodies[m // 3].name}'"
+        what = f"∂Φ/∂{'xyθ'[m % 3]} of '{bench.bodies[m // 3].name}'"
         ledger.differ("Φ_q", what, r.G[:, m] * unit[m], shifted, size, unit[m])
 
     def later(s: float) -> Array:
-        there: Array = stand.rows(State(t + span * s, q, v)).phi
+        there: Array = bench.rows(State(t + span * s, q, v)).phi
         return -there
 
     ledger.differ("ν", "−∂Φ/∂t", r.nu * span, later, size, span)
@@ -153,7 +153,7 @@ def _derivatives(
 
     def rate(s: float) -> Array:
         s = span * s
-        there = stand.rows(State(t + s, q + s * v + 0.5 * s * s * a, v + s * a))
+        there = bench.rows(State(t + s, q + s * v + 0.5 * s * s * a, v + s * a))
         left: Array = span * (r.G @ a * s - there.G @ (v + s * a) + there.nu)
         return left
 
@@ -163,52 +163,52 @@ def _derivatives(
 
 
 def _description(
-    ledger: Ledger, stand: Bench, state: State, redrawn: Bench, axes: Frames, centres: Shifts
+    ledger: Ledger, bench: Bench, state: State, redrawn: Bench, axes: Frames, centres: Shifts
 ) -> None:
     """Other link axes and mass centres of the same bodies: Φ, ν and the forces of λ = 1 stay."""
-    there = stand.carried(state, axes, centres)
-    old, new = stand.rows(state), redrawn.rows(there)
+    there = bench.carried(state, axes, centres)
+    old, new = bench.rows(state), redrawn.rows(there)
     text = " of row {row} must not change when the bodies get other axes and mass centres"
-    size = np.maximum(np.abs(old.G * stand.unit).max(axis=1), np.abs(old.phi))
-    ledger.see("description", np.abs(old.phi - new.phi) / size, "Φ" + text)
-    ledger.see("description", np.abs(old.nu - new.nu) / size, "ν" + text)
+    size = np.maximum(np.abs(old.G * bench.unit).max(axis=1), np.abs(old.phi))
+    ledger.require("description", np.abs(old.phi - new.phi) / size, "Φ" + text)
+    ledger.require("description", np.abs(old.nu - new.nu) / size, "ν" + text)
     # a row of Φ_q is a force (−λ) on each body; moments about one point compare
     before, after = (
         about_origin(r.G.reshape(-1, 3), np.tile(s.q.reshape(-1, 3), (len(r.G), 1)))
         for r, s in ((old, state), (new, there))
     )
     change, size = (np.abs(x).reshape(len(old.G), -1).max(axis=1) for x in (after - before, before))
-    ledger.see("description", change / size, "the reaction" + text)
+    ledger.require("description", change / size, "the reaction" + text)
 
 
-def _units(ledger: Ledger, stand: Bench, state: State, units: OtherUnits) -> None:
+def _units(ledger: Ledger, bench: Bench, state: State, units: OtherUnits) -> None:
     """Φ with all numbers in other units."""
-    r, there = stand.rows(state), units.stand.rows(units.state(state))
-    kinds = "".join(stand.system.row_kinds)
-    size = np.maximum(np.abs(r.G * stand.unit).max(axis=1), np.abs(r.phi))
+    r, there = bench.rows(state), units.bench.rows(units.state(state))
+    kinds = "".join(bench.system.row_kinds)
+    size = np.maximum(np.abs(r.G * bench.unit).max(axis=1), np.abs(r.phi))
     error = np.abs(units.rows(r.phi, kinds) - there.phi) / units.rows(size, kinds)
-    units.see(ledger, "units", float(error.max()), "Φ does not go along")
+    units.require(ledger, "units", float(error.max()), "Φ does not go along")
 
 
-def _rank(ledger: Ledger, stand: Bench, r: Rows) -> None:
+def _rank(ledger: Ledger, bench: Bench, r: Rows) -> None:
     """The dimensionless rows are independent."""
-    kinds = "".join(stand.system.row_kinds)
-    scale = np.array([1.0 / stand.length if kind == "l" else 1.0 for kind in kinds])
-    sizes = np.linalg.svd(scale[:, None] * r.G * stand.unit, compute_uv=False)
+    kinds = "".join(bench.system.row_kinds)
+    scale = np.array([1.0 / bench.length if kind == "l" else 1.0 for kind in kinds])
+    sizes = np.linalg.svd(scale[:, None] * r.G * bench.unit, compute_uv=False)
     rank = int((sizes > RANK * sizes[0]).sum())
     text = f"of its {len(r.G)} rows only {rank} are independent"
-    ledger.see("full rank", float(len(r.G) - rank), text)
+    ledger.require("full rank", float(len(r.G) - rank), text)
 
 
-def _reactions(ledger: Ledger, stand: Bench, state: State) -> None:
-    """The reaction told on j at its place, and that on i: together nothing."""
-    _, on_j, on_i, place = stand.reactions(state)
-    L = stand.system.layout
+def _reactions(ledger: Ledger, bench: Bench, state: State) -> None:
+    """The reaction reported on j at its place, and that on i: together nothing."""
+    _, on_j, on_i, place = bench.reactions(state)
+    L = bench.system.layout
     if (L.primitive_i == L.bodies).all() and not on_i.any():
         return ledger.skip("action = reaction", "the ground's side is all zeros, nobody reads it")
     at_i = with_ground(state.q)[L.primitive_i]
     both = np.concatenate([about_origin(on_j, place), about_origin(on_i, at_i)])
-    unbalanced(ledger, both, stand.length)
+    unbalanced(ledger, both, bench.length)
 
 
 def unbalanced(ledger: Ledger, forces: Array, length: float) -> None:
@@ -221,14 +221,14 @@ def unbalanced(ledger: Ledger, forces: Array, length: float) -> None:
         ("force", math.hypot(total[0], total[1]), force),
         ("moment about the world's origin", abs(total[2]), moment),
     ):
-        ledger.see("action = reaction", left / max(whole, 1e-300), text.format(what, left))
+        ledger.require("action = reaction", left / max(whole, 1e-300), text.format(what, left))
 
 
-def _power(ledger: Ledger, stand: Bench, state: State, r: Rows, rng: np.random.Generator) -> None:
+def _power(ledger: Ledger, bench: Bench, state: State, r: Rows, rng: np.random.Generator) -> None:
     """No work on velocities with Φ_q v = 0; that of a driver's effort where Φ_q v = ν."""
-    lam, on_j, _, place = stand.reactions(state)
-    L, q = stand.system.layout, with_ground(state.q)
-    size = float(np.abs(on_j * [stand.length, stand.length, 1.0]).max())
+    lam, on_j, _, place = bench.reactions(state)
+    L, q = bench.system.layout, with_ground(state.q)
+    size = float(np.abs(on_j * [bench.length, bench.length, 1.0]).max())
 
     def power(u: Array) -> tuple[float, float]:
         w, parts = with_ground(u), []
@@ -237,34 +237,34 @@ def _power(ledger: Ledger, stand: Bench, state: State, r: Rows, rng: np.random.G
                 x, y = place[e] - q[b, :2]
                 rates = w[b, 0] - w[b, 2] * y, w[b, 1] + w[b, 2] * x, w[b, 2]
                 parts += list(sign * on_j[e] * rates)
-        return sum(parts), max(1e-300, size * float(np.abs(u / stand.unit).max()))
+        return sum(parts), max(1e-300, size * float(np.abs(u / bench.unit).max()))
 
-    inverse = stand.unit[:, None] * np.linalg.pinv(r.G * stand.unit)
-    anything = rng.normal(size=len(q) * 3 - 3) * stand.unit
+    inverse = bench.unit[:, None] * np.linalg.pinv(r.G * bench.unit)
+    anything = rng.normal(size=len(q) * 3 - 3) * bench.unit
     allowed = anything - inverse @ (r.G @ anything)
-    if np.abs(allowed / stand.unit).max() > 1e-6:
+    if np.abs(allowed / bench.unit).max() > 1e-6:
         given, whole = power(allowed)
         text = f"its reactions give the power {given:.3g} at velocities that it allows"
-        ledger.see("no work", abs(given) / whole, text)
+        ledger.require("no work", abs(given) / whole, text)
     else:
         ledger.skip("no work", "it allows no velocity")
     if ledger.element.role == "driver":
         given, whole = power(anything - inverse @ (r.G @ anything - r.nu))
         effort = -float(lam[0, 0] * r.nu[0])
         text = f"it gives the power {given:.3g}, its effort times its rate is {effort:.3g}"
-        ledger.see("power of effort", abs(given - effort) / whole, text)
+        ledger.require("power of effort", abs(given - effort) / whole, text)
 
 
-def _world(ledger: Ledger, stand: Bench, state: State, moved: Bench, world: Frames) -> None:
+def _world(ledger: Ledger, bench: Bench, state: State, moved: Bench, world: Frames) -> None:
     """The whole world elsewhere: still closed, and the reactions have gone along."""
-    there, turn = stand.carried(state, world), world["ground"][0]
+    there, turn = bench.carried(state, world), world["ground"][0]
     note = "" if turn else "moved, not turned: it measures angles from the world's x axis"
-    gap = np.abs(moved.rows(there).phi) / stand.length
+    gap = np.abs(moved.rows(there).phi) / bench.length
     text = "with the whole world moved, row {row} of Φ is no longer zero"
-    ledger.see("world", gap, text, note)
-    old, new = stand.reactions(state)[1], moved.reactions(there)[1]
+    ledger.require("world", gap, text, note)
+    old, new = bench.reactions(state)[1], moved.reactions(there)[1]
     off = new - np.column_stack([old[:, :2] @ rotation(turn).T, old[:, 2]])
-    scale = np.array([stand.length, stand.length, 1.0])
+    scale = np.array([bench.length, bench.length, 1.0])
     error = float(np.abs(off * scale).max() / max(1e-300, np.abs(old * scale).max()))
     text = "with the whole world moved, its reaction does not go along"
-    ledger.see("world", error, text, note)
+    ledger.require("world", error, text, note)

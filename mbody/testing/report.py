@@ -29,11 +29,11 @@ class Check:
     Attributes
     ----------
     name : str
-        What was asked.
+        What was checked.
     error : float
-        Greatest relative error of all states; NaN where it could not be asked.
+        Greatest relative error of all states; NaN where it could not be checked.
     note : str
-        Why it was not asked, or what was found.
+        Why it was not checked, or what was found.
     required : bool
         Whether a greater error than the tolerance would have failed the element.
     """
@@ -61,7 +61,7 @@ class Report:
     tolerance : float
         Greatest relative error that was allowed.
     checks : tuple of Check
-        In the order of asking; ``report["Φ_q"]`` is one of them.
+        In the order of checking; ``report["Φ_q"]`` is one of them.
     """
 
     element: str
@@ -75,8 +75,8 @@ class Report:
     @property
     def worst(self) -> float:
         """Greatest error of what is required."""
-        asked = [check.error for check in self.checks if check.required]
-        return float(np.nanmax([0.0, *asked]))
+        errors = [check.error for check in self.checks if check.required]
+        return float(np.nanmax([0.0, *errors]))
 
     def __str__(self) -> str:
         head = f"{self.element}: {self.states} states, tolerance {self.tolerance:.0e}"
@@ -100,7 +100,7 @@ class Ledger:
         self.where = ""
         self._errors: dict[str, float] = {}
         self._notes: dict[str, str] = {}
-        self._told: dict[str, tuple[str, str]] = {}
+        self._recorded: dict[str, tuple[str, str]] = {}
 
     def __enter__(self) -> Ledger:
         return self
@@ -115,7 +115,7 @@ class Ledger:
         """Raise the sentence, with the element's name and the state."""
         raise AssertionError(f"{self.name}: {sentence}{self.where}")
 
-    def see(self, name: str, errors: Array | float, sentence: str, note: str = "") -> None:
+    def require(self, name: str, errors: Array | float, sentence: str, note: str = "") -> None:
         """Record relative errors, a number or (rows,); where one is too great, the sentence is
         raised, with the number of its row for ``{row}``.
         """
@@ -128,14 +128,14 @@ class Ledger:
         self._errors[name] = max(self._errors.get(name, 0.0), error)
         self._notes.setdefault(name, note)
 
-    def tell(self, name: str, error: float, good: str, bad: str) -> None:
-        """Record what is told but not required."""
+    def record(self, name: str, error: float, good: str, bad: str) -> None:
+        """Record what is noted but not required."""
         self._errors[name] = max(self._errors.get(name, 0.0), error)
         self._notes.setdefault(name, "")
-        self._told[name] = good, bad
+        self._recorded[name] = good, bad
 
     def skip(self, name: str, reason: str) -> None:
-        """Record why something could not be asked."""
+        """Record why something could not be checked."""
         self._notes.setdefault(name, reason)
 
     def finite(self, values: Array, name: str) -> None:
@@ -143,7 +143,7 @@ class Ledger:
         bad = "" if np.isfinite(values).all() else f"{name} has a number that is not finite"
         if bad:
             self.fail(f"finite: {bad}; does a law reach over `times` and `length`?")
-        self.see("finite", 0.0, "")
+        self.require("finite", 0.0, "")
 
     def differ(
         self,
@@ -168,16 +168,16 @@ class Ledger:
                 break
         k = int(np.argmax(least))
         sizes = f"{found[k] / unit:.6g}, but differences of Φ give {what} = {best[k] / unit:.6g}"
-        self.see(name, least, f"row {{row}} has {sizes}")
+        self.require(name, least, f"row {{row}} has {sizes}")
 
     def report(self) -> Report:
         """The report of an element that passed."""
         checks = []
         for name, note in self._notes.items():
             error = self._errors.get(name, math.nan)
-            if name in self._told:
-                note = self._told[name][error > self.tolerance]
-            checks.append(Check(name, error, note, name not in self._told))
+            if name in self._recorded:
+                note = self._recorded[name][error > self.tolerance]
+            checks.append(Check(name, error, note, name not in self._recorded))
         return Report(self.name, self.states, self.tolerance, tuple(checks))
 
 

@@ -29,30 +29,30 @@ class OtherUnits:
         Why it cannot be made: numbers that have no dimension. Empty where it can.
     """
 
-    def __init__(self, stand: Bench) -> None:
-        self.missing = _missing(stand.element)
-        self.own = any(f.metadata.keys() & {"dimension", "law"} for f in _fields(stand.element))
+    def __init__(self, bench: Bench) -> None:
+        self.missing = _missing(bench.element)
+        self.own = any(f.metadata.keys() & {"dimension", "law"} for f in _fields(bench.element))
         if self.missing:
             return
-        machine = stand.system.mechanism
-        dimensions = {name: dimension_named(machine, name) for name in stand.system.values}
+        machine = bench.system.mechanism
+        dimensions = {name: dimension_named(machine, name) for name in bench.system.values}
         if None in dimensions.values():
             self.missing = "a law of it has numbers without a dimension"
             return
         values = {
             name: value / _size(dimensions[name] or Dimension())
-            for name, value in stand.system.values.items()
+            for name, value in bench.system.values.items()
         }
-        self.stand = dataclasses.replace(stand)
-        self.stand.__dict__["system"] = stand.system.with_values(values)
+        self.bench = dataclasses.replace(bench)
+        self.bench.__dict__["system"] = bench.system.with_values(values)
 
-    def see(self, ledger: Ledger, name: str, error: float, what: str) -> None:
-        """Require it of an element that says what its numbers measure, and tell it of others."""
+    def require(self, ledger: Ledger, name: str, error: float, what: str) -> None:
+        """Require it of an element that declares what its numbers measure, note it of others."""
         text = f"in other units of length, mass and time {what}: what do its numbers measure?"
         if self.own:
-            ledger.see(name, error, text)
+            ledger.require(name, error, text)
         else:
-            ledger.tell(name, error, "it is right in any units", "it is right in one unit system")
+            ledger.record(name, error, "it is right in any units", "it is right in one unit system")
 
     def state(self, state: State) -> State:
         """The same state in the other units."""

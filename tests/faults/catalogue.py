@@ -198,7 +198,7 @@ FAULTS = (
     ),
     Fault(
         "gravity: weight in y a tenth too large",
-        *("model/loads/gravity.py", "return m * fx, m * fy", "return m * fx, 1.1 * m * fy"),
+        *("model/loads/gravity.py", "return m * gx, m * gy", "return m * gx, 1.1 * m * gy"),
         "linkage",
     ),
     Fault(

@@ -78,7 +78,7 @@ def four_bar(points: dict[str, tuple[float, float]]) -> Mechanism:
         Revolute("O4", "ground.O4", "rocker"),
         AngleDriver("motor", crank, ConstantSpeed("60 deg", "w")),
         Force("push", "coupler.B", "80 lbf", angle="330 deg"),
-        Torque("brake", "rocker", value=lambda t: 120.0 * t),
+        Torque("brake", "rocker", value=lambda t: 120.0),
     )
     return machine
 

@@ -12,7 +12,7 @@ Spring("spring", "a", "b", stiffness=(1.0, "N"))  # wrong
 Mechanism("m", g=[9.81])  # wrong
 Mechanism("m").add("crank")  # wrong
 mbody.kinetostatics("four_bar")  # wrong
-print(mbody.to_toml)  # wrong
-print(mbody.laws.ConstantSpeed)  # wrong
+print(mbody.Simulation)  # wrong
+print(mbody.linkage)  # wrong
 text: str = Body("a", inertia=1.0).inertia  # wrong
 run: Solution = Revolute("A", "a", "b")  # wrong

@@ -122,7 +122,7 @@ def _step(runner: Runner, grid: TimeGrid, k: int, error: SolveError) -> float:
     rates = [1.0]
     if grid.mode == BY_TIME:
         rates = [abs(system.law_of(d).derivatives(grid.s[k])[1]) for d in system.mechanism.drivers]
-    units = [1.0 if d.rows == "a" else system.length for d in system.mechanism.drivers]
+    units = [d.unit(system.length) for d in system.mechanism.drivers]
     speed = max((r / u for r, u in zip(rates, units, strict=True)), default=0.0)
     if speed == 0.0:
         raise error

@@ -6,11 +6,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from mbody.analysis.position.assembly_analysis import MISFIT, misfit
-from mbody.model.coupling import Coupling, LengthCoupling
+from mbody.model.coupling import Coupling
 from mbody.model.joints import Joint
 from mbody.solution.places import ends
 from mbody.solution.solution import Solution
@@ -66,7 +67,7 @@ def _sense(system: System, coupling: Coupling) -> float:
     rope.
     """
     parts = coupling.parts
-    if not isinstance(coupling, LengthCoupling) or any(term.coordinate for term in parts):
+    if not coupling.lengths or any(term.coordinate for term in parts):
         return 0.0
     names = [f"{coupling.name}.{n}.factor" for n, term in enumerate(parts) if term.distance]
     factors = [np.ravel(system.values[name]) for name in names]
@@ -76,9 +77,9 @@ def _sense(system: System, coupling: Coupling) -> float:
     return float(every.max()) if (every < 0.0).all() else 0.0
 
 
-def one_sided_force(solution: Solution, element: Joint | Coupling) -> OneSidedForce:
+def one_sided_force(solution: Solution, element: Any) -> OneSidedForce:
     """The force of a one-sided element at the instants of a solution."""
-    if isinstance(element, Coupling):
+    if element.role == "coupling":
         pull = -_sense(solution.system, element) * solution.effort(element.name)
         return OneSidedForce(solution.t, pull, np.abs(pull))
     press = np.asarray(solution.contact(element.name))
@@ -182,12 +183,12 @@ def _told(
     if first < float(t[where]) and not solution.record.batch:
         when = f"{when}, first at t = {first:.6g} {units.time}"
     size = f"{-float(force.min()):.6g} {units.force}"
-    if isinstance(element, Coupling):
+    if element.role == "coupling":
         return (
             f"rope '{element.name}' would have to push with {size} {when}: it would be slack "
             "there; load it more, or take it off where it is slack"
         )
-    i, j = element.i.body, element.j.body
+    i, j = element.bodies[:2]
     return (
         f"contact '{element.name}' would have to pull '{j}' with {size} {when}: '{j}' would leave "
         f"'{i}' there; press it on harder"

@@ -89,7 +89,7 @@ def _range_note(system: System, start: ClosedPosition, driver: Any) -> str:
     if found is None or not np.isfinite([found.low, found.high]).all():
         return ""
     body = driver.bodies[1]
-    if driver.rows != "a":
+    if not driver.angular:
         unit = system.mechanism.units.length
         return f"'{body}' can move from {found.low:.10g} to {found.high:.10g} {unit}; "
     low, high = np.degrees([found.low, found.high])
@@ -114,7 +114,7 @@ class _Curve:
         n, first = system.coordinates, system.rows - len(system.drivers)
         self.row = first + self.which
         self.size = np.tile([system.length, system.length, 1.0], n // 3)
-        self.unit = 1.0 if driver.rows == "a" else system.length
+        self.unit = driver.unit(system.length)
         # the signals may be those of another instant: where the drivers are, the position says
         requested = np.array([float(start.work.signal[row, 0]) for _, row in drivers(system)])
         self.requested = float(requested[self.which])
@@ -123,7 +123,7 @@ class _Curve:
 
     def end(self, way: float) -> float:
         """The value beyond which it cannot go, in that sense."""
-        if self.driver.rows == "a":
+        if self.driver.angular:
             spans = [2.0 * math.pi]
         else:
             spans = [self.system.length * 10.0**k for k in range(1, round(math.log10(FAR)) + 1)]

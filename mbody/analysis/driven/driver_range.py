@@ -125,7 +125,7 @@ def driver_range(
     start = closed(system, float(t), {}, guess)
     check_determined(system, start, "driver_range")
     limits = ends(system, start, found)
-    unit = "" if found.rows == "a" else system.mechanism.units.length
+    unit = "" if found.angular else system.mechanism.units.length
     limits_of = (limits.value, limits.low, limits.high)
     return DriverRange(found.name, found.bodies[1], *limits_of, unit, notes=tuple(start.notes))
 

@@ -13,7 +13,7 @@ from mbody.analysis.driven.kinetostatics import kinetostatics
 from mbody.analysis.driven.statics import statics
 from mbody.errors import ModelError, SolveError, angle_told, brief
 from mbody.laws import times_of
-from mbody.model.driver import AngleDriver, Driver
+from mbody.model.driver import Driver
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import Instants
@@ -107,7 +107,7 @@ def dimension_of_instants(mechanism: Mechanism, name: str) -> str:
     """
     if name == "t":
         return "time"
-    return "angle" if _driver(mechanism, name).rows == "a" else "length"
+    return "angle" if _driver(mechanism, name).angular else "length"
 
 
 def check_instants(mechanism: Mechanism, ask: Instants) -> None:
@@ -189,7 +189,7 @@ def _values(mechanism: Mechanism, name: str, row: Any) -> np.ndarray:
     wanted = DIMENSIONS[dimension_of_instants(mechanism, name)]
     try:
         return np.array(
-            [v.of(wanted).value(mechanism.scope) if isinstance(v, Formula) else v for v in row]
+            [v.of(wanted).value(mechanism._scope) if isinstance(v, Formula) else v for v in row]
         )
     except FormulaError as error:
         raise ModelError(f"'{name}': {error}", name) from None
@@ -200,14 +200,14 @@ def _time(system: System, driver: Driver, value: float) -> float:
     law = system.law_of(driver)
     begin, rate, change = law.derivatives(0.0)
     places = [value]
-    if isinstance(driver, AngleDriver):
+    if driver.angular:
         # where the law begins too gently its derivatives do not show the sense
         sense = math.copysign(1.0, rate or change or 1.0)
         places = [begin + s * _further(s * (value - begin)) for s in (sense, -sense)]
     why: ModelError | None = None
     for place in places:
         try:
-            shown = angle_told if isinstance(driver, AngleDriver) else "{:g}".format
+            shown = angle_told if driver.angular else "{:g}".format
             return float(times_of(law, [place], 0.0, shown)[0])
         except ModelError as error:
             why = why or error
@@ -227,7 +227,7 @@ def _check_meets(
     """Refuse values of a second driver that its law does not have at the times of the first."""
     there = system.law_of(driver)(times)
     apart = there - values
-    if driver.rows == "a":  # at any turn
+    if driver.angular:  # at any turn
         apart = np.remainder(apart + math.pi, 2.0 * math.pi) - math.pi
     if np.abs(apart).max() > 1e-9 * (1.0 + np.abs(there).max()):
         raise ModelError(

@@ -440,7 +440,7 @@ class Runner:
             rate = float(np.abs(grid.chords).max())
         rates = start.work.past[size : size + system.coordinates, 0].reshape(-1, 3)
         fastest = max(np.abs(rates[:, :2]).max() / system.length, np.abs(rates[:, 2]).max())
-        unit = 1.0 if driver.rows == "a" else system.length
+        unit = driver.unit(system.length)
         return bool(fastest > RUNS_AWAY * abs(rate) / unit)
 
     def where(self, s: float, grid: TimeGrid, design: int = 0) -> str:
@@ -467,7 +467,7 @@ class Runner:
             time = f", t = {s:.6g} {self.system.mechanism.units.time},"
         elif grid.mode == BY_INSTANT:
             value = float(np.interp(s, grid.s, grid.given[:, 0, 0]))
-        if driver.rows == "a":
+        if driver.angular:
             return f"{np.degrees(value):.4g} deg{time}"
         return f"{value:.6g} {self.system.mechanism.units.length}{time}"
 

@@ -15,7 +15,7 @@ from mbody.analysis.driven.memory_limit import check_room
 from mbody.errors import ModelError, SolveError, angle_told, brief, remedy
 from mbody.kernels.continuation import BY_DRIVER, BY_INSTANT, BY_TIME
 from mbody.laws import Expression, Table, times_of
-from mbody.model.driver import AngleDriver, Driver
+from mbody.model.driver import Driver
 from mbody.model.element import Element, listed
 from mbody.model.numbers import varied
 from mbody.system.system import System
@@ -270,7 +270,7 @@ def _turn(system: System, turn: str | bool, instants: int) -> TimeGrid:
         sentence = f"there is no driver {brief(turn)} to turn (there are: {known})"
         raise ModelError(sentence, str(turn))
     driver = named[0]
-    if not isinstance(driver, AngleDriver):
+    if not driver.angular:
         raise ModelError(
             f"driver '{driver.name}' drives no angle, it cannot turn: "
             + remedy(

@@ -88,10 +88,8 @@ class BranchPassage:
         elif step < HOPELESS * self.whole:
             self._give_up(t, step, ahead.elements)
         elif ahead.bend < np.inf:
-            state[SHORTENED_UNTIL], state[DECIDE_BELOW] = (
-                ahead.bend + max(ahead.bend - t, step),
-                0.0,
-            )
+            state[SHORTENED_UNTIL] = ahead.bend + max(ahead.bend - t, step)
+            state[DECIDE_BELOW] = 0.0
         else:
             state[DECIDE_BELOW] = AGAIN * step
 
@@ -110,8 +108,8 @@ class BranchPassage:
             ),
         )
 
-    def note(self, y: Array) -> None:
-        """See whether change points that were seen are behind, at the state y."""
+    def record_crossings(self, y: Array) -> None:
+        """Record change points that were ahead and are behind at the state y."""
         t = float(self.state[TIME])
         if not self.open or t <= self.state[KNOWN_UNTIL]:
             return

@@ -75,7 +75,7 @@ class Integration:
         self.layout = system.runtime()
         self.work = system.work(masses=True)
         self.regularization = start.soft if start.system is system else SOFT * bool(start.soft)
-        # a small mass stands where there is none: refinement takes its effect back
+        # a small mass stands in for a missing one: refinement takes its effect back
         light = stand_ins(self.layout, system.mass, system.length).any()
         regular = REFINEMENTS if light or self.regularization else 0
         self.causes = len(causes(system))
@@ -108,7 +108,7 @@ class Integration:
         progress: Callable[[float], None] | None,
         restart: Restart | None = None,
     ) -> Solution:
-        """The motion at the times, after `restart` as if it had gone on."""
+        """The motion at the times; from `restart` on as if it had not been interrupted."""
         self._begin(first, q, v, float(times[-1]))
         code, status = MORE, "completed"
         if restart is not None:
@@ -172,7 +172,7 @@ class Integration:
             count = 1 if self.passage.open else left
             code = self.steps.steps(self.motion, until, count, outputs)
             left -= max(1, int(self.state[STEPS] - done))
-            self.passage.note(self.y)
+            self.passage.record_crossings(self.y)
             self.passage.check_inertia(self.y)
             if code == BRANCH_UNCERTAIN:
                 self.passage.decide(self.y, self.K[0])
@@ -229,7 +229,7 @@ class Integration:
     # -- restarts -----------------------------------------------------------------------------
 
     def _restart_state(self, work_done: Array) -> Restart:
-        """All that the next step depends on; `gained` since the beginning."""
+        """All that the next step depends on; `work_done` since the beginning."""
         return Restart(
             way=self.way,
             scale=self.scale.copy(),
@@ -242,7 +242,7 @@ class Integration:
         )
 
     def _resume(self, restart: Restart) -> None:
-        """Take up what was left."""
+        """Continue from a restart state."""
         self.y[:], self.state[TIME] = restart.y, restart.state[TIME]
         page = self.page.copy()
         # for the distances from singular positions with which the next step begins
@@ -251,15 +251,13 @@ class Integration:
         self.scale[:] = restart.scale
         self.y[:], self.K[0], self.P[0] = restart.y, restart.slope, restart.powers
         self.initial_work[:], self.state[:] = restart.gained, restart.state
-        self.state[DELIVERED], self.judged = (
-            0.0,
-            (float(self.state[STEPS]), float(self.state[TIME])),
-        )
+        self.state[DELIVERED] = 0.0
+        self.judged = float(self.state[STEPS]), float(self.state[TIME])
         for own, part in zip(self.steps.own, restart.own, strict=True):
             own[:] = part
 
     def _restart(self, work_done: Array) -> Restart | None:
-        """Where to take up, as seen from the last instant that was kept."""
+        """Where to continue, with the work since the last instant that was kept."""
         if self.restart_point is None or not len(work_done):
             return None
         return replace(
@@ -292,7 +290,7 @@ class Integration:
         raise valueless(self.system, self.work, t, self.y[:n], self.y[n:])
 
     def _stopped(self, found: Solution, code: int) -> SolveError:
-        """The sentence of a motion that cannot be followed."""
+        """The sentence of a motion that cannot be integrated."""
         state = self.state
         unit = self.system.mechanism.units.time
         t = float(state[TIME])

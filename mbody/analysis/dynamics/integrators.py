@@ -56,20 +56,12 @@ def stepping(
 ) -> Stepping:
     """Memory of a motion with so many derivatives (`rows`) and terms of its polynomials."""
     n = 2 * coordinates
-    return Stepping(
-        regularization=regularization,
-        scale=np.ones(n),
-        y=np.zeros(n),
-        last=np.zeros(n),
-        stage=np.zeros(n),
-        end=np.zeros(n),
-        error=np.zeros((2, n)),
-        K=np.zeros((rows, n)),
-        P=np.zeros((rows, causes)),
-        F=np.zeros((terms, n)),
-        G=np.zeros((terms, causes)),
-        state=np.zeros(PROGRESS),
-    )
+    # in the order of the fields: five states, errors, K, P, F, G and the slots
+    states = ((n,),) * 5
+    tables = ((2, n), (rows, n), (rows, causes), (terms, n), (terms, causes), (PROGRESS,))
+    found = Stepping.zeros((*states, *tables), regularization=regularization)
+    found.scale[:] = 1.0
+    return found
 
 
 @dataclass(eq=False)

@@ -13,7 +13,7 @@ from mbody.analysis.dynamics.integration import Integration
 from mbody.analysis.dynamics.options import MotionRequest
 from mbody.analysis.dynamics.restart_checks import check_restart
 from mbody.analysis.dynamics.singular_start import singular_start
-from mbody.analysis.equilibria.equilibrium import released
+from mbody.analysis.freedom.single_design import released
 from mbody.analysis.initial.initial_state import state_of
 from mbody.errors import SolveError
 from mbody.kernels.output import PER_PRIMITIVE
@@ -44,24 +44,27 @@ def integrate_phases(
     were released there stay so.
     """
     own = {driver.name for driver in system.drivers}
-    gone = [name for name in start.released if name in own]
-    free_since = {name: start.released[name] for name in gone}
-    gone += [name for name, t in request.release.items() if t <= request.first and name not in gone]
-    free_since |= {name: request.first for name in gone if name not in free_since}
+    free_since = {name: t for name, t in start.released.items() if name in own}
+    for name, t in request.release.items():
+        if t <= request.first:
+            free_since.setdefault(name, request.first)
     last = float(request.times[-1])
-    later = {name: t for name, t in request.release.items() if request.first < t < last}
-    later = {name: t for name, t in later.items() if name not in gone}
-    restart = _restart(system, start, request.way, gone, bool(_stops(request)))
+    later = {
+        name: t
+        for name, t in request.release.items()
+        if request.first < t < last and name not in free_since
+    }
+    restart = _restart(system, start, request.way, tuple(free_since), bool(_stops(request)))
     found: list[Solution] = []
     for until in [*sorted(set(later.values())), last]:
-        free = released(system, gone) if gone else system
+        free = released(system, list(free_since)) if free_since else system
+        now = {name: t for name, t in later.items() if t == until}
         first_part = singular_start(free, start, request, until) if restart is None else None
         if first_part is not None:
             found.append(first_part)
             start = first_part
             if first_part.t[-1] >= until:
-                now = [name for name, t in later.items() if t == until]
-                gone, free_since = [*gone, *now], free_since | dict.fromkeys(now, until)
+                free_since = free_since | now
                 continue
         _, q, v = state_of(free, start)
         first = float(start.t[-1])
@@ -76,18 +79,17 @@ def integrate_phases(
             run = integration.run(first, q, v, wanted, progress, restart)
         except SolveError as error:
             reached = [one for one in (*found, error.solution) if one is not None and len(one)]
-            if reached and gone:
+            if reached and free_since:
                 error.solution = _joined(system, request, reached, free_since)
             raise
         if run.restart is not None:
-            run = changed(run, restart=replace(run.restart, released=tuple(gone)))
+            run = changed(run, restart=replace(run.restart, released=tuple(free_since)))
         found.append(run)
         if run.t[-1] < until:  # it ended before: in doubt a motion goes on
             break
         start, restart = run, None
-        now = [name for name, t in later.items() if t == until]
-        gone, free_since = [*gone, *now], free_since | dict.fromkeys(now, until)
-    if len(found) == 1 and not gone:
+        free_since = free_since | now
+    if len(found) == 1 and not free_since:
         return found[0]
     return _joined(system, request, found, free_since)
 
@@ -97,11 +99,13 @@ def _stops(request: MotionRequest) -> list[str]:
 
 
 def _restart(
-    system: System, start: Solution, way: Way, gone: Sequence[str], stops: bool
+    system: System, start: Solution, way: Way, gone: tuple[str, ...], stops: bool
 ) -> Restart | None:
-    """Where to take up a motion of the same system, integrated in the same way."""
+    """Where to continue a motion of the same system, integrated in the same way; `gone`: the
+    drivers that are released.
+    """
     found = start.restart
-    if found is None or found.way != way or found.released != tuple(gone) or stops:
+    if found is None or found.way != way or found.released != gone or stops:
         return None
     if len(found.state) != PROGRESS:  # of another version
         return None
@@ -111,7 +115,7 @@ def _restart(
         and all(np.array_equal(ours[name], theirs[name]) for name in ours)
     )
     if same:
-        check_restart(released(system, gone) if gone else system, found, float(start.t[-1]))
+        check_restart(released(system, list(gone)) if gone else system, found, float(start.t[-1]))
     return found if same else None
 
 

@@ -6,8 +6,6 @@ import numpy as np
 
 from mbody.analysis.equilibria.search import BALANCED, Rest
 from mbody.analysis.position.tangent_space import Manifold
-from mbody.laws import Constant
-from mbody.model.loads import CentrifugalField
 
 __all__ = ["lifting"]
 
@@ -20,9 +18,9 @@ def lifting(manifold: Manifold, rest: Rest) -> list[str]:
     system, found = manifold.system, []
     time = system.mechanism.units.time
     for load in system.mechanism.loads:
-        if not (isinstance(load, CentrifugalField) and isinstance(load.speed, Constant)):
+        if not load.quadratic_in:
             continue
-        name = f"{load.name}.speed"
+        name = f"{load.name}.{load.quadratic_in}"
         speed = abs(float(system.values[name]))
         used = speed or 1.0
         still, turning = (
@@ -44,12 +42,12 @@ def lifting(manifold: Manifold, rest: Rest) -> list[str]:
         if lifts <= speed:
             continue
         found.append(
-            f"at {_told(speed, time)} '{load.name}' does not move it: it hangs as without the "
-            f"field, and lifts above {_told(lifts, time)}"
+            f"at {_in_words(speed, time)} '{load.name}' does not move it: it hangs as without the "
+            f"field, and lifts above {_in_words(lifts, time)}"
         )
     return found
 
 
-def _told(speed: float, time: str) -> str:
+def _in_words(speed: float, time: str) -> str:
     text = f"{speed:.6g} rad/{time}"
     return f"{text} ({speed * 30.0 / np.pi:.6g} rpm)" if time == "s" else text

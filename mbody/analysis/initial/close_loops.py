@@ -90,7 +90,7 @@ def close_loops(
     for name, rate in (rates or {}).items():
         if name not in system.bodies or name == "ground":
             raise ModelError(f"there is no moving body {name!r} to give a rate", str(name))
-        turning[name] = system.mechanism.number(rate, "angular velocity", name, "rate")
+        turning[name] = system.mechanism._number(rate, "angular velocity", name, "rate")
         if too_large(system):
             work.v[3 * system.bodies[name] + 2] = turning[name]
     if drive:

@@ -312,7 +312,7 @@ def _number(
     parameters: Mapping[str, Any] | None = None,
 ) -> Any:
     """A number of a simulation in the units of the mechanism; parameters as a system has them."""
-    found = mechanism.number(value, dimension, "simulation", name)
+    found = mechanism._number(value, dimension, "simulation", name)
     if isinstance(value, Formula) and parameters:
         scope = mechanism.parameters.scope(parameters)
         try:

@@ -113,7 +113,8 @@ def initial_states(
     close_designs(places.layout, places.work(), small, places.par, first, poses, state)
     by_springs(places, poses)
     # at or near a singular position the branch has to be looked at: one by one
-    good = (state[:, 0] > 0.0) & (state[:, 1] >= SINGULAR)
+    closes, least_pivot = state.T
+    good = (closes > 0.0) & (least_pivot >= SINGULAR)
     turning, rates = places, still
     if start.turning is not start.places:
         turning = start.turning.with_values(values)

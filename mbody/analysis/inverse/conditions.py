@@ -9,7 +9,6 @@ import numpy as np
 
 from mbody.analysis.driven.requests import check_instants
 from mbody.errors import ModelError, brief
-from mbody.model.driver import Driver
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import meant, plain
 from mbody.model.study import Instants, Measure, Question, Unknown
@@ -84,7 +83,7 @@ def relation(text: str, *, equal: bool) -> list[Relation]:
 
 
 def _magnitude(text: str) -> str:
-    """What stands in ``abs(…)``, where that is all; else nothing."""
+    """What is within ``abs(…)``, where that is all; else nothing."""
     if not (text.startswith("abs(") and text.endswith(")")):
         return ""
     depth = 0
@@ -121,9 +120,7 @@ def _is_bounded(mechanism: Mechanism, unknown: Unknown) -> bool:
         return True
     name, dimension = meant(mechanism, unknown.name)
     owner, _, key = name.partition(".")
-    return (
-        key == "value" and dimension == DIMENSIONS["angle"] and isinstance(mechanism[owner], Driver)
-    )
+    return key == "value" and dimension == DIMENSIONS["angle"] and mechanism[owner].role == "driver"
 
 
 def check_question(mechanism: Mechanism, question: Question) -> None:

@@ -18,7 +18,7 @@ from mbody.analysis.inverse.unknowns import Wanted
 from mbody.analysis.position.assembly_analysis import SUSPICIOUS, check_determined, closed_near
 from mbody.errors import ModelError, ModelWarning, SolveError
 from mbody.laws import Polynomial
-from mbody.model.driver import DRIVEN, Driver
+from mbody.model.driver import DRIVEN
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import meant, moves_nothing, plain
 from mbody.model.study import Instants, Question, Unknown
@@ -104,16 +104,16 @@ class Trials:
     def _driver(self, mechanism: Mechanism, name: str) -> str:
         """The driver whose motion is meant, empty where it is none."""
         owner, _, key = name.partition(".")
-        is_one = owner in mechanism and isinstance(mechanism[owner], Driver)
+        is_one = owner in mechanism and mechanism[owner].role == "driver"
         return owner if is_one and key in DRIVEN else ""
 
     def _freed(self, mechanism: Mechanism, names: set[str]) -> Mechanism:
         """The mechanism with motions of drivers that are numbers: f = c₀ + c₁ t + c₂ t²."""
-        made = copy.copy(mechanism.snapshot())
+        made = copy.copy(mechanism._snapshot())
         for name in names:
             law = Polynomial(self._coefficients(self.states[name]))
             # those that _driver names have a law
-            made = made.replaced(replace(mechanism[name], law=law))  # type: ignore[call-arg]
+            made = made._replaced(replace(mechanism[name], law=law))  # type: ignore[call-arg]
         return made
 
     def _coefficients(self, state: Any) -> list[Any]:
@@ -175,10 +175,10 @@ class Trials:
         return self._natural(run, measured(run, measure)[1], max(rates, default=0.0))
 
     def _first(self, first: Solution) -> Reached:
-        """The design as it stands."""
+        """The design as it is described."""
         poses = link_poses(first)
-        as_it_stands = Reached(first, poses, 0.0, redundant=bool(first.soft))
-        return self._from(self.places[0], poses) or as_it_stands
+        as_described = Reached(first, poses, 0.0, redundant=bool(first.soft))
+        return self._from(self.places[0], poses) or as_described
 
     # -- trials -------------------------------------------------------------------------------
 
@@ -209,7 +209,7 @@ class Trials:
                 run = self.analysis(batch, t=self.time, guess=self.known[0].poses)
                 return self._whole(run, relations, objective, len(us))
             except (ModelError, SolveError):
-                pass  # one by one, so that the others are told
+                pass  # one by one, so that the others have values
         found = np.full((2, len(us), len(relations) + 1), np.nan)
         for n, u in enumerate(us):
             with contextlib.suppress(ModelError, SolveError):
@@ -233,7 +233,7 @@ class Trials:
 
     def pivot(self, u: Array) -> float:
         """The least pivot of the trial nearest to a place, as a part of its diagonal; 1 where rows
-        are redundant, whose pivots tell nothing.
+        are redundant, whose pivots show nothing.
         """
         near = self.known[self._nearest(u)]
         return 1.0 if near.redundant else near.ratio
@@ -308,7 +308,7 @@ class Trials:
         run = runner.solution(start, instant, Record([block], 1, batch=False))
         return Reached(run, link_poses(run), side, redundant, float(start.ratio))
 
-    def told(self, run: Solution, relations: list[Relation], objective: str) -> Array:
+    def residuals(self, run: Solution, relations: list[Relation], objective: str) -> Array:
         """right − left of every relation, then the objective: (relations + 1,)."""
         return self._whole(run, relations, objective, 1)[0][0]
 

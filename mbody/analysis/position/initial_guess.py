@@ -107,7 +107,7 @@ class _Placing:
 
     def _guess(self, body: Body, value: Any) -> Guess:
         """The caller's guess of a body, with floats for text."""
-        made: Guess = self.mechanism.valued(as_guess(value, body.name), body.name, "guess")
+        made: Guess = self.mechanism._valued(as_guess(value, body.name), body.name, "guess")
         return made
 
     def coordinates(self) -> np.ndarray:

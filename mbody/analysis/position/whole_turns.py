@@ -17,7 +17,6 @@ import numpy as np
 
 from mbody.model.constraint import Constraint, TurnRow
 from mbody.model.element import Element, Numbers
-from mbody.model.loads import TorsionSpring
 from mbody.system.system import System
 
 __all__ = ["ambiguous", "by_rows", "by_springs"]
@@ -121,11 +120,11 @@ def _counting(system: System) -> list[Constraint]:
     return [element for element in found if element.counts_turns]
 
 
-def _springs(system: System) -> Iterator[tuple[_Groups, TorsionSpring]]:
+def _springs(system: System) -> Iterator[tuple[_Groups, Any]]:
     """Torsion springs between bodies of which nothing says how often they have turned, each with
     the groups as the springs before it leave them.
     """
-    springs = [load for load in system.mechanism.loads if isinstance(load, TorsionSpring)]
+    springs: list[Any] = [load for load in system.mechanism.loads if load.by_angle and load.free]
     if not springs:
         return
     groups = _groups(system)
@@ -137,9 +136,9 @@ def _springs(system: System) -> Iterator[tuple[_Groups, TorsionSpring]]:
             groups.join(spring.body, spring.by)
 
 
-def _twist(system: System, spring: TorsionSpring, poses: np.ndarray) -> np.ndarray:
+def _twist(system: System, spring: Any, poses: np.ndarray) -> np.ndarray:
     """θ − θ₀ of a spring, (designs,)."""
-    free = np.asarray(system.values[f"{spring.name}.free_angle"])
+    free = np.asarray(system.values[f"{spring.name}.{spring.free}"])
     angle = poses[:, 3 * system.bodies[spring.body] + 2]
     twist: np.ndarray = angle - poses[:, 3 * system.bodies[spring.by] + 2] - free
     return twist

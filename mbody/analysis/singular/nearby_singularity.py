@@ -6,6 +6,10 @@ vectors of G = Φ_q that belong to the rows that come to depend on each other. W
 branches cross there, a change point, and a motion runs on smoothly through it. Where it is not, ε,
 the branches pass each other by √ε, and each turns away in a bend that narrow. Drivers make time one
 more coordinate, so that a dead centre, where a driver cannot go on, is no such position.
+
+`mbody.analysis.singular.singular_positions` looks for a position where loops close as well, by new
+singular vectors in every iteration. Here Uᵀ Φ is left open, for it tells a crossing from a bend,
+and the vectors of the first position serve all iterations: a motion looks ahead at many steps.
 """
 
 from __future__ import annotations
@@ -15,10 +19,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mbody.analysis.position.assembly_analysis import raise_user_error
-from mbody.kernels.loop_closure import laws_of_time
+from mbody.analysis.singular.singular_positions import Rows
 from mbody.model.element import listed
-from mbody.system.rank import dense, too_large
+from mbody.system.rank import too_large
 from mbody.system.system import System
 
 __all__ = ["Ahead", "Crossing", "crossing_note", "look_ahead"]
@@ -115,33 +118,24 @@ class Ahead:
     elements: tuple[str, ...] = ()
 
 
-class _Rows:
-    """Φ and its derivatives without units, lengths by the model length: by q, and where there are
-    drivers by t, in `unit`.
-    """
+class _TimedRows:
+    """`Rows` with time, in `unit`, as one more coordinate where there are drivers."""
 
     def __init__(self, system: System, t: float, unit: float) -> None:
-        self.system, self.work, self.n = system, system.work(), system.coordinates
-        self.scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
-        self.start, self.unit, self.driven = t, unit, bool(system.drivers)
-        self._laws(t)
-
-    def _laws(self, t: float) -> None:
-        self.work.time[:] = t
-        laws_of_time(self.system.runtime(), self.work)
-        raise_user_error(self.system)
+        self.system, self.rows, self.unit = system, Rows.at_time(system, t), unit
+        self.driven = bool(system.drivers)
 
     def at(self, x: Array) -> tuple[Array, Array]:
         """Φ (rows,) and its derivatives (rows, ·) at x."""
-        self.work.q[: self.n, 0] = x[: self.n] * self.scale
+        rows = self.rows
         if not self.driven:
-            return dense(self.system, self.work)
+            rows.at(x)
+            return rows.phi, rows.G
         sides = []
         for side in (STEP, -STEP, 0.0):
-            self._laws(self.start + (x[-1] + side) * self.unit)
-            phi, G = dense(self.system, self.work)
-            sides.append(phi)
-        return phi, np.column_stack([G, (sides[0] - sides[1]) / (2.0 * STEP)])
+            rows.at(x[:-1], None, (x[-1] + side) * self.unit)
+            sides.append(rows.phi)
+        return rows.phi, np.column_stack([rows.G, (sides[0] - sides[1]) / (2.0 * STEP)])
 
 
 @dataclass(frozen=True)
@@ -177,7 +171,7 @@ def look_ahead(
     speed = float(np.linalg.norm(v / scale))
     if not speed > 0.0:
         return Ahead()
-    rows = _Rows(system, t, 1.0 / speed)
+    rows = _TimedRows(system, t, 1.0 / speed)
     x, way, bent = q / scale, v / (scale * speed), a / (scale * speed**2)
     if rows.driven:
         x, way, bent = np.append(x, 0.0), np.append(way, 1.0), np.append(bent, 0.0)
@@ -215,7 +209,7 @@ def look_ahead(
     return Ahead(crossing=crossing, elements=elements)
 
 
-def _known(rows: _Rows, x: Array, reach: float) -> _Found | None:
+def _known(rows: _TimedRows, x: Array, reach: float) -> _Found | None:
     """A singular position within reach of x that was met before."""
     angles = np.tile([False, False, True], len(x) // 3)
     for one in () if rows.driven else _MET.get(rows.system, ()):
@@ -226,7 +220,7 @@ def _known(rows: _Rows, x: Array, reach: float) -> _Found | None:
 
 
 def _nearest(
-    rows: _Rows, x: Array, rank: int, parts: tuple[Array, Array, Array], reach: float
+    rows: _TimedRows, x: Array, rank: int, parts: tuple[Array, Array, Array], reach: float
 ) -> _Found | None:
     """The singular position within reach of x, if there is one."""
     sizes = parts[1][:rank]
@@ -244,7 +238,7 @@ def _nearest(
 
 
 def _singular(
-    rows: _Rows, x: Array, kept: int, parts: tuple[Array, Array, Array], reach: float
+    rows: _TimedRows, x: Array, kept: int, parts: tuple[Array, Array, Array], reach: float
 ) -> _Found | None:
     """The position near x where all but so many rows come to depend on each other, by a simplified
     Newton method; None where it does not come to one within reach.

@@ -77,6 +77,15 @@ class Rows:
         self.unit = np.where(angle, 1.0, 1.0 / L)
         self.moving = 0.0
 
+    @classmethod
+    def at_time(cls, system: System, t: float) -> Rows:
+        """The rows of a system near an instant, with a workspace of their own."""
+        work = system.work()
+        work.time[:] = t
+        laws_of_time(system.runtime(), work)
+        raise_user_error(system)
+        return cls(system, work, t)
+
     def at(self, x: Array, v: Array | None = None, later: float = 0.0) -> None:
         """Go to x (coordinates,) at the rates v, `later` than the instant."""
         n = self.system.coordinates

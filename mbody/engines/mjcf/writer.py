@@ -157,7 +157,7 @@ class MjcfWriter:
         rate = max([*(r / scale.time for r in rates + speeds), math.sqrt(pull), 1e-3])
         simulation = self.machine.simulation
         if simulation is not None:
-            until = self.machine.number(simulation.until, "time", "simulation", "until")
+            until = self.machine._number(simulation.until, "time", "simulation", "until")
             rate = max(rate, 1.0 / (until * scale.time))
         return float(f"{min(1.0 / (STEPS * rate), 0.01):.0e}")
 

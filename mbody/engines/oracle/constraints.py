@@ -134,7 +134,7 @@ class Constraints(Geometry):
             return [np.sqrt((xj - xi) ** 2 + (yj - yi) ** 2) - law_at(e.law, t)]
         if isinstance(e, CoordinateDriver):
             return [along - law_at(e.law, t)]
-        raise NotImplementedError(f"the oracle has no {type(e).__name__}")
+        return list(e.equations((xi, yi, direction), (xj, yj, direction + turn)))
 
     def _coordinate(self, term: Any, q: Any) -> Any:
         """The angle, distance or displacement of a term of a coupling."""

@@ -173,7 +173,21 @@ class Loads(Motion):
             f[self.index[load.body], 2] += torque
             f[self.index[load.by], 2] -= torque
         else:
-            raise NotImplementedError(f"the oracle has no {type(load).__name__}")
+            self._new(load, q, v, t, f)
+
+    def _new(self, load: Any, q: np.ndarray, v: np.ndarray, t: float, f: np.ndarray) -> None:
+        """A load between two places by the equations that it gives itself."""
+        ends: list[Any] = [None, None]
+        for n, marker in enumerate(load.places().get(side) for side in "ij"):
+            if marker is not None:
+                (px, py), (x, y, theta) = self.place(q, marker), self.pose(q, marker.body)
+                vx, vy, w = self.pose(v, marker.body)
+                rates = vx - w * (py - y), vy + w * (px - x), w
+                ends[n] = (px, py, theta + marker.angle, *rates)
+        found = load.wrenches(*ends, t, lambda field, x: value(getattr(load, field), x))
+        for marker, (fx, fy, torque) in zip((load.i, load.j), found, strict=True):
+            self._push(f, q, marker, fx, fy)
+            f[self.index[marker.body], 2] += torque
 
     def _thrust(self, f: np.ndarray, q: np.ndarray, load: Any, size: float) -> None:
         """A force along the line of stroke on the piston, and its opposite on the cylinder, on the

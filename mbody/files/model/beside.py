@@ -26,29 +26,29 @@ def columns(name: str, folder: Path | None) -> tuple[list[float], list[float]]:
     ModelError
         For a path that leads elsewhere, a file that is too large or has no two columns of numbers.
     """
-    path, told = beside(name, folder), f"the table {brief(name)}"
+    path, what = beside(name, folder), f"the table {brief(name)}"
     x, y = array("d"), array("d")
     try:
         with path.open("rb") as stream:
             if os.fstat(stream.fileno()).st_size > LARGEST:
-                raise ModelError(f"{told} is larger than {LARGEST // 1_000_000} MB")
+                raise ModelError(f"{what} is larger than {LARGEST // 1_000_000} MB")
             text = io.TextIOWrapper(stream, "utf-8-sig", newline="")
             lines = iter(lambda: text.readline(LONGEST), "")
             headed = False
             for n, row in enumerate(csv.reader(lines), 1):
                 if n > MOST:
-                    raise ModelError(f"{told} has more than {MOST} rows: leave some of them out")
+                    raise ModelError(f"{what} has more than {MOST} rows: leave some of them out")
                 if _numbers(row):
                     x.append(float(row[0]))
                     y.append(float(row[1]))
                 elif any(map(str.strip, row)):
                     if headed or x or any(map(_is_number, row[:2])):  # it is no row of headings
-                        raise ModelError(f"{told}: row {n} has no two numbers: {brief(row[:3])}")
+                        raise ModelError(f"{what}: row {n} has no two numbers: {brief(row[:3])}")
                     headed = True
     except OSError as error:
-        raise ModelError(f"{told} cannot be read: {error.strerror}") from None
+        raise ModelError(f"{what} cannot be read: {error.strerror}") from None
     except (UnicodeDecodeError, csv.Error):
-        raise ModelError(f"{told} is no text of comma-separated values") from None
+        raise ModelError(f"{what} is no text of comma-separated values") from None
     return x.tolist(), y.tolist()
 
 

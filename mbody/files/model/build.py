@@ -78,12 +78,12 @@ def build(given: Any) -> tuple[Mechanism | None, list[Problem]]:
 def _framed(given: Any, error: ModelError) -> Problem:
     """A problem of the mechanism itself, with the key that it comes from."""
     text = str(error)
-    told = text.removeprefix(f"'{error.element}': ")
+    message = text.removeprefix(f"'{error.element}': ")
     if error.element in given.parameters:
         return Problem(("parameters", error.element), text)
     for key, mark in (("units", "unit system"), ("g", ": g"), ("ground", "'ground'")):
         if mark in text:
-            return Problem((key,), told)
+            return Problem((key,), message)
     return Problem((), text)
 
 
@@ -110,12 +110,12 @@ def _arguments(kind: str, cls: type[Element], entry: Any) -> dict[str, Any]:
 
 
 def _unnamed(text: str, name: str) -> str:
-    """The sentence without the name that stands before it already."""
+    """The sentence without the name that is before it already."""
     return text.removeprefix(f"'{name}': ").removeprefix(f"'{name}' ")
 
 
 def _row(mechanism: Mechanism, name: str, value: Any, angle: str) -> Any:
-    """Values to ask for; plain angles are in the unit of the file."""
+    """Requested values; plain angles are in the unit of the file."""
     if isinstance(value, list):
         return [_row(mechanism, name, part, angle) for part in value]
     degrees = angle == "deg" and dimension_of_instants(mechanism, name) == "angle"

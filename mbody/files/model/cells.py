@@ -27,7 +27,7 @@ def plain(value: float) -> Any:
 
 
 def short_angle(value: float) -> Any:
-    """An angle [rad] in degrees where few digits say it exactly, else in radians."""
+    """An angle [rad] in degrees where few digits give it exactly, else in radians."""
     degrees = math.degrees(value)
     for digits in range(14):
         short = round(degrees, digits)

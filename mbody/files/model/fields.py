@@ -1,7 +1,7 @@
 """The fields of a model file: numbers, points, places, each checked as it is read.
 
 Every check gives what the description takes: a float, a `Formula`, a `Marker`. Plain
-angles are in the unit that the file says.
+angles are in the unit of the file.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def entered_in(value: Any, dimension: Dimension | None, info: ValidationInfo) ->
     """One number of a file: a float, or a formula where it is text."""
     angle, refused = info.context.angle, info.context.refused
     if len(refused) >= ENOUGH:
-        raise ValueError("unread")  # too much else is wrong: nobody is told of this
+        raise ValueError("unread")  # too much else is wrong: this is not reported
     refused.append(value)  # until it is let in
     try:
         result = (

@@ -1,6 +1,6 @@
 """Which elements a model file knows, and the words that it has for them.
 
-Taken from the classes themselves, so that a new joint, load or law stands in files, in the schema
+Taken from the classes themselves, so that a new joint, load or law appears in files, in the schema
 and in the messages as soon as it is written.
 """
 
@@ -41,19 +41,13 @@ SECTIONS: dict[str, dict[str, type[Element]]] = {
     "loads": _elements(loads, loads.Load),
 }
 
-#: Laws by their word.
+#: Laws by their word: those of `mbody.laws`, less what is no table of numbers in a file.
 LAWS: dict[str, type[laws.Law]] = {
     _word(cls.__name__): cls
-    for cls in (
-        laws.Constant,
-        laws.ConstantSpeed,
-        laws.ConstantAcceleration,
-        laws.Polynomial,
-        laws.Harmonic,
-        laws.Table,
-        laws.Rise,
-        laws.Cam,
-    )
+    for cls in map(vars(laws).get, dict.fromkeys([*laws.__all__, *vars(laws)]))
+    if isinstance(cls, type)
+    and issubclass(cls, laws.Law)
+    and cls not in (laws.Law, laws.Expression, laws.Function)
 }
 
 
@@ -68,5 +62,5 @@ def kind_of(element: Element) -> str | None:
 
 
 def section_of(element: Element) -> str:
-    """The section that an element stands in."""
+    """The section of an element."""
     return _words()[type(element)][0]

@@ -65,13 +65,13 @@ class Limits:
             most = getattr(self, name)
             if count > most:
                 factor = math.ceil(2 * count / getattr(Limits(), name))
-                told = f"{most / 1e6:g} MB" if name == "size" else f"{most:.0f} {WORDS[name]}"
+                amount = f"{most / 1e6:g} MB" if name == "size" else f"{most:.0f} {WORDS[name]}"
                 how = remedy(
                     python=f"by limits=mbody.files.model.Limits({name}={2 * count:.1g}) "
                     "of load and save",
                     command=f"by {VARIABLE}={factor:.0f} before the command",
                 )
-                return f"{what} has more than {told}: raise the limits if you trust it, {how}"
+                return f"{what} has more than {amount}: raise the limits if you trust it, {how}"
         return None
 
 

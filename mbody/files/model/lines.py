@@ -1,4 +1,4 @@
-"""In which line of a file a key stands: looked for only when there is an error to report."""
+"""The line of a file that has a key: found only when there is an error to report."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _JSON = re.compile(r'"(?:[^"\\]++|\\.)*+"|[{}\[\]:,\n]', re.DOTALL)
 
 
 def lines_of(text: str, is_json: bool, paths: Sequence[Path]) -> list[int | None]:
-    r"""The lines, from 1, of the keys at these paths, or of the nearest that hold them.
+    r"""The lines, from 1, of the keys at these paths, or of the nearest that contain them.
 
     >>> lines_of('a = 1\n[b]\nc = 2', False, [("b", "c"), ("b", "d")])
     [3, 2]
@@ -64,7 +64,7 @@ def _toml_places(text: str, holders: set[Path]) -> Iterator[tuple[Path, int]]:
 
 
 def _within(table: Any, above: Path, holders: set[Path]) -> Iterator[Path]:
-    """The paths of keys in a table, and in tables in it that hold what is looked for."""
+    """The paths of keys in a table, and in tables in it that contain what is searched."""
     for key, value in table.items():
         if (place := (*above, key)) in holders:
             yield place

@@ -1,6 +1,6 @@
 """Read a model file: bytes with limits, then TOML or JSON, then the schema, then a mechanism.
 
-Nothing that a file says is executed, and no other file is opened than tables that it names below
+Nothing in a file is executed, and no other file is opened than tables that it names below
 its own folder.
 """
 
@@ -35,7 +35,7 @@ __all__ = ["built", "check_size", "from_json", "from_toml", "load", "text_of"]
 
 DEEPEST = 30  # tables in tables
 LONGEST_KEY = 20  # parts of a dotted key
-LONGEST_NUMBER = 2000  # bits of a whole number: more than a double holds
+LONGEST_NUMBER = 2000  # bits of a whole number: more than a double can have
 
 _SIGNS = re.compile(r"[-+*/^(,·−²³]")
 ENDLESS = "a whole number has very many digits, more than a computer holds"
@@ -47,7 +47,7 @@ _KEYS = re.compile(
 
 
 class _Refused(ValueError):
-    """What is wrong with a file, to stand behind its name."""
+    """What is wrong with a file, to follow its name."""
 
 
 def load(
@@ -74,7 +74,7 @@ def load(
 
     Notes
     -----
-    What `save` has written is read with the same limits. ``mbody schema`` prints what may stand in
+    What `save` has written is read with the same limits. ``mbody schema`` prints what is allowed in
     a file.
     """
     file = Path(path)
@@ -151,7 +151,7 @@ def _made(
     if parameters:
         _set(data, parameters, name)
     made = built(data, text, is_json=is_json, name=name, folder=folder)
-    made.remarks = meant_otherwise(data, made)
+    made._remarks = meant_otherwise(data, made)
     return made
 
 
@@ -219,7 +219,7 @@ def text_of(file: Path, limits: Limits | None = None) -> str:
 
 
 def _short(name: str) -> str:
-    """A name as it stands in a sentence; what cannot be printed is written out."""
+    """A name for a sentence; what cannot be printed is written out."""
     name = name if name.isprintable() else repr(name)[1:-1]
     name = name if len(name) <= 80 else f"…{name[-77:]}"
     return name.encode(errors="backslashreplace").decode()
@@ -257,8 +257,8 @@ def _where(error: ValueError) -> str:
     if match is None:
         return text[:200]
     place = f"line {match[1]}" if match[1] else "at its end"
-    told = text[: match.start()][:160]
-    return f"{place}: {told[0].lower()}{told[1:]}"
+    reason = text[: match.start()][:160]
+    return f"{place}: {reason[0].lower()}{reason[1:]}"
 
 
 def _check_keys(text: str) -> None:
@@ -355,7 +355,7 @@ def _set(data: dict[str, Any], parameters: Mapping[str, Any], name: str) -> None
 
 def _dimensions(data: Mapping[str, Any]) -> tuple[dict[str, Dimension], UnitSystem]:
     """Dimensions of the parameters that have units, as the file has them; what is wrong in it is
-    told where it is read.
+    reason where it is read.
     """
     try:
         units = unit_system(data.get("units", "SI"))

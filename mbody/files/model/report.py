@@ -12,7 +12,7 @@ from mbody.files.model.lines import lines_of
 
 __all__ = ["ENOUGH", "Problem", "raise_all", "sentences"]
 
-MOST = 20  # problems that are told
+MOST = 20  # problems that are reported
 ENOUGH = 80  # that are looked at, and put in order; the others are counted
 LONGEST = 600  # characters of a sentence
 TABLES = ("bodies", *SECTIONS, "ground", "gravity", "parameters", "measures", "ask", "simulate")
@@ -69,7 +69,7 @@ def _sentence(error: Any, schema: dict[str, Any], data: Any) -> str:
         return "is missing: give it"
     if kind == "literal_error":
         return f"must be {error['ctx']['expected']}, not {brief(error['input'], 40)}"
-    told = {
+    sentence = {
         "string_type": "must be text",
         "dict_type": "must be a table",
         "model_type": "must be a table",
@@ -85,8 +85,8 @@ def _sentence(error: Any, schema: dict[str, Any], data: Any) -> str:
     if kind == "missing":
         return "is missing: the list is too short"
     if kind == "too_long":
-        told = f"must be a list of {error['ctx']['max_length']}"
-    message = told or error["msg"][0].lower() + error["msg"][1:]
+        sentence = f"must be a list of {error['ctx']['max_length']}"
+    message = sentence or error["msg"][0].lower() + error["msg"][1:]
     return f"{message}, not {_short(repr(error['input']))}"
 
 
@@ -150,7 +150,7 @@ def _forms(node: dict[str, Any], schema: dict[str, Any]) -> list[dict[str, Any]]
 
 
 def _below(node: dict[str, Any], key: Any, schema: dict[str, Any]) -> list[dict[str, Any]]:
-    """What the schema says of a key, or of an entry of a list."""
+    """The schema of a key, or of an entry of a list."""
     if isinstance(key, int):
         items = node.get("prefixItems")
         below = items[key] if items and key < len(items) else node.get("items")
@@ -171,7 +171,7 @@ def _fitting(
 def raise_all(
     problems: list[Problem], text: str, is_json: bool, name: str, count: int | None = None
 ) -> None:
-    """Raise one error that tells all problems, in the order of the file; `count` is how many there
+    """Raise one error with all problems, in the order of the file; `count` is how many there
     are, None where nobody looked further than to the first `ENOUGH`.
 
     Raises
@@ -183,23 +183,23 @@ def raise_all(
         return
     problems = problems[:ENOUGH]
     lines_found = lines_of(text, is_json, [problem.path for problem in problems])
-    told = [
+    entries = [
         (line, ".".join(_short(key) for key in problem.path), _cut(problem.message))
         for line, problem in zip(lines_found, problems, strict=True)
     ]
-    told = sorted(dict.fromkeys(told), key=lambda entry: entry[0] or 0)
+    entries = sorted(dict.fromkeys(entries), key=lambda entry: entry[0] or 0)
     lines = [
         ": ".join(part for part in (f"line {line}" if line else "", field, message) if part)
-        for line, field, message in told[:MOST]
+        for line, field, message in entries[:MOST]
     ]
     if count is None and len(problems) == ENOUGH:
         lines.append("and more")
-    elif (left := (count or len(told)) - MOST) > 0:
+    elif (left := (count or len(entries)) - MOST) > 0:
         lines.append(f"and {left} more")
     element = next((name for name in map(_element, problems) if name), None)
     whole = f"{name}: {lines[0]}" if len(lines) == 1 else "\n  ".join([f"{name}:", *lines])
     error = ModelError(whole, element)
-    error.problems = tuple(told)
+    error.problems = tuple(entries)
     raise error
 
 

@@ -21,14 +21,14 @@ __all__ = ["json_schema", "model"]
 
 
 def _described(cls: type) -> dict[str, str]:
-    """What the docstring of a class says of each of its parameters, those of its bases included."""
+    """The description of each parameter of a class and its bases, from their docstrings."""
     found: dict[str, str] = {}
     for base in reversed(cls.__mro__):
         text = base.__dict__.get("__doc__") or ""
         _, _, rest = text.partition("Parameters\n    ----------\n")
         block = re.split(r"\n    [A-Z][a-z]+\n    -----", rest)[0]
-        for names, told in re.findall(r"^    (\S[^:\n]*) : .*\n((?:        .*\n?)+)", block, re.M):
-            words = " ".join(told.split())
+        for names, lines in re.findall(r"^    (\S[^:\n]*) : .*\n((?:        .*\n?)+)", block, re.M):
+            words = " ".join(lines.split())
             found |= dict.fromkeys((name.strip() for name in names.split(",")), words)
     return found
 
@@ -55,21 +55,21 @@ def _default(field: dataclasses.Field[Any]) -> Any:
 
 def _entry(kind: str, cls: type[Element]) -> Any:
     """The table of one kind of element: its kind with the main fields, then the others."""
-    told = _described(cls)
+    descriptions = _described(cls)
     own = {field.name: field for field in dataclasses.fields(cls) if field.name != "name"}
     main = [own.pop(name) for name in cls.main]
     first = _field(main[0]) if len(main) == 1 else tuple[tuple(_field(part) for part in main)]
-    about = "; ".join(told.get(part.name, part.name) for part in main)
+    about = "; ".join(descriptions.get(part.name, part.name) for part in main)
     columns: dict[str, Any] = {kind: (first, Field(..., description=about))}
     for name, field in own.items():
-        columns[name] = (_field(field), Field(_default(field), description=told.get(name)))
+        columns[name] = (_field(field), Field(_default(field), description=descriptions.get(name)))
     lines = (cls.__doc__ or "").split("\n\n")[0].split("\n")
     about = " ".join(line.strip() for line in lines)
     return create_model(cls.__name__, __base__=of.Strict, __doc__=about, **columns)
 
 
 def _choice(section: str) -> Any:
-    """Any one kind of a section, told by the key that is there."""
+    """Any one kind of a section, chosen by its key."""
     kinds = SECTIONS[section]
 
     def choose(value: Any) -> str | None:
@@ -94,14 +94,14 @@ def _choice(section: str) -> Any:
 
 @functools.cache
 def _body() -> Any:
-    told = _described(Body)
+    descriptions = _described(Body)
     columns: dict[str, Any] = {}
     special = {"cg": of.point, "points": of.points, "guess": of.guess, "spread": of.spread}
     for field in dataclasses.fields(Body):
         if field.name == "name":
             continue
         kind = special.get(field.name) or _field(field)
-        columns[field.name] = (kind, Field(None, description=told.get(field.name)))
+        columns[field.name] = (kind, Field(None, description=descriptions.get(field.name)))
     return create_model("Body", __base__=of.Strict, __doc__="One rigid link.", **columns)
 
 
@@ -136,7 +136,7 @@ values = Annotated[
 
 
 class AskIn(of.Strict):
-    """The instants that an analysis is made for, unless the command says otherwise."""
+    """The instants that an analysis is made for, unless the command gives others."""
 
     at: dict[str, values] = Field(default_factory=dict)
     over: str = ""
@@ -144,7 +144,7 @@ class AskIn(of.Strict):
 
 
 class UnknownIn(of.Strict):
-    """An unknown: where its search begins, its bounds, and the unit that it is told in."""
+    """An unknown: where its search begins, its bounds, and the unit that it is shown in."""
 
     start: of.number(None) = None
     low: of.number(None) = None
@@ -234,7 +234,7 @@ def model() -> Any:
     about = {
         "parameters": "Named numbers that formulas may use.",
         "bodies": "The moving links by name.",
-        "joints": "What holds the links together, by name.",
+        "joints": "The joints between the links, by name.",
         "couplings": "Sums of coordinates that keep their value, as belts, by name.",
         "drivers": "Motors: coordinates that follow a law of time, by name.",
         "loads": "Forces, torques, springs and dampers, by name.",

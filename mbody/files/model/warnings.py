@@ -1,4 +1,4 @@
-"""What a model file says that is perhaps meant otherwise: plain numbers, and what is left out."""
+"""What may be meant otherwise in a model file: plain numbers, and omitted entries."""
 
 from __future__ import annotations
 
@@ -52,36 +52,35 @@ def _laws(data: Mapping[str, Any], mechanism: Mechanism, degrees: bool) -> Itera
 
 
 def _without_law(data: Mapping[str, Any], mechanism: Mechanism) -> Iterator[str]:
-    """Drivers that stand still because nothing says how they move."""
-    asked = data.get("ask")
-    said = str(asked) if asked else ""
+    """Drivers that do not move because they have no law."""
+    instants = str(data.get("ask") or "")
     for name, entry in _tables(data, "drivers"):
         driver: Any = mechanism[name]
         if "law" in entry or driver.distances():
             continue
-        if name in said or driver.bodies[1] in said:
-            continue  # the file says at which positions it is analysed
+        if name in instants or driver.bodies[1] in instants:
+            continue  # the file gives the positions at which it is analysed
         zero = "0 deg" if driver.angular else f"0 {mechanism.units.length}"
         yield (
-            f"driver '{name}' has no law: by itself it holds '{driver.bodies[1]}' at {zero}; give "
-            "a law, or say where it stands"
+            f"driver '{name}' has no law: it keeps '{driver.bodies[1]}' at {zero}; give "
+            "a law, or the positions to analyse"
         )
 
 
 def _without_inertia(data: Mapping[str, Any], mechanism: Mechanism) -> Iterator[str]:
     """Bodies that turn, with a mass and no word about their inertia."""
-    held = {
+    by_joints = {
         body
         for joint in mechanism.joints
         if joint.parallel and "ground" in (joint.i.body, joint.j.body)
         for body in (joint.i.body, joint.j.body)
     }
     for name, entry in _tables(data, "bodies"):
-        if {"inertia", "spread"} & entry.keys() or name in held:
+        if {"inertia", "spread"} & entry.keys() or name in by_joints:
             continue
         key = "weight" if "weight" in entry else "mass"
         if key in entry and entry[key] not in (0, "0"):
             yield (
                 f"body '{name}' has a {key} and no inertia: it is taken as a point mass at its "
-                "mass centre, I = 0; give its inertia, or say inertia = 0"
+                "mass centre, I = 0; give its inertia, or write inertia = 0"
             )

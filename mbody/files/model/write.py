@@ -50,7 +50,7 @@ def save(
     Raises
     ------
     ModelError
-        When it holds Python code, which no file carries, `load` would refuse it for its size, or
+        When it has Python code, which no file can contain, `load` would refuse it for its size, or
         the file cannot be written.
     """
     file, data = Path(path), as_data(mechanism)
@@ -72,7 +72,7 @@ def to_toml(mechanism: Mechanism) -> str:
     Raises
     ------
     ModelError
-        When it holds Python code, which no file carries.
+        When it has Python code, which no file can contain.
 
     >>> from mbody import Body, Mechanism
     >>> machine = Mechanism("an arm", units="mm-N-s")
@@ -109,14 +109,14 @@ class Writer:
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism, self.formulas = mechanism, mechanism.formulas
         self.units = mechanism.units
-        # text of plain radians reads as it is only where the file says so
+        # text of plain radians reads as it is only where the file has that unit
         formulas = [*self.formulas.values(), *formulas_asked(mechanism)]
         open_angles = {f.angle for f in formulas if self.is_open(f)}
         self.angle = "rad" if open_angles == {"rad"} else "deg"
 
     def is_open(self, formula: Formula) -> bool:
-        """Whether it is a plain angle, which the file says the unit of."""
-        return formula.dimension == ANGLE and not formula.has_units(self.mechanism.scope)
+        """Whether it is a plain angle, with the unit of the file."""
+        return formula.dimension == ANGLE and not formula.has_units(self.mechanism._scope)
 
     def written(self, value: float, dimension: Dimension) -> Any:
         """A float as the file has it."""
@@ -130,8 +130,8 @@ class Writer:
         return self.valued(name) if text is None else text
 
     def valued(self, name: str) -> Any:
-        """What a parameter comes to: a number with its unit, a plain one as it is."""
-        scope = self.mechanism.scope
+        """The value of a parameter: a number with its unit, a plain one as it is."""
+        scope = self.mechanism._scope
         value, dimension = float(scope.names[name].value), scope.names[name].dimension
         if dimension is None:
             return plain(value)
@@ -178,7 +178,7 @@ class Writer:
             return self.written(value, dimension)
         whole = value.of(dimension)
         text = self.text(whole)
-        return self.written(whole.value(self.mechanism.scope), dimension) if text is None else text
+        return self.written(whole.value(self.mechanism._scope), dimension) if text is None else text
 
     # -- elements -----------------------------------------------------------------------------
 
@@ -220,7 +220,7 @@ class Writer:
         return [self.number(f"{name}.{axis}", part, length) for axis, part in pairs]
 
     def guess(self, name: str, guess: Guess) -> Any:
-        """A rough pose, as short as it can be said."""
+        """A rough pose, as short as possible."""
         given = {
             key: self.number(
                 f"{name}.{key}", part, ANGLE if key == "angle" else DIMENSIONS["length"]

@@ -1,4 +1,4 @@
-"""What a mechanism asks, as tables of a model file: measures, instants, questions."""
+"""The studies of a mechanism as tables of a model file: measures, instants, questions."""
 
 from __future__ import annotations
 
@@ -71,25 +71,25 @@ def questions(writer: _Writer) -> dict[str, Any]:
         if ask.instants is not None:
             table["instants"] = ask.instants
         data["ask"] = table
-    asked = machine.simulation
-    if asked is not None:
-        data["simulate"] = {"until": writer.wanted(asked.until, DIMENSIONS["time"])}
-        if asked.start:
+    simulation = machine.simulation
+    if simulation is not None:
+        data["simulate"] = {"until": writer.wanted(simulation.until, DIMENSIONS["time"])}
+        if simulation.start:
             data["simulate"]["start"] = {
                 body: {k: writer.wanted(v, DIMENSIONS[STATE[k]]) for k, v in given.items()}
-                for body, given in asked.start.items()
+                for body, given in simulation.start.items()
             }
         for key in ("rtol", "instants", "method"):
-            if getattr(asked, key) != getattr(SimulationSettings(1.0), key):
-                data["simulate"][key] = getattr(asked, key)
+            if getattr(simulation, key) != getattr(SimulationSettings(1.0), key):
+                data["simulate"][key] = getattr(simulation, key)
         time = DIMENSIONS["time"]
         for key in ("step", "every"):
-            if getattr(asked, key) is not None:
-                data["simulate"][key] = writer.wanted(getattr(asked, key), time)
-        if asked.release:
-            times = {name: writer.wanted(t, time) for name, t in asked.release.items()}
+            if getattr(simulation, key) is not None:
+                data["simulate"][key] = writer.wanted(getattr(simulation, key), time)
+        if simulation.release:
+            times = {name: writer.wanted(t, time) for name, t in simulation.release.items()}
             data["simulate"]["release"] = times
-        data["simulate"] |= _events(writer, asked.events)
+        data["simulate"] |= _events(writer, simulation.events)
     if machine.questions:
         data["solve"] = {name: _question(writer, q) for name, q in machine.questions.items()}
     return data
@@ -122,7 +122,7 @@ def _at(writer: _Writer, at: Any) -> dict[str, Any]:
 
 
 def _question(writer: _Writer, question: Question) -> dict[str, Any]:
-    """A question, as short as it can be said."""
+    """A question, as short as possible."""
     names = [one.name for one in question.unknowns]
     plainly = all(replace(one, name="x") == Unknown("x") for one in question.unknowns)
     table: dict[str, Any] = {

@@ -89,6 +89,23 @@ class Joint(Constraint):
         i, j = self.bodies
         return TurnRow({i: -1.0, j: 1.0}, relative_angle(self, at, pose))
 
+    def equations(self, i: Any, j: Any) -> list[Any]:
+        """Φ once more, as a book writes it: the dense oracle of `crosscheck` takes derivatives of
+        it, of a joint that it has no equations of its own for.
+
+        Parameters
+        ----------
+        i, j : tuple
+            (x, y, direction) of each marker in world axes: floats, complex numbers or Taylor
+            series, so use NumPy's functions.
+
+        Returns
+        -------
+        list
+            One number a row.
+        """
+        raise NotImplementedError(f"the oracle has no {type(self).__name__}")
+
     def refuse(self, at: Numbers, unit: str) -> None:
         """Refuse numbers, of one design or of a batch, that do not fit together.
 
@@ -99,7 +116,7 @@ class Joint(Constraint):
         """
 
     def reaction_point(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> tuple[Any, Any] | None:
-        """Where the reaction is told, from the place on j: None for that place itself.
+        """Point that the reaction is reported at, from the place on j: None for that place itself.
 
         Parameters
         ----------
@@ -124,7 +141,7 @@ class Joint(Constraint):
         return None
 
     def fit(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> tuple[Any, Any]:
-        """How far apart the places are, and should be, where others hold them [length]. Parameters
+        """Distance of the places, and the one they must have by other joints [length]. Parameters
         as of `reaction_point`.
         """
         return np.hypot(*d), self.apart(at)

@@ -39,7 +39,7 @@ class CamFollower(Joint):
     Φ = |d| − R(ψ) = 0, a flat face with the normal n keeps Φ = n · d − h(ψ) = 0: one row, without
     friction. R is the pitch curve, h the support function of the cam, which is R of a follower that
     translates along n through the centre. The reaction is the force of contact on the follower,
-    told at the point of contact, where it has no torque.
+    reported at the point of contact, where it has no torque.
 
     Parameters
     ----------
@@ -74,8 +74,8 @@ class CamFollower(Joint):
     θ_i − θ_j and a constant for a flat face. With `clockwise` it is how far the cam has turned
     clockwise, and then also the polar angle of the profile in the cam's axes.
 
-    The contact holds whatever the sign of its force: where it is negative the follower would leave
-    the cam, and the result has a note; ``run.contact(name)`` gives the force that presses.
+    The contact is kept whatever the sign of its force: where it is negative the follower would
+    leave the cam, and the result has a note; ``run.contact(name)`` gives the force that presses.
 
     Norton, Design of Machinery, chapter 8; the radius of curvature of the cam is h + h″ for a flat
     face, and (R² + R′²)^(3/2) / (R² + 2R′² − R R″) of the pitch curve for a roller.
@@ -188,7 +188,7 @@ class CamFollower(Joint):
         n = int(R.argmin())
         if not self.flat and R[n] <= 0.0:
             raise ModelError(
-                f"'{self.name}': the radius of its profile is {R[n]:.4g} {unit} at {_told(n)}, it "
+                f"'{self.name}': the radius of its profile is {R[n]:.4g} {unit} at {_at(n)}, it "
                 "must be positive: give a greater base_radius, or raise the profile",
                 self.name,
             )
@@ -203,7 +203,7 @@ class CamFollower(Joint):
         remedy = "base_radius" if self.base_radius is not None else "the profile"
         smaller = "" if self.flat else ", or take a smaller roller"
         raise ModelError(
-            f"'{self.name}': the cam undercuts its {what} is {rho[n]:.4g} {unit} at {_told(n)}: "
+            f"'{self.name}': the cam undercuts its {what} is {rho[n]:.4g} {unit} at {_at(n)}: "
             f"raise {remedy} by more than {more:.4g} {unit}{smaller}",
             self.name,
         )
@@ -232,8 +232,8 @@ class CamFollower(Joint):
         return (np.cos(ray), np.sin(ray)), slope
 
 
-def _told(n: int) -> str:
-    """A place of the profile."""
+def _at(n: int) -> str:
+    """Angle of a place of the profile."""
     return f"{360.0 * n / (PLACES - 1):.4g} deg"
 
 
@@ -257,7 +257,7 @@ def _raised(R: Any, R1: Any, R2: Any, wheel: float) -> float:
 
 @inline
 def roller_ray(i, j, p):
-    """(cos ψ, sin ψ) |d| of the angle that a roller's profile is asked at: ψ = ±(θ_i + β − ∠d)."""
+    """(cos ψ, sin ψ) |d| of the angle on a roller's profile: ψ = ±(θ_i + β − ∠d)."""
     _, (dx, dy), _, _ = between(i, j, p[0], p[1], p[2], p[3])
     s, c = sincos(i[2] + p[4])
     return c * dx + s * dy, p[5] * (s * dx - c * dy)
@@ -273,21 +273,19 @@ def roller(i, j, p, f):
     slope = p[5] * f[1]
     k = slope / length
     nx, ny = ux - k * uy, uy + k * ux
-    blocks = (
-        *(-nx, -ny, nx * piy - ny * pix - slope, 0.0, 0.0, 0.0),
-        *(nx, ny, ny * pjx - nx * pjy, 0.0, 0.0, 0.0),
-    )
+    block_i = (-nx, -ny, nx * piy - ny * pix - slope, 0.0, 0.0, 0.0)
+    block_j = (nx, ny, ny * pjx - nx * pjy, 0.0, 0.0, 0.0)
     # with w = t·ḋ/|d| the rate of ∠d: ψ̇ = ±(ω_i − w), and the rest of ∠d¨ is −2 (u·ḋ) w/|d|
     out, w = ux * dvx + uy * dvy, (ux * dvy - uy * dvx) / length
     rate = i[7] - w
     rest = length * w * w - f[2] * rate * rate - 2.0 * k * out * w
     gamma = -(nx * dax + ny * day + rest)
-    return (length - f[0] - p[6], 0.0), blocks, (0.0, 0.0), (gamma, 0.0)
+    return (length - f[0] - p[6], 0.0), (*block_i, *block_j), (0.0, 0.0), (gamma, 0.0)
 
 
 @inline
 def face_ray(i, j, p):
-    """(cos ψ, sin ψ) of the angle that a flat face asks the profile at: ψ = ±(θ_i − θ_j + β)."""
+    """(cos ψ, sin ψ) of the angle on a flat face's profile: ψ = ±(θ_i − θ_j + β)."""
     s, c = sincos(i[2] - j[2] + p[5])
     return c, p[6] * s
 
@@ -300,12 +298,10 @@ def face(i, j, p, f):
     ny, nx = sincos(j[2] + p[4])
     slope = p[6] * f[1]
     above, aside = nx * dx + ny * dy, nx * dy - ny * dx
-    blocks = (
-        *(-nx, -ny, nx * piy - ny * pix - slope, 0.0, 0.0, 0.0),
-        *(nx, ny, ny * pjx - nx * pjy + aside + slope, 0.0, 0.0, 0.0),
-    )
+    block_i = (-nx, -ny, nx * piy - ny * pix - slope, 0.0, 0.0, 0.0)
+    block_j = (nx, ny, ny * pjx - nx * pjy + aside + slope, 0.0, 0.0, 0.0)
     # n̈·d = α m·d − ω² n·d, 2ṅ·ḋ = 2ω m·ḋ
     w, rate = j[7], i[7] - j[7]
     turning = 2.0 * w * (nx * dvy - ny * dvx) - w * w * above - f[2] * rate * rate
     gamma = -(nx * dax + ny * day + turning)
-    return (above - f[0], 0.0), blocks, (0.0, 0.0), (gamma, 0.0)
+    return (above - f[0], 0.0), (*block_i, *block_j), (0.0, 0.0), (gamma, 0.0)

@@ -17,10 +17,8 @@ def coordinate(i, j, p, f):
     ux, uy = turned(i[3], i[4], p[4], p[5])
     w = i[7]
     # ∂Φ/∂θ_i = (k×u)·d − u·(k×p_i), ∂Φ/∂θ_j = u·(k×p_j)
-    blocks = (
-        *(-ux, -uy, ux * dy - uy * dx + ux * piy - uy * pix, 0.0, 0.0, 0.0),
-        *(ux, uy, uy * pjx - ux * pjy, 0.0, 0.0, 0.0),
-    )
+    block_i = (-ux, -uy, ux * dy - uy * dx + ux * piy - uy * pix, 0.0, 0.0, 0.0)
+    block_j = (ux, uy, uy * pjx - ux * pjy, 0.0, 0.0, 0.0)
     turning = w * w * (ux * dx + uy * dy) - 2.0 * w * (ux * dvy - uy * dvx)
     gamma = f[2] + turning - (ux * dax + uy * day)
-    return (ux * dx + uy * dy - f[0], 0.0), blocks, (f[1], 0.0), (gamma, 0.0)
+    return (ux * dx + uy * dy - f[0], 0.0), (*block_i, *block_j), (f[1], 0.0), (gamma, 0.0)

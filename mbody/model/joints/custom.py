@@ -17,7 +17,7 @@ __all__ = ["CustomJoint"]
 
 @dataclass(frozen=True)
 class CustomJoint(Joint):
-    """Base for joints of your own: derive a frozen dataclass, say its rows, write its physics.
+    """Base for joints of your own: derive a frozen dataclass, set its rows, write its physics.
 
     The physics has the form of the built-in ones, on numbers. It is called through one hook, so it
     costs microseconds instead of nanoseconds and keeps the analysis on the scalar path.
@@ -25,7 +25,7 @@ class CustomJoint(Joint):
     with differences of Φ where it begins, and refuses what does not fit.
 
     Numbers of your own are fields made by `number_field`, as of a `CustomLoad`; `physics` must be
-    pure, too: what it gives depends on its arguments and on the element's numbers alone.
+    pure, too: its result depends on its arguments and on the element's numbers alone.
 
     Examples
     --------
@@ -40,7 +40,7 @@ class CustomJoint(Joint):
     """
 
     rows = "l"
-    counts_turns = True  # what its rows count, nobody knows: they are taken as they are
+    counts_turns = True  # perhaps: what its rows measure is unknown, so its bodies keep their turns
 
     def parameters(self, at: Numbers) -> list[Any]:
         """Numbers handed to `physics` as `p`; by default both arms, from the mass centres [length],

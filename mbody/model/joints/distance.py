@@ -86,9 +86,7 @@ def distance(i, j, p, f):
     length = np.sqrt(dx * dx + dy * dy)
     ux, uy = dx / length, dy / length
     across = ux * dvy - uy * dvx
-    blocks = (
-        *(-ux, -uy, ux * piy - uy * pix, 0.0, 0.0, 0.0),
-        *(ux, uy, uy * pjx - ux * pjy, 0.0, 0.0, 0.0),
-    )
+    block_i = (-ux, -uy, ux * piy - uy * pix, 0.0, 0.0, 0.0)
+    block_j = (ux, uy, uy * pjx - ux * pjy, 0.0, 0.0, 0.0)
     gamma = f[2] - across * across / length - (ux * dax + uy * day)
-    return (length - f[0], 0.0), blocks, (f[1], 0.0), (gamma, 0.0)
+    return (length - f[0], 0.0), (*block_i, *block_j), (f[1], 0.0), (gamma, 0.0)

@@ -30,8 +30,8 @@ class Gear(Joint):
     """Gear pair, external or internal, on any carrier: pitch circles about the places on i and j
     roll on each other.
 
-    Other joints hold the centres, on the ground or on a carrier that turns itself; nothing else
-    need be said of it. With signed radii, R = R_i + R_j, the line of centres has the direction
+    Other joints keep the distance of the centres, on the ground or on a carrier that turns itself;
+    no more data is needed. With signed radii, R = R_i + R_j, the line of centres has the direction
     ψ = (R_i θ_i + R_j θ_j)/R + phase, so that Φ = n(ψ) · d = 0, d from the centre on i to that on
     j: one row. The reaction is the tangential tooth force on j at the pitch point.
 
@@ -46,7 +46,7 @@ class Gear(Joint):
     internal : bool
         Whether the greater one is a ring with teeth inside.
     phase : float
-        Direction of the line of centres, from i to j, when both wheels stand at 0 [rad]. It says
+        Direction of the line of centres, from i to j, when both wheels are at 0 [rad]. It sets
         which teeth meet; 0 will do, and the wheels take their angles accordingly.
 
     Notes
@@ -131,7 +131,7 @@ def turns_of_wheels(wheels: Any, at: Numbers, pose: PoseReader) -> TurnRow:
     ci, cj = ri / (ri + rj), rj / (ri + rj)
     phase = float(at[f"{wheels.name}.phase"])
     direction = math.atan2(jy - iy, jx - ix)
-    # the line of centres by less than half a turn from where it is when both wheels stand at 0
+    # the line of centres by less than half a turn from where it is when both wheels are at 0
     direction = phase + math.remainder(direction - phase, 2.0 * math.pi)
     left = ci * (pose.angle(i) + beta_i) + cj * (pose.angle(j) + beta_j) + phase - direction
     return TurnRow({i: ci, j: cj}, left)
@@ -151,10 +151,8 @@ def gear(i, j, p, f):
     w = p[4] * i[7] + p[5] * j[7]
     across, along = c * dy - s * dx, c * dx + s * dy
     # ∂Φ/∂θ = n·∂d/∂θ − (u·d) ∂ψ/∂θ
-    blocks = (
-        *(s, -c, -s * piy - c * pix - p[4] * along, 0.0, 0.0, 0.0),
-        *(-s, c, s * pjy + c * pjx - p[5] * along, 0.0, 0.0, 0.0),
-    )
+    block_i = (s, -c, -s * piy - c * pix - p[4] * along, 0.0, 0.0, 0.0)
+    block_j = (-s, c, s * pjy + c * pjx - p[5] * along, 0.0, 0.0, 0.0)
     # Φ̈ = n·d̈ − 2w u·ḋ − w² n·d − ẇ u·d
     gamma = w * w * across + 2.0 * w * (c * dvx + s * dvy) - (c * day - s * dax)
-    return (across, 0.0), blocks, (0.0, 0.0), (gamma, 0.0)
+    return (across, 0.0), (*block_i, *block_j), (0.0, 0.0), (gamma, 0.0)

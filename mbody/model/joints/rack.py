@@ -27,7 +27,7 @@ __all__ = ["RackPinion", "along_line", "below", "rack", "turns_on_line"]
 class RackPinion(Joint):
     """Rack and pinion: the pitch circle about the place on j rolls on a line of i.
 
-    Other joints hold the pinion at its distance: its centre stands by the radius to the left of the
+    Other joints keep the pinion at its distance: its centre is by the radius to the left of the
     pitch line, which goes through the place on i in the direction of its marker, the marker's y
     axis pointing to the pinion. Φ = u · d + r (θ_j − θ_i) − offset,
     one row. The reaction is the tangential tooth force on the pinion at the pitch point.
@@ -118,10 +118,8 @@ def rack(i, j, p, f):
     (pix, piy, pjx, pjy), (dx, dy), (dvx, dvy), (dax, day) = between(i, j, p[0], p[1], p[2], p[3])
     ux, uy = turned(i[3], i[4], p[4], p[5])
     w, r = i[7], p[6]
-    blocks = (
-        *(-ux, -uy, ux * dy - uy * dx + ux * piy - uy * pix - r, 0.0, 0.0, 0.0),
-        *(ux, uy, uy * pjx - ux * pjy + r, 0.0, 0.0, 0.0),
-    )
+    block_i = (-ux, -uy, ux * dy - uy * dx + ux * piy - uy * pix - r, 0.0, 0.0, 0.0)
+    block_j = (ux, uy, uy * pjx - ux * pjy + r, 0.0, 0.0, 0.0)
     along = ux * dx + uy * dy
     gamma = w * w * along - 2.0 * w * (ux * dvy - uy * dvx) - (ux * dax + uy * day)
-    return (along + r * (j[2] - i[2]), 0.0), blocks, (0.0, 0.0), (gamma, 0.0)
+    return (along + r * (j[2] - i[2]), 0.0), (*block_i, *block_j), (0.0, 0.0), (gamma, 0.0)

@@ -31,7 +31,7 @@ class Rolling(Joint):
     On a line Φ = [n_i · d − r,  u_i · d + r (θ_j − θ_i) − offset] = 0; on a wheel Φ = [|d| − R,
     n(ψ) · d] = 0, as of a `Gear`: two rows. The reaction is the force on the wheel at the point of
     contact: its part along the line keeps the wheel from slipping, that across it presses. Both
-    hold whatever their size and sign; a note tells where the contact would have to pull.
+    are kept whatever their size and sign; a note says where the contact would have to pull.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class Rolling(Joint):
     offset : float
         On a line: how far along it the wheel is when its angle from the line's is 0 [length].
     phase : float
-        On a wheel: direction of the line of centres when both wheels stand at 0 [rad].
+        On a wheel: direction of the line of centres when both wheels are at 0 [rad].
 
     Examples
     --------

@@ -15,3 +15,4 @@ from mbody.model.loads.torsion import TorsionDamper as TorsionDamper, TorsionSpr
 from mbody.model.loads.pressure import PistonPressure as PistonPressure
 from mbody.model.loads.reciprocating_cylinder import ReciprocatingCylinder as ReciprocatingCylinder
 from mbody.model.loads.custom import CustomLoad as CustomLoad
+from mbody.model.primitives import LOADS as LOADS

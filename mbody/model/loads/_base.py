@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from mbody.errors import ModelError
 from mbody.laws import Constant, Polynomial
@@ -22,6 +22,19 @@ LINE = Polynomial((0.0, 0.0))
 FORCES = {"fx": "force", "fy": "force", "force": "force"}
 
 
+class LoadSheet(Protocol):
+    """What a load reads to write its line: its numbers and laws at an instant, as text."""
+
+    def value(self, load: Load, field: str) -> str:
+        """Value of a law."""
+
+    def degrees(self, load: Load, field: str) -> str:
+        """An angle."""
+
+    def unit(self, dimension: str) -> str:
+        """Unit of a dimension."""
+
+
 @dataclass(frozen=True)
 class Load(Element):
     """Base of all loads.
@@ -33,7 +46,7 @@ class Load(Element):
     """
 
     role: ClassVar[str] = "load"
-    #: Whether its work at a fixed time depends on the position alone, not on the way.
+    #: Whether its work at a fixed time depends on the position alone, not on the path.
     conservative: ClassVar[bool] = False
     #: Whether it only takes power.
     dissipative: ClassVar[bool] = False
@@ -72,8 +85,8 @@ class Load(Element):
         return ""
 
     def sides(self) -> dict[str, str | None]:
-        """The bodies on which it acts with the field of its place there, the one last on which its
-        history is told by default; none where it acts on every body.
+        """The bodies on which it acts with the field of its place there, last the one on which its
+        history is reported by default; none where it acts on every body.
         """
         places = self.places()
         if "j" in places:
@@ -87,6 +100,30 @@ class Load(Element):
         if self.along_line:
             return {**FORCES, "length": "length", "rate": "velocity"}
         return {**FORCES, "torque": "torque"} if self.sides() else {}
+
+    def line(self, sheet: LoadSheet) -> str:
+        """One line of a sheet at an instant; where it is empty, the sheet lists the fields."""
+        return ""
+
+    def wrenches(self, i: Any, j: Any, t: float, law: Any) -> tuple[Any, Any]:
+        """What it does, as a book writes it, for the dense oracle of `crosscheck`, of a load that
+        the oracle does not know.
+
+        Parameters
+        ----------
+        i, j : tuple
+            (x, y, direction, vx, vy, ω) of its places i and j in world axes.
+        t : float
+            Time.
+        law : callable
+            ``law(field, x)`` is the value of one of its laws.
+
+        Returns
+        -------
+        pair of tuples
+            (Fx, Fy, T) at the place on i, then at the place on j.
+        """
+        raise NotImplementedError(f"the oracle has no {type(self).__name__}")
 
     def actions(self, at: Numbers) -> list[ForcePrimitive]:
         """The load's actions with their numbers."""

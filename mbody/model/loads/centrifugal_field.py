@@ -17,6 +17,7 @@ from mbody.quantities.types import NumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
+    from mbody.model.loads._base import LoadSheet
 
 __all__ = ["CentrifugalField", "Spindle", "centrifugal", "spin"]
 
@@ -50,7 +51,7 @@ class CentrifugalField(Load):
     axis : Marker or str
         A place on the ground; the axis of turning is the x axis of the marker through it.
     speed : Law, float or callable, optional
-        ω of the plane [rad/time] as a function of time, where it is held by something.
+        ω of the plane [rad/time] as a function of time, where something else sets it.
     momentum : Law, float or callable, optional
         Instead: the angular momentum H about the axis [mass·length²/time] of a spindle that is
         free to change its speed; ω = H/J at each position.
@@ -101,13 +102,19 @@ class CentrifugalField(Load):
 
     @property
     def given(self) -> str:
-        """The field that says how the plane turns: "speed" or "momentum"."""
+        """The field that sets how the plane turns: "speed" or "momentum"."""
         return "momentum" if self.speed is None else "speed"
 
     @property
     def quadratic_in(self) -> str:
         """The speed, where it is constant."""
         return "speed" if isinstance(self.speed, Constant) else ""
+
+    def line(self, sheet: LoadSheet) -> str:
+        """Speed or angular momentum, and the axis."""
+        unit = sheet.unit("angular velocity" if self.given == "speed" else "angular momentum")
+        turning = f"{self.given} {sheet.value(self, self.given)} {unit}"
+        return f"{turning} about the axis in {self.axis}, on every mass"
 
     def actions(self, at: Numbers) -> list[ForcePrimitive]:
         """One action on all bodies: the axis, its normal, how ω is found, then (xx, yy, xy) of each

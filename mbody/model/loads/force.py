@@ -25,6 +25,7 @@ from mbody.quantities.types import NumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
+    from mbody.model.loads._base import LoadSheet
 
 __all__ = ["Force", "force"]
 
@@ -65,6 +66,12 @@ class Force(Load):
             raise ModelError(
                 f"'{self.name}': follows must be True or False, not {self.follows!r}", self.name
             )
+
+    def line(self, sheet: LoadSheet) -> str:
+        """Size, direction and place."""
+        frame = f" from the axes of {self.at.body}" if self.follows else ""
+        size = f"{sheet.value(self, 'value')} {sheet.unit('force')}"
+        return f"{size} @ {sheet.degrees(self, 'angle')}°{frame} on {self.at}"
 
     def actions(self, at: Numbers) -> list[ForcePrimitive]:
         """One action; parameters are the arm and the direction."""

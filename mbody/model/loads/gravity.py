@@ -12,6 +12,7 @@ from mbody.model.primitives import ForcePrimitive, load_physics
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
+    from mbody.model.loads._base import LoadSheet
 
 __all__ = ["Gravity", "gravity"]
 
@@ -38,6 +39,11 @@ class Gravity(Load):
     x: LawLike = law_field("acceleration", 0.0)
     y: LawLike = law_field("acceleration", 0.0)
     conservative = True
+
+    def line(self, sheet: LoadSheet) -> str:
+        """Its components."""
+        parts = ", ".join(sheet.value(self, key) for key in "xy")
+        return f"({parts}) {sheet.unit('acceleration')} on every mass"
 
     def actions(self, at: Numbers) -> list[ForcePrimitive]:
         """One action on all bodies."""

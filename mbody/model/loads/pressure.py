@@ -133,7 +133,7 @@ class PistonPressure(Load):
 
 
 def _check_cycle(load: PistonPressure, side: str) -> None:
-    """Refuse a table or a program that does not say the pressure for one turn."""
+    """Refuse a table or a program that does not define the pressure over one turn."""
     law = getattr(load, side)
     period = None
     if isinstance(law, Cam):

@@ -1,4 +1,4 @@
-"""A cylinder with self-acting valves: the pressures in it by the way of the piston."""
+"""A cylinder with self-acting valves: the pressures in it over the stroke of the piston."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class ReciprocatingCylinder(Load):
     """Cylinder of a piston machine with self-acting valves, single- or double-acting: suction,
     compression, delivery, expansion; the indicator diagram of a liquid or a gas.
 
-    A chamber of the volume A h, h = clearance + way of the piston from its `near` dead centre,
+    A chamber of the volume A h, h = clearance + travel of the piston from its `near` dead centre,
     holds a liquid of bulk modulus K, or a gas, p Vⁿ = const; a valve opens where the pressure
     reaches that outside. With c the clearance and H = c + stroke,
 
@@ -69,7 +69,7 @@ class ReciprocatingCylinder(Load):
 
     Notes
     -----
-    At rest a chamber counts as being compressed, so that statics holds the piston against delivery;
+    At rest a chamber counts as being compressed: in statics the piston works against delivery;
     of a double-acting cylinder both do. Beyond the dead centres pressures stay what they are there.
     Valves have no mass and no loss.
 
@@ -160,12 +160,14 @@ class ReciprocatingCylinder(Load):
         near, far = (self.far, self.near) if opposite else (self.near, self.far)
         way = 1.0 if far > near else -1.0
         gas = self.bulk_modulus is None
-        told = charge(
-            *(way * (coordinate - near), way * rate, abs(far - near), self.clearance),
-            *(self.suction, self.delivery, self.exponent if gas else self.bulk_modulus),
-            *(float(gas), self.ambient, float(not shut)),
+        travelled, stroke = way * (coordinate - near), abs(far - near)
+        stiff = self.exponent if gas else self.bulk_modulus
+        valves = self.suction, self.delivery
+        law = stiff, float(gas), self.ambient
+        found = charge(
+            travelled, way * rate, stroke, self.clearance, *valves, *law, float(not shut)
         )
-        return float(told)
+        return float(found)
 
     def actions(self, at: Numbers) -> list[ForcePrimitive]:
         """An action for each chamber: as of `PistonPressure`, then what `charge` takes, counted

@@ -1,0 +1,83 @@
+"""Every command that takes --json begins its answer alike, and its exit status follows from it."""
+
+import argparse
+import json
+
+import pytest
+
+import mbody
+from mbody import cli
+from mbody.cli.parser import parser
+from mbody.solution.doubts import KINDS, succeeded
+
+HEAD = ["mbody", "model", "analysis", "units", "status", "doubts", "notes"]
+DOUBTFUL = """
+[bodies.bar]
+mass = 1
+[joints]
+O = { revolute = ["ground", "bar"] }
+[drivers]
+motor = { angle = "bar", law = 0.5 }
+[loads]
+push = { torque = { table = { x = [1, 2], y = [0, 1], outside = "hold" } }, body = "bar" }
+"""
+#: Arguments of every command, and whether its answer is in doubt.
+COMMANDS = {
+    "kinematics": [("norton_fourbar", False)],
+    "kinetostatics": [("norton_fourbar", False), ("doubtful.toml", True)],
+    "statics": [("norton_fourbar", False)],
+    "simulate": [("simple_pendulum --to 0.1", False)],
+    "sweep": [("norton_fourbar --vary crank.weight=1,2 --measure peak(motor.effort)", False)],
+    "solve": [("vehicle", False)],
+    "check": [("norton_fourbar", False)],
+    "equilibrium": [("simple_pendulum", False)],
+    "modes": [("simple_pendulum", False)],
+    "crosscheck": [("norton_fourbar --against pinocchio", False)],
+    "models": [("", False)],
+    "doctor": [("", False)],
+}
+
+
+def commands_with_json() -> set[str]:
+    (choices,) = (
+        action.choices
+        for action in parser()._actions
+        if isinstance(action, argparse._SubParsersAction)
+    )
+    return {
+        name
+        for name, command in choices.items()
+        if any("--json" in action.option_strings for action in command._actions)
+    }
+
+
+def test_every_command_is_here():
+    assert set(COMMANDS) == commands_with_json()
+
+
+@pytest.mark.parametrize(
+    ("command", "arguments", "doubtful"),
+    [(name, *case) for name, cases in COMMANDS.items() for case in cases],
+)
+def test_heads(command, arguments, doubtful, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "doubtful.toml").write_text(DOUBTFUL, encoding="utf-8")
+    status = cli.main([command, *arguments.split(), "--json"])
+    told = json.loads(capsys.readouterr().out)
+    assert list(told)[: len(HEAD)] == HEAD and "mechanism" not in told
+    assert told["mbody"] == mbody.__version__
+    assert told["model"] is None or isinstance(told["model"], str)
+    assert isinstance(told["analysis"], str)
+    assert all(isinstance(part, str) for pair in told["units"].items() for part in pair)
+    assert all(isinstance(note, str) for note in told["notes"])
+    for doubt in told["doubts"]:
+        assert list(doubt) == ["kind", "t", "elements", "message"] and doubt["kind"] in KINDS
+        assert doubt["message"] in told["notes"]
+    assert bool(told["doubts"]) == told["status"].startswith("doubtful: ") == doubtful
+    assert status == (0 if succeeded(told["status"]) else 1)
+
+
+@pytest.mark.parametrize("command", sorted(set(COMMANDS) - {"models", "doctor"}))
+def test_bad_input(command, capsys):
+    assert cli.main([command, "nothing.toml", "--json"]) == 2
+    assert "error" in json.loads(capsys.readouterr().out)
