@@ -250,13 +250,12 @@ class EventIntegration(Integration):
             self.forces[one.name].append(one_sided_force(run, one))
 
     def _between(self) -> dict[str, OneSidedForce]:
-        return {
-            name: OneSidedForce(
-                *(np.concatenate([getattr(p, key) for p in parts]) for key in FORCES)
-            )
-            for name, parts in self.forces.items()
-            if parts
-        }
+        found = {}
+        for name, parts in self.forces.items():
+            if parts:
+                joined = ([getattr(part, key) for part in parts] for key in FORCES)
+                found[name] = OneSidedForce(*map(np.concatenate, joined))
+        return found
 
     def _record(
         self, event: Event | Stop, t: float, page: Array, after: Array | None = None
