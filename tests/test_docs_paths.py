@@ -1,4 +1,4 @@
-"""Pages on mathematics, decisions, measurements and contributing: paths and numbers are right."""
+"""Pages on the mathematics, the decisions and their measurements: paths and numbers are right."""
 
 import re
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-PAGES = ("docs/theory.md", "docs/measurements.md", "DECISIONS.md", "CONTRIBUTING.md")
+PAGES = ("docs/theory.md", "docs/measurements.md", "DECISIONS.md")
 
 #: A file or a folder of the repository between backticks; with a star, any of them.
 NAMED = re.compile(r"`((?:mbody|tests|validation|benchmarks|docs)/[\w./*-]*)`")

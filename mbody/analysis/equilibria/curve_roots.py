@@ -74,7 +74,7 @@ def out_of_turn(curve: MotionCurve, walk: Walk, roots: Roots) -> list[Node]:
     flat = 1e-6 * max((abs(node.slope) for node in walk.nodes), default=0.0)
     if roots.jumps or roots.lifts or walk.corners or any(abs(r.slope) <= flat for r in roots.rests):
         return []
-    rests = sorted(roots.rests, key=lambda node: curve.along(node, walk))
+    rests = sorted(roots.rests, key=lambda node: curve.arclength_of(node, walk))
     pairs = list(itertools.pairwise(rests))
     whole = abs(walk.nodes[-1].drive - walk.nodes[0].drive) <= 1e-9 * max(
         abs(node.drive) for node in walk.nodes

@@ -105,7 +105,7 @@ class MotionCurve:
         here = Node(first.place, sign * first.along, sign * first.drive, first.slope, 0.0)
         here = self.node(here.place, here.along)
         walk = Walk([here])
-        length, bend, gone = STRIDE, np.zeros(len(here.along)), 0.0
+        length, bend, arclength = STRIDE, np.zeros(len(here.along)), 0.0
         for _ in range(STEPS):
             there, length, why = self._step(here, bend, length)
             smooth = there is not None
@@ -126,15 +126,15 @@ class MotionCurve:
             walk.nodes.append(there)
             walk.smooth.append(smooth)
             way = float(np.linalg.norm((there.place.q - here.place.q) / self.scale))
-            gone += way
-            if self._far(there) or gone > reach:
-                walk.end = "far" if gone <= reach else "reach"
+            arclength += way
+            if self._far(there) or arclength > reach:
+                walk.end = "far" if arclength <= reach else "reach"
                 return walk
             if not smooth:
                 walk.corners.append(here.place)
             else:
                 bend = (there.along - here.along) / way
-                # a straight way is gone along in growing steps; what turns comes round
+                # a straight way is followed in growing steps; what turns comes round
                 still = np.abs(there.along[2::3]).max() < STILL
                 straight = np.linalg.norm(there.along - here.along) < STRAIGHT
                 if still and straight and length < 0.1 * AWAY:
@@ -145,18 +145,18 @@ class MotionCurve:
         walk.end = "long"
         return walk
 
-    def gone(self, walk: Walk) -> Array:
+    def arclengths(self, walk: Walk) -> Array:
         """How far along a walk its nodes are."""
         q = np.array([node.place.q for node in walk.nodes]) / self.scale
         return np.append(0.0, np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1)))
 
-    def along(self, node: Node, walk: Walk) -> float:
+    def arclength_of(self, node: Node, walk: Walk) -> float:
         """How far along a walk a node is."""
         way = np.array([(one.place.q - walk.nodes[0].place.q) / self.scale for one in walk.nodes])
         own = (node.place.q - walk.nodes[0].place.q) / self.scale
-        gone = self.gone(walk)
+        arclengths = self.arclengths(walk)
         near = int(np.linalg.norm(way - own, axis=1).argmin())
-        return float(gone[near] + (own - way[near]) @ walk.nodes[near].along)
+        return float(arclengths[near] + (own - way[near]) @ walk.nodes[near].along)
 
     def passes(self, walk: Walk, place: Place) -> bool:
         """Whether a walk goes through a place, whole turns left out."""
@@ -181,8 +181,8 @@ class MotionCurve:
         forces = [self.manifold.force(node.place.q + turns) for node in walk.nodes]
         pairs = zip(walk.nodes, forces, strict=True)
         more = np.array([float(force @ node.along) for node, force in pairs]) - drives
-        gone = self.gone(walk)
-        before = gone < 0.5 * gone[-1]
+        arclengths = self.arclengths(walk)
+        before = arclengths < 0.5 * arclengths[-1]
         sign = np.sign(more)
         beyond = (drives + more) * sign, -(drives - 2.0 * more) * sign, -(drives - more) * sign
         return not all((part > 0.0).all() for part in (*beyond[:2], beyond[2][before]))
@@ -204,8 +204,8 @@ class MotionCurve:
             there = self.manifold.moved(here.place, way)
             if there is not None and len(there.motions):
                 onward = there.motions.T @ (there.motions @ here.along)
-                gone = (there.q - here.place.q) / self.scale
-                straight = np.linalg.norm(onward) > np.cos(TURN) and gone @ here.along > 0.7 * step
+                chord = (there.q - here.place.q) / self.scale
+                straight = np.linalg.norm(onward) > np.cos(TURN) and chord @ here.along > 0.7 * step
                 if straight:
                     node = self.node(there, onward)
                     if node.side * here.side >= 0.0:
@@ -261,8 +261,8 @@ class MotionCurve:
             there = manifold.moved(corner.place, length * corner.along / np.abs(corner.along).max())
             if there is not None and len(there.motions) == 1:
                 node = self.node(there, corner.along)
-                gone = (there.q - corner.place.q) / scale
-                if node.along @ corner.along > np.cos(TURN) and gone @ corner.along > 0.5 * length:
+                chord = (there.q - corner.place.q) / scale
+                if node.along @ corner.along > np.cos(TURN) and chord @ corner.along > 0.5 * length:
                     corner = node
                     continue
             length *= 0.5

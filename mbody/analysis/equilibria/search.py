@@ -189,11 +189,11 @@ class RestSearch:
         for way in ways[:few]:
             place: Place | None = here
             along = unit(way @ here.motions)
-            gone = 0.0
+            arclength = 0.0
             for distance in DISTANCES:
-                while place is not None and gone < distance:
+                while place is not None and arclength < distance:
                     place, along = self._step(place, along, STRIDE)
-                    gone += STRIDE
+                    arclength += STRIDE
                 if place is not None:
                     found.append(place)
         return found
@@ -225,7 +225,7 @@ class RestSearch:
         round_ = onward.closed and alike <= ALIKE * self.manifold.scale_of(here)
         walks = [onward]
         if onward.closed and not round_:
-            walks.append(curve.walk(-1.0, 0.5 * float(curve.gone(onward)[-1])))
+            walks.append(curve.walk(-1.0, 0.5 * float(curve.arclengths(onward)[-1])))
             if curve.balanced_beyond(onward):
                 self.ends.append(("wound", again))
         elif not round_:
@@ -234,14 +234,14 @@ class RestSearch:
         met: list[tuple[float, Place]] = []
         for walk in walks:
             roots = roots_of(curve, walk, start=walk is onward and not round_)
-            whole = float(curve.gone(walk)[-1]) if round_ else np.inf
+            whole = float(curve.arclengths(walk)[-1]) if round_ else np.inf
             for rest in roots.rests:
-                gone = curve.along(rest, walk)
+                arclength = curve.arclength_of(rest, walk)
                 place = rest.place
-                if whole - gone < gone:  # nearer the other way round
+                if whole - arclength < arclength:  # nearer the other way round
                     back = self.manifold.place(place.q - (again.q - here.q))
-                    gone, place = whole - gone, back or place
-                met.append((gone, place))
+                    arclength, place = whole - arclength, back or place
+                met.append((arclength, place))
             self.jumps += [node.place for node in roots.jumps]
             self.odd += [node.place for node in out_of_turn(curve, walk, roots)]
             self.unsure += [node.place for node in roots.unsure]

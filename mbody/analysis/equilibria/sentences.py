@@ -108,9 +108,9 @@ class Words:
         """The sentence where no rest position was found."""
         name, units = self.mechanism.name, self.mechanism.units
         search = self.search
-        gone, least = search.ran_away, search.least
-        if gone is not None:
-            far = (gone.q / self.manifold.scale).reshape(-1, 3)[:, :2]
+        away, least = search.ran_away, search.least
+        if away is not None:
+            far = (away.q / self.manifold.scale).reshape(-1, 3)[:, :2]
             body = self.mechanism.bodies[int(np.abs(far).max(axis=1).argmax())].name
             return SolveError(
                 f"no rest position of '{name}': its loads drive '{body}' away without end; hold "

@@ -61,8 +61,8 @@ class TangentChart:
         if q is None:
             return None
         # closing may lead to another sheet
-        gone = (q - self.node.place.q) / manifold.scale
-        if np.linalg.norm(gone) > STEEP * np.linalg.norm(y) + 1e-9:
+        chord = (q - self.node.place.q) / manifold.scale
+        if np.linalg.norm(chord) > STEEP * np.linalg.norm(y) + 1e-9:
             return None
         there = manifold.place(q)
         return there if there is not None and len(there.motions) == 2 else None

@@ -125,8 +125,8 @@ class Cover:
             there = self.manifold.moved(node.place, reach * way)
             if there is not None and len(there.motions) == 2:
                 level = np.linalg.svd(node.frame @ there.motions.T)[1]
-                gone = float(np.abs((there.q - node.place.q) / self.scale).max())
-                if level[-1] > LEVEL and 0.5 * reach < gone < 1.6 * reach:
+                moved = float(np.abs((there.q - node.place.q) / self.scale).max())
+                if level[-1] > LEVEL and 0.5 * reach < moved < 1.6 * reach:
                     if self._taken(self.name(there.q), reach):
                         return None
                     return self._node(there, node.frame, reach)
