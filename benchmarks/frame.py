@@ -1,6 +1,6 @@
 """The frame of every question: engines in turn, equal accuracy, medians and ratios as rows.
 
-An `Engine` is tried at each of its settings, from loose to tight; for each error that is asked the
+An `Engine` is tried at each of its settings, from loose to tight; for each required error the
 fastest setting counts that reaches it, and whose next tighter setting reaches it too (one lucky
 zero crossing is no accuracy). The settings chosen are then run in turn, round by round, so that
 what else the machine does falls on all alike; a short call is repeated within its round.
@@ -21,12 +21,12 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["LEVELS", "OURS", "Asked", "Engine", "Row", "in_turn", "race", "reached"]
+__all__ = ["LEVELS", "OURS", "Scope", "Engine", "Row", "in_turn", "race", "sufficient_trial"]
 
 OURS = "mbody"
 #: Errors that a work–precision question asks for.
 LEVELS = (1e-3, 1e-6, 1e-9)
-#: Seconds of the processor that this process had, where that is told finely. Engines run on one
+#: Seconds of the processor that this process had, where that is label finely. Engines run on one
 #: thread; by the wall, short calls would seem faster than long ones wherever others run as well.
 #: Questions whose engines take several threads give `in_turn` the clock on the wall.
 FINE = time.get_clock_info("process_time").resolution < 1e-6
@@ -43,12 +43,12 @@ class Row:
     Attributes
     ----------
     question, workload, engine : str
-        What was asked, of which work, of whom.
+        Question, workload and engine.
     error : float or None
-        Against the reference of the workload; of an engine that did not reach what was asked, its
-        least error.
+        Against the reference of the workload; of an engine that did not reach the required error,
+        its least error.
     median_s : float or None
-        Median seconds; None where the engine did not reach the error that was asked.
+        Median seconds; None where the engine did not reach the required error.
     runs : int
         How many were measured.
     ratio_to_mbody : float or None
@@ -79,8 +79,8 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Asked:
-    """How much is asked: a short form in seconds, or all."""
+class Scope:
+    """Scope of the measurements: a short form in seconds, or all."""
 
     short: bool = False
     runs: int = 7
@@ -153,7 +153,7 @@ def trials(
     engine: Engine,
     error: Callable[[np.ndarray, np.ndarray], float],
     tightest: float,
-    asked: Asked,
+    scope: Scope,
 ) -> list[Trial]:
     """Every setting once, until two in a row reach the tightest error, or are a hundred times
     worse than the least so far, or a run lasts too long.
@@ -166,22 +166,22 @@ def trials(
             seconds, result = timed(engine.prepare(setting))
             off = float(error(*engine.state(result)))
         except Exception as failure:
-            asked.progress(f"    {engine.name} at {setting}: {str(failure)[:80]}")
+            scope.progress(f"    {engine.name} at {setting}: {str(failure)[:80]}")
             if isinstance(failure, TimeoutError):
                 break
             continue
         off = off if math.isfinite(off) else math.inf
-        asked.progress(f"    {engine.name} at {setting}: {1e3 * seconds:.2f} ms, error {off:.1e}")
+        scope.progress(f"    {engine.name} at {setting}: {1e3 * seconds:.2f} ms, error {off:.1e}")
         found.append(Trial(setting, seconds, off))
         last, least = found[-2:], min(t.error for t in found)
         good = all(t.error <= tightest for t in last)
         worse = all(t.error > 100.0 * least for t in last)
-        if seconds > asked.longest or (len(last) > 1 and (good or worse)):
+        if seconds > scope.longest or (len(last) > 1 and (good or worse)):
             break
     return found
 
 
-def reached(tried: Sequence[Trial], level: float) -> Trial | None:
+def sufficient_trial(tried: Sequence[Trial], level: float) -> Trial | None:
     """The fastest setting within the error, whose next tighter one is within it too."""
     good = [
         trial
@@ -196,24 +196,24 @@ def race(
     workload: str,
     engines: Iterable[Engine],
     error: Callable[[np.ndarray, np.ndarray], float],
-    asked: Asked,
+    scope: Scope,
     levels: Sequence[float] = LEVELS,
 ) -> list[Row]:
     """Rows of all engines at each error, and at the least error of those that miss the last one."""
-    asked.progress(f"  {workload}")
+    scope.progress(f"  {workload}")
     engines = list(engines)
-    tried = {e.name: trials(e, error, min(levels), asked) for e in engines}
+    tried = {e.name: trials(e, error, min(levels), scope) for e in engines}
     wanted: list[tuple[str, dict[str, Trial | None]]] = []
     for level in levels:
-        chosen = {name: reached(found, level) for name, found in tried.items()}
+        chosen = {name: sufficient_trial(found, level) for name, found in tried.items()}
         wanted.append((f"{workload}, error {level:.0e}", chosen))
     for name, found in tried.items():
         good = [t for t in found if math.isfinite(t.error)]
         if name.startswith(OURS) or min((t.error for t in good), default=1.0) > 10.0 * max(levels):
             continue
-        if good and reached(found, min(levels)) is None:
+        if good and sufficient_trial(found, min(levels)) is None:
             best = min(good, key=lambda t: t.error)
-            pair = {OURS: reached(tried[OURS], best.error), name: best}
+            pair = {OURS: sufficient_trial(tried[OURS], best.error), name: best}
             wanted.append((f"{workload}, as exact as {name} gets", pair))
     by_name = {engine.name: engine for engine in engines}
     entrants = {
@@ -222,23 +222,23 @@ def race(
         for name, trial in chosen.items()
         if trial is not None
     }
-    rounds(list(entrants.values()), asked)
+    rounds(list(entrants.values()), scope)
     rows = []
-    for told, chosen in wanted:
+    for label, chosen in wanted:
         ours = chosen.get(OURS)
         for name, trial in chosen.items():
             if trial is None:
                 least = min((t.error for t in tried[name]), default=math.inf)
                 off = least if math.isfinite(least) else None
-                rows.append(Row(question, told, name, off, None, 0, None))
+                rows.append(Row(question, label, name, off, None, 0, None))
             else:
-                rows.append(row_of(question, told, name, trial, ours))
+                rows.append(row_of(question, label, name, trial, ours))
     return rows
 
 
-def rounds(entrants: list[tuple[Engine, Trial]], asked: Asked) -> None:
+def rounds(entrants: list[tuple[Engine, Trial]], scope: Scope) -> None:
     """Time all in turn; what lasts longer than a second takes part in the first three rounds."""
-    for n in range(asked.runs):
+    for n in range(scope.runs):
         for engine, trial in entrants:
             if n < 3 or trial.seconds < 1.0:
                 made = functools.partial(engine.prepare, trial.setting)
@@ -262,7 +262,7 @@ def in_turn(
     workload: str,
     tasks: dict[str, Callable[[], Any]],
     errors: dict[str, float],
-    asked: Asked,
+    scope: Scope,
     *,
     parts: float | Mapping[str, float] = 1.0,
     clock: Clock = CLOCK,
@@ -273,12 +273,12 @@ def in_turn(
     by = parts if isinstance(parts, Mapping) else dict.fromkeys(tasks, parts)
     times: dict[str, list[float]] = {name: [] for name in tasks}
     about = {name: timed(task, clock)[0] for name, task in tasks.items()}
-    for _ in range(asked.runs):
+    for _ in range(scope.runs):
         for name, task in tasks.items():
             spent = warm(functools.partial(_same, task), about[name], clock)
             times[name].append(spent / by.get(name, 1.0))
     for name, values in times.items():
-        asked.progress(f"    {name}: {statistics.median(values):.3g} s")
+        scope.progress(f"    {name}: {statistics.median(values):.3g} s")
     ours = times[next(iter(tasks))]
     return [
         Row(

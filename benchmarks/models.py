@@ -27,14 +27,14 @@ def rod(name: str, angle: float) -> Body:
 
 
 def falling(name: str, bodies: list[Body], pins: list[Revolute]) -> Mechanism:
-    """All of them under gravity, let go at rest."""
+    """All of them under gravity, released at rest."""
     machine = Mechanism(name)
     machine.add(*bodies, *pins, Gravity("gravity", y=-G))
     return machine
 
 
 def chain(count: int) -> Mechanism:
-    """Rods in a row, let go level."""
+    """Rods in a row, released level."""
     ends = ["ground", *(f"b{n}.B" for n in range(count - 1))]
     pins = [Revolute(f"j{n}", end, f"b{n}.A") for n, end in enumerate(ends)]
     return falling(f"chain of {count}", [rod(f"b{n}", 0.0) for n in range(count)], pins)
@@ -64,7 +64,7 @@ def ladder(count: int) -> Mechanism:
 
 
 def tree(count: int) -> Mechanism:
-    """Every rod carries two more at its end; let go level."""
+    """Every rod carries two more at its end; released level."""
     ends = ["ground", *(f"b{(n - 1) // 2}.B" for n in range(1, count))]
     pins = [Revolute(f"j{n}", end, f"b{n}.A") for n, end in enumerate(ends)]
     bodies = [rod(f"b{n}", 0.0 if not n else 0.3 * (-1) ** n) for n in range(count)]

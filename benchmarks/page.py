@@ -55,9 +55,9 @@ def section(kept: dict[str, Any], folder: Path) -> str:
         f"## {kept['machine']}: commit {kept['commit']}, {kept['date']}{form}",
         f"{kept['system']}, Python {kept['python']}; {versions}.",
     ]
-    asked = targets(rows)
-    if asked:
-        parts += ["### What was asked of it", markdown(["goal", "asked", "found", ""], asked)]
+    table_of_targets = targets(rows)
+    if table_of_targets:
+        parts += ["### Targets", markdown(["goal", "required", "measured", ""], table_of_targets)]
     beaten = wins(rows)
     if beaten:
         parts += ["### Where a peer wins", "\n".join(f"* {line}" for line in beaten)]
@@ -99,8 +99,12 @@ def table(rows: Sequence[Row]) -> str:
         return by_sizes(rows)
     lines = [
         [
-            *(row.workload, row.engine, amount(row), each(row)),
-            *(told(row.error), ratio(row.ratio_to_mbody)),
+            row.workload,
+            row.engine,
+            amount(row),
+            each(row),
+            error_text(row.error),
+            ratio(row.ratio_to_mbody),
         ]
         for row in rows
     ]
@@ -121,7 +125,7 @@ def each(row: Row) -> str:
 
 
 def by_errors(rows: Sequence[Row]) -> str:
-    """A table a workload, engines by the errors asked; below, how exact the others get."""
+    """A table a workload, engines by the required errors; below, the least errors of the others."""
     cells: dict[str, dict[str, dict[str, Row]]] = {}
     exact: list[str] = []
     ours: dict[str, Row] = {}
@@ -135,10 +139,10 @@ def by_errors(rows: Sequence[Row]) -> str:
             beside = ours.get(row.workload)
             more = ""
             if beside is not None:
-                more = f"; mbody {seconds(beside.median_s)} to {told(beside.error)}"
+                more = f"; mbody {seconds(beside.median_s)} to {error_text(beside.error)}"
                 more += f", {ratio(row.ratio_to_mbody)}"
             exact.append(
-                f"{row.engine} gets to {told(row.error)} in {seconds(row.median_s)}{more}."
+                f"{row.engine} gets to {error_text(row.error)} in {seconds(row.median_s)}{more}."
             )
     parts = []
     for workload, engines in cells.items():
@@ -151,9 +155,9 @@ def by_errors(rows: Sequence[Row]) -> str:
 def cell(row: Row) -> str:
     """Time, ratio and the error that was found."""
     if row.median_s is None:
-        return f"not reached ({told(row.error)})"
+        return f"not reached ({error_text(row.error)})"
     by = "" if row.engine == OURS else f", {ratio(row.ratio_to_mbody)}"
-    return f"{seconds(row.median_s)}{by} ({told(row.error)})"
+    return f"{seconds(row.median_s)}{by} ({error_text(row.error)})"
 
 
 def by_sizes(rows: Sequence[Row]) -> str:
@@ -169,7 +173,7 @@ def by_sizes(rows: Sequence[Row]) -> str:
         values = [f"{1e6 * of[n].median_s:.4g}" if n in of else "" for n in sizes]
         worst = max(row.error or 0.0 for row in of.values())
         fit = fits.get((shape, engine), math.nan)
-        lines.append([shape, engine, *values, f"{fit:.2f}", told(worst)])
+        lines.append([shape, engine, *values, f"{fit:.2f}", error_text(worst)])
     head = ["shape", "engine", *(f"{n} [µs]" for n in sizes), "exponent", "worst error"]
     return markdown(head, lines)
 
@@ -192,7 +196,7 @@ def seconds(value: float | None) -> str:
     return f"{value / 1e-9:.3g} ns"
 
 
-def told(error: float | None) -> str:
+def error_text(error: float | None) -> str:
     """One figure behind the point."""
     return "–" if error is None else f"{error:.1e}"
 

@@ -20,8 +20,16 @@ __all__ = ["FOLDER", "keep", "kept"]
 
 FOLDER = Path(__file__).parent / "results"
 PACKAGES = (
-    *("mbody", "numpy", "numba", "llvmlite", "scipy", "pin", "mujoco", "pymunk"),
-    *("scikit-sundae", "drake"),
+    "mbody",
+    "numpy",
+    "numba",
+    "llvmlite",
+    "scipy",
+    "pin",
+    "mujoco",
+    "pymunk",
+    "scikit-sundae",
+    "drake",
 )
 
 

@@ -79,7 +79,10 @@ _MASSES |= {"coupler.inertia": "i3", "rocker.inertia": "i4"}
 
 #: Norton's example 11-3: four lengths ± 0.15 in, weights and inertias of two links ± 10 %.
 FOUR_BAR = Study(
-    *("four-bars", lambda: mbody.gallery.load("norton_fourbar"), _norton, "peak(A.force)"),
+    "four-bars",
+    lambda: mbody.gallery.load("norton_fourbar"),
+    _norton,
+    "peak(A.force)",
     letters=_LINKS | _MASSES,
 )
 
@@ -91,8 +94,8 @@ def norton_numbers(found: Sweep) -> dict[str, np.ndarray]:
     return closed_form.book_numbers(**{**varied, **masses})
 
 
-def _six_bar(name: str, told: str, *names: str) -> Study:
-    return Study(told, lambda: mbody.gallery.load(name), parts(0.005, *names), "peak(B.force)")
+def _six_bar(name: str, label: str, *names: str) -> Study:
+    return Study(label, lambda: mbody.gallery.load(name), parts(0.005, *names), "peak(B.force)")
 
 
 _LOOP = ("crank.A.x", "coupler.B.x", "rocker.B.x", "link.D.x", "output.D.x")
@@ -107,8 +110,15 @@ EIGHT_BAR = Study(
     models.eight_bar,
     parts(
         0.02,
-        *("crank.B.x", "coupler.B.x", "rocker.B.x", "link.B.x", "middle.B.x"),
-        *("second.B.x", "output.B.x", "middle.mass", "output.mass"),
+        "crank.B.x",
+        "coupler.B.x",
+        "rocker.B.x",
+        "link.B.x",
+        "middle.B.x",
+        "second.B.x",
+        "output.B.x",
+        "middle.mass",
+        "output.mass",
     ),
     "peak(B.force)",
 )
@@ -140,7 +150,7 @@ SLIDER_CRANK = Study(
     {name: letter for name, (letter, _) in _TOLERANCES.items()},
 )
 
-#: The same four-bars, let go at 60°: where the crank is in the end, and its speed.
+#: The same four-bars, released at 60°: angle and speed of the crank at the end.
 FREE = Study(
     "free four-bars",
     lambda: mbody.gallery.load("free_fourbar"),

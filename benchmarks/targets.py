@@ -1,4 +1,4 @@
-"""What is asked of mbody, beside what the rows say; a goal whose rows are missing is left out."""
+"""Targets of mbody, compared with the measured rows; a goal without rows is left out."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ PIN = "Pinocchio + DOP853"
 class Goal(NamedTuple):
     """A sentence, the bound, whether it is the least or the most, and how it is found."""
 
-    told: str
+    title: str
     bound: float
     least: bool
     unit: str
@@ -107,7 +107,7 @@ def least(workload: str, engine: str) -> Callable[[Sequence[Row]], float | None]
     return find
 
 
-def room(workload: str, size: float) -> Callable[[Sequence[Row]], float | None]:
+def memory_of(workload: str, size: float) -> Callable[[Sequence[Row]], float | None]:
     """Bytes of mbody in units of `size`."""
 
     def find(rows: Sequence[Row]) -> float | None:
@@ -168,8 +168,8 @@ def goals() -> list[Goal]:
         for shape in ("chain", "ladder", "tree")
     ]
     both = [
-        Goal(f"{told}, start given to both", bound, True, "×", given(workload, PIN))
-        for told, bound, workload in (
+        Goal(f"{title}, start given to both", bound, True, "×", given(workload, PIN))
+        for title, bound, workload in (
             ("four-bar to 1e-6", 15, f"{four}, error 1e-06"),
             ("four-bar to 1e-9", 15, f"{four}, error 1e-09"),
             ("Andrews to 1e-9", 7, f"{andrews}, error 1e-09"),
@@ -188,7 +188,10 @@ def goals() -> list[Goal]:
         ),
         Goal("Andrews to 1e-9", 1.5, False, " ms", median(f"{andrews}, error 1e-09", 1e-3)),
         Goal(
-            *("40 windows, as exact as MuJoCo's RK4 gets: it by mbody", 10, True, "×"),
+            "40 windows, as exact as MuJoCo's RK4 gets: it by mbody",
+            10,
+            True,
+            "×",
             times(f"{windows} to 10 s, as exact as MuJoCo RK4", "MuJoCo RK4"),
         ),
         *both,
@@ -204,15 +207,21 @@ def goals() -> list[Goal]:
         Goal("10⁴ four-bars × 360, two threads", 0.3, False, " s", median(turned, 1.0)),
         Goal("the same, the goal beyond", 0.12, False, " s", median(turned, 1.0)),
         Goal(
-            *("the same: all reactions by hand in NumPy, one thread, by mbody", 1, True, "×"),
+            "the same: all reactions by hand in NumPy, one thread, by mbody",
+            1,
+            True,
+            "×",
             times(turned, "NumPy by hand, all pins and the torque"),
         ),
         Goal(
-            *("the same: the fastest NumPy by hand by mbody", 1, True, "×"),
+            "the same: the fastest NumPy by hand by mbody",
+            1,
+            True,
+            "×",
             least(turned, "NumPy by hand"),
         ),
         Goal("10⁵ slider-cranks × 360, 9 tolerances", 10, False, " s", median(drawn, 1.0)),
-        Goal("their memory beyond the import", 300, False, " MB", room(kept, 1e6)),
+        Goal("their memory beyond the import", 300, False, " MB", memory_of(kept, 1e6)),
         Goal("import mbody", 0.4, False, " s", median("import", 1.0)),
         Goal("mbody --help", 0.3, False, " s", median("command --help", 1.0)),
         Goal("first answer beyond Python with numba", 1.0, False, " s", numba_beside),
@@ -221,7 +230,7 @@ def goals() -> list[Goal]:
 
 
 def targets(rows: Sequence[Row]) -> list[list[str]]:
-    """Lines of a table: goal, what is asked, what was found, and whether it is met."""
+    """Lines of a table: goal, required value, measured value, and whether it is met."""
     lines = []
     for goal in goals():
         value = goal.find(rows)
@@ -230,5 +239,5 @@ def targets(rows: Sequence[Row]) -> list[list[str]]:
         met = value >= goal.bound if goal.least else value <= goal.bound
         sign = "≥" if goal.least else "≤"
         bound, found = (f"{number:.3g}{goal.unit}" for number in (goal.bound, value))
-        lines.append([goal.told, f"{sign} {bound}", found, "met" if met else "missed"])
+        lines.append([goal.title, f"{sign} {bound}", found, "met" if met else "missed"])
     return lines

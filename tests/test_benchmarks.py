@@ -15,7 +15,7 @@ import pytest
 
 import mbody
 from benchmarks import models, page, results, studies, targets
-from benchmarks.frame import OURS, Asked, Engine, Row, Trial, in_turn, race, reached
+from benchmarks.frame import OURS, Engine, Row, Scope, Trial, in_turn, race, sufficient_trial
 from benchmarks.peers import by_hand, closed_form, kinetostatic
 from benchmarks.planar import absolute, planar
 from benchmarks.questions import QUESTIONS, andrews, bodies, sweeps
@@ -27,19 +27,19 @@ KEYS = {"question", "workload", "engine", "error", "median_s", "runs", "ratio_to
 ROUNDING = 1e-10
 
 
-# -- what counts as reached -------------------------------------------------------------------
+# -- what counts as sufficient ----------------------------------------------------------------
 
 
 def test_the_fastest_setting_within_the_error_is_chosen():
     tried = [Trial(1, 1.0, 1e-2), Trial(2, 3.0, 1e-5), Trial(3, 2.0, 1e-6), Trial(4, 4.0, 1e-7)]
-    assert reached(tried, 1e-4) is tried[2]
-    assert reached(tried, 1e-8) is None
+    assert sufficient_trial(tried, 1e-4) is tried[2]
+    assert sufficient_trial(tried, 1e-8) is None
 
 
 def test_a_lucky_crossing_is_not_accuracy():
     tried = [Trial(1, 1.0, 1e-9), Trial(2, 2.0, 1e-3), Trial(3, 3.0, 1e-7), Trial(4, 4.0, 1e-8)]
-    assert reached(tried, 1e-6) is tried[2]
-    assert reached(tried, 1e-8) is tried[3]  # the last one has nothing behind it
+    assert sufficient_trial(tried, 1e-6) is tried[2]
+    assert sufficient_trial(tried, 1e-8) is tried[3]  # the last one has nothing behind it
 
 
 def engine(name, errors):
@@ -57,7 +57,7 @@ def off(angle, rate):
 
 def test_rows_of_a_race():
     engines = [engine(OURS, [1e-2, 1e-4, 1e-7, 1e-10]), engine("peer", [1e-1, 1e-5, 1e-5])]
-    rows = race("q", "w", engines, off, Asked(runs=3), levels=(1e-3, 1e-6))
+    rows = race("q", "w", engines, off, Scope(runs=3), levels=(1e-3, 1e-6))
     by = {(row.workload, row.engine): row for row in rows}
     assert by["w, error 1e-03", OURS].ratio_to_mbody == 1.0
     assert by["w, error 1e-03", OURS].error <= 1e-3
@@ -78,7 +78,7 @@ def test_a_setting_that_fails_is_passed_over():
         return lambda: np.array([1e-5])
 
     broken = Engine("peer", range(3), prepare, lambda found: (found, found))
-    rows = race("q", "w", [engine(OURS, [1e-6, 1e-6]), broken], off, Asked(runs=1), (1e-4,))
+    rows = race("q", "w", [engine(OURS, [1e-6, 1e-6]), broken], off, Scope(runs=1), (1e-4,))
     assert [row.error for row in rows] == [1e-6, 1e-5]
 
 
@@ -239,7 +239,7 @@ def test_four_bars_of_a_peer(peer):
 def test_rows_of_sweeps(monkeypatch):
     few = {"driven": (64, 64), "tolerances": (640, 640), "free": (4, 4)}
     monkeypatch.setattr(sweeps, "DESIGNS", few)
-    rows = sweeps.measure(Asked(short=True, runs=1))
+    rows = sweeps.measure(Scope(short=True, runs=1))
     for row in rows:
         assert row.median_s > 0.0 and row.ratio_to_mbody > 0.0 and set(row.short()) >= KEYS
         if row.bytes is None:
@@ -254,7 +254,7 @@ def test_rows_of_sweeps(monkeypatch):
 def test_times_are_divided_by_the_share_that_was_done():
     clock = iter(np.cumsum([0.0, *[1.0] * 100]))  # a call lasts a second
     rows = in_turn(
-        *("q", "w", {OURS: int, "peer, of 2 designs": int}, {}, Asked(runs=1)),
+        *("q", "w", {OURS: int, "peer, of 2 designs": int}, {}, Scope(runs=1)),
         parts={"peer, of 2 designs": 0.01},
         clock=lambda: float(next(clock)),
     )

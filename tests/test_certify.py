@@ -217,7 +217,7 @@ def run_command(*arguments):
 
 
 def test_the_command_ends_with_1_on_doubt(doubtful, monkeypatch):
-    monkeypatch.setattr("mbody.analysis.driven.requests.asked", lambda *given: doubtful)
+    monkeypatch.setattr("mbody.analysis.driven.requests.analyse_at", lambda *given: doubtful)
     status, out, _ = run_command("kinetostatics", "slider_crank", "--json")
     assert status == 1 and json.loads(out)["doubts"] == [DOUBT.data()]
     status, out, err = run_command("kinetostatics", "slider_crank", "--csv", "-")

@@ -12,7 +12,7 @@ import mbody.compiler.jit as jit
 
 
 class Library:
-    """What `link_into` asks of a library of numba."""
+    """What `link_into` needs of a library of numba."""
 
     def __init__(self, name: str, code: str) -> None:
         self.name, self.code = name, code

@@ -278,7 +278,7 @@ ENGINE = kinetostatics(four_bar(), turn=True, instants=13)
         (lambda: flywheel(ENGINE, "2 %"), "between 0 and 2, not '2 %'"),
         (
             lambda: flywheel(kinetostatics(shaft(-1.0, 0.0), turn=True), 0.02),
-            "'motor' stands still",
+            "'motor' has no speed",
         ),
         (lambda: shaking_force(kinematics(four_bar())), "kinematics finds no forces"),
         (lambda: shaking_force(ENGINE, "crank.A"), "a place on the ground, not on 'crank'"),

@@ -272,10 +272,10 @@ def test_what_a_file_cannot_hold_is_named():
     assert told == {"stop", "pull", "none", "shake", "rack"}
 
 
-def test_drivers_can_be_held():
+def test_drivers_can_be_fixed():
     machine = DRIVEN["coordinates"]
-    free, held = (to_mjcf(machine, held=held).text for held in (False, True))
-    models = [mujoco.MjModel.from_xml_string(text) for text in (free, held)]
+    free, fixed = (to_mjcf(machine, fix_drivers=fixed).text for fixed in (False, True))
+    models = [mujoco.MjModel.from_xml_string(text) for text in (free, fixed)]
     assert [model.neq for model in models] == [0, 2] and [model.nu for model in models] == [2, 2]
     point = to_mjcf(DRIVEN["coordinate of a point"], fix_drivers=True)
     assert [one.element for one in point.not_expressible] == ["m"]

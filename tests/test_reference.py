@@ -5,12 +5,12 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from mbody.engines.taylor import Jet
 from numpy.testing import assert_allclose
 
+from mbody.engines.jets import Jet
 from mbody.engines.oracle import Reference
 from mbody.laws import ConstantSpeed, Harmonic, Polynomial
-from mbody.model.body import Body, deg, rpm
+from mbody.model.body import Body
 from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
 from mbody.model.element import Marker, polar
 from mbody.model.joints import CustomJoint, Distance, Fixed, Prismatic, Revolute
@@ -25,6 +25,7 @@ from mbody.model.loads import (
     TorsionSpring,
 )
 from mbody.model.mechanism import Mechanism
+from mbody.quantities import deg, rpm
 from tests.linkages import random_linkage, times_within
 from validation.norton_fourbar import build, newton_euler
 

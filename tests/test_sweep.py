@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from scipy import stats
 
 import mbody
 from mbody import (
@@ -33,28 +32,17 @@ from mbody.compiler.lanes import LANES
 from mbody.makers import makers
 from mbody.model.study import Instants
 from mbody.sweeps import (
-    Normal,
-    Triangular,
     Uniform,
     grid,
     latin_hypercube,
     monte_carlo,
-    sobol,
     together,
 )
 from mbody.sweeps.samples import drawn
+from tests.sweep_designs import four_bar, same, scattered, slider_crank
 
 # lanes accept a last correction of 1e-12; times the condition of the loops, below 10
 LANE = 1e-11
-CRANK, ROD, SPEED = 1.0, 3.0, 10.0
-
-
-def slider_crank(crank=CRANK, rod=ROD):
-    return makers.slider_crank(crank, rod, masses=(1.0, 2.0, 3.0), speed=SPEED)
-
-
-def four_bar():
-    return makers.four_bar(1.0, 3.0, 2.0, 3.5, masses=(1.0, 3.0, 2.0), speed=SPEED)
 
 
 def pendulum(length=1.0, start=0.3):
@@ -140,7 +128,7 @@ def test_reductions_are_those_of_numpy():
 def test_the_models_own_ask_and_measures_are_taken(analysis):
     machine = mbody.gallery.load("norton_fourbar")
     found = mbody.sweep(machine, {"rocker.B.x": [10.0, 10.5]}, analysis, "coupler.angle")
-    run = mbody.analysis.driven.requests.asked(machine, analysis)
+    run = mbody.analysis.driven.requests.analyse_at(machine, analysis)
     assert_allclose(found["coupler.angle"][0], run["coupler"].angle[0], rtol=LANE)
     if analysis != "kinematics":
         own = mbody.sweep(machine, {"rocker.B.x": [10.0]}, analysis)
@@ -156,7 +144,7 @@ def test_instants_asked_for_in_the_words_of_a_description():
         machine, {"crank.mass": [1.0, 2.0]}, measure="motor.effort", at={"crank": ["60 deg", 2.0]}
     )
     ask = Instants(at={"crank": ["60 deg", 2.0]})
-    run = mbody.analysis.driven.requests.asked(machine, "kinetostatics", ask)
+    run = mbody.analysis.driven.requests.analyse_at(machine, "kinetostatics", ask)
     assert_allclose(found.t, run.t, rtol=1e-15)
     assert_allclose(found["motor.effort"][0], run.effort("motor"), rtol=LANE)
 
@@ -192,56 +180,6 @@ def test_redundant_joints_go_one_by_one():
         one, **mbody.analysis.driven.requests.arguments_at(one, machine.ask)[0]
     )
     assert found[f"peak({name})"][1] == run.measure(name)[-len(found.t) :].max()
-
-
-# -- the designs ------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("scatter", "of"),
-    [
-        (Normal(deviation=0.5), stats.norm(2.0, 0.5)),
-        (Normal(tolerance=1.5), stats.norm(2.0, 0.5)),
-        (Uniform(0.5), stats.uniform(1.5, 1.0)),
-        (Triangular(0.5), stats.triang(0.5, 1.5, 1.0)),
-    ],
-)
-def test_scatter_is_that_of_scipy(scatter, of):
-    """The parts that a Sobol sequence draws, through SciPy's own inverse distributions."""
-    system = mbody.assemble(four_bar())
-    part = drawn(system, sobol({"rocker.B.x": (0.0, 1.0)}, 256, seed=2)).values[:, 0]
-    found = drawn(system, sobol({"rocker.B.x": scatter}, 256, seed=2)).values[:, 0]
-    # a part has an ulp of 1e-16, which the steepest of these, at 1/256², makes 1e-13
-    assert_allclose(found, of.ppf(part), rtol=0, atol=1e-12)
-
-
-def test_a_latin_hypercube_has_one_design_in_every_slice():
-    system = mbody.assemble(four_bar())
-    names = {"rocker.B.x": (1.0, 3.0), "crank.mass": (2.0, 4.0)}
-    values = drawn(system, latin_hypercube(names, 50, seed=1)).values
-    for column, low in zip(values.T, (1.0, 2.0), strict=True):
-        assert_array_equal(np.sort(np.floor((column - low) / 2.0 * 50)), np.arange(50))
-
-
-def test_seeds_say_the_designs():
-    system = mbody.assemble(four_bar())
-    for draw in (monte_carlo, sobol, latin_hypercube):
-        same = [drawn(system, draw({"crank.mass": (1, 2)}, 20, seed=s)).values for s in (3, 3, 4)]
-        assert_array_equal(same[0], same[1])
-        assert (same[0] != same[2]).any()
-
-
-def test_lists_go_together_and_text_has_units():
-    found = mbody.sweep(
-        slider_crank(),
-        together({"crank.A.x": ["90 cm", 1.0], "motor.law.value": ["30 deg", 0.0]}),
-        "kinematics",
-        "rod.B.x",
-    )
-    assert list(found.axes) == ["design"]
-    assert_allclose(found.parameter("crank.A.x"), [0.9, 1.0], rtol=1e-15)
-    assert_allclose(found.parameter("motor.law.value"), [math.pi / 6.0, 0.0], rtol=1e-15)
-    assert_allclose(found["rod.B.x"][1], CRANK + ROD, rtol=LANE)
 
 
 # -- what fails -------------------------------------------------------------------------------
@@ -300,18 +238,6 @@ def test_ctrl_c_leaves_what_was_done():
 QUESTION = {"measure": ["peak(A.force)", "motor.effort"], "turn": True, "instants": 19}
 
 
-def scattered(count=700):
-    # one in some hundred cannot turn, and goes alone
-    names = {"crank.A.x": Normal(deviation=0.2), "coupler.mass": Uniform(1.0)}
-    return monte_carlo(names, count, seed=9)
-
-
-def same(one, other):
-    assert one.failures == other.failures
-    for name in one.names:
-        assert_array_equal(one[name], other[name])
-
-
 def test_threads_change_no_bit():
     found = [mbody.sweep(four_bar(), scattered(), threads=n, **QUESTION) for n in (1, 2, 5)]
     assert found[0].failures
@@ -343,7 +269,8 @@ KILLED = """
 import os, signal, sys
 sys.path.insert(0, {root!r})
 import mbody
-from tests.test_sweep import QUESTION, four_bar, scattered
+from tests.sweep_designs import four_bar, scattered
+from tests.test_sweep import QUESTION
 
 def kill(done, of):
     if done >= 4096:
@@ -388,7 +315,7 @@ def test_a_folder_is_of_one_sweep(tmp_path):
         (makers.four_bar(1, 3, 2, 3), {"crank.mass": [1, 2]}, "kinetostatics", "A.force", "model"),
     ]
     for machine, parameters, analysis, measure, told in others:
-        with pytest.raises(mbody.ModelError, match=f"another sweep, of other .*{told}"):
+        with pytest.raises(mbody.ModelError, match=f"another sweep, with other .*{told}"):
             mbody.sweep(machine, parameters, analysis, measure, to=tmp_path)
 
 

@@ -13,7 +13,7 @@ import mbody
 from mbody.files.seal import OPEN_SEAL, seal, sealed
 from mbody.makers import makers
 from mbody.sweeps import Normal, monte_carlo, store
-from mbody.sweeps.pieces import clear, write_whole
+from mbody.sweeps.whole_files import remove_abandoned, write_whole
 
 pytest.importorskip("pyarrow")
 
@@ -168,7 +168,7 @@ def test_what_decides_other_designs_is_of_the_sweep(tmp_path):
         return mbody.sweep(machine, {"r": [1.0, 2.0]}, "kinematics", to=tmp_path, t=[0.0])
 
     assert arm("r")["x"].tolist() == [1.0, 2.0]
-    with pytest.raises(mbody.ModelError, match="another sweep, of other model"):
+    with pytest.raises(mbody.ModelError, match="another sweep, with other model"):
         arm("r^2")
 
 
@@ -186,7 +186,7 @@ def test_an_edited_manifest_is_another_sweep(tmp_path):
     swept(tmp_path)
     path = tmp_path / "sweep.json"
     path.write_text(json.dumps(json.loads(path.read_text()) | {"samples": "0" * 64}))
-    with pytest.raises(mbody.ModelError, match="another sweep, of other samples"):
+    with pytest.raises(mbody.ModelError, match="another sweep, with other samples"):
         swept(tmp_path)
 
 
@@ -200,7 +200,7 @@ def test_a_full_disk_is_told(tmp_path, monkeypatch):
 
     with monkeypatch.context() as patch:
         patch.setattr(store, "write_whole", full)
-        with pytest.raises(mbody.ModelError, match=r"cannot keep a sweep in .*No space left"):
+        with pytest.raises(mbody.ModelError, match=r"cannot write a sweep to .*No space left"):
             swept(tmp_path)
     assert again(tmp_path)[1] == 3
 
@@ -243,7 +243,7 @@ def test_what_killed_writers_left_is_cleared_after_a_day(tmp_path):
         path.write_bytes(b"half")
     day = time.time() - 90_000
     os.utime(old, (day, day))
-    clear(tmp_path)
+    remove_abandoned(tmp_path)
     assert not old.exists() and new.exists()
 
 

@@ -33,8 +33,8 @@ def engine(name: str, slope: Slope, start: np.ndarray, until: float, state: Any)
 def engines(
     equation: Slope, plain: str, compiled: str, start: np.ndarray, until: float, state: Any
 ) -> list[Engine]:
-    """DOP853 over an equation as it stands and compiled by numba, and SUNDIALS, where it is there,
-    over the compiled one; `plain` and `compiled` tell of it in their names.
+    """DOP853 over an equation in plain Python and compiled by numba, and SUNDIALS, where it is
+    there, over the compiled one; `plain` and `compiled` tell of it in their names.
     """
     fast = numba.njit(equation)
     fast(0.0, start)
@@ -69,7 +69,7 @@ def sundials(name: str, slope: Slope, start: np.ndarray, until: float, state: An
 
 
 def four_bar(t: float, y: np.ndarray) -> np.ndarray:
-    """Norton's four-bar let go: M(θ) θ'' + ½ M'(θ) θ'² + V'(θ) = 0 of the crank alone.
+    """Norton's four-bar released: M(θ) θ'' + ½ M'(θ) θ'² + V'(θ) = 0 of the crank alone.
 
     Open closure; lengths, weights and mass centres of example 11-3, g = 386 in/s².
     """

@@ -1,9 +1,18 @@
-"""One question a file: `TITLE`, and `measure(asked)`, which gives rows."""
+"""One question a file: `TITLE`, and `measure(scope)`, which returns rows."""
 
 from __future__ import annotations
 
 #: In the order of the page.
 QUESTIONS = (
-    *("fourbar", "andrews", "windows", "chains", "long_chain"),
-    *("bodies", "evaluations", "positions", "sweeps", "cold_start", "memory"),
+    "fourbar",
+    "andrews",
+    "windows",
+    "chains",
+    "long_chain",
+    "bodies",
+    "evaluations",
+    "positions",
+    "sweeps",
+    "cold_start",
+    "memory",
 )

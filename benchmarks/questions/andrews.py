@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import mbody
-from benchmarks.frame import Asked, Engine, Row, available, race
+from benchmarks.frame import Engine, Row, Scope, available, race
 from benchmarks.peers import by_hand, mujoco, ours, pinocchio
 from benchmarks.planar import planar
 from validation import andrews
@@ -38,19 +38,19 @@ def bodies_of(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.array([be, be + th, ga, ph + de, de, om + ep, ep]), y[7:]
 
 
-def measure(asked: Asked) -> list[Row]:
+def measure(scope: Scope) -> list[Row]:
     """All engines that are installed."""
     system = mbody.assemble(mbody.gallery.load("andrews_squeezer"))
     machine = planar(system)
     engines: list[Engine] = [ours.engine(system, UNTIL), ours.engine(system, UNTIL, given=True)]
     if available("scipy"):
         start = np.append(angles_of(machine.pose[:, 2]), np.zeros(7))
-        told = "NumPy by hand", "by hand in numba"
-        engines += by_hand.engines(by_hand.andrews, *told, start, UNTIL, bodies_of)
+        names = "NumPy by hand", "by hand in numba"
+        engines += by_hand.engines(by_hand.andrews, *names, start, UNTIL, bodies_of)
         if available("pinocchio"):
             engines.append(pinocchio.engine(machine, UNTIL))
             engines.append(pinocchio.engine(machine, UNTIL, project=True))
     if available("mujoco"):
         counts = (100, 300, 1000, 3000, 10_000, 30_000, 100_000, 300_000)
         engines.append(mujoco.engine(machine, UNTIL, counts))
-    return race("andrews", WORKLOAD, engines, error, asked)
+    return race("andrews", WORKLOAD, engines, error, scope)

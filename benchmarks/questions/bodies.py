@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import mbody
-from benchmarks.frame import OURS, Asked, Row, available, timed
+from benchmarks.frame import OURS, Row, Scope, available, timed
 from benchmarks.models import SHAPES
 from benchmarks.peers import drake, mujoco, pinocchio, pymunk
 from benchmarks.planar import GROUND, Planar, absolute, planar
@@ -28,7 +28,7 @@ MODULES = {
     "Drake": "pydrake",
     "pymunk step": "pymunk",
 }
-#: Where a peer is no longer asked: memory or time would run out.
+#: Sizes beyond which a peer is not measured: memory or time would run out.
 MOST = {
     "Pinocchio": {"chain": 100, "ladder": 100, "tree": 100, "hub": 100},
     "MuJoCo RK4": {"chain": 1000, "ladder": 1000, "tree": 1000, "hub": 1000},
@@ -37,19 +37,19 @@ MOST = {
 }
 
 
-def measure(asked: Asked) -> list[Row]:
+def measure(scope: Scope) -> list[Row]:
     """Every shape and size; the short form to 100 bodies."""
     found = []
     for shape, make in SHAPES.items():
-        for count in SIZES[:2] if asked.short else SIZES:
-            found += one(shape, count, make(count), asked)
+        for count in SIZES[:2] if scope.short else SIZES:
+            found += one(shape, count, make(count), scope)
     return found
 
 
-def one(shape: str, count: int, model: mbody.Mechanism, asked: Asked) -> list[Row]:
+def one(shape: str, count: int, model: mbody.Mechanism, scope: Scope) -> list[Row]:
     """All engines in turn at one size."""
     workload = f"{shape} of {count}, one evaluation"
-    asked.progress(f"  {workload}")
+    scope.progress(f"  {workload}")
     system = mbody.assemble(model)
     machine = planar(system)
     reference = accelerations(machine)
@@ -65,14 +65,14 @@ def one(shape: str, count: int, model: mbody.Mechanism, asked: Asked) -> list[Ro
         errors[name] = float(np.abs(alpha - reference).max() / size)
         tasks[name]()
     times: dict[str, list[float]] = {name: [] for name in tasks}
-    for _ in range(asked.runs):
+    for _ in range(scope.runs):
         for name, task in tasks.items():
             times[name].append(task())
     rows = []
     for name, values in times.items():
         ratio = statistics.median(a / b for a, b in zip(values, times[OURS]))
         median = statistics.median(values)
-        asked.progress(f"    {name}: {1e6 * median:.2f} µs, error {errors[name]:.1e}")
+        scope.progress(f"    {name}: {1e6 * median:.2f} µs, error {errors[name]:.1e}")
         rows.append(Row("bodies", workload, name, errors[name], median, len(values), ratio))
     return rows
 

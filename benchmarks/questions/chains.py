@@ -1,4 +1,4 @@
-"""Work–precision of chains let go level: half a second of 10 and of 100 rods of 0.1 m."""
+"""Work–precision of chains released level: half a second of 10 and of 100 rods of 0.1 m."""
 
 from __future__ import annotations
 
@@ -6,24 +6,24 @@ import numpy as np
 
 import mbody
 from benchmarks import models
-from benchmarks.frame import Asked, Engine, Row, available, race
+from benchmarks.frame import Engine, Row, Scope, available, race
 from benchmarks.peers import by_hand, mujoco, ours, pinocchio, pymunk
 from benchmarks.peers.stepping import dop853
 from benchmarks.planar import planar
 
 __all__ = ["TITLE", "measure"]
 
-TITLE = "Chains let go level, to 0.5 s: greatest error of an angle [rad]"
+TITLE = "Chains released level, to 0.5 s: greatest error of an angle [rad]"
 UNTIL = 0.5
 
 
-def measure(asked: Asked) -> list[Row]:
+def measure(scope: Scope) -> list[Row]:
     """10 rods, and in the full form 100."""
-    counts = (10,) if asked.short else (10, 100)
-    return [row for count in counts for row in chain(count, asked)]
+    counts = (10,) if scope.short else (10, 100)
+    return [row for count in counts for row in chain(count, scope)]
 
 
-def chain(count: int, asked: Asked) -> list[Row]:
+def chain(count: int, scope: Scope) -> list[Row]:
     """The reference is the equation by hand, dense, at DOP853's least tolerance."""
     system = mbody.assemble(models.chain(count))
     machine = planar(system)
@@ -45,4 +45,4 @@ def chain(count: int, asked: Asked) -> list[Row]:
         engines.append(mujoco.engine(machine, UNTIL, (25, 50, 100, 250, 500, 1000, 2500, 5000)))
     if available("pymunk"):
         engines.append(pymunk.engine(machine, UNTIL, (500, 5000, 50_000)))
-    return race("chains", f"chain of {count} to 0.5 s", engines, error, asked)
+    return race("chains", f"chain of {count} to 0.5 s", engines, error, scope)

@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from benchmarks.frame import OURS, Asked, Row, available, in_turn, timed
+from benchmarks.frame import OURS, Row, Scope, available, in_turn, timed
 
 __all__ = ["TITLE", "measure"]
 
@@ -63,22 +63,22 @@ def process(*words: str, **environment: str) -> Callable[[], None]:
     return run
 
 
-def measure(asked: Asked) -> list[Row]:
+def measure(scope: Scope) -> list[Row]:
     """Import, help, first answer; in the full form the very first compile too."""
     rows = []
     for workload, codes in (("import", IMPORTS), ("first answer", ANSWERS)):
         there = {n: c for n, c in codes.items() if n not in NEEDS or available(NEEDS[n])}
         tasks = {name: process("-c", code) for name, code in there.items()}
-        asked.progress(f"  {workload}")
-        rows += in_turn("cold_start", workload, tasks, {}, asked, clock=children)
+        scope.progress(f"  {workload}")
+        rows += in_turn("cold_start", workload, tasks, {}, scope, clock=children)
     helped = {OURS: process("-m", "mbody", "--help"), "pip": process("-m", "pip", "--help")}
-    asked.progress("  --help")
-    rows += in_turn("cold_start", "command --help", helped, {}, asked, clock=children)
-    if not asked.short:
-        asked.progress("  very first compile")
-        told = "very first demo on a machine, all kernels of it compiled"
+    scope.progress("  --help")
+    rows += in_turn("cold_start", "command --help", helped, {}, scope, clock=children)
+    if not scope.short:
+        scope.progress("  very first compile")
+        label = "very first demo on a machine, all kernels of it compiled"
         seconds = timed(first_demo, children)[0]
-        rows.append(Row("cold_start", told, OURS, None, seconds, 1, 1.0))
+        rows.append(Row("cold_start", label, OURS, None, seconds, 1, 1.0))
     return rows
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 import mbody
 from benchmarks import models
-from benchmarks.frame import OURS, Asked, Row, timed
+from benchmarks.frame import OURS, Row, Scope, timed
 from benchmarks.peers import by_hand
 from benchmarks.planar import planar
 from benchmarks.questions import bodies
@@ -28,19 +28,19 @@ Block = tuple[int, Callable[[int], Any]]
 TITLE = "One evaluation of the compiled core, no Python around it"
 
 
-def measure(asked: Asked) -> list[Row]:
+def measure(scope: Scope) -> list[Row]:
     """A four-bar with equations by hand beside it, Andrews' mechanism, chains and hubs."""
     gallery = [mbody.gallery.load(name) for name in ("free_fourbar", "andrews_squeezer")]
-    sizes = (10, 100) if asked.short else (10, 100, 1000)
+    sizes = (10, 100) if scope.short else (10, 100, 1000)
     machines = [*gallery, *map(models.chain, sizes), *map(models.hub, sizes[1:])]
     beside: dict[str, dict[str, Block]] = {
         gallery[0].name: floors(mbody.assemble(gallery[0])),
         gallery[1].name: {"by hand in numba, 13 equations by LAPACK": looped(by_hand.andrews, 14)},
     }
-    return [row for one in machines for row in rows_of(one, beside.get(one.name, {}), asked)]
+    return [row for one in machines for row in rows_of(one, beside.get(one.name, {}), scope)]
 
 
-def rows_of(machine: mbody.Mechanism, beside: dict[str, Block], asked: Asked) -> list[Row]:
+def rows_of(machine: mbody.Mechanism, beside: dict[str, Block], scope: Scope) -> list[Row]:
     """A mechanism, and the equations by hand beside it."""
     system = mbody.assemble(machine)
     work, runtime = system.work(masses=True), system.runtime()
@@ -54,7 +54,7 @@ def rows_of(machine: mbody.Mechanism, beside: dict[str, Block], asked: Asked) ->
     for _, task in tasks.values():
         task(5)
     found: dict[str, list[float]] = {name: [] for name in tasks}
-    for _ in range(asked.runs):
+    for _ in range(scope.runs):
         for name, (times, task) in tasks.items():
             call = functools.partial(task, times)
             found[name].append(timed(call, times=5)[0] / times)
@@ -64,7 +64,7 @@ def rows_of(machine: mbody.Mechanism, beside: dict[str, Block], asked: Asked) ->
         median = statistics.median(times)
         ratio = statistics.median(a / b for a, b in zip(times, found[OURS]))
         rows.append(Row("evaluations", workload, name, None, median, len(times), ratio))
-        asked.progress(f"  {workload}, {name}: {1e9 * median:.0f} ns")
+        scope.progress(f"  {workload}, {name}: {1e9 * median:.0f} ns")
     return rows
 
 

@@ -6,16 +6,16 @@ import numpy as np
 
 import mbody
 from benchmarks import models
-from benchmarks.frame import OURS, Asked, Row, timed
+from benchmarks.frame import OURS, Row, Scope, timed
 
 __all__ = ["TITLE", "measure"]
 
-TITLE = "A chain of 1000 rods let go level, for 1 s at rtol 1e-8: energy lost, as a part"
+TITLE = "A chain of 1000 rods released level, for 1 s at rtol 1e-8: energy lost, as a part"
 
 
-def measure(asked: Asked) -> list[Row]:
+def measure(scope: Scope) -> list[Row]:
     """Of mbody alone; no peer gave an answer in the time that it takes (see `bodies`)."""
-    count, runs = (100, 1) if asked.short else (1000, 3)
+    count, runs = (100, 1) if scope.short else (1000, 3)
     system = mbody.assemble(models.chain(count))
     mbody.simulate(system, 1e-3, instants=2)
     found = [timed(lambda: mbody.simulate(system, 1.0, rtol=1e-8, instants=2)) for _ in range(runs)]
@@ -26,7 +26,9 @@ def measure(asked: Asked) -> list[Row]:
     seconds = float(np.median([spent for spent, _ in found]))
     return [
         Row(
-            *("long_chain", f"chain of {count} for 1 s at rtol 1e-8", OURS),
+            "long_chain",
+            f"chain of {count} for 1 s at rtol 1e-8",
+            OURS,
             error=float(lost),
             median_s=seconds,
             runs=runs,

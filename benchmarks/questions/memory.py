@@ -16,7 +16,7 @@ import sys
 import time
 from pathlib import Path
 
-from benchmarks.frame import OURS, Asked, Row, available
+from benchmarks.frame import OURS, Row, Scope, available
 from benchmarks.questions.cold_start import ROOT
 
 __all__ = ["TITLE", "measure"]
@@ -30,29 +30,29 @@ MODULES = {"MuJoCo": "mujoco", "Pinocchio": "pinocchio"}
 SMALL = 3
 
 
-def measure(asked: Asked) -> list[Row]:
+def measure(scope: Scope) -> list[Row]:
     """mbody for every shape; the peers for chains."""
     rows = []
     for shape in ("chain", "ladder", "tree", "hub"):
-        sizes = (1000,) if asked.short or shape == "hub" else SIZES[OURS]
-        rows += [row for row in growth(OURS, shape, sizes, asked)]
+        sizes = (1000,) if scope.short or shape == "hub" else SIZES[OURS]
+        rows += [row for row in growth(OURS, shape, sizes, scope)]
     for name, module in MODULES.items():
         if available(module):
-            rows += growth(name, "chain", SIZES[name][: 1 if asked.short else 2], asked)
+            rows += growth(name, "chain", SIZES[name][: 1 if scope.short else 2], scope)
     return [with_ratio(row, rows) for row in rows]
 
 
-def growth(engine: str, shape: str, sizes: tuple[int, ...], asked: Asked) -> list[Row]:
+def growth(engine: str, shape: str, sizes: tuple[int, ...], scope: Scope) -> list[Row]:
     """A row a size, with the bytes that it takes a body."""
-    runs = 1 if asked.short else 3
+    runs = 1 if scope.short else 3
     rows = []
     for count in sizes:
         found = [fresh(engine, shape, count) for _ in range(runs)]
         size = statistics.median(peak for peak, _ in found) / count
         seconds = statistics.median(spent for _, spent in found)
-        asked.progress(f"  {engine}, {shape} of {count}: {size:.0f} bytes a body")
-        told = f"{shape} of {count}, bytes a body"
-        rows.append(Row("memory", told, engine, None, seconds, runs, None, bytes=size))
+        scope.progress(f"  {engine}, {shape} of {count}: {size:.0f} bytes a body")
+        label = f"{shape} of {count}, bytes a body"
+        rows.append(Row("memory", label, engine, None, seconds, runs, None, bytes=size))
     return rows
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 import mbody
-from benchmarks.frame import OURS, Asked, Row, available, in_turn
+from benchmarks.frame import OURS, Row, Scope, available, in_turn
 from benchmarks.peers.kinetostatic import given, links, mujoco_loop, pinocchio_loop
 from validation.norton_fourbar import newton_euler
 
@@ -21,7 +21,7 @@ TITLE = (
 POSITIONS = 3600
 
 
-def measure(asked: Asked) -> list[Row]:
+def measure(scope: Scope) -> list[Row]:
     """NumPy's batched 9×9 of Norton's equation 11.9, a loop of 9×9, Pinocchio, MuJoCo."""
     system = mbody.assemble(mbody.gallery.load("norton_fourbar"))
     run = mbody.kinetostatics(system, turn="motor", instants=POSITIONS)
@@ -32,8 +32,8 @@ def measure(asked: Asked) -> list[Row]:
 
     def ours() -> Any:
         found = mbody.kinetostatics(system, run.t)
-        told = [found.reaction(name) for name in joints]
-        return [(one.fx, one.fy) for one in told], found.effort("motor")
+        names = [found.reaction(name) for name in joints]
+        return [(one.fx, one.fy) for one in names], found.effort("motor")
 
     def by_hand() -> Any:
         return None, newton_euler.forces(motion)[8]
@@ -50,4 +50,4 @@ def measure(asked: Asked) -> list[Row]:
         name: float(np.abs(task()[1] - reference).max() / size) for name, task in tasks.items()
     }
     workload = f"norton_fourbar, one of {POSITIONS} positions, all reactions"
-    return in_turn("positions", workload, tasks, errors, asked, parts=POSITIONS)
+    return in_turn("positions", workload, tasks, errors, scope, parts=POSITIONS)

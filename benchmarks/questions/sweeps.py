@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 import mbody
-from benchmarks.frame import OURS, Asked, Engine, Row, available, in_turn, reached, trials
+from benchmarks.frame import OURS, Engine, Row, Scope, available, in_turn, sufficient_trial, trials
 from benchmarks.peers import closed_form, kinetostatic, ours, pinocchio
 from benchmarks.peers.closed_form import Crank
 from benchmarks.peers.stepping import TOLERANCES, dop853
@@ -50,20 +50,20 @@ THREADS, UNTIL, LEVEL = 2, 10.0, 1e-6
 ALONE = f"{OURS}, one thread"
 
 
-def measure(asked: Asked) -> list[Row]:
+def measure(scope: Scope) -> list[Row]:
     """Four-bars, six-bars, eight-bars; tolerances of a slider-crank, their memory; free motions."""
-    rows = four_bars(asked)
+    rows = four_bars(scope)
     for study in (*SIX_BARS, EIGHT_BAR):
-        rows += several_loops(study, asked)
-    return rows + tolerances(asked) + memory(asked) + free(asked)
+        rows += several_loops(study, scope)
+    return rows + tolerances(scope) + memory(scope) + free(scope)
 
 
-def counted(kind: str, asked: Asked) -> int:
+def counted(kind: str, scope: Scope) -> int:
     """How many designs."""
-    return DESIGNS[kind][asked.short]
+    return DESIGNS[kind][scope.short]
 
 
-def told(count: int, study: Study) -> str:
+def workload_name(count: int, study: Study) -> str:
     """The workload of a turn."""
     return f"{count} {study.name} × {POSITIONS} positions"
 
@@ -86,27 +86,27 @@ def compared(
     workload: str,
     tasks: dict[str, Callable[[], Any]],
     reference: np.ndarray,
-    asked: Asked,
+    scope: Scope,
     parts: dict[str, float] | None = None,
 ) -> list[Row]:
     """Rows in turn; errors of the designs that both an engine and the reference did."""
-    asked.progress(f"  {workload}")
+    scope.progress(f"  {workload}")
     errors = {}
     for name, task in tasks.items():
         found = task()
         both = min(len(found), len(reference))
         errors[name] = float(np.abs(found[:both] / reference[:both] - 1.0).max())
     return in_turn(
-        "sweeps", workload, tasks, errors, asked, parts=parts or {}, clock=time.perf_counter
+        "sweeps", workload, tasks, errors, scope, parts=parts or {}, clock=time.perf_counter
     )
 
 
-def four_bars(asked: Asked) -> list[Row]:
+def four_bars(scope: Scope) -> list[Row]:
     """Closed forms by hand, batches of nine equations, loops of Pinocchio and MuJoCo.
 
     The reference are the nine equations.
     """
-    count = counted("driven", asked)
+    count = counted("driven", scope)
     found, run, tasks = turned(FOUR_BAR, count)
     crank = Crank(*(getattr(run["crank"], name) for name in ("angle", "omega", "alpha")))
     numbers = norton_numbers(found)
@@ -128,7 +128,7 @@ def four_bars(asked: Asked) -> list[Row]:
         if available(module):
             name += f", of {few} designs"
             tasks[name], parts[name] = each(maker, found, few), few / count
-    return compared(told(count, FOUR_BAR), tasks, tasks[nine](), asked, parts)
+    return compared(workload_name(count, FOUR_BAR), tasks, tasks[nine](), scope, parts)
 
 
 def by_hand(
@@ -155,9 +155,9 @@ def each(
     return lambda: np.array([np.hypot(*loop()[0][:, 1].T).max() for loop in loops])
 
 
-def several_loops(study: Study, asked: Asked) -> list[Row]:
+def several_loops(study: Study, scope: Scope) -> list[Row]:
     """mbody one by one, which is the reference, and Pinocchio with all cuts at once."""
-    count = counted("driven", asked)
+    count = counted("driven", scope)
     found, _, tasks = turned(study, count)
     few = min(FEW, count)
     name = f"{OURS}, kinetostatics one by one, of {few} designs"
@@ -171,7 +171,7 @@ def several_loops(study: Study, asked: Asked) -> list[Row]:
     if available("pinocchio"):
         name = f"Pinocchio rnea, all loops cut, of {few} designs"
         tasks[name], parts[name] = cuts(designs, "B"), few / count
-    return compared(told(count, study), tasks, singly(), asked, parts)
+    return compared(workload_name(count, study), tasks, singly(), scope, parts)
 
 
 def cuts(designs: Sequence[mbody.System], joint: str) -> Callable[[], np.ndarray]:
@@ -187,28 +187,28 @@ def cuts(designs: Sequence[mbody.System], joint: str) -> Callable[[], np.ndarray
     return lambda: np.array([np.hypot(*loop()[:, at].T).max() for loop, at in loops])
 
 
-def tolerances(asked: Asked) -> list[Row]:
+def tolerances(scope: Scope) -> list[Row]:
     """The closed form by hand is the reference."""
-    count = counted("tolerances", asked)
+    count = counted("tolerances", scope)
     found, run, tasks = turned(SLIDER_CRANK, count)
     numbers, h = SLIDER_CRANK.numbers(found), run["crank"]
     crank, force = Crank(h.angle, h.omega, h.alpha), closed_form.slider_cranks
     tasks |= by_hand("NumPy by hand, this pin alone", force, numbers, crank)
     reference = closed_form.peaks(force, numbers, crank)
-    return compared(f"{told(count, SLIDER_CRANK)}, 9 tolerances", tasks, reference, asked)
+    return compared(f"{workload_name(count, SLIDER_CRANK)}, 9 tolerances", tasks, reference, scope)
 
 
 # -- memory -----------------------------------------------------------------------------------
 
 
-def memory(asked: Asked) -> list[Row]:
+def memory(scope: Scope) -> list[Row]:
     """Of the same study, and of one of a tenth of its designs: it is bounded."""
-    most = counted("tolerances", asked)
+    most = counted("tolerances", scope)
     rows = []
     for count in (most, most // 10):
         beyond, seconds = fresh(count)
         workload = f"{count} {SLIDER_CRANK.name}, memory beyond the import"
-        asked.progress(f"  {workload}: {beyond / 2**20:.0f} MiB")
+        scope.progress(f"  {workload}: {beyond / 2**20:.0f} MiB")
         rows.append(Row("sweeps", workload, OURS, None, seconds, 1, 1.0, bytes=beyond))
     return rows
 
@@ -239,16 +239,16 @@ def alone(count: str) -> None:
 # -- free motions -----------------------------------------------------------------------------
 
 
-def free(asked: Asked) -> list[Row]:
+def free(scope: Scope) -> list[Row]:
     """Each at its loosest tolerance that keeps the first few designs within the error.
 
     The reference is Pinocchio at 1e-13; without it there is none, and no row.
     """
     if not available("scipy", "pinocchio"):
         return []
-    count = counted("free", asked)
+    count = counted("free", scope)
     workload = f"{count} {FREE.name} to {UNTIL:g} s within {LEVEL:.0e}"
-    asked.progress(f"  {workload}")
+    scope.progress(f"  {workload}")
     system = mbody.assemble(FREE.build())
     samples = drawn(system, FREE.samples(system, count))
     few = min(FREE_FEW, count)
@@ -278,12 +278,16 @@ def free(asked: Asked) -> list[Row]:
     name = f"Pinocchio + DOP853, of {few} designs"
     engines = [
         Engine(
-            *(OURS, ours.SETTINGS, lambda rtol: lambda: ours_of(rtol, few, THREADS)),
+            OURS,
+            ours.SETTINGS,
+            lambda rtol: lambda: ours_of(rtol, few, THREADS),
             lambda found: (found["angle"], found["omega"]),
         ),
         Engine(name, TOLERANCES, lambda rtol: lambda: theirs(rtol), crank),
     ]
-    chosen = {one.name: reached(trials(one, error, LEVEL, asked), LEVEL) for one in engines}
+    chosen = {
+        one.name: sufficient_trial(trials(one, error, LEVEL, scope), LEVEL) for one in engines
+    }
     if None in chosen.values():
         missed = [one for one, trial in chosen.items() if trial is None]
         raise ArithmeticError(f"{workload}: {', '.join(missed)} did not get there")
@@ -295,4 +299,4 @@ def free(asked: Asked) -> list[Row]:
     }
     errors = {one: trial.error for one, trial in chosen.items()} | {ALONE: chosen[OURS].error}
     clock = time.perf_counter
-    return in_turn("sweeps", workload, tasks, errors, asked, parts={name: few / count}, clock=clock)
+    return in_turn("sweeps", workload, tasks, errors, scope, parts={name: few / count}, clock=clock)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import mbody
-from benchmarks.frame import Asked, Engine, Row, available, race
+from benchmarks.frame import Engine, Row, Scope, available, race
 from benchmarks.peers import mujoco, ours, pinocchio, pymunk
 from benchmarks.planar import planar
 from validation import iftomm_a02
@@ -17,13 +17,13 @@ UNTIL = 10.0
 LEVELS = (1e-3, 1e-6, 1e-8)
 
 
-def measure(asked: Asked) -> list[Row]:
+def measure(scope: Scope) -> list[Row]:
     """N = 2 and 40 in full, N = 2 in the short form."""
-    counts = (2,) if asked.short else (2, 40)
-    return [row for count in counts for row in windows(count, asked)]
+    counts = (2,) if scope.short else (2, 40)
+    return [row for count in counts for row in windows(count, scope)]
 
 
-def windows(count: int, asked: Asked) -> list[Row]:
+def windows(count: int, scope: Scope) -> list[Row]:
     """All engines that are installed; the references are those of the validation case."""
     system = mbody.assemble(iftomm_a02.build(count))
     machine = planar(system)
@@ -39,6 +39,6 @@ def windows(count: int, asked: Asked) -> list[Row]:
     if available("mujoco"):
         steps = (2000, 5000, 10_000, 20_000, 50_000, 100_000, 200_000)
         engines.append(mujoco.engine(machine, UNTIL, steps))
-    if available("pymunk") and not asked.short:
+    if available("pymunk") and not scope.short:
         engines.append(pymunk.engine(machine, UNTIL, (10_000, 100_000)))
-    return race("windows", f"n_windows_{count} to 10 s", engines, error, asked, LEVELS)
+    return race("windows", f"n_windows_{count} to 10 s", engines, error, scope, LEVELS)

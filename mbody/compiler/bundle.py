@@ -113,22 +113,24 @@ class Bundle:
         made in a third of the time.
         """
         own: Any = cls  # mypy takes a type of Self for unhashable
-        bounds, template, pointers = _zeros(own, shapes)
-        memory, words = np.zeros(bounds[-1][1]), template.copy()
+        size, template, pointers, places = _zeros(own, shapes)
+        memory, words = np.zeros(size), template.copy()
         words[pointers] += memory.__array_interface__["data"][0]
-        bundle, arrays, n = cls.__new__(cls), iter(zip(bounds, shapes, strict=True)), 0
-        values: dict[str, Any] = bundle.__dict__
-        for name, _, axes in cls._plan:
-            if axes:
-                (start, stop), shape = next(arrays)
-                values[name] = memory[start:stop].reshape(shape)
-                n += 4 + 1 + 2 * axes
-            else:
-                values[name] = numbers[name]
-                words[n : n + 1].view(np.float64)[0] = numbers[name]
-                n += 1
+        bundle = cls.__new__(cls)
+        bundle.__dict__.update(numbers, _memory=memory, _places=places)
+        for name, value in numbers.items():
+            words[places[name][0]] = _FLOAT_WORD.unpack(_FLOAT.pack(value))[0]
         bundle._keep(words)
         return bundle
+
+    def __getattr__(self, name: str) -> np.ndarray:
+        # of a bundle of `zeros` an array is made when it is first read: most never are
+        own = self.__dict__
+        if name.startswith("_") or name not in own.get("_places", ()):
+            raise AttributeError(f"a {type(self).__name__} has no {name!r}")
+        start, stop, shape = own["_places"][name]
+        own[name] = view = own["_memory"][start:stop].reshape(shape)
+        return view
 
     def _keep(self, words: np.ndarray) -> None:
         """Set the table of this bundle."""
@@ -158,24 +160,26 @@ def _restored(kind: type[Bundle], values: dict[str, Any]) -> Bundle:
 @functools.lru_cache(maxsize=256)
 def _zeros(
     kind: type[Bundle], shapes: tuple[tuple[int, ...], ...]
-) -> tuple[list[tuple[int, int]], np.ndarray, np.ndarray]:
-    """Bounds of every array in one piece of memory, the table of the bundle for memory that begins
-    at zero, and where in it the pointers are.
+) -> tuple[int, np.ndarray, np.ndarray, dict[str, tuple[Any, ...]]]:
+    """Size of the memory of `Bundle.zeros`; the table for memory that begins at zero, and where in
+    it the pointers are; by name start, stop and shape of an array, the place of a number.
     """
-    words, pointers = list[int](), list[int]()
-    bounds, arrays, start = list[tuple[int, int]](), iter(shapes), 0
+    words, pointers, start = list[int](), list[int](), 0
+    places: dict[str, tuple[Any, ...]] = {}
+    rest = iter(shapes)
     for name, dtype, axes in kind._plan:
         if not axes:
             assert dtype.kind == "f", f"{kind.__name__}.{name} is a whole number"
+            places[name] = (len(words),)
             words.append(0)
             continue
-        shape = next(arrays)
+        shape = next(rest)
         stop = start + math.prod(shape)
+        places[name] = start, stop, shape
         pointers.append(len(words) + 4)
         words += array_words(8 * start, shape)
-        bounds.append((start, stop))
         start = stop
-    return bounds, np.array(words), np.array(pointers)
+    return start, np.array(words), np.array(pointers), places
 
 
 def array_words(pointer: int, shape: tuple[int, ...], itemsize: int = 8) -> list[int]:

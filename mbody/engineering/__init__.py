@@ -1,4 +1,4 @@
-"""What a designer makes of a result, and analyses for special questions."""
+"""Engineering evaluations of a result, and analyses for special questions."""
 
 from mbody.analysis.equilibria.equilibrium_curve import equilibrium_curve
 from mbody.analysis.initial.close_loops import close_loops

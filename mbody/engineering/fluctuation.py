@@ -1,4 +1,4 @@
-"""The turning moment over a cycle: its mean, and the energy that comes and goes about it."""
+"""The turning moment over a cycle: its mean, and the fluctuation of energy."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.read_only import lock
 
-__all__ = ["Fluctuation", "energy_fluctuation", "fluctuation", "the_motor"]
+__all__ = ["Fluctuation", "energy_fluctuation", "fluctuation", "angle_driver"]
 
 Array = np.ndarray
 
-#: Part of a turn by which the instants may miss whole turns.
+#: Tolerance of whole turns, relative.
 WHOLE = 1e-9
-#: Part of the greatest torque by which the cycle may end elsewhere than it began.
+#: Tolerance of the periodicity of the torque, relative to the greatest.
 SAME = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class Fluctuation(Inherited):
-    """The turning-moment diagram of a cycle, and what follows from it.
+    """The turning-moment diagram of a cycle, with mean torque and fluctuation of energy.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class Fluctuation(Inherited):
     work : float
         Of the cycle [force·length].
     least, greatest : float
-        Extremes of the energy, at the crossings of torque and mean, between instants too.
+        Extremes of the energy, at the crossings of torque and mean, also between instants.
     at_least, at_greatest : float
         Angles of them [rad].
     status, doubts, notes
@@ -71,7 +71,7 @@ class Fluctuation(Inherited):
 
     @property
     def torque_coefficient(self) -> float:
-        """(T_max − T_min) / mean torque at the instants; infinite where the mean is none."""
+        """(T_max − T_min) / mean torque at the instants; infinite where the mean is zero."""
         return float(np.ptp(self.torque)) / abs(self.mean) if self.mean else math.inf
 
 
@@ -86,12 +86,12 @@ def fluctuation(run: Solution, driver: str | None = None) -> Fluctuation:
     run : Solution
         With forces, over one or more whole turns at a steady motion, both ends included.
     driver : str, optional
-        Name of the driver of an angle; where there is one, that one.
+        Name of the driver of an angle; by default the only one.
 
     Returns
     -------
     Fluctuation
-        Torques are those that the driver gives; times 1 of its unit of torque for energies.
+        Torques are those of the driver; energies are in its unit of torque.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def fluctuation(run: Solution, driver: str | None = None) -> Fluctuation:
     True
     """
     run = as_solution(run)
-    name = the_motor(run, driver)
+    name = angle_driver(run, driver)
     if run.system.batch is not None:
         raise ModelError(
             f"a fluctuation is of one design, this is a batch of {run.system.batch} designs: "
@@ -127,13 +127,12 @@ def fluctuation(run: Solution, driver: str | None = None) -> Fluctuation:
 
 
 def energy_fluctuation(angle: Any, torque: Any = None) -> Fluctuation:
-    """The same of a torque given at angles: arrays (instants,), both ends of the cycle included.
+    """As `fluctuation`, for a torque at given angles: arrays (instants,), both ends included.
 
     Parameters
     ----------
     angle : array_like (instants,)
-        Ever increasing or ever decreasing over whole turns [rad]; or a result, whose `fluctuation`
-        is given.
+        Monotonic over whole turns [rad]; or a result, whose `fluctuation` is returned.
     torque : array_like (instants,)
         [force·length].
 
@@ -151,13 +150,13 @@ def energy_fluctuation(angle: Any, torque: Any = None) -> Fluctuation:
             return fluctuation(angle)
         raise ModelError("energy_fluctuation takes angles and torques, or a result: give both")
     angle, torque = (np.asarray(part, dtype=float) for part in (angle, torque))
-    way = _way(angle)
+    whole_angle = _cycle_angle(angle)
     ends = torque[0] + 0.0, torque[-1] + 0.0  # without the sign of a zero
     if not abs(ends[1] - ends[0]) <= SAME * np.abs(torque).max():
         raise ModelError(
             f"the torque is {ends[0]:.6g} at the beginning of the cycle and {ends[1]:.6g} at its "
-            "end: a fluctuation is that of a cycle that repeats; let the driver have a constant "
-            "speed, and take whole cycles of the loads"
+            "end: a fluctuation needs a periodic cycle: give the driver a constant "
+            "speed, and use whole cycles of the loads"
         )
     x = np.abs(angle - angle[0])
     sense = 1.0 if angle[-1] > angle[0] else -1.0
@@ -184,7 +183,7 @@ def energy_fluctuation(angle: Any, torque: Any = None) -> Fluctuation:
         torque,
         sense * energy,
         mean,
-        sense * mean * way,
+        sense * mean * whole_angle,
         float(value[low]),
         float(value[high]),
         float(angle[0] + sense * place[low]),
@@ -192,21 +191,21 @@ def energy_fluctuation(angle: Any, torque: Any = None) -> Fluctuation:
     )
 
 
-def _way(angle: Array) -> float:
+def _cycle_angle(angle: Array) -> float:
     """The angle [rad] of the whole cycle."""
     steps = np.diff(angle)
     turns = abs(angle[-1] - angle[0]) / (2.0 * math.pi) if angle.size else 0.0
     one_way = angle.size > 2 and ((steps > 0.0).all() or (steps < 0.0).all())
     if not one_way or round(turns) < 1 or abs(turns - round(turns)) > WHOLE * turns:
         raise ModelError(
-            f"a fluctuation is that of whole turns in one sense, both ends included; these "
-            f"{angle.size} instants make {360.0 * turns:.6g} deg: analyse with turn=True"
+            f"a fluctuation needs whole turns in one sense, both ends included; these "
+            f"{angle.size} instants are {360.0 * turns:.6g} deg: analyse with turn=True"
         )
     return float(2.0 * math.pi * round(turns))
 
 
 def _may_cross(torque: Array, mean: float) -> Array:
-    """Intervals whose neighbourhood lies on both sides of the mean."""
+    """Intervals with values on both sides of the mean nearby."""
     above = np.concatenate([torque[-3:-1], torque, torque[1:3]]) >= mean
     windows = np.lib.stride_tricks.sliding_window_view(above, 6)[: torque.size - 1]
     return np.asarray(windows.any(axis=1) & ~windows.all(axis=1))
@@ -219,13 +218,13 @@ def _crossings(c: Array, h: float) -> Array:
     return np.asarray(real[(real >= 0.0) & (real <= h)])
 
 
-def the_motor(run: Solution, name: str | None) -> str:
-    """The driver of an angle that is meant.
+def angle_driver(run: Solution, name: str | None) -> str:
+    """The name of the driver of an angle.
 
     Raises
     ------
     ModelError
-        Where it is not clear, or there is none.
+        Where it is ambiguous, or there is none.
     """
     turning = [d.name for d in run.mechanism.drivers if d.angular]
     if name is None and len(turning) == 1:

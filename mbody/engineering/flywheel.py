@@ -1,4 +1,4 @@
-"""The flywheel that keeps the speed of a machine within bounds."""
+"""The flywheel for a given fluctuation of speed."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from numbers import Real
 
 import numpy as np
 
-from mbody.engineering.fluctuation import fluctuation, the_motor
+from mbody.engineering.fluctuation import angle_driver, fluctuation
 from mbody.errors import ModelError, ModelWarning
 from mbody.solution.solution import Solution
 
@@ -16,8 +16,8 @@ __all__ = ["flywheel"]
 
 
 def flywheel(run: Solution, coefficient: float, driver: str | None = None) -> float:
-    """Moment of inertia [mass·length²] that keeps the fluctuation of speed of a driver to a given
-    coefficient: flywheel calculation.
+    """Moment of inertia [mass·length²] for a given coefficient of fluctuation of speed of a
+    driver: flywheel calculation.
 
     I = ΔE / (C_s ω²),  C_s = (ω_max − ω_min)/ω,  ω the mean speed
 
@@ -28,23 +28,23 @@ def flywheel(run: Solution, coefficient: float, driver: str | None = None) -> fl
     coefficient : float
         Coefficient of fluctuation of speed C_s, such as 0.02.
     driver : str, optional
-        Name of the driver of an angle, on whose shaft the flywheel sits.
+        Name of the driver of an angle, on whose shaft the flywheel is.
 
     Returns
     -------
     float
-        Of the flywheel alone, beside what already turns with that shaft. Of a result in doubt a
-        `ModelWarning` says so.
+        Of the flywheel alone, without the inertia already on that shaft. A result in doubt causes a
+        `ModelWarning`.
 
     Raises
     ------
     ModelError
-        For a coefficient that is none, or a driver that stands still.
+        For an invalid coefficient, or a driver without speed.
 
     Notes
     -----
-    The fluctuation of energy is that at the constant speed ω; what the changing speed makes of the
-    inertia of the links is left out, which is small of the order C_s.
+    The fluctuation of energy is that at the constant speed ω; the effect of the varying speed on
+    the inertia forces of the links is neglected, which is of the order C_s.
 
     Source: R. S. Khurmi and J. K. Gupta, *Theory of Machines*, chapter 16, ΔE = I ω² C_s; R. L.
     Norton, *Design of Machinery*, section 11.11.
@@ -66,16 +66,16 @@ def flywheel(run: Solution, coefficient: float, driver: str | None = None) -> fl
             f"the coefficient of fluctuation of speed is (ω_max − ω_min)/ω, between 0 and 2, not "
             f"{coefficient!r}: a common one is 0.02"
         )
-    name = the_motor(run, driver)
+    name = angle_driver(run, driver)
     speed = float(np.mean(run.driven(name)[1]))
     if speed == 0.0 or not math.isfinite(speed):
         raise ModelError(
-            f"driver '{name}' stands still, a flywheel keeps a speed: give its law one", name
+            f"driver '{name}' has no speed, which a flywheel needs: give its law a speed", name
         )
     found = fluctuation(run, name)
-    if found.doubts:  # a number can carry none
+    if found.doubts:  # a number cannot have doubts
         warnings.warn(
-            f"flywheel: the motion that gives its size is doubtful: {found.doubts[0].message}",
+            f"flywheel: the motion for its size is doubtful: {found.doubts[0].message}",
             ModelWarning,
             stacklevel=2,
         )

@@ -1,4 +1,4 @@
-"""The indicator diagram of a cylinder, and what flows through its valves."""
+"""The indicator diagram of a cylinder, and the flow through its valves."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Array = np.ndarray
 
 @dataclass(frozen=True, eq=False)
 class Indicator(Inherited):
-    """What goes on in a chamber: arrays (instants,).
+    """Histories of a chamber: arrays (instants,).
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class Indicator(Inherited):
         Flow out through the valve of delivery and in through that of suction [length³/time]; zero
         while they are shut.
     power : array (instants,)
-        −p V̇, that the piston gives to what is in the chamber [power].
+        −p V̇, the power of the piston on the fluid in the chamber [power].
     """
 
     volume: Array
@@ -56,11 +56,11 @@ def indicator(run: Solution, cylinder: str, *, opposite: bool = False) -> Indica
     Parameters
     ----------
     run : Solution
-        Of one design, from any analysis that finds velocities.
+        Of one design, from any analysis with velocities.
     cylinder : str
         Name of the load.
     opposite : bool
-        Whether of the chamber on the other side of a double-acting piston.
+        Whether to use the chamber on the other side of a double-acting piston.
 
     Returns
     -------
@@ -70,7 +70,7 @@ def indicator(run: Solution, cylinder: str, *, opposite: bool = False) -> Indica
     Raises
     ------
     ModelError
-        For a load that is no such cylinder, a side that it has not, or a batch.
+        For a load of another type, a missing side, or a batch.
 
     Examples
     --------
@@ -121,9 +121,9 @@ def indicator(run: Solution, cylinder: str, *, opposite: bool = False) -> Indica
     speed = ux * vx + uy * vy + body.omega * (ux * dy - uy * dx)
     near, far = (load.far, load.near) if opposite else (load.near, load.far)
     area = float((load.opposite_area if opposite else load.area) or 0.0)
-    way = 1.0 if far > near else -1.0
-    volume = area * (load.clearance + way * (place - near))
-    rate = area * way * speed
+    sense = 1.0 if far > near else -1.0
+    volume = area * (load.clearance + sense * (place - near))
+    rate = area * sense * speed
     pairs = zip(place.tolist(), speed.tolist(), strict=True)
     pressure = np.array([load.pressure(*pair, opposite=opposite) for pair in pairs])
     out = np.where((pressure >= load.delivery) & (rate < 0.0), -rate, 0.0)

@@ -1,4 +1,4 @@
-"""The shaking force: what a mechanism does to its frame."""
+"""The shaking force and moment of a mechanism on its frame."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ class ShakingForce(Inherited):
     Attributes
     ----------
     fx, fy, moment : arrays (instants,)
-        Sum of what joints, couplings, drivers and loads do to the frame; the moment is about the
-        place asked for.
+        Sum of the forces of joints, couplings, drivers and loads on the frame; the moment is about
+        the given place.
     fx_inertia, fy_inertia, moment_inertia : arrays (instants,)
         The same by d'Alembert, from the motion: inertia forces and loads of all bodies.
     """
@@ -71,7 +71,7 @@ def shaking_force(run: Solution, about: Marker | str = "ground") -> ShakingForce
     Returns
     -------
     ShakingForce
-        By the reactions, and by the motion: two ways that share no number but the loads.
+        By the reactions, and by the motion: two independent ways, apart from the loads.
 
     Raises
     ------
@@ -96,9 +96,7 @@ def shaking_force(run: Solution, about: Marker | str = "ground") -> ShakingForce
     """
     run = as_solution(run)
     if not run.has_forces:
-        raise ModelError(
-            f"{run.analysis} finds no forces, as those on the frame: use kinetostatics"
-        )
+        raise ModelError(f"{run.analysis} computes no forces: use kinetostatics")
     if run.system.batch is not None:
         raise ModelError(
             f"the shaking force is of one design, this is a batch of {run.system.batch} designs: "
@@ -112,22 +110,22 @@ def shaking_force(run: Solution, about: Marker | str = "ground") -> ShakingForce
         )
     place = run.point(marker)
     forces = np.array([loaded(run, k).force[:, 0].reshape(-1, 3) for k in range(len(run))])
-    joints = _by_joints(run, place.x, place.y) + _moved(forces[:, -1], -place.x, -place.y)
-    motion = _moved(forces[:, -1], -place.x, -place.y)
+    joints = _by_joints(run, place.x, place.y) + _about(forces[:, -1], -place.x, -place.y)
+    motion = _about(forces[:, -1], -place.x, -place.y)
     for n, body in enumerate(run.mechanism.bodies):
         there, inertia = run[body.name], np.column_stack(run.inertia(body.name))
-        motion = motion + _moved(forces[:, n] + inertia, there.x - place.x, there.y - place.y)
+        motion = motion + _about(forces[:, n] + inertia, there.x - place.x, there.y - place.y)
     return ShakingForce(*joints.T, *motion.T, **inherited(run))
 
 
-def _moved(force: Array, x: Array, y: Array) -> Array:
-    """(Fx, Fy, T) (instants, 3) at (x, y) from where the moment is told."""
+def _about(force: Array, x: Array, y: Array) -> Array:
+    """(Fx, Fy, T) (instants, 3) of a force at (x, y) from the reference place of the moment."""
     moment = force[:, 2] + x * force[:, 1] - y * force[:, 0]
     return np.column_stack([force[:, :2], moment])
 
 
 def _by_joints(run: Solution, x: Array, y: Array) -> Array:
-    """What joints, couplings and drivers do to the ground, (instants, 3), about (x, y)."""
+    """Forces of joints, couplings and drivers on the ground, (instants, 3), about (x, y)."""
     total = np.zeros((len(run), 3))
     for joint in run.mechanism.joints:
         ends = joint.i.body, joint.j.body
@@ -136,16 +134,16 @@ def _by_joints(run: Solution, x: Array, y: Array) -> Array:
         force, place = run.reaction(joint.name, on="ground"), run.point(joint.j)
         torque = reaction_torque(run, joint, -force.fx, -force.fy, force.torque)
         at_place = np.column_stack([force.fx, force.fy, torque])
-        total += _moved(at_place, place.x - x, place.y - y)
+        total += _about(at_place, place.x - x, place.y - y)
     for coupling in run.mechanism.couplings:
-        # nothing from outside takes part: the ground gets what its moving bodies give
+        # internal forces have the sum zero: the ground has the opposite of the moving bodies
         if "ground" not in coupling.bodies:
             continue
         rows = np.array([coupled(run, coupling.name, k) for k in range(len(run))])
         for body in coupling.bodies:
             if body != "ground":
                 part = rows[:, run.system.bodies[body]]
-                total -= _moved(part, run[body].x - x, run[body].y - y)
+                total -= _about(part, run[body].x - x, run[body].y - y)
     for driver in run.mechanism.drivers:
         if "ground" in driver.bodies:
             total += _by_driver(run, driver, x, y)
@@ -158,4 +156,4 @@ def _by_driver(run: Solution, driver: Driver, x: Array, y: Array) -> Array:
     if "j" not in driver.places():
         return force
     px, py = run.reaction_point(driver.name)
-    return _moved(force, px - x, py - y)
+    return _about(force, px - x, py - y)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from mbody.analysis.inverse.answers import Answer, Found
+from mbody.analysis.inverse.answers import Answer, AnswerCase
 from mbody.files.results import data
 
 __all__ = ["answer_data"]
@@ -44,7 +44,7 @@ def answer_data(answer: Answer, angle: str = "deg") -> dict[str, Any]:
     return plain
 
 
-def _data(found: Found, angle: str) -> dict[str, Any]:
+def _data(found: AnswerCase, angle: str) -> dict[str, Any]:
     """One solution; every history is of one instant, and a number."""
     whole = data(found.run, angle)
     plain: dict[str, Any] = {

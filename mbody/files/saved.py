@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.dynamics.restart_checks import check_restart, finite
-from mbody.analysis.equilibria.equilibrium import released
+from mbody.analysis.freedom.single_design import released
 from mbody.errors import ModelError, SolveError, brief
 from mbody.files.arrays import Unreadable, packed, unpacked
 from mbody.files.files import writing

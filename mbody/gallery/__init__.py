@@ -1,4 +1,4 @@
-"""Known mechanisms: model files that ship with mbody, each as its book gives it."""
+"""Known mechanisms: model files that are part of mbody, with the numbers of their sources."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["load", "names", "path"]
 
 
 def names() -> tuple[str, ...]:
-    """The names of all models, in the order of the alphabet.
+    """The names of all models, in alphabetical order.
 
     >>> names()[:2]
     ('andrews_squeezer', 'bouncing_ball')
@@ -36,18 +36,20 @@ def path(name: str) -> Path:
     Raises
     ------
     ModelError
-        For a name that the gallery has not.
+        For an unknown name.
 
     >>> path("hoekens").name
     'hoekens.toml'
     """
     if name not in names():
         close = difflib.get_close_matches(str(name)[:100], names(), 1)
-        told = f"did you mean '{close[0]}'?" if close else f"there are: {', '.join(names())}"
-        raise ModelError(f"the gallery has no model {str(name)[:60]!r}: {told}")
+        hint = f"did you mean '{close[0]}'?" if close else f"there are: {', '.join(names())}"
+        raise ModelError(f"the gallery has no model {str(name)[:60]!r}: {hint}")
     file = resources.files(__name__) / f"{name}.toml"
     kept = contextlib.ExitStack()
-    atexit.register(kept.close)  # of a package in a zip a copy is made, and removed at the end
+    atexit.register(
+        kept.close
+    )  # in a zip file the package needs a temporary copy, removed at the end
     return kept.enter_context(resources.as_file(file))
 
 
@@ -64,11 +66,11 @@ def load(name: str, parameters: Mapping[str, Any] | None = None) -> Mechanism:
     Raises
     ------
     ModelError
-        For a name that the gallery has not, or a parameter that the model has not.
+        For an unknown name, or an unknown parameter of the model.
 
     >>> load("rotating_mass", {"m": "5 lb"})["link"].mass
     2.26796185
     """
-    from mbody.files import model  # only here: names are there without what reads them
+    from mbody.files import model  # imported here, so that the names do not need the reader
 
     return model.load(path(name), parameters)

@@ -11,7 +11,7 @@ from mbody.sheets.names import noted
 from mbody.sheets.table import Column, even, number, numbers, paragraph, table
 
 if TYPE_CHECKING:
-    from mbody.analysis.inverse.answers import Answer, Found
+    from mbody.analysis.inverse.answers import Answer, AnswerCase
 
 __all__ = ["sheet"]
 
@@ -51,7 +51,7 @@ def _asked(answer: Answer) -> list[str]:
     return lines
 
 
-def _found(found: Found, title: str) -> list[str]:
+def _found(found: AnswerCase, title: str) -> list[str]:
     """The unknowns, what binds, the forces of the joints and the measures."""
     names, run = list(found.unknowns), found.run
     lines = table(
@@ -69,7 +69,7 @@ def _found(found: Found, title: str) -> list[str]:
     return [*lines, "", f"RESIDUAL   {found.residual:.1e}   (of the conditions, relative)"]
 
 
-def _joints(found: Found) -> list[str]:
+def _joints(found: AnswerCase) -> list[str]:
     run = found.run
     unit = run.mechanism.units.of("force")
     reactions = [run.reaction(joint.name) for joint in run.mechanism.joints]

@@ -1,4 +1,4 @@
-"""Sweeps: one analysis of many designs. Which designs, what is measured, where the answers are."""
+"""Sweeps: one analysis of many designs, with its samples, measures and results."""
 
 from mbody.sweeps.result import Sweep
 from mbody.sweeps.run import sweep

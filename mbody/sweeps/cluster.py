@@ -1,4 +1,4 @@
-"""Pieces of a sweep on a Dask cluster that somebody else started."""
+"""Pieces of a sweep on an existing Dask cluster."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from mbody.errors import ModelError, SolveError
-from mbody.sweeps.job import Job, Part, answered
+from mbody.sweeps.job import Job, PieceResult, analyse_piece
 
 __all__ = ["connected", "on_cluster"]
 
-#: Pieces that wait for each thread of the workers.
+#: Pieces in the queue of each thread of the workers.
 AHEAD = 3
 
 
@@ -24,7 +24,7 @@ def connected(scheduler: str) -> Any:
     ModelError
         Where `distributed` is not installed.
     SolveError
-        Where no scheduler answers.
+        Where the scheduler cannot be reached.
     """
     client: Any
     try:
@@ -38,15 +38,15 @@ def connected(scheduler: str) -> Any:
         return client(scheduler, timeout=10, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         raise SolveError(
-            f"no scheduler answers at {scheduler!r} ({type(error).__name__}): start one with "
-            "'dask scheduler', and workers that have mbody"
+            f"no scheduler can be reached at {scheduler!r} ({type(error).__name__}): start one "
+            "with 'dask scheduler', and workers that have mbody"
         ) from None
 
 
 def on_cluster(
     job: Job, values: np.ndarray, pieces: list[int], size: int, client: Any
-) -> Generator[tuple[int, Part], None, None]:
-    """First design and answers of every piece, as they come."""
+) -> Generator[tuple[int, PieceResult], None, None]:
+    """First design and result of every piece, in the order of completion."""
     import distributed
 
     try:
@@ -59,7 +59,7 @@ def on_cluster(
         def send() -> None:
             low = next(waiting, None)
             if low is not None:
-                future = client.submit(answered, task, values[low : low + size], pure=False)
+                future = client.submit(analyse_piece, task, values[low : low + size], pure=False)
                 begun[future] = low
                 arriving.add(future)
 

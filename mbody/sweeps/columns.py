@@ -1,4 +1,4 @@
-"""What is measured of every design: quantities, and how their instants become one number."""
+"""Measured quantities of every design, and the reductions from instants to one number."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from mbody.model.mechanism import Mechanism
 from mbody.model.study import Measure
 from mbody.solution.measures import check_measure
 
-__all__ = ["REDUCTIONS", "Column", "columns_of", "reduced"]
+__all__ = ["REDUCTIONS", "MeasuredColumn", "columns_of", "reduced"]
 
-#: Columns that the table of a sweep has itself.
+#: Columns that the table of a sweep always has.
 TAKEN = ("design", "error")
 
-#: How the instants of a design become one number.
+#: Reductions from the instants of a design to one number.
 REDUCTIONS = {
     "max": lambda a: a.max(axis=-1),
     "min": lambda a: a.min(axis=-1),
@@ -32,16 +32,16 @@ REDUCTIONS = {
 
 
 @dataclass(frozen=True)
-class Column:
+class MeasuredColumn:
     """One quantity of every design.
 
     Attributes
     ----------
     name : str
     measure : Measure
-        Whose history is taken.
+        Of the history.
     by : str
-        How its instants become one number, of `REDUCTIONS` or "at"; empty where all are kept.
+        Reduction to one number, of `REDUCTIONS` or "at"; empty where all instants are kept.
     instant : int
         Of "at".
     """
@@ -52,20 +52,20 @@ class Column:
     instant: int = 0
 
 
-def reduced(column: Column, history: np.ndarray) -> np.ndarray:
-    """What is kept of a history (…, instants)."""
+def reduced(column: MeasuredColumn, history: np.ndarray) -> np.ndarray:
+    """The column of a history (…, instants)."""
     if column.by == "at":
         return history[..., column.instant]
     return np.asarray(REDUCTIONS[column.by](history)) if column.by else history
 
 
-def columns_of(mechanism: Mechanism, given: Any) -> tuple[Column, ...]:
-    """The quantities that are asked for; without any those that the mechanism itself measures.
+def columns_of(mechanism: Mechanism, given: Any) -> tuple[MeasuredColumn, ...]:
+    """The requested quantities; by default the measures of the mechanism.
 
     Raises
     ------
     ModelError
-        For what is no quantity of the mechanism.
+        For an unknown quantity.
 
     >>> import mbody
     >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5)
@@ -76,7 +76,7 @@ def columns_of(mechanism: Mechanism, given: Any) -> tuple[Column, ...]:
         given = list(mechanism.measures)
         if not given:
             raise ModelError(
-                'sweep: say what is measured of every design, such as measure="peak(A.force)": '
+                'sweep: name a measure, such as measure="peak(A.force)": '
                 f"'{mechanism.name}' has no measures of its own"
             )
     if isinstance(given, str | Measure):
@@ -92,16 +92,16 @@ def columns_of(mechanism: Mechanism, given: Any) -> tuple[Column, ...]:
         raise ModelError(f"sweep: measures [{', '.join(names)}]: give each once, at least one")
     if taken := next((name for name in names if name in TAKEN), ""):
         raise ModelError(
-            f"sweep: a measure cannot have the name '{taken}', which the table of a sweep has "
-            "itself: choose another"
+            f"sweep: a measure cannot have the name '{taken}', which is a column of every "
+            "table: choose another"
         )
     return tuple(found)
 
 
-def _column(mechanism: Mechanism, of: Any, name: str) -> Column:
-    told, unit = "", ""
+def _column(mechanism: Mechanism, of: Any, name: str) -> MeasuredColumn:
+    reduction, unit = "", ""
     if isinstance(of, tuple) and len(of) == 2 and of[1] in REDUCTIONS:
-        of, told = of
+        of, reduction = of
     if isinstance(of, Measure):
         of, unit = of.of, of.unit
     if not isinstance(of, str):
@@ -109,15 +109,17 @@ def _column(mechanism: Mechanism, of: Any, name: str) -> Column:
             "sweep: a measure is text, a Measure, or a pair of one and of "
             f"{', '.join(REDUCTIONS)}, not {brief(of)}"
         )
-    by, inner, instant = (told, of.strip(), 0) if told else _outermost(of)
+    by, inner, instant = (reduction, of.strip(), 0) if reduction else _outermost(of)
     own = mechanism.measures.get(inner)
     measure = Measure(inner, unit) if own is None else own
     check_measure(mechanism, measure)
-    return Column(name or (f"{told}({inner})" if told else of.strip()), measure, by, instant)
+    return MeasuredColumn(
+        name or (f"{reduction}({inner})" if reduction else of.strip()), measure, by, instant
+    )
 
 
 def _outermost(text: str) -> tuple[str, str, int]:
-    """The reduction round a formula, the formula, and the instant of "at"."""
+    """The reduction of a formula, the formula, and the instant of "at"."""
     match = re.fullmatch(r"\s*(\w+)\s*\((.*)\)\s*", text, re.DOTALL)
     if match is None or match[1] not in (*REDUCTIONS, "at"):
         return "", text.strip(), 0

@@ -1,4 +1,4 @@
-"""What a sweep asks of every design, made ready once, and the answers of a piece of its designs."""
+"""The analysis of a sweep, prepared once, and the results of a piece of its designs."""
 
 from __future__ import annotations
 
@@ -26,25 +26,35 @@ from mbody.solution.doubts import Doubt
 from mbody.solution.histories import Record
 from mbody.solution.measures import measured
 from mbody.solution.solution import Solution
-from mbody.sweeps.columns import Column, reduced
+from mbody.sweeps.columns import MeasuredColumn, reduced
 from mbody.system.system import System
 
-__all__ = ["Job", "Part", "answered", "prepared"]
+__all__ = ["Job", "PieceResult", "analyse_piece", "prepared"]
 
-#: Designs that are followed together, and numbers that are kept of them at once, at most; designs
-#: whose free motions are.
+#: Most designs that are computed in parallel, most numbers stored for them at once, and most
+#: designs in parallel for free motions.
 BLOCK, NUMBERS, FREE = 16 * LANES, 4_000_000, 4 * LANES
-#: What may be said of the instants of a driven analysis.
+#: Options for the instants of a driven analysis, and for a motion.
 INSTANTS = ("t", "drive", "turn", "instants", "guess", "at", "over")
 MOTION = (
-    *("until", "guess", "rates", "method", "rtol", "atol", "step", "instants", "every", "times"),
-    *("events", "release"),
+    "until",
+    "guess",
+    "rates",
+    "method",
+    "rtol",
+    "atol",
+    "step",
+    "instants",
+    "every",
+    "times",
+    "events",
+    "release",
 )
 
 
 @dataclass(frozen=True, eq=False)
 class Job:
-    """What is asked of every design; it can be sent to another machine.
+    """The analysis of every design; it can be sent to another machine.
 
     Attributes
     ----------
@@ -52,8 +62,8 @@ class Job:
         The description with its own numbers.
     names : tuple of str
         The numbers that differ between designs.
-    columns : tuple of Column
-        What is measured.
+    columns : tuple of MeasuredColumn
+        The measured quantities.
     units : tuple of str
         Of each column.
     analysis : str
@@ -68,12 +78,12 @@ class Job:
     course : BatchSetup, LaneMotions or None
         What the designs share, of a free motion a `LaneMotions`; None where they go one by one.
     wanted : array
-        Rows of the kernels that the columns are made of.
+        Output rows of the kernels that the columns need.
     """
 
     system: System
     names: tuple[str, ...]
-    columns: tuple[Column, ...]
+    columns: tuple[MeasuredColumn, ...]
     units: tuple[str, ...]
     analysis: str
     how: dict[str, Any]
@@ -85,12 +95,12 @@ class Job:
 
     @property
     def instants(self) -> np.ndarray:
-        """Times of the instants that are asked for."""
+        """Times of the requested instants."""
         return np.zeros(0) if self.grid is None else self.grid.t[self.before :]
 
     @property
     def block(self) -> int:
-        """Designs that are followed together."""
+        """Number of designs that are computed in parallel."""
         if isinstance(self.course, LaneMotions):
             most, instants = FREE, len(self.course.request.times)
         elif self.grid is not None:
@@ -101,24 +111,24 @@ class Job:
         return max(LANES, min(most, NUMBERS // each // LANES * LANES))
 
     def empty(self, designs: int) -> list[np.ndarray]:
-        """Columns without a value."""
+        """Columns of NaN."""
         count = len(self.instants)
         shapes = [(designs,) if c.by or count == 1 else (designs, count) for c in self.columns]
         return [np.full(shape, np.nan) for shape in shapes]
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
-    """Answers of a piece of the designs.
+class PieceResult:
+    """Results of a piece of the designs.
 
     Attributes
     ----------
     columns : list of arrays (designs,) or (designs, instants)
     failures : dict
-        Sentence of each design that has none, by its number in the piece.
+        Error message of each failed design, by its number in the piece.
     doubts : dict
-        What is in doubt of each design of which something is, by its number in the piece. Designs
-        on lanes are certain: their residuals are looked at on the way.
+        Doubts by the design's number in the piece. Designs on lanes have none: their residuals are
+        checked on the way.
     """
 
     columns: list[np.ndarray]
@@ -126,8 +136,8 @@ class Part:
     doubts: dict[int, tuple[Doubt, ...]] = field(default_factory=dict)
 
 
-class _Noted(Record):
-    """A record of one design that notes which rows it is asked for."""
+class _RowRecorder(Record):
+    """A record of one design that stores which rows are read."""
 
     def __init__(self, rows: set[int]) -> None:
         super().__init__([], 1, batch=True)
@@ -142,7 +152,7 @@ class _Noted(Record):
         return np.zeros((1, 1, rows.stop - (rows.start or 0)))
 
 
-class _Kept(Record):
+class _SelectedRows(Record):
     """A record of only some rows: (rows, designs, instants)."""
 
     def __init__(self, wanted: np.ndarray, rows: np.ndarray) -> None:
@@ -160,7 +170,7 @@ class _Kept(Record):
 def prepared(
     system: System,
     names: tuple[str, ...],
-    columns: tuple[Column, ...],
+    columns: tuple[MeasuredColumn, ...],
     analysis: str,
     options: Mapping[str, Any],
 ) -> Job:
@@ -169,7 +179,7 @@ def prepared(
     Raises
     ------
     ModelError
-        For an analysis or an option that there is not, and as the analysis.
+        For an unknown analysis or option, and as the analysis.
     SolveError
         Where drivers are missing.
     """
@@ -207,7 +217,7 @@ def prepared(
     return Job(system, names, columns, units, analysis, how, ask, grid, before, course, wanted)
 
 
-def _check_instants(columns: tuple[Column, ...], count: int) -> None:
+def _check_instants(columns: tuple[MeasuredColumn, ...], count: int) -> None:
     """Refuse an instant that there is not."""
     for column in columns:
         if column.by == "at" and not -count <= column.instant < count:
@@ -217,7 +227,10 @@ def _check_instants(columns: tuple[Column, ...], count: int) -> None:
 
 
 def _drift(
-    system: System, names: tuple[str, ...], columns: tuple[Column, ...], how: Mapping[str, Any]
+    system: System,
+    names: tuple[str, ...],
+    columns: tuple[MeasuredColumn, ...],
+    how: Mapping[str, Any],
 ) -> LaneMotions | None:
     """What free motions share; None where they must go one by one, and each says for itself why."""
     try:
@@ -230,12 +243,12 @@ def _drift(
 
 
 def _ask(system: System, how: dict[str, Any]) -> Instants | None:
-    """The instants in the words of a description, where nothing else says them."""
+    """The instants as `Instants`, unless other options define them."""
     if any(name in how for name in ("t", "drive", "turn")):
         return None
     if "at" in how or "over" in how:
-        told = {name: how.pop(name) for name in ("at", "over", "instants") if name in how}
-        return Instants(**told)
+        message = {name: how.pop(name) for name in ("at", "over", "instants") if name in how}
+        return Instants(**message)
     return system.mechanism.ask or Instants()
 
 
@@ -263,21 +276,21 @@ def _course(
 
 
 def _noted(
-    system: System, name: str, columns: tuple[Column, ...], analysis: str
+    system: System, name: str, columns: tuple[MeasuredColumn, ...], analysis: str
 ) -> tuple[tuple[str, ...], np.ndarray]:
-    """Unit of every column, and the rows that they are made of."""
+    """Unit of every column, and the rows that they need."""
     rows: set[int] = set()
     one = system.with_values({name: [system.values[name]]})
     count = len(system.drivers)
-    run = Solution(one, analysis, np.zeros(1), _Noted(rows), np.zeros((1, count, 3)))
+    run = Solution(one, analysis, np.zeros(1), _RowRecorder(rows), np.zeros((1, count, 3)))
     with np.errstate(all="ignore"):
         units = tuple(measured(run, column.measure)[2] for column in columns)
         unfit(run)
     return units, np.array(sorted(rows), dtype=np.int64)
 
 
-def answered(job: Job, values: np.ndarray) -> Part:
-    """The answers of a piece of the designs, values (designs, names)."""
+def analyse_piece(job: Job, values: np.ndarray) -> PieceResult:
+    """The results of a piece of the designs, values (designs, names)."""
     columns = job.empty(len(values))
     failures: dict[int, str] = {}
     doubts: dict[int, tuple[Doubt, ...]] = {}
@@ -285,13 +298,13 @@ def answered(job: Job, values: np.ndarray) -> Part:
         part = _block(job, values[low : low + job.block])
         for whole, piece in zip(columns, part.columns, strict=True):
             whole[low : low + job.block] = piece
-        failures |= {low + design: told for design, told in part.failures.items()}
-        doubts |= {low + design: told for design, told in part.doubts.items()}
-    return Part(columns, failures, doubts)
+        failures |= {low + design: message for design, message in part.failures.items()}
+        doubts |= {low + design: message for design, message in part.doubts.items()}
+    return PieceResult(columns, failures, doubts)
 
 
-def _block(job: Job, values: np.ndarray) -> Part:
-    """The answers of designs that are followed together."""
+def _block(job: Job, values: np.ndarray) -> PieceResult:
+    """The results of designs that are computed in parallel."""
     columns = job.empty(len(values))
     failures: dict[int, str] = {}
     doubts: dict[int, tuple[Doubt, ...]] = {}
@@ -299,7 +312,7 @@ def _block(job: Job, values: np.ndarray) -> Part:
     if job.course is not None:
         try:
             found, alone = _together(job, job.course, values)
-        except ModelError:  # a number that one of them cannot have
+        except ModelError:  # one of them has an invalid number
             pass
         else:
             for column, history in zip(columns, found, strict=True):
@@ -317,13 +330,13 @@ def _block(job: Job, values: np.ndarray) -> Part:
         finite = np.isfinite(column).reshape(len(values), -1).all(axis=1)
         for design in np.flatnonzero(~finite).tolist():
             failures.setdefault(design, f"'{of.name}' has no finite value")
-    return Part(columns, failures, doubts)
+    return PieceResult(columns, failures, doubts)
 
 
 def _together(
     job: Job, course: BatchSetup | LaneMotions, values: np.ndarray
 ) -> tuple[list[np.ndarray], np.ndarray]:
-    """Columns of the designs on lanes, and which designs must go alone."""
+    """Columns of the designs on lanes, and which designs must be analysed one by one."""
     own = dict(zip(job.names, np.ascontiguousarray(values.T), strict=True))
     system, given = job.system.with_values(own), None
     if isinstance(course, LaneMotions):
@@ -338,7 +351,7 @@ def _together(
         sound &= good
         if len(course.grid.given) == len(times):
             given = course.grid.take(np.arange(job.before, len(times))).given
-    kept = _Kept(job.wanted, rows[:, :, job.before :])
+    kept = _SelectedRows(job.wanted, rows[:, :, job.before :])
     run = Solution(system, job.analysis, times[job.before :], kept, given)
     with np.errstate(all="ignore"):
         found = [reduced(c, measured(run, c.measure)[0]) for c in job.columns]

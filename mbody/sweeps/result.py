@@ -1,4 +1,4 @@
-"""What a sweep found: columns by name, with named axes."""
+"""The result of a sweep: columns by name, with named axes."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ import numpy as np
 from mbody.errors import ModelError
 from mbody.model.element import listed
 from mbody.solution.doubts import Doubt
-from mbody.sweeps.samples import Drawn
+from mbody.sweeps.samples import Designs
 from mbody.system.read_only import locked
 from mbody.system.system import System
 
-__all__ = ["Kept", "Sweep"]
+__all__ = ["ColumnStore", "Sweep"]
 
 #: Failed designs that a sheet names.
 NAMED = 3
 
 
-class Kept(Protocol):
-    """Where the columns are: in memory or in a folder."""
+class ColumnStore(Protocol):
+    """The columns, in memory or in a folder."""
 
     def column(self, index: int) -> np.ndarray:
         """One column: (designs,) or (designs, instants)."""
 
     @property
     def failures(self) -> dict[int, str]:
-        """Sentence of every design that failed."""
+        """Error message of every failed design."""
 
     @property
     def doubts(self) -> dict[int, tuple[Doubt, ...]]:
-        """What is in doubt of every design of which something is."""
+        """Doubts by design, for designs that have any."""
 
     @property
     def done(self) -> np.ndarray:
@@ -49,16 +49,16 @@ class Sweep:
     ----------
     system : System
         The description with its own numbers.
-    samples : Drawn
+    samples : Designs
         The numbers of the designs.
     names : tuple of str
         The measured quantities.
     units : dict
         Unit of each.
     t : array (instants,)
-        Times of the instants; empty of free motions.
+        Times of the instants; empty for free motions.
     ending : str
-        "completed", or "stopped: …" and how far it came.
+        "completed", or "stopped: …" with the number of finished designs.
 
     Examples
     --------
@@ -75,12 +75,12 @@ class Sweep:
     """
 
     system: System
-    samples: Drawn
+    samples: Designs
     names: tuple[str, ...]
     units: dict[str, str]
     t: np.ndarray
     ending: str
-    kept: Kept = field(repr=False)
+    kept: ColumnStore = field(repr=False)
 
     def __len__(self) -> int:
         return len(self.samples.values)
@@ -103,7 +103,7 @@ class Sweep:
 
     def __getitem__(self, name: str) -> np.ndarray:
         """A quantity along the axes that `axes_of` names; NaN where a design failed or was not
-        reached.
+        analysed.
         """
         column = self._column(name)
         shape = tuple(len(values) for values in self.axes.values())
@@ -112,28 +112,29 @@ class Sweep:
     def _column(self, name: str) -> np.ndarray:
         if name not in self.names:
             raise ModelError(
-                f"the sweep measured no {name!r} (it measured: {listed(self.names)})", str(name)
+                f"the sweep has no {name!r} (there are: {listed(self.names)})", str(name)
             )
         return np.asarray(locked(self.kept.column(self.names.index(name))))
 
     def parameter(self, name: str) -> np.ndarray:
         """Values of a parameter: (designs,)."""
-        for names in (self.samples.told, self.samples.names):
+        for names in (self.samples.given_names, self.samples.names):
             if name in names:
                 return np.asarray(locked(self.samples.values[:, names.index(name)]))
         raise ModelError(
-            f"{name!r} is no parameter of the sweep (there are: {listed(self.samples.told)})",
+            f"{name!r} is not a parameter of the sweep (there are: "
+            f"{listed(self.samples.given_names)})",
             str(name),
         )
 
     @property
     def failures(self) -> dict[int, str]:
-        """Why a design has no answer, by its number."""
+        """Error messages of failed designs, by number."""
         return self.kept.failures
 
     @functools.cached_property
     def doubts(self) -> tuple[Doubt, ...]:
-        """What is in doubt of designs; the number of each stands in its message."""
+        """Doubts of the designs; each message has the number of the design."""
         return tuple(
             replace(one, message=f"design {n}: {one.message}")
             for n, found in sorted(self.kept.doubts.items())
@@ -150,7 +151,7 @@ class Sweep:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Sentences: the messages of the doubts."""
+        """The messages of the doubts."""
         return tuple(one.message for one in self.doubts)
 
     @property
@@ -170,17 +171,17 @@ class Sweep:
         """Parameters, quantities of one number, ``"error"`` and ``"doubt"``, by name: each
         (designs,).
         """
-        told: dict[str, Any] = {name: self.parameter(name) for name in self.samples.told}
+        table: dict[str, Any] = {name: self.parameter(name) for name in self.samples.given_names}
         for name in self.names:
             column = self._column(name)
-            told[name] = column if column.ndim == 1 else list(column)
+            table[name] = column if column.ndim == 1 else list(column)
         sentences, doubts = self.failures, self.kept.doubts
-        told["error"] = [sentences.get(n, "") for n in range(len(self))]
-        told["doubt"] = ["; ".join(d.message for d in doubts.get(n, ())) for n in range(len(self))]
-        return told
+        table["error"] = [sentences.get(n, "") for n in range(len(self))]
+        table["doubt"] = ["; ".join(d.message for d in doubts.get(n, ())) for n in range(len(self))]
+        return table
 
     def to_dataframe(self) -> Any:
-        """A row for each design as a pandas DataFrame; pandas is asked for only here."""
+        """A row for each design as a pandas DataFrame; needs pandas."""
         try:
             import pandas  # type: ignore[import-untyped, unused-ignore]
         except ImportError:
@@ -194,7 +195,8 @@ class Sweep:
     def __str__(self) -> str:
         machine, failed = self.system.mechanism, self.failures
         lines = [
-            f"{machine.name}: sweep of {len(self)} designs over {', '.join(self.samples.told)}",
+            f"{machine.name}: sweep of {len(self)} designs over "
+            f"{', '.join(self.samples.given_names)}",
             "",
         ]
         width = max(8, *(len(name) for name in self.names))
@@ -205,10 +207,10 @@ class Sweep:
         for name in self.names:
             column = self._column(name)
             column = column[np.isfinite(column)]
-            told = [np.nan] * 4
+            values = [np.nan] * 4
             if column.size:
-                told = [column.min(), column.mean(), column.max(), column.std()]
-            numbers = " ".join(f"{value:>12.6g}" for value in told)
+                values = [column.min(), column.mean(), column.max(), column.std()]
+            numbers = " ".join(f"{value:>12.6g}" for value in values)
             lines += [f"{name:<{width}} {numbers}   {self.units[name]}"]
         if failed:
             lines += ["", f"{len(failed)} of {len(self)} designs failed:"]

@@ -1,4 +1,4 @@
-"""The verb `sweep`: the same analysis of many designs."""
+"""The function `sweep`: the same analysis of many designs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from mbody.model.mechanism import Mechanism
 from mbody.sweeps.cluster import connected, on_cluster
 from mbody.sweeps.columns import columns_of
 from mbody.sweeps.job import BLOCK, Job, prepared
-from mbody.sweeps.memory import Memory
+from mbody.sweeps.memory import ResultsInMemory
 from mbody.sweeps.result import Sweep
 from mbody.sweeps.samples import Samples, drawn
 from mbody.sweeps.store import Store
@@ -20,7 +20,7 @@ from mbody.system.system import System
 
 __all__ = ["sweep"]
 
-#: Designs of a piece that go one by one, and those of a file or of a message to a cluster.
+#: Designs of a piece that are analysed one by one, and of a file or a message to a cluster.
 SINGLE, LARGE = 16, 16 * BLOCK
 
 
@@ -41,10 +41,10 @@ def sweep(
     Parameters
     ----------
     model : Mechanism or System
-        With its own numbers, from which the designs differ.
+        With its own numbers; the designs differ from it in some of them.
     parameters : mapping or Samples
-        Values by name, of which every one goes with every other (a grid); or what
-        `mbody.sweeps.together`, `latin_hypercube`, `sobol` or `monte_carlo` make. Names are those
+        Values by name, in all combinations (a grid); or the samples of `mbody.sweeps.together`,
+        `latin_hypercube`, `sobol` or `monte_carlo`. Names are those
         of `System.with_values`: dotted names (``"crank.A.x"``), parameters of the description, a
         load of one number by its own name. Values are floats or text with units.
     analysis : str
@@ -58,12 +58,12 @@ def sweep(
     threads : int, optional
         By default as many as this process has cores.
     to : path, optional
-        A folder in which the answers are kept instead of in memory, as Parquet files. A sweep that
-        was stopped, or killed, goes on there when it is called again.
+        A folder for the results, as Parquet files, instead of memory. A sweep that was stopped or
+        killed continues when it is called again.
     scheduler : str, optional
-        Address of a Dask scheduler, such as ``"tcp://10.0.0.5:8786"``, whose workers do the work.
+        Address of a Dask scheduler, such as ``"tcp://10.0.0.5:8786"``, whose workers are used.
     progress : callable, optional
-        Called with the designs that are done, and all, now and then.
+        Called from time to time with the number of finished designs and of all.
     **options
         The instants: ``t``, ``drive``, ``turn``, ``instants``, ``guess`` as of the analysis, or
         ``at``, ``over`` as of `Instants`, by default those of the mechanism itself; of simulate its
@@ -72,25 +72,25 @@ def sweep(
     Returns
     -------
     Sweep
-        Columns by name with named axes, a sentence for each design that failed, doubts, a status.
+        Columns by name with named axes, a message for each failed design, doubts, a status.
 
     Raises
     ------
     ModelError
         For names, values, measures or instants that do not fit the mechanism; for a folder that
-        holds another sweep.
+        contains another sweep.
     SolveError
-        Where the mechanism lacks drivers, or no scheduler answers.
+        Where drivers are missing, or the scheduler cannot be reached.
 
     Notes
     -----
-    Designs of driven mechanisms go side by side through the compiled lanes, from the branch of the
-    description. Free motions do so too, by the methods dop853 and dopri5, each with its own start
-    and its own steps, those of `simulate`. Designs that cannot go one by one: all with redundant
-    joints, user code, several driven values, events or releases, and those that meet a singular
-    position, stiffness or no value on their way. The numbers do not depend on threads, folder or
-    scheduler, bit for bit on machines of one kind. Ctrl-C leaves what was done, with a status that
-    says so.
+    Designs of driven mechanisms are computed in parallel on the compiled lanes, on the branch of
+    the description. Free motions are too, by the methods dop853 and dopri5, each with its own start
+    and its own steps, as by `simulate`. Other designs are analysed one by one: all with redundant
+    joints, user code, several driven values, events or releases, and those with a singular
+    position, stiffness or an undefined value on the way. The numbers do not depend on threads,
+    folder or scheduler, bit for bit on machines of one kind. After Ctrl-C the finished designs are
+    returned, with a status "stopped: …".
 
     Examples
     --------
@@ -111,7 +111,7 @@ def sweep(
     columns = columns_of(system.mechanism, measure)
     job = prepared(system, samples.names, columns, analysis, options)
     count, size = len(samples.values), _piece(job, to is not None or scheduler is not None)
-    kept = Memory(job, count) if to is None else Store(to, job, samples, size)
+    kept = ResultsInMemory(job, count) if to is None else Store(to, job, samples, size)
     pieces = kept.missing(list(range(0, count, size)))
     if scheduler is None:
         source = on_threads(job, samples.values, pieces, size, _threads(system, threads))
@@ -133,7 +133,7 @@ def sweep(
 
 
 def _threads(system: System, threads: int | None) -> int:
-    """How many threads; a user's own code keeps to one."""
+    """Number of threads; user code needs one."""
     if threads is None:
         return 1 if system.has_user_code else cores()
     if isinstance(threads, bool) or not isinstance(threads, int) or threads < 1:

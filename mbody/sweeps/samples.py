@@ -1,4 +1,4 @@
-"""Which designs a sweep goes through: grids, lists, Latin hypercube, Sobol and Monte Carlo."""
+"""The designs of a sweep: grids, lists, Latin hypercube, Sobol and Monte Carlo."""
 
 from __future__ import annotations
 
@@ -18,37 +18,35 @@ from mbody.sweeps.tolerances import Scatter
 from mbody.system.system import System
 
 __all__ = [
-    *(
-        "Drawn",
-        "Samples",
-        "Steps",
-        "drawn",
-        "grid",
-        "latin_hypercube",
-        "monte_carlo",
-        "sobol",
-        "together",
-    ),
+    "Designs",
+    "Samples",
+    "Steps",
+    "drawn",
+    "grid",
+    "latin_hypercube",
+    "monte_carlo",
+    "sobol",
+    "together",
 ]
 
 #: Designs of one sweep, at most.
 MOST = 100_000_000
-#: Distance of a drawn part from 0 and 1, where a normal number is infinite.
+#: Distance of a probability from 0 and 1, where the normal quantile is infinite.
 EDGE = 2.0**-54
 
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Which values the parameters of a sweep take.
+    """The values of the parameters of a sweep.
 
     Attributes
     ----------
     kind : str
         "grid", "together", "latin hypercube", "sobol" or "monte carlo".
     parameters : mapping
-        By name: values, or of drawn ones a `Scatter` or (low, high).
+        By name: values, or a `Scatter` or (low, high) for random ones.
     count, seed : int
-        How many designs are drawn, and with which seed.
+        Number of random designs, and the seed.
     """
 
     kind: str
@@ -75,7 +73,7 @@ class Samples:
 
 @dataclass(frozen=True)
 class Steps:
-    """Values of a grid at equal distances, both ends included; they may have units.
+    """Equidistant values of a grid, both ends included; they may have units.
 
     >>> Steps("1 in", "2 in", 11).count
     11
@@ -87,25 +85,25 @@ class Steps:
 
 
 @dataclass(frozen=True, eq=False)
-class Drawn:
+class Designs:
     """The numbers of the designs.
 
     Attributes
     ----------
     names : tuple of str
-        Dotted names and parameters, as a `System` has them.
+        Dotted names and parameters of the `System`.
     values : array (designs, names)
         In the units of the mechanism.
     axes : dict
-        Of a grid the values of each axis by the name that was given, else empty.
-    told : tuple of str
-        The names as they were given.
+        Values of each axis of a grid by the given name, else empty.
+    given_names : tuple of str
+        The names as given.
     """
 
     names: tuple[str, ...]
     values: np.ndarray
     axes: dict[str, np.ndarray]
-    told: tuple[str, ...]
+    given_names: tuple[str, ...]
 
 
 def grid(parameters: Mapping[str, Any]) -> Samples:
@@ -127,7 +125,7 @@ def together(parameters: Mapping[str, Any]) -> Samples:
 
 
 def latin_hypercube(parameters: Mapping[str, Any], count: int, seed: int = 0) -> Samples:
-    """As many designs, one in each of `count` slices of every parameter (McKay 1979).
+    """Random designs, one in each of `count` slices of every parameter (McKay 1979).
 
     Parameters
     ----------
@@ -142,7 +140,7 @@ def latin_hypercube(parameters: Mapping[str, Any], count: int, seed: int = 0) ->
 
 
 def sobol(parameters: Mapping[str, Any], count: int, seed: int = 0) -> Samples:
-    """Points of a scrambled Sobol sequence, which fill the space evenly; best a power of two.
+    """Points of a scrambled Sobol sequence, which fills the space evenly; best with a power of two.
 
     Parameters as of `latin_hypercube`.
 
@@ -162,34 +160,34 @@ def monte_carlo(parameters: Mapping[str, Any], count: int, seed: int = 0) -> Sam
     return Samples("monte carlo", parameters, count, seed)
 
 
-def drawn(system: System, given: Samples | Mapping[str, Any]) -> Drawn:
+def drawn(system: System, given: Samples | Mapping[str, Any]) -> Designs:
     """The numbers of all designs.
 
     Raises
     ------
     ModelError
-        For a number that the mechanism does not have or that cannot be changed, text of another
-        dimension, or lists that do not fit together.
+        For an unknown number or one that cannot be changed, text of another dimension, or lists of
+        different lengths.
     """
     samples = given if isinstance(given, Samples) else Samples("grid", given)
-    told = tuple(samples.parameters)
-    names = tuple(_changeable(system, name) for name in told)
+    given_names = tuple(samples.parameters)
+    names = tuple(_changeable(system, name) for name in given_names)
     if len(set(names)) < len(names):
-        raise ModelError(f"sweep: {', '.join(told)}: name each number once")
+        raise ModelError(f"sweep: {', '.join(given_names)}: name each number once")
     if samples.kind in ("grid", "together"):
         columns = {
             name: _row(system, number, values)
             for (name, values), number in zip(samples.parameters.items(), names, strict=True)
         }
         if samples.kind == "grid":
-            return Drawn(names, _product(columns), columns, told)
-        return Drawn(names, _columns(columns), {}, told)
+            return Designs(names, _product(columns), columns, given_names)
+        return Designs(names, _columns(columns), {}, given_names)
     parts = _parts(samples, len(names))
     values = [
         _spread(system, number, how, part)
         for (how, part, number) in zip(samples.parameters.values(), parts.T, names, strict=True)
     ]
-    return Drawn(names, np.stack(values, axis=1), {}, told)
+    return Designs(names, np.stack(values, axis=1), {}, given_names)
 
 
 def _changeable(system: System, name: str) -> str:
@@ -198,7 +196,9 @@ def _changeable(system: System, name: str) -> str:
         if whole in system.values:
             name = whole
             break
-    system.with_values({name: system.values.get(name, 0.0)})  # refuses what cannot be changed
+    system.with_values(
+        {name: system.values.get(name, 0.0)}
+    )  # raises for numbers that cannot be changed
     return name
 
 
@@ -235,8 +235,8 @@ def _product(columns: Mapping[str, np.ndarray]) -> np.ndarray:
     count = math.prod(len(row) for row in columns.values())
     if count > MOST:
         raise ModelError(
-            f"sweep: the grid has {count:.3g} designs, at most {MOST:.0e} are gone through: take "
-            "fewer values, or draw designs with sobol"
+            f"sweep: the grid has {count:.3g} designs, at most {MOST:.0e} are possible: use "
+            "fewer values, or random designs with sobol"
         )
     mesh = np.meshgrid(*columns.values(), indexing="ij")
     return np.stack([part.reshape(-1) for part in mesh], axis=1)
@@ -245,8 +245,8 @@ def _product(columns: Mapping[str, np.ndarray]) -> np.ndarray:
 def _columns(columns: Mapping[str, np.ndarray]) -> np.ndarray:
     counts = {name: len(row) for name, row in columns.items()}
     if len(set(counts.values())) > 1:
-        told = " and ".join(f"{count} of '{name}'" for name, count in counts.items())
-        raise ModelError(f"sweep: there are {told}: give as many values of each")
+        given = " and ".join(f"{count} of '{name}'" for name, count in counts.items())
+        raise ModelError(f"sweep: there are {given}: give as many values of each")
     return np.stack(list(columns.values()), axis=1)
 
 
@@ -267,7 +267,7 @@ def _parts(samples: Samples, width: int) -> np.ndarray:
 
 
 def _spread(system: System, name: str, how: Any, part: np.ndarray) -> np.ndarray:
-    """Values of one drawn parameter."""
+    """Random values of one parameter."""
     if isinstance(how, Scatter):
         width = _number(system, name, how.spread())
         middle = system.values[name] if how.mean is None else _number(system, name, how.mean)
@@ -276,8 +276,8 @@ def _spread(system: System, name: str, how: Any, part: np.ndarray) -> np.ndarray
         return np.asarray(middle + how.at(part, width))
     if not isinstance(how, list | tuple) or len(how) != 2:
         raise ModelError(
-            f"sweep: '{name}' is drawn between (low, high), or as Normal, Uniform or Triangular "
-            f"say, not as {brief(how)}",
+            f"sweep: '{name}' needs (low, high), or a Normal, Uniform or Triangular "
+            f"distribution, not {brief(how)}",
             name,
         )
     low, high = (_number(system, name, one) for one in how)

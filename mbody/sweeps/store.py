@@ -1,8 +1,8 @@
-"""Answers of a sweep in a folder: a Parquet file for each piece, and what the sweep was.
+"""Results of a sweep in a folder: a Parquet file for each piece, and the fingerprint of the sweep.
 
-A file is written under a name of its own and renamed when it is whole, so that a process that is
-killed leaves nothing half done, and several may write one piece. Every piece carries the digest of
-its sweep and of itself; one that does not fit is missing, and is done again.
+A file is written under a temporary name and renamed when it is complete. So a killed process leaves
+no partial file, and several processes may write one piece. Every piece has the digest of its sweep
+and of itself; one that does not match counts as missing and is computed again.
 """
 
 from __future__ import annotations
@@ -17,29 +17,29 @@ import numpy as np
 from mbody.errors import ModelError
 from mbody.files.seal import OPEN_SEAL, seal, sealed
 from mbody.solution.doubts import Doubt, as_doubt
-from mbody.sweeps.identity import digest_of, identity
-from mbody.sweeps.job import Job, Part
-from mbody.sweeps.pieces import clear, write_whole
-from mbody.sweeps.samples import Drawn
+from mbody.sweeps.fingerprint import digest_of, fingerprint
+from mbody.sweeps.job import Job, PieceResult
+from mbody.sweeps.samples import Designs
+from mbody.sweeps.whole_files import remove_abandoned, write_whole
 
 __all__ = ["Store"]
 
 MANIFEST = "sweep.json"
-#: Bytes of a manifest, of a sentence of a failed design, and of a file beside its numbers, at most.
-LARGEST, SENTENCE, ROOM = 50_000_000, 16_384, 10_000_000
+#: Most bytes of a manifest, of an error message, and of a file apart from its numbers.
+MAX_MANIFEST, MAX_MESSAGE, MAX_OVERHEAD = 50_000_000, 16_384, 10_000_000
 
 
 class Store:
-    """The folder of a sweep, new or to be gone on with.
+    """The folder of a sweep, new or to be continued.
 
     Raises
     ------
     ModelError
         Where pyarrow is not installed, the folder cannot be written to, its manifest is damaged, or
-        it holds another sweep.
+        it contains another sweep.
     """
 
-    def __init__(self, folder: Any, job: Job, samples: Drawn, size: int) -> None:
+    def __init__(self, folder: Any, job: Job, samples: Designs, size: int) -> None:
         try:
             import pyarrow
             import pyarrow.parquet
@@ -50,69 +50,69 @@ class Store:
             ) from None
         self.arrow, self.parquet = pyarrow, pyarrow.parquet
         self.job, self.samples, self.size = job, samples, size
-        asked = identity(job, samples, size)
-        self.digest = digest_of(asked)
-        #: Of every piece that was found in order, what the system tells of its file.
+        content = fingerprint(job, samples, size)
+        self.digest = digest_of(content)
+        #: File status (size, time, inode) of every piece that was found valid.
         self.seen: dict[int, tuple[int, int, int]] = {}
         try:
             self.folder = Path(folder)
             self.folder.mkdir(parents=True, exist_ok=True)
-            self._begin(asked)
-            clear(self.folder)
+            self._begin(content)
+            remove_abandoned(self.folder)
         except (OSError, TypeError) as error:
             raise self._unwritten(folder, error) from None
 
     @staticmethod
     def _unwritten(folder: Any, error: Exception) -> ModelError:
         why = getattr(error, "strerror", None) or error
-        return ModelError(
-            f"cannot keep a sweep in '{folder}' ({why}): choose a folder that may be written to"
-        )
+        return ModelError(f"cannot write a sweep to '{folder}' ({why}): choose a writable folder")
 
-    def _begin(self, asked: dict[str, Any]) -> None:
-        """Write what the sweep is, or see that the folder holds the same one."""
+    def _begin(self, content: dict[str, Any]) -> None:
+        """Write the fingerprint, or check that the folder contains the same sweep."""
         path = self.folder / MANIFEST
         if not path.exists():
-            write_whole(path, json.dumps(asked, indent=1, ensure_ascii=False).encode())
+            write_whole(path, json.dumps(content, indent=1, ensure_ascii=False).encode())
         try:
             with path.open(encoding="utf-8") as file:
-                there = json.loads(file.read(LARGEST))
-            other = [key for key in asked if there.get(key) != asked[key]]
+                there = json.loads(file.read(MAX_MANIFEST))
+            other = [key for key in content if there.get(key) != content[key]]
         except (ValueError, AttributeError, RecursionError):
             raise ModelError(
-                f"'{path}' is damaged: delete it, and run the same sweep again; what fits is kept"
+                f"'{path}' is damaged: delete it, and run the same sweep again; matching results "
+                "are kept"
             ) from None
         if other:
             raise ModelError(
-                f"'{self.folder}' holds another sweep, of other {', '.join(other)}: choose another "
-                "folder, or delete this one"
+                f"'{self.folder}' contains another sweep, with other {', '.join(other)}: choose "
+                "another folder, or delete this one"
             )
 
     def _file(self, low: int) -> Path:
         return self.folder / f"designs-{low:09d}.parquet"
 
     def _owner(self, low: int) -> str:
-        """What the seal of a piece is made with."""
+        """The text for the seal of a piece."""
         return f"{self.digest} {low}"
 
     def _largest(self) -> int:
-        """Bytes that the file of a piece may have."""
+        """Most bytes of the file of a piece."""
         numbers = sum(max(1, part[0].size) for part in self.job.empty(1))
-        each = numbers + len(self.samples.told) + 1
-        return self.size * (16 * each + SENTENCE) + ROOM
+        each = numbers + len(self.samples.given_names) + 1
+        return self.size * (16 * each + MAX_MESSAGE) + MAX_OVERHEAD
 
     def _sound(self, low: int) -> bool:
-        """Whether the file of a piece is there, whole and of this sweep; one that has not changed
-        since is not read again.
+        """Whether the file of a piece exists, is complete and belongs to this sweep.
+
+        A file that has not changed is not read again.
         """
         try:
             with self._file(low).open("rb") as file:
-                told = os.fstat(file.fileno())
-                mark = (told.st_size, told.st_mtime_ns, told.st_ino)
+                status = os.fstat(file.fileno())
+                mark = (status.st_size, status.st_mtime_ns, status.st_ino)
                 if self.seen.get(low) == mark:
                     return True
                 self.seen.pop(low, None)
-                if told.st_size > self._largest() or not sealed(file.read(), self._owner(low)):
+                if status.st_size > self._largest() or not sealed(file.read(), self._owner(low)):
                     return False
         except OSError:
             return False
@@ -120,11 +120,11 @@ class Store:
         return True
 
     def missing(self, pieces: list[int]) -> list[int]:
-        """First designs of the pieces to be done: missing ones, and those that do not fit."""
+        """First designs of the pieces to compute: missing ones, and those that do not match."""
         return [low for low in pieces if not self._sound(low)]
 
-    def keep(self, low: int, part: Part) -> None:
-        """Write the answers of the designs from `low` on.
+    def keep(self, low: int, part: PieceResult) -> None:
+        """Write the results of the designs from `low` on.
 
         Raises
         ------
@@ -135,16 +135,16 @@ class Store:
         try:
             write_whole(self._file(low), content)
         except OSError as error:
-            if not self._sound(low):  # nobody else has written the same piece
+            if not self._sound(low):  # no other process has written the same piece
                 raise self._unwritten(self.folder, error) from None
         self._sound(low)
 
-    def _content(self, low: int, part: Part) -> bytes:
-        """A piece as a Parquet file whose seal is open."""
+    def _content(self, low: int, part: PieceResult) -> bytes:
+        """A piece as a Parquet file, before its seal is set."""
         arrow, count = self.arrow, len(part.columns[0])
         table = {"design": arrow.array(np.arange(low, low + count))}
         rows = self.samples.values[low : low + count]
-        for n, name in enumerate(self.samples.told):
+        for n, name in enumerate(self.samples.given_names):
             table[name] = arrow.array(np.ascontiguousarray(rows[:, n]))
         for column, values in zip(self.job.columns, part.columns, strict=True):
             flat = arrow.array(values.reshape(-1))
@@ -170,7 +170,7 @@ class Store:
         return content
 
     def _read(self, name: str) -> list[tuple[int, Any]]:
-        """First design and one column of every piece that is there."""
+        """First design and one column of every existing piece."""
         found = []
         for low in range(0, len(self.samples.values), self.size):
             known = low in self.seen
@@ -180,7 +180,7 @@ class Store:
             elif known:
                 raise ModelError(
                     f"'{self._file(low)}' was changed or deleted since the sweep wrote it: run the "
-                    "same sweep again, it does what is missing"
+                    "same sweep again to compute what is missing"
                 )
         return found
 
@@ -201,20 +201,20 @@ class Store:
 
     @property
     def failures(self) -> dict[int, str]:
-        """Sentence of every design that failed."""
+        """Error message of every failed design."""
         return self._sentences("error")
 
     @property
     def doubts(self) -> dict[int, tuple[Doubt, ...]]:
-        """What is in doubt of every design of which something is."""
-        told = self._sentences("doubt")
-        return {n: tuple(as_doubt(one) for one in json.loads(text)) for n, text in told.items()}
+        """Doubts by design, for designs that have any."""
+        texts = self._sentences("doubt")
+        return {n: tuple(as_doubt(one) for one in json.loads(text)) for n, text in texts.items()}
 
     def _sentences(self, name: str) -> dict[int, str]:
         found: dict[int, str] = {}
-        for low, told in self._read(name):
-            if told.null_count < len(told):
-                found |= {low + n: text for n, text in enumerate(told.to_pylist()) if text}
+        for low, column in self._read(name):
+            if column.null_count < len(column):
+                found |= {low + n: text for n, text in enumerate(column.to_pylist()) if text}
         return found
 
     @property

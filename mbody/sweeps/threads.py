@@ -9,11 +9,11 @@ from concurrent.futures import Future, ThreadPoolExecutor
 
 import numpy as np
 
-from mbody.sweeps.job import Job, Part, answered
+from mbody.sweeps.job import Job, PieceResult, analyse_piece
 
 __all__ = ["cores", "on_threads"]
 
-#: Pieces that wait for each thread.
+#: Pieces in the queue of each thread.
 AHEAD = 2
 
 
@@ -26,22 +26,22 @@ def cores() -> int:
 
 def on_threads(
     job: Job, values: np.ndarray, pieces: list[int], size: int, threads: int
-) -> Generator[tuple[int, Part], None, None]:
-    """First design and answers of every piece, in order."""
+) -> Generator[tuple[int, PieceResult], None, None]:
+    """First design and result of every piece, in order."""
     if threads == 1:
         for low in pieces:
-            yield low, answered(job, values[low : low + size])
+            yield low, analyse_piece(job, values[low : low + size])
         return
     pool = ThreadPoolExecutor(threads, thread_name_prefix="mbody")
-    waiting: deque[tuple[int, Future[Part]]] = deque()
+    queue: deque[tuple[int, Future[PieceResult]]] = deque()
     try:
         for low in pieces:
-            waiting.append((low, pool.submit(answered, job, values[low : low + size])))
-            if len(waiting) > AHEAD * threads:
-                first, future = waiting.popleft()
+            queue.append((low, pool.submit(analyse_piece, job, values[low : low + size])))
+            if len(queue) > AHEAD * threads:
+                first, future = queue.popleft()
                 yield first, future.result()
-        while waiting:
-            first, future = waiting.popleft()
+        while queue:
+            first, future = queue.popleft()
             yield first, future.result()
     finally:
         pool.shutdown(wait=True, cancel_futures=True)

@@ -1,4 +1,4 @@
-"""How a number scatters: normal, uniform or triangular, about a middle."""
+"""Distributions of a number about its mean: normal, uniform, triangular."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from mbody.errors import ModelError
 
 __all__ = ["Normal", "Scatter", "Triangular", "Uniform"]
 
-#: Standard deviations that a tolerance of a normal number stands for: 99.73 % lie within.
+#: Standard deviations in the tolerance of a normal distribution: 99.73 % of the values are within.
 SIGMAS = 3.0
 
 
 @dataclass(frozen=True)
 class Scatter:
-    """How a number scatters about its middle; the base of the distributions.
+    """A distribution of a number; base class.
 
     Attributes
     ----------
     tolerance : float or str
         ±, in the units of the mechanism or with a unit.
     mean : float or str, optional
-        The middle; by default the number that the mechanism has.
+        By default the number of the mechanism.
     """
 
     tolerance: Any = None
@@ -35,11 +35,11 @@ class Scatter:
             raise ModelError(f"{type(self).__name__} has no width: give tolerance")
 
     def spread(self) -> Any:
-        """The number that says how wide it is, as it was given."""
+        """The width as it was given."""
         return self.tolerance
 
     def at(self, part: np.ndarray, width: float) -> np.ndarray:
-        """Deviations from the middle below which these parts of all numbers lie.
+        """Deviations from the mean at these probabilities (the quantile function).
 
         Parameters
         ----------
@@ -58,9 +58,9 @@ class Normal(Scatter):
     Parameters
     ----------
     tolerance : float or str, optional
-        ±; three standard deviations, within which 99.73 % lie.
+        ±; three standard deviations: 99.73 % of the values are within.
     mean : float or str, optional
-        By default the number that the mechanism has.
+        By default the number of the mechanism.
     deviation : float or str, optional
         The standard deviation σ, instead of a tolerance.
 
@@ -88,7 +88,7 @@ class Normal(Scatter):
 
 @dataclass(frozen=True)
 class Uniform(Scatter):
-    """All numbers within mean ± tolerance alike.
+    """Uniform distribution within mean ± tolerance.
 
     >>> Uniform(2.0).at(np.array([0.25]), 2.0)
     array([-1.])
@@ -101,7 +101,7 @@ class Uniform(Scatter):
 
 @dataclass(frozen=True)
 class Triangular(Scatter):
-    """Most often the mean, never beyond ± tolerance: the density falls on straight lines.
+    """Triangular distribution: greatest density at the mean, zero at ± tolerance.
 
     >>> Triangular(2.0).at(np.array([0.125, 0.5]), 2.0)
     array([-1.,  0.])

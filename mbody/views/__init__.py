@@ -1,4 +1,4 @@
-"""Pictures of results: a mechanism drawn as in a textbook, quantities plotted over the cycle."""
+"""Pictures of results: mechanisms drawn as in textbooks, quantities plotted over the cycle."""
 
 from mbody.views.backend import save
 from mbody.views.drawing import draw

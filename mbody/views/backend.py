@@ -1,4 +1,4 @@
-"""matplotlib, loaded when the first picture is made, and the files that pictures are written to."""
+"""matplotlib, loaded for the first picture, and the picture files."""
 
 from __future__ import annotations
 
@@ -22,8 +22,7 @@ ENDINGS = ("svg", "png", "pdf")
 
 
 def styled() -> Any:
-    """A context in which matplotlib has the fonts and lines of our pictures, whatever the user's
-    own settings are.
+    """A context with the fonts and lines of our pictures, independent of the user's settings.
 
     Raises
     ------
@@ -48,7 +47,7 @@ def styled() -> Any:
 
 
 def blank() -> Figure:
-    """An empty figure that no window shows; notebooks do."""
+    """An empty figure without a window; notebooks can show it."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -58,7 +57,7 @@ def blank() -> Figure:
 
 
 def one_design(run: Solution) -> None:
-    """Refuse a batch, of which there is no one picture."""
+    """Raise ModelError for a batch."""
     if run.record.batch:
         raise ModelError(
             f"a picture is of one design, this is a batch of {run.record.count} designs: analyse "
@@ -67,7 +66,7 @@ def one_design(run: Solution) -> None:
 
 
 def check_ending(path: Any) -> str:
-    """The format that the ending of a file asks for.
+    """The format by the ending of a file.
 
     >>> check_ending("turn.SVG")
     'svg'
@@ -84,9 +83,9 @@ def check_ending(path: Any) -> str:
 
 
 def save(figure: Figure, path: Any) -> None:
-    """Write a picture, in the format that the ending of the file says.
+    """Write a picture, in the format by the ending of the file.
 
-    The same picture gives the same file, byte by byte, with one version of matplotlib.
+    The same picture is the same file, byte by byte, with one version of matplotlib.
 
     Parameters
     ----------
@@ -117,7 +116,7 @@ def save(figure: Figure, path: Any) -> None:
 
 
 def _shortened(svg: str) -> str:
-    """The same drawing, a third smaller: outlines to a hundredth of a point, no needless blanks.
+    """The same drawing, a third smaller: outlines to a hundredth of a point, no superfluous spaces.
 
     >>> _shortened('<path d="M 1.23456 0.5 z" transform="scale(0.012345)"/>')
     '<path d="M1.23 0.5z" transform="scale(0.012345)"/>'

@@ -1,4 +1,4 @@
-"""Outlines of cams: the curve that a roller, an edge or a flat face stays on."""
+"""Outlines of cams: the curve that touches a roller, an edge or a flat face."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ def _radius(joint: CamFollower, pose: Pose) -> tuple[Array, Array, Array]:
 
 
 def outline(joint: CamFollower, pose: Pose) -> Array:
-    """Points (corners, 2) of the cam, where it stands at this instant.
+    """Points (corners, 2) of the cam at this instant.
 
-    The centre of a roller is R e(χ) from that of the cam, at χ = β ∓ ψ with β the direction of the
-    line of 0: the cam lies by the roller's radius within, along the normal. Under a flat face it is
-    the envelope of its lines, h e(χ) ∓ h′ e(χ + π/2).
+    The pitch curve of a roller is R e(χ) from the cam's centre, at χ = β ∓ ψ with β the direction
+    of ψ = 0; the cam is inside it by the radius of the roller, along the normal. Under a flat face
+    the cam is the envelope of the lines of the face, h e(χ) ∓ h′ e(χ + π/2).
     """
     psi, R, slope = _radius(joint, pose)
     sense = -1.0 if joint.clockwise else 1.0
@@ -47,19 +47,19 @@ def outline(joint: CamFollower, pose: Pose) -> Array:
 
 
 def base_circle(joint: CamFollower, pose: Pose) -> float:
-    """The radius of the base circle: as given, else the least that the profile has."""
+    """The radius of the base circle: as given, else the least radius of the profile."""
     if joint.base_radius is not None:
         return pose.number(joint, "base_radius")
     return float(_radius(joint, pose)[1].min()) - pose.number(joint, "roller")
 
 
 def face(joint: CamFollower, pose: Pose, more: float) -> Array:
-    """The ends (2, 2) of a flat face: as far as the contact comes, and the place in it."""
+    """The ends (2, 2) of a flat face: the range of the contact, with the marker's place."""
     centre, angle = pose.place(joint, "i"), pose.direction(joint, "j")
     u = np.array([math.cos(angle), math.sin(angle)])
     n = np.array([-u[1], u[0]])
     way = pose.place(joint, "j") - centre
-    reach = float(np.abs(_radius(joint, pose)[2]).max())
-    along = np.array([way @ u, (pose.reaction_point(joint) - centre) @ u, reach, -reach])
+    offset = float(np.abs(_radius(joint, pose)[2]).max())
+    along = np.array([way @ u, (pose.reaction_point(joint) - centre) @ u, offset, -offset])
     foot = centre + (way @ n) * n
     return np.array([foot + (along.min() - more) * u, foot + (along.max() + more) * u])

@@ -59,7 +59,7 @@ def coupling_symbol(coupling: Coupling, sketch: Sketch) -> None:
 
 
 def _ropes(sketch: Sketch, coupling: Coupling) -> list[Array]:
-    """Draw the lengths; gives their places."""
+    """Draw the lengths; returns their places."""
     found: list[Array] = []
     for n, term in enumerate(coupling.parts):
         if not term.ends:

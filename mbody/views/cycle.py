@@ -1,4 +1,4 @@
-"""The cycle of a mechanism: the times that plots and paths run over."""
+"""The cycle of a mechanism: the instants of plots and paths."""
 
 from __future__ import annotations
 
@@ -20,14 +20,12 @@ SMOOTH = 181
 
 
 def times(mechanism: Mechanism, ask: Instants | None) -> np.ndarray | None:
-    """Times (instants,) between the first and the last that are asked for; None where it is not a
-    row of times.
-    """
+    """Times (instants,) between the first and the last requested; None for other instants."""
     return _smooth(mechanism, "t", ask.at["t"]) if ask and "t" in ask.at else None
 
 
 def _smooth(mechanism: Mechanism, name: str, row: Sequence[Any]) -> np.ndarray | None:
-    """The values of a row and as many between them as a smooth curve has."""
+    """The values of a row, with as many between them as a smooth curve needs."""
     if len(row) < 2:
         return None
     dimension = dimension_of_instants(mechanism, name)
@@ -39,8 +37,8 @@ def _smooth(mechanism: Mechanism, name: str, row: Sequence[Any]) -> np.ndarray |
 
 
 def cycle(mechanism: Mechanism, ask: Instants | None) -> Instants:
-    """What a plot runs over: the turn, or between the times or places of a driver that are asked
-    for; a turn where it is one instant.
+    """The instants of a plot: a turn, or between the requested times or places of a driver; a turn
+    if one instant is requested.
 
     >>> import mbody
     >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5)

@@ -1,7 +1,7 @@
-"""Cylinders of loads: where the barrel and the piston of a pressure are drawn, and how.
+"""Cylinders of pressure loads: place and drawing of the barrel and the piston.
 
-Pressure acts along a line: where on it the piston stands is free. It is drawn ahead of the place
-that it acts on, at the end of a piston rod, so that it hides no pin and no crosshead.
+Pressure acts along a line, so the place of the piston on it is arbitrary. It is drawn ahead of the
+place that it acts on, at the end of a piston rod, so that it does not cover a pin or crosshead.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ __all__ = ["Barrel", "barrel", "barrel_symbol"]
 
 Array = np.ndarray
 
-#: What is left beyond the dead centres where nothing says it, by the stroke.
+#: Default clearance beyond the dead centres, relative to the stroke.
 CLEARANCE = 0.12
 
 
@@ -40,7 +40,7 @@ class Barrel:
     piston : array (2,)
         Its middle.
     place : array (2,)
-        What the piston rod reaches to.
+        End of the piston rod.
     angle : float
         From the mouth to the head [rad].
     """
@@ -55,8 +55,7 @@ class Barrel:
 def barrel(load: PistonPressure | ReciprocatingCylinder, pose: Pose, block: float) -> Barrel:
     """A cylinder for a piston of that size, at one instant.
 
-    The piston goes as far as the dead centres of the load; where it has none, as far as it comes
-    in this run.
+    The stroke is between the dead centres of the load; without any it is the range in this run.
     """
     angle, place = pose.direction(load, "i"), pose.place(load, "j")
     u = direction(angle)
@@ -65,7 +64,8 @@ def barrel(load: PistonPressure | ReciprocatingCylinder, pose: Pose, block: floa
         near, far = pose.number(load, "near"), pose.number(load, "far")
         sense, spare = math.copysign(1.0, near - far), pose.number(load, "clearance")
     else:
-        near, far, sense = *_reached(load, pose, 2.0 * block, here), -1.0
+        near, far = _stroke(load, pose, 2.0 * block, here)
+        sense = -1.0
         spare = CLEARANCE * abs(near - far)
     # from here on counted towards the head
     near, far, here, thick = sense * near, sense * far, sense * here, 0.3 * block
@@ -79,7 +79,7 @@ def barrel(load: PistonPressure | ReciprocatingCylinder, pose: Pose, block: floa
     return Barrel(head, mouth, piston, place, math.atan2(w[1], w[0]))
 
 
-def _reached(load: PistonPressure, pose: Pose, least: float, here: float) -> tuple[float, float]:
+def _stroke(load: PistonPressure, pose: Pose, least: float, here: float) -> tuple[float, float]:
     """Coordinates of the piston nearest to the head and farthest from it."""
     angle = pose.run[load.i.body].angle + float(pose.system.numbers.angle(load, "i"))
     way = pose.track(load, "j") - pose.track(load, "i")

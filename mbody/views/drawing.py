@@ -174,7 +174,7 @@ def _driven(pose: Pose, driver: Driver) -> str:
 def _mechanism(
     sketch: Sketch, forces: bool, tracks: dict[str, Array]
 ) -> tuple[float, float, str] | None:
-    """All that is drawn, from what lies below to the labels; gives the scale of the arrows."""
+    """Draw everything from the lowest layer to the labels; returns the scale of the arrows."""
     pose, mechanism = sketch.pose, sketch.pose.mechanism
     for name, track in tracks.items():
         dashes = (0, (5, 3))
@@ -209,11 +209,11 @@ def _pin_labels(sketch: Sketch) -> None:
         if not names:
             continue
         bodies = [side.body for name in names for side in (joints[name].i, joints[name].j)]
-        told = together(names)
+        text = together(names)
         wanted = outward(sketch, place, *bodies)
         gap = sketch.size("pin") + 2.5 * sketch.unit
-        sketch.label(told, place, wanted, gap, italic=True, name=f"name:{names[0]}")
-    # pins choose before loads and drivers, which have more room
+        sketch.label(text, place, wanted, gap, italic=True, name=f"name:{names[0]}")
+    # pins are first: loads and drivers have more free space
     sketch.labels.sort(key=lambda label: not label.name.startswith("name:"))
 
 
@@ -227,6 +227,6 @@ def _arrows(sketch: Sketch, forces: bool) -> tuple[float, float, str] | None:
     scale = SIZE["arrow"] * sketch.unit / greatest
     unit = sketch.pose.mechanism.units.of("force")
     for (name, place, vector, color, _), size in zip(shown, sizes, strict=True):
-        told = f"{symbolic(name)} = {rounded_number(size)} {unit}"
-        force_arrow(sketch, name, place, vector, color, told, scale)
+        text = f"{symbolic(name)} = {rounded_number(size)} {unit}"
+        force_arrow(sketch, name, place, vector, color, text, scale)
     return scale, greatest, FORCE if forces else LOAD

@@ -1,4 +1,4 @@
-"""What stands around a drawing: title, instant, scale, key of the arrows; and how large it is."""
+"""The frame of a drawing: title, instant, scale, key of the arrows, and the figure's size."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def rounded_number(value: float) -> str:
 
 
 def framed(figure: Figure, sketch: Sketch, arrows: tuple[float, float, str] | None) -> None:
-    """Add title, scale and key, and give the figure the size that all of it takes.
+    """Add title, scale and key, and set the size of the figure.
 
     Parameters
     ----------
@@ -93,36 +93,36 @@ def _title(sketch: Sketch) -> list[tuple[str, float, str]]:
     width = max(330.0, (sketch.high[0] - sketch.low[0]) / sketch.unit)
     letters = int(width / (0.5 * SIZE["title"]))
     names = textwrap.wrap(pose.mechanism.name.replace("$", r"\$"), letters)
-    told = []
+    values = []
     for driver in pose.mechanism.drivers:
         value = float(pose.run.driven(driver.name)[0][pose.k])
         if isinstance(driver, AngleDriver):
             degrees = math.degrees(value)
-            told.append(f"{driver.body} at {rounded_number(round(degrees, 6) + 0.0)}°")
+            values.append(f"{driver.body} at {rounded_number(round(degrees, 6) + 0.0)}°")
         else:
             length = pose.mechanism.units.of("length")
-            told.append(f"{driver.name} at {rounded_number(value)} {length}")
-    told.append(f"t = {rounded_number(pose.t)} {pose.mechanism.units.of('time')}")
+            values.append(f"{driver.name} at {rounded_number(value)} {length}")
+    values.append(f"t = {rounded_number(pose.t)} {pose.mechanism.units.of('time')}")
     lines = [(name, SIZE["title"], INK) for name in names]
-    return [*lines, (", ".join(told).replace("$", r"\$"), 0.9 * SIZE["text"], SOFT)]
+    return [*lines, (", ".join(values).replace("$", r"\$"), 0.9 * SIZE["text"], SOFT)]
 
 
 def _key(
     sketch: Sketch, x: float, y: float, wide: float, arrows: tuple[float, float, str] | None
 ) -> float:
-    """Scale, key of the arrows and direction of gravity in a row; gives where the row ends."""
+    """Scale, key of the arrows and direction of gravity in a row; returns its right end."""
     unit, units = sketch.unit, sketch.pose.mechanism.units
     length = nice(max(0.22 * wide, 40.0 * unit))
     tick = 2.5 * unit
     bar = [(x, y + tick), (x, y - tick), (x, y), (x + length, y), (x + length, y + tick)]
     sketch.line([*bar, (x + length, y - tick)], 1.0, SOFT, Z["text"], name="scale", weight=0.0)
-    x = _told(sketch, x + length, y, f"{rounded_number(length)} {units.of('length')}", SOFT)
+    x = _key_text(sketch, x + length, y, f"{rounded_number(length)} {units.of('length')}", SOFT)
     if arrows is not None:
         scale, greatest, color = arrows
         force = nice(0.7 * greatest)
         x += 14.0 * unit
         sketch.arrow((x, y), (x + scale * force, y), color, width=1.6, name="key")
-        x = _told(
+        x = _key_text(
             sketch, x + scale * force, y, f"{rounded_number(force)} {units.of('force')}", color
         )
     for load in sketch.pose.mechanism.loads:
@@ -134,12 +134,12 @@ def _key(
                 middle = np.array([x, y])
                 name = f"gravity:{load.name}"
                 sketch.arrow(middle - half, middle + half, LOAD, width=1.6, name=name)
-                x = _told(sketch, x + abs(half[0]), y, "$g$", LOAD)
+                x = _key_text(sketch, x + abs(half[0]), y, "$g$", LOAD)
     return x
 
 
-def _told(sketch: Sketch, x: float, y: float, text: str, color: str) -> float:
-    """A text on the right of something in the key; gives where it ends."""
+def _key_text(sketch: Sketch, x: float, y: float, text: str, color: str) -> float:
+    """A text in the key; returns its right end."""
     x += 5.0 * sketch.unit
     label = Label(text, [], size=0.9 * SIZE["text"], color=color)
     sketch.text((x, y), label, ha="left", va="center_baseline")

@@ -1,4 +1,4 @@
-"""Guides of sliding joints: which body carries one, and how far it reaches."""
+"""Guides of sliding joints: the body with the guide, and its ends."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Array = np.ndarray
 def guide(joint: Prismatic | PinSlot) -> tuple[str, str, str]:
     """The body that carries the guide, the field of its marker, and that of what slides.
 
-    It is body i, but for a slider on j that is the ground.
+    It is body i, except for a prismatic joint whose body j is the ground.
 
     >>> guide(Prismatic("slot", "block", "ground"))
     ('ground', 'j', 'i')
@@ -31,7 +31,7 @@ def guide(joint: Prismatic | PinSlot) -> tuple[str, str, str]:
 
 
 def travel(sketch: Sketch, joint: Prismatic | PinSlot) -> tuple[Array, Array]:
-    """The ends of a guide: as far as the slider comes in this run, and a little more."""
+    """The ends of a guide: the range of the slider in this run, with a margin."""
     pose = sketch.pose
     _, rail, slides = guide(joint)
     more = 2.1 * sketch.size("block") if isinstance(joint, Prismatic) else 2.2 * sketch.size("pin")

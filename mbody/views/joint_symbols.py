@@ -115,8 +115,9 @@ def _(joint: Prismatic, sketch: Sketch) -> None:
 
 
 def _beyond_cam(sketch: Sketch, joint: Prismatic, slides: str, angle: float) -> Array:
-    """How far a slider stands from its place, so that it clears the roller of a follower there: on
-    its line it may stand anywhere.
+    """Offset of a slider along its line, so that it does not cover the roller of a follower.
+
+    Its place on the line is arbitrary.
     """
     pose, u = sketch.pose, direction(angle)
     place, body = pose.place(joint, slides), getattr(joint, slides).body

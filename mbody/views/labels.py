@@ -1,4 +1,4 @@
-"""Where labels stand: near what they name, and clear of lines, pins and each other."""
+"""Placement of labels: near what they name, away from lines, pins and other labels."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ __all__ = ["Label", "Places", "beside", "drawable", "extent", "symbolic", "toget
 
 Array = np.ndarray
 
-#: Directions in which a label may stand from a point.
+#: Number of directions of a label from a point.
 AROUND = 24
-#: What a label costs for lying on a line of its own height, and on another label as a whole.
+#: Cost of a label on a line of its own height, and on another label as a whole.
 ON_LINE, ON_LABEL = 3.0, 40.0
 
 
 @dataclass
 class Label:
-    """A text and the places where it may stand.
+    """A text and its possible places.
 
     Attributes
     ----------
     text : str
     spots : list of (x, y, cost)
-        Middles of the text; the cost is that of a place by itself.
+        Centres of the text, and the cost of the place itself.
     """
 
     text: str
@@ -67,7 +67,7 @@ def extent(text: str, size: float, italic: bool = False) -> tuple[float, float]:
 
 
 def symbolic(name: str) -> str:
-    r"""A name as books set it: a letter with an index in italics, others as they are.
+    r"""A name as in books: a letter with an index in italics, others unchanged.
 
     >>> symbolic("O2"), symbolic("F_P"), symbolic("motor"), symbolic("cost $")
     ('$O_{2}$', '$F_{P}$', 'motor', 'cost \\$')
@@ -83,8 +83,8 @@ _LOWERED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 
 
 def drawable(text: str) -> str:
-    r"""A text with signs that its fonts have: where a part of it is mathematics, all of it is set
-    by those of mathematics, which lack thin spaces and raised digits.
+    r"""A text with signs that its fonts have: if a part of it is mathematics, all of it uses the
+    mathematics font, which has no thin spaces and raised digits.
 
     >>> drawable("20\u2009000 N"), drawable("$T_{12}$ = 20\u2009000 N"), drawable("$F$ = 5·10⁻⁷ N")
     ('20\u2009000 N', '$T_{12}$ = 20$\\,$000 N', '$F$ = 5·10$^{-7}$ N')
@@ -111,16 +111,16 @@ def together(names: Sequence[str]) -> str:
 def beside(
     anchor: Any, size: tuple[float, float], gap: float, wanted: float, turn: float = 1.0
 ) -> list[tuple[float, float, float]]:
-    """Spots all around a point, `gap` away from it, best in the direction `wanted` [rad]."""
+    """Places around a point at the distance `gap`, best in the direction `wanted` [rad]."""
     found = []
     for ring in range(4):
         for n in range(AROUND):
             angle = wanted + math.tau * n / AROUND
             u = direction(angle)
-            reach = gap * (1.0 + 0.9 * ring) + min(
+            distance = gap * (1.0 + 0.9 * ring) + min(
                 0.5 * size[0] / max(abs(u[0]), 1e-9), 0.5 * size[1] / max(abs(u[1]), 1e-9)
             )
-            x, y = np.asarray(anchor) + reach * u
+            x, y = np.asarray(anchor) + distance * u
             cost = turn * 0.5 * (1.0 - math.cos(angle - wanted)) + 1.2 * ring
             found.append((float(x), float(y), cost))
     return found
@@ -128,7 +128,7 @@ def beside(
 
 @dataclass
 class Places:
-    """What is in the way, and the labels that are placed one after another.
+    """Obstacles, and labels that are placed one after another.
 
     Attributes
     ----------
@@ -141,16 +141,16 @@ class Places:
     boxes: list[tuple[float, float, float, float]] = field(default_factory=list)
 
     def stroke(self, line: Array, half: float, weight: float = 1.0) -> None:
-        """A line is in the way, `half` its width."""
+        """Add a line as an obstacle, `half` its width."""
         for a, b in itertools.pairwise(line):
             ends = float(a[0]), float(a[1]), float(b[0]), float(b[1])
             self.strokes.append((*ends, half, weight))
 
     def set(self, labels: Sequence[Label]) -> None:
-        """Give each label the spot that costs least; the first ones choose first."""
+        """Put each label at the place of least cost, in order."""
         for label in labels:
             width, height = (self.unit * part for part in self.measured(label))
-            # rounded, so that the last digits of two equal costs choose nothing
+            # rounded, so that rounding errors do not decide between equal costs
             costs = [round(self.cost(spot, width, height), 6) for spot in label.spots]
             x, y, own = label.spots[best := int(np.argmin(costs))]
             label.at, label.covers = (x, y), costs[best] > own + 0.05
@@ -158,12 +158,12 @@ class Places:
 
     @staticmethod
     def measured(label: Label) -> tuple[float, float]:
-        """Width and height of a label in points, with a little room."""
+        """Width and height of a label in points, with a margin."""
         width, height = extent(label.text, label.size, label.italic)
         return width + 4.0, height + 2.0
 
     def cost(self, spot: tuple[float, float, float], width: float, height: float) -> float:
-        """How bad a spot is: the lines and labels that the text would cover."""
+        """The cost of a place: the lines and labels that the text would cover."""
         x, y, total = spot
         if self.strokes:
             lines = self._lines()

@@ -22,7 +22,7 @@ __all__ = ["link", "link_label", "points"]
 
 Array = np.ndarray
 
-#: Where along an edge the name of a link may stand, and what that costs.
+#: Places of a link's name along an edge, and their costs.
 PARTS = ((0.5, 0.0), (0.4, 0.1), (0.6, 0.1), (0.28, 0.4), (0.72, 0.4), (0.18, 0.6), (0.82, 0.6))
 
 
@@ -48,7 +48,7 @@ def link(sketch: Sketch, body: str, order: int) -> None:
 
 
 def places(sketch: Sketch, body: str) -> list[Array]:
-    """What a link reaches to: its nodes, and the ends of the guides on it."""
+    """The places that a link connects: its nodes, and the ends of the guides on it."""
     found = list(sketch.pose.nodes[body])
     for joint in sketch.pose.mechanism.joints:
         if isinstance(joint, (Prismatic, PinSlot)) and guide(joint)[0] == body:
@@ -78,7 +78,7 @@ def mass_centre(sketch: Sketch, body: str) -> None:
     if not sketch.pose.mass(body) or sketch.pose.at_joint(centre, near):
         return
     sketch.centres.append(centre)
-    _tie(sketch, body, centre)
+    _line_to_centre(sketch, body, centre)
     radius = 0.8 * sketch.size("pin")
     sketch.disc(centre, radius, PAPER, INK, 0.8, Z["pin"] - 0.5, name=f"cg:{body}", weight=0.5)
     for start in (0.0, math.pi):
@@ -86,7 +86,7 @@ def mass_centre(sketch: Sketch, body: str) -> None:
         sketch.shape(quarter, INK, INK, 0.3, Z["pin"] - 0.4, weight=0.0)
 
 
-def _tie(sketch: Sketch, body: str, centre: Array) -> None:
+def _line_to_centre(sketch: Sketch, body: str, centre: Array) -> None:
     """A thin line from a link to its mass centre, where that lies off it."""
     nodes = unique(sketch.pose.nodes[body], sketch.size("pin"))
     if len(nodes) != 2:
@@ -99,7 +99,7 @@ def _tie(sketch: Sketch, body: str, centre: Array) -> None:
 
 
 def link_label(sketch: Sketch, body: str) -> None:
-    """The name of a link beside one of its edges, or within it where there is room."""
+    """The name of a link beside one of its edges, or within it where it fits."""
     nodes = places(sketch, body)
     named = f"link:{body}:name"
     if len(nodes) < 2:
@@ -120,10 +120,10 @@ def link_label(sketch: Sketch, body: str) -> None:
     for a, b in edges:
         u = (b - a) / np.hypot(*(b - a))
         n = np.array([u[1], -u[0]])
-        reach = gap + 0.5 * (width * abs(n[0]) + height * abs(n[1]))
+        offset = gap + 0.5 * (width * abs(n[0]) + height * abs(n[1]))
         for part, cost in PARTS:
             place = a + part * (b - a)
-            x, y = place + reach * n
+            x, y = place + offset * n
             cost += _mistaken(sketch, place + gap * n, gap, body)
             label.spots.append((float(x), float(y), cost))
     if len(corners) > 2:
@@ -133,7 +133,7 @@ def link_label(sketch: Sketch, body: str) -> None:
 
 
 def _mistaken(sketch: Sketch, place: Array, own: float, body: str) -> float:
-    """What it costs that a label there might be taken for that of another link or pin."""
+    """The cost of a label that could be read as that of another link or pin."""
     cost = 0.0
     for pin, _ in sketch.pins:
         cost += 0.8 * (np.hypot(*(pin - place)) < 2.2 * own)

@@ -1,6 +1,6 @@
 """Symbols of loads and drivers, by class, and the arrows of forces.
 
-As `symbols` for joints: a kind of its own is one function, registered for its class with
+As `joint_symbols`: another kind is one function, registered for its class with
 ``@load_symbol.register(Class)`` or
 ``@driver_symbol.register(Class)``.
 """
@@ -49,7 +49,7 @@ Array = np.ndarray
 def forces_shown(pose: Any, joints: bool) -> list[tuple[str, Array, Array, str, str]]:
     """Forces that are drawn: name, place, components, colour, and the body that they act on.
 
-    Applied ones always, those of the joints where they are asked for, as in the sheet: F_ij of
+    Applied forces always, joint forces if requested, as in the sheet: F_ij of
     link i on link j.
     """
     found = []
@@ -72,9 +72,9 @@ def forces_shown(pose: Any, joints: bool) -> list[tuple[str, Array, Array, str, 
 
 
 def force_arrow(
-    sketch: Sketch, name: str, place: Array, vector: Array, color: str, told: str, scale: float
+    sketch: Sketch, name: str, place: Array, vector: Array, color: str, text: str, scale: float
 ) -> None:
-    """An arrow at its place, on the side that covers least: pulling there or pushing."""
+    """An arrow that begins or ends at the place, on the side with fewer obstacles."""
     way = scale * vector
     if np.hypot(*way) < 2.5 * sketch.unit:
         return
@@ -88,7 +88,7 @@ def force_arrow(
         free = pushes
         sketch.arrow(free, place - clear, color, name=f"force:{name}")
     wanted = heading(free - place)
-    sketch.label(told, free, wanted, 4.0 * sketch.unit, color=color, turn=1.5, name=f"told:{name}")
+    sketch.label(text, free, wanted, 4.0 * sketch.unit, color=color, turn=1.5, name=f"told:{name}")
 
 
 def _clear(sketch: Sketch, place: Array, u: Array) -> float:
@@ -105,7 +105,7 @@ def _clear(sketch: Sketch, place: Array, u: Array) -> float:
 
 
 def _covered(sketch: Sketch, fixed: Array, free: Array) -> float:
-    """How much an arrow would lie on what is drawn already."""
+    """How much an arrow would cover what is already drawn."""
     places = [fixed + p * (free - fixed) for p in (0.25, 0.4, 0.55, 0.7, 0.85, 1.0)]
     return sum(_crowded(sketch, place) for place in places)
 
@@ -117,7 +117,7 @@ def _crowded(sketch: Sketch, place: Array) -> float:
 
 
 def clear_arc(sketch: Sketch, centre: Array, radius: float, choices: Any) -> tuple[float, float]:
-    """The first and last angle of the arc that covers least, the first of equal ones."""
+    """First and last angle of the arc with the fewest obstacles, the first of equal ones."""
 
     def crowd(ends: tuple[float, float]) -> float:
         angles = np.linspace(*ends, 9)
@@ -132,7 +132,7 @@ def clear_arc(sketch: Sketch, centre: Array, radius: float, choices: Any) -> tup
 
 @singledispatch
 def load_symbol(load: Load, sketch: Sketch) -> None:
-    """A load of no known kind: a dotted line between its places with a lozenge, or its name at the
+    """A load of any other type: a dotted line between its places with a lozenge, or its name at the
     body.
     """
     pose = sketch.pose
@@ -155,7 +155,7 @@ def load_symbol(load: Load, sketch: Sketch) -> None:
 @load_symbol.register(Force)
 @load_symbol.register(Gravity)
 def _(load: Force | Gravity, sketch: Sketch) -> None:
-    """Arrows of forces are drawn together; gravity stands in the key."""
+    """Arrows of forces are drawn together; gravity is in the key."""
 
 
 @load_symbol.register(Spring)
@@ -207,14 +207,14 @@ def _beside_middle(sketch: Sketch, name: str, i: Array, j: Array, color: str = I
 
 @load_symbol.register(Torque)
 def _(load: Torque, sketch: Sketch) -> None:
-    """An arc about the body's pin, the way that the torque turns; none where it is zero."""
+    """An arc about the body's pin, in the direction of the torque; none where it is zero."""
     value, unit = sketch.pose.law(load, "value"), sketch.pose.mechanism.units.of("torque")
     if not value:
         return
     _turning(sketch, load, f"{symbolic(load.name)} = {rounded_number(value)} {unit}", value)
 
 
-def _turning(sketch: Sketch, load: Torque, told: str, value: float) -> None:
+def _turning(sketch: Sketch, load: Torque, text: str, value: float) -> None:
     centre = sketch.pose.pivot(load.by, load.body)
     radius = free_radius(sketch, centre)
     wanted = outward_from(sketch, centre, load.body)
@@ -224,7 +224,7 @@ def _turning(sketch: Sketch, load: Torque, told: str, value: float) -> None:
     sketch.curved(centre, radius, first, last, LOAD, name=f"torque:{load.name}")
     wanted = 0.5 * (first + last)
     look: dict[str, Any] = {"color": LOAD, "name": f"told:{load.name}"}
-    sketch.label(told, centre, wanted, radius + 3.0 * sketch.unit, **look)
+    sketch.label(text, centre, wanted, radius + 3.0 * sketch.unit, **look)
 
 
 @load_symbol.register(TorsionSpring)
@@ -269,9 +269,9 @@ def _(load: CentrifugalField, sketch: Sketch) -> None:
     if speed:
         sketch.bent(centre + 1.3 * half * ring, LOAD, name=f"field:{load.name}")
     unit = pose.mechanism.units.of("angular velocity")
-    told = f"$\\omega$ = {rounded_number(speed)} {unit}"
+    text = f"$\\omega$ = {rounded_number(speed)} {unit}"
     gap = 1.3 * half + 6.0 * sketch.unit
-    sketch.label(told, centre, heading(across), gap, color=LOAD, name=f"told:{load.name}")
+    sketch.label(text, centre, heading(across), gap, color=LOAD, name=f"told:{load.name}")
 
 
 #: Where an arc may begin, from the direction of its link [rad].
@@ -280,7 +280,7 @@ _CUP = np.linspace(-0.8, 0.8, 12)
 
 
 def free_radius(sketch: Sketch, centre: Array) -> float:
-    """Arcs about one place stand outside each other."""
+    """Radius of a new arc at a place, outside the arcs that are already there."""
     taken = sum(np.hypot(*(centre - other)) < sketch.size("pin") for other in sketch.arcs)
     sketch.arcs.append(centre)
     return (1.0 + 0.5 * taken) * sketch.size("arc")
@@ -298,7 +298,7 @@ def outward_from(sketch: Sketch, centre: Array, body: str) -> float:
 
 
 @singledispatch
-def driver_symbol(driver: Driver, sketch: Sketch, told: str) -> None:
+def driver_symbol(driver: Driver, sketch: Sketch, text: str) -> None:
     """A driver between two places: a cylinder with its piston."""
     i, j = (sketch.pose.place(driver, side) for side in "ij")
     for marker, place, other in ((driver.places()["i"], i, j), (driver.places()["j"], j, i)):
@@ -314,11 +314,11 @@ def driver_symbol(driver: Driver, sketch: Sketch, told: str) -> None:
         sketch.shape(barrel, PAPER, DRIVE, 1.2, Z["block"] + 0.1)
     wanted = heading(way) + math.pi / 2.0
     gap = 7.0 * sketch.unit
-    sketch.label(told, 0.5 * (i + j), wanted, gap, turn=0.2, color=DRIVE)
+    sketch.label(text, 0.5 * (i + j), wanted, gap, turn=0.2, color=DRIVE)
 
 
 @driver_symbol.register(AngleDriver)
-def _(driver: AngleDriver, sketch: Sketch, told: str) -> None:
+def _(driver: AngleDriver, sketch: Sketch, text: str) -> None:
     """A curved arrow that runs ahead of the driven link."""
     centre = sketch.pose.pivot(driver.relative_to, driver.body)
     start, radius = outward_from(sketch, centre, driver.body), free_radius(sketch, centre)
@@ -328,11 +328,11 @@ def _(driver: AngleDriver, sketch: Sketch, told: str) -> None:
     first, last = clear_arc(sketch, centre, radius, [*ahead, *behind])
     sketch.curved(centre, radius, first, last, DRIVE, name=f"driver:{driver.name}")
     gap = radius + 3.0 * sketch.unit
-    sketch.label(told, centre, 0.5 * (first + last), gap, turn=2.0, color=DRIVE)
+    sketch.label(text, centre, 0.5 * (first + last), gap, turn=2.0, color=DRIVE)
 
 
 @driver_symbol.register(CoordinateDriver)
-def _(driver: CoordinateDriver, sketch: Sketch, told: str) -> None:
+def _(driver: CoordinateDriver, sketch: Sketch, text: str) -> None:
     """An arrow along the driven direction."""
     pose = sketch.pose
     place, u = pose.place(driver, "j"), direction(pose.direction(driver, "i"))
@@ -340,4 +340,4 @@ def _(driver: CoordinateDriver, sketch: Sketch, told: str) -> None:
     first = 1.5 * sketch.size("block")
     tail, tip = place + sense * first * u, place + sense * 3.6 * first * u
     sketch.arrow(tail, tip, DRIVE, name=f"driver:{driver.name}")
-    sketch.label(told, tip, heading(tip - tail), 4.0 * sketch.unit, color=DRIVE)
+    sketch.label(text, tip, heading(tip - tail), 4.0 * sketch.unit, color=DRIVE)

@@ -1,4 +1,4 @@
-"""Quantities over the cycle: one panel a unit, all above one axis."""
+"""Quantities over the cycle: one panel for each unit, above a common axis."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ LEFT, BELOW, ABOVE, BETWEEN, RIGHT = 0.85, 0.55, 0.62, 0.22, 0.2
 
 @dataclass(frozen=True)
 class PlottedCurve:
-    """One quantity: its name, its history, and what it measures."""
+    """One quantity: its name, history, dimension and unit."""
 
     name: str
     values: Array
@@ -64,13 +64,12 @@ def plot(run: Solution, *quantities: str) -> Figure:
     Raises
     ------
     ModelError
-        For a quantity that there is not, a result of one instant, a batch; where matplotlib is not
-        installed.
+        For an unknown quantity, a result of one instant, a batch, or without matplotlib.
 
     Notes
     -----
     The axis is the angle where one driver of an angle turns all the time in one sense and no other
-    driver moves; else it is time, or the number of the instant where time stands still.
+    driver moves; else it is time, or the number of the instant where the time is constant.
 
     Examples
     --------
@@ -95,7 +94,7 @@ def plot(run: Solution, *quantities: str) -> Figure:
 
 
 def _all(run: Solution) -> list[str]:
-    """What is plotted where nobody says what."""
+    """The default quantities."""
     machine = run.mechanism
     names = [name for name, measure in machine.measures.items() if found_by(run, measure)]
     if not names and run.has_forces:
@@ -136,12 +135,12 @@ def _abscissa(run: Solution) -> tuple[Array, str, bool]:
 def _figure(
     run: Solution, panels: Sequence[list[PlottedCurve]], x: Array, label: str, turns: bool
 ) -> Figure:
-    """Panels of equal height, with room for the names on the right."""
+    """Panels of equal height, with space for the names on the right."""
     figure = blank()
     names = [curve.name for curves in panels if len(curves) > 1 for curve in curves]
-    room = max((extent(_name(name), SIZE["text"])[0] for name in names), default=0.0) / 72.0
+    space = max((extent(_name(name), SIZE["text"])[0] for name in names), default=0.0) / 72.0
     high = ALONE if len(panels) == 1 else STACKED
-    wide = LEFT + WIDE + RIGHT + (room + 0.1 if names else 0.0)
+    wide = LEFT + WIDE + RIGHT + (space + 0.1 if names else 0.0)
     tall = ABOVE + len(panels) * high + (len(panels) - 1) * BETWEEN + BELOW
     figure.set_size_inches(wide, tall)
     first: Axes | None = None
@@ -200,7 +199,7 @@ def _panel(axes: Axes, curves: Sequence[PlottedCurve], x: Array, high: float) ->
 
 
 def _names(axes: Axes, curves: Sequence[PlottedCurve], high: float) -> None:
-    """The name of each curve where it ends, moved apart where they would cover each other."""
+    """The name of each curve at its end, moved apart where names would overlap."""
     low, top = axes.get_ylim()
     ends = []
     for curve in curves:
@@ -222,7 +221,7 @@ def _names(axes: Axes, curves: Sequence[PlottedCurve], high: float) -> None:
 
 
 def spread(wanted: Sequence[float], apart: float) -> list[float]:
-    """The same numbers, moved as little as it takes to be `apart` from each other.
+    """The numbers, moved as little as possible so that they are `apart` from each other.
 
     >>> spread([0.5, 0.5, 0.0], 0.2)
     [0.6, 0.4, 0.0]

@@ -30,7 +30,7 @@ def direction(angle: float) -> Array:
 
 
 def unique(points: Sequence[Any], near: float) -> list[Array]:
-    """The points, those nearer than `near` to one before left out.
+    """The points, without those nearer than `near` to one before.
 
     >>> len(unique([(0, 0), (1, 0), (0, 1e-9)], 1e-6))
     2
@@ -43,7 +43,8 @@ def unique(points: Sequence[Any], near: float) -> list[Array]:
 
 
 def hull(points: Sequence[Any], flat: float = 0.0) -> Array:
-    """Corners of the convex hull, counter-clockwise; what stands out less than `flat` is no corner.
+    """Corners of the convex hull, counter-clockwise; corners that protrude less than `flat` are
+    left out.
 
     >>> hull([(0, 0), (2, 0), (1, 1e-9), (1, 1), (1, 0.5)], 1e-6).tolist()
     [[0.0, 0.0], [2.0, 0.0], [1.0, 1.0]]

@@ -1,4 +1,4 @@
-"""The sheet that a mechanism is drawn on: lines and shapes in its own units, sizes in points."""
+"""The drawing of a mechanism: lines and shapes in its own units, sizes in points."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Rail:
 
 
 class Sketch:
-    """Shapes on an Axes, what labels must keep clear of, and how far all of it reaches.
+    """Shapes on an Axes, obstacles of labels, and the limits of the drawing.
 
     Attributes
     ----------
@@ -177,7 +177,7 @@ class Sketch:
         end = length[-1] - 0.8 * head
         shaft = np.vstack([line[length < end], at(end)])
         self.line(shaft, 1.7, color, Z["arrow"], name=name, halo=True)
-        # the head lies along the chord of its own length, so that it does not stand out
+        # the head lies along the chord of its own length, so that it does not protrude
         tip, back = line[-1], at(length[-1] - head)
         u = (tip - back) / max(math.hypot(*(tip - back)), 1e-300)
         self._head(tip, u, head, color, name and f"{name}.head")
@@ -200,7 +200,9 @@ class Sketch:
         self.disc(place, self.size("pin"), name=f"pin:{label}")
 
     def support(self, place: Array, others: list[Array], name: str) -> None:
-        """The ground below a pin: a triangle on a hatched line, on the side with most room."""
+        """The ground below a pin: a triangle on a hatched line, on the side with the most
+        free space.
+        """
         if any(np.hypot(*(place - there)) < self.size("pin") for there in self.supports):
             return
         self.supports.append(place)
@@ -212,9 +214,9 @@ class Sketch:
         self.shape(corners, PAPER, GROUND, 1.1, Z["ground"], name=f"support:{name}")
         self.ground(foot - 0.95 * height * n, foot + 0.95 * height * n)
 
-    def rail(self, start: Array, end: Array, name: str, reach: float = 0.0) -> None:
+    def rail(self, start: Array, end: Array, name: str, margin: float = 0.0) -> None:
         """A line of the ground, drawn with all those that lie on one line with it and are not
-        farther from it than `reach`, as one.
+        farther from it than `margin`, as one.
         """
         u = (end - start) / max(float(np.hypot(*(end - start))), 1e-300)
         for old in self.rails:
@@ -224,7 +226,7 @@ class Sketch:
                 continue
             first, last = float((start - old.start) @ v), float((end - old.start) @ v)
             length = float((old.end - old.start) @ v)
-            if first <= length + reach and last >= -reach:
+            if first <= length + margin and last >= -margin:
                 old.start, old.end = (
                     old.start + min(first, 0.0) * v,
                     old.start + max(last, length) * v,

@@ -1,7 +1,7 @@
-"""How pictures look: colours, widths and sizes, so that all of them belong together.
+"""The style of all pictures: colours, widths and sizes.
 
-The colours are of the palette of M. Okabe and K. Ito, which the colour-blind tell apart; beside
-their hue they differ in lightness, so that they can be told apart in print too.
+The colours are from the palette of M. Okabe and K. Ito, which colour-blind people can distinguish;
+they also differ in lightness, so that they can be distinguished in print.
 """
 
 from __future__ import annotations
@@ -9,8 +9,8 @@ from __future__ import annotations
 __all__ = ["CURVES", "FONTS", "MATHS", "SIZE", "SOFT", "Z"]
 
 INK = "#26323f"  # outlines of links, pins, text
-LINK = "#dde5ec"  # what links are filled with
-PLATE = "#eaeff4"  # what reaches far
+LINK = "#dde5ec"  # fill of links
+PLATE = "#eaeff4"  # fill of plates
 WHEEL = "#f3f6f9"  # behind the links
 GROUND = "#59636e"  # supports, rails, hatching
 SOFT = "#7d8894"  # paths, scales, remarks
@@ -19,7 +19,7 @@ FORCE = "#0072b2"
 DRIVE = "#00795a"
 PAPER = "#ffffff"
 
-#: Curves of a plot, in this order; the dashes tell them apart where colours do not.
+#: Curves of a plot, in this order; the dashes distinguish them without colours.
 CURVES = (
     ("#0072b2", "-"),
     ("#d55e00", (0, (6, 1.5))),
@@ -29,7 +29,7 @@ CURVES = (
     ("#e69f00", (0, (2.5, 1))),
 )
 
-#: Both come with matplotlib, so that a picture is the same on every machine.
+#: Both are part of matplotlib, so that a picture is the same on every machine.
 FONTS = ["STIXGeneral", "DejaVu Sans"]
 MATHS = "stix"
 
@@ -49,7 +49,7 @@ SIZE = {
     "title": 11.5,
 }
 
-#: What lies above what.
+#: Layers, from bottom to top.
 Z = {
     "ring": 1.0,
     "wheel": 1.5,

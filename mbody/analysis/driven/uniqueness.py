@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbody.kernels.constraints import KINDS
 from mbody.model.element import listed
 from mbody.system.rank import Rank
 from mbody.system.system import System
@@ -33,10 +32,7 @@ def open_reactions(system: System, report: Rank | None) -> dict[str, list[bool]]
         own = np.isin(primitive, system.primitives_of[joint.name])
         lengths, angles = touched[own & ~is_angle], touched[own & is_angle]
         # the two rows of a pin are its world components; other rows reach both
-        pin = system.layout.primitive_kind[system.primitives_of[joint.name][0]] == KINDS.index(
-            "revolute"
-        )
-        fx, fy = (lengths[0], lengths[1]) if pin else (lengths.any(),) * 2
+        fx, fy = (lengths[0], lengths[1]) if joint.coincident else (lengths.any(),) * 2
         result[joint.name] = [bool(fx), bool(fy), bool(angles.any())]
     for element in (*system.mechanism.drivers, *system.mechanism.couplings):
         own = np.isin(primitive, system.primitives_of[element.name])

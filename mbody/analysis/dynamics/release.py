@@ -13,7 +13,7 @@ from mbody.analysis.dynamics.integration import Integration
 from mbody.analysis.dynamics.options import MotionRequest
 from mbody.analysis.dynamics.restart_checks import check_restart
 from mbody.analysis.dynamics.singular_start import singular_start
-from mbody.analysis.equilibria.equilibrium import released
+from mbody.analysis.freedom.single_design import released
 from mbody.analysis.initial.initial_state import state_of
 from mbody.errors import SolveError
 from mbody.kernels.output import PER_PRIMITIVE

@@ -21,9 +21,9 @@ from mbody.analysis.equilibria.arclength import Follower, Point
 from mbody.analysis.position.tangent_space import Array, Place
 from mbody.errors import ModelError
 
-__all__ = ["GAP", "Crossing", "crossing", "together"]
+__all__ = ["GAP", "BranchPoint", "crossing", "together"]
 
-#: Step of the differences of J; they only steer Newton's method and tell the kind of crossing.
+#: Step of the differences of J; they only steer Newton's method and show the kind of crossing.
 STEP = 1e-3
 #: Corrections at most, the longest of them, and one that is rounding.
 ITERATIONS, LONGEST, SMALL = 25, 0.2, 1e-12
@@ -41,7 +41,7 @@ NEAR = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
-class Crossing:
+class BranchPoint:
     """A place where two branches cross, or nearly do.
 
     Attributes
@@ -60,7 +60,7 @@ class Crossing:
     gap: float
 
 
-def crossing(follower: Follower, here: Point, there: Point) -> Crossing | None:
+def crossing(follower: Follower, here: Point, there: Point) -> BranchPoint | None:
     """The crossing between two points of a curve; None where there is none near."""
 
     def side(point: Point) -> float:
@@ -71,7 +71,7 @@ def crossing(follower: Follower, here: Point, there: Point) -> Crossing | None:
 
 def together(
     follower: Follower, here: Point, there: Point, which: Sequence[int]
-) -> Crossing | None:
+) -> BranchPoint | None:
     """Where an even number of stiffnesses, numbered by `which`, pass zero at once between two
     points: each of them crosses, and the determinant keeps its sign. None where they pass it one by
     one.
@@ -90,7 +90,7 @@ def together(
     return found if apart**2 <= GAP else None
 
 
-def _simple(follower: Follower, here: Point, there: Point) -> Crossing | None:
+def _simple(follower: Follower, here: Point, there: Point) -> BranchPoint | None:
     """A crossing of two branches, by Newton's method."""
     one, other = abs(here.side), abs(there.side)
     part = one / (one + other) if one + other else 0.5
@@ -115,12 +115,12 @@ def _simple(follower: Follower, here: Point, there: Point) -> Crossing | None:
     direction /= np.linalg.norm(direction)
     stiffness = follower.manifold(value).stiffness(place)
     point = Point(place, value, direction, stiffness, arc, 0.0, here.size)
-    return Crossing(point, _kind(H, V), gap)
+    return BranchPoint(point, _kind(H, V), gap)
 
 
 def _multiple(
     follower: Follower, here: Point, there: Point, of: Callable[[Point], float]
-) -> Crossing | None:
+) -> BranchPoint | None:
     """A crossing in which more branches meet, where `of` passes zero, between points of the curve
     around it: in it, where all that a step goes by vanishes, the last digits alone would lead.
     """
@@ -164,7 +164,7 @@ def _multiple(
     direction /= np.linalg.norm(direction)
     stiffness = follower.manifold(value).stiffness(place)
     point = Point(place, value, direction, stiffness, arc, 0.0, here.size)
-    return Crossing(point, "multiple", gap)
+    return BranchPoint(point, "multiple", gap)
 
 
 def _kind(H: Array, V: Array) -> str:

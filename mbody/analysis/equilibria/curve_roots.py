@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from mbody.analysis.equilibria.curve_walk import Curve, Node, Walk, between
+from mbody.analysis.equilibria.curve_walk import MotionCurve, Node, Walk, between
 from mbody.analysis.position.tangent_space import Array
 
 __all__ = ["Roots", "out_of_turn", "roots_of"]
@@ -56,14 +56,14 @@ class Roots:
     unsure: list[Node] = field(default_factory=list)
 
 
-def roots_of(curve: Curve, walk: Walk, start: bool = False) -> Roots:
+def roots_of(curve: MotionCurve, walk: Walk, start: bool = False) -> Roots:
     """All zeros of the drive along a walk; one at its very beginning only if `start` says so, for
     there another walk ends or begins.
     """
-    return _Isolation(curve, walk, start).found
+    return _CurveIsolation(curve, walk, start).found
 
 
-def out_of_turn(curve: Curve, walk: Walk, roots: Roots) -> list[Node]:
+def out_of_turn(curve: MotionCurve, walk: Walk, roots: Roots) -> list[Node]:
     """Zeros beside which one must be missing: along a smooth drive its slope changes sign from each
     to the next, and all round a closed walk.
 
@@ -74,7 +74,7 @@ def out_of_turn(curve: Curve, walk: Walk, roots: Roots) -> list[Node]:
     flat = 1e-6 * max((abs(node.slope) for node in walk.nodes), default=0.0)
     if roots.jumps or roots.lifts or walk.corners or any(abs(r.slope) <= flat for r in roots.rests):
         return []
-    rests = sorted(roots.rests, key=lambda node: curve.along(node, walk))
+    rests = sorted(roots.rests, key=lambda node: curve.arclength_of(node, walk))
     pairs = list(itertools.pairwise(rests))
     whole = abs(walk.nodes[-1].drive - walk.nodes[0].drive) <= 1e-9 * max(
         abs(node.drive) for node in walk.nodes
@@ -84,8 +84,8 @@ def out_of_turn(curve: Curve, walk: Walk, roots: Roots) -> list[Node]:
     return [one for one, other in pairs if one.slope * other.slope > 0.0]
 
 
-class _Isolation:
-    def __init__(self, curve: Curve, walk: Walk, start: bool) -> None:
+class _CurveIsolation:
+    def __init__(self, curve: MotionCurve, walk: Walk, start: bool) -> None:
         self.curve, self.walk, self.left = curve, walk, MOST
         self.found = Roots()
         drives = np.array([node.drive for node in walk.nodes])

@@ -1,8 +1,8 @@
 """The curve of closed positions of a single free motion, walked along, and what drives it there.
 
 Arclength s is that of all coordinates, lengths by the model length. With the unit tangent t(s) the
-drive is g = t·f, and g′ = −K exactly (λ held, see `manifold`), away from rest too: t′ is across the
-curve and f − Φ_qᵀλ along it. So every place of the walk gives g and its slope.
+drive is g = t·f, and g′ = −K exactly (λ fixed, see `tangent_space`), away from rest too: t′ is
+across the curve and f − Φ_qᵀλ along it. So every place of the walk gives g and its slope.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
 
-__all__ = ["STRIDE", "Curve", "Node", "Walk", "between"]
+__all__ = ["STRIDE", "MotionCurve", "Node", "Walk", "between"]
 
 #: Step of a walk, in model lengths and radians of the fastest coordinate; where the curve is
 #: straight steps grow. No whole part of a turn, so that places of symmetry are not met exactly.
@@ -83,7 +83,7 @@ class Walk:
     corners: list[Place] = field(default_factory=list)
 
 
-class Curve:
+class MotionCurve:
     """The curve through one place whose motions are a single one."""
 
     def __init__(self, manifold: Manifold, start: Place) -> None:
@@ -105,7 +105,7 @@ class Curve:
         here = Node(first.place, sign * first.along, sign * first.drive, first.slope, 0.0)
         here = self.node(here.place, here.along)
         walk = Walk([here])
-        length, bend, gone = STRIDE, np.zeros(len(here.along)), 0.0
+        length, bend, arclength = STRIDE, np.zeros(len(here.along)), 0.0
         for _ in range(STEPS):
             there, length, why = self._step(here, bend, length)
             smooth = there is not None
@@ -126,15 +126,15 @@ class Curve:
             walk.nodes.append(there)
             walk.smooth.append(smooth)
             way = float(np.linalg.norm((there.place.q - here.place.q) / self.scale))
-            gone += way
-            if self._far(there) or gone > reach:
-                walk.end = "far" if gone <= reach else "reach"
+            arclength += way
+            if self._far(there) or arclength > reach:
+                walk.end = "far" if arclength <= reach else "reach"
                 return walk
             if not smooth:
                 walk.corners.append(here.place)
             else:
                 bend = (there.along - here.along) / way
-                # a straight way is gone along in growing steps; what turns comes round
+                # a straight way is followed in growing steps; what turns comes round
                 still = np.abs(there.along[2::3]).max() < STILL
                 straight = np.linalg.norm(there.along - here.along) < STRAIGHT
                 if still and straight and length < 0.1 * AWAY:
@@ -145,18 +145,18 @@ class Curve:
         walk.end = "long"
         return walk
 
-    def gone(self, walk: Walk) -> Array:
+    def arclengths(self, walk: Walk) -> Array:
         """How far along a walk its nodes are."""
         q = np.array([node.place.q for node in walk.nodes]) / self.scale
         return np.append(0.0, np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1)))
 
-    def along(self, node: Node, walk: Walk) -> float:
+    def arclength_of(self, node: Node, walk: Walk) -> float:
         """How far along a walk a node is."""
         way = np.array([(one.place.q - walk.nodes[0].place.q) / self.scale for one in walk.nodes])
         own = (node.place.q - walk.nodes[0].place.q) / self.scale
-        gone = self.gone(walk)
+        arclengths = self.arclengths(walk)
         near = int(np.linalg.norm(way - own, axis=1).argmin())
-        return float(gone[near] + (own - way[near]) @ walk.nodes[near].along)
+        return float(arclengths[near] + (own - way[near]) @ walk.nodes[near].along)
 
     def passes(self, walk: Walk, place: Place) -> bool:
         """Whether a walk goes through a place, whole turns left out."""
@@ -174,15 +174,15 @@ class Curve:
 
     def balanced_beyond(self, walk: Walk) -> bool:
         """Whether positions whole turns beyond a closed walk, and beyond half a turn before it, may
-        rest: where loads tell turns apart they change by as much with every turn.
+        rest: where loads differ between turns they change by as much with every turn.
         """
         turns = walk.nodes[-1].place.q - walk.nodes[0].place.q
         drives = np.array([node.drive for node in walk.nodes])
         forces = [self.manifold.force(node.place.q + turns) for node in walk.nodes]
         pairs = zip(walk.nodes, forces, strict=True)
         more = np.array([float(force @ node.along) for node, force in pairs]) - drives
-        gone = self.gone(walk)
-        before = gone < 0.5 * gone[-1]
+        arclengths = self.arclengths(walk)
+        before = arclengths < 0.5 * arclengths[-1]
         sign = np.sign(more)
         beyond = (drives + more) * sign, -(drives - 2.0 * more) * sign, -(drives - more) * sign
         return not all((part > 0.0).all() for part in (*beyond[:2], beyond[2][before]))
@@ -192,7 +192,7 @@ class Curve:
         return float(np.abs(way.reshape(-1, 3)[:, :2]).max(initial=0.0)) > AWAY
 
     def _step(self, here: Node, bend: Array, length: float) -> tuple[Node | None, float, str]:
-        """The next node, the step that led there, and what is to be said; None where none closes
+        """The next node, the step that led there, and why it ended; None where none closes
         whose tangent goes on.
         """
         why = "stuck"
@@ -204,8 +204,8 @@ class Curve:
             there = self.manifold.moved(here.place, way)
             if there is not None and len(there.motions):
                 onward = there.motions.T @ (there.motions @ here.along)
-                gone = (there.q - here.place.q) / self.scale
-                straight = np.linalg.norm(onward) > np.cos(TURN) and gone @ here.along > 0.7 * step
+                chord = (there.q - here.place.q) / self.scale
+                straight = np.linalg.norm(onward) > np.cos(TURN) and chord @ here.along > 0.7 * step
                 if straight:
                     node = self.node(there, onward)
                     if node.side * here.side >= 0.0:
@@ -261,8 +261,8 @@ class Curve:
             there = manifold.moved(corner.place, length * corner.along / np.abs(corner.along).max())
             if there is not None and len(there.motions) == 1:
                 node = self.node(there, corner.along)
-                gone = (there.q - corner.place.q) / scale
-                if node.along @ corner.along > np.cos(TURN) and gone @ corner.along > 0.5 * length:
+                chord = (there.q - corner.place.q) / scale
+                if node.along @ corner.along > np.cos(TURN) and chord @ corner.along > 0.5 * length:
                     corner = node
                     continue
             length *= 0.5
@@ -274,28 +274,19 @@ class Curve:
         sizes = np.linalg.norm(before, axis=2) * np.linalg.norm(after, axis=2)
         turned = np.argwhere((dots < -0.5 * sizes) & (sizes > 0.0))
         for body in dict.fromkeys(int(b) for _, b in turned):
-            held = np.zeros(len(corner.along))
-            held[3 * body : 3 * body + 3] = fastest[3 * body : 3 * body + 3]
-            size = float(held @ held)
+            fixed = np.zeros(len(corner.along))
+            fixed[3 * body : 3 * body + 3] = fastest[3 * body : 3 * body + 3]
+            size = float(fixed @ fixed)
             if size < 1e-12:
                 continue
-            q = beyond.copy()
-            for _ in range(30):
-                phi, G = manifold.rows(q)
-                off = float(held @ ((q - beyond) / scale))
-                if not (np.isfinite(phi).all() and np.isfinite(G).all()):
-                    break
-                step = np.linalg.lstsq(np.vstack([G, held]), -np.append(phi, off), rcond=1e-12)[0]
-                q = q + scale * step
-                if np.abs(step).max() < 1e-14:
-                    break
-            place = manifold.at(q)
+            q = manifold.closed(beyond, fixed[None] / np.sqrt(size))
+            place = None if q is None else manifold.place(q)
             if place is None or len(place.motions) != 1:
                 continue
             way = (place.q - corner.place.q) / scale
-            if np.abs(way).max() > 100.0 * BEHIND or not abs(way @ held) > BEHIND * size:
+            if np.abs(way).max() > 100.0 * BEHIND or not abs(way @ fixed) > BEHIND * size:
                 continue
-            onward = place.motions[0] * np.sign(place.motions[0] @ held)
+            onward = place.motions[0] * np.sign(place.motions[0] @ fixed)
             return self.node(place, onward)
         return None
 
@@ -324,7 +315,7 @@ def independent(rows: Array) -> list[int]:
     return sorted(found)
 
 
-def between(curve: Curve, one: Node, other: Node, part: float) -> Node | None:
+def between(curve: MotionCurve, one: Node, other: Node, part: float) -> Node | None:
     """The node at a part of the way between two neighbours, from the cubic through both."""
     scale = curve.scale
     chord = (other.place.q - one.place.q) / scale

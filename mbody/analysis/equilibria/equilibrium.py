@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.runner import Runner
-from mbody.analysis.driven.time_grid import by_time, time_grid
+from mbody.analysis.driven.time_grid import by_time
 from mbody.analysis.equilibria.lift_off import lifting
-from mbody.analysis.equilibria.search import ZERO, Rest, Search
+from mbody.analysis.equilibria.search import ZERO, Rest, RestSearch
 from mbody.analysis.equilibria.sentences import Words
 from mbody.analysis.freedom.free_motions import FreeMotion, free_motions, rates_of
-from mbody.analysis.position.assembly_analysis import as_system, closed
+from mbody.analysis.freedom.single_design import single_design, single_time
+from mbody.analysis.position.assembly_analysis import closed
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
 from mbody.errors import ModelError, SolveError, remedy
 from mbody.model.mechanism import Mechanism
@@ -24,12 +25,11 @@ from mbody.solution.heading import heading, unit_symbols
 from mbody.solution.histories import BodyHistory, Reaction, Record
 from mbody.solution.presentation import present
 from mbody.solution.solution import Solution
-from mbody.system.assembler import assemble, with_numbers_of
 from mbody.system.rank import DENSE, too_large
 from mbody.system.read_only import lock
 from mbody.system.system import System
 
-__all__ = ["Equilibria", "Equilibrium", "equilibrium", "released", "search", "stability_of"]
+__all__ = ["Equilibria", "Equilibrium", "equilibrium", "search", "stability_of"]
 
 #: Free motions up to which rest positions are sought; 30 take some ten seconds, and of 60 a descent
 #: no longer ends.
@@ -49,10 +49,10 @@ class Equilibrium:
     stability : str
         ``"stable"``, ``"unstable"`` or ``"neutral"`` (no force to first order).
     stiffness : array (free, free)
-        K = −∂f/∂q along the free motions, joint forces held: [torque/rad] or [force/length] by what
-        the leaders do.
+        K = −∂f/∂q along the free motions, joint forces fixed: [torque/rad] or [force/length]
+        by what the leaders do.
     motions : tuple of FreeMotion
-        The free motions that it is told in.
+        The free motions in whose rates it is given.
     frequencies : tuple of float
         Natural frequencies [rad/time] of a stable position whose free motions all have inertia,
         damping left out; empty for others.
@@ -160,7 +160,7 @@ def equilibrium(
     model : Mechanism or System
         With free motions; drivers, if there are any, hold what their laws say at t.
     free : str or sequence of str, optional
-        Drivers that let go.
+        Drivers that are released.
     starts : mapping or sequence of mappings, optional
         Further guesses to begin from: by body an angle [rad] or (x, y, angle) of the link axes.
     t : float
@@ -186,11 +186,12 @@ def equilibrium(
     are divided until each has a certain number of zeros, so that all positions on the curve of the
     start are found, stable or not. Where distances in the constraints pass zero, as of a weight
     that is drawn through its pulley, the walk turns over with them. The surface of two free motions
-    is covered with places, and Newton's method begins wherever a zero may be in reach. Positions
-    on other circuits of assembly are found from `starts` on them. Of more free motions, up to 40,
-    the search goes from a fixed spread of starts, and from each position that it finds on by
-    turning over one leader after the other; it may miss some. Its cost grows by the cube of their
-    number, and 30 take ten seconds. What may be missing is said by `doubts` of kind "incomplete".
+    is covered with charts, which are divided until each cell has one zero or none; around points
+    where the ends of a spring meet, and its force jumps, the charts are polar. Positions on other
+    circuits of assembly are found from `starts` on them. Of more free motions, up to 40, the search
+    goes from a fixed spread of starts, and from each position that it finds on by turning over one
+    leader after the other; it may miss some. Its cost grows by the cube of their number, and 30
+    take ten seconds. What may be missing is reported by `doubts` of kind "incomplete".
 
     Examples
     --------
@@ -204,21 +205,9 @@ def equilibrium(
     stable -90
     unstable 90
     """
-    system = released(as_system(model), free)
-    if system.batch is not None:
-        raise ModelError("equilibrium takes one design: choose one of the batch with design(n)")
-    asked = time_grid(system, t, None, None, None)
-    if len(asked.t) != 1:
-        raise ModelError(f"equilibrium takes one time, not {len(asked.t)}")
-    return search(system, guesses(starts), float(asked.t[0])).equilibria()
-
-
-def released(system: System, free: str | Sequence[str]) -> System:
-    """The system without some of its drivers, with the same numbers."""
-    names = tuple(free) if isinstance(free, (list, tuple, set)) else (free,)
-    if not names:
-        return system
-    return with_numbers_of(assemble(system.mechanism.without(*names)), system.values)
+    system = single_design("equilibrium", model, free)
+    time = single_time("equilibrium", system, t)
+    return search(system, guesses(starts), time).equilibria()
 
 
 def guesses(starts: Any) -> list[Mapping[str, Any] | None]:
@@ -231,7 +220,7 @@ def guesses(starts: Any) -> list[Mapping[str, Any] | None]:
     return [None, *given]
 
 
-def search(system: System, starts: Sequence[Mapping[str, Any] | None], t: float) -> _Found:
+def search(system: System, starts: Sequence[Mapping[str, Any] | None], t: float) -> _RestResults:
     """Look for rest positions from some guesses."""
     found, notes = None, []
     for guess in starts:
@@ -262,17 +251,17 @@ def search(system: System, starts: Sequence[Mapping[str, Any] | None], t: float)
                 f"too many for its search, it takes up to {FREE}: hold some of them by drivers"
             )
         if found is None:
-            found = _Found(system, t, Search(manifold))
+            found = _RestResults(system, t, RestSearch(manifold))
         found.search.around(here)
     assert found is not None
     found.notes = notes
     return found
 
 
-class _Found:
+class _RestResults:
     """Makes results of what a search found."""
 
-    def __init__(self, system: System, t: float, search: Search) -> None:
+    def __init__(self, system: System, t: float, search: RestSearch) -> None:
         self.system, self.t, self.search = system, t, search
         self.mechanism, self.manifold = system.mechanism, search.manifold
         self.notes: list[str] = []
@@ -298,10 +287,10 @@ class _Found:
         place, system = rest.place, self.system
         pose = np.append(place.q, np.zeros(3))
         start = closed(system, self.t, {}, None, pose=pose)
-        asked = by_time(system, np.array([self.t]))
+        instant = by_time(system, np.array([self.t]))
         # balanced already, as a part of the greatest load: their sums may vanish
         runner = Runner(system, "statics", unbalanced=np.inf)
-        record = Record([runner.scalar(start, asked)], 1, batch=False)
+        record = Record([runner.scalar(start, instant)], 1, batch=False)
         motions = free_motions(system, pose, place.motions)
         word, frequencies, notes = stability_of(rest, self.manifold.mass(place.motions))
         if rest.row:
@@ -314,7 +303,7 @@ class _Found:
         if word == "stable":
             notes += lifting(self.manifold, rest)
         return Equilibrium(
-            solution=runner.solution(start, asked, record),
+            solution=runner.solution(start, instant, record),
             stability=word,
             stiffness=self.in_leaders(place, motions, rest.stiffness),
             motions=motions,
@@ -336,7 +325,7 @@ def stability_of(rest: Rest, mass: Array) -> tuple[str, tuple[float, ...], list[
     Notes
     -----
     A symmetric stiffness is judged by its eigenvalues. One that is not, as of loads that follow a
-    body, is judged by those of M⁻¹K, which tell flutter too; where a free motion has no inertia,
+    body, is judged by those of M⁻¹K, which show flutter too; where a free motion has no inertia,
     by its own.
     """
     K = rest.stiffness
@@ -353,16 +342,16 @@ def stability_of(rest: Rest, mass: Array) -> tuple[str, tuple[float, ...], list[
             return word, (), []
         squares = np.linalg.eigvals(np.linalg.solve(mass, 0.5 * (K + K.T))).real
         return word, tuple(np.sqrt(np.sort(squares)).tolist()), []
-    told = "its stiffness is not symmetric: the loads have no potential"
+    note = "its stiffness is not symmetric: the loads have no potential"
     roots = np.linalg.eigvals(np.linalg.solve(mass, K) if massive else K)
     top = float(np.abs(roots).max())
     if (np.abs(roots.imag) > UNEVEN * top).any() and massive:
-        return "unstable", (), [f"{told}, and it flutters"]
+        return "unstable", (), [f"{note}, and it flutters"]
     if not massive:
-        told += "; a free motion has no inertia, so that only divergence is looked for, no flutter"
+        note += "; a free motion has no inertia, so that only divergence is looked for, no flutter"
     if roots.real.min() < -UNEVEN * top:
-        return "unstable", (), [told]
+        return "unstable", (), [note]
     if roots.real.min() <= UNEVEN * top:
-        return "neutral", (), [told]
+        return "neutral", (), [note]
     frequencies = tuple(np.sqrt(np.sort(roots.real)).tolist()) if massive else ()
-    return "stable", frequencies, [told]
+    return "stable", frequencies, [note]

@@ -14,10 +14,11 @@ from mbody.analysis.driven.time_grid import by_time
 from mbody.analysis.equilibria.arclength import FIRST, LONGEST, SHORTEST, STRAIGHT, Follower, Point
 from mbody.analysis.equilibria.branch_points import GAP, crossing, together
 from mbody.analysis.equilibria.curve_walk import AWAY
-from mbody.analysis.equilibria.equilibrium import Equilibrium, released, search, stability_of
-from mbody.analysis.equilibria.search import Rest, Search
+from mbody.analysis.equilibria.equilibrium import Equilibrium, search, stability_of
+from mbody.analysis.equilibria.search import Rest, RestSearch
 from mbody.analysis.equilibria.sentences import Words
-from mbody.analysis.position.assembly_analysis import as_system, closed
+from mbody.analysis.freedom.single_design import single_design
+from mbody.analysis.position.assembly_analysis import closed
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
 from mbody.errors import ModelError, SolveError
 from mbody.model.mechanism import Mechanism
@@ -35,7 +36,7 @@ History = TypeVar("History", BodyHistory, PointHistory, Reaction)
 
 #: Points that a curve has at most, unless the caller says how many.
 POINTS = 1000
-#: A step below which branches that do not cross are no longer told apart.
+#: A step below which branches that do not cross are no longer distinguished.
 LEAST = 1e-5
 
 
@@ -71,7 +72,7 @@ class EquilibriumCurve(Inherited):
     doubts : tuple of Doubt
         Where the curve ends before its span does, where it may have gone over to another branch,
         and what is in doubt of the statics. Points are balanced as parts of the greatest load,
-        since sums of forces may vanish: what is left beside those sums is said by
+        since sums of forces may vanish: what is left beside those sums is reported by
         ``solution.doubts`` alone.
     notes : tuple of str
         Where and why the curve ends, and the sentences of the doubts.
@@ -177,7 +178,7 @@ def equilibrium_curve(
     at : float, optional
         Where in the span it begins, by default at its first number.
     free : str or sequence of str, optional
-        Drivers that let go.
+        Drivers that are released.
     start : Equilibrium or mapping, optional
         A rest position of `equilibrium`, or a guess of one, where it begins; by default the first
         stable one.
@@ -212,9 +213,7 @@ def equilibrium_curve(
     >>> [round(float(curve.values[n]), 9) for n in curve.folds]
     [9.81, -9.81]
     """
-    system = released(as_system(model), free)
-    if system.batch is not None:
-        raise ModelError("equilibrium_curve takes one design: choose one with design(n)")
+    system = single_design("equilibrium_curve", model, free)
     low, high = _span(system, parameter, span)
     begin = _begin(at, low, high)
     if isinstance(points, bool) or not hasattr(points, "__index__") or points < 2:
@@ -271,7 +270,7 @@ def _start(system: System, start: Any, t: float) -> tuple[Place, Manifold]:
     manifold = Manifold(system, begin.work, t)
     here = manifold.place(begin.work.q[: system.coordinates, 0].copy())
     if here is not None:
-        nearest = Search(manifold)
+        nearest = RestSearch(manifold)
         nearest.nearest(here)
         if nearest.found:
             return nearest.found[0].place, manifold
@@ -434,19 +433,19 @@ def _unit(system: System, name: str) -> str:
         return "" if dimension is None else mechanism.units.of(dimension)
     for part in dataclasses.fields(mechanism[element]):
         if part.name == key:
-            told = part.metadata.get("dimension") or part.metadata.get("law")
-            return mechanism.units.of(told) if told else ""
+            dimension = part.metadata.get("dimension") or part.metadata.get("law")
+            return mechanism.units.of(dimension) if dimension else ""
     return ""
 
 
 def _statics(system: System, poses: list[Array], t: float) -> Solution:
     """Every joint force at every position, each a design."""
-    runner, asked = Runner(system, "statics", unbalanced=np.inf), by_time(system, np.array([t]))
+    runner, instant = Runner(system, "statics", unbalanced=np.inf), by_time(system, np.array([t]))
     blocks, first = [], None
     for design, q in enumerate(poses):
         start = closed(system, t, {}, None, design, np.append(q, np.zeros(3)))
         first = first or start
-        blocks.append(runner.scalar(start, asked))
+        blocks.append(runner.scalar(start, instant))
     assert first is not None
     block = np.concatenate(blocks, axis=2)
-    return runner.solution(first, asked, Record([block], len(poses), batch=True))
+    return runner.solution(first, instant, Record([block], len(poses), batch=True))

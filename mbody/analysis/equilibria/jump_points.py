@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.analysis.equilibria.surface_cover import Cover, Spot
+from mbody.analysis.equilibria.surface_cover import Cover, CoverNode
 from mbody.analysis.position import joint_places
 from mbody.analysis.position.tangent_space import Array
 from mbody.model.element import Element
@@ -37,7 +37,7 @@ class JumpPoint:
 
     Attributes
     ----------
-    spot : Spot
+    node : CoverNode
         The place of the cover in whose tangent plane it is.
     y : array (2,)
         Where it is there.
@@ -45,28 +45,28 @@ class JumpPoint:
         Of the disc around it that has no other such point.
     """
 
-    spot: Spot
+    node: CoverNode
     q: Array
     y: Array
     radius: float
 
 
-def jump_points(cover: Cover, spots: list[Spot]) -> list[JumpPoint]:
+def jump_points(cover: Cover, nodes: list[CoverNode]) -> list[JumpPoint]:
     """All points near some places of a cover where ends of loads meet and a force jumps."""
     loads = cover.manifold.system.mechanism.loads
-    found: list[tuple[Spot, Array]] = []
+    found: list[tuple[CoverNode, Array]] = []
     for load in loads:
         if hasattr(load, "i") and hasattr(load, "j"):
-            for spot in spots:
-                q = _meeting(cover, spot, load)
+            for node in nodes:
+                q = _meeting(cover, node, load)
                 if q is not None and all(_apart(cover, q, other) > 1e-6 for _, other in found):
-                    found.append((spot, q))
-    found = [(spot, q) for spot, q in found if _jumps(cover, spot, q)]
+                    found.append((node, q))
+    found = [(node, q) for node, q in found if _jumps(cover, node, q)]
     points = []
-    for spot, q in found:
+    for node, q in found:
         others = [_apart(cover, q, other) for _, other in found if other is not q]
         radius = min(RADIUS, PART * min(others, default=np.inf))
-        points.append(JumpPoint(spot, q, cover.seen(spot, q), radius))
+        points.append(JumpPoint(node, q, cover.seen(node, q), radius))
     return points
 
 
@@ -82,15 +82,15 @@ def _between(cover: Cover, load: Element, q: Array) -> Array:
     return np.asarray((j - i) / system.length)
 
 
-def _meeting(cover: Cover, spot: Spot, load: Element) -> Array | None:
+def _meeting(cover: Cover, node: CoverNode, load: Element) -> Array | None:
     """The position near a place at which the ends of a load meet; None where there is none."""
     manifold = cover.manifold
-    d = _between(cover, load, spot.place.q)
-    moved = [spot.place.q + STEP * manifold.scale * way for way in spot.frame]
+    d = _between(cover, load, node.place.q)
+    moved = [node.place.q + STEP * manifold.scale * way for way in node.frame]
     rates = [np.linalg.norm(_between(cover, load, one) - d) / STEP for one in moved]
-    if np.linalg.norm(d) > FURTHER * spot.reach * float(np.linalg.norm(rates)) + spot.reach**2:
+    if np.linalg.norm(d) > FURTHER * node.reach * float(np.linalg.norm(rates)) + node.reach**2:
         return None
-    q, size = spot.place.q, float(np.linalg.norm(d))
+    q, size = node.place.q, float(np.linalg.norm(d))
     for _ in range(ITERATIONS):
         if size < MET:
             return np.asarray(q)
@@ -98,7 +98,7 @@ def _meeting(cover: Cover, spot: Spot, load: Element) -> Array | None:
         moved = [q + STEP * manifold.scale * way for way in motions]
         J = np.column_stack([(_between(cover, load, one) - d) / STEP for one in moved])
         step = -np.linalg.lstsq(J, d, rcond=1e-6)[0] @ motions
-        step *= min(1.0, spot.reach / max(float(np.abs(step).max()), 1e-300))
+        step *= min(1.0, node.reach / max(float(np.abs(step).max()), 1e-300))
         # where two such points are close to each other a whole step overshoots
         for _ in range(HALVINGS):
             there = manifold.closed(q + manifold.scale * step)
@@ -110,15 +110,15 @@ def _meeting(cover: Cover, spot: Spot, load: Element) -> Array | None:
         else:
             return None
         q, size = there, float(np.linalg.norm(d))
-        if np.abs(cover.name(q) - spot.name).max() > 2.0 * spot.reach:
+        if np.abs(cover.name(q) - node.name).max() > 2.0 * node.reach:
             return None
     return None
 
 
-def _jumps(cover: Cover, spot: Spot, q: Array) -> bool:
+def _jumps(cover: Cover, node: CoverNode, q: Array) -> bool:
     """Whether the forces differ on both sides of a position."""
     manifold = cover.manifold
-    for way in spot.frame:
+    for way in node.frame:
         sides = [manifold.closed(q + sign * BESIDE * manifold.scale * way) for sign in (1.0, -1.0)]
         if sides[0] is None or sides[1] is None:
             continue

@@ -42,12 +42,12 @@ def lifting(manifold: Manifold, rest: Rest) -> list[str]:
         if lifts <= speed:
             continue
         found.append(
-            f"at {_told(speed, time)} '{load.name}' does not move it: it hangs as without the "
-            f"field, and lifts above {_told(lifts, time)}"
+            f"at {_in_words(speed, time)} '{load.name}' does not move it: it hangs as without the "
+            f"field, and lifts above {_in_words(lifts, time)}"
         )
     return found
 
 
-def _told(speed: float, time: str) -> str:
+def _in_words(speed: float, time: str) -> str:
     text = f"{speed:.6g} rad/{time}"
     return f"{text} ({speed * 30.0 / np.pi:.6g} rpm)" if time == "s" else text

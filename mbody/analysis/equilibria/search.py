@@ -4,7 +4,7 @@ One free motion is walked along all round (`rest_curve`), and every zero of the 
 (`rest_roots`); the surface of two is covered with places (`rest_surface`). Of more free motions a
 fixed spread of starts is taken; from each Levenberg–Marquardt on |r|² finds the nearest rest
 position, and a descent along the drive a stable one. From every position that is found each leader
-is then walked round by itself, the others held, as a link of a chain that is turned over where it
+is then walked round by itself, the others fixed, as a link of a chain that is turned over where it
 hangs.
 """
 
@@ -16,13 +16,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mbody.analysis.equilibria.curve_roots import out_of_turn, roots_of
-from mbody.analysis.equilibria.curve_walk import AWAY, Curve, Walk
+from mbody.analysis.equilibria.curve_walk import AWAY, MotionCurve, Walk
 from mbody.analysis.equilibria.surface_cover import SPACING, Cover
 from mbody.analysis.equilibria.surface_roots import surface_roots
 from mbody.analysis.freedom.free_motions import free_motions, leading, rates_of
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
 
-__all__ = ["AWAY", "BALANCED", "ZERO", "Rest", "Search"]
+__all__ = ["AWAY", "BALANCED", "ZERO", "Rest", "RestSearch"]
 
 #: Step of a walk, in model lengths and radians, and how many each way.
 STRIDE, STRIDES = 0.2, 80
@@ -33,7 +33,7 @@ DISTANCES = (0.8, 1.8, 3.0)
 RANDOM, MOST, LEAST = 3, 120, 2
 #: Walks of single leaders, by free motion: those of four links of a chain, from all 16 positions.
 WALKS = 256
-#: Step of such a walk; it ends where the others can be held to less than this part.
+#: Step of such a walk; it ends where less than this part of the others can be fixed.
 LEAP, LEADS = 0.4, 1e-3
 #: Iterations of a search and of a descent, and the longest step of one.
 ITERATIONS, DESCENT, LONGEST = 100, 60, 0.4
@@ -79,7 +79,7 @@ class Rest:
 
 
 @dataclass
-class Search:
+class RestSearch:
     """What was found from all starts.
 
     Attributes
@@ -97,7 +97,7 @@ class Search:
     ends : list of (str, Place)
         Why and where a walk along a single free motion ended that does not close; "wound" where
         further turns may have rest positions too.
-    walks : list of (Curve, Walk)
+    walks : list of (MotionCurve, Walk)
         Along single free motions.
     """
 
@@ -109,7 +109,7 @@ class Search:
     unsure: list[Place] = field(default_factory=list)
     odd: list[Place] = field(default_factory=list)
     ends: list[tuple[str, Place]] = field(default_factory=list)
-    walks: list[tuple[Curve, Walk]] = field(default_factory=list)
+    walks: list[tuple[MotionCurve, Walk]] = field(default_factory=list)
     origin: Array = field(default_factory=lambda: np.zeros(0))
     _ratio: float = np.inf
 
@@ -157,7 +157,7 @@ class Search:
         if odd and not roots.unsure and not row:
             self.ends.append(("odd", here))
         if cover.full:
-            self.ends.append(("wide", cover.spots[-1].place))
+            self.ends.append(("wide", cover.nodes[-1].place))
         elif cover.rim and cover.driven_out():
             self.ends.append(("wide", cover.rim[0].place))
         elif cover.tells_turns_apart():
@@ -189,11 +189,11 @@ class Search:
         for way in ways[:few]:
             place: Place | None = here
             along = unit(way @ here.motions)
-            gone = 0.0
+            arclength = 0.0
             for distance in DISTANCES:
-                while place is not None and gone < distance:
+                while place is not None and arclength < distance:
                     place, along = self._step(place, along, STRIDE)
-                    gone += STRIDE
+                    arclength += STRIDE
                 if place is not None:
                     found.append(place)
         return found
@@ -214,7 +214,7 @@ class Search:
 
     def _walk(self, here: Place) -> None:
         """All rest positions along a single free motion: both ways from a place, or all round."""
-        curve = Curve(self.manifold, here)
+        curve = MotionCurve(self.manifold, here)
         if max(abs(curve.start.drive), abs(curve.start.slope)) == 0.0:
             self._keep(here)
             return
@@ -225,7 +225,7 @@ class Search:
         round_ = onward.closed and alike <= ALIKE * self.manifold.scale_of(here)
         walks = [onward]
         if onward.closed and not round_:
-            walks.append(curve.walk(-1.0, 0.5 * float(curve.gone(onward)[-1])))
+            walks.append(curve.walk(-1.0, 0.5 * float(curve.arclengths(onward)[-1])))
             if curve.balanced_beyond(onward):
                 self.ends.append(("wound", again))
         elif not round_:
@@ -234,14 +234,14 @@ class Search:
         met: list[tuple[float, Place]] = []
         for walk in walks:
             roots = roots_of(curve, walk, start=walk is onward and not round_)
-            whole = float(curve.gone(walk)[-1]) if round_ else np.inf
+            whole = float(curve.arclengths(walk)[-1]) if round_ else np.inf
             for rest in roots.rests:
-                gone = curve.along(rest, walk)
+                arclength = curve.arclength_of(rest, walk)
                 place = rest.place
-                if whole - gone < gone:  # nearer the other way round
+                if whole - arclength < arclength:  # nearer the other way round
                     back = self.manifold.place(place.q - (again.q - here.q))
-                    gone, place = whole - gone, back or place
-                met.append((gone, place))
+                    arclength, place = whole - arclength, back or place
+                met.append((arclength, place))
             self.jumps += [node.place for node in roots.jumps]
             self.odd += [node.place for node in out_of_turn(curve, walk, roots)]
             self.unsure += [node.place for node in roots.unsure]
@@ -273,9 +273,9 @@ class Search:
                 walks -= 1
                 self._lead(rest.place, way, np.delete(parts, n, axis=0))
 
-    def _lead(self, start: Place, way: Array, held: Array) -> None:
+    def _lead(self, start: Place, way: Array, fixed: Array) -> None:
         """Rest positions from where the drive along a way changes its sign; the other leaders do
-        not move, held (free − 1, coordinates) being what they do.
+        not move, fixed (free − 1, coordinates) being what they do.
         """
         none = BALANCED * self.manifold.largest(start.q)
         for sign in (1.0, -1.0):
@@ -284,7 +284,7 @@ class Search:
                 there = self.manifold.moved(here, LEAP * along)
                 if there is None or there.motions.shape != start.motions.shape:
                     break
-                sizes, vt = np.linalg.svd(held @ there.motions.T)[1:]
+                sizes, vt = np.linalg.svd(fixed @ there.motions.T)[1:]
                 if not sizes[-1] > LEADS * sizes[0] or self._is_away(there):
                     break
                 onward = vt[-1] @ there.motions

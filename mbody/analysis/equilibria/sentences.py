@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from mbody.analysis.equilibria.search import Search
+from mbody.analysis.equilibria.search import RestSearch
 from mbody.analysis.freedom.free_motions import FreeMotion, free_motions, rates_of
 from mbody.analysis.position.tangent_space import Place
 from mbody.errors import SolveError
@@ -40,7 +40,7 @@ MISSING = {
 class Words:
     """Sentences about one search."""
 
-    def __init__(self, system: System, search: Search) -> None:
+    def __init__(self, system: System, search: RestSearch) -> None:
         self.system, self.search = system, search
         self.mechanism, self.manifold = system.mechanism, search.manifold
 
@@ -108,9 +108,9 @@ class Words:
         """The sentence where no rest position was found."""
         name, units = self.mechanism.name, self.mechanism.units
         search = self.search
-        gone, least = search.ran_away, search.least
-        if gone is not None:
-            far = (gone.q / self.manifold.scale).reshape(-1, 3)[:, :2]
+        away, least = search.ran_away, search.least
+        if away is not None:
+            far = (away.q / self.manifold.scale).reshape(-1, 3)[:, :2]
             body = self.mechanism.bodies[int(np.abs(far).max(axis=1).argmax())].name
             return SolveError(
                 f"no rest position of '{name}': its loads drive '{body}' away without end; hold "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbody.analysis.equilibria.surface_cover import Cover, Spot
+from mbody.analysis.equilibria.surface_cover import Cover, CoverNode
 from mbody.analysis.position.tangent_space import Array, Place
 
 __all__ = ["FINEST", "PolarChart", "TangentChart"]
@@ -28,9 +28,9 @@ class TangentChart:
         How often the drive was evaluated.
     """
 
-    def __init__(self, cover: Cover, spot: Spot) -> None:
-        self.cover, self.spot, self.evaluations = cover, spot, 0
-        self.low, high = cover.box(spot, OVERLAP)
+    def __init__(self, cover: Cover, node: CoverNode) -> None:
+        self.cover, self.node, self.evaluations = cover, node, 0
+        self.low, high = cover.box(node, OVERLAP)
         self.step = (high - self.low) / FINEST
         self._drives: dict[tuple[int, int], Array] = {}
 
@@ -52,17 +52,17 @@ class TangentChart:
         """The drive at coordinates; not a number where the chart does not lead."""
         self.evaluations += 1
         place = self.place(y)
-        return np.full(2, np.nan) if place is None else self.spot.frame @ place.push
+        return np.full(2, np.nan) if place is None else self.node.frame @ place.push
 
     def place(self, y: Array) -> Place | None:
         """The position at coordinates; None where the chart does not lead."""
-        manifold, frame = self.cover.manifold, self.spot.frame
-        q = manifold.closed(self.spot.place.q + manifold.scale * (y @ frame), frame)
+        manifold, frame = self.cover.manifold, self.node.frame
+        q = manifold.closed(self.node.place.q + manifold.scale * (y @ frame), frame)
         if q is None:
             return None
         # closing may lead to another sheet
-        gone = (q - self.spot.place.q) / manifold.scale
-        if np.linalg.norm(gone) > STEEP * np.linalg.norm(y) + 1e-9:
+        chord = (q - self.node.place.q) / manifold.scale
+        if np.linalg.norm(chord) > STEEP * np.linalg.norm(y) + 1e-9:
             return None
         there = manifold.place(q)
         return there if there is not None and len(there.motions) == 2 else None
@@ -73,8 +73,8 @@ class PolarChart(TangentChart):
     in both, down to the radius zero.
     """
 
-    def __init__(self, cover: Cover, spot: Spot, centre: Array, radius: float) -> None:
-        super().__init__(cover, spot)
+    def __init__(self, cover: Cover, node: CoverNode, centre: Array, radius: float) -> None:
+        super().__init__(cover, node)
         self.centre, self.radius = centre, radius
         self.low = np.array([INNERMOST * radius, 0.0])
         self.step = (np.array([radius, 2.0 * np.pi]) - self.low) / FINEST

@@ -14,7 +14,7 @@ import numpy as np
 
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
 
-__all__ = ["Cover", "Spot"]
+__all__ = ["Cover", "CoverNode"]
 
 #: Distance of neighbours in radians and model lengths of the fastest coordinate, the part of it at
 #: which places are the same, and the least.
@@ -30,7 +30,7 @@ LEVEL = 0.8
 
 
 @dataclass(frozen=True, eq=False)
-class Spot:
+class CoverNode:
     """A place of the cover.
 
     Attributes
@@ -54,12 +54,12 @@ class Cover:
 
     def __init__(self, manifold: Manifold, start: Place, frame: Array) -> None:
         self.manifold, self.scale, self.start = manifold, manifold.scale, start
-        self.spots: list[Spot] = []
-        self.rim: list[Spot] = []
+        self.nodes: list[CoverNode] = []
+        self.rim: list[CoverNode] = []
         self.full = self.wound = False
         self._names = np.empty((MOST, 4 * (len(start.q) // 3)))
         self._reaches = np.empty(MOST)
-        self._add(self._spot(start, frame, SPACING))
+        self._add(self._node(start, frame, SPACING))
         self._grow()
 
     @property
@@ -67,11 +67,13 @@ class Cover:
         """Whether the surface is covered whole."""
         return not (self.full or self.rim)
 
-    def _spot(self, place: Place, frame: Array, reach: float) -> Spot:
+    def _node(self, place: Place, frame: Array, reach: float) -> CoverNode:
         u, _, vt = np.linalg.svd(frame @ place.motions.T)
         turn = u @ vt
         K = turn @ self.manifold.stiffness(place) @ turn.T
-        return Spot(place, turn @ place.motions, reach, turn @ place.drive, K, self.name(place.q))
+        return CoverNode(
+            place, turn @ place.motions, reach, turn @ place.drive, K, self.name(place.q)
+        )
 
     def name(self, q: Array) -> Array:
         """A position by numbers that whole turns leave alone."""
@@ -79,32 +81,32 @@ class Cover:
         parts = [pose[:, 0], pose[:, 1], np.cos(pose[:, 2]), np.sin(pose[:, 2])]
         return np.concatenate(parts)
 
-    def _add(self, spot: Spot) -> None:
-        n = len(self.spots)
-        self._names[n], self._reaches[n] = spot.name, spot.reach
-        self.spots.append(spot)
+    def _add(self, node: CoverNode) -> None:
+        n = len(self.nodes)
+        self._names[n], self._reaches[n] = node.name, node.reach
+        self.nodes.append(node)
 
     def near(self, name: Array) -> Array:
         """How far every place is."""
-        return np.asarray(np.abs(self._names[: len(self.spots)] - name).max(axis=1))
+        return np.asarray(np.abs(self._names[: len(self.nodes)] - name).max(axis=1))
 
     def _taken(self, name: Array, reach: float) -> bool:
         """Whether a place is there already."""
-        own = np.minimum(self._reaches[: len(self.spots)], reach)
+        own = np.minimum(self._reaches[: len(self.nodes)], reach)
         return bool((self.near(name) < SAME * own).any())
 
     def _grow(self) -> None:
-        waiting = deque(self.spots)
+        waiting = deque(self.nodes)
         angles = np.arange(WAYS) * (2.0 * np.pi / WAYS)
         while waiting:
-            spot = waiting.popleft()
+            node = waiting.popleft()
             for angle in angles:
-                way = np.cos(angle) * spot.frame[0] + np.sin(angle) * spot.frame[1]
+                way = np.cos(angle) * node.frame[0] + np.sin(angle) * node.frame[1]
                 way /= np.abs(way).max()
-                there = self._added(spot, way)
+                there = self._added(node, way)
                 if there is None:
                     continue
-                if len(self.spots) == MOST:
+                if len(self.nodes) == MOST:
                     self.full = True
                     return
                 self._add(there)
@@ -113,44 +115,44 @@ class Cover:
                 else:
                     waiting.append(there)
 
-    def _added(self, spot: Spot, way: Array) -> Spot | None:
+    def _added(self, node: CoverNode, way: Array) -> CoverNode | None:
         """A new place in a direction; None where one is there already, or none closes."""
-        reach = min(2.0 * spot.reach, SPACING)
+        reach = min(2.0 * node.reach, SPACING)
         while reach > LEAST:
             # the guess says mostly whether the place is new; closing it is dear
-            if self._taken(self.name(spot.place.q + self.scale * reach * way), 0.8 * reach):
+            if self._taken(self.name(node.place.q + self.scale * reach * way), 0.8 * reach):
                 return None
-            there = self.manifold.moved(spot.place, reach * way)
+            there = self.manifold.moved(node.place, reach * way)
             if there is not None and len(there.motions) == 2:
-                level = np.linalg.svd(spot.frame @ there.motions.T)[1]
-                gone = float(np.abs((there.q - spot.place.q) / self.scale).max())
-                if level[-1] > LEVEL and 0.5 * reach < gone < 1.6 * reach:
+                level = np.linalg.svd(node.frame @ there.motions.T)[1]
+                moved = float(np.abs((there.q - node.place.q) / self.scale).max())
+                if level[-1] > LEVEL and 0.5 * reach < moved < 1.6 * reach:
                     if self._taken(self.name(there.q), reach):
                         return None
-                    return self._spot(there, spot.frame, reach)
+                    return self._node(there, node.frame, reach)
             reach *= 0.5
         return None
 
-    def _far(self, spot: Spot) -> bool:
-        way = (spot.place.q - self.start.q) / self.scale
+    def _far(self, node: CoverNode) -> bool:
+        way = (node.place.q - self.start.q) / self.scale
         return float(np.abs(way.reshape(-1, 3)[:, :2]).max(initial=0.0)) > FAR
 
     def driven_out(self) -> bool:
         """Whether loads drive outward somewhere on the rim of what was covered."""
-        for spot in self.rim:
-            way = ((spot.place.q - self.start.q) / self.scale).reshape(-1, 3).copy()
+        for node in self.rim:
+            way = ((node.place.q - self.start.q) / self.scale).reshape(-1, 3).copy()
             way[:, 2] = 0.0
-            outward = spot.frame.T @ (spot.frame @ way.reshape(-1))
-            if spot.place.force @ outward > 1e-9 * float(np.abs(spot.place.force).max(initial=0.0)):
+            outward = node.frame.T @ (node.frame @ way.reshape(-1))
+            if node.place.force @ outward > 1e-9 * float(np.abs(node.place.force).max(initial=0.0)):
                 return True
         return False
 
     def tells_turns_apart(self) -> bool:
         """Whether a whole turn of some body changes the loads, as of a torsion spring."""
-        first = self.spots[0].place
+        first = self.nodes[0].place
         top = self.manifold.scale_of(first)
         for body in range(len(first.q) // 3):
-            angles = np.array([spot.place.q[3 * body + 2] for spot in self.spots])
+            angles = np.array([node.place.q[3 * body + 2] for node in self.nodes])
             if np.ptp(angles) < 1.9 * np.pi:
                 continue  # it does not turn round
             q = first.q.copy()
@@ -159,36 +161,36 @@ class Cover:
                 return True
         return False
 
-    def beside(self, spot: Spot) -> list[Spot]:
+    def beside(self, node: CoverNode) -> list[CoverNode]:
         """The places next to one."""
-        apart = self.near(spot.name)
-        return [self.spots[n] for n in np.flatnonzero((apart > 0.0) & (apart < 1.6 * spot.reach))]
+        apart = self.near(node.name)
+        return [self.nodes[n] for n in np.flatnonzero((apart > 0.0) & (apart < 1.6 * node.reach))]
 
-    def seen(self, spot: Spot, q: Array) -> Array:
+    def seen(self, node: CoverNode, q: Array) -> Array:
         """A position in the tangent plane of a place, whole turns left out: (2,)."""
-        way = (q - spot.place.q) / self.scale
+        way = (q - node.place.q) / self.scale
         way[2::3] = np.remainder(way[2::3] + np.pi, 2.0 * np.pi) - np.pi
-        return np.asarray(spot.frame @ way)
+        return np.asarray(node.frame @ way)
 
-    def box(self, spot: Spot, overlap: float) -> tuple[Array, Array]:
+    def box(self, node: CoverNode, overlap: float) -> tuple[Array, Array]:
         """Lower and upper bounds, in the tangent plane of a place, of what is nearer to it than to
         its neighbours by a factor.
         """
-        ways = [self.seen(spot, other.place.q) for other in self.beside(spot)]
-        reach = 0.75 * max((float(np.linalg.norm(y)) for y in ways), default=2.0 * spot.reach)
+        ways = [self.seen(node, other.place.q) for other in self.beside(node)]
+        reach = 0.75 * max((float(np.linalg.norm(y)) for y in ways), default=2.0 * node.reach)
         corners = reach * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
         for y in ways:
             corners = _clipped(corners, y, 0.5 * overlap * float(y @ y))
         return corners.min(axis=0), corners.max(axis=0)
 
-    def excluded(self, spot: Spot) -> bool:
+    def excluded(self, node: CoverNode) -> bool:
         """Whether no zero lies within reach of a place."""
-        beside = self.beside(spot)
+        beside = self.beside(node)
         bend, longest = 0.0, 0.0
         for other in beside:
-            y = self.seen(spot, other.place.q)
-            u, _, vt = np.linalg.svd(spot.frame @ other.frame.T)
-            missed = (u @ vt) @ other.drive - (spot.drive - spot.stiffness @ y)
+            y = self.seen(node, other.place.q)
+            u, _, vt = np.linalg.svd(node.frame @ other.frame.T)
+            missed = (u @ vt) @ other.drive - (node.drive - node.stiffness @ y)
             length = float(np.linalg.norm(y))
             bend = max(bend, float(np.linalg.norm(missed)) / length**2)
             longest = max(longest, length)
@@ -196,7 +198,7 @@ class Cover:
             return False
         # places are no further than that from the nearest of the cover
         reach = 0.75 * longest
-        return _least(spot.drive, spot.stiffness, reach) > SURE * bend * reach**2
+        return _least(node.drive, node.stiffness, reach) > SURE * bend * reach**2
 
 
 def _clipped(corners: Array, way: Array, most: float) -> Array:

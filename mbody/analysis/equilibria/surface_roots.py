@@ -85,7 +85,7 @@ def surface_roots(cover: Cover, polish: Polish) -> SurfaceRoots:
     polish : callable
         The rest position that is nearest to a place close by; None where there is none.
     """
-    return _Isolation(cover, polish).found
+    return _SurfaceIsolation(cover, polish).found
 
 
 @dataclass
@@ -95,7 +95,7 @@ class _Zero:
     singular: bool
 
 
-class _Isolation:
+class _SurfaceIsolation:
     def __init__(self, cover: Cover, polish: Polish) -> None:
         self.cover, self.polish = cover, polish
         self.found = SurfaceRoots()
@@ -103,23 +103,23 @@ class _Isolation:
         self.spent = 0
         angles = np.arange(DIRECTIONS) * (2.0 * np.pi / DIRECTIONS)
         self.ways = np.column_stack([np.cos(angles), np.sin(angles)])
-        open_ = [spot for spot in cover.spots if not cover.excluded(spot)]
+        open_ = [node for node in cover.nodes if not cover.excluded(node)]
         self.points = jump_points(cover, open_)
         for point in self.points:
             self.around(point)
-        for spot in open_:
-            self.examine(TangentChart(cover, spot))
+        for node in open_:
+            self.examine(TangentChart(cover, node))
             if self.spent > MOST:
-                self.found.unsure.append(spot.place)
+                self.found.unsure.append(node.place)
                 break
         self.found.rests = [zero.place for zero in self.zeros]
 
     def examine(self, chart: TangentChart) -> bool:
         """Find the zeros of a chart; whether their number is certain."""
         self.near = [
-            (self.cover.seen(chart.spot, point.q), point.radius)
+            (self.cover.seen(chart.node, point.q), point.radius)
             for point in self.points
-            if np.abs(self.cover.name(point.q) - chart.spot.name).max() < 4.0 * chart.spot.reach
+            if np.abs(self.cover.name(point.q) - chart.node.name).max() < 4.0 * chart.node.reach
         ]
         if isinstance(chart, PolarChart):
             self.near = []
@@ -232,7 +232,7 @@ class _Isolation:
         for _ in range(ITERATIONS):
             if here is None or len(here.motions) != 2:
                 return
-            off = (chart.grid(self.cover.seen(chart.spot, here.q)) - corner) / size
+            off = (chart.grid(self.cover.seen(chart.node, here.q)) - corner) / size
             if np.abs(off - 0.5).max() > 1.5:
                 return
             K = manifold.stiffness(here)
@@ -253,16 +253,16 @@ class _Isolation:
     def known(self, chart: TangentChart, corner: Corner, size: int, beside: float) -> _Zero | None:
         """A zero that was found in a cell, or beside it by a part of its size."""
         for zero in self.zeros:
-            if np.abs(zero.name - chart.spot.name).max() > 4.0 * chart.spot.reach:
+            if np.abs(zero.name - chart.node.name).max() > 4.0 * chart.node.reach:
                 continue
-            at = chart.grid(self.cover.seen(chart.spot, zero.place.q))
+            at = chart.grid(self.cover.seen(chart.node, zero.place.q))
             if np.abs((at - corner) / size - 0.5).max() <= 0.5 + beside:
                 return zero
         return None
 
     def around(self, point: JumpPoint) -> None:
         """The zeros in the disc around a jump, and the winding number there."""
-        chart = PolarChart(self.cover, point.spot, point.y, point.radius)
+        chart = PolarChart(self.cover, point.node, point.y, point.radius)
         if not self.examine(chart):
             return
         angles = [float(n) for n in np.arange(CIRCLE + 1) * (FINEST / CIRCLE)]

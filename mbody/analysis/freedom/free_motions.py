@@ -224,7 +224,7 @@ class _Words:
         return f"{words} ({shown} rad/{self.units.time})"
 
     def _centre(self, name: str) -> str:
-        """A pin that stands still, else where the instantaneous centre is."""
+        """A pin that does not move, else where the instantaneous centre is."""
         x, y = self.q[3 * self.system.bodies[name] :][:2]
         vx, vy, w = self.rates[name]
         touching = self.joints[name]
@@ -257,7 +257,7 @@ class _Words:
         return f"{_listed(names)} move{s} along {along} without turning ({rate})"
 
     def _guided(self, name: str) -> bool:
-        """Whether a body slides on one that stands still, or is held by nothing."""
+        """Whether a body slides on one that does not move, or is free of joints."""
         touching = self.joints[name]
         return not touching or any(
             joint.slide

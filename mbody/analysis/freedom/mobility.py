@@ -10,11 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.time_grid import time_grid
 from mbody.analysis.freedom.free_motions import FreeMotion, components, free_motions
-from mbody.analysis.position.assembly_analysis import DEAD, as_system, closed
+from mbody.analysis.freedom.single_design import single_design, single_time
+from mbody.analysis.position.assembly_analysis import DEAD, closed
 from mbody.analysis.position.closed_position import ClosedPosition
-from mbody.errors import ModelError
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.remarks import remarks
@@ -39,7 +38,7 @@ SETTLE, SETTLED = 40, 1e-12
 
 @dataclass(frozen=True)
 class Count:
-    """Degrees of freedom by formula and by rank, of the joints alone or with the drivers held.
+    """Degrees of freedom by formula and by rank, of the joints alone or with the drivers fixed.
 
     Attributes
     ----------
@@ -92,12 +91,12 @@ class Mobility:
         Moving links; independent loops, of joints, and of couplings between bodies that are joined
         without them.
     of_joints, driven : Count
-        Without the drivers, and with the drivers held.
+        Without the drivers, and with the drivers fixed.
     redundant : dict
         By joint, where some can be spared: how many of its rows could be removed without setting
         anything free. Of several joints that share one dependency any one is meant, not all.
     motions, driven_motions : tuple of FreeMotion or None
-        Free motions without the drivers and with the drivers held; None where they were not
+        Free motions without the drivers and with the drivers fixed; None where they were not
         computed.
     notes : tuple of str
         Singular positions, loose parts and what was not computed, as sentences.
@@ -120,7 +119,7 @@ class Mobility:
 
     @property
     def freedom(self) -> int | None:
-        """Degrees of freedom with the drivers held; None where the rank was not computed."""
+        """Degrees of freedom with the drivers fixed; None where the rank was not computed."""
         return self.driven.freedom
 
     def data(self) -> dict[str, Any]:
@@ -167,8 +166,8 @@ def mobility(
     Returns
     -------
     Mobility
-        Counts without the drivers and with the drivers held, rows that can be spared by joint, free
-        motions in words.
+        Counts without the drivers and with the drivers fixed, rows that can be spared by joint,
+        free motions in words.
 
     Raises
     ------
@@ -180,8 +179,8 @@ def mobility(
     Notes
     -----
     The rank is found by a singular value decomposition, up to 1500 rows; beyond, it is given where
-    elimination shows all rows to be independent. Up to 300 rows positions nearby tell a singular
-    position from redundant constraints.
+    elimination shows all rows to be independent. Up to 300 rows positions nearby distinguish a
+    singular position from redundant constraints.
 
     Examples
     --------
@@ -192,14 +191,9 @@ def mobility(
     >>> report.motions[0].words.partition(" (")[0]
     'crank turns about O2, coupler and rocker follow'
     """
-    system = as_system(model)
-    if system.batch is not None:
-        raise ModelError("mobility takes one design: choose one of the batch with design(n)")
-    asked = time_grid(system, t, None, None, None)
-    if len(asked.t) != 1:
-        raise ModelError(f"mobility takes one time, not {len(asked.t)}")
-    start = closed(system, float(asked.t[0]), {}, guess)
-    return _Report(system, start, float(asked.t[0])).mobility()
+    system = single_design("mobility", model)
+    time = single_time("mobility", system, t)
+    return _Report(system, closed(system, time, {}, guess), time).mobility()
 
 
 def _loops(mechanism: Mechanism) -> int:

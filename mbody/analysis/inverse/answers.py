@@ -12,11 +12,11 @@ from mbody.solution.presentation import present
 from mbody.solution.solution import Solution
 from mbody.system.read_only import lock
 
-__all__ = ["Answer", "Found"]
+__all__ = ["Answer", "AnswerCase"]
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class AnswerCase:
     """One solution of a question.
 
     Attributes
@@ -59,7 +59,7 @@ class Answer:
     Attributes
     ----------
     question : Question
-    solutions : tuple of Found
+    solutions : tuple of AnswerCase
     straight : bool
         Whether all is linear in the unknowns: the solution is then the only one.
     notes : tuple of str
@@ -72,7 +72,7 @@ class Answer:
 
     mechanism: Mechanism
     question: Question
-    solutions: tuple[Found, ...]
+    solutions: tuple[AnswerCase, ...]
     straight: bool
     notes: tuple[str, ...] = ()
     status: str = "completed"
@@ -81,7 +81,7 @@ class Answer:
     def __len__(self) -> int:
         return len(self.solutions)
 
-    def __getitem__(self, index: int) -> Found:
+    def __getitem__(self, index: int) -> AnswerCase:
         return self.solutions[index]
 
     def data(self, angle: str = "deg") -> dict[str, Any]:

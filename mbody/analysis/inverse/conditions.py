@@ -83,7 +83,7 @@ def relation(text: str, *, equal: bool) -> list[Relation]:
 
 
 def _magnitude(text: str) -> str:
-    """What stands in ``abs(…)``, where that is all; else nothing."""
+    """What is within ``abs(…)``, where that is all; else nothing."""
     if not (text.startswith("abs(") and text.endswith(")")):
         return ""
     depth = 0

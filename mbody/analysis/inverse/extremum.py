@@ -1,4 +1,4 @@
-"""The greatest value of one unknown: over which range it is sought, and what is said of it."""
+"""The greatest value of one unknown: over which range it is sought, and what is reported of it."""
 
 from __future__ import annotations
 

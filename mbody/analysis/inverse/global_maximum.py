@@ -174,13 +174,13 @@ class Profile:
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             for a, b in itertools.permutations(range(4), 2):
                 weights[a] *= x[b] / (x[b] - x[a])
-            told = np.einsum("ak,akc->kc", weights, y)
+            fitted = np.einsum("ak,akc->kc", weights, y)
         five = np.concatenate([y, self.y[None, k]])
         spread = five.max(axis=0) - five.min(axis=0)
         floor = FLOOR * (self.size[k] + np.abs(five).max(axis=0)) + self.noise + 1e-300
         with np.errstate(invalid="ignore"):
-            part = np.abs(told - self.y[k]) / (spread + floor / ROUGH)
-        # places that nearly coincide tell nothing
+            part = np.abs(fitted - self.y[k]) / (spread + floor / ROUGH)
+        # places that nearly coincide show nothing
         apart = np.abs(x).min(axis=0) > FINEST**2 * self.spacing
         off[2:-2] = np.where(apart, np.nan_to_num(part).max(axis=1), 0.0)
         return off

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["Affine", "Singular", "about", "affine", "newton", "scan", "spread"]
+__all__ = ["Affine", "SingularEquations", "about", "affine", "newton", "scan", "spread"]
 
 Array = np.ndarray
 Rows = Callable[[Array], tuple[Array, Array]]
@@ -28,7 +28,7 @@ STRIDE = 8
 OPEN = 1e-11
 
 
-class Singular(Exception):
+class SingularEquations(Exception):
     """The rows do not determine the unknowns: a direction that they leave open, and whether a
     solution exists at all.
     """
@@ -56,7 +56,7 @@ class Affine:
 
         Raises
         ------
-        Singular
+        SingularEquations
         """
         chosen = list(rows)
         size = np.maximum(self.size[chosen], 1e-300)
@@ -64,7 +64,7 @@ class Affine:
         u, s, vt = np.linalg.svd(slope)
         if s[-1] <= OPEN * max(float(s[0]), 1e-300):
             small = s <= OPEN * max(float(s[0]), 1e-300)
-            raise Singular(vt[-1], bool(np.abs(u[:, small].T @ rest).max() < HOLDS))
+            raise SingularEquations(vt[-1], bool(np.abs(u[:, small].T @ rest).max() < HOLDS))
         step: Array = np.linalg.solve(slope, -rest)
         return self.base + step
 

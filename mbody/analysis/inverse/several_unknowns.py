@@ -104,12 +104,12 @@ class _Hill:
         from scipy.optimize import minimize
 
         def part(name: str, rows: slice | int, factor: Array | float) -> Callable[[Array], Array]:
-            def asked(u: Array) -> Array:
+            def rows_at(u: Array) -> Array:
                 self.look(u)
                 found: Array = (getattr(self, name)[rows].T * factor).T
                 return found
 
-            return asked
+            return rows_at
 
         last = len(self.rest) - 1
         conditions = []

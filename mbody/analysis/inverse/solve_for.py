@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from mbody.analysis.inverse.answers import Answer
-from mbody.analysis.inverse.solver import Search
+from mbody.analysis.inverse.solver import Solver
 from mbody.errors import ModelError, brief
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import Question
@@ -49,7 +49,7 @@ def solve_for(
     Raises
     ------
     ModelError
-        For a question that the mechanism cannot be asked.
+        For a question that the mechanism cannot answer.
     SolveError
         When nothing meets the conditions, with the reason; when they leave an unknown open; when
         nothing bounds what is to be greatest, or it grows without bound towards a singular
@@ -62,7 +62,7 @@ def solve_for(
     included. One unknown is searched over its whole range, on the branch of the mechanism as it
     stands: sampled adaptively, with every summit, every place where a side condition begins to
     bind, and every edge of what can be analysed found to rounding. Without bounds the range ends
-    where the mechanism cannot be analysed, or far away, and a note tells it; the angle of a driver
+    where the mechanism cannot be analysed, or far away, and a note says so; the angle of a driver
     is searched a turn to both sides. Several unknowns are sought by climbs from several starts,
     which are checked by samples.
 
@@ -85,4 +85,4 @@ def solve_for(
         question = Question(
             unknowns, conditions, side_conditions, greatest, least, analysis, at or {}
         )
-    return Search(mechanism, question).answer()
+    return Solver(mechanism, question).answer()

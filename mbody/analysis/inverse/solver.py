@@ -10,13 +10,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mbody.analysis.inverse.answers import Answer, Found
-from mbody.analysis.inverse.conditions import Relation, check_question, relations
+from mbody.analysis.inverse.answers import Answer, AnswerCase
+from mbody.analysis.inverse.conditions import check_question, relations
 from mbody.analysis.inverse.extremum import Extremum, Unbounded, extremum
+from mbody.analysis.inverse.refusals import Refusals
 from mbody.analysis.inverse.roots import (
     HOLDS,
     Affine,
-    Singular,
+    SingularEquations,
     about,
     affine,
     newton,
@@ -31,7 +32,7 @@ from mbody.model.mechanism import Mechanism
 from mbody.model.study import Question
 from mbody.solution.doubts import Doubt, doubted
 
-__all__ = ["Search"]
+__all__ = ["Solver"]
 
 Array = np.ndarray
 #: A place with all rows about it.
@@ -51,7 +52,7 @@ KINKS = re.compile(r"\b(abs|min|max)\s*\(")
 SAME = 1e-6
 
 
-class Search:
+class Solver:
     """Finds what meets the conditions of one question of one mechanism."""
 
     def __init__(self, mechanism: Mechanism, question: Question) -> None:
@@ -60,6 +61,7 @@ class Search:
         self.equations, self.sides = relations(question)
         self.trials = Trials(mechanism, question)
         self.wanted = self.trials.wanted
+        self.refusals = Refusals(mechanism, question, (self.equations, self.sides), self.trials)
         self.notes: list[str] = []
         self.doubts: list[Doubt] = []
 
@@ -90,7 +92,7 @@ class Search:
         return doubted(answer, [*self.doubts, *of_runs])
 
     def _may_be_straight(self) -> bool:
-        """Whether probes can tell that all is linear: not where a formula has a kink, which they
+        """Whether probes can show that all is linear: not where a formula has a kink, which they
         may miss.
         """
         formulas = [self.question.objective] if self.question.objective else []
@@ -106,15 +108,15 @@ class Search:
             rows = tuple(range(len(self.equations)))
             try:
                 u = straight.solve(rows)
-            except Singular as error:
-                raise self._singular(error) from None
+            except SingularEquations as error:
+                raise self.refusals.undetermined(error) from None
             place = self._refined(straight, u, rows)
             self._check_bounds(place.base)
             return [place]
         bounded = self._with_bounds(straight)
         corners = []
         for rows in self._actives(len(bounded.rest)):
-            with contextlib.suppress(Singular):
+            with contextlib.suppress(SingularEquations):
                 u = bounded.solve(rows)
                 corners.append((Affine(u, bounded(u), bounded.slope, bounded.size), rows))
         best, rows = self._best(corners)
@@ -156,8 +158,8 @@ class Search:
         """Refuse the only solution where it is beyond a bound."""
         for part, one in zip(u, self.wanted, strict=True):
             if not one.allows(part):
-                value, unit = one.told(float(part), self.mechanism)
-                low, high = (one.told(bound, self.mechanism)[0] for bound in one.bounds)
+                value, unit = one.shown(float(part), self.mechanism)
+                low, high = (one.shown(bound, self.mechanism)[0] for bound in one.bounds)
                 between = f"{low:g} to {high:g} {unit}".rstrip()
                 raise SolveError(
                     f"{listed(self.question.conditions)} holds at '{one.unknown.name}' = "
@@ -198,10 +200,10 @@ class Search:
         try:
             best = extremum(one, values, self._noise())
         except Unbounded as error:
-            raise SolveError(self._endless(error.u, error.edge)) from None
-        where = f"{self._at(best.low)} to {self._at(best.high)}"
+            raise SolveError(self.refusals.endless(error.u, error.edge)) from None
+        where = f"{self.refusals.at(best.low)} to {self.refusals.at(best.high)}"
         if best.u is None:
-            raise SolveError(self._nowhere(best.nearest, where))
+            raise SolveError(self.refusals.nowhere(best.nearest, where))
         self._remark(best, where)
         return next(filter(self._runs, np.array(best.inwards)[:, None]), np.array([best.u]))
 
@@ -212,19 +214,20 @@ class Search:
         if best.low > low or best.high < high:
             self.notes.append(f"{self.wanted[0].unknown.name} was searched from {where}")
         for a, b in best.gaps:
+            low_end, high_end = self.refusals.at(a), self.refusals.at(b)
             self.notes.append(
-                f"between {self._at(a)} and {self._at(b)} the mechanism cannot be analysed: "
+                f"between {low_end} and {high_end} the mechanism cannot be analysed: "
                 "nothing is compared there"
             )
-        word = self._word
+        word, at = self.refusals.word, self.refusals.at(best.u)
         if best.inwards:
             self._doubt(
-                f"the {word} '{self.question.objective}' is only come near to: {self._at(best.u)} "
+                f"the {word} '{self.question.objective}' is only come near to: {at} "
                 "is the edge of what can be analysed, and nothing beyond it is compared"
             )
         elif self.trials.pivot(np.array([best.u])) < WEAK:
             self._doubt(
-                f"the {word} '{self.question.objective}' is at {self._at(best.u)}, so near to a "
+                f"the {word} '{self.question.objective}' is at {at}, so near to a "
                 "singular position that few of its digits are sure: keep away from it by a bound"
             )
         if best.rough:
@@ -251,32 +254,24 @@ class Search:
         sign = 1.0 if self.question.greatest else -1.0
         found = climbed(self.rows, len(self.equations), self.wanted, sign)
         if found.u is None:
-            raise SolveError(self._infeasible(*self._worst(found.nearest)))
+            raise SolveError(self.refusals.infeasible(*self.refusals.worst(found.nearest)))
         if found.endless:
-            raise SolveError(self._unbounded())
+            raise SolveError(self.refusals.unbounded())
         if not found.sure:
             self._doubt_local(found.starts, found.agreeing)
         return found.u
 
     def _doubt_local(self, starts: int, agreeing: int) -> None:
+        word = self.refusals.word
         self._doubt(
-            f"the {self._word} '{self.question.objective}' may be a local one: of {starts} climbs "
+            f"the {word} '{self.question.objective}' may be a local one: of {starts} climbs "
             f"from different starts {agreeing} end at this value; give narrower bounds, or another "
             "start"
         )
 
-    @property
-    def _word(self) -> str:
-        return "greatest" if self.question.greatest else "least"
-
     def _doubt(self, message: str) -> None:
         names = tuple(dict.fromkeys(one.unknown.name.partition(".")[0] for one in self.wanted))
         self.doubts.append(Doubt("incomplete", message, None, names))
-
-    def _at(self, u: float) -> str:
-        """A value of the one unknown, in steps, as it is said."""
-        value, unit = self.wanted[0].told(u, self.mechanism)
-        return f"{value:.6g} {unit}".strip()
 
     def _roots(self, rows: Sequence[int]) -> list[Affine]:
         """Solutions from several starts, the nearest to the first one first."""
@@ -300,11 +295,11 @@ class Search:
             if len(grids) > 1 and idle > IDLE:
                 break
         if not found:
-            raise SolveError(self._nothing(start))
+            raise SolveError(self.refusals.no_root(start))
         if len(found) > 1 and not all(
             any(place.slope[k].any() for place in found) for k in rows
         ):  # a condition that holds everywhere
-            raise self._singular(Singular(np.ones(len(start)), True))
+            raise self.refusals.undetermined(SingularEquations(np.ones(len(start)), True))
         return sorted(found, key=lambda place: float(np.abs(place.base - start).sum()))
 
     def _unwound(self, place: Affine, rows: Sequence[int]) -> Affine:
@@ -352,13 +347,15 @@ class Search:
         if best is None:
             none = not corners and not self.sides
             raise SolveError(
-                self._unbounded() if allowed or none else self._infeasible(self._text(nearest[1]))
+                self.refusals.unbounded()
+                if allowed or none
+                else self.refusals.infeasible(self.refusals.side(nearest[1]))
             )
         return best[1], best[2]
 
     # -- results and sentences ----------------------------------------------------------------
 
-    def _found(self, place: Affine) -> Found:
+    def _found(self, place: Affine) -> AnswerCase:
         """The solution at a place.
 
         Raises
@@ -367,9 +364,9 @@ class Search:
             Where a side condition is broken, or the analysis fails.
         """
         run = self.trials.run(place.base)
-        rest = self.trials.told(run, [*self.equations, *self.sides], self.question.objective)
+        rest = self.trials.residuals(run, [*self.equations, *self.sides], self.question.objective)
         first, last = len(self.equations), len(self.equations) + len(self.sides)
-        values, units = self._told(place.base)
+        values, units = self.refusals.values(place.base)
         margins: dict[str, float] = {}
         binding = []
         floor = HOLDS * place.size
@@ -380,8 +377,8 @@ class Search:
             if abs(rest[n]) <= floor[n]:
                 binding.append(one.text)
             elif rest[n] < 0.0:
-                raise SolveError(self._broken(one, float(rest[n]), values, units))
-        return Found(
+                raise SolveError(self.refusals.broken(one, float(rest[n]), values, units))
+        return AnswerCase(
             unknowns=values,
             units=units,
             conditions={one.text: float(rest[n]) for n, one in enumerate(self.equations)},
@@ -390,120 +387,4 @@ class Search:
             objective=float(rest[last]) if self.question.objective else None,
             residual=float(np.max(np.abs(rest[:first]) / (place.size[:first] + 1e-300), initial=0)),
             run=run,
-        )
-
-    def _told(self, u: Array) -> tuple[dict[str, float], dict[str, str]]:
-        """Values of the unknowns and their units, by name."""
-        values, units = {}, {}
-        for part, one in zip(u, self.wanted, strict=True):
-            name = one.unknown.name
-            values[name], units[name] = one.told(float(part), self.mechanism)
-        return values, units
-
-    def _where(self, values: dict[str, float], units: dict[str, str]) -> str:
-        parts = [f"{name} = {v:.6g} {units[name]}".strip() for name, v in values.items()]
-        return ", ".join(parts)
-
-    def _broken(
-        self, one: Relation, rest: float, values: dict[str, float], units: dict[str, str]
-    ) -> str:
-        return (
-            f"'{one.text}' does not hold where the conditions do, at {self._where(values, units)}: "
-            f"it is short by {self._short(one, rest)}; that limit is reached first: ask for what "
-            "is greatest within the side conditions"
-        )
-
-    def _text(self, side: int) -> str:
-        """A side condition, or a bound, by its number."""
-        return self.sides[side].text if 0 <= side < len(self.sides) else "a bound of an unknown"
-
-    def _worst(self, u: Array | None) -> tuple[str, str]:
-        """The side condition that is broken most at a place, and where that is."""
-        first, last = len(self.equations), len(self.equations) + len(self.sides)
-        if u is None or not self.sides:
-            return "", ""
-        rest, size = self.rows(u[None])
-        worst = int(np.argmin(rest[0, first:last] / np.maximum(size[0, first:last], 1e-300)))
-        one = self.sides[worst]
-        short = self._short(one, float(rest[0, first + worst]))
-        return one.text, f" by {short} at {self._where(*self._told(u))}"
-
-    def _short(self, one: Relation, rest: float) -> str:
-        """By how much a side condition is broken, with its unit."""
-        unit = one.unit(self.mechanism)
-        value, unit = (math.degrees(rest), "deg") if unit == "rad" else (rest, unit)
-        return f"{-value:.4g} {unit}".strip()
-
-    def _infeasible(self, text: str, where: str = "") -> str:
-        if not text:
-            return self._unreached()
-        return (
-            "nothing meets all conditions and side conditions together: where the others hold "
-            f"'{text}' is broken{where}; loosen one of them, or the bounds"
-        )
-
-    def _nowhere(self, nearest: float, where: str) -> str:
-        """Why one unknown has no value that is allowed."""
-        if math.isnan(nearest):
-            return self._unreached()
-        text, short = self._worst(np.array([nearest]))
-        name = self.wanted[0].unknown.name
-        return (
-            f"no value of '{name}' from {where} meets all side conditions: the nearest breaks "
-            f"'{text}'{short}; loosen it, or the bounds"
-        )
-
-    def _unreached(self) -> str:
-        """The sentence where no trial could be analysed."""
-        names = listed(one.unknown.name for one in self.wanted)
-        said = self.trials.refusal
-        more = f"; the last trial said: {said}" if said else ""
-        return f"no value of {names} was found that can be analysed and meets the conditions{more}"
-
-    def _unbounded(self) -> str:
-        return (
-            f"'{self.question.objective}' has no {self._word} value: the side conditions do not "
-            "bound it; add one that does"
-        )
-
-    def _endless(self, u: float, edge: bool) -> str:
-        way = "grows" if self.question.greatest else "falls"
-        name, where = self.wanted[0].unknown.name, self._at(u)
-        if edge:
-            return (
-                f"'{self.question.objective}' has no {self._word} value: it {way} without bound "
-                f"where '{name}' comes to {where}, beyond which the mechanism cannot be analysed; "
-                "add a side condition or a bound that keeps away from there"
-            )
-        return (
-            f"'{self.question.objective}' has no {self._word} value as far as was searched: it "
-            f"still {way} at '{name}' = {where}; add a side condition or a bound"
-        )
-
-    def _singular(self, error: Singular) -> SolveError:
-        names = [one.unknown.name for one in self.wanted]
-        weights = np.abs(error.direction)
-        loose = [n for n, w in zip(names, weights, strict=True) if w > 1e-3 * weights.max()]
-        texts, one = listed(self.question.conditions), len(self.question.conditions) == 1
-        verb, them = ("holds", "that") if one else ("hold", "them")
-        if error.solvable:
-            said, why = f"{texts} {verb} for any {listed(loose)}", "nothing determines it"
-        else:
-            said, why = f"nothing meets {texts}", f"no value of {listed(loose)} changes {them}"
-        return SolveError(f"{said}: {why}; take unknowns that they depend on")
-
-    def _nothing(self, start: Array) -> str:
-        """Why no solution was found."""
-        rest, _ = self.rows(start[None])
-        names = listed(one.unknown.name for one in self.wanted)
-        left = [
-            f"'{one.text}' is off by {abs(part):.4g}"
-            for one, part in zip(self.equations, rest[0], strict=False)
-            if np.isfinite(part)
-        ]
-        told = f" ({', '.join(left)} at the start)" if left else ""
-        more = f"; the last trial said: {self.trials.refusal}" if self.trials.refusal else ""
-        return (
-            f"no value of {names} was found that meets {listed(self.question.conditions)}{told}: "
-            f"give another start, or wider bounds{more}"
         )

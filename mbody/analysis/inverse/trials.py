@@ -175,10 +175,10 @@ class Trials:
         return self._natural(run, measured(run, measure)[1], max(rates, default=0.0))
 
     def _first(self, first: Solution) -> Reached:
-        """The design as it stands."""
+        """The design as it is described."""
         poses = link_poses(first)
-        as_it_stands = Reached(first, poses, 0.0, redundant=bool(first.soft))
-        return self._from(self.places[0], poses) or as_it_stands
+        as_described = Reached(first, poses, 0.0, redundant=bool(first.soft))
+        return self._from(self.places[0], poses) or as_described
 
     # -- trials -------------------------------------------------------------------------------
 
@@ -209,7 +209,7 @@ class Trials:
                 run = self.analysis(batch, t=self.time, guess=self.known[0].poses)
                 return self._whole(run, relations, objective, len(us))
             except (ModelError, SolveError):
-                pass  # one by one, so that the others are told
+                pass  # one by one, so that the others have values
         found = np.full((2, len(us), len(relations) + 1), np.nan)
         for n, u in enumerate(us):
             with contextlib.suppress(ModelError, SolveError):
@@ -233,7 +233,7 @@ class Trials:
 
     def pivot(self, u: Array) -> float:
         """The least pivot of the trial nearest to a place, as a part of its diagonal; 1 where rows
-        are redundant, whose pivots tell nothing.
+        are redundant, whose pivots show nothing.
         """
         near = self.known[self._nearest(u)]
         return 1.0 if near.redundant else near.ratio
@@ -308,7 +308,7 @@ class Trials:
         run = runner.solution(start, instant, Record([block], 1, batch=False))
         return Reached(run, link_poses(run), side, redundant, float(start.ratio))
 
-    def told(self, run: Solution, relations: list[Relation], objective: str) -> Array:
+    def residuals(self, run: Solution, relations: list[Relation], objective: str) -> Array:
         """right − left of every relation, then the objective: (relations + 1,)."""
         return self._whole(run, relations, objective, 1)[0][0]
 

@@ -27,7 +27,7 @@ class Wanted:
     Attributes
     ----------
     unknown : Unknown
-        As it was asked for.
+        As the question gives it.
     name : str
         Dotted name of the number, or driver and part of its motion.
     dimension : Dimension or None
@@ -100,8 +100,8 @@ class Wanted:
             return abs(math.remainder(a - b, 2.0 * math.pi / self.scale))
         return abs(a - b)
 
-    def told(self, u: float, mechanism: Mechanism) -> tuple[float, str]:
-        """A value as it is told, and its unit."""
+    def shown(self, u: float, mechanism: Mechanism) -> tuple[float, str]:
+        """A value as results give it, and its unit."""
         value, dimension = u * self.scale, self.dimension
         own = mechanism.units.of(dimension) if dimension else ""
         unit = self.unknown.unit or ("deg" if dimension == DIMENSIONS["angle"] else own)

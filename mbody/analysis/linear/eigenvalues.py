@@ -87,11 +87,11 @@ def _finite(E: Array, A: Array) -> tuple[Array, Array] | None:
         if rank == len(A):
             roots, vectors = np.linalg.eig(np.linalg.solve(E, A))
             return roots, Z @ vectors
-        held = u[:, rank:].T @ A
-        _, parts, vt = np.linalg.svd(held)
+        fixed = u[:, rank:].T @ A
+        _, parts, vt = np.linalg.svd(fixed)
         if not parts.min() > NONE:
             return None
-        kept = vt[len(held) :].T
+        kept = vt[len(fixed) :].T
         E, A = u[:, :rank].T @ E @ kept, u[:, :rank].T @ A @ kept
         Z, zero = Z @ kept, NONE
     return np.zeros(0), Z

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.equilibria.equilibrium import Equilibrium, released
+from mbody.analysis.equilibria.equilibrium import Equilibrium
 from mbody.analysis.equilibria.search import ZERO
 from mbody.analysis.freedom.free_motions import FreeMotion, free_motions, leading, rates_of
+from mbody.analysis.freedom.single_design import single_design
 from mbody.analysis.linear.about_motion import Moving
-from mbody.analysis.position.assembly_analysis import as_system, closed
+from mbody.analysis.position.assembly_analysis import closed
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
 from mbody.errors import ModelError, SolveError
 from mbody.model.mechanism import Mechanism
@@ -27,7 +28,7 @@ __all__ = ["Linearization", "linearize"]
 
 #: Least step of the differences for damping, as a part of the natural rate.
 SLOW = 1e-5
-#: A load that jumps with the rate by more than this part of the greatest is told.
+#: A load that jumps with the rate by more than this part of the greatest is reported.
 JUMP = 1e-6
 #: A drive below this part of the greatest load is none: rest positions are found to 1e-8 of it, but
 #: one that is nearly singular moves by the root of rounding, and more, when it is closed again.
@@ -65,7 +66,7 @@ class Linearization(Inherited):
     solution : Solution
         The instant.
     status, doubts, notes
-        As of `Inherited`: those of the instant, and what differences cannot tell.
+        As of `Inherited`: those of the instant, and what differences cannot show.
     """
 
     about: str
@@ -82,7 +83,7 @@ class Linearization(Inherited):
 
     @property
     def leaders(self) -> tuple[str, ...]:
-        """The bodies that y tells of."""
+        """The bodies whose motions y gives."""
         return tuple(motion.leader for motion in self.motions)
 
     @property
@@ -150,12 +151,13 @@ def linearize(
         A rest position of `equilibrium`, drivers holding what their laws say there; or the last
         instant of a motion, drivers following their laws.
     free : str or sequence of str, optional
-        Drivers that let go.
+        Drivers that are released.
 
     Returns
     -------
     Linearization
-        M, C, K with the leaders that they are told for, and the state matrix of the first order.
+        M, C, K with the leaders in whose rates they are given, and the state matrix of the first
+        order.
 
     Raises
     ------
@@ -166,7 +168,7 @@ def linearize(
 
     Notes
     -----
-    At rest ∂f/∂v and ∂f/∂q come from central differences of the loads, λ held: a part of 1e-11 of
+    At rest ∂f/∂v and ∂f/∂q come from central differences of the loads, λ fixed: a part of 1e-11 of
     the greatest load. Loads that jump with the sign of a rate have no ∂f/∂v: a note says so.
     Where it moves, or is not balanced, −M⁻¹ K and −M⁻¹ C are differences of fourth order of the
     accelerations on Φ = 0 and Φ_q v = ν, with the angles of the leaders, or the ways that they
@@ -185,11 +187,9 @@ def linearize(
     >>> found.leaders, round(float(found.mass[0, 0]), 9), round(float(found.stiffness[0, 0]), 9)
     (('rod',), 0.5, 9.81)
     """
-    system = released(as_system(model), free)
+    system = single_design("linearize", model, free)
     name = system.mechanism.name
-    if system.batch is not None:
-        raise ModelError("linearize takes one design: choose one of the batch with design(n)")
-    given, held = _instant(at)
+    given, resting = _instant(at)
     if too_large(system):
         raise SolveError(
             f"linearize of '{name}': {system.rows} rows of {system.coordinates} coordinates are "
@@ -212,9 +212,9 @@ def linearize(
         )
     motions = free_motions(system, np.append(here.q, np.zeros(3)), here.motions)
     top, mass = manifold.scale_of(here), manifold.mass(here.motions)
-    balanced = here.size <= (HELD if held else BALANCED) * top
+    balanced = here.size <= (HELD if resting else BALANCED) * top
     branches = _branches(manifold, here)
-    if held and not (balanced or branches):
+    if resting and not (balanced or branches):
         raise SolveError(
             f"'{name}' does not rest where it is given: what drives it is {here.size / top:.2g} of "
             "the greatest load; look for rest positions of this very mechanism with equilibrium"
@@ -224,7 +224,7 @@ def linearize(
     ways = rates_of(system, motions).reshape(len(motions), -1) / manifold.scale
     basis = ways @ here.motions.T
     M = np.asarray(basis @ mass @ basis.T)
-    rest = held or (balanced and fast <= STILL * natural)
+    rest = resting or (balanced and fast <= STILL * natural)
     notes: list[str] = []
     if rest:
         C, K, notes = _at_rest(manifold, here, natural, top)
@@ -306,10 +306,10 @@ def _at_rest(
         C[:, n] = 2.0 * one - 5.0 * two + 2.0 * four
         parts = 2.0 * (one - two) - (two - four)
         jump = max(jump, SLOW * natural * float(np.abs(parts).max()) / 0.75)
-    told = []
+    notes = []
     if jump > JUMP * top:
-        told.append(
+        notes.append(
             "loads jump where rates change their sign, as friction and valves do: the jump is left "
             "out of the damping"
         )
-    return C, K, told
+    return C, K, notes

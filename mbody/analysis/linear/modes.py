@@ -204,7 +204,7 @@ def modes(
     at : Equilibrium or Solution, optional
         One rest position; by default all that `equilibrium` finds.
     free : str or sequence of str, optional
-        Drivers that let go.
+        Drivers that are released.
     starts, t : optional
         As of `equilibrium`; only without `at`.
 
@@ -299,7 +299,7 @@ def _modes_at(linear: Linearization) -> ModesAt:
     found.sort(key=lambda mode: (float(f"{abs(mode.eigenvalue):.9g}"), mode.eigenvalue.real))
     words = {mode.words for mode in found}
     stability = "neutral" if "free" in words else "stable"
-    # what has no inertia leaves at once where its stiffness is negative: no mode tells of it
+    # what has no inertia leaves at once where its stiffness is negative: no mode shows it
     if words & {"grows", "oscillates and grows"} or least < -UNEVEN * np.abs(K).max():
         stability = "unstable"
     notes = list(linear.notes)
@@ -312,7 +312,7 @@ def _modes_at(linear: Linearization) -> ModesAt:
 
 
 def _undetermined(system: System, moved: Array) -> SolveError:
-    """The sentence of a free motion that nothing tells of; moved (bodies,)."""
+    """The sentence of a free motion that nothing determines; moved (bodies,)."""
     name = system.mechanism.bodies[int(moved.argmax())].name
     return SolveError(
         f"modes: the motion of '{name}' is not determined: it is free, and has neither inertia, "

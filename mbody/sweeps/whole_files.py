@@ -1,4 +1,4 @@
-"""Files that are whole or not there: written under a name of their own, then renamed."""
+"""Atomic files: written under a temporary name, then renamed."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ import time
 import uuid
 from pathlib import Path
 
-__all__ = ["clear", "write_whole"]
+__all__ = ["remove_abandoned", "write_whole"]
 
-#: Seconds after which a file that was begun is nobody's.
+#: Age in seconds of a temporary file whose writer was killed.
 LEFT = 86_400.0
 ENDING = ".part"
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write a file under a name that no other writer has, and put it in its place when it is whole.
+    """Write a file under a unique temporary name, and rename it when it is complete.
 
     Raises
     ------
     OSError
-        Where it cannot be written; nothing is left then.
+        Where it cannot be written; no file remains then.
     """
     part = path.with_name(f"{path.stem}-{uuid.uuid4().hex}{ENDING}")
     try:
@@ -36,8 +36,8 @@ def write_whole(path: Path, content: bytes) -> None:
         raise
 
 
-def clear(folder: Path) -> None:
-    """Remove what killed writers began a day ago and more."""
+def remove_abandoned(folder: Path) -> None:
+    """Remove temporary files of killed writers that are older than a day."""
     for part in folder.glob(f"*{ENDING}"):
         with contextlib.suppress(OSError):
             if time.time() - part.stat().st_mtime > LEFT:

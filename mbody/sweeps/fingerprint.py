@@ -1,4 +1,4 @@
-"""What makes two sweeps the same: digests of the model, its numbers, the designs, the question."""
+"""The fingerprint of a sweep: digests of model, numbers, designs, instants and measures."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ import numpy as np
 
 from mbody._version import __version__
 from mbody.sweeps.job import Job
-from mbody.sweeps.samples import Drawn
+from mbody.sweeps.samples import Designs
 
-__all__ = ["digest_of", "identity"]
+__all__ = ["digest_of", "fingerprint"]
 
 
-def identity(job: Job, samples: Drawn, size: int) -> dict[str, Any]:
-    """What must be the same for answers to stand beside each other.
+def fingerprint(job: Job, samples: Designs, size: int) -> dict[str, Any]:
+    """What must be equal for results to belong to the same sweep.
 
     Parameters
     ----------
     job : Job
         The analysis and its measures.
-    samples : Drawn
+    samples : Designs
         The designs.
     size : int
         Designs of a piece.
@@ -35,17 +35,23 @@ def identity(job: Job, samples: Drawn, size: int) -> dict[str, Any]:
     system, machine = job.system, job.system.mechanism
     plan = [] if job.grid is None else [job.grid.s, job.grid.t, job.grid.given]
     how = sorted((k, getattr(v, "tolist", lambda v=v: v)()) for k, v in job.how.items())
-    # formulas and guesses are in no number of the kernels, but decide those of the other designs
+    # formulas and guesses are not in the kernels' arrays, but they affect the other designs
     made = sorted((name, formula.text) for name, formula in system.formulas.items())
     guesses = [(body.name, repr(body.guess)) for body in machine.bodies]
-    told = sorted((name, repr(measure)) for name, measure in machine.measures.items())
+    measures = sorted((name, repr(measure)) for name, measure in machine.measures.items())
     return {
         "model": _digest(
-            *(*system.layout.as_dict().values(), system.par, system.mass),
-            *(sorted(system.values.items()), made, guesses, told, machine.units.name),
+            *system.layout.as_dict().values(),
+            system.par,
+            system.mass,
+            sorted(system.values.items()),
+            made,
+            guesses,
+            measures,
+            machine.units.name,
             [_code(function) for _, function in system.functions],
         ),
-        "parameters": [*samples.told],
+        "parameters": [*samples.given_names],
         "samples": _digest(samples.values),
         "designs": len(samples.values),
         "analysis": job.analysis,
@@ -59,13 +65,13 @@ def identity(job: Job, samples: Drawn, size: int) -> dict[str, Any]:
     }
 
 
-def digest_of(told: dict[str, Any]) -> str:
-    """One digest of all of an identity, which every piece carries.
+def digest_of(content: dict[str, Any]) -> str:
+    """One digest of all of an fingerprint, which every piece carries.
 
     >>> len(digest_of({"analysis": "statics"}))
     64
     """
-    return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
 def _digest(*parts: Any) -> str:
@@ -78,7 +84,7 @@ def _digest(*parts: Any) -> str:
 
 
 def _code(function: Any) -> Any:
-    """What a user's function is made of: its name, its instructions and its plain constants."""
+    """Name, instructions and plain constants of a user's function."""
     while hasattr(function, "function"):  # as the hook of the kernels wraps it
         function = function.function
     name = getattr(function, "__qualname__", str(type(function)))
