@@ -114,7 +114,7 @@ def test_kernels_that_do_not_run_are_not_ready(capsys, monkeypatch):
     def broken(*_):
         raise AttributeError("'EntryLibrary' object has no attribute '_reload_init'")
 
-    monkeypatch.setattr("mbody.analysis.driven.kinetostatics", broken)
+    monkeypatch.setattr("mbody.analysis.driven.kinetostatics.kinetostatics", broken)
     assert cli.main(["doctor", "--json"]) == 1
     found = json.loads(capsys.readouterr().out)
     assert not found["ready"] and "_reload_init" in found["kernel_check"]["error"]

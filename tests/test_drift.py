@@ -277,7 +277,9 @@ def test_a_job_travels(monkeypatch):
     columns = columns_of(machine, "last(slider.x)")
     job = jobs.prepared(mbody.assemble(machine), ("rod.mass",), columns, "simulate", {})
     values = np.linspace(1.0, 3.0, 20)[:, None]
-    here, there = (jobs.answered(one, values) for one in (job, pickle.loads(pickle.dumps(job))))
+    here, there = (
+        jobs.analyse_piece(one, values) for one in (job, pickle.loads(pickle.dumps(job)))
+    )
     assert_array_equal(here.columns[0], there.columns[0])
 
 

@@ -266,7 +266,7 @@ ENGINE = kinetostatics(four_bar(), turn=True, instants=13)
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: fluctuation(kinetostatics(four_bar(), t=[0.0, 0.1, 0.2])), "make 103.132 deg"),
+        (lambda: fluctuation(kinetostatics(four_bar(), t=[0.0, 0.1, 0.2])), "are 103.132 deg"),
         (lambda: energy_fluctuation([0.0, 3.0, 2.0, TURN], np.zeros(4)), "in one sense"),
         (lambda: energy_fluctuation([0.0, TURN, TURN], np.zeros(3)), "in one sense"),
         (
@@ -280,7 +280,7 @@ ENGINE = kinetostatics(four_bar(), turn=True, instants=13)
             lambda: flywheel(kinetostatics(shaft(-1.0, 0.0), turn=True), 0.02),
             "'motor' has no speed",
         ),
-        (lambda: shaking_force(kinematics(four_bar())), "kinematics finds no forces"),
+        (lambda: shaking_force(kinematics(four_bar())), "kinematics computes no forces"),
         (lambda: shaking_force(ENGINE, "crank.A"), "a place on the ground, not on 'crank'"),
         (lambda: engineering.indicator(ENGINE, "oil"), "no cylinder with valves 'oil'"),
     ],

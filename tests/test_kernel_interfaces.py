@@ -13,28 +13,12 @@ MOST = 8
 #: Files that are still to be mended; both are empty at the end.
 PENDING = {"constraints.py"}
 PENDING_LINES = {
-    "mbody/engines/mujoco/law_stepper.py",
-    "mbody/engines/pymunk/instants.py",
-    "mbody/engines/pymunk/motion.py",
     "mbody/files/arrays.py",
-    "mbody/files/model/build.py",
     "mbody/files/saved.py",
-    "mbody/model/body.py",
-    "mbody/model/identity.py",
-    "mbody/model/joints/cam.py",
-    "mbody/model/joints/coordinate.py",
-    "mbody/model/joints/distance.py",
-    "mbody/model/joints/gear.py",
-    "mbody/model/joints/rack.py",
-    "mbody/model/loads/reciprocating_cylinder.py",
     "mbody/sheets/equation_lines.py",
     "mbody/sheets/equilibrium.py",
     "mbody/sheets/mobility.py",
     "mbody/solution/doubts.py",
-    "mbody/sweeps/identity.py",
-    "mbody/sweeps/job.py",
-    "mbody/sweeps/samples.py",
-    "mbody/views/plotting.py",
 }
 
 

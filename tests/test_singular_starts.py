@@ -21,6 +21,7 @@ from mbody import (
     simulate,
 )
 from mbody.analysis.dynamics.branch_choice import choose_branch
+from mbody.analysis.initial.initial_state import state_of
 from mbody.engineering import close_loops
 from mbody.files.results import data
 from mbody.laws import ConstantSpeed
@@ -179,7 +180,7 @@ def test_three_cranks_have_one_branch():
 def test_rows_that_repeat_for_good_are_no_singular_start():
     machine = three_cranks(0.7)
     start = close_loops(machine)
-    assert start.soft and choose_branch(start.system, start) is None
+    assert start.soft and choose_branch(start.system, start, state_of(start.system, start)) is None
 
 
 # -- what is refused ---------------------------------------------------------------------------

@@ -23,7 +23,15 @@ from mbody.model.primitives import Signal
 from mbody.quantities import Formula
 from mbody.quantities.deferred import is_pending
 from mbody.quantities.number import number, one_number
-from mbody.quantities.types import Converted, Number, NumberField, Quantity, default, required
+from mbody.quantities.types import (
+    Converted,
+    Number,
+    NumberField,
+    OptionalNumberField,
+    Quantity,
+    default,
+    required,
+)
 from mbody.quantities.units import dimension_of
 
 __all__ = [
@@ -32,7 +40,9 @@ __all__ = [
     "InheritedPlace",
     "LawLike",
     "Marker",
+    "NumberField",
     "Numbers",
+    "OptionalNumberField",
     "OptionalLaw",
     "Place",
     "Point",

@@ -26,7 +26,7 @@ def sheet(report: Mobility) -> str:
     --------
     >>> import mbody
     >>> print(sheet(mbody.mobility(mbody.makers.four_bar(1, 3, 2, 3.5))).splitlines()[10])
-    degrees of freedom: coordinates - rank              1              0
+    degrees of freedom: coordinates - rank              1               0
     """
     when = f"mobility at t = {number(report.t)} {report.units.time}"
     lines = [*title(report.mechanism, when, report.units), "", *_counts(report)]

@@ -10,19 +10,19 @@ import numpy as np
 
 from mbody._version import __version__
 from mbody.sweeps.job import Job
-from mbody.sweeps.samples import Designs
+from mbody.sweeps.samples import DesignNumbers
 
 __all__ = ["digest_of", "fingerprint"]
 
 
-def fingerprint(job: Job, samples: Designs, size: int) -> dict[str, Any]:
+def fingerprint(job: Job, samples: DesignNumbers, size: int) -> dict[str, Any]:
     """What must be equal for results to belong to the same sweep.
 
     Parameters
     ----------
     job : Job
         The analysis and its measures.
-    samples : Designs
+    samples : DesignNumbers
         The designs.
     size : int
         Designs of a piece.

@@ -12,7 +12,7 @@ import numpy as np
 from mbody.errors import ModelError
 from mbody.model.element import listed
 from mbody.solution.doubts import Doubt
-from mbody.sweeps.samples import Designs
+from mbody.sweeps.samples import DesignNumbers
 from mbody.system.read_only import locked
 from mbody.system.system import System
 
@@ -49,7 +49,7 @@ class Sweep:
     ----------
     system : System
         The description with its own numbers.
-    samples : Designs
+    samples : DesignNumbers
         The numbers of the designs.
     names : tuple of str
         The measured quantities.
@@ -75,7 +75,7 @@ class Sweep:
     """
 
     system: System
-    samples: Designs
+    samples: DesignNumbers
     names: tuple[str, ...]
     units: dict[str, str]
     t: np.ndarray

@@ -18,7 +18,7 @@ from mbody.sweeps.tolerances import Scatter
 from mbody.system.system import System
 
 __all__ = [
-    "Designs",
+    "DesignNumbers",
     "Samples",
     "Steps",
     "drawn",
@@ -85,7 +85,7 @@ class Steps:
 
 
 @dataclass(frozen=True, eq=False)
-class Designs:
+class DesignNumbers:
     """The numbers of the designs.
 
     Attributes
@@ -160,7 +160,7 @@ def monte_carlo(parameters: Mapping[str, Any], count: int, seed: int = 0) -> Sam
     return Samples("monte carlo", parameters, count, seed)
 
 
-def drawn(system: System, given: Samples | Mapping[str, Any]) -> Designs:
+def drawn(system: System, given: Samples | Mapping[str, Any]) -> DesignNumbers:
     """The numbers of all designs.
 
     Raises
@@ -180,14 +180,14 @@ def drawn(system: System, given: Samples | Mapping[str, Any]) -> Designs:
             for (name, values), number in zip(samples.parameters.items(), names, strict=True)
         }
         if samples.kind == "grid":
-            return Designs(names, _product(columns), columns, given_names)
-        return Designs(names, _columns(columns), {}, given_names)
+            return DesignNumbers(names, _product(columns), columns, given_names)
+        return DesignNumbers(names, _columns(columns), {}, given_names)
     parts = _parts(samples, len(names))
     values = [
         _spread(system, number, how, part)
         for (how, part, number) in zip(samples.parameters.values(), parts.T, names, strict=True)
     ]
-    return Designs(names, np.stack(values, axis=1), {}, given_names)
+    return DesignNumbers(names, np.stack(values, axis=1), {}, given_names)
 
 
 def _changeable(system: System, name: str) -> str:

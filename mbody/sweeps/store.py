@@ -19,7 +19,7 @@ from mbody.files.seal import OPEN_SEAL, seal, sealed
 from mbody.solution.doubts import Doubt, as_doubt
 from mbody.sweeps.fingerprint import digest_of, fingerprint
 from mbody.sweeps.job import Job, PieceResult
-from mbody.sweeps.samples import Designs
+from mbody.sweeps.samples import DesignNumbers
 from mbody.sweeps.whole_files import remove_abandoned, write_whole
 
 __all__ = ["Store"]
@@ -39,7 +39,7 @@ class Store:
         it contains another sweep.
     """
 
-    def __init__(self, folder: Any, job: Job, samples: Designs, size: int) -> None:
+    def __init__(self, folder: Any, job: Job, samples: DesignNumbers, size: int) -> None:
         try:
             import pyarrow
             import pyarrow.parquet

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbody.analysis.dynamics.integrators import stepping
-from mbody.analysis.initial.initial_state import state_of
 from mbody.analysis.position.tangent_space import Manifold
 from mbody.analysis.singular.branch_sentences import nearest_words, place_words, undecided
 from mbody.analysis.singular.branches import SAID, along, fits, frame, nearest, norm, onto, still
@@ -88,15 +87,22 @@ def is_suspect(system: System, start: Solution, t: float, q: Array, v: Array) ->
     return not S.state[BEST_CONDITIONING] > SUSPECT
 
 
-def choose_branch(system: System, start: Solution) -> BranchStart | None:
+def choose_branch(
+    system: System, start: Solution, state: tuple[float, Array, Array]
+) -> BranchStart | None:
     """How a motion begins where its start is singular; None where it is not, or rests for good.
+
+    Parameters
+    ----------
+    state : tuple (t, q, v)
+        Time, positions and rates at the start.
 
     Raises
     ------
     SolveError
         For velocities that no motion has, or where branches are equally possible.
     """
-    t, q, v = state_of(system, start)
+    t, q, v = state
     if not system.rows or not is_suspect(system, start, t, q, v):
         return None
     work = system.work()

@@ -27,7 +27,7 @@ from mbody.analysis.dynamics.impacts import (
     velocity_jump,
 )
 from mbody.analysis.dynamics.integration import AT_ONCE, Integration
-from mbody.analysis.dynamics.zero_crossings import refined, sign_changes
+from mbody.analysis.dynamics.zero_crossings import bracketed_root, refined, sign_changes
 from mbody.analysis.initial.initial_state import event_measure
 from mbody.errors import SolveError
 from mbody.kernels.step_state import (
@@ -49,7 +49,7 @@ from mbody.solution.restart import Way
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
-__all__ = ["EventIntegration", "bracketed_root"]
+__all__ = ["EventIntegration"]
 
 Array = np.ndarray
 
@@ -253,8 +253,8 @@ class EventIntegration(Integration):
         found = {}
         for name, parts in self.forces.items():
             if parts:
-                joined = ([getattr(part, key) for part in parts] for key in FORCES)
-                found[name] = OneSidedForce(*map(np.concatenate, joined))
+                whole = {k: np.concatenate([getattr(p, k) for p in parts]) for k in FORCES}
+                found[name] = OneSidedForce(**whole)
         return found
 
     def _record(
@@ -466,42 +466,3 @@ class EventIntegration(Integration):
 def _interrupts(event: Event | Stop) -> bool:
     """Whether the motion does not go on as it was."""
     return isinstance(event, Stop) or event.stop
-
-
-def bracketed_root(
-    value: Callable[[float], float],
-    left: tuple[float, float],
-    right: tuple[float, float],
-    near: float,
-) -> float:
-    """A zero between two places of opposite signs, (x, value) each, to `near`; never many more
-    steps than bisection.
-
-    Oliveira, Takahashi: An enhancement of the bisection method average performance preserving
-    minmax optimality (2021), the method ITP.
-
-    >>> round(bracketed_root(lambda x: x * x - 2.0, (1.0, -1.0), (2.0, 2.0), 1e-12), 11)
-    1.41421356237
-    """
-    (a, fa), (b, fb) = left, right
-    if fb == 0.0:
-        return b
-    near = max(near, 4.0 * math.ulp(max(abs(a), abs(b))))
-    slack = near * 2.0 ** (math.ceil(math.log2(max((b - a) / (2.0 * near), 1.0))) + 1)
-    blunt = 0.2 / (b - a)
-    while b - a > 2.0 * near:
-        middle, half = 0.5 * (a + b), 0.5 * (b - a)
-        straight = (b * fa - a * fb) / (fa - fb)
-        sense, off = math.copysign(1.0, middle - straight), blunt * (b - a) ** 2
-        x = straight + sense * off if off <= abs(middle - straight) else middle
-        if abs(x - middle) > slack - half:
-            x = middle - sense * (slack - half)
-        here = value(x)
-        if here == 0.0:
-            return x
-        if (here > 0.0) == (fa > 0.0):
-            a, fa = x, here
-        else:
-            b, fb = x, here
-        slack *= 0.5
-    return min(max((b * fa - a * fb) / (fa - fb), a), b)

@@ -37,11 +37,12 @@ PARTS = ("units", "ground", "bodies", "joints", "couplings", "drivers", "loads")
 def integrate_phases(
     system: System,
     start: Solution,
+    state: tuple[float, Array, Array] | None,
     request: MotionRequest,
     progress: Callable[[float], None] | None,
 ) -> Solution:
     """The motion from the last instant of `start`, as one result of the whole system; drivers that
-    were released there stay so.
+    were released there stay so. `state`: time, positions and rates of that instant.
     """
     own = {driver.name for driver in system.drivers}
     free_since = {name: t for name, t in start.released.items() if name in own}
@@ -59,15 +60,17 @@ def integrate_phases(
     for until in [*sorted(set(later.values())), last]:
         free = released(system, list(free_since)) if free_since else system
         now = {name: t for name, t in later.items() if t == until}
-        first_part = singular_start(free, start, request, until) if restart is None else None
+        state = state or state_of(free, start)
+        first_part = None
+        if restart is None:
+            first_part = singular_start(free, start, state, request, until)
         if first_part is not None:
             found.append(first_part)
-            start = first_part
+            start, state = first_part, None
             if first_part.t[-1] >= until:
                 free_since = free_since | now
                 continue
-        _, q, v = state_of(free, start)
-        first = float(start.t[-1])
+        first, q, v = state or state_of(free, start)
         times = request.times[(request.times >= first) & (request.times <= until)]
         wanted = np.append(times, until) if not times.size or times[-1] < until else times
         integration = (
@@ -87,7 +90,7 @@ def integrate_phases(
         found.append(run)
         if run.t[-1] < until:  # it ended before: in doubt a motion goes on
             break
-        start, restart = run, None
+        start, state, restart = run, None, None
         free_since = free_since | now
     if len(found) == 1 and not free_since:
         return found[0]

@@ -143,14 +143,14 @@ def simulate(
         start = close_loops(system, guess=guess, rates=rates)
     elif guess is not None or rates is not None:
         raise ModelError("start says positions and rates: leave out guess and rates")
-    first, _, _ = state_of(system, start)
+    state = state_of(system, start)
     if stops is not None:
         if events is None:
             events = () if own is None else own.events
         events = (*as_events(events), *as_events(stops))
     request = motion_request(
         system,
-        first,
+        state[0],
         last,
         errors,
         method=method,
@@ -164,7 +164,7 @@ def simulate(
 
         progress = shown(last)
     try:
-        run = integrate_phases(system, start, request, progress or None)
+        run = integrate_phases(system, start, state, request, progress or None)
     except SolveError as error:
         if isinstance(error.solution, Solution):
             error.solution = _judged(error.solution, request)

@@ -135,16 +135,21 @@ class Collocation:
 
 
 def singular_start(
-    system: System, start: Solution, request: MotionRequest, until: float
+    system: System,
+    start: Solution,
+    state: tuple[float, Array, Array],
+    request: MotionRequest,
+    until: float,
 ) -> Solution | None:
-    """The first part of a motion whose start is singular; None where it is not.
+    """The first part of a motion whose start is singular; None where it is not. `state`: time,
+    positions and rates at the start.
 
     Raises
     ------
     SolveError
         For velocities that no motion has, or that several branches have.
     """
-    found = choose_branch(system, start)
+    found = choose_branch(system, start, state)
     if found is None:
         return None
     return _SingularStart(system, start, found, request, until).solution()

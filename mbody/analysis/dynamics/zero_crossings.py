@@ -6,11 +6,12 @@ the rate changes its sign: a cubic through values and rates of both ends (Hermit
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
 
-__all__ = ["extrema", "refined", "sign_changes"]
+__all__ = ["bracketed_root", "extrema", "refined", "sign_changes"]
 
 Array = np.ndarray
 #: Times, values and rates of one quantity, ascending.
@@ -106,3 +107,42 @@ def sign_changes(t: Array, g: Array) -> list[int]:
     """Numbers of the intervals whose ends lie on two sides of zero, or end at it."""
     a, b = g[:-1], g[1:]
     return np.flatnonzero(((a > 0.0) & (b <= 0.0)) | ((a < 0.0) & (b >= 0.0))).tolist()
+
+
+def bracketed_root(
+    value: Callable[[float], float],
+    left: tuple[float, float],
+    right: tuple[float, float],
+    near: float,
+) -> float:
+    """A zero between two places of opposite signs, (x, value) each, to `near`; never many more
+    steps than bisection.
+
+    Oliveira, Takahashi: An enhancement of the bisection method average performance preserving
+    minmax optimality (2021), the method ITP.
+
+    >>> round(bracketed_root(lambda x: x * x - 2.0, (1.0, -1.0), (2.0, 2.0), 1e-12), 11)
+    1.41421356237
+    """
+    (a, fa), (b, fb) = left, right
+    if fb == 0.0:
+        return b
+    near = max(near, 4.0 * math.ulp(max(abs(a), abs(b))))
+    slack = near * 2.0 ** (math.ceil(math.log2(max((b - a) / (2.0 * near), 1.0))) + 1)
+    blunt = 0.2 / (b - a)
+    while b - a > 2.0 * near:
+        middle, half = 0.5 * (a + b), 0.5 * (b - a)
+        straight = (b * fa - a * fb) / (fa - fb)
+        sense, off = math.copysign(1.0, middle - straight), blunt * (b - a) ** 2
+        x = straight + sense * off if off <= abs(middle - straight) else middle
+        if abs(x - middle) > slack - half:
+            x = middle - sense * (slack - half)
+        here = value(x)
+        if here == 0.0:
+            return x
+        if (here > 0.0) == (fa > 0.0):
+            a, fa = x, here
+        else:
+            b, fb = x, here
+        slack *= 0.5
+    return min(max((b * fa - a * fb) / (fa - fb), a), b)

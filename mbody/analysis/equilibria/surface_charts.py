@@ -17,6 +17,8 @@ OVERLAP = 1.15
 STEEP = 2.0
 #: The least radius of a polar chart, as a part of its greatest.
 INNERMOST = 1e-5
+#: Angle [rad] at which a polar chart begins: no direction of symmetry.
+BEGINS = 0.7
 
 
 class TangentChart:
@@ -76,8 +78,8 @@ class PolarChart(TangentChart):
     def __init__(self, cover: Cover, node: CoverNode, centre: Array, radius: float) -> None:
         super().__init__(cover, node)
         self.centre, self.radius = centre, radius
-        self.low = np.array([INNERMOST * radius, 0.0])
-        self.step = (np.array([radius, 2.0 * np.pi]) - self.low) / FINEST
+        self.low = np.array([INNERMOST * radius, BEGINS])
+        self.step = (np.array([radius, BEGINS + 2.0 * np.pi]) - self.low) / FINEST
 
     def y(self, i: float, j: float) -> Array:
         """Coordinates of a point of the grid."""
@@ -87,5 +89,6 @@ class PolarChart(TangentChart):
     def grid(self, y: Array) -> Array:
         """Where coordinates are on the grid: (2,)."""
         x, z = y - self.centre
-        polar = np.array([np.hypot(x, z), np.arctan2(z, x) % (2.0 * np.pi)])
+        angle = BEGINS + (np.arctan2(z, x) - BEGINS) % (2.0 * np.pi)
+        polar = np.array([np.hypot(x, z), angle])
         return np.asarray((polar - self.low) / self.step)

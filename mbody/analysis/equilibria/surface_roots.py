@@ -21,7 +21,7 @@ import numpy as np
 
 from mbody.analysis.equilibria.jump_points import JumpPoint, jump_points
 from mbody.analysis.equilibria.surface_charts import FINEST, PolarChart, TangentChart
-from mbody.analysis.equilibria.surface_cover import Cover
+from mbody.analysis.equilibria.surface_cover import SPACING, Cover
 from mbody.analysis.position.tangent_space import Array, Place
 
 __all__ = ["SurfaceRoots", "surface_roots"]
@@ -110,7 +110,7 @@ class _SurfaceIsolation:
         for node in open_:
             self.examine(TangentChart(cover, node))
             if self.spent > MOST:
-                self.found.unsure.append(node.place)
+                self.doubt(node.place)
                 break
         self.found.rests = [zero.place for zero in self.zeros]
 
@@ -127,8 +127,15 @@ class _SurfaceIsolation:
         self.divide(chart, (0, 0), FINEST)
         self.spent += chart.evaluations
         if self.left is not None:
-            self.found.unsure.append(self.left)
+            self.doubt(self.left)
         return self.left is None
+
+    def doubt(self, place: Place) -> None:
+        """Keep a place where no number of zeros is certain; of some beside each other one."""
+        name = self.cover.name(place.q)
+        others = [self.cover.name(other.q) for other in self.found.unsure]
+        if all(np.abs(name - other).max() > SPACING for other in others):
+            self.found.unsure.append(place)
 
     def divide(self, chart: TangentChart, corner: Corner, size: int) -> None:
         """Find the zeros of a cell from a corner on, `size` finest cells long."""

@@ -10,7 +10,7 @@ import numpy as np
 from mbody.engines.independent_reading import law_by_formula
 from mbody.engines.oracle.constraints import STEP
 from mbody.engines.oracle.geometry import ReferenceNumbers
-from mbody.engines.oracle.motion import Motion
+from mbody.engines.oracle.motion import ReferenceMotion
 from mbody.model.body import Body, SlenderRod
 from mbody.model.element import Marker
 from mbody.model.loads import (
@@ -35,7 +35,7 @@ def value(law: Any, x: float) -> float:
     return float(law_by_formula(law)(x))
 
 
-class Loads(Motion):
+class Loads(ReferenceMotion):
     """Masses and loads of one mechanism."""
 
     def mass_matrix(self) -> np.ndarray:

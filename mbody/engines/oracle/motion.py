@@ -11,10 +11,10 @@ import numpy as np
 from mbody.engines.oracle.constraints import Constraints
 from mbody.model.driver import Driver
 
-__all__ = ["Motion"]
+__all__ = ["ReferenceMotion"]
 
 
-class Motion(Constraints):
+class ReferenceMotion(Constraints):
     """Driven motion of one mechanism."""
 
     def _active(self, drive: Iterable[str] | None) -> np.ndarray:

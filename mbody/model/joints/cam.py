@@ -12,11 +12,10 @@ from mbody.compiler.jit import inline
 from mbody.compiler.lanes import sincos
 from mbody.errors import ModelError
 from mbody.laws import Law
-from mbody.model.element import LawLike, law_field, number_field
+from mbody.model.element import LawLike, NumberField, OptionalNumberField, law_field, number_field
 from mbody.model.geometry import between
 from mbody.model.joints._base import Joint
 from mbody.model.primitives import ConstraintPrimitive, constraint_physics
-from mbody.quantities.types import NumberField, OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers, Value

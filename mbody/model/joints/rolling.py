@@ -9,12 +9,11 @@ import numpy as np
 
 from mbody.errors import ModelError
 from mbody.laws import Constant
-from mbody.model.element import number_field
+from mbody.model.element import NumberField, OptionalNumberField, number_field
 from mbody.model.joints._base import Joint
 from mbody.model.joints.gear import signed, touching, turns_of_wheels, without_slip
 from mbody.model.joints.rack import along_line, below, turns_on_line
 from mbody.model.primitives import ConstraintPrimitive, Signal
-from mbody.quantities.types import NumberField, OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.constraint import PoseReader, TurnRow

@@ -13,6 +13,7 @@ from mbody.laws import Constant
 from mbody.model.element import (
     LawLike,
     Marker,
+    NumberField,
     Place,
     law_field,
     number_field,
@@ -21,7 +22,6 @@ from mbody.model.element import (
 )
 from mbody.model.loads._base import Load
 from mbody.model.primitives import ForcePrimitive, load_physics
-from mbody.quantities.types import NumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

@@ -10,10 +10,16 @@ import numpy as np
 
 from mbody.compiler.jit import inline, njit
 from mbody.errors import ModelError
-from mbody.model.element import Place, number_field, place_field, two_bodies
+from mbody.model.element import (
+    NumberField,
+    OptionalNumberField,
+    Place,
+    number_field,
+    place_field,
+    two_bodies,
+)
 from mbody.model.loads._base import Load
 from mbody.model.primitives import ForcePrimitive, load_physics
-from mbody.quantities.types import NumberField, OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

@@ -10,7 +10,9 @@ import numpy as np
 from mbody.compiler.jit import inline
 from mbody.model.element import (
     InheritedPlace,
+    NumberField,
     OptionalLaw,
+    OptionalNumberField,
     law_field,
     number_field,
     place_field,
@@ -19,7 +21,6 @@ from mbody.model.element import (
 from mbody.model.geometry import between
 from mbody.model.loads._base import LINE, Load, one_of
 from mbody.model.primitives import ForcePrimitive, Signal, load_physics
-from mbody.quantities.types import NumberField, OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

@@ -1,0 +1,52 @@
+"""Bundles of the kernels beyond those of `test_lanes`: complex numbers, and zeros in one piece."""
+
+import numpy as np
+import pytest
+
+from mbody.compiler.bundle import Bundle, ComplexRows, Rows
+from mbody.compiler.jit import kernel
+
+
+class Mixed(Bundle):
+    scale: "float"
+    rows: "Rows"
+    results: "Rows"
+    waves: "ComplexRows"
+
+
+class Plain(Bundle):
+    rows: "Rows"
+    scale: "float"
+    results: "Rows"
+
+
+@kernel
+def doubled(M, w):
+    for row in range(M.rows.shape[0]):
+        M.results[row, 0] = M.scale * M.rows[row, 0]
+
+
+def test_a_bundle_of_zeros_is_one_piece_of_memory():
+    made = Plain.zeros(((3, 1), (3, 1)), scale=2.5)
+    same = Plain(**made.as_dict())
+    np.testing.assert_array_equal(made._words, same._words)
+    made.rows[:, 0] = [1.0, -2.0, 0.5]
+    for one in (made, made.replaced(scale=-1.0)):
+        doubled(one, 0.0)
+        np.testing.assert_array_equal(made.results, one.scale * made.rows)
+    with pytest.raises(AttributeError, match="a Plain has no 'columns'"):
+        _ = made.columns
+    with pytest.raises(TypeError, match="missing or unknown: rows"):
+        Plain(scale=1.0, results=made.results)
+
+
+@kernel
+def conjugated(M):
+    for k in range(M.waves.shape[1]):
+        M.waves[0, k] = M.waves[0, k].conjugate()
+
+
+def test_a_bundle_may_hold_complex_numbers():
+    waves = np.array([[1.0 + 2.0j, -3.0j]])
+    conjugated(Mixed(scale=1.0, rows=np.zeros((1, 1)), results=np.zeros((1, 1)), waves=waves))
+    np.testing.assert_array_equal(waves, [[1.0 - 2.0j, 3.0j]])
