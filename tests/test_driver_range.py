@@ -217,7 +217,7 @@ def test_a_large_mechanism_is_told_where_it_stopped(monkeypatch):
         (lambda: driver_range(press(), t=math.nan), "one finite time, not nan"),
         (
             lambda: driver_range(mbody.assemble(press()).with_values({"rod.B.x": [3.0, 3.1]})),
-            "reach takes one design",
+            "driver_range takes one design",
         ),
     ],
 )
