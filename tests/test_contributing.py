@@ -15,7 +15,7 @@ TEXT = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
 BLOCK = r"`(mbody/[\w/]+\.py)`:\n\n```python\n(.*?)```"
 FILES = dict(re.findall(r"\*\*The file\*\*, " + BLOCK, TEXT, re.DOTALL))
 LINES = dict(re.findall(r"\*\*The line\*\*, at the end of " + BLOCK, TEXT, re.DOTALL))
-CONTRACTS = re.findall(r'```python\n((?:ParabolicGuide|LeafSpring)\([^`]*)```', TEXT)
+CONTRACTS = re.findall(r"```python\n((?:ParabolicGuide|LeafSpring)\([^`]*)```", TEXT)
 
 MODEL = """
 name = "bead on a parabola"
