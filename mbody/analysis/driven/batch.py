@@ -1,4 +1,10 @@
-"""All designs of a batch, one a lane; a lane that fails goes the scalar path."""
+"""All designs of a batch, one a lane; a lane that fails goes the scalar path.
+
+First positions, the grid of the lanes and their path are those of sweeps
+(`mbody.analysis.driven.lanes`). The kernel is another one: a batch keeps every row of all instants,
+lane by lane as the kernel writes them, a sweep only the rows that are measured, of all designs in
+one call.
+"""
 
 from __future__ import annotations
 

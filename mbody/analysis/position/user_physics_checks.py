@@ -71,19 +71,12 @@ def _functions(
             yield name, hook, [np.array([time]) for time in times], 3
             continue
         if n < joints:
-            i, j, o, count, size = (
-                L.primitive_i[n],
-                L.primitive_j[n],
-                L.primitive_par[n],
-                L.primitive_count[n],
-                18,
-            )
+            i, j, size = L.primitive_i[n], L.primitive_j[n], 18
+            o, count = L.primitive_par[n], L.primitive_count[n]
         else:
             k = n - joints
-            i, j, o, count, size = (
-                *(L.action_i[k], L.action_j[k], L.action_par[k], L.action_count[k]),
-                6,
-            )
+            i, j, size = L.action_i[k], L.action_j[k], 6
+            o, count = L.action_par[k], L.action_count[k]
         own = par[o : o + count]
         questions = [
             np.concatenate([[time], _side(q, v, i), _side(q, v, j), own])
