@@ -13,12 +13,16 @@ These names are for every user, with the folders `mbody.laws`, `mbody.makers`, `
 from __future__ import annotations
 
 import importlib
-from typing import TYPE_CHECKING, Any
 
 from mbody._version import __version__ as __version__
 from mbody.solution import presentation
 
+#: As that of `typing`, which takes time to load.
+TYPE_CHECKING = False
+
 if TYPE_CHECKING:
+    from typing import Any
+
     from mbody import engineering as engineering
     from mbody import gallery as gallery
     from mbody import laws as laws
