@@ -75,7 +75,7 @@ def hub(count: int) -> Mechanism:
     """Rods on the rim of a disc, in all directions."""
     disc = Body("disc", mass=1.0, inertia=1.0, guess=0.0)
     angles = [2.0 * math.pi * n / count for n in range(count)]
-    places = [Marker("disc", mbody.polar(1.0, angle)) for angle in angles]
+    places = [Marker("disc", mbody.makers.polar(1.0, angle)) for angle in angles]
     pins = [Revolute("O", "ground", "disc")]
     pins += [Revolute(f"j{n}", place, f"b{n}.A") for n, place in enumerate(places)]
     rods = [rod(f"b{n}", angle) for n, angle in enumerate(angles)]

@@ -6,21 +6,29 @@
 >>> round(float(run["crank"].omega[0]), 6)
 10.0
 
-These names are for every user. What fewer need is imported from its folder: `mbody.engineering`,
-`mbody.sweeps`, `mbody.testing`; loads and joints for special machines, and the base classes of
-your own, from `mbody.model.loads` and `mbody.model.joints`.
+These names are for every user, with the folders `mbody.laws`, `mbody.makers`, `mbody.gallery`,
+`mbody.engineering`, `mbody.sweeps` and `mbody.testing`.
 """
 
 from __future__ import annotations
 
 import importlib
-from typing import TYPE_CHECKING, Any
 
 from mbody._version import __version__ as __version__
 from mbody.solution import presentation
 
+#: As that of `typing`, which takes time to load.
+TYPE_CHECKING = False
+
 if TYPE_CHECKING:
-    from mbody import gallery, laws, makers
+    from typing import Any
+
+    from mbody import engineering as engineering
+    from mbody import gallery as gallery
+    from mbody import laws as laws
+    from mbody import makers as makers
+    from mbody import sweeps as sweeps
+    from mbody import testing as testing
     from mbody.analysis.driven.driver_range import driver_range
     from mbody.analysis.driven.free_body import free_body, member_forces
     from mbody.analysis.driven.kinematics import kinematics
@@ -31,20 +39,19 @@ if TYPE_CHECKING:
     from mbody.analysis.freedom.mobility import Mobility, mobility
     from mbody.analysis.inverse.answers import Answer
     from mbody.analysis.inverse.solve_for import solve_for
-    from mbody.analysis.linear.linearize import linearize
     from mbody.analysis.linear.modes import Modes, modes
     from mbody.engines.crosscheck import crosscheck
-    from mbody.engines.mjcf import to_mjcf
     from mbody.errors import ModelError, SolveError
     from mbody.files.model import from_toml, load, save, to_toml
     from mbody.files.saved import load_run, save_run
-    from mbody.model.body import Body
+    from mbody.model.body import Body, SlenderRod
     from mbody.model.coupling import AngleCoupling, CouplingTerm, LengthCoupling
     from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
-    from mbody.model.element import Marker, number_field, polar
+    from mbody.model.element import Marker, number_field
     from mbody.model.event import Event, Stop
     from mbody.model.joints import (
         CamFollower,
+        CustomJoint,
         Distance,
         Fixed,
         Gear,
@@ -55,9 +62,12 @@ if TYPE_CHECKING:
         Rolling,
     )
     from mbody.model.loads import (
+        CentrifugalField,
+        CustomLoad,
         Damper,
         Force,
         Gravity,
+        ReciprocatingCylinder,
         Spring,
         Torque,
         TorsionDamper,
@@ -65,9 +75,10 @@ if TYPE_CHECKING:
     )
     from mbody.model.mechanism import Mechanism
     from mbody.model.simulation import SimulationSettings
-    from mbody.model.study import Measure
+    from mbody.model.study import Instants
     from mbody.solution.doubts import Doubt
     from mbody.solution.energy import Energy
+    from mbody.solution.event_record import EventRecord
     from mbody.solution.histories import BodyHistory, Reaction
     from mbody.solution.solution import Solution
     from mbody.sweeps.run import sweep
@@ -84,8 +95,11 @@ __all__ = [
     "Body",
     "BodyHistory",
     "CamFollower",
+    "CentrifugalField",
     "CoordinateDriver",
     "CouplingTerm",
+    "CustomJoint",
+    "CustomLoad",
     "Damper",
     "Distance",
     "DistanceDriver",
@@ -93,13 +107,14 @@ __all__ = [
     "Energy",
     "Equilibria",
     "Event",
+    "EventRecord",
     "Fixed",
     "Force",
     "Gear",
     "Gravity",
+    "Instants",
     "LengthCoupling",
     "Marker",
-    "Measure",
     "Mechanism",
     "Mobility",
     "ModelError",
@@ -108,9 +123,11 @@ __all__ = [
     "Prismatic",
     "RackPinion",
     "Reaction",
+    "ReciprocatingCylinder",
     "Revolute",
     "Rolling",
     "SimulationSettings",
+    "SlenderRod",
     "Solution",
     "SolveError",
     "Spring",
@@ -128,7 +145,6 @@ __all__ = [
     "from_toml",
     "kinematics",
     "kinetostatics",
-    "linearize",
     "load",
     "load_run",
     "member_forces",
@@ -136,18 +152,13 @@ __all__ = [
     "modes",
     "number_field",
     "plot",
-    "polar",
     "save",
     "save_run",
     "simulate",
     "solve_for",
     "statics",
     "sweep",
-    "to_mjcf",
     "to_toml",
-    "gallery",
-    "laws",
-    "makers",
 ]
 
 presentation.register(
@@ -161,37 +172,39 @@ presentation.register(
     npz="mbody.files.results:write_npz",
 )
 
-_FOLDERS = ("gallery", "laws", "makers")
+#: Folders that need no import of their own.
+_FOLDERS = ("engineering", "gallery", "laws", "makers", "sweeps", "testing")
 _MODULES = {
-    "analysis.dynamics.simulate": "simulate",
     "analysis.driven.driver_range": "driver_range",
     "analysis.driven.free_body": "free_body member_forces",
     "analysis.driven.kinematics": "kinematics",
     "analysis.driven.kinetostatics": "kinetostatics",
     "analysis.driven.statics": "statics",
+    "analysis.dynamics.simulate": "simulate",
     "analysis.equilibria.equilibrium": "Equilibria equilibrium",
     "analysis.freedom.mobility": "Mobility mobility",
     "analysis.inverse.answers": "Answer",
     "analysis.inverse.solve_for": "solve_for",
-    "analysis.linear.linearize": "linearize",
     "analysis.linear.modes": "Modes modes",
     "engines.crosscheck": "crosscheck",
-    "engines.mjcf": "to_mjcf",
     "errors": "ModelError SolveError",
     "files.model": "from_toml load save to_toml",
     "files.saved": "load_run save_run",
-    "model.body": "Body",
+    "model.body": "Body SlenderRod",
     "model.coupling": "AngleCoupling CouplingTerm LengthCoupling",
     "model.driver": "AngleDriver CoordinateDriver DistanceDriver",
-    "model.element": "Marker number_field polar",
+    "model.element": "Marker number_field",
     "model.event": "Event Stop",
-    "model.joints": "CamFollower Distance Fixed Gear PinSlot Prismatic RackPinion Revolute Rolling",
-    "model.loads": "Damper Force Gravity Spring Torque TorsionDamper TorsionSpring",
+    "model.joints": "CamFollower CustomJoint Distance Fixed Gear PinSlot Prismatic RackPinion "
+    "Revolute Rolling",
+    "model.loads": "CentrifugalField CustomLoad Damper Force Gravity ReciprocatingCylinder Spring "
+    "Torque TorsionDamper TorsionSpring",
     "model.mechanism": "Mechanism",
     "model.simulation": "SimulationSettings",
-    "model.study": "Measure",
+    "model.study": "Instants",
     "solution.doubts": "Doubt",
     "solution.energy": "Energy",
+    "solution.event_record": "EventRecord",
     "solution.histories": "BodyHistory Reaction",
     "solution.solution": "Solution",
     "sweeps.run": "sweep",

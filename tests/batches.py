@@ -3,21 +3,10 @@
 import numpy as np
 from numpy.testing import assert_allclose
 
-from mbody import (
-    AngleDriver,
-    Body,
-    Force,
-    Gravity,
-    Mechanism,
-    Revolute,
-    Spring,
-    Torque,
-    assemble,
-    polar,
-)
+from mbody import AngleDriver, Body, Force, Gravity, Mechanism, Revolute, Spring, Torque, assemble
 from mbody.compiler.lanes import LANES
 from mbody.laws import ConstantAcceleration, Harmonic, Polynomial
-from mbody.makers import makers
+from mbody.makers import makers, polar
 
 DESIGNS = 2 * LANES + 9
 # uneven, with an instant given twice

@@ -16,7 +16,6 @@ from mbody import (
     Force,
     Gravity,
     Marker,
-    Measure,
     Mechanism,
     Prismatic,
     Revolute,
@@ -24,7 +23,6 @@ from mbody import (
     Torque,
     TorsionDamper,
     TorsionSpring,
-    polar,
 )
 from mbody.laws import (
     SHAPES,
@@ -37,9 +35,10 @@ from mbody.laws import (
     Rise,
     Table,
 )
+from mbody.makers import polar
 from mbody.model.body import Guess, SecondMoments, SlenderRod
 from mbody.model.loads import CentrifugalField
-from mbody.model.study import Instants
+from mbody.model.study import Instants, Measure
 
 ODD = ("crank", "a b", "Kurbel-Ö", "曲柄", 'quo"te', "it's", "back\\slash", "#1", "a=b", "[x]")
 ODD += ("{y}", "-", "1", "true", "inf", "2024-01-01", "😀", "a,b", "x: y", " led", "'", "$schema")

@@ -198,7 +198,7 @@ def test_what_is_made_of_a_result_inherits_its_doubts(doubtful):
     swing = gallery.load("simple_pendulum")
     rest = mbody.equilibrium(swing)[0]
     held = doubted(rest.solution, [Doubt("singular", "it is singular there")])
-    linear = mbody.linearize(swing, at=held)
+    linear = mbody.engineering.linearize(swing, at=held)
     assert linear.status == "doubtful: it is singular there" == linear.data()["status"]
     found = mbody.modes(swing, at=held)
     assert found.status == found[0].status == linear.status

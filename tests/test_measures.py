@@ -9,18 +9,17 @@ from numpy.testing import assert_allclose
 from mbody import (
     Body,
     Gravity,
-    Measure,
     Mechanism,
     ModelError,
     Spring,
     from_toml,
     kinematics,
     kinetostatics,
-    polar,
     to_toml,
 )
 from mbody.engineering import close_loops
-from mbody.makers import makers
+from mbody.makers import makers, polar
+from mbody.model.study import Measure
 from mbody.quantities.units import name_of
 from mbody.solution.measures import measured
 from tests.test_errors import says

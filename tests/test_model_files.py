@@ -22,11 +22,10 @@ from mbody import (
     from_toml,
     gallery,
     kinetostatics,
-    polar,
     to_toml,
 )
 from mbody.laws import Table
-from mbody.makers import makers
+from mbody.makers import makers, polar
 from mbody.model.joints import CustomJoint
 from tests.linkages import random_linkage, times_within
 from tests.model_files import SCHEMA

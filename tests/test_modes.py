@@ -25,12 +25,11 @@ from mbody import (
     equilibrium,
     gallery,
     kinetostatics,
-    linearize,
     modes,
     simulate,
 )
 from mbody.cli import main
-from mbody.engineering import close_loops, momentum
+from mbody.engineering import close_loops, linearize, momentum
 from mbody.files.model import in_units
 from mbody.laws import ConstantSpeed
 from mbody.makers import makers

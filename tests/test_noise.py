@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import Measure, cli, gallery
+from mbody import cli, gallery
 from mbody.analysis.driven.requests import analyse_at
 from mbody.makers import makers
+from mbody.model.study import Measure
 
 
 def line(run, first):

@@ -10,20 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mbody import (
-    AngleDriver,
-    Body,
-    Force,
-    Mechanism,
-    ModelError,
-    Revolute,
-    assemble,
-    kinetostatics,
-    polar,
-)
+from mbody import AngleDriver, Body, Force, Mechanism, ModelError, Revolute, assemble, kinetostatics
 from mbody.files.model.read import built
 from mbody.files.model.write import as_data
 from mbody.laws import ConstantAcceleration, Rise, Table
+from mbody.makers import polar
 from mbody.quantities import Parameters
 from mbody.quantities.deferred import formulas_in, is_pending
 from mbody.quantities.units import DIMENSIONS, name_of, unit_system

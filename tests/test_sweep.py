@@ -20,7 +20,6 @@ from mbody import (
     AngleDriver,
     Body,
     Gravity,
-    Measure,
     Mechanism,
     Revolute,
     SimulationSettings,
@@ -30,7 +29,7 @@ from mbody import (
 )
 from mbody.compiler.lanes import LANES
 from mbody.makers import makers
-from mbody.model.study import Instants
+from mbody.model.study import Instants, Measure
 from mbody.sweeps import (
     Uniform,
     grid,

@@ -6,18 +6,7 @@ import numpy as np
 import pint
 import pytest
 
-from mbody import (
-    AngleDriver,
-    Body,
-    Force,
-    Marker,
-    Mechanism,
-    ModelError,
-    Rolling,
-    Spring,
-    Torque,
-    polar,
-)
+from mbody import AngleDriver, Body, Force, Marker, Mechanism, ModelError, Rolling, Spring, Torque
 from mbody.laws import (
     Cam,
     Constant,
@@ -29,6 +18,7 @@ from mbody.laws import (
     Rise,
     Table,
 )
+from mbody.makers import polar
 from mbody.model.body import Guess, SecondMoments, SlenderRod
 from mbody.quantities.units import DIMENSIONS, name_of, of_quantity, unit_system
 from tests.test_errors import EXAMPLES, fields, is_number, make, says

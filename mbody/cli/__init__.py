@@ -1,19 +1,11 @@
-"""The command `mbody`: analyses of model files, for people and for scripts."""
+"""The command `mbody`: analyses of model files, for people and for scripts.
+
+Nothing is loaded here before it is needed, so that Ctrl-C is answered from the first moment on.
+"""
 
 from __future__ import annotations
 
-import contextlib
-import json
-import sys
-from collections.abc import Callable, Sequence
-from importlib import import_module
-from typing import Any
-
-from mbody.cli.interrupts import STATUS, stop
-from mbody.cli.parser import parser
-from mbody.cli.streams import message, opened, silenced
-from mbody.cli.usage import UsageError
-from mbody.errors import ModelError, SolveError, at_the_command
+from collections.abc import Sequence
 
 __all__ = ["main"]
 
@@ -44,72 +36,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     usage: mbody ...
     0
     """
-    if argv is None:
-        stop.take_over()
-        opened()
-    arguments = list(sys.argv[1:] if argv is None else argv)
-    for stream in (sys.stdout, sys.stderr):
-        # a terminal without Greek letters shows question marks, and no traceback
-        with contextlib.suppress(AttributeError, ValueError):
-            stream.reconfigure(errors="replace")  # type: ignore[union-attr]
-    try:
-        status = _exit_status(arguments)
-        if sys.stdout is not None:
-            sys.stdout.flush()
-        return status
-    except BrokenPipeError:
-        # the reader has gone, as in `mbody demo | head`: nothing is left to report
-        silenced()
-        return 1
-    except OSError as error:
-        silenced()
-        message(f"mbody: cannot write the output ({error.strerror or error})")
-        return 1
-    except KeyboardInterrupt:
-        message("mbody: stopped")
-        return STATUS
-    except MemoryError:
-        message("mbody: there is not enough memory for this: request less at once")
-        return 1
-    finally:
-        stop.done()
+    from mbody.cli.command import run_command
 
-
-def _exit_status(arguments: list[str]) -> int:
-    """The exit status of a command; errors are reported."""
-    try:
-        return _run(arguments)
-    except (ModelError, UsageError) as error:
-        _report(error, "--json" in arguments)
-        return 2
-    except SolveError as error:
-        _report(error, "--json" in arguments)
-        return 1
-    except SystemExit:
-        # of --help: what was printed is written now, while a failure can still be reported
-        if sys.stdout is not None:
-            sys.stdout.flush()
-        raise
-
-
-def _run(arguments: list[str]) -> int:
-    root = parser()
-    args = root.parse_args(arguments)
-    if args.command is None:
-        root.print_help()
-        return 0
-    # the function of a command is imported only now: help is there at once
-    module, _, function = args.answer.partition(".")
-    answer: Callable[[Any], int] = getattr(import_module(f"mbody.cli.{module}"), function)
-    with at_the_command():
-        return answer(args)
-
-
-def _report(error: Exception, as_json: bool) -> None:
-    """An error as a sentence, or as data."""
-    if as_json:
-        from mbody.files.results import error_data
-
-        print(json.dumps(error_data(error), ensure_ascii=False))
-    else:
-        message(f"mbody: {error}")
+    return run_command(argv)

@@ -11,9 +11,12 @@ from __future__ import annotations
 
 import os
 import signal
-import threading
-from collections.abc import Callable
-from typing import Any
+
+# `typing` and `threading` take longer to load than a key is pressed
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Any
 
 __all__ = ["STATUS", "Stop", "stop"]
 
@@ -36,9 +39,12 @@ class Stop:
 
     def take_over(self) -> None:
         """Answer Ctrl-C from now on; only the main thread can, and nothing that is ignored is."""
-        ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
-        if threading.current_thread() is threading.main_thread() and not ignored:
+        if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+            return
+        try:
             signal.signal(signal.SIGINT, self)
+        except ValueError:  # not in the main thread
+            return
 
     def __call__(
         self,

@@ -2,6 +2,7 @@
 
 from mbody.analysis.equilibria.equilibrium_curve import equilibrium_curve
 from mbody.analysis.initial.close_loops import close_loops
+from mbody.analysis.linear.linearize import linearize
 from mbody.engineering.fluctuation import Fluctuation, energy_fluctuation, fluctuation
 from mbody.engineering.flywheel import flywheel
 from mbody.engineering.indicator import Indicator, indicator
@@ -18,6 +19,7 @@ __all__ = [
     "fluctuation",
     "flywheel",
     "indicator",
+    "linearize",
     "momentum",
     "shaking_force",
 ]

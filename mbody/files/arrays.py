@@ -24,8 +24,17 @@ __all__ = ["Unreadable", "packed", "unpacked"]
 KINDS, DEEPEST = ("<f8", "|u1"), 4
 #: What zipfile and NumPy raise of bytes that they did not write.
 BROKEN = (
-    *(zipfile.BadZipFile, NotImplementedError, ValueError, KeyError, TypeError, EOFError),
-    *(RuntimeError, OverflowError, struct.error, SyntaxError, MemoryError),
+    zipfile.BadZipFile,
+    NotImplementedError,
+    ValueError,
+    KeyError,
+    TypeError,
+    EOFError,
+    RuntimeError,
+    OverflowError,
+    struct.error,
+    SyntaxError,
+    MemoryError,
 )
 
 

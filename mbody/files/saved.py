@@ -39,8 +39,19 @@ OWNER = "mbody saved result"
 UNLIMITED = Limits(*[math.inf] * 3)
 #: Keys that its header must have.
 NEEDED = (
-    *("model", "values", "analysis", "soft", "dependencies", "notes", "status", "stats", "events"),
-    *("ending", "doubts", "branch", "let_go"),
+    "model",
+    "values",
+    "analysis",
+    "soft",
+    "dependencies",
+    "notes",
+    "status",
+    "stats",
+    "events",
+    "ending",
+    "doubts",
+    "branch",
+    "let_go",
 )
 ENERGIES = tuple(part.name for part in fields(Energy) if part.name != "by")
 ARRAYS = tuple(part.name for part in fields(Restart) if part.name not in ("way", "own", "released"))

@@ -120,11 +120,11 @@ def total(L, W, w, e, position, velocity):
         )
         kind = L.part[n, 0]
         if kind == ANGLE:
-            add_part(L, W, w, k, n, c, position, velocity, angle(i, j, p, none))
+            add_part(L, W, w, k, n, position, velocity, weighted(c, angle(i, j, p, none)))
         elif kind == DISTANCE:
-            add_part(L, W, w, k, n, c, position, velocity, distance(i, j, p, none))
+            add_part(L, W, w, k, n, position, velocity, weighted(c, distance(i, j, p, none)))
         else:
-            add_part(L, W, w, k, n, c, position, velocity, coordinate(i, j, p, none))
+            add_part(L, W, w, k, n, position, velocity, weighted(c, coordinate(i, j, p, none)))
 
 
 @inline
@@ -136,23 +136,32 @@ def clear_block(W, w, o):
 
 
 @inline
-def add_part(L, W, w, k, n, c, position, velocity, physics):
-    """Add c times the physics of part n to node k."""
+def weighted(c, physics):
+    """c times Φ, Φ_q by both bodies and γ, of the first row of a part."""
     phi, blocks, _, gamma = physics
+    by_i = c * blocks[0], c * blocks[1], c * blocks[2]
+    by_j = c * blocks[6], c * blocks[7], c * blocks[8]
+    return c * phi[0], by_i, by_j, c * gamma[0]
+
+
+@inline
+def add_part(L, W, w, k, n, position, velocity, part):
+    """Add what part n gives, as `weighted`, to node k."""
+    phi, by_i, by_j, gamma = part
     if position is not None:
-        st(W.phi, 2 * k, ld(W.phi, 2 * k, w) + c * phi[0], w)
+        st(W.phi, 2 * k, ld(W.phi, 2 * k, w) + phi, w)
         o = L.part[n, 3]
         if o >= 0:
-            st(W.block, o, ld(W.block, o, w) + c * blocks[0], w)
-            st(W.block, o + 1, ld(W.block, o + 1, w) + c * blocks[1], w)
-            st(W.block, o + 2, ld(W.block, o + 2, w) + c * blocks[2], w)
+            st(W.block, o, ld(W.block, o, w) + by_i[0], w)
+            st(W.block, o + 1, ld(W.block, o + 1, w) + by_i[1], w)
+            st(W.block, o + 2, ld(W.block, o + 2, w) + by_i[2], w)
         o = L.part[n, 4]
         if o >= 0:
-            st(W.block, o, ld(W.block, o, w) + c * blocks[6], w)
-            st(W.block, o + 1, ld(W.block, o + 1, w) + c * blocks[7], w)
-            st(W.block, o + 2, ld(W.block, o + 2, w) + c * blocks[8], w)
+            st(W.block, o, ld(W.block, o, w) + by_j[0], w)
+            st(W.block, o + 1, ld(W.block, o + 1, w) + by_j[1], w)
+            st(W.block, o + 2, ld(W.block, o + 2, w) + by_j[2], w)
     if velocity is not None:
-        st(W.gamma, 2 * k, ld(W.gamma, 2 * k, w) + c * gamma[0], w)
+        st(W.gamma, 2 * k, ld(W.gamma, 2 * k, w) + gamma, w)
 
 
 @inline

@@ -60,14 +60,10 @@ def _matrix(system: Equations, rhs: list[str]) -> list[str]:
     labels = [cut(label, LABEL) for label in system.rows]
     for digits in DIGITS:
         cells = [_coefficients(system, column, digits) for column in system.matrix.T]
-        found = table(
-            [
-                Column("EQUATIONS", labels, text=True, whole=True),
-                *(Column(name, cell) for name, cell in zip(system.unknowns, cells, strict=True)),
-                Column("", ["="] * len(labels)),
-                Column("m a - loads", rhs),
-            ]
-        )
+        columns = [Column("EQUATIONS", labels, text=True, whole=True)]
+        columns += [Column(name, cell) for name, cell in zip(system.unknowns, cells, strict=True)]
+        columns += [Column("", ["="] * len(labels)), Column("m a - loads", rhs)]
+        found = table(columns)
         if max(map(len, found)) <= WIDTH:
             return found
     return []

@@ -241,7 +241,7 @@ class _Columns:
         by, on = driver.bodies
         name = self._named(driver.name, "F")
         meaning, unit = f"on {on} by {by}, torque of {driver.name}", self.unit("torque")
-        if driver.rows != "a":
+        if not driver.angular:
             along = self._along(-exerted[:, 0], driver.name)
             meaning, unit = f"on {on} by {by}, force of {driver.name}, {along}", self.unit("force")
         # an effort is −λ: its product with the driven rate is the power that it gives

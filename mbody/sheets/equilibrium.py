@@ -151,9 +151,9 @@ def curve_sheet(curve: EquilibriumCurve) -> str:
         Column("CURVE", [marks.get(n, "") for n in rows], text=True, whole=True),
         Column(curve.parameter, numbers(curve.values[rows]), curve.unit),
         Column("arclength", numbers(curve.arclength[rows])),
-        *(column for name in bodies for column in _moving(curve, name, rows)),
-        Column("onward", onward, text=True, whole=True),
     ]
+    columns += [column for name in bodies for column in _moving(curve, name, rows)]
+    columns.append(Column("onward", onward, text=True, whole=True))
     about = f"rest positions along {curve.parameter}: {len(curve)} points"
     lines = [*title(machine.name, about, machine.units), "", *table(columns)]
     return "\n".join(even([*lines, *noted(curve.notes)]))

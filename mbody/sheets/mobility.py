@@ -59,13 +59,10 @@ def _counts(report: Mobility) -> list[str]:
     columns.append(Column("joints alone", cells(report.of_joints)))
     if report.drivers:
         columns.append(Column("drivers fixed", cells(report.driven)))
-    parts = [
-        _counted(report.bodies, "moving link"),
-        _counted(report.joints, "joint"),
-        *([_counted(report.couplings, "coupling")] if report.couplings else []),
-        _counted(report.drivers, "driver"),
-        _counted(report.loops, "independent loop"),
-    ]
+    parts = [_counted(report.bodies, "moving link"), _counted(report.joints, "joint")]
+    if report.couplings:
+        parts.append(_counted(report.couplings, "coupling"))
+    parts += [_counted(report.drivers, "driver"), _counted(report.loops, "independent loop")]
     return [*table(columns), ", ".join(parts)]
 
 

@@ -7,14 +7,29 @@ from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
 __all__ = [
-    *("KINDS", "Doubt", "Inherited", "Several", "as_doubt", "certificate", "doubted", "inherited"),
-    *("status_of", "succeeded"),
+    "KINDS",
+    "Doubt",
+    "Inherited",
+    "Several",
+    "as_doubt",
+    "certificate",
+    "doubted",
+    "inherited",
+    "status_of",
+    "succeeded",
 ]
 
 #: What a doubt may be about.
 KINDS = (
-    *("residual", "energy", "branch", "singular", "inertia"),
-    *("extrapolation", "incomplete", "contact", "solver"),
+    "residual",
+    "energy",
+    "branch",
+    "singular",
+    "inertia",
+    "extrapolation",
+    "incomplete",
+    "contact",
+    "solver",
 )
 
 Result = TypeVar("Result")

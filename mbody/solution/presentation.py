@@ -8,7 +8,11 @@ What makes a form is loaded when it is first wanted.
 from __future__ import annotations
 
 import importlib
-from typing import Any
+
+# loaded by `import mbody` itself, which loads nothing that takes time
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 __all__ = ["present", "register"]
 
@@ -47,8 +51,8 @@ def present(form: str, result: Any, *args: Any) -> Any:
     Examples
     --------
     >>> import mbody
-    >>> present("sheet", mbody.mobility(mbody.makers.four_bar(1, 3, 2, 3.5))).splitlines()[0][:8]
-    'Mobility'
+    >>> present("sheet", mbody.mobility(mbody.makers.four_bar(1, 3, 2, 3.5))).splitlines()[0]
+    'four-bar'
     """
     module, _, function = _MAKERS[form].partition(":")
     return getattr(importlib.import_module(module), function)(result, *args)

@@ -23,10 +23,9 @@ from mbody import (
     Torque,
     TorsionDamper,
     assemble,
-    polar,
 )
 from mbody.laws import ConstantSpeed
-from mbody.makers import makers
+from mbody.makers import makers, polar
 from mbody.model.body import Guess, SecondMoments, SlenderRod
 from mbody.model.loads import CustomLoad, TorsionSpring
 from tests.errors.models import crank_alone

@@ -3,7 +3,8 @@
 import sys
 from unittest import mock
 
-from mbody import assemble, kinematics, kinetostatics, to_mjcf
+from mbody import assemble, kinematics, kinetostatics
+from mbody.engines.mjcf import to_mjcf
 from mbody.engines.mujoco import opinion
 from tests.errors.command import said
 from tests.errors.models import four_bar

@@ -1,9 +1,9 @@
 """Measures, and the instants that a mechanism or a command asks for."""
 
-from mbody import AngleDriver, Measure
+from mbody import AngleDriver
 from mbody.analysis.driven.requests import analyse_at
 from mbody.laws import ConstantAcceleration, ConstantSpeed
-from mbody.model.study import Instants
+from mbody.model.study import Instants, Measure
 from tests.errors.models import by_law, four_bar
 from tests.errors.results import run
 

@@ -21,10 +21,9 @@ from mbody import (
     assemble,
     equilibrium,
     kinetostatics,
-    linearize,
     modes,
 )
-from mbody.engineering import close_loops, equilibrium_curve, momentum
+from mbody.engineering import close_loops, equilibrium_curve, linearize, momentum
 from mbody.model.body import SecondMoments
 from mbody.model.loads import CentrifugalField, CustomLoad
 from tests.errors.solving import free

@@ -29,9 +29,9 @@ from mbody import (
     Torque,
     TorsionSpring,
     laws,
-    polar,
 )
 from mbody.laws import Harmonic
+from mbody.makers import polar
 
 __all__ = ["MODELS"]
 

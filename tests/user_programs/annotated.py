@@ -29,7 +29,6 @@ from mbody import (
     Gravity,
     LengthCoupling,
     Marker,
-    Measure,
     Mechanism,
     Mobility,
     Modes,
@@ -43,12 +42,12 @@ from mbody import (
     System,
     Torque,
     number_field,
-    polar,
 )
 from mbody.engineering import close_loops, equilibrium_curve, flywheel
 from mbody.laws import Cam, ConstantSpeed, Dwell, Harmonic, Law, Polynomial, Rise, Table
+from mbody.makers import polar
 from mbody.model.loads import CustomLoad
-from mbody.model.study import Question, Unknown
+from mbody.model.study import Measure, Question, Unknown
 from mbody.sweeps import Normal, Sweep, monte_carlo
 
 Array = npt.NDArray[np.float64]

@@ -169,7 +169,7 @@ class _PinocchioCheck:
         for driver in self.system.drivers:
             theirs = np.array([found[k][1].given[driver.name] for k in good]).reshape(-1, 3)
             kinds = ("angle", "turning", "turning acceleration")
-            if driver.rows != "a":
+            if not driver.angular:
                 kinds = ("place", "velocity", "acceleration")
             ours = [part[good] for part in self.run.driven(driver.name)]
             if driver.angular:
