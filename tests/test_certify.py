@@ -192,7 +192,7 @@ def test_what_is_made_of_a_result_inherits_its_doubts(doubtful):
         assert DOUBT.message in made.notes
     with pytest.warns(
         ModelWarning,
-        match="flywheel: the motion that gives its size is doubtful: it may have leapt",
+        match="flywheel: the motion for its size is doubtful: it may have leapt",
     ):
         mbody.engineering.flywheel(doubtful, 0.02)
     swing = gallery.load("simple_pendulum")

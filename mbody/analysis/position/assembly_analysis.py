@@ -20,6 +20,7 @@ from mbody.analysis.position.whole_turns import ambiguous, by_rows, by_springs
 from mbody.compiler.callbacks import failure
 from mbody.errors import ModelError, ModelWarning, SolveError
 from mbody.kernels.loop_closure import close, laws_of_time
+from mbody.model.body import as_guess
 from mbody.model.element import listed, wrapped
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
@@ -280,7 +281,15 @@ def _say_branch(
         (abs(wrapped(float(found[3 * n + 2, 0] - start[3 * n + 2, 0]))), name)
         for n, name in guessed
     )
-    if result.straight and far < NEAR:
+    apart, elsewhere = max(
+        (
+            (math.dist(found[3 * n : 3 * n + 2, 0], start[3 * n : 3 * n + 2, 0]), body.name)
+            for n, body in enumerate(system.mechanism.bodies)
+            if as_guess((guess or {}).get(body.name, body.guess), body.name).x is not None
+        ),
+        default=(0.0, name),
+    )
+    if result.straight and far < NEAR and apart < NEAR * system.length:
         return
     here = np.linalg.slogdet(dense(system, result.work)[1])[0]
     result.work.q[:] = start
@@ -290,11 +299,7 @@ def _say_branch(
         return
     way = f"{np.degrees(far):.1f} deg"
     if far < NEAR:  # it is a place that is elsewhere
-        apart, name = max(
-            (math.dist(found[3 * n : 3 * n + 2, 0], start[3 * n : 3 * n + 2, 0]), name)
-            for n, name in guessed
-        )
-        way = f"{apart:.4g} {system.mechanism.units.length}"
+        name, way = elsewhere, f"{apart:.4g} {system.mechanism.units.length}"
     note = (
         f"the guess is on another branch than the position found: '{name}' came out {way} from "
         "where the guess puts it; guess nearer to the branch that you want"
