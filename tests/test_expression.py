@@ -349,5 +349,5 @@ def test_a_program_that_keeps_too_many_waiting():
     text = "t"
     for _ in range(MAX_STACK):
         text = f"sin(t)+({text})*sin(t)" if len(text) < 20 else f"exp(t)*({text})"
-    with pytest.raises(FormulaError, match=rf"numbers, at most {MAX_OPERATIONS} with {MAX_STACK}"):
+    with pytest.raises(FormulaError, match=rf"numbers, at most {MAX_OPERATIONS} and {MAX_STACK}"):
         made(text)

@@ -113,7 +113,7 @@ def test_a_batch_of_units_for_laws_and_parameters():
     assert [v for v in other.ask.at["t"]] == [100.0, 50.0, 200.0]
     assert other["b"].points["A"] == pytest.approx((1000.0, 1000.0), rel=1e-15)
     for name, old in machine._scope.names.items():
-        new = other.scope.names[name]
+        new = other._scope.names[name]
         size = ratio(old.dimension, "SI", "mm-N-ms") if old.dimension else 1.0
         assert new.dimension == old.dimension
         assert new.value == pytest.approx(old.value * size, rel=2e-15)

@@ -347,7 +347,8 @@ def test_a_curve_that_ends_before_its_span_is_in_doubt():
 PROGRAM = """
 import json
 import numpy as np
-from mbody import Spring, equilibrium, equilibrium_curve
+from mbody import Spring, equilibrium
+from mbody.engineering import equilibrium_curve
 from tests.rest_scan import four_bar
 from tests.test_rest_positions import rope, whirling
 

@@ -1,6 +1,6 @@
 """The command line."""
 
-from mbody import cli
+from mbody.cli import command
 
 #: Words of the command that it refuses.
 WORDS = {
@@ -34,7 +34,7 @@ WORDS = {
 
 def said(words):
     """What the command does, but for telling its errors."""
-    return lambda: cli._run(words)
+    return lambda: command._run(words)
 
 
 SCENARIOS = {

@@ -7,7 +7,8 @@ import tempfile
 from pathlib import Path
 from unittest import mock
 
-from mbody import Body, Mechanism, Torque, cli, load, save
+from mbody import Body, Mechanism, Torque, load, save
+from mbody.cli import command
 from mbody.files.model import Limits, from_toml, in_units, to_toml
 from mbody.model.loads import CustomLoad
 from tests.errors.models import by_law, four_bar
@@ -164,7 +165,7 @@ def with_limits(text):
 def too_large_for_the_command():
     """The same at the command, which names the variable of its environment."""
     with folder("mine.toml", ARM), mock.patch.dict("os.environ", MBODY_LIMITS="1e-6"):
-        cli._run(["check", "mine.toml"])
+        command._run(["check", "mine.toml"])
 
 
 def refused():

@@ -279,7 +279,7 @@ SCENARIOS = {
     "a body that is free": lambda: kinetostatics(free()),
     "very many bodies that are free": lambda: kinematics(free(800)),
     "a guess on another branch": lambda: kinematics(
-        four_bar(), guess={"coupler": -1.0, "rocker": 2.0}
+        four_bar(), guess={"coupler": 1.5, "rocker": 1.0}
     ),
     # -- dead centres and other stops
     "a dead centre on the way": lambda: kinematics(press(3.9, 0.5), t=np.linspace(0.0, 1.0, 20)),
