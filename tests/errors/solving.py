@@ -31,6 +31,7 @@ from mbody import (
 from mbody.engineering import close_loops
 from mbody.laws import ConstantAcceleration, ConstantSpeed, Polynomial, Table
 from mbody.makers import makers
+from tests import near_grashof
 from tests.errors.models import FOLDED, STRETCHED, by_law, by_rocker, chain, four_bar
 
 NAN = math.nan
@@ -209,6 +210,17 @@ def rope(length):
     return machine
 
 
+#: From the position of the first one the way to the second ends where its dyad is stretched.
+APART = [
+    near_grashof.Linkage(
+        "four-bar", start, 1.0, [place], [near_grashof.Dyad(lengths, 1, (0.5, 0.5))]
+    )
+    for start, place, lengths in (
+        (4.9, 0.13 + 0.65j, (0.75, 0.92)),
+        (0.76, -2.05 - 2.14j, (1.43, 2.6)),
+    )
+]
+
 SCENARIOS = {
     "gears that do not mesh": lambda: kinetostatics(gears_apart()),
     "a rack on the wrong side": lambda: kinetostatics(racked(-0.5)),
@@ -281,6 +293,8 @@ SCENARIOS = {
     "a guess on another branch": lambda: kinematics(
         four_bar(), guess={"coupler": 1.5, "rocker": 1.0}
     ),
+    "a design on another branch": lambda: near_grashof.batch_of(APART, 5),
+    "designs on another branch": lambda: near_grashof.batch_of(APART[:1] + 10 * APART[1:], 5),
     # -- dead centres and other stops
     "a dead centre on the way": lambda: kinematics(press(3.9, 0.5), t=np.linspace(0.0, 1.0, 20)),
     "a turn that there is not": lambda: kinematics(
