@@ -56,7 +56,7 @@ def test_what_is_saved_comes_back(tmp_path):
     for run in runs:
         mbody.save_run(run, tmp_path / "run.npz")
         again = mbody.load_run(tmp_path / "run.npz")
-        for name in ("t", "soft", "dependencies", "notes", "status", "stats", "analysis"):
+        for name in ("t", "regularization", "dependencies", "notes", "status", "stats", "analysis"):
             assert np.array_equal(getattr(again, name), getattr(run, name)), name
         table = run.record.table(slice(None))
         assert again.record.table(slice(None)).tobytes() == table.tobytes()
@@ -128,7 +128,7 @@ WORDS = [
     ("model", "{"),
     ("model", 3),
     ("analysis", "magic"),
-    ("soft", "much"),
+    ("regularization", "much"),
     ("dependencies", {"O": [True]}),
     ("notes", "none"),
     ("status", None),

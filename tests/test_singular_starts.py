@@ -180,7 +180,10 @@ def test_three_cranks_have_one_branch():
 def test_rows_that_repeat_for_good_are_no_singular_start():
     machine = three_cranks(0.7)
     start = close_loops(machine)
-    assert start.soft and choose_branch(start.system, start, state_of(start.system, start)) is None
+    assert (
+        start.regularization
+        and choose_branch(start.system, start, state_of(start.system, start)) is None
+    )
 
 
 # -- what is refused ---------------------------------------------------------------------------

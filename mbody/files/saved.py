@@ -42,7 +42,7 @@ NEEDED = (
     "model",
     "values",
     "analysis",
-    "soft",
+    "regularization",
     "dependencies",
     "notes",
     "status",
@@ -51,7 +51,7 @@ NEEDED = (
     "ending",
     "doubts",
     "branch",
-    "let_go",
+    "released_at",
 )
 ENERGIES = tuple(part.name for part in fields(Energy) if part.name != "by")
 ARRAYS = tuple(part.name for part in fields(Restart) if part.name not in ("way", "own", "released"))
@@ -96,14 +96,14 @@ def save_run(run: Solution, path: Any) -> None:
         "model": to_json(run.mechanism),
         "values": {name: float(value) for name, value in run.system.values.items()},
         "analysis": run.analysis,
-        "soft": run.soft,
+        "regularization": run.regularization,
         "dependencies": run.dependencies,
         "notes": run.notes,
         "status": run.status,
         "ending": run.ending,
         "doubts": [doubt.data() for doubt in run.doubts],
         "branch": None if run.branch is None else [run.branch.least, run.branch.t],
-        "let_go": dict(run.released),
+        "released_at": dict(run.released),
         "stats": run.stats,
     }
     if run.energy is not None:
@@ -121,7 +121,7 @@ def save_run(run: Solution, path: Any) -> None:
         header["released"] = run.restart.released
         arrays |= {f"restart.{name}": getattr(run.restart, name) for name in ARRAYS}
         arrays |= {f"own.{n}": part for n, part in enumerate(run.restart.own)}
-    arrays["told"] = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
+    arrays["header"] = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
     content = packed(arrays, OWNER)
     with writing(path, binary=True) as file:
         file.write(content)
@@ -160,7 +160,7 @@ def load_run(path: Any) -> Solution:
 
 def _header(arrays: Mapping[str, np.ndarray]) -> dict[str, Any]:
     """The header of a file."""
-    raw = arrays.get("told", np.zeros(0))
+    raw = arrays.get("header", np.zeros(0))
     want(raw.dtype == np.uint8 and raw.ndim == 1, "it does not tell what it is")
     try:
         header = json.loads(raw.tobytes())
@@ -192,7 +192,7 @@ def _solution(
 ) -> Solution:
     check_header(header, system)
     energy = restart = given = None
-    soft, analysis = header["soft"], header["analysis"]
+    regularization, analysis = header["regularization"], header["analysis"]
     t = array(arrays, "t", (None,))
     n = len(t)
     if "works" in header:
@@ -217,7 +217,9 @@ def _solution(
 
     def instants(name: str, when: Any) -> Solution:
         record = Record([pages(arrays, name, system, 1, analysis)[:, :, None]], 1, batch=False)
-        return Solution(system, analysis, np.atleast_1d(when), record, None, soft=soft)
+        return Solution(
+            system, analysis, np.atleast_1d(when), record, None, regularization=regularization
+        )
 
     events = tuple(
         EventRecord(
@@ -232,13 +234,13 @@ def _solution(
         t=t,
         record=Record([block], n, batch=False),
         given=given,
-        soft=soft,
+        regularization=regularization,
         dependencies=header["dependencies"],
         notes=tuple(header["notes"]),
         status=header["ending"],
         doubts=tuple(as_doubt(one) for one in header["doubts"]),
         branch=None if header["branch"] is None else BranchDistance(*header["branch"]),
-        released=header["let_go"],
+        released=header["released_at"],
         stats=header["stats"],
         energy=energy,
         events=events,

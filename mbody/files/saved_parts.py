@@ -57,7 +57,10 @@ def pages(
 def check_header(header: Mapping[str, Any], system: System) -> None:
     """Refuse words about a result that are of another kind, or name what the system has not."""
     want(header["analysis"] in (*ANALYSES, "close_loops", "simulate"), "its analysis is unknown")
-    want(_number(header["soft"]) and header["soft"] >= 0.0, "'soft' is no number")
+    want(
+        _number(header["regularization"]) and header["regularization"] >= 0.0,
+        "'regularization' is no number",
+    )
     want(_texts(header["notes"]), "'notes' are no texts")
     want(isinstance(header["status"], str), "'status' is no text")
     want(isinstance(header["ending"], str), "'ending' is no text")
@@ -66,8 +69,8 @@ def check_header(header: Mapping[str, Any], system: System) -> None:
     branch = header["branch"]
     pair = isinstance(branch, list) and len(branch) == 2 and all(map(_number, branch))
     want(branch is None or pair, "'branch' is no distance with its instant")
-    gone = header["let_go"]
-    want(isinstance(gone, dict) and all(map(_number, gone.values())), "'let_go' are no times")
+    gone = header["released_at"]
+    want(isinstance(gone, dict) and all(map(_number, gone.values())), "'released_at' are no times")
     stats = header["stats"]
     counts = isinstance(stats, dict) and all(type(n) is int for n in stats.values())
     want(stats is None or counts, "'stats' are no counts")

@@ -110,7 +110,7 @@ def mark_redundant(L, W, regularization):
     for k in range(L.nodes):
         W.monitor[3 * L.nodes + k, 0] = 0.0
         for row in range(2):
-            greatest = REDUNDANT * regularization * W.soft[2 * k + row, 0]
+            greatest = REDUNDANT * regularization * W.regularization_weight[2 * k + row, 0]
             if W.pivot[3 * k + 2 * row, 0] * greatest > 1.0:
                 W.monitor[3 * L.nodes + k, 0] += 1.0 + row
 

@@ -193,15 +193,18 @@ def user_rows(L, W, lanes, e):
     for lane in range(lanes):
         size = L.primitive_count[e]
         user_state(W, L.primitive_i[e], L.primitive_j[e], L.primitive_par[e], size, lane)
-        bad = call_user(L.primitive_handle[e], W.asked[: 17 + size], W.told[:18]) != 0
+        bad = (
+            call_user(L.primitive_handle[e], W.user_arguments[: 17 + size], W.user_results[:18])
+            != 0
+        )
         for n in range(18):
-            W.scratch[n, lane] = np.nan if bad else W.told[n]
+            W.scratch[n, lane] = np.nan if bad else W.user_results[n]
 
 
 @inline
 def user_state(W, i, j, first, size, lane):
-    """W.asked ← (t, side i, side j, parameters), as the hook takes them."""
-    x = W.asked
+    """W.user_arguments ← (t, side i, side j, parameters), as the hook takes them."""
+    x = W.user_arguments
     x[0] = W.time[0, lane]
     for end in range(2):
         b = i if end == 0 else j

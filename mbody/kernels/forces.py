@@ -201,9 +201,9 @@ def user_force(L, W, lanes, e):
     for lane in range(lanes):
         size = L.action_count[e]
         user_state(W, L.action_i[e], L.action_j[e], L.action_par[e], size, lane)
-        bad = call_user(L.action_handle[e], W.asked[: 17 + size], W.told[:6]) != 0
+        bad = call_user(L.action_handle[e], W.user_arguments[: 17 + size], W.user_results[:6]) != 0
         for n in range(6):
-            W.scratch[n, lane] = np.nan if bad else W.told[n]
+            W.scratch[n, lane] = np.nan if bad else W.user_results[n]
 
 
 @njit(forceinline=True)

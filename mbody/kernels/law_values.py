@@ -21,10 +21,10 @@ def law_at(L, W, n, lane, x):
     """(f, f′, f″) of law n at x in one lane; NaN where a user's function raised."""
     code = L.law_kind[n]
     if code == USER:
-        W.asked[0] = x
-        if call_user(L.law_handle[n], W.asked[:1], W.told[:3]) != 0:
+        W.user_arguments[0] = x
+        if call_user(L.law_handle[n], W.user_arguments[:1], W.user_results[:3]) != 0:
             return np.nan, np.nan, np.nan
-        return W.told[0], W.told[1], W.told[2]
+        return W.user_results[0], W.user_results[1], W.user_results[2]
     size, k = L.law_count[n], L.law_table[n]
     return built_in(code, W.par, L.law_par[n], size, lane, L.table, k, x)
 

@@ -100,7 +100,12 @@ def gap(L, W):
     """½ |Φ|² with angles by the model length."""
     total = 0.0
     for n in range(2 * L.nodes):
-        total += W.phi[n, 0] * W.phi[n, 0] / max(W.soft[n, 0], 1e-300) * (W.soft[n, 0] > 0.0)
+        total += (
+            W.phi[n, 0]
+            * W.phi[n, 0]
+            / max(W.regularization_weight[n, 0], 1e-300)
+            * (W.regularization_weight[n, 0] > 0.0)
+        )
     return 0.5 * total
 
 
@@ -264,7 +269,7 @@ def project_designs(L, W, par, poses, rates, velocities, state):
         rates_of_rows(L, W, w)
         rest, requested = 0.0, 0.0
         for n in range(2 * L.nodes):
-            unit = W.soft[n, 0]
+            unit = W.regularization_weight[n, 0]
             if unit > 0.0:
                 rest += (W.x[n, 0] - W.nu[n, 0]) ** 2 / unit
                 requested += W.nu[n, 0] ** 2 / unit

@@ -57,9 +57,9 @@ def residuals_of(L, W, found, output):
         rows(L, W, w, True, None)
         worst = 0.0
         for n in range(2 * L.nodes):
-            if W.soft[n, 0] > 0.0:
+            if W.regularization_weight[n, 0] > 0.0:
                 # rows of lengths weigh one, rows of angles 1/length²
-                unit = 1.0 / size if W.soft[n, 0] == 1.0 else 1.0
+                unit = 1.0 / size if W.regularization_weight[n, 0] == 1.0 else 1.0
                 worst = max(worst, abs(W.phi[n, 0]) * unit)
         output[k, CONSTRAINT] = worst
         forces(L, W, w, -1)

@@ -14,9 +14,9 @@ and one symbolic phase serves for good. Elimination without pivoting, S = L D L�
 with 2×2 pivots D_k = [1 0; l 1] diag(d₀, d₁) [1 l; 0 1].
 
 Redundant rows make S singular. They get the regularization (S + ρ E) λ = b, E the units of the rows
-(W.soft) and ρ = 1e-9: a proximal term. Iterations on the residual, λ ← λ + (S + ρ E)⁻¹ (b − S λ),
-converge to the solution of least norm where b is consistent. A pivot that vanishes all the same
-drops its row (its multiplier is zero).
+(W.regularization_weight) and ρ = 1e-9: a proximal term. Iterations on the residual,
+λ ← λ + (S + ρ E)⁻¹ (b − S λ), converge to the solution of least norm where b is consistent. A pivot
+that vanishes all the same drops its row (its multiplier is zero).
 """
 
 from __future__ import annotations
@@ -48,8 +48,8 @@ def form(L, W, w, regularization):
         a += w0 * p0 * p0 + w1 * p1 * p1 + w2 * p2 * p2 + ld(W.pad, 2 * k, w)
         b += w0 * p0 * r0 + w1 * p1 * r1 + w2 * p2 * r2
         c += w0 * r0 * r0 + w1 * r1 * r1 + w2 * r2 * r2 + ld(W.pad, 2 * k + 1, w)
-        a += regularization * ld(W.soft, 2 * k, w)
-        c += regularization * ld(W.soft, 2 * k + 1, w)
+        a += regularization * ld(W.regularization_weight, 2 * k, w)
+        c += regularization * ld(W.regularization_weight, 2 * k + 1, w)
         st(S, 3 * k, a, w)
         st(S, 3 * k + 1, b, w)
         st(S, 3 * k + 2, c, w)

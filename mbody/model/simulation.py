@@ -1,4 +1,4 @@
-"""A motion that is asked for: how it begins, how long it goes on, and how it is followed."""
+"""Settings of `simulate`: how a motion begins, how long it lasts, and how it is integrated."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ Start: TypeAlias = "Converted[dict[str, dict[str, Any]], Mapping[str, Mapping[st
 
 @dataclass(frozen=True)
 class SimulationSettings:
-    """A motion that is asked for: how it begins, and how long it goes on.
+    """Settings of a motion: how it begins, and how long it lasts.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ class SimulationSettings:
     events : list of Event and Stop
         What is watched for.
     release : mapping
-        When drivers let go, by name; until then they follow their laws.
+        When drivers are released, by name; until then they follow their laws.
 
     >>> SimulationSettings(2.0, {"bob": {"angle": 0.5}}).start
     {'bob': {'angle': 0.5}}

@@ -138,7 +138,7 @@ class Unknown:
     start, low, high : float or str, optional
         Where the search begins, by default its present value, and between which bounds it stays.
     unit : str, optional
-        In which it is told, by default that of the mechanism, and deg for angles.
+        In which it is given, by default that of the mechanism, and deg for angles.
 
     >>> Unknown("field.speed", low=0.0, unit="rpm").unit
     'rpm'
@@ -191,7 +191,7 @@ class Question:
     at : mapping
         The one instant, as of `Instants`; by default t = 0.
     note : str
-        What is asked, in words.
+        The question in words.
 
     >>> Question("brake", "wheel.alpha = 0").unknowns[0].name
     'brake'

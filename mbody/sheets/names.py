@@ -176,7 +176,7 @@ def force_floor(solution: Solution) -> float:
     for element in elements:
         size = float(np.fmax.reduce(np.abs(solution.effort(element.name)), axis=None))
         peak = np.fmax(peak, size / length if element.angular else size)
-    return float(peak) * (REDUNDANT if solution.soft else ROUNDING)
+    return float(peak) * (REDUNDANT if solution.regularization else ROUNDING)
 
 
 def torque_cells(solution: Solution, torque: Array, floor: float) -> list[str]:

@@ -19,7 +19,7 @@ from mbody.solution.doubts import Doubt, status_of
 from mbody.solution.result import Result
 from mbody.system.system import System
 
-__all__ = ["Certificate", "Certified", "as_said", "changed", "residual_doubts"]
+__all__ = ["Certificate", "Certified", "as_reported", "changed", "residual_doubts"]
 
 Array = np.ndarray
 T = TypeVar("T")
@@ -86,7 +86,7 @@ class Certified(Generic[T]):
         solution.__dict__[f"reported_{self.name}"] = value
 
 
-def as_said(solution: Result) -> Certificate:
+def as_reported(solution: Result) -> Certificate:
     """What the analysis itself reported of a result, without computing its residuals."""
     fields = solution.__dict__
     status = fields.get("reported_status", "completed")
@@ -95,7 +95,7 @@ def as_said(solution: Result) -> Certificate:
 
 def changed(solution: R, **parts: Any) -> R:
     """The solution with other fields, as `dataclasses.replace`, without computing residuals."""
-    said = as_said(solution)
+    said = as_reported(solution)
     own = {"status": said.status, "doubts": said.doubts, "notes": said.notes}
     replaced: R = replace(solution, **(own | parts))  # type: ignore[type-var]  # a dataclass
     return replaced
@@ -103,7 +103,7 @@ def changed(solution: R, **parts: Any) -> R:
 
 def _certificate(solution: Result) -> Certificate:
     """The report of the analysis, and what the residuals add to it."""
-    said = as_said(solution)
+    said = as_reported(solution)
     doubts = said.doubts
     if not any(doubt.kind == "residual" for doubt in doubts):
         doubts = (*doubts, *residual_doubts(solution))
@@ -148,7 +148,7 @@ def _limits(
     top, flowing = (float(np.nanmax(np.abs(whole), initial=0.0)) for whole in (term, flow))
     known &= np.isfinite(pages).all(axis=1)
     # forces that are reported as missing are in no balance
-    reported = any(doubt.kind == "incomplete" for doubt in as_said(solution).doubts)
+    reported = any(doubt.kind == "incomplete" for doubt in as_reported(solution).doubts)
     unknown = 0.0 if reported else np.nan
     part = np.where(known, left / (top or 1.0), unknown)
     carried = np.where(known, _carried(system, pages) / (top or 1.0), 0.0)

@@ -101,7 +101,9 @@ def _audit(
     if solution.given is not None:
         given = np.array(solution.given[instants])
     output, work = np.empty((len(t), RESIDUALS)), system.work(designs=design)
-    work.soft[2 * system.layout.driver_node[np.asarray(gone, dtype=np.int64)]] = 0.0
+    work.regularization_weight[2 * system.layout.driver_node[np.asarray(gone, dtype=np.int64)]] = (
+        0.0
+    )
     found = Finished(
         motion=_motion(solution, design)[instants],
         t=t,
@@ -134,7 +136,7 @@ def breakdown(solution: Result, name: str, on: str | None) -> dict[str, Any]:
     kernel(
         system.runtime(),
         system.work(),
-        solution.soft,
+        solution.regularization,
         _motion(solution, 0),
         np.array(solution.t),
         len(loads),

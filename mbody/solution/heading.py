@@ -49,8 +49,8 @@ def heading(
     >>> list(heading("a crank", "statics", {"length": "m"}, Inherited()))
     ['mbody', 'model', 'analysis', 'units', 'status', 'doubts', 'notes']
     """
-    told = {"mbody": __version__, "model": model, "analysis": analysis, "units": dict(units)}
+    head = {"mbody": __version__, "model": model, "analysis": analysis, "units": dict(units)}
     if hasattr(result, "doubts"):
-        return told | certificate(result)
+        return head | certificate(result)
     notes = list(getattr(result, "notes", ()))
-    return told | {"status": "completed", "doubts": [], "notes": notes}
+    return head | {"status": "completed", "doubts": [], "notes": notes}

@@ -58,7 +58,7 @@ class Result(Protocol):
         """Value, rate and acceleration of the drivers (instants, drivers, 3), where given."""
 
     @property
-    def soft(self) -> float:
+    def regularization(self) -> float:
         """Regularisation of redundant constraints; 0 where there are none."""
 
     @property

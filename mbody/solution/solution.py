@@ -15,7 +15,7 @@ from mbody.model.element import Marker, as_marker, listed
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import varied
-from mbody.solution.certificate import Certified, as_said, changed
+from mbody.solution.certificate import Certified, as_reported, changed
 from mbody.solution.checks import breakdown, checks, residuals
 from mbody.solution.doubts import Doubt
 from mbody.solution.energy import Energy
@@ -75,7 +75,7 @@ class Solution:
     t: Array
     record: Record = field(repr=False)
     given: Array | None = field(repr=False)
-    soft: float = 0.0
+    regularization: float = 0.0
     dependencies: dict[str, list[bool]] | None = field(default=None, repr=False)
     notes: Certified[tuple[str, ...]] = Certified(())
     status: Certified[str] = Certified("completed")
@@ -105,7 +105,7 @@ class Solution:
                 "analyse one of them, system.design(n)"
             )
         index = np.asarray(instants, dtype=np.int64)
-        rows, report = self.record.table(slice(None))[index], as_said(self)
+        rows, report = self.record.table(slice(None))[index], as_reported(self)
         last = float(self.t[index].max(initial=-np.inf))
         gone = [one for one in report.doubts if one.t is not None and one.t > last]
         messages = {one.message for one in gone}
@@ -128,7 +128,7 @@ class Solution:
     @property
     def ending(self) -> str:
         """How the analysis ended, whatever is in doubt: "completed", "ended: …" or "stopped: …"."""
-        return as_said(self).status
+        return as_reported(self).status
 
     @property
     def has_forces(self) -> bool:
@@ -277,7 +277,7 @@ class Solution:
         return found
 
     def _unique(self, joint: str) -> tuple[bool, bool, bool] | None:
-        if not self.soft:
+        if not self.regularization:
             return (True, True, True)
         if self.dependencies is None:
             return None
@@ -294,7 +294,7 @@ class Solution:
             As `effort`.
         """
         self._efforts(name)
-        if not self.soft:
+        if not self.regularization:
             return True
         if self.dependencies is None:
             return None

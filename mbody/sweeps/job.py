@@ -74,7 +74,7 @@ class Job:
     grid : TimeGrid or None
         The instants; None of a free motion.
     before : int
-        Instants that go before those that are asked for.
+        Instants before the requested ones.
     course : BatchSetup, LaneMotions or None
         What the designs share, of a free motion a `LaneMotions`; None where they go one by one.
     wanted : array

@@ -110,7 +110,7 @@ class Work(Bundle):
     weight: Rows  # inverse of the positive weights, on columns; zero for the ground
     share: Rows  # part of its body's force that each slot takes
     pad: Rows  # one for identity rows, two rows a node
-    soft: Rows  # what the proximal term adds, two rows a node, before it is scaled
+    regularization_weight: Rows  # what the proximal term adds, two rows a node, before it is scaled
     size: Rows  # model length
     time: Rows
     q: Rows
@@ -144,9 +144,9 @@ class Work(Bundle):
     base: Rows
     # blocks of the position that was factored, while the factor serves at another one; one lane
     factored_block: Floats
-    # what a user's function is asked and tells
-    asked: Floats
-    told: Floats
+    # arguments of a user's function, and its results
+    user_arguments: Floats
+    user_results: Floats
 
     if TYPE_CHECKING:
         frame: Frame
@@ -159,7 +159,7 @@ class Work(Bundle):
         self._keep(words)
 
     def __getattr__(self, name: str) -> np.ndarray:
-        # an array is made when it is first asked for: most never are
+        # an array is made when it is first read: most never are
         if name not in self.fields:
             raise AttributeError(f"a workspace has no {name!r}")
         view = self.frame.view(name, self.memory)
@@ -240,7 +240,7 @@ def _frame(
         "weight": columns,
         "share": slots,
         "pad": 2 * nodes,
-        "soft": 2 * nodes,
+        "regularization_weight": 2 * nodes,
         "size": 1,
         "time": 1,
         "turn": 2 * (bodies + 1),
@@ -258,7 +258,11 @@ def _frame(
         "past": 9 * coordinates,
     }
     rows |= dict.fromkeys(("phi", "nu", "gamma", "diagonal", "x", "lam"), 2 * nodes)
-    lengths = {"asked": 17 + parameters, "told": 18, "factored_block": rows["block"]}
+    lengths = {
+        "user_arguments": 17 + parameters,
+        "user_results": 18,
+        "factored_block": rows["block"],
+    }
     count = {n: max(1, rows.get(n, coordinates)) for n in Work.fields if n not in lengths}
     return Frame(count, lengths, lanes)
 

@@ -284,8 +284,9 @@ class System:
         work.share[:] = 1.0 / shares[L.slot_body][:, None]
         columns = work.weight[: 3 * L.slots].reshape(L.slots, 3, lanes)
         columns[:] = np.array([1.0, 1.0, self.length**-2])[None, :, None]
-        soft, pad, blocks = self._fixed_rows
-        work.soft[: len(soft)], work.pad[: len(pad)], work.block[: len(blocks)] = soft, pad, blocks
+        weights, pad, blocks = self._fixed_rows
+        work.regularization_weight[: len(weights)] = weights
+        work.pad[: len(pad)], work.block[: len(blocks)] = pad, blocks
         if lanes > 1:
             # kernels of many lanes store what varies; constants of the physics are stored here
             one = self.work()
@@ -302,11 +303,11 @@ class System:
         one body: equal x and y, then equal angle.
         """
         L = self.layout
-        soft, pad, blocks = (np.zeros((size * L.nodes, 1)) for size in (2, 2, 12))
+        weights, pad, blocks = (np.zeros((size * L.nodes, 1)) for size in (2, 2, 12))
         for kinds, node in zip(self.row_kinds, L.primitive_node, strict=True):
             for row in range(2):
                 if row < len(kinds):
-                    soft[2 * node + row] = 1.0 if kinds[row] == "l" else self.length**-2
+                    weights[2 * node + row] = 1.0 if kinds[row] == "l" else self.length**-2
                 else:
                     pad[2 * node + row] = 1.0
         seen: set[tuple[int, int]] = set()
@@ -319,7 +320,7 @@ class System:
             else:
                 blocks[o + 2], blocks[o + 8] = 1.0, -1.0
                 pad[2 * node + 1] = 1.0
-        return soft, pad, blocks
+        return weights, pad, blocks
 
     @functools.cached_property
     def row_table(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

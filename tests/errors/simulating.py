@@ -182,8 +182,8 @@ def saved(without="", arrays=None, **told):
     def read():
         save_run(simulate(swing(), 0.1, instants=2), "run.npz")
         parts = unpacked("run.npz", OWNER)
-        text = json.loads(parts["told"].tobytes()) | told
-        parts["told"] = np.frombuffer(json.dumps(text).encode(), dtype=np.uint8)
+        text = json.loads(parts["header"].tobytes()) | told
+        parts["header"] = np.frombuffer(json.dumps(text).encode(), dtype=np.uint8)
         parts.pop(without, None)
         Path("run.npz").write_bytes(packed(parts | (arrays or {}), OWNER))
         load_run("run.npz")

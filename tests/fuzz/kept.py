@@ -162,10 +162,10 @@ def swapped(random: Random, raw: bytes, other: bytes) -> bytes:
 def edited(random: Random, raw: bytes, other: bytes) -> bytes:
     """Arrays or words changed, and all sealed anew."""
     arrays = dict(held(raw))
-    told = json.loads(arrays["told"].tobytes())
+    told = json.loads(arrays["header"].tobytes())
     for _ in range(random.choice((1, 1, 2, 4))):
         kind = random.random()
-        name = random.choice([key for key in arrays if key != "told"])
+        name = random.choice([key for key in arrays if key != "header"])
         if kind < 0.4 and arrays[name].size and arrays[name].dtype == np.float64:
             made = arrays[name].copy()
             made.reshape(-1)[random.randrange(made.size)] = random.choice(NUMBERS)
@@ -179,8 +179,8 @@ def edited(random: Random, raw: bytes, other: bytes) -> bytes:
             del arrays[name]
         else:
             words(random, told)
-    if arrays["told"].dtype == np.uint8:
-        arrays["told"] = np.frombuffer(json.dumps(told).encode(), dtype=np.uint8)
+    if arrays["header"].dtype == np.uint8:
+        arrays["header"] = np.frombuffer(json.dumps(told).encode(), dtype=np.uint8)
     return packed(arrays, OWNER)
 
 

@@ -45,7 +45,7 @@ def batch(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> Solution:
     system = runner.system
     designs, n = int(system.batch or 0), system.coordinates
     poses = _poses(runner, start, grid)
-    simple = not (system.has_user_code or start.soft or grid.mode == BY_INSTANT)
+    simple = not (system.has_user_code or start.regularization or grid.mode == BY_INSTANT)
     middled, kept = with_middle(grid)
     s, t, given = in_all_lanes(middled)
     path = runner.lane_path(grid.mode, s, t, given, runner.reach(start, grid))
@@ -62,7 +62,7 @@ def batch(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> Solution:
             output, failed = np.empty((len(grid.s), runner.rows, LANES)), np.ones(LANES)
         for lane in np.flatnonzero(failed[: designs - low]):
             design = int(chosen[lane])
-            output[:, :, lane] = _one(runner, design, poses[design], start.soft, grid)
+            output[:, :, lane] = _one(runner, design, poses[design], start.regularization, grid)
         blocks.append(output)
     return runner.solution(start, grid, Record(blocks, designs, batch=True))
 
@@ -74,7 +74,7 @@ def _poses(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> np.ndarray:
     first = grid.first(system)
     pose = start.work.q[:, 0].copy()
     poses, good = np.tile(pose, (designs, 1)), np.zeros(designs, dtype=bool)
-    if not (start.soft or system.has_user_code):
+    if not (start.regularization or system.has_user_code):
         poses, good = closed_poses(system, grid, pose, rounding(system, start.work))
     elsewhere = []
     for design in np.flatnonzero(~good).tolist():
@@ -116,9 +116,11 @@ def _same_branch(system: System, one: Work, other: Work) -> bool:
     return True
 
 
-def _one(runner: Runner, design: int, pose: np.ndarray, soft: float, grid: TimeGrid) -> np.ndarray:
+def _one(
+    runner: Runner, design: int, pose: np.ndarray, regularization: float, grid: TimeGrid
+) -> np.ndarray:
     """One design on the scalar path: (instants, rows)."""
-    start = ClosedPosition(runner.system.work(designs=design), soft)
+    start = ClosedPosition(runner.system.work(designs=design), regularization)
     start.work.q[:, 0] = pose
     try:
         return runner.scalar(start, grid, design=design)[:, :, 0]

@@ -16,7 +16,7 @@ from mbody.analysis.position.assembly_analysis import check_determined, closed
 from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.errors import SolveError
 from mbody.kernels.output import PER_PRIMITIVE
-from mbody.solution.certificate import as_said, changed
+from mbody.solution.certificate import as_reported, changed
 from mbody.solution.doubts import Doubt
 from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
@@ -74,7 +74,7 @@ def through_change_points(
     found = runner.solution(beginning, grid, Record([merged], len(grid.s), batch=False))
     note = f"{len(singular)} of {len(grid.s)} instants are change points, given as limits"
     # what the residuals show is not computed yet: residuals know of no forces that are missing
-    said = as_said(found)
+    said = as_reported(found)
     doubts = (*said.doubts, *((_incomplete(runner, grid, missing),) if missing else ()))
     return changed(found, notes=(*said.notes, note), doubts=doubts)
 

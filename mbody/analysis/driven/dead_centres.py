@@ -172,7 +172,7 @@ class _Curve:
             with_forces=False,
             at_rest=False,
             monitored=True,
-            regularization=self.start.soft,
+            regularization=self.start.regularization,
             reach=1.0 + reach + abs(change) / self.unit,
         )
         followed = FollowedPath(

@@ -49,7 +49,7 @@ STILL = 1e-9
 #: How far a position beside another is, in model lengths and radians.
 BESIDE = 0.02
 #: Changes of a start below this, in model lengths, radians and parts of the fastest rate, are not
-#: told: a start written down with six digits.
+#: reported: a start written down with six digits.
 TOLD = 1e-5
 #: Rates that move less than this over the whole motion, likewise, are rounding.
 ROUNDED = 1e-12

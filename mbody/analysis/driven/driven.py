@@ -19,7 +19,7 @@ from mbody.analysis.position.assembly_analysis import as_system, check_determine
 from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.errors import ModelError, ModelWarning, SolveError
 from mbody.model.mechanism import Mechanism
-from mbody.solution.certificate import as_said, changed
+from mbody.solution.certificate import as_reported, changed
 from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
 from mbody.system.system import System
@@ -99,7 +99,7 @@ def driven(
         found = found.take(np.arange(before, len(found)))
     pulling = runner.pulled(start, grid, found)
     if pulling:
-        found = changed(found, notes=(*as_said(found).notes, *pulling))
+        found = changed(found, notes=(*as_reported(found).notes, *pulling))
     return found
 
 

@@ -58,7 +58,7 @@ class BatchSetup:
 
 def batch_setup(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> BatchSetup | None:
     """The setup of a system of one design; None where its designs must go one by one."""
-    if start.soft or runner.system.has_user_code or grid.mode == BY_INSTANT:
+    if start.regularization or runner.system.has_user_code or grid.mode == BY_INSTANT:
         return None
     pivots = runner.pivots_along(start, grid)
     if pivots is None:

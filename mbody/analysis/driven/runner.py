@@ -145,7 +145,7 @@ class Runner:
             with_forces=with_forces,
             at_rest=self.at_rest,
             monitored=monitored,
-            regularization=start.soft,
+            regularization=start.regularization,
             reach=self.reach(start, grid) if reach is None else reach,
         )
         progress = np.zeros(PROGRESS)
@@ -189,7 +189,7 @@ class Runner:
         A lane that cannot be trusted goes the scalar path; where lanes do not meet, there is None.
         """
         count = len(grid.s)
-        simple = not (start.soft or self.system.has_user_code or grid.mode == BY_INSTANT)
+        simple = not (start.regularization or self.system.has_user_code or grid.mode == BY_INSTANT)
         if count < MANY or not simple or self.system.plans.get("pivots", ()) is None:
             return None
         index, reach = _pieces(count), self.reach(start, grid)
@@ -212,7 +212,7 @@ class Runner:
         t = s if grid.t is grid.s else grid.t[index]
         output, found = self.on_lanes(work, self.lane_path(grid.mode, s, t, given, reach))
         for lane in np.flatnonzero(found[FAILED]):
-            piece = ClosedPosition(self.system.work(), start.soft)
+            piece = ClosedPosition(self.system.work(), start.regularization)
             piece.work.q[:n, 0] = seeds[lane, :n]
             try:
                 output[:, :, lane] = self.scalar(piece, grid.take(index[:, lane]))[:, :, 0]
@@ -301,16 +301,16 @@ class Runner:
         self, start: ClosedPosition, grid: TimeGrid, record: Record, status: str = "completed"
     ) -> Solution:
         """What was computed, as the user gets it; wheels that do not fit are an error."""
-        dependencies = open_reactions(self.system, start.rank) if start.soft else None
+        dependencies = open_reactions(self.system, start.rank) if start.regularization else None
         notes = [*start.notes, *remarks(self.system.mechanism, self.system.plans)]
-        notes += open_note(dependencies) if start.soft and self.with_forces else ()
+        notes += open_note(dependencies) if start.regularization and self.with_forces else ()
         found = Solution(
             system=self.system,
             analysis=self.analysis,
             t=grid.t,
             record=record,
             given=None if grid.mode == BY_TIME else grid.given,
-            soft=start.soft,
+            regularization=start.regularization,
             dependencies=dependencies,
             notes=(*notes, *self.branches.notes(lambda one: self.where(one.s, grid, one.design))),
             status=status,
@@ -343,16 +343,16 @@ class Runner:
         if len(found.t) < count:
             even = np.linspace(low, high, count)
             run = self._sampled(start, grid, np.unique(np.append(found.t, even))) or found
-        held = {one.name: one_sided_force(run, one) for one in sided}
-        lowest = [low_between(one.t, one.force) for one in held.values()]
+        forces = {one.name: one_sided_force(run, one) for one in sided}
+        lowest = [low_between(one.t, one.force) for one in forces.values()]
         closer = np.unique(np.concatenate(lowest))
         more = self._sampled(start, grid, closer) if closer.size else None
         if more is not None:
             for one in sided:
-                a, b = held[one.name], one_sided_force(more, one)
+                a, b = forces[one.name], one_sided_force(more, one)
                 parts = (("t", a.t, b.t), ("force", a.force, b.force), ("size", a.size, b.size))
-                held[one.name] = OneSidedForce(**{key: np.append(*both) for key, *both in parts})
-        return held
+                forces[one.name] = OneSidedForce(**{key: np.append(*both) for key, *both in parts})
+        return forces
 
     def _sampled(self, start: ClosedPosition, grid: TimeGrid, t: np.ndarray) -> Solution | None:
         """The motion at other times than those of a grid by time, which it begins like; None where
@@ -369,7 +369,9 @@ class Runner:
         finally:
             self.steps = steps
         record = Record([block], len(other.s), batch=False)
-        run = Solution(self.system, self.analysis, other.t, record, None, soft=start.soft)
+        run = Solution(
+            self.system, self.analysis, other.t, record, None, regularization=start.regularization
+        )
         return run.take(np.arange(1, len(other.s)))
 
     def explain(

@@ -77,7 +77,7 @@ class BranchStart:
 
 def is_suspect(system: System, start: Solution, t: float, q: Array, v: Array) -> bool:
     """Whether a closer look at a start is worth its time: rows depend on each other, or nearly."""
-    if start.soft:
+    if start.regularization:
         return True
     work, n = system.work(masses=True), system.coordinates
     page = np.empty((3 * n + PER_PRIMITIVE * len(system.owners), 1))

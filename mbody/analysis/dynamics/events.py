@@ -268,7 +268,7 @@ class EventIntegration(Integration):
         """A page as a solution of one instant."""
         record = Record([page[None].copy()], 1, batch=False)
         return Solution(
-            self.system, "simulate", np.array([t]), record, None, soft=self.regularization
+            self.system, "simulate", np.array([t]), record, None, regularization=self.regularization
         )
 
     def _ended(self, why: str) -> str:

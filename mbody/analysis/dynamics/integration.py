@@ -45,7 +45,7 @@ from mbody.kernels.step_state import (
     Tolerances,
 )
 from mbody.model.simulation import EVEN
-from mbody.solution.certificate import as_said, changed
+from mbody.solution.certificate import as_reported, changed
 from mbody.solution.doubts import doubted
 from mbody.solution.energy import account, causes
 from mbody.solution.event_record import EventRecord
@@ -74,7 +74,9 @@ class Integration:
         self.system, self.start, self.way = system, start, way
         self.layout = system.runtime()
         self.work = system.work(masses=True)
-        self.regularization = start.soft if start.system is system else SOFT * bool(start.soft)
+        self.regularization = (
+            start.regularization if start.system is system else SOFT * bool(start.regularization)
+        )
         # a small mass stands in for a missing one: refinement takes its effect back
         light = stand_ins(self.layout, system.mass, system.length).any()
         regular = REFINEMENTS if light or self.regularization else 0
@@ -344,9 +346,9 @@ class Integration:
             t=times,
             record=Record([output], len(times), batch=False),
             given=None,
-            soft=self.regularization,
+            regularization=self.regularization,
             dependencies=self._dependencies(output[:, :n, 0]),
-            notes=as_said(self.start).notes if self.start.analysis == "close_loops" else (),
+            notes=as_reported(self.start).notes if self.start.analysis == "close_loops" else (),
             status=status,
             stats=stats,
             energy=account(self.system, output[:, : 2 * n, 0], work_done, self.stops),
@@ -354,7 +356,7 @@ class Integration:
             restart=self._restart(work_done),
         )
         last = float(times[-1]) if len(times) else self.first
-        notes = (*as_said(found).notes, *self.notes, *self.passage.notes(last))
+        notes = (*as_reported(found).notes, *self.notes, *self.passage.notes(last))
         notes += tuple(pulled(found, self._between()))
         if self.regularization:
             notes += open_note(found.dependencies)

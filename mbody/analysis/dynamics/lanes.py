@@ -89,7 +89,12 @@ def lane_motions(
         events=get("events"),
         release=get("release"),
     )
-    if request.way.method not in TABLES or request.events or request.release or first.soft:
+    if (
+        request.way.method not in TABLES
+        or request.events
+        or request.release
+        or first.regularization
+    ):
         return None
     light = stand_ins(system.layout, system.mass, system.length)
     return LaneMotions(start, request, bool(light.any()))

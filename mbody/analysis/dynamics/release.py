@@ -19,7 +19,7 @@ from mbody.errors import SolveError
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.kernels.step_state import PROGRESS
 from mbody.model.event import Stop
-from mbody.solution.certificate import as_said, changed
+from mbody.solution.certificate import as_reported, changed
 from mbody.solution.energy import account, causes
 from mbody.solution.histories import Record
 from mbody.solution.restart import Restart, Way
@@ -146,7 +146,7 @@ def _joined(
         pages.append(_widened(system, run)[keep])
         works.append(work[keep])
     output, gained = np.concatenate(pages), np.concatenate(works)
-    certified = [as_said(run) for run in found]
+    certified = [as_reported(run) for run in found]
     stats = {
         key: sum((run.stats or {}).get(key, 0) for run in found)
         for run in found

@@ -16,7 +16,7 @@ from mbody.errors import ModelError, SolveError, brief
 from mbody.model.event import Event, Stop, as_events
 from mbody.model.mechanism import Mechanism
 from mbody.model.remarks import remarks
-from mbody.solution.certificate import as_said, changed
+from mbody.solution.certificate import as_reported, changed
 from mbody.solution.doubts import doubted
 from mbody.solution.solution import Solution
 from mbody.system.system import System
@@ -175,7 +175,7 @@ def simulate(
 def _judged(run: Solution, request: MotionRequest) -> Solution:
     """The motion with notes and doubts of its description, its laws and its energy."""
     system = run.system
-    notes = as_said(run).notes
+    notes = as_reported(run).notes
     added = [note for note in remarks(system.mechanism, system.plans) if note not in notes]
     found = changed(run, notes=(*notes, *added)) if added else run
     doubts = [*extrapolated(found), *energy_doubts(found, request.way.method, request.way.rtol)]

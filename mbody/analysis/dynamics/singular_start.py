@@ -314,7 +314,7 @@ class _SingularStart:
             t=self.t + after,
             record=Record([output], len(after), batch=False),
             given=None,
-            soft=self.regularization,
+            regularization=self.regularization,
             notes=before,
             doubts=first.doubts,
             stats={"steps": 1, "rejected": 0, "careful": 1, "evaluations": part.evaluations},

@@ -19,9 +19,9 @@ Samples = tuple[Array, Array, Array]
 
 #: Rounds in which samples are added; places converge quadratically, so that few are used.
 ROUNDS = 12
-#: An extremum this near to zero, in errors of the cubic that told it, may lie beyond it.
+#: An extremum this near to zero, in errors of the cubic that shows it, may lie beyond it.
 UNSURE = 10.0
-#: Part of an interval in which an extremum is no longer told from its end.
+#: Part of an interval in which an extremum is not distinguished from its end.
 END = 1e-6
 
 

@@ -258,7 +258,7 @@ class _Report:
 
     def _count(self, rows: int, found: Rank | None, nearby: int | None) -> Count:
         rank = found.rank if found else None
-        if found is None and not self.start.soft:
+        if found is None and not self.start.regularization:
             rank = nearby = rows  # elimination met no dependent row
         return Count(rows, self.system.coordinates - rows, rank, nearby)
 

@@ -96,7 +96,7 @@ def close_loops(
     if drive:
         for n, row in enumerate(system.layout.driver_row):
             work.signal[row + 1] = request.given[0, n, 1]
-    project(system.runtime(), work, start.soft)
+    project(system.runtime(), work, start.regularization)
     raise_user_error(system)
     here = _singular(system, start, float(request.t[0]), turning)
     if here is None:
@@ -117,7 +117,7 @@ def close_loops(
         t=request.t,
         record=Record([block], 1, batch=False),
         given=request.given if drive else None,
-        soft=start.soft,
+        regularization=start.regularization,
         notes=tuple(notes),
     )
 
@@ -128,7 +128,7 @@ def _singular(
     """The singular position that a start is at, where velocities depend on its branches."""
     work = start.work
     moving = any(turning.values()) or bool(np.abs(work.v[: system.coordinates]).max(initial=0.0))
-    if not moving or not (start.soft or start.ratio < SUSPECT):
+    if not moving or not (start.regularization or start.ratio < SUSPECT):
         return None
     own = system.work()
     own.q[:], own.signal[:], own.time[:] = work.q, work.signal, work.time

@@ -185,7 +185,7 @@ def _first_instant(system: System, simulation: SimulationSettings) -> Solution:
         for _, (body, place, _), _, speed in start_drivers(system, simulation, rates=True, poses={})
     ]
     here = None
-    if start.soft or start.ratio < SUSPECT:
+    if start.regularization or start.ratio < SUSPECT:
         own = system.work()
         own.q[:], own.signal[:], own.time[:] = work.q, work.signal, work.time
         here = singular(system, own, t, BESIDE)
@@ -199,7 +199,13 @@ def _first_instant(system: System, simulation: SimulationSettings) -> Solution:
     record = Record([page], 1, batch=False)
     every = (*notes, *start.notes, *more)
     return Solution(
-        system, "close_loops", np.array([t]), record, None, soft=start.soft, notes=every
+        system,
+        "close_loops",
+        np.array([t]),
+        record,
+        None,
+        regularization=start.regularization,
+        notes=every,
     )
 
 

@@ -135,7 +135,7 @@ def _one_by_one(start: BatchStart, system: System) -> tuple[Array, Array, np.nda
         except (ModelError, SolveError):
             continue
         _, q[design], v[design] = state_of(one, first)
-        good[design] = not first.soft
+        good[design] = not first.regularization
     return q, v, good
 
 

@@ -177,7 +177,7 @@ class Trials:
     def _first(self, first: Solution) -> Reached:
         """The design as it is described."""
         poses = link_poses(first)
-        as_described = Reached(first, poses, 0.0, redundant=bool(first.soft))
+        as_described = Reached(first, poses, 0.0, redundant=bool(first.regularization))
         return self._from(self.places[0], poses) or as_described
 
     # -- trials -------------------------------------------------------------------------------
@@ -294,11 +294,13 @@ class Trials:
         if start is None:
             return None
         check_determined(system, start, self.question.analysis)
-        redundant = bool(start.soft)
+        redundant = bool(start.regularization)
         nearly = not redundant and start.ratio < SUSPICIOUS
         if self.known and (nearly or redundant > self.known[0].redundant):
             return None
-        regular = system.rows == system.coordinates and not start.soft and not too_large(system)
+        regular = (
+            system.rows == system.coordinates and not start.regularization and not too_large(system)
+        )
         side = float(np.linalg.slogdet(dense(system, start.work)[1])[0]) if regular else 0.0
         runner, instant = Runner(system, self.question.analysis), by_time(system, self._times)
         try:

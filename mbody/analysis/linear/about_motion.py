@@ -33,9 +33,15 @@ class Moving:
     """
 
     def __init__(
-        self, manifold: Manifold, here: Place, v: Array, soft: float, ways: Array, parts: Array
+        self,
+        manifold: Manifold,
+        here: Place,
+        v: Array,
+        regularization: float,
+        ways: Array,
+        parts: Array,
     ) -> None:
-        self.manifold, self.here, self.v, self.soft = manifold, here, v, soft
+        self.manifold, self.here, self.v, self.regularization = manifold, here, v, regularization
         self.system, self.ways, self.parts = manifold.system, ways, parts
         self.t = float(manifold.time[0])
         # drivers move here: their rates are those of their laws
@@ -67,7 +73,7 @@ class Moving:
         v = scale * _solved(np.vstack([G, self.parts]), np.append(nu, w))
         page = np.concatenate([q, v, np.zeros(n)])[None, :, None]
         record, t = Record([page], 1, batch=False), np.array([self.t])
-        start = Solution(self.system, "close_loops", t, record, None, self.soft)
+        start = Solution(self.system, "close_loops", t, record, None, self.regularization)
         run = simulate(self.system, self.t + 1.0, start=start, times=t)
         a = run.record.table(slice(2 * n, 3 * n))[0]
         return np.asarray(self.parts @ (a / scale))

@@ -230,7 +230,9 @@ def linearize(
         C, K, notes = _at_rest(manifold, here, natural, top)
         C, K, drive = basis @ C @ basis.T, basis @ K @ basis.T, np.zeros(len(M))
     else:
-        moving = Moving(manifold, here, v, start.soft, ways, leading(system, motions, ways))
+        moving = Moving(
+            manifold, here, v, start.regularization, ways, leading(system, motions, ways)
+        )
         C, K, drive = moving.matrices(M)
     notes += branches
     about = "rest" if rest else "motion"

@@ -126,7 +126,7 @@ def closed(
     start = first[:, None].copy()
     for attempt in range(ATTEMPTS):
         result = _from(system, work, start)
-        if not attempt and (result is None or not result.soft):
+        if not attempt and (result is None or not result.regularization):
             refuse_near_redundant(base, work, start)
         if result is not None:
             break
@@ -202,28 +202,30 @@ def misfit(
 
 def _from(system: System, work: Work, start: np.ndarray) -> ClosedPosition | None:
     """Close from one pose, with the proximal term where rows turn out to be dependent."""
-    for soft in (0.0, SOFT):
+    for regularization in (0.0, SOFT):
         work.q[:] = start
-        good, straight, ratio = close(system.runtime(), work, soft, rounding(system, work))
+        good, straight, ratio = close(
+            system.runtime(), work, regularization, rounding(system, work)
+        )
         raise_user_error(system)
-        result = ClosedPosition(work, soft, ratio, straight=straight)
-        if good and soft == 0.0 and ratio >= SUSPICIOUS:
+        result = ClosedPosition(work, regularization, ratio, straight=straight)
+        if good and regularization == 0.0 and ratio >= SUSPICIOUS:
             return result
         # dependent rows let Newton rest where a gap is smallest
         if not good or not violations(system, work).max(initial=0.0) < OPEN:
             continue
         if too_large(system):
-            if soft:
+            if regularization:
                 return result
             continue
         G = dense(system, work)[1]
         if not np.isfinite(G).all():  # a distance of 0 has no direction
             continue
         result.rank = rank_of(G)
-        if bool(result.rank.redundant) == bool(soft):
+        if bool(result.rank.redundant) == bool(regularization):
             return result
         if not result.rank.redundant:
-            result.soft = 0.0
+            result.regularization = 0.0
             return result
     return None
 
@@ -274,7 +276,7 @@ def _say_branch(
         for n, body in enumerate(system.mechanism.bodies)
         if (guess and body.name in guess) or body.guess.angle is not None
     ]
-    if not guessed or system.rows != size or system.rows > 300 or result.soft:
+    if not guessed or system.rows != size or system.rows > 300 or result.regularization:
         return
     found = result.work.q.copy()
     far, name = max(
@@ -316,7 +318,7 @@ def check_determined(system: System, result: ClosedPosition, what: str) -> None:
     SolveError
         With free degrees of freedom, a driver that repeats others, or a dead centre.
     """
-    regular = system.rows == system.coordinates and not result.soft
+    regular = system.rows == system.coordinates and not result.regularization
     if regular and result.ratio > SUSPICIOUS:
         return
     if too_large(system):

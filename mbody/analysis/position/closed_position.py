@@ -18,7 +18,7 @@ class ClosedPosition:
     ----------
     work : Work
         Workspace at the position, its factor valid.
-    soft : float
+    regularization : float
         Proximal term for the rows: zero unless some are redundant.
     ratio : float
         Least pivot as a part of its diagonal.
@@ -31,7 +31,7 @@ class ClosedPosition:
     """
 
     work: Work
-    soft: float = 0.0
+    regularization: float = 0.0
     ratio: float = 1.0
     straight: bool = True
     rank: Rank | None = None

@@ -82,7 +82,7 @@ def nearest_to_guesses(
                 found.append(q)
     work.weight[:] = weight
     off = np.array([_off(system, base, guess or {}, first, q) for q in found])
-    dead = not result.soft and result.ratio < DEAD and len(found) > 1
+    dead = not result.regularization and result.ratio < DEAD and len(found) > 1
     off[0] += 2.0 * SAME * dead
     best = 0 if off[0] <= off.min() + SAME else int(off.argmin())
     again = None

@@ -162,7 +162,7 @@ def look_ahead(
         Where it is at time t.
     step : float
         How long it goes on until it may meet a singular position.
-    soft : bool
+    regularization : bool
         Whether rows are redundant everywhere.
     """
     if too_large(system):

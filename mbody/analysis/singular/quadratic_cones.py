@@ -34,7 +34,7 @@ class Solutions:
     Attributes
     ----------
     points : list of array (unknowns,)
-        The points that are asked for, no two the same: of a branch of several freedoms the one of
+        The requested points, no two the same: of a branch of several freedoms the one of
         least length.
     complete : bool
         Whether there are hardly any others.

@@ -55,9 +55,9 @@ def motion_rows(
     why = "accelerations at an instant: MuJoCo neglects the rotation rate of a tendon"
     refused = [Inexpressible(name, why) for name in rods]
     rows = [] if rods or machine.drivers else _accelerations(Replay(made, seen))
-    held = to_mjcf(made.system, made.start, fix_drivers=True)
+    exported = to_mjcf(made.system, made.start, fix_drivers=True)
     drivers = {driver.name for driver in machine.drivers}
-    loose = [one for one in held.not_expressible if one.element in drivers]
+    loose = [one for one in exported.not_expressible if one.element in drivers]
     if loose:
         return rows, [*refused, *loose], []
     impacts = [one.t for one in run.events if one.after is not None]
@@ -67,7 +67,7 @@ def motion_rows(
         notes.append(f"the motion is compared up to the first impact, at t = {impacts[0]:g}")
     if len(run) < 2:
         return rows, refused, notes
-    return rows + _trajectories(held, run, notes), refused, notes
+    return rows + _trajectories(exported, run, notes), refused, notes
 
 
 def _mass_in(made: Exported) -> Callable[[Body], float]:

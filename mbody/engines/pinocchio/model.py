@@ -59,7 +59,7 @@ class PinocchioModel:
         self.placed: dict[str, tuple[int, Any]] = {"ground": (0, pin.SE3.Identity())}
         self.joint_of: dict[str, int] = {}
         columns: list[int] = []
-        self.held: list[int] = []
+        self.fixed: list[int] = []
         self.spun = spin is not None
         if spin is not None:
             self._spin(spin)
@@ -96,7 +96,7 @@ class PinocchioModel:
             parent = self.model.addJoint(parent, made, here, f"{branch.body} {name}")
             here = pin.SE3.Identity()
             column = self.model.joints[parent].idx_v
-            (self.held if branch.kind == "fixed" else columns).append(column)
+            (self.fixed if branch.kind == "fixed" else columns).append(column)
         place = here * back
         self.placed[branch.body] = parent, place
         self.joint_of[branch.body] = parent
