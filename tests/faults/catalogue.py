@@ -144,11 +144,9 @@ FAULTS = (
     ),
     Fault(
         "coupling: acceleration of a term without its factor",
-        *(
-            "kernels/constraints.py",
-            "ld(W.gamma, 2 * k, w) + c * gamma[0], w)",
-            "ld(W.gamma, 2 * k, w) + gamma[0], w)",
-        ),
+        "kernels/constraints.py",
+        "return c * phi[0], by_i, by_j, c * gamma[0]",
+        "return c * phi[0], by_i, by_j, gamma[0]",
         "coupling",
     ),
     Fault(
