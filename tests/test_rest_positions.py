@@ -41,7 +41,7 @@ g = 9.81
 FOUR_BARS = [1368, 1420, 1467, *range(12)]
 #: The same of two freedoms: one of which a spread of starts missed a position, and one each of the
 #: three families.
-SURFACES = [50, 0, 2]
+SURFACES = [50, 0, 2, 4]
 
 
 def pendulum(*more, guess=-1.5, spread="point"):

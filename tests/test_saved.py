@@ -110,8 +110,8 @@ SIZES = {
     "no state": lambda arrays: arrays.update({"restart.state": np.zeros(3)}),
     "a part of a method that has none": lambda arrays: arrays.update({"own.0": np.zeros(3)}),
     "no pages": lambda arrays: arrays.pop("pages"),
-    "no words": lambda arrays: arrays.pop("told"),
-    "words of numbers": lambda arrays: arrays.update(told=np.zeros(3)),
+    "no words": lambda arrays: arrays.pop("header"),
+    "words of numbers": lambda arrays: arrays.update(header=np.zeros(3)),
 }
 
 
@@ -147,8 +147,8 @@ WORDS = [
 @pytest.mark.parametrize(("key", "value"), WORDS)
 def test_words_fit_the_mechanism(path, key, value):
     def change(arrays):
-        told = json.loads(arrays["told"].tobytes()) | {key: value}
-        arrays["told"] = np.frombuffer(json.dumps(told).encode(), dtype=np.uint8)
+        told = json.loads(arrays["header"].tobytes()) | {key: value}
+        arrays["header"] = np.frombuffer(json.dumps(told).encode(), dtype=np.uint8)
 
     resealed(path, change)
     refused(path, "save the result anew")
