@@ -19,6 +19,9 @@ LIMITS = (
 )
 #: Bytes of what is kept of a number, and of what else is made of an instant on the way.
 NUMBER, BESIDE = 8, 200
+#: Bytes that every process has that could load the kernels: to read the limits takes longer than a
+#: short analysis.
+SMALL = 16e6
 
 
 def check_room(system: System, instants: int) -> None:
@@ -37,6 +40,8 @@ def check_room(system: System, instants: int) -> None:
     """
     rows = 3 * system.coordinates + PER_PRIMITIVE * len(system.owners)
     wanted = int(instants) * (NUMBER * rows * int(system.batch or 1) + BESIDE)
+    if wanted < SMALL:
+        return
     there = memory()
     if wanted > there:
         raise ModelError(

@@ -317,8 +317,9 @@ class Runner:
             branch=self.branches.distance,
         )
         check_fits(found)
+        beyond = tuple(extrapolated(found))
         # without a look at residuals: forces that are missing may be reported later
-        return changed(found, doubts=tuple(extrapolated(found)))
+        return changed(found, doubts=beyond) if beyond else found
 
     def pulled(self, start: ClosedPosition, grid: TimeGrid, found: Solution) -> list[str]:
         """Sentences of contacts that pull and ropes that push, over the instants of `found`, and,

@@ -20,7 +20,7 @@ from mbody.analysis.position.whole_turns import ambiguous, by_rows, by_springs
 from mbody.compiler.callbacks import failure
 from mbody.errors import ModelError, ModelWarning, SolveError
 from mbody.kernels.loop_closure import close, laws_of_time
-from mbody.model.body import as_guess
+from mbody.model.body import Body, as_guess
 from mbody.model.element import listed, wrapped
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
@@ -287,7 +287,7 @@ def _say_branch(
         (
             (math.dist(found[3 * n : 3 * n + 2, 0], start[3 * n : 3 * n + 2, 0]), body.name)
             for n, body in enumerate(system.mechanism.bodies)
-            if as_guess((guess or {}).get(body.name, body.guess), body.name).x is not None
+            if _guessed_place(body, guess)
         ),
         default=(0.0, name),
     )
@@ -308,6 +308,12 @@ def _say_branch(
     )
     result.notes.append(note)
     warnings.warn(note, ModelWarning, stacklevel=5)
+
+
+def _guessed_place(body: Body, guess: Mapping[str, Any] | None) -> bool:
+    """Whether the guess of a body gives a place, not an angle alone."""
+    own = as_guess(guess[body.name], body.name) if guess and body.name in guess else body.guess
+    return own.x is not None
 
 
 def check_determined(system: System, result: ClosedPosition, what: str) -> None:
