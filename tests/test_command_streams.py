@@ -194,14 +194,14 @@ def test_instants_of_a_motion_are_weighed_too(monkeypatch):
 def test_the_size_is_that_of_the_arrays():
     """What is weighed is what is kept, and not much more."""
     machine = makers.four_bar(1, 3, 2, 3.5, speed=10.0)
-    run = mbody.kinematics(machine, turn=True, instants=1000)
+    run = mbody.kinematics(machine, turn=True, instants=100_000)
     kept = run.record.table(slice(None)).nbytes + run.t.nbytes
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(memory_limit, "memory", lambda: float(kept))
         with pytest.raises(ModelError):
-            mbody.kinematics(machine, turn=True, instants=1000)
+            mbody.kinematics(machine, turn=True, instants=100_000)
         patch.setattr(memory_limit, "memory", lambda: 2.0 * kept)
-        mbody.kinematics(machine, turn=True, instants=1000)
+        mbody.kinematics(machine, turn=True, instants=100_000)
 
 
 def test_a_lack_of_memory_is_a_line(monkeypatch, capsys):
