@@ -162,15 +162,24 @@ __all__ = [
 ]
 
 presentation.register(
-    sheet="mbody.sheets.present:sheet",
-    data="mbody.files.present:data",
-    equations="mbody.sheets.equations:system_of_equations",
-    columns="mbody.files.tables:columns",
-    dataframe="mbody.files.tables:dataframe",
-    csv="mbody.files.tables:write_csv",
-    json="mbody.files.results:write_json",
-    npz="mbody.files.results:write_npz",
+    "sheet",
+    Answer="mbody.sheets.answers:sheet",
+    Equations="mbody.sheets.equation_lines:sheet",
+    Equilibria="mbody.sheets.equilibrium:sheet",
+    EquilibriumCurve="mbody.sheets.equilibrium:curve_sheet",
+    Mobility="mbody.sheets.mobility:sheet",
+    Modes="mbody.sheets.modes:sheet",
+    Solution="mbody.sheets.instant:sheet",
 )
+presentation.register(
+    "data", Answer="mbody.files.answers:answer_data", Solution="mbody.files.results:data"
+)
+presentation.register("equations", Solution="mbody.sheets.equations:system_of_equations")
+presentation.register("columns", Solution="mbody.files.tables:columns")
+presentation.register("dataframe", Solution="mbody.files.tables:dataframe")
+presentation.register("csv", Solution="mbody.files.tables:write_csv")
+presentation.register("json", Solution="mbody.files.results:write_json")
+presentation.register("npz", Solution="mbody.files.results:write_npz")
 
 #: Folders that need no import of their own.
 _FOLDERS = ("engineering", "gallery", "laws", "makers", "sweeps", "testing")

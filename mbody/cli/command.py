@@ -27,7 +27,7 @@ def run_command(argv: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         # a terminal without Greek letters shows question marks, and no traceback
         with contextlib.suppress(AttributeError, ValueError):
-            stream.reconfigure(errors="replace")  # type: ignore[union-attr]
+            stream.reconfigure(errors="replace")  # type: ignore[union-attr]  # none is suppressed
     try:
         status = _exit_status(arguments)
         if sys.stdout is not None:

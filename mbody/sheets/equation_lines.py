@@ -14,7 +14,7 @@ from mbody.sheets.table import WIDTH, Column, cut, even, number, numbers, paragr
 if TYPE_CHECKING:
     from mbody.solution.force_equations import Equations
 
-__all__ = ["lines"]
+__all__ = ["sheet"]
 
 Array = np.ndarray
 
@@ -28,20 +28,23 @@ LABEL = 18
 GLUE = "\N{NO-BREAK SPACE}"
 
 
-def lines(system: Equations) -> list[str]:
+def sheet(system: Equations) -> str:
     """The sheet of the equations of one instant, at most 100 characters wide.
 
     Examples
     --------
     >>> import mbody
     >>> run = mbody.statics(mbody.makers.four_bar(1, 3, 2, 3.5))
-    >>> lines(run.equations())[3].split()[:4]
+    >>> sheet(run.equations()).splitlines()[3].split()[:4]
     ['EQUATIONS', 'F12x', 'F12y', 'F32x']
     """
     rhs = numbers(_rounded(system, system.rhs, system.row_units))
     found = _matrix(system, rhs) or _sentences(system, rhs)
     about = "moments about the mass centres; m a means I α in their rows"
-    return even([*system.heading, "", *found, about, "", *_unknowns(system), "", *_closing(system)])
+    lines = even(
+        [*system.heading, "", *found, about, "", *_unknowns(system), "", *_closing(system)]
+    )
+    return "\n".join(lines)
 
 
 def _rounded(system: Equations, values: Array, units: tuple[str, ...]) -> Array:

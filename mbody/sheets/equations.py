@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import operator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -12,7 +11,7 @@ from mbody.errors import ModelError
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.sheets.names import force_names, heading, link_names
 from mbody.sheets.table import angles, number
-from mbody.solution.checks import loaded
+from mbody.solution.checks import check_forces, loaded, whole_instant
 from mbody.solution.force_equations import Equations
 from mbody.system.rank import DENSE, dense, jacobian, rank_of
 
@@ -98,23 +97,14 @@ def system_of_equations(solution: Solution, instant: int = 0) -> Equations:
 
 def _checked(solution: Solution, instant: Any) -> int:
     """The instant's place in the solution; refuses what has no such equations."""
-    if not solution.has_forces:
-        raise ModelError(f"{solution.analysis} finds no forces: use kinetostatics or statics")
-    if solution.record.batch:
-        raise ModelError(
-            f"equations are of one design, this is a batch of {solution.record.count} designs: "
-            "analyse one of them, system.design(n)"
-        )
-    count, rows = len(solution), solution.system.rows
-    whole = hasattr(instant, "__index__") and not isinstance(instant, bool)
-    if not whole or not -count <= instant < count:
-        raise ModelError(f"there is no instant {instant!r}: give a whole number, 0 to {count - 1}")
+    check_forces(solution, "equations")
+    k, rows = whole_instant(solution, instant), solution.system.rows
     if rows > DENSE:
         raise ModelError(
             f"'{solution.mechanism.name}' has {rows} unknowns, equations are written out for up to "
             f"{DENSE}: read reactions and efforts by name"
         )
-    return operator.index(instant) % count
+    return k
 
 
 class _Unknown(NamedTuple):

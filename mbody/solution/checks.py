@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,15 @@ from mbody.solution.places import reaction_torque
 from mbody.solution.result import Result
 from mbody.system.layout import Work
 
-__all__ = ["breakdown", "checks", "each_load_of", "loaded", "residuals"]
+__all__ = [
+    "breakdown",
+    "check_forces",
+    "checks",
+    "each_load_of",
+    "loaded",
+    "residuals",
+    "whole_instant",
+]
 
 
 def residuals(solution: Result) -> np.ndarray:
@@ -41,6 +50,37 @@ def _audited(solution: Result, design: int) -> np.ndarray:
             parts[first:last] = _audit(solution, design, slice(first, last), gone)[0]
         first = last
     return parts
+
+
+def check_forces(solution: Result, what: str) -> None:
+    """Refuse a result without forces, or a batch; `what` (plural) is wanted of one design.
+
+    Raises
+    ------
+    ModelError
+    """
+    if not solution.has_forces:
+        raise ModelError(f"{solution.analysis} finds no forces: use kinetostatics or statics")
+    if solution.record.batch:
+        raise ModelError(
+            f"{what} are of one design, this is a batch of {solution.record.count} designs: "
+            "analyse one of them, system.design(n)"
+        )
+
+
+def whole_instant(solution: Result, instant: Any) -> int:
+    """The place of an instant in a result; negative numbers count from its end.
+
+    Raises
+    ------
+    ModelError
+        For one that is not there.
+    """
+    count = len(solution)
+    whole = hasattr(instant, "__index__") and not isinstance(instant, bool)
+    if not whole or not -count <= instant < count:
+        raise ModelError(f"there is no instant {instant!r}: give a whole number, 0 to {count - 1}")
+    return operator.index(instant) % count
 
 
 def checks(solution: Result) -> Checks:

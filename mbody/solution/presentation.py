@@ -16,19 +16,21 @@ if TYPE_CHECKING:
 
 __all__ = ["present", "register"]
 
-_MAKERS: dict[str, str] = {}
+_MAKERS: dict[str, dict[str, str]] = {}
 
 
-def register(**makers: str) -> None:
-    """Name the functions that make forms of results.
+def register(form: str, **makers: str) -> None:
+    """Name the functions that make one form of results.
 
     Parameters
     ----------
+    form : str
+        Such as ``"sheet"``.
     **makers
-        By form, such as ``sheet="mbody.sheets.present:sheet"``: the module and its function, which
-        takes the result and what else `present` was given.
+        By class of result, such as ``Solution="mbody.sheets.instant:sheet"``: the module and its
+        function, which takes the result and what else `present` was given.
     """
-    _MAKERS.update(makers)
+    _MAKERS.setdefault(form, {}).update(makers)
 
 
 def present(form: str, result: Any, *args: Any) -> Any:
@@ -46,7 +48,7 @@ def present(form: str, result: Any, *args: Any) -> Any:
     Raises
     ------
     KeyError
-        For a form that nobody makes.
+        For a form that nobody makes of such a result.
 
     Examples
     --------
@@ -54,5 +56,9 @@ def present(form: str, result: Any, *args: Any) -> Any:
     >>> present("sheet", mbody.mobility(mbody.makers.four_bar(1, 3, 2, 3.5))).splitlines()[0]
     'four-bar'
     """
-    module, _, function = _MAKERS[form].partition(":")
+    makers = _MAKERS[form]
+    known = [one.__name__ for one in type(result).__mro__ if one.__name__ in makers]
+    if not known:
+        raise KeyError(f"{form} of {type(result).__name__}")
+    module, _, function = makers[known[0]].partition(":")
     return getattr(importlib.import_module(module), function)(result, *args)

@@ -328,7 +328,7 @@ def check_value(ledger: Ledger, bench: Bench) -> None:
     """Frozen, equal to its copies, and the same after a pickle, by itself and in a system."""
     element, ledger.where = bench.element, ""
     try:
-        copy.copy(element).name = "other"  # type: ignore[misc]
+        copy.copy(element).name = "other"  # type: ignore[misc]  # must fail
         ledger.fail("frozen: it can be changed; derive it as @dataclass(frozen=True)")
     except dataclasses.FrozenInstanceError:
         pass

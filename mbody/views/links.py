@@ -150,7 +150,7 @@ def _mistaken(sketch: Sketch, place: Array, own: float, body: str) -> float:
 def points(sketch: Sketch, body: str) -> None:
     """Named points that no pin covers: a dot and the name."""
     pose = sketch.pose
-    for name in pose.mechanism[body].points:  # type: ignore[attr-defined]
+    for name in pose.mechanism[body].points:  # type: ignore[attr-defined]  # a body
         place = pose.point(f"{body}.{name}")
         if pose.at_joint(place, sketch.size("pin")):
             continue

@@ -151,7 +151,7 @@ def tried(seed: int) -> tuple[int, Finding | None, str]:
         return seed, examine(seed), ""
     except Hung:
         return seed, None, f"hung: longer than {PATIENCE} s"
-    except Exception:
+    except Exception:  # what fell is a finding, whatever it was
         return seed, None, traceback.format_exc(limit=-4)
     finally:
         if timed:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import operator
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +11,7 @@ import numpy as np
 from mbody.errors import ModelError
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.model.element import listed
-from mbody.solution.checks import each_load_of, loaded
+from mbody.solution.checks import check_forces, each_load_of, loaded, whole_instant
 from mbody.solution.doubts import Several
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.rank import jacobian
@@ -181,21 +180,11 @@ def member_forces(solution: Solution, instant: int = 0) -> Several[Member]:
 def _checked(solution: Solution, body: str | None, instant: Any) -> int:
     """The instant's place in the solution; refuses what has no free bodies."""
     solution = as_solution(solution)
-    if not solution.has_forces:
-        raise ModelError(f"{solution.analysis} finds no forces: use kinetostatics or statics")
-    if solution.record.batch:
-        raise ModelError(
-            f"free bodies are of one design, this is a batch of {solution.record.count} designs: "
-            "analyse one of them, system.design(n)"
-        )
+    check_forces(solution, "free bodies")
     known = [one.name for one in solution.mechanism.bodies]
     if body is not None and body not in known:
         raise ModelError(f"there is no moving body {body!r} (there are: {listed(known)})", body)
-    count = len(solution)
-    whole = hasattr(instant, "__index__") and not isinstance(instant, bool)
-    if not whole or not -count <= instant < count:
-        raise ModelError(f"there is no instant {instant!r}: give a whole number, 0 to {count - 1}")
-    return operator.index(instant) % count
+    return whole_instant(solution, instant)
 
 
 def _forces(solution: Solution, body: str, instant: int, loads: np.ndarray) -> Any:
