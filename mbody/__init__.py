@@ -15,6 +15,7 @@ from __future__ import annotations
 import importlib
 
 from mbody._version import __version__ as __version__
+from mbody.core import hooks
 from mbody.solution import presentation
 
 #: As that of `typing`, which takes time to load.
@@ -160,6 +161,8 @@ __all__ = [
     "sweep",
     "to_toml",
 ]
+
+hooks.compiler, hooks.builder = "mbody.compiler.install", "mbody.compiler.build"
 
 presentation.register(
     "sheet",

@@ -21,6 +21,7 @@ PACKAGE = ROOT / "mbody"
 #: to the one above it, as `model.joints` to `model`.
 LAYERS = (
     ("errors", "_version"),
+    ("core",),
     ("compiler",),
     ("quantities",),
     ("laws",),

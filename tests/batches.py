@@ -4,7 +4,7 @@ import numpy as np
 from numpy.testing import assert_allclose
 
 from mbody import AngleDriver, Body, Force, Gravity, Mechanism, Revolute, Spring, Torque, assemble
-from mbody.compiler.lanes import LANES
+from mbody.core.lanes import LANES
 from mbody.laws import ConstantAcceleration, Harmonic, Polynomial
 from mbody.makers import makers, polar
 

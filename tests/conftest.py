@@ -1,6 +1,8 @@
 import pytest
 from hypothesis import settings
 
+from mbody.core.selection import chosen
+
 # Comparisons that several files share say what differs, as those of the tests themselves do.
 pytest.register_assert_rewrite(
     *(f"tests.{name}" for name in ("batches", "invariance", "oracle_runs", "picture_reader")),
@@ -9,3 +11,18 @@ pytest.register_assert_rewrite(
 # The first example of a test may compile a kernel: seconds, not milliseconds.
 settings.register_profile("mbody", deadline=None)
 settings.load_profile("mbody")
+
+
+def pytest_report_header():
+    """Which core all results are of."""
+    return f"core: {chosen().name}, {chosen().reason}"
+
+
+def pytest_collection_modifyitems(items):
+    """Tests of the compiler itself run where numba is the core: ``MBODY_CORE=numba pytest``."""
+    if chosen().name == "numba":
+        return
+    reason = pytest.mark.skip(reason="of the compiler: runs with MBODY_CORE=numba")
+    for item in items:
+        if item.get_closest_marker("numba"):
+            item.add_marker(reason)

@@ -15,7 +15,7 @@ from mbody import (
     statics,
 )
 from mbody.analysis.driven.runner import Runner
-from mbody.compiler.lanes import LANES
+from mbody.core.lanes import LANES
 from mbody.engineering import close_loops
 from mbody.makers import makers
 from tests.batches import DESIGNS, TIMES, OneOf, four_bar, same, spread

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
-from mbody.compiler.bundle import Bundle, ComplexRows, Rows
 from mbody.compiler.jit import kernel
+from mbody.core.bundle import Bundle, ComplexRows, Rows
+
+pytestmark = pytest.mark.numba
 
 
 class Mixed(Bundle):

@@ -70,7 +70,7 @@ def test_a_second_process_compiles_nothing():
         "import sys; from mbody.cli import main; status = main(['demo']);"
         "import mbody; from mbody.gallery import load;"
         "mbody.kinetostatics(load('norton_fourbar'), turn=True, instants=400).breakdown('A');"
-        "from mbody.compiler.jit import compilations;"
+        "from mbody.core.decorators import compilations;"
         "print(status, compilations(), file=sys.stderr)"
     )
     assert python("-m", "mbody", "warmup").returncode == 0
@@ -82,7 +82,7 @@ def test_a_second_process_compiles_nothing():
 LEFT_COLD = """
 import importlib, pkgutil
 import mbody.kernels
-from mbody.compiler.jit import Entry
+from mbody.core.decorators import Entry
 from mbody.cli.warmup import warmup
 warmup()
 for module in pkgutil.iter_modules(mbody.kernels.__path__):

@@ -15,14 +15,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import mbody.compiler.cache as cache
-import mbody.compiler.jit as jit
+import mbody
+import mbody.core.cache_folder as folder_of
+from mbody.core.cache_folder import STAMP_DIGITS
+
+pytestmark = pytest.mark.numba
 
 SOURCES = {
-    "__init__": '"""A small package."""\n',
+    "__init__": 'from mbody.core import hooks\nhooks.compiler = "mbody.compiler.install"\n',
     "kernels/__init__": '"""Kernels."""\n',
     "kernels/helper": """\
-        from mbody.compiler.jit import inline
+        from mbody.core.decorators import inline
         FACTOR = 2.0
         @inline
         def scaled(x):
@@ -30,10 +33,10 @@ SOURCES = {
         """,
     "kernels/trial": """\
         from __future__ import annotations
-        from mbody.compiler.jit import kernel, njit
-        from mbody.compiler.lanes import ld, sincos, st, wide
-        from mbody.compiler.bundle import Bundle, Rows
-        from mbody.compiler.callbacks import call_user
+        from mbody.core.decorators import kernel, njit
+        from mbody.core.lanes import ld, sincos, st, wide
+        from mbody.core.bundle import Bundle, Rows
+        from mbody.core.callbacks import call_user
         from mbody.kernels.helper import scaled
 
         class Work(Bundle):
@@ -58,8 +61,9 @@ RUN = """\
     import json
     import numpy as np
     from mbody.compiler import jit
-    from mbody.compiler.lanes import LANES, aligned
-    from mbody.compiler.callbacks import failure, register
+    from mbody.compiler.cache import numba_folder
+    from mbody.core.lanes import LANES, aligned
+    from mbody.core.callbacks import failure, register
     from mbody.kernels.trial import Work, ask, turn
 
     work = Work(rows=aligned(2, LANES), more=aligned(2, LANES))
@@ -76,7 +80,7 @@ RUN = """\
     good, bad = register(good), register(bad)
     statuses = [ask(good, x, y), ask(bad, x, y)]
     found = failure()
-    folder = jit.cache_folder()
+    folder = numba_folder()
     print(json.dumps({
         "sine": work.rows[1].tolist(), "y": y.tolist(), "statuses": statuses,
         "failure": [found[0] - bad, repr(found[1])], "left": repr(failure()),
@@ -99,7 +103,10 @@ class Place:
         self.package = root / "site" / "mbody"
         (self.package / "kernels").mkdir(parents=True)
         compiler = shutil.ignore_patterns("__pycache__")
-        shutil.copytree(Path(jit.__file__).parent, self.package / "compiler", ignore=compiler)
+        whole = Path(mbody.__file__).parent
+        for part in ("compiler", "core"):
+            shutil.copytree(whole / part, self.package / part, ignore=compiler)
+        shutil.copy(whole / "errors.py", self.package)
         for name, text in SOURCES.items():
             (self.package / f"{name}.py").write_text(_dedent(text))
 
@@ -109,7 +116,11 @@ class Place:
             for name, value in os.environ.items()
             if not name.startswith(("MBODY_", "NUMBA_", "XDG_"))
         }
-        variables |= {"PYTHONPATH": str(self.package.parent), "PYTHONDONTWRITEBYTECODE": "1"}
+        variables |= {
+            "MBODY_CORE": "numba",
+            "PYTHONPATH": str(self.package.parent),
+            "PYTHONDONTWRITEBYTECODE": "1",
+        }
         variables |= {"MBODY_CACHE_DIR": str(self.root / "cache")} | environment
         done = subprocess.run(
             [sys.executable, "-c", _dedent(code)],
@@ -154,7 +165,7 @@ def test_a_second_process_compiles_nothing(warm):
 
 
 USE = """\
-    from mbody.compiler.jit import compilations, kernel
+    from mbody.core.decorators import compilations, kernel
     from mbody.kernels.helper import scaled
 
     @kernel
@@ -170,14 +181,12 @@ USE = """\
     """
 
 
-@pytest.mark.skipif(jit.PLAIN, reason="NUMBA_DISABLE_JIT is set")
 def test_a_function_of_kernels_is_kept_without_machine_code(warm):
     """The kernel, not of the package, is not counted; from Python the function is one more."""
     assert warm.process(USE).stdout.split() == ["3.0", "1", "[0]", "2.0", "2"]
     assert warm.process(USE).stdout.split() == ["3.0", "0", "[0]", "2.0", "0"]
 
 
-@pytest.mark.skipif(jit.PLAIN, reason="NUMBA_DISABLE_JIT is set")
 def test_a_changed_interface_of_numba_costs_only_time(warm):
     code = """\
         import sys
@@ -242,7 +251,7 @@ def test_without_any_folder_everything_still_works(warm):
 
 
 def test_plain_python_gives_the_same(warm):
-    result = warm.run(NUMBA_DISABLE_JIT="1")
+    result = warm.run(MBODY_CORE="plain")
     assert result["compiled"] == 0
     assert result["folder"] is None
     np.testing.assert_allclose(result["sine"], np.sin(0.5), rtol=1e-15)
@@ -254,8 +263,8 @@ def test_an_interrupt_at_the_door_is_kept(warm):
     code = """\
         import signal
         import numpy as np
-        from mbody.compiler.jit import njit
-        from mbody.compiler.callbacks import call_user, failure, register
+        from mbody.core.decorators import njit
+        from mbody.core.callbacks import call_user, failure, register
 
         @njit(cache=False)
         def spin(n, handle, x, y):
@@ -284,18 +293,20 @@ def folders(monkeypatch, tmp_path):
     home, temporary = tmp_path / "home", tmp_path / "temporary"
     home.mkdir()
     temporary.mkdir()
-    monkeypatch.setattr(cache, "PLAIN", False)
     monkeypatch.setattr(Path, "home", lambda: home)
-    monkeypatch.setattr(cache.tempfile, "gettempdir", lambda: str(temporary))
+    monkeypatch.setattr(folder_of.tempfile, "gettempdir", lambda: str(temporary))
     return tmp_path
 
 
+STAMP = STAMP_DIGITS * "a"
+
+
 def _folder():
-    return cache.cache_folder.__wrapped__()
+    return folder_of.cache_folder.__wrapped__(STAMP)
 
 
 def test_order_of_folders(folders, monkeypatch):
-    name = cache._stamp()[0]
+    name = STAMP
     assert _folder() == folders / "home" / ".cache" / "mbody" / name
     monkeypatch.setenv("XDG_CACHE_HOME", str(folders / "xdg"))
     assert _folder() == folders / "xdg" / "mbody" / name

@@ -95,7 +95,7 @@ json.dump(result, sys.stdout)
 
 @pytest.fixture(scope="module")
 def plain():
-    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(ROOT)}
+    environment = {**os.environ, "MBODY_CORE": "plain", "PYTHONPATH": str(ROOT)}
     done = subprocess.run(
         [sys.executable, "-c", PLAIN], cwd=ROOT, env=environment, capture_output=True, text=True
     )

@@ -96,7 +96,7 @@ def folder(tmp_path_factory):
 
 
 def run(folder, *arguments, **options):
-    settings = {**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(folder)}
+    settings = {**os.environ, "MBODY_CORE": "plain", "PYTHONPATH": str(folder)}
     done = subprocess.run(
         [sys.executable, *arguments],
         cwd=folder,

@@ -20,7 +20,7 @@ from mbody import (
     Torque,
     TorsionDamper,
 )
-from mbody.compiler.lanes import LANES
+from mbody.core.lanes import LANES
 from mbody.laws import Harmonic
 from mbody.makers import makers
 from mbody.sweeps import Uniform, monte_carlo, together

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from mbody import ModelError, assemble, kinetostatics
+from mbody.core.selection import chosen
 from mbody.laws import (
     ConstantAcceleration,
     Expression,
@@ -183,8 +184,8 @@ print(repr(np.array([l.derivatives(x) for l in laws[:1] + laws[2:5]]).tolist()))
 def test_plain_mode_gives_the_same_numbers():
     root = Path(__file__).resolve().parents[1]
     found = []
-    for plain in ("1", "0"):
-        env = {**os.environ, "NUMBA_DISABLE_JIT": plain, "PYTHONPATH": str(root)}
+    for core in ("plain", chosen().name):
+        env = {**os.environ, "MBODY_CORE": core, "PYTHONPATH": str(root)}
         run = subprocess.run(
             [sys.executable, "-W", "error", "-c", PLAIN], env=env, capture_output=True, text=True
         )

@@ -6,9 +6,9 @@ import pickle
 import numpy as np
 import pytest
 
-from mbody.compiler.bundle import Bundle, Ints, Rows, Stacks
-from mbody.compiler.jit import PLAIN, inline, kernel, njit
-from mbody.compiler.lanes import (
+from mbody.compiler.jit import inline, kernel, njit
+from mbody.core.bundle import Bundle, Ints, Rows, Stacks
+from mbody.core.lanes import (
     LANES,
     aligned,
     count,
@@ -24,7 +24,7 @@ from mbody.compiler.lanes import (
     wide,
 )
 
-compiled = pytest.mark.skipif(PLAIN, reason="NUMBA_DISABLE_JIT is set")
+pytestmark = pytest.mark.numba
 
 
 @inline
@@ -108,9 +108,8 @@ def test_plain_python_runs_the_same_source_on_rows_of_any_length():
     other = rows.copy()
     plain = getattr(operations, "py_func", operations)
     low, high = plain(rows, np.zeros(LANES))
-    if not PLAIN:
-        assert operations_wide(other) == (low, high)
-        np.testing.assert_allclose(other, rows, rtol=1e-14, atol=3e-16)
+    assert operations_wide(other) == (low, high)
+    np.testing.assert_allclose(other, rows, rtol=1e-14, atol=3e-16)
     five = rows[:, :5].copy()
     plain(five, np.zeros(5))
     np.testing.assert_array_equal(five[2:14], rows[2:14, :5])
@@ -212,7 +211,6 @@ def test_not_a_number_is_never_lost(run):
     assert np.isfinite(results[5:, ~unknown]).all()
 
 
-@compiled
 @pytest.mark.parametrize("lane", [0, 1, LANES // 2 - 1, LANES // 2, LANES - 1])
 def test_one_bad_lane_shows_in_the_reductions(lane):
     rows, results = np.ones((2, LANES)), aligned(7, LANES)
@@ -268,7 +266,6 @@ def _error(values, function, angles):
 TOLERANCE = 2e-16 if np.finfo(np.longdouble).eps < 1e-18 else 4e-16
 
 
-@compiled
 @pytest.mark.parametrize("limit", [4.0, 400.0, 1e5, 1e6])
 def test_sine_and_cosine(limit):
     angles = _angles(limit)
@@ -336,7 +333,6 @@ def dispatch(kinds, state, rows, extra):
         add_to(rows, 3 * element, extra, w)
 
 
-@compiled
 def test_branches_by_kind_and_absent_arrays():
     kinds = np.array([0, 1, 1, 0])
     state = aligned(8, LANES)
@@ -404,17 +400,15 @@ def test_a_bundle(monkeypatch, tmp_path):
         for _ in range(2)
     )
     # Files outside the package get no place in its cache: numba's own serves here.
-    if not PLAIN:
-        monkeypatch.setattr("numba.config.CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr("numba.config.CACHE_DIR", str(tmp_path))
     for memory, hits in ((first, 0), (second, 1)):
         function = kernel(fill_all)
-        if not PLAIN:
-            function.enable_caching()
+        function.enable_caching()
         assert function(memory) == rows.size + 3
         np.testing.assert_array_equal(memory.results, 1.5 * rows)
         np.testing.assert_array_equal(memory.boxes[::-1, 1], rows)
         assert not memory.boxes[:, 0].any()
-        assert PLAIN or sum(function.stats.cache_hits.values()) == hits
+        assert sum(function.stats.cache_hits.values()) == hits
 
 
 def test_a_bundle_is_made_whole():
@@ -436,7 +430,6 @@ def test_a_bundle_is_made_whole():
         Memory(rows=rows, **{**given, "kinds": rows})
 
 
-@compiled
 def test_misuse_does_not_compile():
     from numba.core.errors import TypingError
 

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from mbody.compiler import callbacks
+from mbody.core.selection import chosen
 from mbody.laws import (
     LAW_KINDS,
     SHAPES,
@@ -305,8 +306,8 @@ print(repr(times_of(laws[4], [0.0, 0.25, 1.0], 0.0).tolist()))
 def test_plain_mode_gives_the_same_numbers():
     root = Path(__file__).resolve().parents[1]
     found = []
-    for plain in ("1", "0"):
-        env = {**os.environ, "NUMBA_DISABLE_JIT": plain, "PYTHONPATH": str(root)}
+    for core in ("plain", chosen().name):
+        env = {**os.environ, "MBODY_CORE": core, "PYTHONPATH": str(root)}
         run = subprocess.run(
             [sys.executable, "-W", "error", "-c", PLAIN], env=env, capture_output=True, text=True
         )

@@ -11,7 +11,7 @@ from mbody import Gravity, Torque, assemble, kinematics, kinetostatics, statics
 from mbody.analysis.driven.runner import Runner
 from mbody.analysis.driven.time_grid import time_grid
 from mbody.analysis.position.assembly_analysis import closed
-from mbody.compiler.lanes import LANES
+from mbody.core.lanes import LANES
 from mbody.engineering import close_loops
 from mbody.engines.oracle import Reference
 from mbody.laws import ConstantSpeed

@@ -22,7 +22,7 @@ from mbody import (
     kinematics,
     kinetostatics,
 )
-from mbody.compiler.lanes import LANES
+from mbody.core.lanes import LANES
 from mbody.engines.oracle import Reference
 from mbody.laws import Harmonic, Polynomial
 from mbody.makers import makers

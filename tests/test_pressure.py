@@ -25,7 +25,7 @@ from mbody import (
     kinetostatics,
     statics,
 )
-from mbody.compiler.lanes import LANES
+from mbody.core.lanes import LANES
 from mbody.laws import Cam, ConstantSpeed, Rise, Table
 from mbody.makers import makers
 from mbody.model.loads import PistonPressure, ReciprocatingCylinder

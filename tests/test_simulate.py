@@ -363,7 +363,7 @@ def test_a_second_process_compiles_nothing():
     simulate(gallery.load("free_fourbar"), 0.1)
     code = (
         "import mbody; mbody.simulate(mbody.gallery.load('free_fourbar'), 0.1); "
-        "from mbody.compiler.jit import compilations; print(compilations())"
+        "from mbody.core.decorators import compilations; print(compilations())"
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert run.stdout.split() == ["0"], run.stderr

@@ -13,7 +13,7 @@ from scipy.sparse import bmat, coo_matrix, diags
 from scipy.sparse.linalg import splu
 
 from mbody import AngleDriver, Body, Gravity, Mechanism, Revolute, Torque, assemble, kinetostatics
-from mbody.compiler.lanes import LANES
+from mbody.core.lanes import LANES
 from mbody.engineering import close_loops
 from mbody.kernels.accelerations import free_motion
 from mbody.laws import Harmonic

@@ -27,7 +27,7 @@ from mbody import (
     Torque,
     cli,
 )
-from mbody.compiler.lanes import LANES
+from mbody.core.lanes import LANES
 from mbody.makers import makers
 from mbody.model.study import Instants, Measure
 from mbody.sweeps import (

@@ -12,11 +12,15 @@ import pytest
 
 import mbody
 from mbody import gallery
-from mbody.compiler import jit
+from mbody.core.decorators import PLAIN
+from mbody.core.library import open_library
+from mbody.core.selection import chosen
+from mbody.core.sources import source_hash
 from tests.work_counts import allocations, plain, table
+from tests.work_counts.allocations import MATHEMATICS
 from tests.work_counts.workloads import CALLS, MOTIONS, calls_from_python, made
 
-compiled = pytest.mark.skipif(jit.PLAIN, reason="NUMBA_DISABLE_JIT is set")
+compiled = pytest.mark.skipif(PLAIN, reason="kernels are plain Python")
 ACCEPTED = table.accepted()
 
 
@@ -166,7 +170,7 @@ def warm():
         make(FEW)()
 
 
-@compiled
+@pytest.mark.numba
 @pytest.mark.parametrize("name", STEPPING)
 def test_steps_allocate_nothing_by_numbas_runtime(warm, name):
     """What a call needs once is the same whatever the number of steps."""
@@ -174,7 +178,17 @@ def test_steps_allocate_nothing_by_numbas_runtime(warm, name):
     assert few == many, f"{name}: {many - few} allocations more for {MANY} than for {FEW} steps"
 
 
-@compiled
+@pytest.mark.skipif(chosen().name != "native", reason="no library tells")
+def test_libraries_need_nothing_that_could_allocate(warm):
+    """What the linker found nowhere in them is arithmetic of the C library."""
+    files = sorted(chosen().file.glob("*.so")) if chosen().library is None else [chosen().file]
+    assert files
+    for file in files:
+        strange = set(open_library(file, source_hash()).entries()["needs"]) - MATHEMATICS
+        assert not strange, f"{file.name} calls {sorted(strange)}, which may take memory"
+
+
+@pytest.mark.numba
 def test_kernels_call_nothing_that_could_allocate(warm):
     """Whatever LLVM was given for them and what they call, with the arithmetic and the one door."""
     found = allocations.kernels()
@@ -189,7 +203,7 @@ def test_kernels_call_nothing_that_could_allocate(warm):
     assert looked_at >= len({name.partition(" ")[0] for name in STEPPING})
 
 
-@compiled
+@pytest.mark.numba
 def test_an_allocation_would_be_seen():
     """A function that makes an array at each step is caught by both."""
 

@@ -1,4 +1,4 @@
-"""`mbody doctor`: what is installed, where the compiled kernels are kept, and whether they work."""
+"""`mbody doctor`: what is installed, which core runs the kernels, and whether they work."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ __all__ = ["doctor"]
 #: Packages by what they are for; the first group must be there.
 NEEDED = {
     "numpy": "arrays",
-    "numba": "compiled kernels",
     "pydantic": "model files",
     "pint": "units",
 }
 EXTRA = {
+    "numba": "building kernels on this machine",
     "pin": "second opinion by Pinocchio",
     "pymunk": "second opinion by pymunk",
     "mujoco": "second opinion by MuJoCo",
@@ -42,24 +42,27 @@ def doctor(args: Any) -> int:
 
 
 def examine() -> dict[str, Any]:
-    """Versions, the cache of the kernels, and whether mbody is ready."""
-    from mbody.compiler.cache import cache_folder
+    """Versions, the core of the kernels, and whether mbody is ready."""
+    from mbody.core.selection import chosen
+    from mbody.core.sources import source_hash
 
+    core = chosen()
     needed = {name: _version(name) for name in NEEDED}
     checked = (
         kernel_check() if all(needed.values()) else _unchecked("not run: packages are missing")
     )
-    folder = cache_folder()
-    kept = sorted(folder.rglob("*.nbc")) if folder else []
     ready = checked["agrees"] and sys.version_info >= (3, 11)
     found = {
         "python": platform.python_version(),
         "machine": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
         "needed": needed,
         "extra": {name: _version(name) for name in EXTRA},
-        "cache": str(folder) if folder else None,
-        "kernels": len(kept),
-        "jit": os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0"),
+        "core": core.name,
+        "core_file": str(core.file) if core.file else None,
+        "core_level": core.level,
+        "core_hash": source_hash(),
+        "core_reason": core.reason,
+        "kernels": len(list(core.file.glob("*.so"))) if core.file and core.file.is_dir() else None,
         "kernel_check": checked,
         "ready": ready,
     }
@@ -117,15 +120,10 @@ def lines(report: dict[str, Any]) -> list[str]:
         version = report["extra"][name]
         found.append(f"{name:<12}{version or '–':<12}{purpose}")
     found.append("")
-    if not report["jit"]:
-        found.append("kernels     run as plain Python, for NUMBA_DISABLE_JIT is set")
-    elif report["cache"] is None:
-        found.append(
-            "kernels     cannot be kept: no folder may be written to; every process compiles anew. "
-            "Set NUMBA_CACHE_DIR to a folder of yours"
-        )
-    else:
-        found.append(f"kernels     {report['kernels']} compiled, in {report['cache']}")
+    found.append(f"core        {report['core']}: {report['core_reason']}")
+    if report["core_file"] is not None:
+        kept = "" if report["kernels"] is None else f"{report['kernels']} kernels in "
+        found.append(f"            {kept}{report['core_file']}, for {report['core_level']}")
     check = report["kernel_check"]
     if check["error"] is not None:
         found.append(f"            the kernels do not run: {check['error']}")
@@ -145,6 +143,6 @@ def _remedy(report: dict[str, Any]) -> str:
     if report["kernel_check"]["error"] is not None:
         return (
             "NOT READY: the kernels do not run with these versions: install those of "
-            "constraints.txt, and delete the folder of kernels"
+            "constraints.txt, delete the folder of kernels, or try MBODY_CORE=numba"
         )
     return "NOT READY: the kernels compute wrongly on this processor: please report this output"

@@ -1,7 +1,8 @@
-"""`mbody warmup`: compile all kernels, once on a machine."""
+"""`mbody warmup`: build or compile all kernels, once on a machine."""
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -10,8 +11,46 @@ __all__ = ["warmup"]
 
 
 def warmup(args: Any = None) -> int:
-    """Compile all kernels by using every analysis on small models."""
-    from mbody.compiler.jit import compilations
+    """Build what the chosen core needs; later runs load it."""
+    from mbody.core.selection import chosen
+
+    core = chosen()
+    if core.name == "native" and core.library is None:
+        return _build()
+    if core.name == "numba":
+        return _compile()
+    print(f"nothing to build: {core.reason}")
+    return 0
+
+
+def _build() -> int:
+    """Build all kernels that are missing, in as many processes as there are cores."""
+    import pkgutil
+    from importlib import import_module
+
+    import mbody.kernels
+    import mbody.laws.kernels
+    from mbody.core.native import build, missing
+
+    start = time.perf_counter()
+    for module in pkgutil.iter_modules(mbody.kernels.__path__):
+        import_module(f"mbody.kernels.{module.name}")
+    wanted = missing()
+    begun = iter(range(1, len(wanted) + 1))
+    if wanted:
+        build(
+            wanted,
+            os.cpu_count() or 1,
+            lambda name: print(f"building {name}, {next(begun)} of {len(wanted)}", flush=True),
+        )
+    seconds = time.perf_counter() - start
+    print(f"ready: {len(wanted)} kernels built in {seconds:.1f} s; later runs load them")
+    return 0
+
+
+def _compile() -> int:
+    """Compile all kernels with numba by using every analysis on small models."""
+    from mbody.core.decorators import compilations
 
     whole = time.perf_counter()
     for title, step in _steps():

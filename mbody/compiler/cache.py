@@ -1,4 +1,4 @@
-"""The cache of compiled functions on disk, under one hash of all sources that they are made of.
+"""Numba's cache of compiled functions on disk, under one hash of all sources that they are made of.
 
 Numba's own disk cache checks only the file of the *calling* function. After an edit of a called
 function in another file it returns the old code, and where nothing can be written the import
@@ -16,183 +16,48 @@ import functools
 import hashlib
 import os
 import platform
-import shutil
-import stat
 import sys
-import tempfile
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import llvmlite
 import numba
 
-__all__ = ["COMPILED", "PLAIN", "attach_cache", "cache_folder"]
+from mbody.core.cache_folder import STAMP_DIGITS, cache_folder
+from mbody.core.sources import PACKAGE, fingerprint, source_hash
 
-#: True where functions stay plain Python; then nothing is compiled or cached.
-PLAIN = bool(getattr(numba.config, "DISABLE_JIT", 0))
-
-#: The sources that may contain a compiled function or a constant of one; a test checks the list.
-COMPILED = (
-    "compiler/*.py",
-    "kernels/*.py",
-    "laws/*.py",
-    "model/joints/*.py",
-    "model/loads/*.py",
-    "model/geometry.py",
-    "model/primitives.py",
-    "system/layout.py",
-)
-
-_PACKAGE = Path(__file__).resolve().parents[1]
-_KEEP_SECONDS = 30 * 86400.0
-_DIGITS = 32
-
-
-def _sources() -> Iterator[Path]:
-    """All sources of compiled functions, in a fixed order."""
-    return iter(sorted(path for part in COMPILED for path in _PACKAGE.glob(part)))
-
-
-def _fingerprint() -> tuple[tuple[str, int, int], ...]:
-    """Names, times and sizes of the sources: changes when a file is edited."""
-    found = []
-    for path in _sources():
-        status = path.stat()
-        found.append((str(path), status.st_mtime_ns, status.st_size))
-    return tuple(found)
+__all__ = ["attach_cache", "numba_folder", "stamp", "without_cache"]
 
 
 @functools.cache
-def _stamp() -> tuple[str, tuple[tuple[str, int, int], ...]] | None:
-    """Hash of everything that the compiled code depends on, and the fingerprint of the sources.
+def _before() -> tuple[tuple[str, int, int], ...]:
+    """The fingerprint of the sources before the first compilation."""
+    return fingerprint()
 
-    None where the sources cannot be read (a package without sources, or inside an archive).
-    """
-    digest = hashlib.sha256()
+
+@functools.cache
+def stamp() -> str | None:
+    """Hash of everything that the compiled code depends on; None where that cannot be read."""
     try:
-        before = _fingerprint()
-        if not before:
-            return None
-        for path in _sources():
-            content = path.read_bytes()
-            name = path.relative_to(_PACKAGE).as_posix()
-            digest.update(f"{name}\0{len(content)}\0".encode())
-            digest.update(content)
+        _before()
     except OSError:
+        return None
+    sources = source_hash()
+    if sources is None:
         return None
     versions = (sys.version, platform.machine(), numba.__version__, llvmlite.__version__)
     # Settings of numba that change the code but not numba's own key of a cache entry.
     names = ("OPT", "BOUNDSCHECK", "DEBUGINFO_DEFAULT", "LOOP_VECTORIZE", "SLP_VECTORIZE")
     settings = tuple(str(getattr(numba.config, name, "")) for name in names)
-    digest.update(repr((versions, settings)).encode())
-    return digest.hexdigest()[:_DIGITS], before
+    digest = hashlib.sha256(repr((sources, versions, settings)).encode())
+    return digest.hexdigest()[:STAMP_DIGITS]
 
 
-def _writable(folder: Path) -> bool:
-    """Make the folder and write a file in it: permission bits alone are not enough."""
-    try:
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder) as file:
-            file.write(b"mbody")
-    except (OSError, ValueError):
-        return False
-    return True
-
-
-def _owned(folder: Path) -> bool:
-    """Whether an existing folder belongs to this user.
-
-    Cache files are pickles and can run any code: those of another user are never opened.
-    """
-    if not hasattr(os, "getuid"):
-        return True
-    try:
-        return folder.stat().st_uid == os.getuid()
-    except OSError:
-        return False
-
-
-def _private_temporary() -> Path | None:
-    """A folder in the temporary directory that belongs to this user and that only this user can
-    enter.
-    """
-    user = str(os.getuid()) if hasattr(os, "getuid") else os.environ.get("USERNAME", "user")
-    try:
-        folder = Path(tempfile.gettempdir()) / f"mbody-{user}"
-        folder.mkdir(mode=0o700, exist_ok=True)
-        status = folder.lstat()
-    except OSError:
-        return None
-    if not stat.S_ISDIR(status.st_mode):
-        return None
-    if hasattr(os, "getuid") and (status.st_uid != os.getuid() or status.st_mode & 0o077):
-        return None
-    return folder
-
-
-def _candidates() -> Iterator[tuple[Path, bool]]:
-    """Folders for the caches of all versions, best first, each with whether the user named it."""
-    for name, suffix in (("MBODY_CACHE_DIR", ""), ("NUMBA_CACHE_DIR", "mbody")):
-        value = os.environ.get(name)
-        if value:
-            yield Path(value).expanduser().absolute() / suffix, True
-    home = os.environ.get("XDG_CACHE_HOME") or (
-        os.environ.get("LOCALAPPDATA") if os.name == "nt" else None
-    )
-    try:
-        cache = Path(home) if home else Path.home() / ".cache"
-    except RuntimeError:  # no home directory is known
-        pass
-    else:
-        if cache.is_absolute():
-            yield cache / "mbody", False
-    temporary = _private_temporary()
-    if temporary is not None:
-        yield temporary, False
-
-
-@functools.cache
-def cache_folder() -> Path | None:
-    """The folder of this version's compiled kernels, or None if there is none.
-
-    The first that can be written of ``$MBODY_CACHE_DIR/<hash>``, ``$NUMBA_CACHE_DIR/mbody/<hash>``,
-    ``$XDG_CACHE_HOME/mbody/<hash>`` (by default ``~/.cache``), and a private temporary folder.
-    """
-    stamp = _stamp()
-    if PLAIN or stamp is None:
-        return None
-    for base, named in _candidates():
-        folder = base / stamp[0]
-        if _writable(folder) and (named or _owned(folder)):
-            _prune(base, folder)
-            return folder
-    return None
-
-
-def _prune(base: Path, used: Path) -> None:
-    """Mark a folder as used today and remove those of other versions that were not used for 30
-    days.
-    """
-    now = time.time()
-    try:
-        if now - used.stat().st_mtime < 86400.0 and any(used.iterdir()):
-            return  # done by an earlier process today
-        os.utime(used)
-        old = [
-            entry
-            for entry in base.iterdir()
-            if len(entry.name) == _DIGITS
-            and set(entry.name) <= set("0123456789abcdef")
-            and entry != used
-            and not entry.is_symlink()
-            and now - entry.stat().st_mtime > _KEEP_SECONDS
-        ]
-    except OSError:
-        return
-    for folder in old:
-        shutil.rmtree(folder, ignore_errors=True)
+def numba_folder() -> Path | None:
+    """The folder of this version's compiled functions, or None if there is none."""
+    found = stamp()
+    return None if found is None else cache_folder(found)
 
 
 @functools.cache
@@ -202,12 +67,12 @@ def _cache_type() -> Any:
     None where nothing can be stored.  The classes extended here are not numba's public interface:
     callers treat any exception as "no cache".
     """
-    folder, stamp = cache_folder(), _stamp()
-    if folder is None or stamp is None:
+    found, folder, before = stamp(), numba_folder(), _before()
+    if folder is None or found is None:
         return None
+    digest: str = found
     from numba.core import caching
 
-    digest, fingerprint = stamp
     token = os.urandom(6).hex()
 
     class Locator(caching._CacheLocator):
@@ -266,10 +131,19 @@ def _cache_type() -> Any:
             # A full disk or a removed folder only means that nothing is cached.
             with contextlib.suppress(OSError):
                 # If sources were edited since this process started, they are not what was compiled.
-                if _fingerprint() == fingerprint:
+                if fingerprint() == before:
                     super().save_overload(signature, data)
 
     return PackageCache
+
+
+_off = False
+
+
+def without_cache() -> None:
+    """Attach no cache from now on."""
+    global _off
+    _off = True
 
 
 def attach_cache(dispatcher: Any, function: Callable[..., Any], form: str = "") -> None:
@@ -278,9 +152,11 @@ def attach_cache(dispatcher: Any, function: Callable[..., Any], form: str = "") 
 
     A dispatcher with a method `rebuilt` restores its compiled code from the cache by that method.
     """
+    if _off:
+        return
     try:
         # The hash covers the package alone, so functions from elsewhere are not cached.
-        if _PACKAGE in Path(function.__code__.co_filename).resolve().parents:
+        if PACKAGE in Path(function.__code__.co_filename).resolve().parents:
             kind = _cache_type()
             if kind is not None:
                 dispatcher._cache = kind(function, form, getattr(dispatcher, "rebuilt", None))

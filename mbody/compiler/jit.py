@@ -18,26 +18,12 @@ import contextlib
 import os
 import sys
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypeVar, overload
+from typing import Any
 
-from mbody.compiler.cache import PLAIN, attach_cache, cache_folder
+from mbody.compiler.cache import attach_cache, numba_folder
+from mbody.core.interface import FASTMATH
 
-__all__ = [
-    "FASTMATH",
-    "PLAIN",
-    "cache_folder",
-    "compilations",
-    "inline",
-    "kernel",
-    "njit",
-]
-
-F = TypeVar("F", bound=Callable[..., Any])
-
-#: What the compiler may do: fuse a multiplication and an addition, ignore the sign of a zero.
-#: Sums keep their order, and NaN and infinity keep their meaning: the kernels rely on both.
-FASTMATH = frozenset({"contract", "nsz"})
-
+__all__ = ["compilations", "inline", "kernel", "njit"]
 
 Entry: Any
 Inner: Any
@@ -54,8 +40,6 @@ except Exception:  # an interface of numba has changed: every function gets its 
 
 
 def _compile(function: Callable[..., Any], kind: Any, options: dict[str, Any]) -> Any:
-    if PLAIN:
-        return function
     options = dict(options)
     cached = options.pop("cache", True)
     settings: dict[str, Any] = {
@@ -73,44 +57,32 @@ def _compile(function: Callable[..., Any], kind: Any, options: dict[str, Any]) -
     return dispatcher
 
 
-if TYPE_CHECKING:
+def njit(function: Any = None, /, **options: Any) -> Any:
+    """Compile a function of kernels: ``@njit`` or ``@njit(forceinline=True, ...)``.
 
-    @overload
-    def njit(function: F, /) -> F: ...
-    @overload
-    def njit(**options: Any) -> Callable[[F], F]: ...
-    def njit(function: Any = None, /, **options: Any) -> Any: ...
+    The options are those of ``numba.njit``; here ``cache`` and ``nogil`` are on, a division
+    by zero gives an infinity instead of an exception, and ``fastmath`` is ``FASTMATH``. The
+    function has no machine code of its own (`mbody.compiler.linking`) and allocates no arrays.
+    """
+    if function is None:
+        return lambda function: _compile(function, Inner, options)
+    return _compile(function, Inner, options)
 
-    def inline(function: F, /) -> F: ...
 
-    def kernel(function: F, /) -> F: ...
+def inline(function: Any, /) -> Any:
+    """Compile a small function so that its code is always copied into the caller."""
+    return _compile(function, Inner, {"forceinline": True})
 
-else:
 
-    def njit(function=None, /, **options):
-        """Compile a function of kernels: ``@njit`` or ``@njit(forceinline=True, ...)``.
+def kernel(function: Any, /) -> Any:
+    """Compile an entry point, which Python calls.
 
-        The options are those of ``numba.njit``; here ``cache`` and ``nogil`` are on, a division
-        by zero gives an infinity instead of an exception, and ``fastmath`` is ``FASTMATH``. The
-        function has no machine code of its own (`mbody.compiler.linking`) and allocates no arrays.
-        """
-        if function is None:
-            return lambda function: _compile(function, Inner, options)
-        return _compile(function, Inner, options)
-
-    def inline(function, /):
-        """Compile a small function so that its code is always copied into the caller."""
-        return _compile(function, Inner, {"forceinline": True})
-
-    def kernel(function, /):
-        """Compile an entry point, which Python calls.
-
-        It allocates and returns no arrays, and neither do the functions that it calls: they work
-        in the arrays of their arguments. So reference counting is switched off in all functions of
-        the package. With it, each ``fields.rows`` of a named tuple would be an atomic addition,
-        which costs a scalar kernel 40 % and makes threads wait for each other.
-        """
-        return _compile(function, Entry, {})
+    It allocates and returns no arrays, and neither do the functions that it calls: they work
+    in the arrays of their arguments. So reference counting is switched off in all functions of
+    the package. With it, each ``fields.rows`` of a named tuple would be an atomic addition,
+    which costs a scalar kernel 40 % and makes threads wait for each other.
+    """
+    return _compile(function, Entry, {})
 
 
 # ---------------------------------------------------------------------------------------------
@@ -127,7 +99,7 @@ def compilations() -> int:
 def _announce() -> None:
     if os.environ.get("MBODY_QUIET", "0") not in ("", "0") or sys.stderr is None:
         return
-    if cache_folder() is not None:
+    if numba_folder() is not None:
         detail = "once, up to a minute"
     else:
         detail = "no folder to store them, see MBODY_CACHE_DIR"
@@ -161,5 +133,4 @@ def _listen() -> None:
         return  # an interface of numba has changed: compilations are not counted
 
 
-if not PLAIN:
-    _listen()
+_listen()

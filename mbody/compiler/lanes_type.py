@@ -1,6 +1,6 @@
 """Numba's type of numbers with many lanes, and the LLVM instructions of their operations.
 
-The arithmetic of :class:`Lanes` is defined here.  The functions of `mbody.compiler.lanes` are plain
+The arithmetic of :class:`Lanes` is defined here.  The functions of `mbody.core.lanes` are plain
 Python there, each with a decorator of this module that defines its compiled version.
 """
 
@@ -21,7 +21,7 @@ from numba.core.typeconv.castgraph import Conversion
 from numba.core.typing.templates import signature
 from numba.extending import lower_builtin, lower_cast, models, register_model, type_callable
 
-from mbody.compiler.jit import FASTMATH
+from mbody.core.interface import FASTMATH
 
 __all__ = [
     "Lanes",

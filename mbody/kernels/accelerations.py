@@ -24,10 +24,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbody.compiler.jit import kernel, njit
-from mbody.compiler.lanes import ld, st
+from mbody.core.decorators import kernel, njit
+from mbody.core.lanes import ld, st
 from mbody.kernels.constraints import rows, turns
 from mbody.kernels.forces import forces, signals
+from mbody.kernels.layout import Layout, Work
 from mbody.kernels.position_velocity import clear, weigh
 from mbody.kernels.schur_ldl import VANISHED, apply_g, apply_gt, factor, solve
 
@@ -119,7 +120,7 @@ def dynamic_residual(L, W, w):
 
 
 @kernel
-def free_motion(L, W, regularization, refinements):
+def free_motion(L: Layout, W: Work, regularization: float, refinements: int) -> float:
     """W.a and W.lam ← accelerations and multipliers at W.q, W.v and W.time; returns the residual of
     the equations of motion.
     """
@@ -130,7 +131,7 @@ def free_motion(L, W, regularization, refinements):
 
 
 @kernel
-def repeat(L, W, times):
+def repeat(L: Layout, W: Work, times: int) -> float:
     """Evaluate `times` times at positions that differ a little, for measurements of speed."""
     total = 0.0
     for _ in range(times):

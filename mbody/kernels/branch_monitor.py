@@ -34,9 +34,10 @@ from __future__ import annotations
 
 import math
 
-from mbody.compiler.jit import inline, kernel, njit
-from mbody.compiler.lanes import larger, ld, select_le, smaller, st
+from mbody.core.decorators import inline, kernel, njit
+from mbody.core.lanes import larger, ld, select_le, smaller, st
 from mbody.kernels.constraints import rows, turns
+from mbody.kernels.layout import Layout, Work
 from mbody.kernels.schur_ldl import VANISHED, factor
 
 __all__ = [
@@ -116,7 +117,7 @@ def mark_redundant(L, W, regularization):
 
 
 @kernel
-def branch_distance(L, W, regularization):
+def branch_distance(L: Layout, W: Work, regularization: float) -> float:
     """Least part that elimination leaves of a node of rows at the position W.q."""
     turns(L, W, 0.0)
     rows(L, W, 0.0, True, None)

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from mbody.compiler.callbacks import call_user
-from mbody.compiler.jit import inline, njit
-from mbody.compiler.lanes import count, ld, sincos, st, st_varying
+from mbody.core.callbacks import call_user
+from mbody.core.decorators import inline, njit
+from mbody.core.lanes import count, ld, sincos, st, st_varying
 from mbody.kernels.law_values import law_of_direction
 from mbody.model.joints import CONSTRAINTS
 from mbody.model.joints.angle import angle

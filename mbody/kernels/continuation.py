@@ -23,9 +23,9 @@ import math
 
 import numpy as np
 
-from mbody.compiler.bundle import Bundle, Floats, Rows, Stacks
-from mbody.compiler.jit import inline, kernel, njit
-from mbody.compiler.lanes import st
+from mbody.core.bundle import Bundle, Floats, Rows, Stacks
+from mbody.core.decorators import inline, kernel, njit
+from mbody.core.lanes import st
 from mbody.kernels.branch_monitor import (
     CHANGE_AHEAD,
     MIDDLE,
@@ -41,6 +41,7 @@ from mbody.kernels.branch_monitor import (
     store_parts,
 )
 from mbody.kernels.forces import forces, signals
+from mbody.kernels.layout import Layout, Work
 from mbody.kernels.output import keep
 from mbody.kernels.position_velocity import (
     accelerations,
@@ -181,7 +182,7 @@ def correct(L, W, w, regularization, reach):
 
 
 @kernel
-def follow(L, W, path, found):
+def follow(L: Layout, W: Work, path: DrivenPath, found: FollowedPath) -> int:
     """Follow the motion from W.q at the first instant through all instants of `path`; returns DONE,
     STUCK (the place where it ended is the first in W.past), or LOST (no position at the first
     instant).

@@ -13,13 +13,14 @@ refinement.
 
 from __future__ import annotations
 
-from mbody.compiler.bundle import Bundle, Floats, Ints, Rows, Stacks
-from mbody.compiler.jit import inline, kernel, njit
-from mbody.compiler.lanes import highest, larger, ld, lowest, select_le, st, wide
+from mbody.core.bundle import Bundle, Floats, Ints, Rows, Stacks
+from mbody.core.decorators import inline, kernel, njit
+from mbody.core.lanes import highest, larger, ld, lowest, select_le, st, wide
 from mbody.kernels.branch_monitor import signs_kept
 from mbody.kernels.constraints import rows, turns
 from mbody.kernels.continuation import BY_DRIVER, CORRECTION, SLIGHT, SPREAD, TURNED
 from mbody.kernels.forces import forces, signals
+from mbody.kernels.layout import Layout, Work
 from mbody.kernels.output import keep, keep_some
 from mbody.kernels.position_velocity import (
     applied_share,
@@ -31,7 +32,14 @@ from mbody.kernels.position_velocity import (
     take_off,
 )
 from mbody.kernels.predictor import compare_step, predict, predict_by_three, store_place
-from mbody.kernels.square_lu import factor_square, solve_both, solve_square, solve_transposed
+from mbody.kernels.square_lu import (
+    Square,
+    SquareWork,
+    factor_square,
+    solve_both,
+    solve_square,
+    solve_transposed,
+)
 
 __all__ = [
     "FAILED",
@@ -101,7 +109,9 @@ class Designs(Bundle):
 
 
 @kernel
-def follow_lanes(L, P, Q, W, F, path, followed):
+def follow_lanes(
+    L: Layout, P: Square, Q: Square, W: Work, F: SquareWork, path: LanePath, followed: FollowedLanes
+) -> None:
     """Follow all lanes from W.q through all instants, and keep all rows. P, Q: two choices of
     pivots.
     """
@@ -117,7 +127,16 @@ def follow_lanes(L, P, Q, W, F, path, followed):
 
 
 @kernel
-def follow_designs(L, P, Q, W, F, path, followed, designs):
+def follow_designs(
+    L: Layout,
+    P: Square,
+    Q: Square,
+    W: Work,
+    F: SquareWork,
+    path: LanePath,
+    followed: FollowedLanes,
+    designs: Designs,
+) -> None:
     """Follow all designs, as many at a time as there are lanes, and keep only some rows of each
     instant. The last lanes repeat the last design.
     """

@@ -6,7 +6,7 @@ the system of an implicit step is eliminated by hand.
 
 from __future__ import annotations
 
-from mbody.compiler.jit import njit
+from mbody.core.decorators import njit
 from mbody.kernels.state_derivative import state_derivative
 from mbody.kernels.step_state import EVALUATIONS, JACOBIANS, TIME
 

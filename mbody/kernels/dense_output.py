@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 
-from mbody.compiler.jit import njit
+from mbody.core.decorators import njit
 from mbody.kernels.output import keep
 from mbody.kernels.runge_kutta_stages import along
 from mbody.kernels.singularity_monitor import sample_conditioning

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 
-from mbody.compiler.bundle import Bundle, Floats, Ints, Rows
-from mbody.compiler.jit import kernel, njit
+from mbody.core.bundle import Bundle, Floats, Ints, Rows
+from mbody.core.decorators import kernel, njit
 from mbody.kernels.dense_output import deliver, hermite_output
 from mbody.kernels.generalized_alpha import generalized_alpha_step
+from mbody.kernels.layout import Layout, Work
 from mbody.kernels.rattle import factor_position, rattle_step
 from mbody.kernels.singularity_monitor import may_be_singular, record_accepted, sample_conditioning
 from mbody.kernels.state_derivative import state_derivative
@@ -28,6 +29,9 @@ from mbody.kernels.step_state import (
     STAND_IN_LIMIT,
     STEPS,
     TIME,
+    Outputs,
+    Stepping,
+    Tolerances,
 )
 
 __all__ = ["FixedStep", "fixed_step"]
@@ -73,7 +77,16 @@ class FixedStep(Bundle):
 
 
 @kernel
-def fixed_step(L, W, M, S, T, O, until, steps):
+def fixed_step(
+    L: Layout,
+    W: Work,
+    M: FixedStep,
+    S: Stepping,
+    T: Tolerances,
+    O: Outputs,
+    until: float,
+    steps: int,
+) -> int:
     """At most so many steps towards `until`, the last one shorter; every output instant that is met
     is kept.
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from mbody.compiler.callbacks import call_user
-from mbody.compiler.jit import inline, njit
-from mbody.compiler.lanes import count, ld, st
+from mbody.core.callbacks import call_user
+from mbody.core.decorators import inline, njit
+from mbody.core.lanes import count, ld, st
 from mbody.kernels.constraints import side, user_state
 from mbody.kernels.law_values import law_at
 from mbody.model.loads import LOADS

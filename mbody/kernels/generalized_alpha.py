@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 
-from mbody.compiler.jit import njit
+from mbody.core.decorators import njit
 from mbody.kernels.dense_jacobian import (
     acceleration_jacobians,
     eliminate,

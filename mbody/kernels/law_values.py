@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from mbody.compiler.callbacks import call_user
-from mbody.compiler.jit import inline, njit
-from mbody.compiler.lanes import count, ld, st
+from mbody.core.callbacks import call_user
+from mbody.core.decorators import inline, njit
+from mbody.core.lanes import count, ld, st
 from mbody.laws.kernels import USER, built_in
 
 __all__ = ["law_at", "law_of_direction"]

@@ -6,10 +6,12 @@ alone, each one solve with the factor of the instant.
 
 from __future__ import annotations
 
-from mbody.compiler.jit import inline, kernel
-from mbody.compiler.lanes import st
+from mbody.core.bundle import Floats, Grids, Rows, Stacks
+from mbody.core.decorators import inline, kernel
+from mbody.core.lanes import st
 from mbody.kernels.constraints import rows, turns
 from mbody.kernels.forces import forces, signals
+from mbody.kernels.layout import Layout, Work
 from mbody.kernels.output import keep_primitives
 from mbody.kernels.position_velocity import clear, multipliers
 from mbody.kernels.schur_ldl import VANISHED, factor
@@ -18,7 +20,9 @@ __all__ = ["breakdown", "each_load"]
 
 
 @kernel
-def breakdown(L, W, regularization, motion, t, causes, output):
+def breakdown(
+    L: Layout, W: Work, regularization: float, motion: Rows, t: Floats, causes: int, output: Grids
+) -> None:
     """Fill output (instants, causes + 1, PER_PRIMITIVE·primitives, 1): inertia, then every load.
 
     motion (instants, 9·bodies): q, v, a of each instant; t (instants,).
@@ -42,7 +46,7 @@ def breakdown(L, W, regularization, motion, t, causes, output):
 
 
 @kernel
-def each_load(L, W, motion, t, output):
+def each_load(L: Layout, W: Work, motion: Rows, t: Floats, output: Stacks) -> None:
     """Fill output (instants, loads, 3·bodies): each load alone on the coordinates.
 
     motion and t as of `breakdown`.

@@ -14,10 +14,12 @@ from __future__ import annotations
 
 import math
 
-from mbody.compiler.jit import inline, kernel, njit
-from mbody.compiler.lanes import st
+from mbody.core.bundle import Floats, Rows
+from mbody.core.decorators import inline, kernel, njit
+from mbody.core.lanes import st
 from mbody.kernels.constraints import rows, turns
 from mbody.kernels.forces import signals
+from mbody.kernels.layout import Layout, Work
 from mbody.kernels.position_velocity import (
     clear,
     least_motion,
@@ -110,7 +112,7 @@ def gap(L, W):
 
 
 @kernel
-def violation(L, W):
+def violation(L: Layout, W: Work) -> float:
     """Evaluate Φ, Φ_q, ν and γ at W.q and W.v, the signals being set; returns the size of Φ."""
     turns(L, W, 0.0)
     rows(L, W, 0.0, True, True)
@@ -118,13 +120,13 @@ def violation(L, W):
 
 
 @kernel
-def laws_of_time(L, W):
+def laws_of_time(L: Layout, W: Work) -> None:
     """Set all signals from their laws at W.time."""
     signals(L, W, 0.0, L.signal_law.shape[0])
 
 
 @kernel
-def close(L, W, regularization, tolerance):
+def close(L: Layout, W: Work, regularization: float, tolerance: float) -> tuple[bool, bool, float]:
     """Close the loops from W.q, the signals being set: (closed, by the straight path, least pivot
     as a part of its diagonal).
     """
@@ -140,7 +142,9 @@ def close(L, W, regularization, tolerance):
 
 
 @kernel
-def close_designs(L, W, tolerance, par, first, poses, state):
+def close_designs(
+    L: Layout, W: Work, tolerance: Floats, par: Rows, first: Rows, poses: Rows, state: Rows
+) -> None:
     """Close every design of a batch from its own pose.
 
     tolerance (designs,); par (parameters, designs); first (designs, drivers): value of every
@@ -240,13 +244,15 @@ def levenberg_marquardt(L, W, w, tolerance):
 
 
 @kernel
-def project(L, W, regularization):
+def project(L: Layout, W: Work, regularization: float) -> None:
     """v ← v − W⁻¹Gᵀ S⁻¹ (G v − ν): the nearest velocities that the constraints allow."""
     nearest_velocity(L, W, 0.0, regularization)
 
 
 @kernel
-def project_designs(L, W, par, poses, rates, velocities, state):
+def project_designs(
+    L: Layout, W: Work, par: Rows, poses: Rows, rates: Rows, velocities: Rows, state: Floats
+) -> None:
     """The least velocities of every design of a batch, closed at its own pose.
 
     par (parameters, designs); poses, velocities (designs, coordinates); rates (designs, drivers):

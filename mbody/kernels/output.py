@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from mbody.compiler.jit import inline, njit
-from mbody.compiler.lanes import ld, st
+from mbody.core.decorators import inline, njit
+from mbody.core.lanes import ld, st
 
 __all__ = ["PER_PRIMITIVE", "keep", "keep_primitives", "keep_some"]
 

@@ -19,8 +19,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbody.compiler.jit import inline, njit
-from mbody.compiler.lanes import highest, ld, st
+from mbody.core.decorators import inline, njit
+from mbody.core.lanes import highest, ld, st
 from mbody.kernels.constraints import rows, turns
 from mbody.kernels.schur_ldl import apply_g, apply_gt, factor, solve
 

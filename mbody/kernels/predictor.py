@@ -9,8 +9,8 @@ latest.
 
 from __future__ import annotations
 
-from mbody.compiler.jit import inline, njit
-from mbody.compiler.lanes import larger, ld, smaller, st
+from mbody.core.decorators import inline, njit
+from mbody.core.lanes import larger, ld, smaller, st
 
 __all__ = ["compare_step", "predict", "predict_by_three", "store_place"]
 

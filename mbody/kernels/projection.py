@@ -17,8 +17,8 @@ Hairer, Lubich, Wanner: Geometric Numerical Integration, IV.4 and VII.1.
 
 from __future__ import annotations
 
-from mbody.compiler.jit import njit
-from mbody.compiler.lanes import highest, larger, ld, select_le, smaller, st
+from mbody.core.decorators import njit
+from mbody.core.lanes import highest, larger, ld, select_le, smaller, st
 from mbody.kernels.accelerations import augmented_solution
 from mbody.kernels.constraints import rows, turns
 from mbody.kernels.forces import signals

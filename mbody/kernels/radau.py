@@ -25,8 +25,8 @@ from __future__ import annotations
 
 import math
 
-from mbody.compiler.bundle import Bundle, ComplexRows, Floats, Rows, Tables
-from mbody.compiler.jit import kernel, njit
+from mbody.core.bundle import Bundle, ComplexRows, Floats, Rows, Tables
+from mbody.core.decorators import kernel, njit
 from mbody.kernels.dense_jacobian import (
     acceleration_jacobians,
     eliminate,
@@ -34,6 +34,7 @@ from mbody.kernels.dense_jacobian import (
     substitute,
 )
 from mbody.kernels.dense_output import deliver
+from mbody.kernels.layout import Layout, Work
 from mbody.kernels.runge_kutta_stages import along
 from mbody.kernels.singularity_monitor import may_be_singular, record_accepted, sample_conditioning
 from mbody.kernels.state_derivative import state_derivative
@@ -57,6 +58,9 @@ from mbody.kernels.step_state import (
     STEP_VANISHED,
     STEPS,
     TIME,
+    Outputs,
+    Stepping,
+    Tolerances,
 )
 
 __all__ = ["LENGTH", "Radau", "radau"]
@@ -251,7 +255,9 @@ def error_estimate(L, W, M, S, T, h):
 
 
 @kernel
-def radau(L, W, M, S, T, O, until, steps):
+def radau(
+    L: Layout, W: Work, M: Radau, S: Stepping, T: Tolerances, O: Outputs, until: float, steps: int
+) -> int:
     """At most so many steps towards `until`; every output instant that is met is kept.
 
     M: a `Radau`; S: a `Stepping` with K and P (4, ·), F and G (3, ·); T: a `Tolerances`; O: an

@@ -25,7 +25,7 @@ from __future__ import annotations
 
 import math
 
-from mbody.compiler.jit import njit
+from mbody.core.decorators import njit
 from mbody.kernels.accelerations import augmented_solution
 from mbody.kernels.constraints import rows, turns
 from mbody.kernels.forces import forces, signals

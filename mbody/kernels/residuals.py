@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbody.compiler.bundle import Bundle, Floats, Ints, Rows, Stacks
-from mbody.compiler.jit import kernel
+from mbody.core.bundle import Bundle, Floats, Ints, Rows, Stacks
+from mbody.core.decorators import kernel
 from mbody.kernels.constraints import rows, turns
 from mbody.kernels.forces import forces, signals
+from mbody.kernels.layout import Layout, Work
 from mbody.kernels.position_velocity import clear
 from mbody.kernels.schur_ldl import apply_gt
 
@@ -33,7 +34,7 @@ class Finished(Bundle):
 
 
 @kernel
-def residuals_of(L, W, found, output):
+def residuals_of(L: Layout, W: Work, found: Finished, output: Rows) -> None:
     """Fill output (instants, RESIDUALS) from stored instants.
 
     Virtual power, with the drivers' efforts −λ: Σ (f − M a)·v − Σ λ_d ν_d = 0.

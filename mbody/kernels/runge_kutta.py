@@ -20,8 +20,9 @@ from __future__ import annotations
 
 import math
 
-from mbody.compiler.jit import kernel, njit
+from mbody.core.decorators import kernel, njit
 from mbody.kernels.dense_output import deliver, has_instant
+from mbody.kernels.layout import Layout, Work
 from mbody.kernels.projection import least_conditioning, tangential_part
 from mbody.kernels.runge_kutta_stages import (
     SAFETY,
@@ -62,7 +63,11 @@ from mbody.kernels.step_state import (
     STIFF,
     STIFF_COUNT,
     TIME,
+    Outputs,
+    Stepping,
+    Tolerances,
 )
+from mbody.kernels.tableaus import Explicit
 
 __all__ = ["runge_kutta"]
 
@@ -149,7 +154,16 @@ def mean_power(B, P, c):
 
 
 @kernel
-def runge_kutta(L, W, method, S, T, O, until, steps):
+def runge_kutta(
+    L: Layout,
+    W: Work,
+    method: Explicit,
+    S: Stepping,
+    T: Tolerances,
+    O: Outputs,
+    until: float,
+    steps: int,
+) -> int:
     """At most so many steps towards `until`; every output instant that is met is kept.
 
     method: an `Explicit`; S: a `Stepping` with K (len(A), ·), F and G (3 + len(D), ·); T: a

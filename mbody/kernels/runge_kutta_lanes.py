@@ -22,9 +22,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbody.compiler.jit import kernel, njit
-from mbody.compiler.lanes import larger, ld, select_le, smaller, st, wide
+from mbody.core.decorators import kernel, njit
+from mbody.core.lanes import larger, ld, select_le, smaller, st, wide
 from mbody.kernels.accelerations import free_accelerations
+from mbody.kernels.layout import Layout, Work
 from mbody.kernels.output import keep
 from mbody.kernels.projection import least_conditioning, projected_accelerations
 from mbody.kernels.runge_kutta_lanes_control import (
@@ -42,6 +43,7 @@ from mbody.kernels.runge_kutta_lanes_control import (
     STEP_LENGTH,
     STEP_START,
     STIFFNESS,
+    LaneWorkspace,
     accept_or_reject,
     any_instant,
     finish_steps,
@@ -49,7 +51,7 @@ from mbody.kernels.runge_kutta_lanes_control import (
     next_instants,
     refill_lanes,
 )
-from mbody.kernels.runge_kutta_lanes_rhs import not_finite, projected_derivative
+from mbody.kernels.runge_kutta_lanes_rhs import Batch, not_finite, projected_derivative
 from mbody.kernels.runge_kutta_stages import along, combined, stage_state, stiffness_estimate
 from mbody.kernels.singularity_monitor import (
     STEEPER,
@@ -60,13 +62,23 @@ from mbody.kernels.singularity_monitor import (
     stand_in_energy,
 )
 from mbody.kernels.state_derivative import load_state, store_derivative
-from mbody.kernels.step_state import CONDITIONING, DELIVERED
+from mbody.kernels.step_state import CONDITIONING, DELIVERED, Tolerances
+from mbody.kernels.tableaus import Explicit
 
 __all__ = ["runge_kutta_lanes"]
 
 
 @kernel
-def runge_kutta_lanes(L, W, method, T, batch, lanes, until, rounds):
+def runge_kutta_lanes(
+    L: Layout,
+    W: Work,
+    method: Explicit,
+    T: Tolerances,
+    batch: Batch,
+    lanes: LaneWorkspace,
+    until: float,
+    rounds: int,
+) -> bool:
     """At most so many steps, in every lane, of designs from their first states to `until`.
 
     method: an `Explicit`; T: a `Tolerances`; batch: a `Batch`; lanes: a `LaneWorkspace`, that of

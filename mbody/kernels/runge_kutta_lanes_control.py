@@ -5,9 +5,9 @@ All of it lane by lane, by the numbers of one lane alone.
 
 from __future__ import annotations
 
-from mbody.compiler.bundle import Bundle, Ints, Rows, Stacks
-from mbody.compiler.jit import inline, njit
-from mbody.compiler.lanes import ld, st, wide
+from mbody.core.bundle import Bundle, Ints, Rows, Stacks
+from mbody.core.decorators import inline, njit
+from mbody.core.lanes import ld, st, wide
 from mbody.kernels.forces import signals
 from mbody.kernels.runge_kutta import END_BELOW
 from mbody.kernels.runge_kutta_lanes_rhs import put_numbers

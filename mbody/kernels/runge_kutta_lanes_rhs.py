@@ -6,10 +6,11 @@ converged keeps its position while the others go on (`mbody.kernels.projection`)
 
 from __future__ import annotations
 
-from mbody.compiler.bundle import Bundle, Floats, Ints, Rows, Stacks
-from mbody.compiler.jit import inline, kernel, njit
-from mbody.compiler.lanes import ld, st, wide
+from mbody.core.bundle import Bundle, Floats, Ints, Rows, Stacks
+from mbody.core.decorators import inline, kernel, njit
+from mbody.core.lanes import ld, st, wide
 from mbody.kernels.forces import signals
+from mbody.kernels.layout import Layout, Work
 from mbody.kernels.output import keep
 from mbody.kernels.position_velocity import put_column
 from mbody.kernels.projection import projected_accelerations
@@ -84,7 +85,7 @@ def not_finite(page, w):
 
 
 @kernel
-def initial_derivatives(L, W, refinements, batch, page):
+def initial_derivatives(L: Layout, W: Work, refinements: int, batch: Batch, page: Rows) -> None:
     """Project the first state of every design and evaluate its derivative: batch.y and
     batch.derivative, conditioning, near and bad; the first output instant is kept where it is the
     first time.

@@ -13,8 +13,8 @@ import math
 
 import numpy as np
 
-from mbody.compiler.jit import inline, njit
-from mbody.compiler.lanes import larger, ld, select_le, st
+from mbody.core.decorators import inline, njit
+from mbody.core.lanes import larger, ld, select_le, st
 from mbody.kernels.step_state import SMOOTH_COUNT, STIFF_COUNT
 
 __all__ = [

@@ -21,8 +21,8 @@ that vanishes all the same drops its row (its multiplier is zero).
 
 from __future__ import annotations
 
-from mbody.compiler.jit import inline, njit
-from mbody.compiler.lanes import ld, select_le, smaller, st
+from mbody.core.decorators import inline, njit
+from mbody.core.lanes import ld, select_le, smaller, st
 
 __all__ = ["VANISHED", "apply_g", "apply_gt", "constraint_conditioning", "factor", "solve"]
 

@@ -16,8 +16,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbody.compiler.jit import njit
-from mbody.compiler.lanes import larger, ld, select_le, smaller, st
+from mbody.core.decorators import njit
+from mbody.core.lanes import larger, ld, select_le, smaller, st
 from mbody.kernels.step_state import (
     DECIDE_BELOW,
     KNOWN_UNTIL,

@@ -10,9 +10,9 @@ numbers that are written and read again.
 
 from __future__ import annotations
 
-from mbody.compiler.bundle import Bundle, Floats, Ints, Rows
-from mbody.compiler.jit import njit
-from mbody.compiler.lanes import ld, st
+from mbody.core.bundle import Bundle, Floats, Ints, Rows
+from mbody.core.decorators import njit
+from mbody.core.lanes import ld, st
 
 __all__ = [
     "Square",

@@ -8,13 +8,15 @@ the power f_c · v; a driver, whose effort is −λ and whose rate is ν = ∂/�
 
 from __future__ import annotations
 
-from mbody.compiler.jit import inline, kernel, njit
-from mbody.compiler.lanes import ld, st
+from mbody.core.bundle import Rows
+from mbody.core.decorators import inline, kernel, njit
+from mbody.core.lanes import ld, st
 from mbody.kernels.forces import forces, signals
+from mbody.kernels.layout import Layout, Work
 from mbody.kernels.output import keep
 from mbody.kernels.projection import constrained_accelerations
 from mbody.kernels.singularity_monitor import sample_conditioning
-from mbody.kernels.step_state import BEST_CONDITIONING, CONDITIONING, TIME
+from mbody.kernels.step_state import BEST_CONDITIONING, CONDITIONING, TIME, Stepping
 
 __all__ = [
     "initial_derivative",
@@ -90,7 +92,7 @@ def state_derivative(L, W, S, t, y, row, refinements, projected):
 
 
 @kernel
-def initial_derivative(L, W, S, refinements, page):
+def initial_derivative(L: Layout, W: Work, S: Stepping, refinements: int, page: Rows) -> bool:
     """Project the first state S.y at the time in its slot, evaluate its derivative, page (rows, 1)
     ← what is kept of it. Returns whether the projection converged.
     """

@@ -7,7 +7,7 @@ what is kept of it.
 
 from __future__ import annotations
 
-from mbody.compiler.bundle import Bundle, Floats, Rows, Stacks
+from mbody.core.bundle import Bundle, Floats, Rows, Stacks
 
 __all__ = [
     "BEST_CONDITIONING",

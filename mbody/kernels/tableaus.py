@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mbody.compiler.bundle import Bundle, Floats, Ints, Rows
+from mbody.core.bundle import Bundle, Floats, Ints, Rows
 
 __all__ = ["Explicit", "Implicit", "order_5", "order_8", "radau_5", "suzuki_4"]
 

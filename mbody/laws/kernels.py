@@ -13,7 +13,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from mbody.compiler.jit import kernel, njit
+from mbody.core.bundle import Floats, Rows
+from mbody.core.decorators import kernel, njit
 from mbody.laws.postfix import expression
 
 __all__ = ["LAW_KINDS", "SHAPES", "OUTSIDE", "TOLERANCE", "evaluate", "law", "thomas"]
@@ -237,11 +238,11 @@ def built_in(
 @kernel
 def law(
     code: int,
-    par: FloatArray,
+    par: Rows,
     o: int,
     n: int,
     lane: int,
-    tab: FloatArray,
+    tab: Floats,
     k: int,
     x: float,
 ) -> Three:
@@ -252,14 +253,14 @@ def law(
 @kernel
 def evaluate(
     code: int,
-    par: FloatArray,
+    par: Rows,
     o: int,
     n: int,
     lane: int,
-    tab: FloatArray,
+    tab: Floats,
     k: int,
-    xs: FloatArray,
-    out: FloatArray,
+    xs: Floats,
+    out: Rows,
 ) -> None:
     """Fill out (len(xs), 3) with f, f′, f″ at every x."""
     for i in range(xs.size):
@@ -270,7 +271,7 @@ def evaluate(
 
 
 @kernel
-def thomas(lower: FloatArray, diagonal: FloatArray, upper: FloatArray, right: FloatArray) -> None:
+def thomas(lower: Floats, diagonal: Floats, upper: Floats, right: Rows) -> None:
     """Solve a tridiagonal system in place (Thomas algorithm).
 
     `right` (n, r) becomes the solution; `diagonal` (n,) is overwritten.

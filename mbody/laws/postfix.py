@@ -5,21 +5,16 @@ frame of the kernel: nothing is allocated, no parameter is written, and every th
 stack. Each operation propagates the first two derivatives exactly (automatic differentiation).
 """
 
-# mypy: disallow-untyped-decorators=False, disallow-untyped-calls=False
-
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
-from llvmlite import ir
-from numba import types
-from numba.core import cgutils
-from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-from mbody.compiler.jit import PLAIN, inline, njit
+from mbody.core.decorators import PLAIN, inline, njit
+from mbody.core.frame import FRAME_NUMBERS, numbers_in_frame
 
 __all__ = ["MAX_STACK", "MAX_OPERATIONS", "OPERATIONS", "expression"]
 
@@ -65,32 +60,11 @@ OPERATIONS = (
 MAX_OPERATIONS = 200
 """Most operations of a program."""
 
-MAX_STACK = 32
+MAX_STACK = FRAME_NUMBERS // 3 - 1
 """Most numbers on the stack of a program."""
 
 FloatArray: TypeAlias = NDArray[np.float64]
 Three: TypeAlias = tuple[float, float, float]
-
-
-@intrinsic
-def _in_frame(typing_context: Any) -> Any:
-    """The stack, in the frame of the calling function."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        size = ir.Constant(ir.IntType(32), 3 * (MAX_STACK + 1))
-        return cgutils.alloca_once(builder, ir.DoubleType(), size=size)
-
-    return types.CPointer(types.float64)(), generate
-
-
-if TYPE_CHECKING or PLAIN:
-
-    def new_stack() -> Any:
-        """The stack."""
-        return [0.0] * (3 * (MAX_STACK + 1))
-
-else:
-    new_stack = _in_frame
 
 
 @njit
@@ -99,7 +73,7 @@ def expression(par: FloatArray, o: int, lane: int, tab: FloatArray, k: int, x: f
 
     tab = (length, operations), par = the constants in the order in which the program takes them.
     """
-    stack = new_stack()
+    stack = numbers_in_frame()
     depth = 0
     c = o
     f, f1, f2 = 0.0, 0.0, 0.0

@@ -5,7 +5,7 @@ A body enters physics as its side (x, y, θ, cos θ, sin θ, vx, vy, ω) at the 
 
 from __future__ import annotations
 
-from mbody.compiler.jit import inline
+from mbody.core.decorators import inline
 
 __all__ = ["between", "turned"]
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mbody.errors import ModelError
+from mbody.kernels.layout import Work
 from mbody.kernels.load_breakdown import breakdown as kernel
 from mbody.kernels.load_breakdown import each_load
 from mbody.kernels.output import PER_PRIMITIVE
@@ -17,7 +18,6 @@ from mbody.model.joints import Joint
 from mbody.solution.histories import Checks, Reaction
 from mbody.solution.places import reaction_torque
 from mbody.solution.result import Result
-from mbody.system.layout import Work
 
 __all__ = [
     "breakdown",

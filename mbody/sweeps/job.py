@@ -17,7 +17,7 @@ from mbody.analysis.dynamics.lanes import LaneMotions, integrate_lanes, lane_mot
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.position.assembly_analysis import check_determined, closed
 from mbody.analysis.position.whole_turns import by_springs
-from mbody.compiler.lanes import LANES
+from mbody.core.lanes import LANES
 from mbody.errors import ModelError, SolveError
 from mbody.model.element import listed
 from mbody.model.numbers import varied

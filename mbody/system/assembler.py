@@ -17,6 +17,7 @@ import numpy as np
 from mbody.errors import ModelError
 from mbody.kernels.constraints import KINDS as PRIMITIVE_KINDS
 from mbody.kernels.forces import KINDS as ACTION_KINDS
+from mbody.kernels.layout import Layout, integers
 from mbody.laws import LAW_KINDS, Constant, Law
 from mbody.model.element import Element, Numbers
 from mbody.model.mechanism import Mechanism
@@ -24,7 +25,6 @@ from mbody.model.primitives import ConstraintPrimitive, ForcePrimitive, Signal
 from mbody.quantities import Formula
 from mbody.system.elimination_order import Elimination, eliminate, split
 from mbody.system.hooks import action_hook, law_hook, primitive_hook
-from mbody.system.layout import Layout, integers
 from mbody.system.system import System, polar_points
 
 __all__ = ["assemble", "with_numbers_of"]

@@ -14,11 +14,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mbody.compiler.lanes import aligned
+from mbody.core.lanes import aligned
 from mbody.kernels.constraints import BY_DIRECTION
+from mbody.kernels.layout import Layout, Work, integers
 from mbody.kernels.square_lu import Square, SquareWork
 from mbody.system.assur_groups import diagonal_blocks
-from mbody.system.layout import Layout, Work, integers
 
 __all__ = ["LARGEST", "PivotChoices", "choose_pivots", "lane_workspace"]
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import violation
-from mbody.system.layout import Work
 from mbody.system.system import System
 
 __all__ = ["DENSE", "Rank", "dense", "jacobian", "rank_of", "shortest", "smallest_gap", "too_large"]

@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from mbody.compiler.callbacks import register, release
+from mbody.core.callbacks import register, release
 from mbody.errors import ModelError
+from mbody.kernels.layout import Layout, Work, frame_of, integers, inverse_masses
 from mbody.kernels.loop_closure import violation
 from mbody.laws import Law
 from mbody.model.driver import Driver
@@ -19,7 +20,6 @@ from mbody.model.element import Element, Numbers, Polar, listed, place_name
 from mbody.model.mechanism import Mechanism
 from mbody.model.user_physics import is_plain_field, plain_field
 from mbody.quantities import Formula, FormulaError
-from mbody.system.layout import Layout, Work, frame_of, integers, inverse_masses
 from mbody.system.read_only import locked
 
 __all__ = ["System", "polar_points"]

@@ -64,7 +64,7 @@ def verdicts(model: str) -> dict[str, bool]:
 
 def _asked(root: Path, model: str) -> dict[str, bool]:
     # plain Python: nothing is compiled, and no cache is touched
-    settings = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(root), "MBODY_QUIET": "1"}
+    settings = os.environ | {"MBODY_CORE": "plain", "PYTHONPATH": str(root), "MBODY_QUIET": "1"}
     done = subprocess.run(
         [sys.executable, "-c", ASK, model, "pinocchio"],
         cwd=root,

@@ -4,7 +4,7 @@ import re
 import sys
 from collections import defaultdict
 
-from mbody.compiler import jit
+from mbody.compiler.linking import Entry
 
 #: Functions of C's library that a kernel may call: of numbers, without memory of their own.
 MATHEMATICS = {
@@ -27,7 +27,7 @@ def kernels():
         for name, module in list(sys.modules.items())
         if name.startswith(("mbody.kernels", "mbody.laws"))
         for part in list(vars(module).values())
-        if type(part) is jit.Entry
+        if type(part) is Entry
     }
 
 

@@ -1,7 +1,7 @@
 """Calls of functions within kernels, counted where kernels are plain Python: `python -m` this.
 
 Compiled code cannot be observed and should not count for a test's sake. The same source runs as
-plain Python with NUMBA_DISABLE_JIT=1, and there each call can be counted.
+plain Python with MBODY_CORE=plain, and there each call can be counted.
 """
 
 import json
@@ -28,7 +28,7 @@ COUNTED = {
 
 def counts():
     """{workload: {count: number}} of all of `CALLS`, from a process of its own."""
-    settings = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    settings = {**os.environ, "MBODY_CORE": "plain"}
     settings["PYTHONPATH"] = os.pathsep.join(filter(None, (str(ROOT), os.getenv("PYTHONPATH"))))
     done = subprocess.run(
         [sys.executable, "-m", "tests.work_counts.plain"],

@@ -18,7 +18,7 @@ from mbody.analysis.driven.lanes import batch_setup, closed_poses, on_lanes
 from mbody.analysis.driven.runner import Runner
 from mbody.analysis.driven.time_grid import time_grid
 from mbody.analysis.position.assembly_analysis import closed
-from mbody.compiler import cache
+from mbody.core.sources import COMPILED, PACKAGE
 from mbody.quantities import deg
 
 machine = functools.cache(gallery.load)
@@ -202,9 +202,9 @@ def square(model):
 def modules():
     """All modules of mbody but those of compiled functions."""
     for found in pkgutil.walk_packages(mbody.__path__, "mbody."):
-        if not found.name.endswith("__main__"):
+        if not found.name.endswith("__main__") and not found.name.startswith("mbody.compiler"):
             importlib.import_module(found.name)
-    kernels = {path.resolve() for path in cache._sources()}
+    kernels = {path for part in COMPILED for path in PACKAGE.glob(part)}
     for name, module in sorted(sys.modules.items()):
         file = getattr(module, "__file__", None)
         if name.partition(".")[0] == "mbody" and file and Path(file).resolve() not in kernels:
@@ -214,8 +214,6 @@ def modules():
 @contextlib.contextmanager
 def calls_from_python():
     """Counts of the calls of compiled functions from Python, by name, while it lasts."""
-    from numba.core.dispatcher import Dispatcher
-
     counts, replaced = {}, []
 
     def counted(name, function):
@@ -227,7 +225,7 @@ def calls_from_python():
 
     for module in modules():
         for name, part in list(vars(module).items()):
-            if isinstance(part, Dispatcher):
+            if hasattr(part, "py_func"):
                 replaced.append((module, name, part))
                 setattr(module, name, counted(part.py_func.__name__, part))
     try:

@@ -18,13 +18,13 @@ from mbody.analysis.driven.time_grid import BY_INSTANT, TimeGrid
 from mbody.analysis.position.assembly_analysis import check_determined, closed, rounding
 from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.analysis.position.whole_turns import by_springs
-from mbody.compiler.lanes import LANES
+from mbody.core.lanes import LANES
 from mbody.errors import ModelWarning, SolveError
 from mbody.kernels.continuation_lanes import FAILED
+from mbody.kernels.layout import Work
 from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
 from mbody.system.assur_groups import diagonal_blocks
-from mbody.system.layout import Work
 from mbody.system.rank import dense, too_large
 from mbody.system.system import System
 

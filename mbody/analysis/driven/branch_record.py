@@ -11,8 +11,8 @@ import numpy as np
 from mbody.analysis.driven.time_grid import BY_TIME, TimeGrid
 from mbody.kernels.branch_monitor import branch_distance
 from mbody.kernels.continuation_lanes import FAILED, GREATEST, GREATEST_AT
+from mbody.kernels.layout import Work
 from mbody.solution.histories import BranchDistance
-from mbody.system.layout import Work
 from mbody.system.rank import dense, too_large
 from mbody.system.system import System
 

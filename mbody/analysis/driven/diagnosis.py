@@ -13,11 +13,11 @@ import numpy as np
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.analysis.position.tangent_space import MASSLESS, Array, Manifold, Place
 from mbody.errors import SolveError
+from mbody.kernels.layout import Work
 from mbody.kernels.load_breakdown import each_load
 from mbody.kernels.loop_closure import laws_of_time
 from mbody.laws import Expression
 from mbody.model.element import listed
-from mbody.system.layout import Work
 from mbody.system.rank import dense, rank_of, too_large
 from mbody.system.system import System
 

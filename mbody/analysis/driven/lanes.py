@@ -16,7 +16,7 @@ from mbody.analysis.driven.runner import Runner
 from mbody.analysis.driven.time_grid import BY_DRIVER, BY_INSTANT, TimeGrid
 from mbody.analysis.position.assembly_analysis import SUSPICIOUS, rounding
 from mbody.analysis.position.closed_position import ClosedPosition
-from mbody.compiler.lanes import LANES, aligned
+from mbody.core.lanes import LANES, aligned
 from mbody.kernels.continuation_lanes import (
     FOUND,
     SHARED,

@@ -31,7 +31,7 @@ from mbody.analysis.driven.uniqueness import open_note, open_reactions
 from mbody.analysis.position.assembly_analysis import drivers, raise_user_error
 from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.analysis.position.vanishing_distances import vanishing
-from mbody.compiler.lanes import LANES
+from mbody.core.lanes import LANES
 from mbody.errors import SolveError
 from mbody.kernels.continuation import (
     BRANCH_UNSURE,
@@ -55,13 +55,13 @@ from mbody.kernels.continuation_lanes import (
     LanePath,
     follow_lanes,
 )
+from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import violation
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.model.remarks import remarks
 from mbody.solution.certificate import changed
 from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
-from mbody.system.layout import Work
 from mbody.system.pivoting import PivotChoices, choose_pivots, lane_workspace
 from mbody.system.rank import dense, too_large
 from mbody.system.system import System

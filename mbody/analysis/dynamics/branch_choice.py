@@ -19,6 +19,7 @@ from mbody.analysis.singular.branches import SAID, along, fits, frame, nearest, 
 from mbody.analysis.singular.quadratic_cones import is_flat, tangent
 from mbody.analysis.singular.singular_positions import SUSPECT, Singular, singular
 from mbody.errors import SolveError
+from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import laws_of_time
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.kernels.state_derivative import initial_derivative
@@ -26,7 +27,6 @@ from mbody.kernels.step_state import BEST_CONDITIONING, TIME
 from mbody.solution.doubts import Doubt
 from mbody.solution.energy import causes
 from mbody.solution.solution import Solution
-from mbody.system.layout import Work
 from mbody.system.system import System
 
 __all__ = ["BranchStart", "choose_branch", "is_suspect"]

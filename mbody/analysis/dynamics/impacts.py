@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mbody.kernels.layout import Work
 from mbody.model.driver import DRIVEN
 from mbody.model.study import Measure
 from mbody.quantities import parse
 from mbody.solution.histories import Record
 from mbody.solution.measures import measured
 from mbody.solution.solution import Solution
-from mbody.system.layout import Work
 from mbody.system.rank import dense, rank_of
 from mbody.system.system import System
 

@@ -24,6 +24,7 @@ from mbody.analysis.dynamics.integrators import PATIENT, Motion, integrator, ste
 from mbody.analysis.position.assembly_analysis import SOFT, raise_user_error
 from mbody.analysis.position.vanishing_distances import GONE, vanishing
 from mbody.errors import ModelError, SolveError
+from mbody.kernels.layout import stand_ins
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.kernels.state_derivative import initial_derivative
 from mbody.kernels.step_state import (
@@ -52,7 +53,6 @@ from mbody.solution.event_record import EventRecord
 from mbody.solution.histories import Record
 from mbody.solution.restart import Restart, Way
 from mbody.solution.solution import Solution
-from mbody.system.layout import stand_ins
 from mbody.system.rank import dense, rank_of, too_large
 from mbody.system.system import System
 

@@ -18,14 +18,14 @@ from mbody.analysis.dynamics.initial_step import REFINEMENTS, coordinate_sizes, 
 from mbody.analysis.dynamics.integrators import PATIENT
 from mbody.analysis.dynamics.options import MotionRequest, last_time, motion_request, tolerances
 from mbody.analysis.initial.initial_state_batch import BatchStart, batch_start, initial_states
-from mbody.compiler.lanes import LANES, aligned
+from mbody.core.lanes import LANES, aligned
+from mbody.kernels.layout import inverse_masses, stand_ins
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.kernels.runge_kutta_lanes import runge_kutta_lanes
 from mbody.kernels.runge_kutta_lanes_control import CONTROLS, LaneWorkspace
 from mbody.kernels.runge_kutta_lanes_rhs import Batch, initial_derivatives
 from mbody.kernels.step_state import Tolerances
 from mbody.kernels.tableaus import Explicit, order_5, order_8
-from mbody.system.layout import inverse_masses, stand_ins
 from mbody.system.system import System
 
 __all__ = ["LaneMotions", "integrate_lanes", "lane_motions"]

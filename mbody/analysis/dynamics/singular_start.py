@@ -23,6 +23,7 @@ from mbody.analysis.initial.initial_state import event_measure
 from mbody.analysis.position.assembly_analysis import SOFT, raise_user_error
 from mbody.analysis.position.tangent_space import Manifold
 from mbody.errors import SolveError
+from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import laws_of_time
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.kernels.state_derivative import initial_derivative
@@ -32,7 +33,6 @@ from mbody.solution.energy import account, causes
 from mbody.solution.histories import Record
 from mbody.solution.measures import measured
 from mbody.solution.solution import Solution
-from mbody.system.layout import Work
 from mbody.system.rank import dense
 from mbody.system.system import System
 

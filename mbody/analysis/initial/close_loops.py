@@ -15,12 +15,12 @@ from mbody.analysis.singular.branches import BESIDE
 from mbody.analysis.singular.prescribed_values import Prescribed
 from mbody.analysis.singular.singular_positions import SUSPECT, Singular, singular
 from mbody.errors import ModelError
+from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import project
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.model.mechanism import Mechanism
 from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
-from mbody.system.layout import Work
 from mbody.system.rank import dense, rank_of, too_large
 from mbody.system.system import System
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from mbody.analysis.singular.prescribed_values import Prescribed
 from mbody.errors import SolveError
-from mbody.system.layout import Work
+from mbody.kernels.layout import Work
 from mbody.system.rank import dense, shortest
 from mbody.system.system import System
 

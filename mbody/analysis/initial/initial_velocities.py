@@ -20,8 +20,8 @@ from mbody.analysis.singular.prescribed_values import Prescribed
 from mbody.analysis.singular.quadratic_cones import is_flat, solutions, tangent
 from mbody.analysis.singular.singular_positions import Singular
 from mbody.errors import SolveError
+from mbody.kernels.layout import Work
 from mbody.model.element import listed
-from mbody.system.layout import Work
 from mbody.system.rank import dense, shortest
 from mbody.system.system import System
 

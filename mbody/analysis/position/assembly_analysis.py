@@ -17,15 +17,15 @@ from mbody.analysis.position.missing_guesses import nearest_to_guesses
 from mbody.analysis.position.unused_points import unused_points
 from mbody.analysis.position.user_physics_checks import check_own
 from mbody.analysis.position.whole_turns import ambiguous, by_rows, by_springs
-from mbody.compiler.callbacks import failure
+from mbody.core.callbacks import failure
 from mbody.errors import ModelError, ModelWarning, SolveError
+from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import close, laws_of_time
 from mbody.model.body import Body, as_guess
 from mbody.model.element import listed, wrapped
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
 from mbody.system.assembler import assemble
-from mbody.system.layout import Work
 from mbody.system.rank import dense, rank_of, too_large
 from mbody.system.system import System
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from mbody.system.layout import Work
+from mbody.kernels.layout import Work
 from mbody.system.rank import Rank
 
 __all__ = ["ClosedPosition"]

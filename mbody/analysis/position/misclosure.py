@@ -7,9 +7,9 @@ from typing import Any, NoReturn
 import numpy as np
 
 from mbody.errors import SolveError, angle_told
+from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import violation
 from mbody.model.element import listed
-from mbody.system.layout import Work
 from mbody.system.rank import Rank, dense, rank_of, smallest_gap, too_large
 from mbody.system.system import System
 

@@ -14,11 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbody.analysis.position.assembly_analysis import raise_user_error
+from mbody.kernels.layout import Work
 from mbody.kernels.load_breakdown import breakdown
 from mbody.kernels.loop_closure import close, laws_of_time, project
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.kernels.residuals import RESIDUALS, Finished, residuals_of
-from mbody.system.layout import Work
 from mbody.system.rank import dense, rank_of
 from mbody.system.system import System
 

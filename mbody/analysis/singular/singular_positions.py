@@ -28,8 +28,8 @@ from mbody.analysis.singular.quadratic_cones import (
     through,
     values,
 )
+from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import laws_of_time
-from mbody.system.layout import Work
 from mbody.system.rank import dense, too_large
 from mbody.system.system import System
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mbody.compiler.jit import inline
+from mbody.core.decorators import inline
 from mbody.model.primitives import constraint_physics
 
 __all__ = ["angle"]

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.compiler.jit import inline
-from mbody.compiler.lanes import sincos
+from mbody.core.decorators import inline
+from mbody.core.lanes import sincos
 from mbody.errors import ModelError
 from mbody.laws import Law
 from mbody.model.element import LawLike, NumberField, OptionalNumberField, law_field, number_field

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.compiler.jit import inline
+from mbody.core.decorators import inline
 from mbody.errors import ModelError
 from mbody.laws import Constant
 from mbody.model.element import LawLike, law_field

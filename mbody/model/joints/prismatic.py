@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbody.compiler.jit import inline
+from mbody.core.decorators import inline
 from mbody.model.geometry import between, turned
 from mbody.model.joints._base import Joint
 from mbody.model.primitives import ConstraintPrimitive, constraint_physics

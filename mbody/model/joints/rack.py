@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.compiler.jit import inline
+from mbody.core.decorators import inline
 from mbody.model.constraint import TurnRow
 from mbody.model.element import NumberField, number_field
 from mbody.model.geometry import between, turned

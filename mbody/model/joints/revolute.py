@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from mbody.compiler.jit import inline
+from mbody.core.decorators import inline
 from mbody.model.geometry import between
 from mbody.model.joints._base import Joint
 from mbody.model.primitives import ConstraintPrimitive, constraint_physics

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from mbody.compiler.jit import inline
+from mbody.core.decorators import inline
 from mbody.errors import ModelError
 from mbody.laws import Cam, Table
 from mbody.model.element import (

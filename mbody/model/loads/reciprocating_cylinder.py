@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from mbody.compiler.jit import inline, njit
+from mbody.core.decorators import inline, njit
 from mbody.errors import ModelError
 from mbody.model.element import (
     NumberField,

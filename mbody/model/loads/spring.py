@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from mbody.compiler.jit import inline
+from mbody.core.decorators import inline
 from mbody.model.element import (
     InheritedPlace,
     NumberField,

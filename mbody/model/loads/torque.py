@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from mbody.compiler.jit import inline
+from mbody.core.decorators import inline
 from mbody.model.element import LawLike, law_field
 from mbody.model.loads._base import Turning
 from mbody.model.primitives import ForcePrimitive, load_physics

@@ -1,14 +1,10 @@
 """Bundles: named numbers and arrays that are passed to a kernel by one address.
 
-Numba unpacks a tuple of arrays at every call (seven hundred numbers for those of the core), and
-each kernel contains code for it. Of a `Bundle` a kernel gets the address of one table instead. The
-table is made together with the bundle and contains what numba keeps on its stack for each array.
-Inside compiled functions ``bundle.field`` reads as in Python. The loads are marked as invariant,
-since the table never changes. A call takes 1 µs instead of 7.
+Of a `Bundle` a kernel gets the address of one table instead of hundreds of numbers. The table is
+made together with the bundle and contains, of each array, what numba keeps on its stack for it
+(`array_words`); inside compiled functions ``bundle.field`` reads as in Python
+(`mbody.compiler.bundle_type`).
 """
-
-# mypy: disallow-any-unimported=False, disallow-subclassing-any=False
-# mypy: disallow-untyped-decorators=False, disallow-untyped-calls=False
 
 from __future__ import annotations
 
@@ -18,21 +14,21 @@ import struct
 from typing import Any, ClassVar, Self
 
 import numpy as np
-from llvmlite import ir
-from numba import types
-from numba.core import cgutils
-from numba.core.imputils import impl_ret_borrowed
-from numba.core.typing.templates import AttributeTemplate
-from numba.extending import (
-    NativeValue,
-    infer_getattr,
-    lower_getattr_generic,
-    models,
-    register_model,
-    unbox,
-)
 
-__all__ = ["Bundle", "ComplexRows", "Floats", "Ints", "Rows", "Stacks", "Tables", "array_words"]
+from mbody.core import selection
+
+__all__ = [
+    "KINDS",
+    "Bundle",
+    "ComplexRows",
+    "Floats",
+    "Grids",
+    "Ints",
+    "Rows",
+    "Stacks",
+    "Tables",
+    "array_words",
+]
 
 #: Arrays by their kind of number and number of axes; to type checkers they are arrays of any kind.
 Ints = Any
@@ -40,22 +36,20 @@ Tables = Any
 Floats = Any
 Rows = Any
 Stacks = Any
+Grids = Any
 ComplexRows = Any
 
-_KINDS: dict[str, Any] = {
-    "int": types.int64,
-    "float": types.float64,
-    "Ints": types.Array(types.int64, 1, "C"),
-    "Tables": types.Array(types.int64, 2, "C"),
-    "Floats": types.Array(types.float64, 1, "C"),
-    "Rows": types.Array(types.float64, 2, "C"),
-    "Stacks": types.Array(types.float64, 3, "C"),
-    "ComplexRows": types.Array(types.complex128, 2, "C"),
-}
-_NUMPY = {
-    types.int64: np.dtype(np.int64),
-    types.float64: np.dtype(np.float64),
-    types.complex128: np.dtype(np.complex128),
+#: Kind of number and number of axes of what an annotation names.
+KINDS: dict[str, tuple[str, int]] = {
+    "int": ("int64", 0),
+    "float": ("float64", 0),
+    "Ints": ("int64", 1),
+    "Tables": ("int64", 2),
+    "Floats": ("float64", 1),
+    "Rows": ("float64", 2),
+    "Stacks": ("float64", 3),
+    "Grids": ("float64", 4),
+    "ComplexRows": ("complex128", 2),
 }
 
 #: A float64 and the integer of the same bits.
@@ -78,14 +72,15 @@ class Bundle:
 
     def __init_subclass__(cls) -> None:
         cls.fields = tuple(cls.__annotations__)
-        kinds = [_KINDS[kind] for kind in cls.__annotations__.values()]
-        cls._numba_type_ = Address(cls, kinds)
         cls._plan = tuple(
-            (name, _NUMPY[kind.dtype], kind.ndim)
-            if isinstance(kind, types.Array)
-            else (name, _NUMPY[kind], 0)
-            for name, kind in zip(cls.fields, kinds, strict=True)
+            (name, np.dtype(number), axes)
+            for name, (number, axes) in zip(
+                cls.fields, (KINDS[kind] for kind in cls.__annotations__.values()), strict=True
+            )
         )
+        compiler = selection.compiler()
+        if compiler is not None:
+            cls._numba_type_ = compiler.bundle_type(cls)
 
     def __init__(self, **values: Any) -> None:
         if values.keys() != set(self.fields):
@@ -198,65 +193,3 @@ def _array_words(shape: tuple[int, ...], itemsize: int) -> tuple[tuple[int, ...]
         strides.insert(0, strides[0] * count)
     size = strides[0] * shape[0] // itemsize
     return (0, 0, size, itemsize), (*shape, *strides)
-
-
-class Address(types.Type):
-    """Numba's type of a pointer to the table of a bundle."""
-
-    def __init__(self, bundle: type[Bundle], kinds: list[Any]) -> None:
-        self.bundle, self.kinds = bundle, kinds
-        names = ", ".join(f"{n}: {k}" for n, k in zip(bundle.fields, kinds, strict=True))
-        super().__init__(f"Address({bundle.__module__}.{bundle.__qualname__}({names}))")
-
-
-@register_model(Address)
-class AddressModel(models.PrimitiveModel):
-    """A plain pointer."""
-
-    def __init__(self, manager: Any, kind: Address) -> None:
-        table = ir.LiteralStructType([manager.lookup(k).get_value_type() for k in kind.kinds])
-        super().__init__(manager, kind, table.as_pointer())
-
-
-@unbox(Address)
-def _address(kind: Address, value: Any, frame: Any) -> NativeValue:
-    number = frame.pyapi.object_getattr_string(value, "address")
-    pointer = frame.pyapi.long_as_voidptr(number)
-    frame.pyapi.decref(number)
-    return NativeValue(frame.builder.bitcast(pointer, frame.context.get_value_type(kind)))
-
-
-@infer_getattr
-class AddressAttributes(AttributeTemplate):
-    """Fields of the bundle behind an address."""
-
-    key = Address
-
-    def generic_resolve(  # type: ignore[override]  # numba has NotImplemented in its place
-        self, address: Address, name: str
-    ) -> Any:
-        """Type of a field."""
-        fields = address.bundle.fields
-        return address.kinds[fields.index(name)] if name in fields else None
-
-
-@lower_getattr_generic(Address)
-def _read_field(context: Any, builder: Any, kind: Address, value: Any, name: str) -> Any:
-    n = kind.bundle.fields.index(name)
-    field = cgutils.gep_inbounds(builder, value, 0, n)
-    return impl_ret_borrowed(context, builder, kind.kinds[n], _load_fields(builder, field))
-
-
-def _load_fields(builder: Any, pointer: Any) -> Any:
-    """Load a struct part by part, as invariant: the optimiser drops the parts that are not used."""
-    pointee = pointer.type.pointee
-    if not isinstance(pointee, (ir.LiteralStructType, ir.ArrayType)):
-        loaded = builder.load(pointer)
-        loaded.set_metadata("invariant.load", builder.module.add_metadata([]))
-        return loaded
-    value = ir.Constant(pointee, ir.Undefined)
-    count = pointee.count if isinstance(pointee, ir.ArrayType) else len(pointee.elements)
-    for n in range(count):
-        part = cgutils.gep_inbounds(builder, pointer, 0, n)
-        value = builder.insert_value(value, _load_fields(builder, part), n)
-    return value

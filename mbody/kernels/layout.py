@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.compiler.bundle import Bundle, Floats, Ints, Rows, Tables, array_words
-from mbody.compiler.lanes import aligned
+from mbody.core.bundle import Bundle, Floats, Ints, Rows, Tables, array_words
+from mbody.core.lanes import aligned
 
 __all__ = [
     "SAMPLES",

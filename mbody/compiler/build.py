@@ -1,0 +1,205 @@
+"""Building libraries of kernels ahead of time: a program, run in a process of its own.
+
+    python -m mbody.compiler.build --target host --out FOLDER --sources HASH MODULE:KERNEL ...
+
+Each kernel is compiled for its one signature as numba compiles a function that others call: lowered
+and linked with all that it reaches, with no wrapper for Python. Then numba's own two passes of
+optimisation follow (the same bits as with numba as the core) and wrappers of plain C. All else
+becomes internal. ``--whole FILE`` puts all kernels into one library.
+"""
+
+# mypy: disallow-any-unimported=False, disallow-subclassing-any=False
+# mypy: disallow-untyped-calls=False
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import tempfile
+from collections.abc import Callable, Iterable
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import llvmlite.binding as llvm
+from llvmlite import ir
+from numba import types
+from numba.core import registry
+from numba.core.codegen import CPUCodegen, JITCodeLibrary
+
+from mbody.compiler import cache
+from mbody.compiler.bundle_type import number_type
+from mbody.compiler.c_interface import FORMS, common, wrapper
+from mbody.compiler.callbacks import SYMBOL
+from mbody.compiler.linking import Inner, called_libraries, link_into
+from mbody.compiler.targets import TARGETS, Target, link
+from mbody.core.interface import Array, signature
+
+__all__ = ["Build", "main"]
+
+_SEEN = ("mbody_user_door", "mbody_object_head", "mbody_sources", "mbody_entries")
+_PLAIN = {int: types.int64, float: types.float64, bool: types.boolean}
+
+
+class Build:
+    """Machine code of kernels for one target: numba's code generator with its machine and layout.
+
+    One target a process: numba's generator is changed for good.
+    """
+
+    def __init__(self, target: Target) -> None:
+        llvm.initialize_all_targets()
+        llvm.initialize_all_asmprinters()
+        self.target = target
+        self.machine = llvm.Target.from_triple(target.triple).create_target_machine(
+            cpu=target.cpu, features=target.features, opt=3, reloc="pic", codemodel="default"
+        )
+        self.layout = str(self.machine.target_data)
+        self.context = registry.cpu_target.target_context
+        self.codegen = self.context.codegen()
+        # The layout is part of lowering: sizes of structures, and offsets that passes fold.
+        self.codegen._tm, self.codegen._data_layout = self.machine, self.layout
+        self.codegen._target_data = self.machine.target_data
+        self.codegen._create_empty_module = self._empty
+        # Nothing is run here, so nothing goes into numba's engine.
+        self.codegen._add_module = lambda module: None
+        self.codegen._scan_and_fix_unresolved_refs = lambda module: None
+        # numba looks functions up by their entry points: a new one for each
+        self.context.get_executable = lambda library, description, environment: [].append
+        library: Any = JITCodeLibrary
+        library._finalize_specific = lambda library: None
+
+    def _empty(self, name: str) -> ir.Module:
+        module = ir.Module(name.replace("\\", "_"))
+        module.triple, module.data_layout = self.target.triple, self.layout
+        return module
+
+    def kernel(self, function: Any) -> Any:
+        """The optimised module of one kernel; only its wrappers are seen outside."""
+        plain = function.py_func
+        dispatcher = Inner(plain, targetoptions=function.targetoptions)
+        dispatcher.compile(tuple(_numba_type(kind) for kind in signature(plain).arguments))
+        found: Any = next(iter(dispatcher.overloads.values()))
+        module = found.library._get_module_for_linking().clone()
+        link_into(module, called_libraries(found.library))
+        module.get_function(found.fndesc.llvm_func_name).linkage = "external"
+        self._optimise(module)
+        name = plain.__name__
+        outside = wrapper(self.context, self.target.triple, self.layout, name, found.fndesc)
+        module.link_in(llvm.parse_assembly(str(outside)), preserve=True)
+        _hide(module, {f"mbody_{name}{form}" for form in FORMS} | {SYMBOL, *_SEEN})
+        # inline the kernel into its wrappers, drop what nobody reaches
+        self._pass(module, opt=1, loop_vectorize=False, slp_vectorize=False)
+        _rename(module, name)
+        return module
+
+    def _optimise(self, module: Any) -> None:
+        """The two passes that numba makes (`CPUCodeLibrary._optimize_final_module`)."""
+        self._pass(module, opt=0, loop_vectorize=False, slp_vectorize=False, cost="cheap")
+        self._pass(module)
+
+    def _pass(self, module: Any, **options: Any) -> None:
+        manager, passes = CPUCodegen._module_pass_manager(self.codegen, **options)
+        manager.run(module, passes)
+        module.verify()
+
+    def whole(self, functions: Iterable[Any], sources: str, say: Callable[[str], None]) -> Any:
+        """All kernels in one module."""
+        functions = list(functions)
+        names = [function.py_func.__name__ for function in functions]
+        whole = llvm.parse_assembly(str(self._empty("kernels")))
+        for function, name in zip(functions, names, strict=True):
+            say(name)
+            whole.link_in(self.kernel(function))
+        declared = {one.name for one in whole.functions if one.is_declaration} - {SYMBOL}
+        needs = sorted(name for name in declared if not name.startswith("llvm."))
+        table = json.dumps({"kernels": entries(functions), "needs": needs})
+        text = str(common(self.target.triple, self.layout, sources, table))
+        whole.link_in(llvm.parse_assembly(text))
+        _hide(whole, {f"mbody_{name}{form}" for name in names for form in FORMS} | {*_SEEN})
+        return whole
+
+    def library(self, module: Any, file: Path) -> None:
+        """Emit a module and link it, without leaving half a file."""
+        with tempfile.TemporaryDirectory(dir=file.parent) as folder:
+            object_, made = Path(folder) / "kernels.o", Path(folder) / file.name
+            object_.write_bytes(self.machine.emit_object(module))
+            link(self.target, [object_], made)
+            made.replace(file)
+
+
+def _numba_type(kind: Any) -> Any:
+    if isinstance(kind, Array):
+        return number_type(kind.number, kind.axes)
+    plain = _PLAIN.get(kind)
+    return kind._numba_type_ if plain is None else plain
+
+
+def entries(functions: Iterable[Any]) -> dict[str, Any]:
+    """Of each kernel its arguments and results."""
+
+    def word(kind: Any) -> str:
+        """A kind in words."""
+        return f"{kind.number}[{kind.axes}]" if isinstance(kind, Array) else kind.__name__
+
+    found = {}
+    for function in functions:
+        interface = signature(function.py_func)
+        arguments = zip(interface.names, map(word, interface.arguments), strict=True)
+        found[function.py_func.__name__] = [
+            [f"{name}: {kind}" for name, kind in arguments],
+            [word(kind) for kind in interface.results],
+        ]
+    return found
+
+
+def _hide(module: Any, seen: set[str]) -> None:
+    """Internal linkage for all but some names: what is not reached falls out."""
+    for thing in [*module.functions, *module.global_variables]:
+        if thing.name in seen or thing.name.startswith("llvm."):
+            continue
+        if not thing.is_declaration:
+            thing.linkage = "internal"
+
+
+def _rename(module: Any, prefix: str) -> None:
+    """Short names inside: numba's tell all types of their arguments, 2.5 kB each."""
+    count = 0
+    for thing in [*module.functions, *module.global_variables]:
+        if not thing.is_declaration and len(thing.name) > 60:
+            thing.name = f"{prefix}.{count}"
+            count += 1
+
+
+def _found(place: str) -> Any:
+    module, _, name = place.partition(":")
+    return getattr(import_module(module), name)
+
+
+def main() -> None:
+    """The program."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("kernels", nargs="+", metavar="MODULE:KERNEL")
+    parser.add_argument("--target", default="host", choices=list(TARGETS))
+    parser.add_argument("--out", type=Path, default=Path("."))
+    parser.add_argument("--sources", default="")
+    parser.add_argument("--whole", metavar="FILE")
+    options = parser.parse_args()
+    if options.target != "host":  # numba's cache does not know of other targets
+        cache.without_cache()
+    functions = [_found(place) for place in options.kernels]
+    build = Build(TARGETS[options.target])
+    options.out.mkdir(parents=True, exist_ok=True)
+    if options.whole:
+        module = build.whole(functions, options.sources, lambda name: print(name, flush=True))
+        build.library(module, options.out / options.whole)
+        return
+    for function in functions:
+        module = build.whole([function], options.sources, lambda name: print(name, flush=True))
+        build.library(module, options.out / f"{function.py_func.__name__}.so")
+
+
+if __name__ == "__main__":
+    main()
+    os._exit(0)  # numba's generator was changed; nothing of it need be taken down

@@ -1,0 +1,112 @@
+"""Targets of machine code: what LLVM is told of each, and how its objects are linked."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import llvmlite.binding as llvm
+from numba.core import config
+
+__all__ = ["TARGETS", "Target", "link"]
+
+
+@dataclass(frozen=True)
+class Target:
+    """A kind of machine."""
+
+    name: str
+    triple: str
+    cpu: str
+    features: str = ""
+    #: Arguments of the linker: of the C compiler of this machine, or of ``zig cc`` for others.
+    link: tuple[str, ...] = ()
+    #: Name of the library in the package.
+    file: str = ""
+    #: Whether its libraries were run, not only made.
+    tested: bool = True
+
+
+def _host() -> Target:
+    """The machine itself, or the processor that numba is set to."""
+    settings: Any = config
+    name = settings.CPU_NAME or llvm.get_host_cpu_name()
+    own = "" if settings.CPU_NAME else llvm.get_host_cpu_features().flatten()
+    return Target("host", llvm.get_process_triple(), name, settings.CPU_FEATURES or own)
+
+
+_LINUX = "x86_64-unknown-linux-gnu"
+_ZIG_LINUX = ("-target", "x86_64-linux-gnu.2.17", "-lm")
+_SIMD = "+simd128,+bulk-memory,+sign-ext,+nontrapping-fptoint"
+
+TARGETS = {
+    target.name: target
+    for target in (
+        _host(),
+        Target("x86-64-v2", _LINUX, "x86-64-v2", "", _ZIG_LINUX, "linux-x86-64-v2.so"),
+        Target("x86-64-v3", _LINUX, "x86-64-v3", "", _ZIG_LINUX, "linux-x86-64-v3.so"),
+        Target("x86-64-v4", _LINUX, "x86-64-v4", "", _ZIG_LINUX, "linux-x86-64-v4.so"),
+        Target(
+            "aarch64",
+            "aarch64-unknown-linux-gnu",
+            "generic",
+            "+neon",
+            ("-target", "aarch64-linux-gnu.2.17", "-lm"),
+            "linux-aarch64.so",
+            tested=False,
+        ),
+        Target(
+            "windows",
+            "x86_64-pc-windows-gnu",
+            "x86-64-v3",
+            "",
+            ("-target", "x86_64-windows-gnu"),
+            "windows-x86-64-v3.dll",
+            tested=False,
+        ),
+        Target(
+            "macos",
+            "arm64-apple-macosx11.0.0",
+            "apple-m1",
+            "",
+            ("-target", "aarch64-macos.11.0"),
+            "macos-arm64.dylib",
+            tested=False,
+        ),
+        Target("wasm32", "wasm32-unknown-unknown", "generic", _SIMD, (), "mbody.wasm"),
+    )
+}
+
+
+def link(target: Target, objects: list[Path], library: Path) -> None:
+    """Link objects into a shared library.
+
+    Raises
+    ------
+    RuntimeError
+        Where there is no linker, or it fails.
+    """
+    own = next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), None)
+    if target.name == "host" and own:
+        command = [own, "-lm"]
+    elif find_spec("ziglang"):
+        command = [sys.executable, "-m", "ziglang", "cc", *target.link]
+    elif own and target.triple == _LINUX:
+        command = [own, "-lm"]
+    else:
+        raise RuntimeError(
+            f"a library for {target.name} is linked by ziglang, which is not installed: "
+            "pip install ziglang"
+        )
+    # libraries at the end: what an object needs is looked for behind it
+    front = [part for part in command if part != "-lm"]
+    back = [part for part in command if part == "-lm"]
+    whole = [*front, "-shared", "-s", "-o", str(library), *map(str, objects), *back]
+    done = subprocess.run(whole, capture_output=True, text=True)
+    if done.returncode:
+        raise RuntimeError(f"{' '.join(whole)}: {done.stderr.strip()}")

@@ -1,0 +1,15 @@
+"""A stack of numbers in the frame of a kernel: no allocation, and every thread has its own."""
+
+from __future__ import annotations
+
+from typing import Any
+
+__all__ = ["FRAME_NUMBERS", "numbers_in_frame"]
+
+#: How many numbers it has.
+FRAME_NUMBERS = 99
+
+
+def numbers_in_frame() -> Any:
+    """`FRAME_NUMBERS` numbers of any value; in compiled code in the frame of the caller."""
+    return [0.0] * FRAME_NUMBERS

@@ -1,0 +1,12 @@
+"""Modules that the core uses without importing them; the front door of the package names them.
+
+The folder of the compiler stands above the core and may be missing; a process that runs machine
+code never loads it.
+"""
+
+__all__ = ["builder", "compiler"]
+
+#: The numba half of decorators, bundles and lanes.
+compiler = ""
+#: The program that builds kernels, for ``python -m``.
+builder = ""

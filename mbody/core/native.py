@@ -1,0 +1,199 @@
+"""Kernels as machine code, called by ctypes with the interpreter's lock released.
+
+A kernel takes bundles by their addresses, arrays as NumPy has them, and numbers. It is looked up in
+the library of the package; where there is none, it is built when it is first called, by a process
+of its own, and kept in the cache folder.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mbody.core import hooks, selection
+from mbody.core.interface import Array, Signature, signature
+from mbody.core.library import Library, LibraryError, open_library
+from mbody.core.sources import PACKAGE, source_hash
+
+__all__ = ["KERNELS", "build", "built", "kernel", "missing"]
+
+#: Every kernel that was loaded, by its name: the function as it was written.
+KERNELS: dict[str, Callable[..., Any]] = {}
+
+_KINDS = {int: ctypes.c_int64, bool: ctypes.c_int64, float: ctypes.c_double}
+_lock = threading.Lock()
+_built = 0
+
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """The machine code of a kernel as a function; loaded when it is first called."""
+    name, interface = function.__name__, signature(function)
+    if name in KERNELS and KERNELS[name].__module__ != function.__module__:
+        raise TypeError(f"two kernels are named {name!r}")
+    KERNELS[name] = function
+    kinds: list[Any] = [ctypes.c_void_p] if interface.results else []
+    for kind in interface.arguments:
+        kinds.append(
+            _KINDS.get(kind) or (ctypes.py_object if isinstance(kind, Array) else ctypes.c_void_p)
+        )
+
+    def first(*values: Any) -> Any:
+        found = _library(function).function(name, kinds)
+        scope["function"] = found
+        return found(*values)
+
+    scope: dict[str, Any] = {"function": first}
+    called = _caller(name, interface, scope)
+    called.__module__, called.__doc__, called.__qualname__ = (
+        function.__module__,
+        function.__doc__,
+        name,
+    )
+    called.py_func = function
+    return called
+
+
+def _caller(name: str, interface: Signature, scope: dict[str, Any]) -> Any:
+    """The Python function that passes values on: its text is made once, so that a call costs no
+    more than the conversions that it needs.
+    """
+    names, results = interface.names, interface.results
+    values, checks = ["addressof(out)"] if results else [], []
+    for argument, kind in zip(names, interface.arguments, strict=True):
+        if isinstance(kind, Array):
+            scope[f"{argument}_kind"] = kind
+            scope[f"{argument}_dtype"] = np.dtype(kind.number)
+            checks.append(
+                f"    if not ({argument}.dtype == {argument}_dtype "
+                f"and {argument}.ndim == {kind.axes} and {argument}.flags.c_contiguous):\n"
+                f"        raise refused({name!r}, {argument!r}, {argument}, {argument}_kind)"
+            )
+            values.append(argument)
+        elif kind in (int, bool):
+            values.append(f"{kind.__name__}({argument})")
+        else:
+            values.append(argument if kind is float else f"{argument}.address")
+    outputs = [f"bool(out.n{n})" if kind is bool else f"out.n{n}" for n, kind in enumerate(results)]
+    lines = [f"def {name}({', '.join(names)}):", *checks]
+    if results:
+        lines.append("    out = Out()")
+    lines += [f"    if function({', '.join(values)}):", f"        raise RuntimeError({name!r})"]
+    if results:
+        lines.append(f"    return {', '.join(outputs)}")
+    fields = [(f"n{n}", _KINDS[kind]) for n, kind in enumerate(results)]
+    scope |= {
+        "Out": type("Out", (ctypes.Structure,), {"_fields_": fields}),
+        "addressof": ctypes.addressof,
+        "refused": _refused,
+    }
+    exec("\n".join(lines), scope)
+    return scope[name]
+
+
+def _refused(name: str, argument: str, array: np.ndarray, kind: Array) -> TypeError:
+    order = "" if array.flags.c_contiguous else ", not contiguous"
+    return TypeError(
+        f"kernel {name}: {argument} is an array of {array.dtype} with {array.ndim} axes{order}; it "
+        f"must be of {kind.number} with {kind.axes} axes, contiguous"
+    )
+
+
+# ---------------------------------------------------------------------------------------------
+# Where the machine code is
+
+
+def _library(function: Callable[..., Any]) -> Library:
+    choice = selection.chosen()
+    if choice.library is not None:
+        return choice.library
+    assert choice.file is not None
+    file = choice.file / f"{function.__name__}.so"
+    sources = source_hash()
+    with _lock:
+        if file.exists():
+            try:
+                return open_library(file, sources)
+            except LibraryError:  # a damaged file is made again
+                file.unlink(missing_ok=True)
+        build([function])
+    return open_library(file, sources)
+
+
+def built() -> int:
+    """Number of kernels built in this process."""
+    return _built
+
+
+def build(
+    functions: list[Callable[..., Any]],
+    processes: int = 1,
+    say: Callable[[str], None] | None = None,
+) -> None:
+    """Build kernels for this machine, in processes of their own.
+
+    `say` gets the name of each kernel when it is begun; without it one line on stderr names all.
+
+    Raises
+    ------
+    RuntimeError
+        Where a process fails; the sentence has its last lines.
+    """
+    global _built
+    if say is None:
+        _announce(functions)
+    shares = [functions[n::processes] for n in range(min(processes, len(functions)))]
+    with ThreadPoolExecutor(len(shares)) as pool:
+        list(pool.map(lambda share: _build(share, say), shares))
+    _built += len(functions)
+
+
+def _announce(functions: list[Callable[..., Any]]) -> None:
+    if os.environ.get("MBODY_QUIET", "0") not in ("", "0") or sys.stderr is None:
+        return
+    what = ", ".join(repr(function.__name__) for function in functions)
+    with contextlib.suppress(OSError, ValueError):
+        print(f"mbody: building {what} for this machine (once) ...", file=sys.stderr)
+
+
+def _build(functions: list[Callable[..., Any]], say: Callable[[str], None] | None) -> None:
+    choice = selection.chosen()
+    assert choice.file is not None and choice.level is not None
+    names = [f"{function.__module__}:{function.__name__}" for function in functions]
+    path = os.pathsep.join(filter(None, [str(PACKAGE.parent), os.environ.get("PYTHONPATH", "")]))
+    settings = os.environ | {"MBODY_CORE": "numba", "MBODY_QUIET": "1", "PYTHONPATH": path}
+    command = [sys.executable, "-m", hooks.builder, "--target", choice.level]
+    command += ["--out", str(choice.file), "--sources", source_hash() or "", *names]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(
+        command, env=settings, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, text=True
+    ) as process:
+        assert process.stdout is not None and process.stderr is not None
+        for line in process.stdout:
+            if say is not None:
+                say(line.strip())
+        errors = process.stderr.read()
+    if process.returncode:
+        last = "\n".join(errors.strip().splitlines()[-12:])
+        raise RuntimeError(
+            f"the machine code of {', '.join(names)} could not be built; MBODY_CORE=numba does "
+            f"without it. The builder said:\n{last}"
+        )
+
+
+def missing() -> list[Callable[..., Any]]:
+    """The loaded kernels that are not built yet."""
+    choice = selection.chosen()
+    if choice.library is not None or choice.file is None:
+        return []
+    folder: Path = choice.file
+    return [one for name, one in KERNELS.items() if not (folder / f"{name}.so").exists()]

@@ -1,0 +1,193 @@
+"""Which core runs the kernels: a library of machine code, numba, or plain Python.
+
+``MBODY_CORE=native|numba|plain`` decides. Without it the best that is here is taken: the library of
+the installed package, if it was made from these sources; else machine code made once on this
+machine, where numba and a linker are installed; else numba; else plain Python, some thousand times
+slower, with a warning. ``NUMBA_DISABLE_JIT=1`` means plain.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import os
+import platform
+import shutil
+import sys
+import warnings
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from mbody.core import hooks
+from mbody.core.cache_folder import STAMP_DIGITS, cache_folder
+from mbody.core.library import Library, LibraryError, best_levels, open_library, processor_features
+from mbody.core.sources import PACKAGE, source_hash
+from mbody.errors import ModelError, ModelWarning
+
+__all__ = ["CORES", "Choice", "chosen", "compiler", "linker"]
+
+CORES = ("native", "numba", "plain")
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A core, and why it was chosen."""
+
+    name: str
+    reason: str
+    #: The library of the package, or the folder of kernels made on this machine.
+    file: Path | None = None
+    level: str | None = None
+    library: Library | None = None
+
+
+class _Missing(Exception):
+    """Why a core cannot run here."""
+
+
+@functools.cache
+def chosen() -> Choice:
+    """The core of this process.
+
+    Raises
+    ------
+    ModelError
+        Where ``MBODY_CORE`` names none, or one that cannot run here.
+    """
+    wanted = os.environ.get("MBODY_CORE", "")
+    if wanted and wanted not in CORES:
+        raise ModelError(
+            f"MBODY_CORE={wanted} is none of the cores {', '.join(CORES)}: set one of them"
+        )
+    disabled = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
+    if disabled and wanted in ("", "plain"):
+        return Choice("plain", "NUMBA_DISABLE_JIT is set")
+    tried: list[str] = []
+    for name, find in (("native", _native), ("numba", _numba), ("plain", _plain)):
+        if wanted not in ("", name):
+            continue
+        try:
+            found = find()
+        except _Missing as missing:
+            tried.append(str(missing))
+            continue
+        if wanted:
+            return found
+        if name == "plain":
+            why = "; ".join(tried)
+            warnings.warn(
+                f"mbody runs in plain Python, some thousand times slower ({why}): install a wheel "
+                "with libraries for this machine, or numba (pip install mbody[jit])",
+                ModelWarning,
+                stacklevel=2,
+            )
+        return Choice(found.name, "; ".join([*tried, found.reason]), *_rest(found))
+    raise ModelError(f"MBODY_CORE={wanted}, but that core cannot run here: {'; '.join(tried)}")
+
+
+def _rest(found: Choice) -> tuple[Any, ...]:
+    return found.file, found.level, found.library
+
+
+def _plain() -> Choice:
+    return Choice("plain", "plain Python")
+
+
+def _numba() -> Choice:
+    if find_spec("numba") is None:
+        raise _Missing("numba is not installed")
+    return Choice(
+        "numba", "numba compiles the kernels in each process that finds none in its cache"
+    )
+
+
+def _native() -> Choice:
+    """The library of the package, or machine code made on this machine."""
+    reasons = []
+    try:
+        return _packaged()
+    except _Missing as missing:
+        reasons.append(str(missing))
+    try:
+        return _made_here("; ".join(reasons))
+    except _Missing as missing:
+        reasons.append(str(missing))
+    raise _Missing("; ".join(reasons))
+
+
+def _packaged() -> Choice:
+    folder = PACKAGE / "core_libraries"
+    if not folder.is_dir():
+        raise _Missing("the package has no libraries")
+    sources, reasons = source_hash(), []
+    for level in best_levels():
+        file = folder / level.file
+        if not file.exists():
+            continue
+        try:
+            library = open_library(file, sources)
+        except LibraryError as error:
+            reasons.append(str(error))
+            continue
+        return Choice(
+            "native", "; ".join([*reasons, "the library of the package"]), file, level.name, library
+        )
+    raise _Missing("; ".join(reasons) or f"the package has no library for {platform.machine()}")
+
+
+def linker() -> list[str] | None:
+    """The command that links objects into a library on this machine, or None."""
+    for name in ("cc", "gcc", "clang"):
+        found = shutil.which(name)
+        if found:
+            return [found]
+    return [sys.executable, "-m", "ziglang", "cc"] if find_spec("ziglang") else None
+
+
+def _made_here(why: str) -> Choice:
+    """Kernels that are built when they are first called, and kept."""
+    sources = source_hash()
+    if sources is None:
+        raise _Missing("the sources of the kernels cannot be read")
+    if find_spec("numba") is None:
+        raise _Missing("numba, which builds it, is not installed")
+    if linker() is None:
+        raise _Missing("no C compiler (cc) links it")
+    if sys.platform == "win32":
+        raise _Missing("kernels are not linked on Windows")
+    level = os.environ.get("MBODY_CORE_LEVEL", "host")
+    folder = cache_folder(_stamp(sources, level))
+    if folder is None:
+        raise _Missing("no folder to keep it can be written, see MBODY_CACHE_DIR")
+    return Choice("native", f"{why}: kernels are made on this machine, once", folder, level)
+
+
+def _stamp(sources: str, level: str) -> str:
+    """Hash of everything that machine code made here depends on."""
+    from importlib.metadata import version
+
+    features = sorted(processor_features())
+    settings = [
+        f"{n}={os.environ.get(n)}" for n in ("NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_OPT")
+    ]
+    made = (
+        sources,
+        version("numba"),
+        version("llvmlite"),
+        platform.machine(),
+        level,
+        features,
+        settings,
+    )
+    return hashlib.sha256(repr(made).encode()).hexdigest()[:STAMP_DIGITS]
+
+
+@functools.cache
+def compiler() -> Any:
+    """The numba half of bundles, lanes and decorators, where numba is the core; else None."""
+    if chosen().name != "numba":
+        return None
+    return import_module(hooks.compiler)
