@@ -48,7 +48,7 @@ def modes(args: Any) -> int:
 def models(args: Any) -> int:
     """The models of the gallery, with title, source and what to look at."""
     from mbody import gallery
-    from mbody.sheets.table import paragraph
+    from mbody.sheets.text_table import paragraph
 
     found = {name: _headed(gallery.path(name)) for name in gallery.names()}
     if args.json:

@@ -9,7 +9,7 @@ from typing import Any
 
 from mbody.analysis.dynamics.progress import shown
 from mbody.cli.analyse import check_forms, exit_status, write
-from mbody.cli.interrupts import stop
+from mbody.cli.interrupts import interrupt
 from mbody.cli.models import model_of
 from mbody.cli.streams import message
 from mbody.cli.usage import UsageError
@@ -41,7 +41,7 @@ def simulate(args: Any) -> int:
 
         options["start"] = load_run(args.begun)
     run = simulated(mechanism, args.to, **options)
-    stop.done()
+    interrupt.done()
     write(run, args)
     if args.save is not None:
         from mbody.files.saved import save_run
@@ -74,7 +74,7 @@ def _progress(args: Any, until: float) -> Callable[[float], None]:
     show = shown(until) if shows else None
 
     def progress(t: float) -> None:
-        stop.mark()
+        interrupt.mark()
         if show is not None:
             show(t)
 

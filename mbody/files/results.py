@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.files.files import writing
+from mbody.files.writing import writing
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.doubts import certificate
 from mbody.solution.heading import heading, unit_symbols

@@ -14,11 +14,11 @@ from mbody.analysis.dynamics.restart_checks import check_restart, finite
 from mbody.analysis.freedom.single_design import released
 from mbody.errors import ModelError, SolveError, brief
 from mbody.files.arrays import Unreadable, packed, unpacked
-from mbody.files.files import writing
 from mbody.files.model import Limits
 from mbody.files.model.read import from_json
 from mbody.files.model.write import to_json
 from mbody.files.saved_parts import array, check_header, pages, want
+from mbody.files.writing import writing
 from mbody.kernels.step_state import PROGRESS
 from mbody.solution.doubts import as_doubt
 from mbody.solution.energy import Energy

@@ -8,7 +8,7 @@ import numpy as np
 
 from mbody.sheets.measured import measures
 from mbody.sheets.names import noted
-from mbody.sheets.table import Column, even, number, numbers, paragraph, table
+from mbody.sheets.text_table import Column, even, number, numbers, paragraph, table
 
 if TYPE_CHECKING:
     from mbody.analysis.inverse.answers import Answer, AnswerCase

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mbody.sheets.names import ABOUT, REDUNDANT, ROUNDING
-from mbody.sheets.table import WIDTH, Column, cut, even, number, numbers, paragraph, table
+from mbody.sheets.text_table import WIDTH, Column, cut, even, number, numbers, paragraph, table
 
 if TYPE_CHECKING:
     from mbody.solution.force_equations import Equations

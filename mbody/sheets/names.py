@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.sheets.table import numbers, paragraph
+from mbody.sheets.text_table import numbers, paragraph
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from mbody.analysis.driven.batch_continuation import BatchSetup, batch_setup, closed_poses, on_lanes
 from mbody.analysis.driven.contacts import unfit
-from mbody.analysis.driven.lanes import BatchSetup, batch_setup, closed_poses, on_lanes
 from mbody.analysis.driven.requests import ANALYSES, analyse_system_at, arguments_at
 from mbody.analysis.driven.runner import Runner
 from mbody.analysis.driven.time_grid import TimeGrid, check_reach, time_grid
-from mbody.analysis.dynamics.lanes import LaneMotions, integrate_lanes, lane_motions
+from mbody.analysis.dynamics.batch_integration import LaneMotions, integrate_lanes, lane_motions
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.position.assembly_analysis import check_determined, closed
 from mbody.analysis.position.whole_turns import by_springs

@@ -12,9 +12,9 @@ from mbody.sweeps.cluster import connected, on_cluster
 from mbody.sweeps.columns import columns_of
 from mbody.sweeps.job import BLOCK, Job, prepared
 from mbody.sweeps.memory import ResultsInMemory
-from mbody.sweeps.result import Sweep
 from mbody.sweeps.samples import Samples, drawn
 from mbody.sweeps.store import Store
+from mbody.sweeps.sweep_result import Sweep
 from mbody.sweeps.threads import cores, on_threads
 from mbody.system.system import System
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mbody.errors import ModelError
-from mbody.files.files import writing
+from mbody.files.writing import writing
 from mbody.views.style import FONTS, MATHS, SIZE
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ import numpy as np
 from mbody.errors import ModelError
 from mbody.model.driver import AngleDriver
 from mbody.quantities.units import DIMENSIONS, Dimension, name_of
-from mbody.sheets.table import cut
+from mbody.sheets.text_table import cut
 from mbody.solution.measures import found_by, measured
 from mbody.views.backend import blank, one_design, styled
 from mbody.views.labels import extent

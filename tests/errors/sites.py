@@ -17,7 +17,7 @@ MAKERS = {
     "quantities/parse.py": {"why_stray"},
     "system/hooks.py": {"__call__"},
     "files/model/read.py": {"_where", "_check_keys", "_unique", "_refused"},
-    "files/model/report.py": {"_sentence", "_unknown"},
+    "files/model/problems.py": {"_sentence", "_unknown"},
     "model/joints/custom.py": {"physics"},
     "laws/times.py": {"_not_reached"},
     "model/loads/custom.py": {"physics"},

@@ -1,9 +1,9 @@
 """All designs of a batch, one a lane; a lane that fails goes the scalar path.
 
 First positions, the grid of the lanes and their path are those of sweeps
-(`mbody.analysis.driven.lanes`). The kernel is another one: a batch keeps every row of all instants,
-lane by lane as the kernel writes them, a sweep only the rows that are measured, of all designs in
-one call.
+(`mbody.analysis.driven.batch_continuation`). The kernel is another one: a batch keeps every row of
+all instants, lane by lane as the kernel writes them, a sweep only the rows that are measured, of
+all designs in one call.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import warnings
 
 import numpy as np
 
-from mbody.analysis.driven.lanes import closed_poses, in_all_lanes, with_middle
+from mbody.analysis.driven.batch_continuation import closed_poses, in_all_lanes, with_middle
 from mbody.analysis.driven.runner import PathEnded, Runner
 from mbody.analysis.driven.time_grid import BY_INSTANT, TimeGrid
 from mbody.analysis.position.assembly_analysis import check_determined, closed, rounding

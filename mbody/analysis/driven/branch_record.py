@@ -16,7 +16,7 @@ from mbody.system.layout import Work
 from mbody.system.rank import dense, too_large
 from mbody.system.system import System
 
-__all__ = ["Branches", "Passed", "meeting"]
+__all__ = ["BranchRecord", "Passed", "meeting"]
 
 #: Change points that a note names, and elements of each.
 NAMED, ELEMENTS = 4, 8
@@ -35,7 +35,7 @@ class Passed:
     design: int
 
 
-class Branches:
+class BranchRecord:
     """What is known of the branch of one analysis, gathered from all its pieces.
 
     Attributes

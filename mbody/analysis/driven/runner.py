@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.branch_record import Branches, meeting
+from mbody.analysis.driven.branch_record import BranchRecord, meeting
 from mbody.analysis.driven.contacts import (
     OneSidedForce,
     check_fits,
@@ -18,7 +18,7 @@ from mbody.analysis.driven.contacts import (
 )
 from mbody.analysis.driven.dead_centres import DeadCentre
 from mbody.analysis.driven.diagnosis import valueless
-from mbody.analysis.driven.extrapolation import extrapolated
+from mbody.analysis.driven.table_extrapolation import extrapolated
 from mbody.analysis.driven.time_grid import (
     BY_DRIVER,
     BY_INSTANT,
@@ -107,7 +107,7 @@ class Runner:
         self.at_rest = analysis == "statics"
         self.layout = system.runtime()
         self.rows = 3 * system.coordinates + PER_PRIMITIVE * len(system.owners)
-        self.branches = Branches(system)
+        self.branches = BranchRecord(system)
         #: Steps of the last motion on the scalar path.
         self.steps = 0
 

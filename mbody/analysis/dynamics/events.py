@@ -87,7 +87,7 @@ class Saved:
 
 
 @dataclass(frozen=True, eq=False)
-class Crossing:
+class LocatedZero:
     """A zero that was located, and the motion there."""
 
     t: float
@@ -237,7 +237,7 @@ class EventIntegration(Integration):
         self._record(cut.event, cut.t, self.page)
         return MORE, self._ended(f"'{cut.event.of}' is zero")
 
-    def _record_forces(self, marks: Array, pages: Array, cut: Crossing | None) -> None:
+    def _record_forces(self, marks: Array, pages: Array, cut: LocatedZero | None) -> None:
         """Record the forces of contacts and ropes over a step, within the output instants."""
         if not self.sided:
             return
@@ -310,7 +310,9 @@ class EventIntegration(Integration):
             rising[own] = change / (marks[beside] - times)
         return found[:, at], rising
 
-    def _crossings(self, saved: Saved, times: Array, found: Array, rising: Array) -> list[Crossing]:
+    def _crossings(
+        self, saved: Saved, times: Array, found: Array, rising: Array
+    ) -> list[LocatedZero]:
         """Every zero crossing of a step, located, in the order of time."""
         crossings = []
         for k, event in enumerate(self.events):
@@ -349,7 +351,7 @@ class EventIntegration(Integration):
         event: Event | Stop,
         left: tuple[float, float],
         right: tuple[float, float],
-    ) -> Crossing:
+    ) -> LocatedZero:
         """The crossing between two times at which the value is known."""
         measure = self.measures[self.events.index(event)]
 
@@ -366,7 +368,7 @@ class EventIntegration(Integration):
         near = LOCATED * float(saved.state[NEXT])
         t = bracketed_root(lambda t: value(t, self.steps.fixed), left, right, near)
         value(t, within=False)
-        return Crossing(t, event, self._save())
+        return LocatedZero(t, event, self._save())
 
     # -- stops --------------------------------------------------------------------------------
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from mbody.analysis.driven.extrapolation import extrapolated
+from mbody.analysis.driven.table_extrapolation import extrapolated
 from mbody.analysis.dynamics.energy_balance import energy_doubts
 from mbody.analysis.dynamics.options import MotionRequest, last_time, motion_request, tolerances
 from mbody.analysis.dynamics.release import integrate_phases

@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mbody.analysis.singular.singular_positions import Rows
+from mbody.analysis.singular.singular_positions import ConstraintRows
 from mbody.model.element import listed
 from mbody.system.rank import too_large
 from mbody.system.system import System
@@ -119,10 +119,10 @@ class Ahead:
 
 
 class _TimedRows:
-    """`Rows` with time, in `unit`, as one more coordinate where there are drivers."""
+    """`ConstraintRows` with time, in `unit`, as one more coordinate where there are drivers."""
 
     def __init__(self, system: System, t: float, unit: float) -> None:
-        self.system, self.rows, self.unit = system, Rows.at_time(system, t), unit
+        self.system, self.rows, self.unit = system, ConstraintRows.at_time(system, t), unit
         self.driven = bool(system.drivers)
 
     def at(self, x: Array) -> tuple[Array, Array]:

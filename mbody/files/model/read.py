@@ -22,7 +22,7 @@ from mbody.files.model.build import build
 from mbody.files.model.fields import Context
 from mbody.files.model.limits import Limits, limits_of
 from mbody.files.model.lines import TEXTS
-from mbody.files.model.report import raise_all, sentences
+from mbody.files.model.problems import raise_all, sentences
 from mbody.files.model.schema import json_schema, model
 from mbody.files.model.warnings import meant_otherwise
 from mbody.model.element import listed
