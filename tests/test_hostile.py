@@ -144,7 +144,7 @@ JSON = {
     "a list": ("[1]", "a model is a table, not list"),
     "text": ('"x"', "a model is a table, not str"),
     "null": ("null", "a model is a table, not NoneType"),
-    "a key twice": ('{"name": "a", "name": "b"}', "the key 'name' stands twice"),
+    "a key twice": ('{"name": "a", "name": "b"}', "the key 'name' is given twice"),
     "NaN": ('{"g": NaN}', "NaN is no number of a model"),
     "1e400": ('{"g": 1e400}', "line 1: g: is inf, it must be finite"),
     "a long exponent": ('{"g": 1e99999999999999}', "is inf"),

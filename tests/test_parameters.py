@@ -264,7 +264,7 @@ def test_parameters_in_tables_are_fixed(element):
     assert machine._fixed_parameters == {"T"}
     if isinstance(element, Body):
         machine.add(Revolute("P", "crank", "b"), AngleDriver("m2", "b", 0.0))
-    with says(ModelError, "parameter 'T' stands in a table", "describe the mechanism again"):
+    with says(ModelError, "parameter 'T' is used in a table", "describe the mechanism again"):
         assemble(machine).with_values(T=3.0)
 
 
@@ -293,7 +293,7 @@ def test_weights_become_masses_with_g(units, g, by_hand):
     twice = system.with_values(W=2.0 * float(system.values["W"]))
     assert twice.mass[0, 0] == pytest.approx(2 * weight / by_hand, rel=6 * ROUNDED)
     if g == "g0/2":
-        with says(ModelError, "parameter 'g0' stands in", "g of 'm'"):
+        with says(ModelError, "parameter 'g0' is used in", "g of 'm'"):
             system.with_values(g0=5.0)
 
 

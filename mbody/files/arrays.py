@@ -106,7 +106,7 @@ def _array(name: str, raw: bytes) -> np.ndarray:
     for part in shape:
         count *= part
     if count * kind.itemsize != len(body):
-        raise Unreadable(f"'{name[:40]}' has not the size that its header tells")
+        raise Unreadable(f"'{name[:40]}' does not have the size of its header")
     if count == 0:
         return np.zeros(shape, dtype=kind)
     return np.frombuffer(body, dtype=kind).reshape(shape).copy()

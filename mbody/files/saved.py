@@ -161,12 +161,12 @@ def load_run(path: Any) -> Solution:
 def _header(arrays: Mapping[str, np.ndarray]) -> dict[str, Any]:
     """The header of a file."""
     raw = arrays.get("header", np.zeros(0))
-    want(raw.dtype == np.uint8 and raw.ndim == 1, "it does not tell what it is")
+    want(raw.dtype == np.uint8 and raw.ndim == 1, "it has no header")
     try:
         header = json.loads(raw.tobytes())
     except (ValueError, RecursionError):
-        raise Unreadable("what it tells of itself is no JSON") from None
-    want(isinstance(header, dict), "what it tells of itself is no table")
+        raise Unreadable("its header is no JSON") from None
+    want(isinstance(header, dict), "its header is no table")
     known = header.get("format")
     want(known == FORMAT, f"it is of format {str(known)[:20]}, this version reads {FORMAT}")
     missing = [key for key in NEEDED if key not in header]

@@ -198,7 +198,7 @@ class Mechanism:
         for name in drivers:
             if name not in known:
                 raise ModelError(
-                    f"there is no driver {brief(name)} to let go (there are: {listed(known)})",
+                    f"there is no driver {brief(name)} to release (there are: {listed(known)})",
                     str(name),
                 )
         made = copy.copy(self)

@@ -180,7 +180,7 @@ class System:
         fixed = sorted(changed & self.mechanism._fixed_parameters)
         if fixed:
             raise ModelError(
-                f"parameter '{fixed[0]}' stands in a table, a program, a guess or g of "
+                f"parameter '{fixed[0]}' is used in a table, a program, a guess or g of "
                 f"'{self.mechanism.name}', which a system cannot change: describe the mechanism "
                 "again with another value",
                 fixed[0],

@@ -130,11 +130,11 @@ def _paths(run: Solution, names: Sequence[str]) -> dict[str, Array]:
     for name in names:
         run.point(name)
     if len(run) == 1:
-        asked_for = times(run.mechanism, run.mechanism.ask)
-        if asked_for is None:
+        requested = times(run.mechanism, run.mechanism.ask)
+        if requested is None:
             run = kinematics(run.system, turn=True, instants=SMOOTH)
         else:
-            run = kinematics(run.system, t=asked_for)
+            run = kinematics(run.system, t=requested)
     elif len(run) < SMOOTH and run.given is None:
         run = kinematics(run.system, t=np.linspace(run.t[0], run.t[-1], SMOOTH))
     histories = {name: run.point(name) for name in names}

@@ -88,7 +88,7 @@ def force_arrow(
         free = pushes
         sketch.arrow(free, place - clear, color, name=f"force:{name}")
     wanted = heading(free - place)
-    sketch.label(text, free, wanted, 4.0 * sketch.unit, color=color, turn=1.5, name=f"told:{name}")
+    sketch.label(text, free, wanted, 4.0 * sketch.unit, color=color, turn=1.5, name=f"label:{name}")
 
 
 def _clear(sketch: Sketch, place: Array, u: Array) -> float:
@@ -223,7 +223,7 @@ def _turning(sketch: Sketch, load: Torque, text: str, value: float) -> None:
     first, last = clear_arc(sketch, centre, radius, choices)
     sketch.curved(centre, radius, first, last, LOAD, name=f"torque:{load.name}")
     wanted = 0.5 * (first + last)
-    look: dict[str, Any] = {"color": LOAD, "name": f"told:{load.name}"}
+    look: dict[str, Any] = {"color": LOAD, "name": f"label:{load.name}"}
     sketch.label(text, centre, wanted, radius + 3.0 * sketch.unit, **look)
 
 
@@ -271,7 +271,7 @@ def _(load: CentrifugalField, sketch: Sketch) -> None:
     unit = pose.mechanism.units.of("angular velocity")
     text = f"$\\omega$ = {rounded_number(speed)} {unit}"
     gap = 1.3 * half + 6.0 * sketch.unit
-    sketch.label(text, centre, heading(across), gap, color=LOAD, name=f"told:{load.name}")
+    sketch.label(text, centre, heading(across), gap, color=LOAD, name=f"label:{load.name}")
 
 
 #: Where an arc may begin, from the direction of its link [rad].

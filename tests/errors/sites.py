@@ -11,8 +11,7 @@ CONSTRUCTORS = {"ModelError", "SolveError", "UsageError", "FormulaError", "NotAN
 #: Functions that make sentences, or parts of them, without making the error.
 MAKERS = {
     "analysis/position/assembly_analysis.py": {"_too_few", "_say_branch"},
-    "analysis/driven/dead_centres.py": {"_told"},
-    "quantities/evaluate.py": {"told", "misplaced_variable"},
+    "quantities/evaluate.py": {"misplaced_variable"},
     "quantities/formula.py": {"_meant"},
     "quantities/parse.py": {"why_stray"},
     "system/hooks.py": {"__call__"},

@@ -121,7 +121,7 @@ class BranchRecord:
 
 
 def meeting(system: System, work: Work) -> list[str]:
-    """Names of the elements whose rows come to depend on each other at a position, those with the
+    """Names of the elements whose rows become dependent at a position, those with the
     greatest shares; none of a system that is too large for dense matrices.
     """
     if too_large(system):

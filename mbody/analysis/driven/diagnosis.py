@@ -37,7 +37,7 @@ NO_PUSH = 1e-9
 LENT = 0.1
 #: How far, in radians and model lengths, and how fast in natural rates, such a motion is tried.
 TRIED = 0.3
-#: Rows whose least singular value is below this part of the greatest come to depend on each other;
+#: Rows whose least singular value is below this part of the greatest are dependent;
 #: steps vanish much nearer to that than this, and ordinary mechanisms are far from it.
 DEPENDENT = 1e-3
 #: A row takes part in a dependency with this part of the greatest.
@@ -50,7 +50,7 @@ STILL = 1e-9
 BESIDE = 0.02
 #: Changes of a start below this, in model lengths, radians and parts of the fastest rate, are not
 #: reported: a start written down with six digits.
-TOLD = 1e-5
+REPORTED = 1e-5
 #: Rates that move less than this over the whole motion, likewise, are rounding.
 ROUNDED = 1e-12
 
@@ -202,8 +202,8 @@ def branching(system: System, t: float, q: Array, v: Array) -> tuple[str, ...]:
         return ()
     return (
         f"it begins at rest in a singular position: {len(here.motions)} motions are free there to "
-        f"first order, {nearby} nearby; branches meet, and the loads do not tell which one is "
-        "taken: this is one of them; give it a rate, or begin a little beside",
+        f"first order, {nearby} nearby; branches meet, and the loads do not determine which one "
+        "is taken: this is one of them; give it a rate, or begin a little beside",
     )
 
 
@@ -214,16 +214,16 @@ def adjusted(system: System, given: Array, found: Array, whole: float = np.inf) 
     names = [body.name for body in system.mechanism.bodies]
     n, units = system.coordinates, system.mechanism.units
     moved, changed = ((found - given) / np.tile(_scale(system), 2)).reshape(2, -1, 3)
-    slow = ROUNDED / (TOLD * (whole or np.inf))
+    slow = ROUNDED / (REPORTED * (whole or np.inf))
     swift = max(float(np.abs(given[n:] / _scale(system)).max()), slow)
     parts = []
-    if (far := np.hypot(moved[:, 0], moved[:, 1])).max() > TOLD:
+    if (far := np.hypot(moved[:, 0], moved[:, 1])).max() > REPORTED:
         way = system.length * far.max()
         parts.append(f"'{names[int(far.argmax())]}' was moved by {way:.3g} {units.length}")
-    if (turned := np.abs(moved[:, 2])).max() > TOLD:
+    if (turned := np.abs(moved[:, 2])).max() > REPORTED:
         angle = np.degrees(turned.max())
         parts.append(f"'{names[int(turned.argmax())]}' was turned by {angle:.3g} deg")
-    if np.abs(changed).max() > TOLD * swift:
+    if np.abs(changed).max() > REPORTED * swift:
         b, k = divmod(int(np.abs(changed).argmax()), 3)
         before, after = (float(part[n + 3 * b + k]) for part in (given, found))
         rate, unit = ("vx", "vy", "omega")[k], units.of("velocity" if k < 2 else "angular velocity")

@@ -11,7 +11,7 @@ from mbody.analysis.driven.driven import driven
 from mbody.analysis.driven.kinematics import kinematics
 from mbody.analysis.driven.kinetostatics import kinetostatics
 from mbody.analysis.driven.statics import statics
-from mbody.errors import ModelError, SolveError, angle_told, brief
+from mbody.errors import ModelError, SolveError, angle_text, brief
 from mbody.laws import times_of
 from mbody.model.driver import Driver
 from mbody.model.element import listed
@@ -207,7 +207,7 @@ def _time(system: System, driver: Driver, value: float) -> float:
     why: ModelError | None = None
     for place in places:
         try:
-            shown = angle_told if driver.angular else "{:g}".format
+            shown = angle_text if driver.angular else "{:g}".format
             return float(times_of(law, [place], 0.0, shown)[0])
         except ModelError as error:
             why = why or error

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.memory_limit import check_room
-from mbody.errors import ModelError, SolveError, angle_told, brief, remedy
+from mbody.errors import ModelError, SolveError, angle_text, brief, remedy
 from mbody.kernels.continuation import BY_DRIVER, BY_INSTANT, BY_TIME
 from mbody.laws import Expression, Table, times_of
 from mbody.model.driver import Driver
@@ -292,7 +292,7 @@ def _turn(system: System, turn: str | bool, instants: int) -> TimeGrid:
         # a driver at rest is turned slowly: positions without rates
         return _given(system, 0.0, {driver.name: values})
     try:
-        times = np.asarray(times_of(system.law_of(driver), values, 0.0, angle_told))
+        times = np.asarray(times_of(system.law_of(driver), values, 0.0, angle_text))
     except ModelError as error:
         raise ModelError(
             f"driver '{driver.name}' does not make a whole turn by its law: {error}", driver.name

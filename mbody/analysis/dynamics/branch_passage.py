@@ -101,7 +101,7 @@ class BranchPassage:
             Doubt(
                 "branch",
                 f"from t = {t:.6g} {unit} on it is not certain on which branch the motion goes on: "
-                f"rows{who} come to depend on each other there; begin a little beside, or change a "
+                f"rows{who} become dependent there; begin a little beside, or change a "
                 "length by more than its rounding",
                 t,
                 elements,

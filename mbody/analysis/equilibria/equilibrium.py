@@ -240,10 +240,10 @@ def search(system: System, starts: Sequence[Mapping[str, Any] | None], t: float)
         if not len(here.motions):
             names = [driver.name for driver in system.drivers]
             how = remedy(python=f"free={names[:1]}", command=f"--free {names[0] if names else ''}")
-            or_else = f", or let a driver go, {how}" if names else ""
+            or_else = f", or release a driver, {how}" if names else ""
             raise SolveError(
-                f"nothing is free in '{system.mechanism.name}': it is held where it is; use "
-                f"statics{or_else}"
+                f"nothing is free in '{system.mechanism.name}': joints and drivers fix every body; "
+                f"use statics{or_else}"
             )
         if len(here.motions) > FREE:
             raise SolveError(

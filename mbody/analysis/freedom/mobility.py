@@ -331,7 +331,7 @@ class _Report:
         elif driven.singular:
             names = listed(driver.name for driver in self.mechanism.drivers)
             self.notes.append(
-                f"singular position, a dead centre: with the drivers held the rank is "
+                f"singular position, a dead centre: with the drivers fixed the rank is "
                 f"{driven.rank} here and {driven.rank_nearby} nearby; {names} cannot drive it "
                 "through here"
             )

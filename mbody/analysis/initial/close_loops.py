@@ -159,7 +159,7 @@ def _turned(system: System, work: Work, rates: Mapping[str, float]) -> list[str]
     more = f", and {len(parts) - NAMED} more" if len(parts) > NAMED else ""
     return [
         f"rates: {', '.join(parts[:NAMED])}{more}: joints and drivers do not allow all that were "
-        "asked; the nearest were taken"
+        "requested; the nearest were taken"
     ]
 
 

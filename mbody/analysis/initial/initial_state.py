@@ -346,7 +346,7 @@ def check_release(mechanism: Mechanism, given: Mapping[str, Any]) -> dict[str, f
     for name in given:
         if name not in drivers:
             known = listed(drivers) or "none"
-            raise ModelError(f"there is no driver {name!r} to let go (there are: {known})")
+            raise ModelError(f"there is no driver {name!r} to release (there are: {known})")
     return {name: _number(mechanism, t, "time", f"release.{name}") for name, t in given.items()}
 
 

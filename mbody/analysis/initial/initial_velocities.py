@@ -273,7 +273,7 @@ def no_velocities(system: System, nu: Array) -> SolveError:
     # what moves at all are drivers: the fastest is the one to speak of
     name = system.owners[system.row_table[0][int(np.abs(nu).argmax())]][0].name
     return SolveError(
-        f"no velocities agree with '{name}' at this position: it stands at a dead centre, or "
+        f"no velocities agree with '{name}' at this position: it is at a dead centre, or "
         "drivers contradict each other; close the loops elsewhere",
         name,
     )

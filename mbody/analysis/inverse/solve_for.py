@@ -59,8 +59,8 @@ def solve_for(
     -----
     A greatest value is that of the whole feasible set, or the answer says in `doubts` why it may
     not be. Linear questions are answered by the corners of their polytope, bounds of unknowns
-    included. One unknown is searched over its whole range, on the branch of the mechanism as it
-    stands: sampled adaptively, with every summit, every place where a side condition begins to
+    included. One unknown is searched over its whole range, on the branch of the given
+    mechanism: sampled adaptively, with every summit, every place where a side condition begins to
     bind, and every edge of what can be analysed found to rounding. Without bounds the range ends
     where the mechanism cannot be analysed, or far away, and a note says so; the angle of a driver
     is searched a turn to both sides. Several unknowns are sought by climbs from several starts,

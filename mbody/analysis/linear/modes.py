@@ -257,7 +257,7 @@ def modes(
         machine = one.solution.mechanism
         raise SolveError(
             f"modes are of a rest position, but '{machine.name}' moves, or is not balanced, at "
-            f"t = {one.t:.6g} {machine.units.time}: give one of equilibrium; linearize tells the "
+            f"t = {one.t:.6g} {machine.units.time}: give one of equilibrium; linearize gives the "
             "state matrix of a motion"
         )
     positions = tuple(_modes_at(one) for one in linear)

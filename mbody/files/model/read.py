@@ -271,7 +271,7 @@ def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for key, value in pairs:
         if key in found:
-            raise _Refused(f"the key '{_short(key)}' stands twice in one table: keep one")
+            raise _Refused(f"the key '{_short(key)}' is given twice in one table: keep one")
         found[key] = value
     return found
 

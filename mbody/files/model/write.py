@@ -19,7 +19,7 @@ from mbody.files.model.kinds import LAWS, SECTIONS, kind_of, section_of
 from mbody.files.model.limits import Limits, limits_of
 from mbody.files.model.read import check_size
 from mbody.files.model.toml import toml
-from mbody.files.model.write_studies import formulas_asked, questions
+from mbody.files.model.write_studies import questions, requested_formulas
 from mbody.laws import Cam, Constant, Dwell, Law, Polynomial
 from mbody.laws.base import dimension_by
 from mbody.model.body import Body, Guess, SecondMoments, SlenderRod
@@ -110,7 +110,7 @@ class Writer:
         self.mechanism, self.formulas = mechanism, mechanism.formulas
         self.units = mechanism.units
         # text of plain radians reads as it is only where the file has that unit
-        formulas = [*self.formulas.values(), *formulas_asked(mechanism)]
+        formulas = [*self.formulas.values(), *requested_formulas(mechanism)]
         open_angles = {f.angle for f in formulas if self.is_open(f)}
         self.angle = "rad" if open_angles == {"rad"} else "deg"
 
