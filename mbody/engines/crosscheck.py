@@ -41,7 +41,7 @@ ENGINES = {
 ALWAYS = ("balance", "oracle")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Crosscheck:
     """Opinions of other engines on a result.
 
@@ -91,6 +91,13 @@ class Crosscheck:
         mechanism, analysis = self.run.mechanism, self.run.analysis
         head = heading(mechanism.name, analysis, unit_symbols(mechanism.units), self)
         return head | {"agrees": self.agrees, "engines": engines}
+
+    def __repr__(self) -> str:
+        engines = ", ".join(
+            f"{name} {'agrees' if opinion.agrees else 'differs'}"
+            for name, opinion in self.opinions.items()
+        )
+        return f"Crosscheck({self.run.mechanism.name!r}: {engines})"
 
     def __str__(self) -> str:
         from mbody.sheets.crosscheck import sheet

@@ -348,10 +348,14 @@ class Mechanism:
         return iter(self._elements.values())
 
     def __repr__(self) -> str:
-        return (
-            f"Mechanism({self.name!r}: {len(self.bodies)} bodies, {len(self.joints)} joints, "
-            f"{len(self.drivers)} drivers, {len(self.loads)} loads, {self.units.name})"
+        parts = (
+            (len(self.bodies), "body", "bodies"),
+            (len(self.joints), "joint", "joints"),
+            (len(self.drivers), "driver", "drivers"),
+            (len(self.loads), "load", "loads"),
         )
+        counts = ", ".join(f"{n} {one if n == 1 else more}" for n, one, more in parts)
+        return f"Mechanism({self.name!r}: {counts}, {self.units.name})"
 
     def __eq__(self, other: object) -> bool:
         """Whether both describe the same: every number to the last digit, what follows parameters,

@@ -54,7 +54,7 @@ def as_solution(given: Any) -> Solution:
     )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Solution:
     """What an analysis found: histories by name, in the units of the mechanism.
 
@@ -73,18 +73,18 @@ class Solution:
     system: System
     analysis: str
     t: Array
-    record: Record = field(repr=False)
-    given: Array | None = field(repr=False)
+    record: Record
+    given: Array | None
     regularization: float = 0.0
-    dependencies: dict[str, list[bool]] | None = field(default=None, repr=False)
+    dependencies: dict[str, list[bool]] | None = None
     notes: Certified[tuple[str, ...]] = Certified(())
     status: Certified[str] = Certified("completed")
     doubts: Certified[tuple[Doubt, ...]] = Certified(())
     stats: dict[str, int] | None = None
-    energy: Energy | None = field(default=None, repr=False)
-    events: tuple[EventRecord, ...] = field(default=(), repr=False)
-    restart: Restart | None = field(default=None, repr=False)
-    released: Mapping[str, float] = field(default_factory=dict, repr=False)
+    energy: Energy | None = None
+    events: tuple[EventRecord, ...] = ()
+    restart: Restart | None = None
+    released: Mapping[str, float] = field(default_factory=dict)
     branch: BranchDistance | None = None
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -474,6 +474,12 @@ class Solution:
 
     def __iter__(self) -> Iterator[str]:
         return iter(body.name for body in self.mechanism.bodies)
+
+    def __repr__(self) -> str:
+        designs = f"{self.record.count} designs, " if self.record.batch else ""
+        instants = "1 instant" if len(self) == 1 else f"{len(self)} instants"
+        name = self.mechanism.name
+        return f"Solution({name!r}: {self.analysis}, {designs}{instants}, {self.status})"
 
     def __str__(self) -> str:
         return str(present("sheet", self))

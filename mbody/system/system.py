@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import weakref
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -25,7 +25,7 @@ from mbody.system.read_only import locked
 __all__ = ["System", "polar_points"]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class System:
     """What the computer runs: arrays, names and indices of one topology, immutable.
 
@@ -62,13 +62,20 @@ class System:
     owners: tuple[tuple[Element, int], ...]
     row_kinds: tuple[str, ...]
     signals: int
-    plans: dict[str, Any] = field(repr=False)
-    functions: tuple[tuple[str, Callable[..., Any] | None], ...] = field(repr=False)
-    _compile: Callable[[dict[str, Any]], tuple[np.ndarray, np.ndarray]] = field(repr=False)
+    plans: dict[str, Any]
+    functions: tuple[tuple[str, Callable[..., Any] | None], ...]
+    _compile: Callable[[dict[str, Any]], tuple[np.ndarray, np.ndarray]]
 
     def __post_init__(self) -> None:
         for name in ("values", "formulas"):
             object.__setattr__(self, name, locked(getattr(self, name)))
+
+    def __repr__(self) -> str:
+        designs = "" if self.batch is None else f", {self.batch} designs"
+        return (
+            f"System({self.mechanism.name!r}: {self.coordinates} coordinates, {self.rows} rows of "
+            f"constraints{designs})"
+        )
 
     @functools.cached_property
     def bodies(self) -> dict[str, int]:
