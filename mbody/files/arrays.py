@@ -49,14 +49,14 @@ def packed(arrays: Mapping[str, np.ndarray], owner: str) -> bytes:
     >>> raw[-71:-64]
     b'sha256:'
     """
-    room = io.BytesIO()
-    with zipfile.ZipFile(room, "w", zipfile.ZIP_STORED) as file:
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_STORED) as file:
         for name, array in arrays.items():
             member = io.BytesIO()
             np.lib.format.write_array(member, np.ascontiguousarray(array), allow_pickle=False)
             file.writestr(zipfile.ZipInfo(f"{name}.npy"), member.getvalue())
         file.comment = OPEN_SEAL
-    return seal(room.getvalue(), owner)
+    return seal(stream.getvalue(), owner)
 
 
 def unpacked(path: Any, owner: str) -> dict[str, np.ndarray]:

@@ -1,4 +1,4 @@
-"""The lines of a system of equations: a matrix where it finds room, else an equation a line."""
+"""The lines of a system of equations: a matrix where it fits, else an equation a line."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Array = np.ndarray
 
 #: Most unknowns that make a matrix.
 MATRIX = 12
-#: Significant digits of the greatest coefficient, the most first: as many as find room.
+#: Significant digits of the greatest coefficient, the most first: as many as fit.
 DIGITS = (6, 5, 4)
 #: Most characters of the name of a row beside a matrix.
 LABEL = 18

@@ -32,7 +32,7 @@ SMALL = 1e-12
 def equations(solution: Solution, instant: int = 0) -> str:
     """The force equations of one instant as text, at most 100 characters wide.
 
-    The matrix where it finds room, else every equation as a line, and the solved unknowns.
+    The matrix where it fits, else every equation as a line, and the solved unknowns.
 
     Parameters
     ----------

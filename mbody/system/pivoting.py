@@ -2,7 +2,7 @@
 
 There Φ_q is square, and one LU of it serves position, velocity, acceleration and (transposed)
 reactions. Pivots are chosen once, from the numbers of several positions, by Markowitz's rule with a
-threshold; where they are worst a second choice may be better. The kernel watches the growth of the
+threshold; where they are worst a second choice may be better. The kernel monitors the growth of the
 multipliers, takes the other choice where it is large, and gives a lane up where neither is good.
 Pivots are in the diagonal blocks, so that those of a block make its determinant.
 """

@@ -96,7 +96,7 @@ class LocatedZero:
 
 
 class EventIntegration(Integration):
-    """Integrates one system and watches for events."""
+    """Integrates one system and locates events."""
 
     def __init__(
         self,
@@ -440,7 +440,7 @@ class EventIntegration(Integration):
         if way is None:
             raise SolveError(
                 f"nothing that strikes the stop '{stop.name}' is free to rebound: '{stop.of}' "
-                "follows drivers alone; take them off, or watch it by an Event",
+                "follows drivers alone; take them off, or record it by an Event",
                 stop.name,
                 self._solution(""),
             )
