@@ -258,7 +258,8 @@ def _(load: CentrifugalField, sketch: Sketch) -> None:
     across = np.array([u[1], -u[0]])
     corners = np.array(np.meshgrid(*zip(sketch.low, sketch.high, strict=True))).reshape(2, -1).T
     along, half = (corners - origin) @ u, sketch.size("support")
-    ends = origin + (along.min() - half) * u, origin + (along.max() + 1.6 * half) * u
+    top = max([along.max(), *_arc_tops(sketch, origin, u)])
+    ends = origin + (along.min() - half) * u, origin + (top + 1.6 * half) * u
     look: dict[str, Any] = {"dashes": (0, (12, 3, 2, 3)), "weight": 0.4}
     sketch.line(ends, 0.9, LOAD, Z["path"], name=f"axis:{load.name}", **look)
     speed = float(load.spindle(pose.run).speed[pose.k])
@@ -272,6 +273,19 @@ def _(load: CentrifugalField, sketch: Sketch) -> None:
     text = f"$\\omega$ = {rounded_number(speed)} {unit}"
     gap = 1.3 * half + 6.0 * sketch.unit
     sketch.label(text, centre, heading(across), gap, color=LOAD, name=f"label:{load.name}")
+
+
+def _arc_tops(sketch: Sketch, origin: Array, u: Array) -> list[float]:
+    """How far along an axis the arcs of those drivers reach whose pivot is near it."""
+    pose, found = sketch.pose, []
+    for driver in pose.mechanism.drivers:
+        if isinstance(driver, AngleDriver):
+            pivot = pose.pivot(driver.relative_to, driver.body)
+            reach = sketch.size("arc") + 8.0 * sketch.unit
+            along = float((pivot - origin) @ u)
+            if math.hypot(*(pivot - origin - along * u)) < 2.0 * reach:
+                found.append(along + reach)
+    return found
 
 
 #: Where an arc may begin, from the direction of its link [rad].
