@@ -49,7 +49,7 @@ class LaneMotions:
     request : MotionRequest
         How long they go on, how they are integrated, and which instants are kept.
     light : bool
-        Whether some body has so little mass that another stands in for it.
+        Whether some body has so little mass that another replaces it.
     """
 
     start: BatchStart
