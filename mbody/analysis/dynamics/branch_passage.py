@@ -40,7 +40,7 @@ HOPELESS = 1e-9
 #: A step over a change point may be so many times the one that was looked at; it is longer by
 #: this part, for rounding.
 FARTHER, LITTLE = 4.0, 1e-9
-#: Inertia is looked at again where the energy of masses that stand in for missing ones has so
+#: Inertia is looked at again where the energy of masses that replace missing ones has so
 #: grown.
 MORE_OF_IT = 10.0
 #: A body takes part in a motion with this part of the fastest.
@@ -123,7 +123,7 @@ class BranchPassage:
 
     def check_inertia(self, y: Array) -> None:
         """See whether the inertia of the free motion vanishes at the state y, where masses that
-        stand in for none take much of the energy.
+        replace missing ones take much of the energy.
         """
         state, n = self.state, len(y) // 2
         if state[STAND_IN_ENERGY] <= state[STAND_IN_LIMIT]:
