@@ -70,7 +70,7 @@ def hermite_output(L, W, S, h, refinements):
     both ends: rows 0 and 1 of K and P; rows 2 and 3 are workspace.
 
     The position has order 5: F₃ and F₄ follow from the accelerations of both ends, of which
-    Δ″(0) = h² a₀ and Δ″(1) = h² a₁ are half of what stands below. The velocity is the cubic and one
+    Δ″(0) = h² a₀ and Δ″(1) = h² a₁ are half of the values below. The velocity is the cubic and one
     term more, with which it has in the middle the rate of the position. Work by Lobatto's rule of
     order 6, (p₀ + 5 p₁ + 5 p₂ + p₃)/12.
 
