@@ -209,8 +209,8 @@ def _number(system: System, name: str, value: Any) -> float:
         made = float_or_formula(value, None)
         if not isinstance(made, Formula):
             return float(made)
-        dimension = dimension_named(machine, name)
-        return float((made if dimension is None else made.of(dimension)).value(machine._scope))
+        dimension, scope = dimension_named(machine, name), machine.parameters.scope()
+        return float((made if dimension is None else made.of(dimension)).value(scope))
     except FormulaError as error:
         raise ModelError(f"sweep: '{name}': {error}", name) from None
 

@@ -177,7 +177,7 @@ class System:
         changed = {name for name in given if name in parameters}
         if not changed:
             return {}
-        fixed = sorted(changed & self.mechanism._fixed_parameters)
+        fixed = sorted(changed & self.mechanism.fixed_parameters)
         if fixed:
             raise ModelError(
                 f"parameter '{fixed[0]}' stands in a table, a program, a guess or g of "

@@ -429,7 +429,7 @@ def _unit(system: System, name: str) -> str:
     mechanism = system.mechanism
     element, _, key = name.partition(".")
     if not key:
-        dimension = mechanism._scope.names[name].dimension
+        dimension = mechanism.parameters.scope().names[name].dimension
         return "" if dimension is None else mechanism.units.of(dimension)
     for part in dataclasses.fields(mechanism[element]):
         if part.name == key:

@@ -18,6 +18,7 @@ from mbody.errors import ModelError
 from mbody.kernels.loop_closure import project
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.model.mechanism import Mechanism
+from mbody.model.numbers import number_in
 from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
 from mbody.system.layout import Work
@@ -90,7 +91,7 @@ def close_loops(
     for name, rate in (rates or {}).items():
         if name not in system.bodies or name == "ground":
             raise ModelError(f"there is no moving body {name!r} to give a rate", str(name))
-        turning[name] = system.mechanism._number(rate, "angular velocity", name, "rate")
+        turning[name] = number_in(system.mechanism, rate, "angular velocity", name, "rate")
         if too_large(system):
             work.v[3 * system.bodies[name] + 2] = turning[name]
     if drive:

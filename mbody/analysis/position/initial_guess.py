@@ -13,6 +13,7 @@ from mbody.errors import ModelError
 from mbody.model.body import Body, Guess, as_guess
 from mbody.model.element import Marker, Numbers
 from mbody.model.joints import Joint
+from mbody.quantities.number import evaluated
 from mbody.system.system import System
 
 __all__ = ["placed", "unguessed"]
@@ -107,7 +108,8 @@ class _Placing:
 
     def _guess(self, body: Body, value: Any) -> Guess:
         """The caller's guess of a body, with floats for text."""
-        made: Guess = self.mechanism._valued(as_guess(value, body.name), body.name, "guess")
+        scope = self.mechanism.parameters.scope()
+        made: Guess = evaluated(as_guess(value, body.name), scope, body.name, "guess")
         return made
 
     def coordinates(self) -> np.ndarray:

@@ -151,7 +151,7 @@ def _made(
     if parameters:
         _set(data, parameters, name)
     made = built(data, text, is_json=is_json, name=name, folder=folder)
-    made._remarks = meant_otherwise(data, made)
+    made.file_remarks = meant_otherwise(data, made)
     return made
 
 
