@@ -45,7 +45,7 @@ from mbody import (
 )
 from mbody.engineering import close_loops, equilibrium_curve, flywheel
 from mbody.laws import Cam, ConstantSpeed, Dwell, Harmonic, Law, Polynomial, Rise, Table
-from mbody.makers import polar
+from mbody.makers import bar, polar
 from mbody.model.loads import CustomLoad
 from mbody.model.study import Measure, Question, Unknown
 from mbody.sweeps import Normal, Steps, Sweep, monte_carlo
@@ -114,6 +114,8 @@ def elements() -> Sequence[object]:
     program: Law = Cam([Rise("cycloidal", 1.0, 0.0, 1.0), Dwell("30 deg"), back], period="1 rev")
     table = Table(np.linspace(0.0, 1.0, 3), ["0 N", "1 N", "4 N"], interpolation="pchip")
     return (
+        bar("rod", "60 mm", mass=UNITS.Quantity(2.0, "kg"), guess="30 deg"),
+        mbody.makers.four_bar(40, "12 cm", 80.0, 100, masses=("1 kg", 0, 0), units="mm-N-s"),
         *(
             rise,
             program,

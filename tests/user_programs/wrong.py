@@ -35,6 +35,9 @@ def analyses(machine: Mechanism, system: System) -> None:
     mbody.save_run(mbody.load_run("run.mbody"), 3.0)  # wrong
 
 
+mbody.makers.four_bar([1.0], 3, 2, 3.5)  # wrong
+mbody.makers.slider_crank("5 cm", "20 cm", masses=(1, 2))  # wrong
+mbody.makers.bar("a", "5 cm", guess={"angle": 0.5})  # wrong
 Body("a", mass=[1.0])  # wrong
 Body("a", points={"A": 3.0})  # wrong
 Body("a", cg=1.0)  # wrong
