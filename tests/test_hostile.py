@@ -243,12 +243,12 @@ def test_lines_of_errors_in_long_texts():
 def test_an_element_is_added_as_a_whole_or_not_at_all():
     machine = Mechanism(parameters={"p": 1.0})
     machine.add(Body("a", mass="p"))
-    before = dict(machine.formulas), set(machine._fixed_parameters)
+    before = dict(machine.formulas), set(machine.fixed_parameters)
     for new in ([Body("b", mass="-p")], [Body("b", mass="p"), Body("c", mass="q")]):
         with pytest.raises(ModelError):
             machine.add(*new)
         assert list(machine) == [machine["a"]]
-        assert (machine.formulas, machine._fixed_parameters) == before
+        assert (machine.formulas, machine.fixed_parameters) == before
 
 
 # -- formulas and units ---------------------------------------------------------------------------

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from mbody.errors import ModelError, brief
 from mbody.laws import Table
@@ -126,7 +126,9 @@ def fluctuation(run: Solution, driver: str | None = None) -> Fluctuation:
     return replace(found, **inherited(run))
 
 
-def energy_fluctuation(angle: Any, torque: Any = None) -> Fluctuation:
+def energy_fluctuation(
+    angle: npt.ArrayLike | Solution, torque: npt.ArrayLike | None = None
+) -> Fluctuation:
     """As `fluctuation`, for a torque at given angles: arrays (instants,), both ends included.
 
     Parameters

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -183,7 +184,7 @@ def error_data(error: Exception) -> dict[str, Any]:
     return {"error": plain}
 
 
-def write_json(solution: Solution, path: Any) -> None:
+def write_json(solution: Solution, path: str | os.PathLike[str]) -> None:
     """Write a solution as JSON.
 
     Raises
@@ -196,7 +197,7 @@ def write_json(solution: Solution, path: Any) -> None:
         file.write(text + "\n")
 
 
-def write_npz(solution: Solution, path: Any) -> None:
+def write_npz(solution: Solution, path: str | os.PathLike[str]) -> None:
     """Write the columns of a solution as arrays by name; "columns" holds the names with units,
     "certificate" status, doubts and notes as JSON.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
@@ -57,7 +58,7 @@ ENERGIES = tuple(part.name for part in fields(Energy) if part.name != "by")
 ARRAYS = tuple(part.name for part in fields(Restart) if part.name not in ("way", "own", "released"))
 
 
-def save_run(run: Solution, path: Any) -> None:
+def save_run(run: Solution, path: str | os.PathLike[str]) -> None:
     """Write a result with its mechanism, so that `load_run` gives the same and a motion goes on
     bit for bit.
 
@@ -127,7 +128,7 @@ def save_run(run: Solution, path: Any) -> None:
         file.write(content)
 
 
-def load_run(path: Any) -> Solution:
+def load_run(path: str | os.PathLike[str]) -> Solution:
     """The result that `save_run` wrote.
 
     Nothing is read of a file whose seal does not fit; then kinds, sizes and finiteness of every

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import os
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -167,7 +168,7 @@ def dataframe(solution: Solution) -> Any:
     return frame
 
 
-def write_csv(solution: Solution, path: Any, angle: str = "rad") -> None:
+def write_csv(solution: Solution, path: str | os.PathLike[str], angle: str = "rad") -> None:
     """Write the columns as comma-separated values, UTF-8, one header line, a line an instant.
 
     Every number is written with as many digits as bring back the same number.

@@ -19,6 +19,7 @@ from mbody.model.element import Element, Numbers, Polar, listed, place_name
 from mbody.model.mechanism import Mechanism
 from mbody.model.user_physics import is_plain_field, plain_field
 from mbody.quantities import Formula, FormulaError
+from mbody.quantities.types import PlainNumbers
 from mbody.system.layout import Layout, Work, frame_of, integers, inverse_masses
 from mbody.system.read_only import locked
 
@@ -135,7 +136,9 @@ class System:
         result: Law = law.with_numbers(current)
         return result
 
-    def with_values(self, values: Mapping[str, Any] | None = None, /, **more: Any) -> System:
+    def with_values(
+        self, values: Mapping[str, PlainNumbers] | None = None, /, **more: PlainNumbers
+    ) -> System:
         """The same topology with other numbers: one set, or a batch.
 
         Parameters
@@ -184,7 +187,7 @@ class System:
         changed = {name for name in given if name in parameters}
         if not changed:
             return {}
-        fixed = sorted(changed & self.mechanism._fixed_parameters)
+        fixed = sorted(changed & self.mechanism.fixed_parameters)
         if fixed:
             raise ModelError(
                 f"parameter '{fixed[0]}' is used in a table, a program, a guess or g of "

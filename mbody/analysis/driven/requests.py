@@ -187,10 +187,9 @@ def _driver(mechanism: Mechanism, name: str) -> Driver:
 
 def _values(mechanism: Mechanism, name: str, row: Any) -> np.ndarray:
     wanted = DIMENSIONS[dimension_of_instants(mechanism, name)]
+    scope = mechanism.parameters.scope()
     try:
-        return np.array(
-            [v.of(wanted).value(mechanism._scope) if isinstance(v, Formula) else v for v in row]
-        )
+        return np.array([v.of(wanted).value(scope) if isinstance(v, Formula) else v for v in row])
     except FormulaError as error:
         raise ModelError(f"'{name}': {error}", name) from None
 

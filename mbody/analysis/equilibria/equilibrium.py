@@ -18,6 +18,7 @@ from mbody.analysis.freedom.single_design import single_design, single_time
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
 from mbody.errors import ModelError, SolveError, remedy
+from mbody.model.body import Guesses
 from mbody.model.mechanism import Mechanism
 from mbody.quantities.units import UnitSystem
 from mbody.solution.doubts import Doubt, doubted
@@ -147,7 +148,7 @@ def equilibrium(
     model: Mechanism | System,
     *,
     free: str | Sequence[str] = (),
-    starts: Mapping[str, Any] | Sequence[Mapping[str, Any]] = (),
+    starts: Guesses | Sequence[Guesses] = (),
     t: float = 0.0,
 ) -> Equilibria:
     """Rest positions of a mechanism with free motions, joint forces there, and their stability.
@@ -210,7 +211,7 @@ def equilibrium(
     return search(system, guesses(starts), time).equilibria()
 
 
-def guesses(starts: Any) -> list[Mapping[str, Any] | None]:
+def guesses(starts: Any) -> list[Guesses | None]:
     """The guesses to begin from, the description's own first."""
     given = [starts] if isinstance(starts, Mapping) else starts
     if not isinstance(given, (list, tuple)) or not all(isinstance(g, Mapping) for g in given):
@@ -220,7 +221,7 @@ def guesses(starts: Any) -> list[Mapping[str, Any] | None]:
     return [None, *given]
 
 
-def search(system: System, starts: Sequence[Mapping[str, Any] | None], t: float) -> _RestResults:
+def search(system: System, starts: Sequence[Guesses | None], t: float) -> _RestResults:
     """Look for rest positions from some guesses."""
     found, notes = None, []
     for guess in starts:

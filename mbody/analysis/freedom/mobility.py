@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
@@ -14,6 +13,7 @@ from mbody.analysis.freedom.free_motions import FreeMotion, components, free_mot
 from mbody.analysis.freedom.single_design import single_design, single_time
 from mbody.analysis.position.assembly_analysis import DEAD, closed
 from mbody.analysis.position.closed_position import ClosedPosition
+from mbody.model.body import Guesses
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.remarks import remarks
@@ -148,7 +148,7 @@ def mobility(
     model: Mechanism | System,
     t: float = 0.0,
     *,
-    guess: Mapping[str, Any] | None = None,
+    guess: Guesses | None = None,
 ) -> Mobility:
     """Degrees of freedom, redundant constraints and free motions: Grübler's count and the truth.
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.time_grid import time_grid
+from mbody.analysis.driven.time_grid import Drive, time_grid
 from mbody.analysis.initial.initial_velocities import branch_rates, no_velocities
 from mbody.analysis.position.assembly_analysis import as_system, closed, raise_user_error
 from mbody.analysis.position.closed_position import ClosedPosition
@@ -17,7 +16,10 @@ from mbody.analysis.singular.singular_positions import SUSPECT, Singular, singul
 from mbody.errors import ModelError
 from mbody.kernels.loop_closure import project
 from mbody.kernels.output import PER_PRIMITIVE
+from mbody.model.body import Guesses
 from mbody.model.mechanism import Mechanism
+from mbody.model.numbers import number_in
+from mbody.quantities.types import Number
 from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
 from mbody.system.layout import Work
@@ -34,9 +36,9 @@ def close_loops(
     model: Mechanism | System,
     t: float = 0.0,
     *,
-    drive: Mapping[str, Any] | None = None,
-    guess: Mapping[str, Any] | None = None,
-    rates: Mapping[str, float] | None = None,
+    drive: Drive | None = None,
+    guess: Guesses | None = None,
+    rates: Mapping[str, Number] | None = None,
 ) -> Solution:
     """Close the loops from a rough guess: position analysis, initial assembly; velocities too.
 
@@ -90,7 +92,7 @@ def close_loops(
     for name, rate in (rates or {}).items():
         if name not in system.bodies or name == "ground":
             raise ModelError(f"there is no moving body {name!r} to give a rate", str(name))
-        turning[name] = system.mechanism._number(rate, "angular velocity", name, "rate")
+        turning[name] = number_in(system.mechanism, rate, "angular velocity", name, "rate")
         if too_large(system):
             work.v[3 * system.bodies[name] + 2] = turning[name]
     if drive:

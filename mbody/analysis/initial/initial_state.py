@@ -23,6 +23,7 @@ from mbody.model.driver import AngleDriver, CoordinateDriver
 from mbody.model.element import Marker, listed
 from mbody.model.event import Event, Stop, check_restitution
 from mbody.model.mechanism import Mechanism
+from mbody.model.numbers import number_in
 from mbody.model.simulation import STATE, SimulationSettings
 from mbody.model.study import Measure
 from mbody.quantities import Formula, FormulaError, read
@@ -318,7 +319,7 @@ def _number(
     parameters: Mapping[str, Any] | None = None,
 ) -> Any:
     """A number of a simulation in the units of the mechanism; parameters as a system has them."""
-    found = mechanism._number(value, dimension, "simulation", name)
+    found = number_in(mechanism, value, dimension, "simulation", name)
     if isinstance(value, Formula) and parameters:
         scope = mechanism.parameters.scope(parameters)
         try:

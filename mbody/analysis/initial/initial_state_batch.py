@@ -22,9 +22,11 @@ from mbody.analysis.position.initial_guess import placed
 from mbody.analysis.position.whole_turns import by_rows, by_springs
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.loop_closure import close_designs, laws_of_time, project_designs
+from mbody.model.body import Guesses
 from mbody.model.element import Numbers
 from mbody.model.numbers import moves_nothing
 from mbody.model.simulation import SimulationSettings
+from mbody.quantities.types import Number
 from mbody.solution.places import link_poses
 from mbody.solution.solution import Solution
 from mbody.system.system import System, polar_points
@@ -57,8 +59,8 @@ class BatchStart:
     """
 
     simulation: SimulationSettings | None
-    guess: Mapping[str, Any] | None
-    rates: Mapping[str, float] | None
+    guess: Guesses | None
+    rates: Mapping[str, Number] | None
     places: System
     turning: System
     alike: bool

@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from mbody.analysis.inverse.answers import Answer
 from mbody.analysis.inverse.solver import Solver
 from mbody.errors import ModelError, brief
 from mbody.model.mechanism import Mechanism
-from mbody.model.study import Question
+from mbody.model.study import PlacesLike, Question, TextsLike, Unknowns
 
 __all__ = ["solve_for"]
 
 
 def solve_for(
     mechanism: Mechanism,
-    unknowns: Any,
-    conditions: Any = (),
+    unknowns: Question | Unknowns,
+    conditions: TextsLike = (),
     *,
-    side_conditions: Any = (),
+    side_conditions: TextsLike = (),
     greatest: str = "",
     least: str = "",
-    at: Any = None,
+    at: PlacesLike | None = None,
     analysis: str = "kinetostatics",
 ) -> Answer:
     """Unknown load factors, accelerations, speeds, preloads or dimensions that meet conditions.
@@ -77,11 +75,12 @@ def solve_for(
     """
     if not isinstance(mechanism, Mechanism):
         raise ModelError(f"solve_for takes a Mechanism, not {brief(mechanism)}")
-    question = unknowns
-    own = isinstance(unknowns, str) and mechanism.questions.get(unknowns)
-    if own and not (conditions or greatest or least):
+    own = mechanism.questions.get(unknowns) if isinstance(unknowns, str) else None
+    if own is not None and not (conditions or greatest or least):
         question = own
-    elif not isinstance(unknowns, Question):
+    elif isinstance(unknowns, Question):
+        question = unknowns
+    else:
         question = Question(
             unknowns, conditions, side_conditions, greatest, least, analysis, at or {}
         )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,6 +14,7 @@ from mbody.analysis.linear.eigenvalues import eigenvalues
 from mbody.analysis.linear.linearize import Linearization, linearize
 from mbody.analysis.position.tangent_space import Array
 from mbody.errors import ModelError, SolveError
+from mbody.model.body import Guesses
 from mbody.model.mechanism import Mechanism
 from mbody.quantities.units import UnitSystem
 from mbody.solution.doubts import Inherited, certificate, inherited
@@ -190,7 +191,7 @@ def modes(
     *,
     at: Equilibrium | Solution | None = None,
     free: str | Sequence[str] = (),
-    starts: Mapping[str, Any] | Sequence[Mapping[str, Any]] = (),
+    starts: Guesses | Sequence[Guesses] = (),
     t: float = 0.0,
 ) -> Modes:
     """Natural frequencies, damping ratios and mode shapes at rest positions (modal analysis).
