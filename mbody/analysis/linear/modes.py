@@ -269,7 +269,7 @@ def modes(
 def _modes_at(linear: Linearization) -> ModesAt:
     """Solve the eigenproblem at one position."""
     system = linear.solution.system
-    scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+    scale = system.coordinate_units
     rates = linear.rates.reshape(len(linear.motions), -1) / scale
     # orthonormal ways, so that no unit of a leader has a say in what is small
     triangle = np.linalg.qr(rates.T, mode="r")
