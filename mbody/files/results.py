@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.errors import ModelError
 from mbody.files.files import writing
 from mbody.quantities.units import DIMENSIONS
+from mbody.solution.checks import one_design
 from mbody.solution.doubts import certificate
 from mbody.solution.heading import heading, unit_symbols
 from mbody.solution.measures import found_by, measured
@@ -51,11 +51,7 @@ def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
     >>> round(data(run)["bodies"]["crank"]["angle"][0], 9)
     60.0
     """
-    if solution.record.batch:
-        raise ModelError(
-            f"data are of one design, this is a batch of {solution.record.count} designs: analyse "
-            "one of them, system.design(n)"
-        )
+    one_design(solution, "data are of one design")
     machine = solution.mechanism
     units = machine.units
     turned = math.degrees(1.0) if angle == "deg" else 1.0

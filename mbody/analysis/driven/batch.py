@@ -1,9 +1,10 @@
 """All designs of a batch, one a lane; a lane that fails goes the scalar path.
 
 First positions, the grid of the lanes and their path are those of sweeps
-(`mbody.analysis.driven.lanes`). The kernel is another one: a batch keeps every row of all instants,
-lane by lane as the kernel writes them, a sweep only the rows that are measured, of all designs in
-one call.
+(`mbody.analysis.driven.lanes`). The kernel is another one: a batch keeps every row of all instants
+as the kernel writes them, with the distance from other branches, a sweep only the rows that are
+measured, of all designs in one call. Of 64 four-bars at 361 instants, on one core, a position takes
+163 ns here and 224 ns with all rows by the kernel of sweeps; there it takes 95 ns with one row.
 """
 
 from __future__ import annotations

@@ -1,5 +1,8 @@
 """How the free motions of many designs begin: positions and velocities as `simulate` of each has
-them, closed in one call of the core.
+them, closed in one call of the kernels.
+
+Driven designs close from the one position of the description, so that all are on its branch; here
+each closes from its own guess, as it would alone, which may be on another branch.
 """
 
 from __future__ import annotations
