@@ -164,6 +164,7 @@ def _measure(solution: Solution, measure: Any, turned: float) -> list[float | No
 def error_data(error: Exception) -> dict[str, Any]:
     """An error as data: ``{"error": {"kind", "element", "message"}}``, and the problems of a file.
 
+    >>> from mbody import ModelError
     >>> error_data(ModelError("no such thing", "crank"))["error"]["element"]
     'crank'
     """
