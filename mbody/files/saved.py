@@ -55,7 +55,7 @@ NEEDED = (
     "released_at",
 )
 ENERGIES = tuple(part.name for part in fields(Energy) if part.name != "by")
-ARRAYS = tuple(part.name for part in fields(Restart) if part.name not in ("way", "own", "released"))
+ARRAYS = tuple(part.name for part in fields(Restart) if part.name not in ("way", "own"))
 
 
 def save_run(run: Solution, path: str | os.PathLike[str]) -> None:
@@ -119,7 +119,6 @@ def save_run(run: Solution, path: str | os.PathLike[str]) -> None:
     if run.restart is not None:
         way = run.restart.way
         header["way"] = [way.method, way.rtol, way.atol, way.step]
-        header["released"] = run.restart.released
         arrays |= {f"restart.{name}": getattr(run.restart, name) for name in ARRAYS}
         arrays |= {f"own.{n}": part for n, part in enumerate(run.restart.own)}
     arrays["header"] = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
@@ -211,8 +210,8 @@ def _solution(
         fits = len(parts["state"]) == PROGRESS and np.isfinite(finite(parts["state"])).all()
         want(bool(fits), "'restart.state' holds what is no finite number")
         way = Way(header["way"][0], *map(float, header["way"][1:]))
-        restart = Restart(way, **parts, own=own, released=tuple(header["released"]))
-        _check_restart(system, restart, float(t[-1]))
+        restart = Restart(way, **parts, own=own)
+        _check_restart(system, list(header["released_at"]), restart, float(t[-1]))
     if "given" in arrays:
         given = array(arrays, "given", (n, len(system.drivers), 3), open=True)
 
@@ -249,9 +248,9 @@ def _solution(
     )
 
 
-def _check_restart(system: System, restart: Restart, last: float) -> None:
-    """Refuse a state that the motion cannot go on from."""
+def _check_restart(system: System, gone: list[str], restart: Restart, last: float) -> None:
+    """Refuse a state that the motion, without the released drivers, cannot go on from."""
     try:
-        check_restart(released(system, restart.released), restart, last)
+        check_restart(released(system, gone), restart, last)
     except (ModelError, SolveError) as error:
         raise Unreadable(str(error).splitlines()[0]) from None

@@ -11,6 +11,7 @@ import numpy as np
 from mbody.errors import ModelError
 from mbody.files.writing import writing
 from mbody.quantities.units import DIMENSIONS
+from mbody.solution.checks import one_design
 from mbody.solution.doubts import certificate
 from mbody.solution.measures import found_by, measured
 
@@ -63,11 +64,7 @@ def columns(solution: Solution, angle: str = "rad") -> dict[str, np.ndarray]:
     >>> list(table)[:4]
     ['t [s]', 'crank.x [m]', 'crank.y [m]', 'crank.angle [rad]']
     """
-    if solution.record.batch:
-        raise ModelError(
-            f"a table holds one motion, this is a batch of {solution.record.count} designs: "
-            "analyse one of them, system.design(n)"
-        )
+    one_design(solution, "a table is of one design")
     mechanism = solution.mechanism
     unit = mechanism.units.of
     table = {f"t [{unit('time')}]": solution.t}

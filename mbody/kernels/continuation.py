@@ -14,7 +14,9 @@ any means a dead centre. A change point is passed where the derivative continues
 
 Lanes cannot halve their steps one by one: `mbody.kernels.continuation_lanes` takes fixed steps with
 the same predictor and the same tests, and gives a lane that fails one to this path. The two solve
-by different factors for the reason given there.
+by different factors for the reason given there, and neither loop serves both: of a four-bar, driven
+through 3601 instants with its reactions, an instant takes 245 ns on lanes and 1050 ns here (one
+core); alone on the loop of lanes it takes 3050 ns, and nothing halves a step.
 """
 
 from __future__ import annotations

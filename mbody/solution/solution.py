@@ -18,7 +18,7 @@ from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import varied
 from mbody.model.study import Measure
 from mbody.solution.certificate import Certified, as_reported, changed
-from mbody.solution.checks import breakdown, checks, residuals
+from mbody.solution.checks import breakdown, checks, one_design, residuals
 from mbody.solution.doubts import Doubt
 from mbody.solution.energy import Energy
 from mbody.solution.event_record import EventRecord
@@ -101,11 +101,7 @@ class Solution:
         """Only some of the instants, by their numbers, in that order; doubts that begin after the
         last of them are left out.
         """
-        if self.record.batch:
-            raise ModelError(
-                f"instants are of one design, this is a batch of {self.record.count} designs: "
-                "analyse one of them, system.design(n)"
-            )
+        one_design(self, "instants are of one design")
         index = np.asarray(instants, dtype=np.int64)
         rows, report = self.record.table(slice(None))[index], as_reported(self)
         last = float(self.t[index].max(initial=-np.inf))

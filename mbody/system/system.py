@@ -100,6 +100,23 @@ class System:
         return 3 * self.layout.bodies
 
     @functools.cached_property
+    def coordinate_units(self) -> np.ndarray:
+        """The model length for each coordinate that is a length, 1 for each angle."""
+        return locked(np.tile([self.length, self.length, 1.0], self.layout.bodies))
+
+    @functools.cached_property
+    def row_units(self) -> np.ndarray:
+        """By what each row of Φ, in the order of `row_table`, is multiplied to have no unit."""
+        return locked(np.where(self.row_table[2], 1.0, 1.0 / self.length))
+
+    def extent(self, poses: np.ndarray) -> Any:
+        """Greatest coordinate of positions (…, coordinates or more), in model lengths and radians:
+        (…). The same of their rates.
+        """
+        own = np.abs(poses[..., : self.coordinates] / self.coordinate_units)
+        return own.max(axis=-1, initial=0.0)
+
+    @functools.cached_property
     def primitives_of(self) -> dict[str, list[int]]:
         """Primitives of every joint, coupling, then driver, by name, in order of description."""
         found: dict[str, list[tuple[int, int]]] = {}

@@ -15,9 +15,10 @@ from mbody.errors import ModelError, SolveError
 from mbody.model.driver import Driver
 from mbody.model.mechanism import Mechanism
 from mbody.sheets.names import force_floor, force_names
+from mbody.solution.checks import one_design
 from mbody.solution.solution import Solution
 from mbody.system.system import System
-from mbody.views.backend import blank, one_design, styled
+from mbody.views.backend import blank, styled
 from mbody.views.bounds import bounds, wheels
 from mbody.views.coupling_symbols import coupling_symbol
 from mbody.views.cycle import SMOOTH, times
@@ -89,7 +90,7 @@ def draw(
     ['pin:A', 'pin:B', 'pin:O2', 'pin:O4']
     """
     run = model if isinstance(model, Solution) else _solved(model, forces)
-    one_design(run)
+    one_design(run, "a picture is of one design")
     pose = Pose(run, instant)
     if isinstance(paths, str):
         paths = (paths,)

@@ -85,7 +85,7 @@ def undetermined(system: System, t: float, q: Array, v: Array) -> SolveError | N
     motions = rank_of(dense(system, work)[1]).motions
     if not len(motions):
         return None
-    scale = _scale(system)
+    scale = system.coordinate_units
     mass = system.mass[: system.coordinates, 0] * scale**2
     inertia, shapes = np.linalg.eigh((motions * mass) @ motions.T)
     ways = shapes[:, inertia <= MASSLESS * max(float(mass.max()), 1e-300)].T @ motions
@@ -114,7 +114,7 @@ def inertialess(system: System, t: float, q: Array) -> int:
     motions = rank_of(dense(system, _at(system, t, q))[1]).motions
     if not len(motions):
         return 0
-    work, scale = system.work(masses=True), _scale(system)
+    work, scale = system.work(masses=True), system.coordinate_units
     slots = 3 * system.layout.body_slot[:, None] + np.arange(3)
     share = work.share[system.layout.body_slot, 0][:, None]
     whole = 1.0 / (work.weight[slots, 0] * share)
@@ -137,7 +137,7 @@ def weightless(system: System) -> SolveError | None:
 
 def _pushed(system: System, t: float, q: Array, v: Array, way: Array) -> bool:
     """Whether loads drive a motion without inertia, here or a little along it."""
-    places, scale, work = [(q, v)], _scale(system), system.work()
+    places, scale, work = [(q, v)], system.coordinate_units, system.work()
     if not system.user_handles():  # users' functions may know no such places
         whole = _loads(system, work, t, q, v).sum(axis=0) * scale
         mass = float((system.mass[: system.coordinates, 0] * scale**2).max())
@@ -213,9 +213,9 @@ def adjusted(system: System, given: Array, found: Array, whole: float = np.inf) 
     """
     names = [body.name for body in system.mechanism.bodies]
     n, units = system.coordinates, system.mechanism.units
-    moved, changed = ((found - given) / np.tile(_scale(system), 2)).reshape(2, -1, 3)
+    moved, changed = ((found - given) / np.tile(system.coordinate_units, 2)).reshape(2, -1, 3)
     slow = ROUNDED / (REPORTED * (whole or np.inf))
-    swift = max(float(np.abs(given[n:] / _scale(system)).max()), slow)
+    swift = max(float(np.abs(given[n:] / system.coordinate_units).max()), slow)
     parts = []
     if (far := np.hypot(moved[:, 0], moved[:, 1])).max() > REPORTED:
         way = system.length * far.max()
@@ -256,7 +256,3 @@ def _loads(system: System, work: Work, t: float, q: Array, v: Array) -> Array:
     each_load(system.runtime(), work, motion, np.array([t]), found)
     raise_user_error(system)
     return np.asarray(found[0])
-
-
-def _scale(system: System) -> Array:
-    return np.tile([system.length, system.length, 1.0], system.layout.bodies)

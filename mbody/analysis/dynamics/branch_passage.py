@@ -114,7 +114,7 @@ class BranchPassage:
         if not self.open or t <= self.state[KNOWN_UNTIL]:
             return
         n = len(y) // 2
-        scale = np.tile([self.system.length, self.system.length, 1.0], n // 3)
+        scale = self.system.coordinate_units
         for one in self.open:
             found = one.passed(t, y[:n] / scale, y[n:] / scale)
             if found is not None:
@@ -161,7 +161,7 @@ class BranchPassage:
 
 def _without_mass(system: System, v: Array) -> tuple[str, ...]:
     """Bodies without mass that move at the rates v (coordinates,), the fastest first."""
-    scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+    scale = system.coordinate_units
     fast = np.abs(v / scale).reshape(-1, 3).max(axis=1)
     order = np.argsort(-fast)
     bodies = system.mechanism.bodies

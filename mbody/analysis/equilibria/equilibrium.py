@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from mbody.analysis.driven.runner import Runner
 from mbody.analysis.driven.time_grid import by_time
 from mbody.analysis.equilibria.lift_off import lifting
+from mbody.analysis.equilibria.rest_positions import AtRestPositions
 from mbody.analysis.equilibria.search import ZERO, Rest, RestSearch
 from mbody.analysis.equilibria.sentences import Words
 from mbody.analysis.freedom.free_motions import FreeMotion, free_motions, rates_of
@@ -20,11 +21,9 @@ from mbody.analysis.position.tangent_space import Array, Manifold, Place
 from mbody.errors import ModelError, SolveError, remedy
 from mbody.model.body import Guesses
 from mbody.model.mechanism import Mechanism
-from mbody.quantities.units import UnitSystem
-from mbody.solution.doubts import Doubt, doubted
+from mbody.solution.doubts import doubted
 from mbody.solution.heading import heading, unit_symbols
 from mbody.solution.histories import BodyHistory, Reaction, Record
-from mbody.solution.presentation import present
 from mbody.solution.solution import Solution
 from mbody.system.rank import DENSE, too_large
 from mbody.system.read_only import lock
@@ -95,7 +94,7 @@ class Equilibrium:
 
 
 @dataclass(frozen=True, eq=False)
-class Equilibria:
+class Equilibria(AtRestPositions[Equilibrium]):
     """The rest positions that were found, stable ones first; ``print`` shows them as a table.
 
     Attributes
@@ -110,27 +109,10 @@ class Equilibria:
         Sentences, those of the doubts among them.
     """
 
-    mechanism: str
-    units: UnitSystem
-    t: float
-    positions: tuple[Equilibrium, ...] = field(repr=False)
-    notes: tuple[str, ...] = ()
-    doubts: tuple[Doubt, ...] = ()
-    status: str = "completed"
-
     @property
     def stable(self) -> tuple[Equilibrium, ...]:
         """Those to which it comes back by itself."""
         return tuple(one for one in self.positions if one.stability == "stable")
-
-    def __len__(self) -> int:
-        return len(self.positions)
-
-    def __iter__(self) -> Iterator[Equilibrium]:
-        return iter(self.positions)
-
-    def __getitem__(self, index: int) -> Equilibrium:
-        return self.positions[index]
 
     def data(self, angle: str = "deg") -> dict[str, Any]:
         """Everything as a plain dict of numbers, text, lists and dicts, ready for JSON."""
@@ -139,9 +121,6 @@ class Equilibria:
             "t": self.t,
             "positions": [one.data(angle) for one in self.positions],
         }
-
-    def __str__(self) -> str:
-        return str(present("sheet", self))
 
 
 def equilibrium(
@@ -279,7 +258,11 @@ class _RestResults:
         words = Words(self.system, self.search)
         self.notes += [note for note in words.facts() if note not in self.notes]
         every = Equilibria(
-            self.mechanism.name, self.mechanism.units, self.t, tuple(found), tuple(self.notes)
+            self.mechanism.name,
+            self.mechanism.units,
+            self.t,
+            tuple(found),
+            notes=tuple(self.notes),
         )
         return doubted(every, words.doubts(free))
 

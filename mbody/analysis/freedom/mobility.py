@@ -287,7 +287,7 @@ class _Report:
             return best  # no higher rank is possible, or there is no other position
         if driven.rows > LOOKED:
             return None, None
-        scale = np.tile([self.system.length, self.system.length, 1.0], self.system.layout.bodies)
+        scale = self.system.coordinate_units
         here, random = self.work.q.copy(), np.random.default_rng(0)
         size, reached = len(scale), False
         for _ in range(TRIES):

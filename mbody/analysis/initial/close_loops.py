@@ -23,7 +23,7 @@ from mbody.quantities.types import Number
 from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
 from mbody.system.layout import Work
-from mbody.system.rank import dense, rank_of, too_large
+from mbody.system.rank import dense, dense_rates, rank_of, too_large
 from mbody.system.system import System
 
 __all__ = ["close_loops"]
@@ -144,7 +144,7 @@ def _turned(system: System, work: Work, rates: Mapping[str, float]) -> list[str]
     columns = [3 * system.bodies[name] + 2 for name in rates]
     request = np.array(list(rates.values()))
     if not too_large(system):
-        scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+        scale = system.coordinate_units
         motions = rank_of(dense(system, work)[1]).motions
         left = request - work.v[columns, 0]
         way = np.linalg.lstsq(motions[:, columns].T, left, rcond=1e-9)[0]
@@ -170,10 +170,8 @@ def _check_velocities(system: System, work: Work) -> None:
     if too_large(system) or not system.rows:
         return
     G = dense(system, work)[1]
-    primitive, row, is_angle = system.row_table
-    unit = np.where(is_angle, 1.0, 1.0 / system.length)
-    nu = unit * work.nu[2 * system.layout.primitive_node[primitive] + row, 0]
-    v = work.v[: system.coordinates, 0].reshape(-1, 3) / [system.length, system.length, 1.0]
-    rest = np.abs(G @ v.reshape(-1) - nu)
+    nu = dense_rates(system, work)
+    v = work.v[: system.coordinates, 0] / system.coordinate_units
+    rest = np.abs(G @ v - nu)
     if rest.max() > 1e-6 * max(np.abs(nu).max(), np.abs(v).max()):
         raise no_velocities(system, nu)

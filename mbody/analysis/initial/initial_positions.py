@@ -64,7 +64,7 @@ def fitted_places(
         A workspace, its signals set.
     """
     n = system.coordinates
-    scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+    scale = system.coordinate_units
     work.q[:, 0] = first
     wanted = np.array([one.value / one.unit(system) for one in prescribed])
     for _ in range(CORRECTIONS):

@@ -10,16 +10,15 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.equilibria.equilibrium import Equilibrium, equilibrium
+from mbody.analysis.equilibria.rest_positions import AtRestPositions
 from mbody.analysis.linear.eigenvalues import eigenvalues
 from mbody.analysis.linear.linearize import Linearization, linearize
 from mbody.analysis.position.tangent_space import Array
 from mbody.errors import ModelError, SolveError
 from mbody.model.body import Guesses
 from mbody.model.mechanism import Mechanism
-from mbody.quantities.units import UnitSystem
 from mbody.solution.doubts import Inherited, certificate, inherited
 from mbody.solution.heading import heading, unit_symbols
-from mbody.solution.presentation import present
 from mbody.solution.solution import Solution
 from mbody.system.read_only import lock
 from mbody.system.system import System
@@ -155,24 +154,10 @@ class ModesAt(Inherited):
 
 
 @dataclass(frozen=True, eq=False)
-class Modes(Inherited):
+class Modes(AtRestPositions[ModesAt]):
     """The modes at one or several rest positions; ``print`` shows them as tables. Doubts of the
     positions are its own.
     """
-
-    mechanism: str
-    units: UnitSystem
-    t: float
-    positions: tuple[ModesAt, ...] = field(repr=False)
-
-    def __len__(self) -> int:
-        return len(self.positions)
-
-    def __iter__(self) -> Iterator[ModesAt]:
-        return iter(self.positions)
-
-    def __getitem__(self, index: int) -> ModesAt:
-        return self.positions[index]
 
     def data(self) -> dict[str, Any]:
         """Everything as a plain dict of numbers, text, lists and dicts, ready for JSON."""
@@ -181,9 +166,6 @@ class Modes(Inherited):
             "t": self.t,
             "positions": [one.data() for one in self.positions],
         }
-
-    def __str__(self) -> str:
-        return str(present("sheet", self))
 
 
 def modes(
@@ -270,7 +252,7 @@ def modes(
 def _modes_at(linear: Linearization) -> ModesAt:
     """Solve the eigenproblem at one position."""
     system = linear.solution.system
-    scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+    scale = system.coordinate_units
     rates = linear.rates.reshape(len(linear.motions), -1) / scale
     # orthonormal ways, so that no unit of a leader has a say in what is small
     triangle = np.linalg.qr(rates.T, mode="r")

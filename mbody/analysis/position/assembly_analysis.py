@@ -205,7 +205,7 @@ def _from(system: System, work: Work, start: np.ndarray) -> ClosedPosition | Non
     for regularization in (0.0, SOFT):
         work.q[:] = start
         good, straight, ratio = close(
-            system.runtime(), work, regularization, rounding(system, work)
+            system.runtime(), work, regularization, float(rounding(system, work.q[:, 0]))
         )
         raise_user_error(system)
         result = ClosedPosition(work, regularization, ratio, straight=straight)
@@ -230,11 +230,9 @@ def _from(system: System, work: Work, start: np.ndarray) -> ClosedPosition | Non
     return None
 
 
-def rounding(system: System, work: Work) -> float:
-    """Size of a correction that is rounding of these coordinates."""
-    places = work.q[: system.coordinates, 0].reshape(-1, 3)
-    size = max(np.abs(places[:, :2]).max() / system.length, np.abs(places[:, 2]).max())
-    return float(TOLERANCE * (1.0 + size))
+def rounding(system: System, poses: np.ndarray) -> Any:
+    """Size of a correction that is rounding of positions (…, coordinates + 3): (…)."""
+    return TOLERANCE * (1.0 + system.extent(poses))
 
 
 def set_drive(system: System, work: Work, t: float, drive: Mapping[str, float]) -> dict[str, float]:

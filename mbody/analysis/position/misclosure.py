@@ -105,7 +105,7 @@ def refuse_near_redundant(system: System, work: Work, start: np.ndarray) -> None
         return
     before = work.q.copy()
     work.q[:] = start
-    scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+    scale = system.coordinate_units
     driven = np.arange(system.rows) >= joints
     try:
         if not np.isfinite(dense(system, work)[1]).all():  # a distance of 0
@@ -144,7 +144,7 @@ def refuse_near_redundant(system: System, work: Work, start: np.ndarray) -> None
 
 def _least(system: System, work: Work, joints: int) -> np.ndarray:
     """Move to the nearest position at which the joints, without drivers, are violated least."""
-    scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+    scale = system.coordinate_units
     phi = np.zeros(joints)
     for _ in range(10):
         phi, G = dense(system, work)

@@ -111,7 +111,7 @@ def _fixed(system: System, guess: Guesses) -> set[str]:
 
 def _scaled(system: System, q: Array) -> Array:
     """Coordinates in model lengths and radians: (bodies, 3)."""
-    return q[: system.coordinates].reshape(-1, 3) / [system.length, system.length, 1.0]
+    return (q[: system.coordinates] / system.coordinate_units).reshape(-1, 3)
 
 
 def _difference(system: System, q: Array, other: Array) -> Array:

@@ -167,7 +167,7 @@ def look_ahead(
     """
     if too_large(system):
         return Ahead()
-    scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+    scale = system.coordinate_units
     speed = float(np.linalg.norm(v / scale))
     if not speed > 0.0:
         return Ahead()

@@ -71,10 +71,8 @@ class ConstraintRows:
     scale: Array = field(init=False)
 
     def __post_init__(self) -> None:
-        L = self.system.length
-        self.scale = np.tile([L, L, 1.0], self.system.layout.bodies)
-        self.primitive, self.row, angle = self.system.row_table
-        self.unit = np.where(angle, 1.0, 1.0 / L)
+        self.scale, self.unit = self.system.coordinate_units, self.system.row_units
+        self.primitive, self.row, _ = self.system.row_table
         self.moving = 0.0
 
     @classmethod
