@@ -2,14 +2,14 @@
 
 import sys
 
-from mbody.cli.interrupts import stop
+from mbody.cli.interrupts import interrupt
 
 __all__ = ["run"]
 
 
 def run() -> int:
     """The command with the arguments of the process; gives its exit status."""
-    stop.take_over()  # before anything is loaded that takes time
+    interrupt.take_over()  # before anything is loaded that takes time
     from mbody.cli import main
 
     return main()

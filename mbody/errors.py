@@ -12,7 +12,7 @@ __all__ = [
     "ModelError",
     "ModelWarning",
     "SolveError",
-    "angle_told",
+    "angle_text",
     "at_the_command",
     "brief",
     "remedy",
@@ -87,13 +87,13 @@ def at_the_command() -> Iterator[None]:
         _AT_THE_COMMAND.reset(mark)
 
 
-def angle_told(value: float) -> str:
+def angle_text(value: float) -> str:
     """An angle [rad] in the unit of the interface that the user works with.
 
-    >>> angle_told(1.5707963267948966)
+    >>> angle_text(1.5707963267948966)
     '1.5708 rad'
     >>> with at_the_command():
-    ...     angle_told(1.5707963267948966)
+    ...     angle_text(1.5707963267948966)
     '90 deg'
     """
     return remedy(python=f"{value:g} rad", command=f"{math.degrees(value):g} deg")

@@ -28,9 +28,9 @@ from mbody import (
 )
 from mbody.engineering import close_loops
 from mbody.engines.pymunk import MARGIN, opinion
-from mbody.engines.pymunk.extrapolation import extrapolated
 from mbody.engines.pymunk.instants import kinematic
 from mbody.engines.pymunk.motion import trajectory
+from mbody.engines.pymunk.richardson import extrapolated
 from mbody.engines.pymunk.space import Space
 from mbody.engines.pymunk.steps import SpaceStepper, of_system
 from mbody.laws import ConstantSpeed, Harmonic

@@ -44,7 +44,7 @@ def pendulum():
 
 
 def four_bar():
-    """Let go from where its guesses close, without any word of a start."""
+    """Released from where its guesses close, without any word of a start."""
     machine = makers.four_bar(1.0, 3.0, 2.0, 3.5, masses=(1.0, 3.0, 2.0)).without("motor").copied()
     machine.add(Gravity("gravity", y=-9.81))
     return machine

@@ -27,7 +27,7 @@ from mbody.engines.oracle import Reference
 from mbody.laws import ConstantSpeed, Harmonic
 from mbody.model.joints import CustomJoint
 from mbody.sheets.equations import equations, system_of_equations
-from mbody.sheets.table import WIDTH
+from mbody.sheets.text_table import WIDTH
 from tests.linkages import random_linkage
 from tests.test_errors import says
 from validation.grubler_paradox import build as three_cranks

@@ -275,5 +275,5 @@ def test_where_a_driver_of_an_angle_acts_is_not_told():
         mbody.ModelError, match="'motor', of the type AngleDriver, acts at no place"
     ):
         run.reaction_point("motor")
-    with pytest.raises(mbody.ModelError, match="there is no driver 3 to let go"):
+    with pytest.raises(mbody.ModelError, match="there is no driver 3 to release"):
         mbody.equilibrium(run.mechanism, free=3)

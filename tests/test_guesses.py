@@ -10,15 +10,16 @@ import mbody
 from mbody import AngleDriver, Body, Mechanism, Revolute, gallery
 from mbody.engineering import close_loops
 from mbody.laws import ConstantSpeed
+from mbody.model.mechanism import snapshot, with_element
 
 FREE = ("bouncing_ball", "double_pendulum", "simple_pendulum")
 
 
 def without_guesses(machine, names):
     """The same, with no guess on some bodies."""
-    made = machine._snapshot()
+    made = snapshot(machine)
     for name in names:
-        made = made._replaced(replace(machine[name], guess=None))
+        made = with_element(made, replace(machine[name], guess=None))
     return made
 
 

@@ -144,7 +144,7 @@ JSON = {
     "a list": ("[1]", "a model is a table, not list"),
     "text": ('"x"', "a model is a table, not str"),
     "null": ("null", "a model is a table, not NoneType"),
-    "a key twice": ('{"name": "a", "name": "b"}', "the key 'name' stands twice"),
+    "a key twice": ('{"name": "a", "name": "b"}', "the key 'name' is given twice"),
     "NaN": ('{"g": NaN}', "NaN is no number of a model"),
     "1e400": ('{"g": 1e400}', "line 1: g: is inf, it must be finite"),
     "a long exponent": ('{"g": 1e99999999999999}', "is inf"),
@@ -243,12 +243,12 @@ def test_lines_of_errors_in_long_texts():
 def test_an_element_is_added_as_a_whole_or_not_at_all():
     machine = Mechanism(parameters={"p": 1.0})
     machine.add(Body("a", mass="p"))
-    before = dict(machine.formulas), set(machine._fixed_parameters)
+    before = dict(machine.formulas), set(machine.fixed_parameters)
     for new in ([Body("b", mass="-p")], [Body("b", mass="p"), Body("c", mass="q")]):
         with pytest.raises(ModelError):
             machine.add(*new)
         assert list(machine) == [machine["a"]]
-        assert (machine.formulas, machine._fixed_parameters) == before
+        assert (machine.formulas, machine.fixed_parameters) == before
 
 
 # -- formulas and units ---------------------------------------------------------------------------

@@ -304,7 +304,7 @@ def test_a_driven_mechanism_stands_still_by_every_even_method(method):
 
 @pytest.mark.parametrize("method", ["dop853", "dopri5"])
 def test_explicit_steps_do_not_crawl_where_loads_jump(method):
-    """Let go, the machine stops where its valves hold it: 1e7 steps would be left, and are not
+    """Released, the machine stops where its valves hold it: 1e7 steps would be left, and are not
     begun. The motion until there is kept.
     """
     machine = gallery.load("mud_pump")
@@ -461,5 +461,5 @@ def test_a_released_motion_goes_on_and_is_asked_in_files(tmp_path):
 
 
 def test_releases_that_are_none_are_refused():
-    with pytest.raises(ModelError, match="no driver 'gravity' to let go"):
+    with pytest.raises(ModelError, match="no driver 'gravity' to release"):
         simulate(driven(), 1.0, release={"gravity": 0.1})

@@ -143,7 +143,7 @@ def test_large_texts_are_read_or_refused_in_time(text):
         ("a = 1\na = 2\n", False, "it is no TOML: line 2"),
         ("{", True, "it is no JSON: line 1"),
         ('{"g": NaN}', True, "NaN is no number of a model"),
-        ('{"g": 1, "g": 2}', True, "the key 'g' stands twice"),
+        ('{"g": 1, "g": 2}', True, "the key 'g' is given twice"),
         ("[1]", True, "a model is a table, not list"),
         ("g = nan", False, "line 1: g: is nan, it must be finite"),
         ("g = inf", False, "line 1: g: is inf, it must be finite"),

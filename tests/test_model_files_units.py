@@ -17,6 +17,7 @@ from mbody import (
     kinetostatics,
 )
 from mbody.files.model import in_units
+from mbody.model.numbers import number_in
 from mbody.model.study import Instants
 from mbody.quantities.units import unit_system
 from tests.linkages import random_linkage, times_within
@@ -64,7 +65,9 @@ def at_its_instants(machine):
     ask = machine.ask
     if ask.over:
         return kinetostatics(machine, turn=True, instants=13)
-    return kinetostatics(machine, t=[machine._number(t, "time", "ask", "t") for t in ask.at["t"]])
+    return kinetostatics(
+        machine, t=[number_in(machine, t, "time", "ask", "t") for t in ask.at["t"]]
+    )
 
 
 @pytest.mark.parametrize("name", [n for n in gallery.names() if gallery.load(n).ask])
@@ -112,8 +115,8 @@ def test_a_batch_of_units_for_laws_and_parameters():
     other = in_units(machine, "mm-N-ms")
     assert [v for v in other.ask.at["t"]] == [100.0, 50.0, 200.0]
     assert other["b"].points["A"] == pytest.approx((1000.0, 1000.0), rel=1e-15)
-    for name, old in machine._scope.names.items():
-        new = other._scope.names[name]
+    for name, old in machine.parameters.scope().names.items():
+        new = other.parameters.scope().names[name]
         size = ratio(old.dimension, "SI", "mm-N-ms") if old.dimension else 1.0
         assert new.dimension == old.dimension
         assert new.value == pytest.approx(old.value * size, rel=2e-15)

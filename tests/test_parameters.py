@@ -261,10 +261,10 @@ def test_parameters_in_tables_are_fixed(element):
         assert system.law_of(machine["motor2"])(3.5) == pytest.approx(0.5)
         return
     machine.add(element)
-    assert machine._fixed_parameters == {"T"}
+    assert machine.fixed_parameters == {"T"}
     if isinstance(element, Body):
         machine.add(Revolute("P", "crank", "b"), AngleDriver("m2", "b", 0.0))
-    with says(ModelError, "parameter 'T' stands in a table", "describe the mechanism again"):
+    with says(ModelError, "parameter 'T' is used in a table", "describe the mechanism again"):
         assemble(machine).with_values(T=3.0)
 
 
@@ -293,7 +293,7 @@ def test_weights_become_masses_with_g(units, g, by_hand):
     twice = system.with_values(W=2.0 * float(system.values["W"]))
     assert twice.mass[0, 0] == pytest.approx(2 * weight / by_hand, rel=6 * ROUNDED)
     if g == "g0/2":
-        with says(ModelError, "parameter 'g0' stands in", "g of 'm'"):
+        with says(ModelError, "parameter 'g0' is used in", "g of 'm'"):
             system.with_values(g0=5.0)
 
 
@@ -315,7 +315,7 @@ def test_an_element_waits_for_its_mechanism():
         "crank.A.x": "a",
         "crank.guess.angle": "30 deg",
     }
-    assert machine._fixed_parameters == set()
+    assert machine.fixed_parameters == set()
 
 
 @pytest.mark.parametrize(
@@ -359,4 +359,4 @@ def test_an_element_that_does_not_fit_changes_nothing():
     ):
         with says(ModelError, *words, element="b"):
             machine.add(Body("good", inertia="T"), bad)
-        assert not list(machine) and not machine.formulas and not machine._fixed_parameters
+        assert not list(machine) and not machine.formulas and not machine.fixed_parameters

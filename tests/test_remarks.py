@@ -31,7 +31,7 @@ def model(law='"25 rad/s * t"', mass="mass = 2\ninertia = 1", spring='"3 N*m/rad
 
 
 def test_nothing_is_said_of_what_is_plain():
-    assert model()._remarks == () and remarks(model()) == ()
+    assert model().file_remarks == () and remarks(model()) == ()
     assert not mbody.kinetostatics(model()).notes
 
 

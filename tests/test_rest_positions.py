@@ -142,7 +142,7 @@ def test_weights_on_a_rope_are_drawn_through_their_pulleys(stiffness):
     mine = [(float(one["a"].y[0]), float(one["b"].y[0])) for one in found]
     assert_allclose(sorted(mine), sorted(hand), atol=1e-10)
     assert_allclose(mine[0], hand[0], atol=1e-10)  # the nearest to the guess
-    assert sum("a distance that is held is zero" in note for note in found.notes) == 4
+    assert sum("a prescribed distance is zero" in note for note in found.notes) == 4
 
 
 @pytest.mark.parametrize(

@@ -139,7 +139,7 @@ WORDS = [
     ("way", ["dop853"]),
     ("way", ["dop853", -1.0, 1e-8, 0.0]),
     ("way", ["rattle", 1e-8, 1e-8, 0.0]),
-    ("released", ["motor"]),
+    ("released_at", {"motor": 0.1}),
     ("format", 1),
 ]
 

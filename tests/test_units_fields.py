@@ -208,5 +208,7 @@ def test_quantities_without_a_dimension_are_plain():
     machine = Mechanism("m", parameters={"n": Q(2.5, "dimensionless"), "w": Q(1.0, "rpm")})
     machine.add(Body("it", mass=Q(3, "dimensionless"), inertia="n"))
     assert (machine["it"].mass, machine["it"].inertia) == (3.0, 2.5)
-    assert machine._scope.names["w"].value == pytest.approx(math.pi / 30, rel=4 * ROUNDED)
-    assert name_of(machine._scope.names["w"].dimension) == "angular velocity"
+    assert machine.parameters.scope().names["w"].value == pytest.approx(
+        math.pi / 30, rel=4 * ROUNDED
+    )
+    assert name_of(machine.parameters.scope().names["w"].dimension) == "angular velocity"

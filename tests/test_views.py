@@ -87,7 +87,7 @@ def test_arrows_are_the_forces(norton):
         pin = drawn[f"pin:{joint}"]
         gap = min(np.hypot(*(end - pin.center)) for end in (tail, tip))
         assert pin.radius < gap < 2.0 * pin.radius
-        assert f"{np.hypot(*force):.4g} lbf" in drawn[f"told:{name}"].get_text()
+        assert f"{np.hypot(*force):.4g} lbf" in drawn[f"label:{name}"].get_text()
     applied = arrow(drawn, "force:F_P")
     angle = math.degrees(math.atan2(*(applied[1] - applied[0])[::-1])) % 360.0
     assert angle == pytest.approx(330.0)

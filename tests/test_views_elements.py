@@ -242,8 +242,8 @@ def test_a_spindle_has_its_speed_and_sense(given):
     axis = drawn["axis:field"].get_xydata()
     assert axis[:, 0] == pytest.approx([0.0, 0.0], abs=1e-12) and axis[0, 1] < 0.0 < axis[1, 1]
     # a free spindle has ω = H/J with J = m x² = 2
-    told = drawn["told:field"].get_text()
-    assert told.endswith("= −12 rad/s" if "speed" in given else "= 12 rad/s")
+    label = drawn["label:field"].get_text()
+    assert label.endswith("= −12 rad/s" if "speed" in given else "= 12 rad/s")
     ring = drawn["field:field"].get_xydata()
     front = ring[ring[:, 1] < ring[:, 1].mean()]
     # about an axis that points up the near side of the plane moves to the right

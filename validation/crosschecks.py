@@ -14,10 +14,10 @@ HEAD = """\
 # Second opinions
 
 What other engines say of every model of the gallery, as `mbody crosscheck NAME` asks them: the
-instants or the free motion that the model itself asks for. Written by
+instants or the free motion that the model itself requests. Written by
 `python -m validation.crosschecks`; the tests hold it against fresh answers.
 
-* **balance**: Newton and Euler of every body and the power of all, by plain sums of what is told.
+* **balance**: Newton and Euler of every body and the power of all, by sums of what is reported.
 * **oracle**: the same analysis once more, in dense matrices, from the description.
 * **pinocchio**: a tree of joints with loop constraints. *motion*: poses, rates and accelerations by
   its kinematics, how far loops are open, and what drivers drive; *forces*: every effort and joint

@@ -25,9 +25,10 @@ def check(args: Any) -> int:
 def equilibrium(args: Any) -> int:
     """Rest positions of a model."""
     from mbody.analysis.equilibria.equilibrium import equilibrium as found
+    from mbody.model.numbers import number_in
 
     mechanism = model_of(args)
-    when = 0.0 if args.t is None else mechanism._number(args.t, "time", "--t", "value")
+    when = 0.0 if args.t is None else number_in(mechanism, args.t, "time", "--t", "value")
     report = found(mechanism, free=args.free, t=when)
     angle = args.angle or "deg"
     print(json.dumps(report.data(angle), ensure_ascii=False) if args.json else report)
@@ -37,9 +38,10 @@ def equilibrium(args: Any) -> int:
 def modes(args: Any) -> int:
     """Frequencies, damping and shapes of small motions about the rest positions of a model."""
     from mbody.analysis.linear.modes import modes as found
+    from mbody.model.numbers import number_in
 
     mechanism = model_of(args)
-    when = 0.0 if args.t is None else mechanism._number(args.t, "time", "--t", "value")
+    when = 0.0 if args.t is None else number_in(mechanism, args.t, "time", "--t", "value")
     report = found(mechanism, free=args.free, t=when)
     print(json.dumps(report.data(), ensure_ascii=False) if args.json else report)
     return exit_status(report)
@@ -48,7 +50,7 @@ def modes(args: Any) -> int:
 def models(args: Any) -> int:
     """The models of the gallery, with title, source and what to look at."""
     from mbody import gallery
-    from mbody.sheets.table import paragraph
+    from mbody.sheets.text_table import paragraph
 
     found = {name: _headed(gallery.path(name)) for name in gallery.names()}
     if args.json:

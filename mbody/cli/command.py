@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from importlib import import_module
 from typing import Any
 
-from mbody.cli.interrupts import STATUS, stop
+from mbody.cli.interrupts import STATUS, interrupt
 from mbody.cli.parser import parser
 from mbody.cli.streams import message, opened, silenced
 from mbody.cli.usage import UsageError
@@ -21,7 +21,7 @@ __all__ = ["run_command"]
 def run_command(argv: Sequence[str] | None = None) -> int:
     """Run the command and give its exit status; see `mbody.cli.main`."""
     if argv is None:
-        stop.take_over()
+        interrupt.take_over()
         opened()
     arguments = list(sys.argv[1:] if argv is None else argv)
     for stream in (sys.stdout, sys.stderr):
@@ -48,7 +48,7 @@ def run_command(argv: Sequence[str] | None = None) -> int:
         message("mbody: there is not enough memory for this: request less at once")
         return 1
     finally:
-        stop.done()
+        interrupt.done()
 
 
 def _exit_status(arguments: list[str]) -> int:

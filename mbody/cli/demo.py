@@ -34,7 +34,7 @@ def demo(args: Any = None) -> int:
 
 def _comparison(run: Solution) -> list[str]:
     """The book's answers, ours with its rounded masses, and the differences."""
-    from mbody.sheets.table import Column, paragraph, table
+    from mbody.sheets.text_table import Column, paragraph, table
 
     force, torque = (run.mechanism.units.of(kind) for kind in ("force", "torque"))
     rows: list[tuple[str, str, str, str, str, str]] = []

@@ -13,7 +13,7 @@ __all__ = ["export"]
 def export(args: Any) -> int:
     """Write a model as a file of another program; what it cannot express is reported."""
     from mbody.engines.mjcf import to_mjcf
-    from mbody.files.files import writing
+    from mbody.files.writing import writing
 
     made = to_mjcf(model_of(args))
     if args.output is None:

@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from typing import Any
 
-__all__ = ["STATUS", "Stop", "stop"]
+__all__ = ["STATUS", "Interrupt", "interrupt"]
 
 #: The exit status of shells for a process that Ctrl-C has ended.
 STATUS = 130
 LINE = b"mbody: stopped\n"
 
 
-class Stop:
+class Interrupt:
     """What happens at Ctrl-C.
 
     Attributes
@@ -82,4 +82,4 @@ class Stop:
 
 
 #: Of this process.
-stop = Stop()
+interrupt = Interrupt()

@@ -9,10 +9,11 @@ from typing import Any
 
 from mbody.analysis.dynamics.progress import shown
 from mbody.cli.analyse import check_forms, exit_status, write
-from mbody.cli.interrupts import stop
+from mbody.cli.interrupts import interrupt
 from mbody.cli.models import model_of
 from mbody.cli.streams import message
 from mbody.cli.usage import UsageError
+from mbody.model.numbers import number_in
 
 __all__ = ["simulate"]
 
@@ -29,9 +30,9 @@ def simulate(args: Any) -> int:
     if args.method is not None:
         options["method"] = args.method
     if args.step is not None:
-        options["step"] = mechanism._number(args.step, "time", "simulate", "--step")
+        options["step"] = number_in(mechanism, args.step, "time", "simulate", "--step")
     if args.every is not None:
-        options["every"] = mechanism._number(args.every, "time", "simulate", "--every")
+        options["every"] = number_in(mechanism, args.every, "time", "simulate", "--every")
     if args.instants is not None:
         if not (args.instants.isascii() and args.instants.isdigit()):
             raise UsageError(f"--instants takes a whole number, not {args.instants[:40]!r}")
@@ -41,7 +42,7 @@ def simulate(args: Any) -> int:
 
         options["start"] = load_run(args.begun)
     run = simulated(mechanism, args.to, **options)
-    stop.done()
+    interrupt.done()
     write(run, args)
     if args.save is not None:
         from mbody.files.saved import save_run
@@ -58,7 +59,7 @@ def simulate(args: Any) -> int:
 def _last(mechanism: Any, to: Any) -> float:
     """When the motion is to end; the analysis refuses a motion without one."""
     args = to if to is not None or mechanism.simulation is None else mechanism.simulation.until
-    return 0.0 if args is None else mechanism._number(args, "time", "simulate", "until")
+    return 0.0 if args is None else number_in(mechanism, args, "time", "simulate", "until")
 
 
 def _number(text: str, option: str) -> float:
@@ -74,7 +75,7 @@ def _progress(args: Any, until: float) -> Callable[[float], None]:
     show = shown(until) if shows else None
 
     def progress(t: float) -> None:
-        stop.mark()
+        interrupt.mark()
         if show is not None:
             show(t)
 

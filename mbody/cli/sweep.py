@@ -7,7 +7,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from mbody.cli.analyse import exit_status, question
-from mbody.cli.interrupts import stop
+from mbody.cli.interrupts import interrupt
 from mbody.cli.models import model_of, named_values
 from mbody.cli.streams import message
 from mbody.cli.usage import UsageError
@@ -32,9 +32,9 @@ def sweep(args: Any) -> int:
     options: dict[str, Any] = (
         {} if ask is None else {"at": ask.at, "over": ask.over, "instants": ask.instants}
     )
-    options |= {"to": args.to, "progress": lambda done, of: stop.mark()}
+    options |= {"to": args.to, "progress": lambda done, of: interrupt.mark()}
     found = solved(mechanism, parameters, args.analysis, args.measure or None, **options)
-    stop.done()
+    interrupt.done()
     if args.csv:
         _write(found, args.csv)
     if args.json:
@@ -80,7 +80,7 @@ def _plain(value: Any) -> Any:
 
 def _write(found: Sweep, path: str) -> None:
     """A line for each design; of histories a column for each instant."""
-    from mbody.files.files import writing
+    from mbody.files.writing import writing
 
     table: dict[str, Any] = {}
     for name, column in found.columns().items():

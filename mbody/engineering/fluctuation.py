@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from mbody.errors import ModelError, brief
 from mbody.laws import Table
 from mbody.model.element import listed
+from mbody.solution.checks import one_design
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.read_only import lock
@@ -117,16 +118,14 @@ def fluctuation(run: Solution, driver: str | None = None) -> Fluctuation:
     """
     run = as_solution(run)
     name = angle_driver(run, driver)
-    if run.system.batch is not None:
-        raise ModelError(
-            f"a fluctuation is of one design, this is a batch of {run.system.batch} designs: "
-            "analyse one of them, system.design(n)"
-        )
+    one_design(run, "a fluctuation is of one design")
     found = energy_fluctuation(run.driven(name)[0], run.effort(name))
     return replace(found, **inherited(run))
 
 
-def energy_fluctuation(angle: Any, torque: Any = None) -> Fluctuation:
+def energy_fluctuation(
+    angle: npt.ArrayLike | Solution, torque: npt.ArrayLike | None = None
+) -> Fluctuation:
     """As `fluctuation`, for a torque at given angles: arrays (instants,), both ends included.
 
     Parameters

@@ -11,6 +11,7 @@ import numpy as np
 from mbody.errors import ModelError, brief
 from mbody.model.element import listed
 from mbody.model.loads import ReciprocatingCylinder
+from mbody.solution.checks import one_design
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.read_only import lock
@@ -92,12 +93,7 @@ def indicator(run: Solution, cylinder: str, *, opposite: bool = False) -> Indica
         raise ModelError(
             f"there is no cylinder with valves {brief(cylinder)} (there are: {listed(known)})"
         )
-    if run.system.batch is not None:
-        raise ModelError(
-            f"the diagram of '{cylinder}' is of one design, this is a batch of "
-            f"{run.system.batch} designs: analyse one of them, system.design(n)",
-            cylinder,
-        )
+    one_design(run, f"the diagram of '{cylinder}' is of one design", cylinder)
     load = run.mechanism[cylinder]
     assert isinstance(load, ReciprocatingCylinder)
     if opposite and load.opposite_area is None:

@@ -10,7 +10,7 @@ from mbody.analysis.driven.free_body import coupled, driven
 from mbody.errors import ModelError
 from mbody.model.driver import Driver
 from mbody.model.element import Marker, as_marker
-from mbody.solution.checks import loaded
+from mbody.solution.checks import loaded, one_design
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.places import reaction_torque
 from mbody.solution.solution import Solution, as_solution
@@ -97,11 +97,7 @@ def shaking_force(run: Solution, about: Marker | str = "ground") -> ShakingForce
     run = as_solution(run)
     if not run.has_forces:
         raise ModelError(f"{run.analysis} computes no forces: use kinetostatics")
-    if run.system.batch is not None:
-        raise ModelError(
-            f"the shaking force is of one design, this is a batch of {run.system.batch} designs: "
-            "analyse one of them, system.design(n)"
-        )
+    one_design(run, "the shaking force is of one design")
     marker = as_marker(about, "shaking force", "about")
     if marker.body != "ground":
         raise ModelError(

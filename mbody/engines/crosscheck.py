@@ -19,6 +19,7 @@ from mbody.engines.opinion import AGREES, Engine, Opinion
 from mbody.errors import ModelError, brief
 from mbody.model.element import listed
 from mbody.model.study import Instants
+from mbody.solution.checks import one_design
 from mbody.solution.doubts import Doubt, status_of
 from mbody.solution.heading import heading, unit_symbols
 from mbody.solution.solution import Solution, as_solution
@@ -41,7 +42,7 @@ ENGINES = {
 ALWAYS = ("balance", "oracle")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Crosscheck:
     """Opinions of other engines on a result.
 
@@ -91,6 +92,13 @@ class Crosscheck:
         mechanism, analysis = self.run.mechanism, self.run.analysis
         head = heading(mechanism.name, analysis, unit_symbols(mechanism.units), self)
         return head | {"agrees": self.agrees, "engines": engines}
+
+    def __repr__(self) -> str:
+        engines = ", ".join(
+            f"{name} {'agrees' if opinion.agrees else 'differs'}"
+            for name, opinion in self.opinions.items()
+        )
+        return f"Crosscheck({self.run.mechanism.name!r}: {engines})"
 
     def __str__(self) -> str:
         from mbody.sheets.crosscheck import sheet
@@ -205,11 +213,7 @@ def _checkable(system: System, run: Solution) -> Solution:
             f"{run.analysis} computes no forces to check: give a result of kinetostatics, "
             "statics or simulate"
         )
-    if run.record.batch:
-        raise ModelError(
-            f"crosscheck checks one design, this is a batch of {run.record.count}: analyse one of "
-            "them, system.design(n)"
-        )
+    one_design(run, "crosscheck checks one design")
     for kind in ("bodies", "joints", "couplings", "drivers", "loads"):
         own, other = (
             [element.name for element in getattr(one.mechanism, kind)] for one in (system, run)

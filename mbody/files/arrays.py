@@ -49,14 +49,14 @@ def packed(arrays: Mapping[str, np.ndarray], owner: str) -> bytes:
     >>> raw[-71:-64]
     b'sha256:'
     """
-    room = io.BytesIO()
-    with zipfile.ZipFile(room, "w", zipfile.ZIP_STORED) as file:
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_STORED) as file:
         for name, array in arrays.items():
             member = io.BytesIO()
             np.lib.format.write_array(member, np.ascontiguousarray(array), allow_pickle=False)
             file.writestr(zipfile.ZipInfo(f"{name}.npy"), member.getvalue())
         file.comment = OPEN_SEAL
-    return seal(room.getvalue(), owner)
+    return seal(stream.getvalue(), owner)
 
 
 def unpacked(path: Any, owner: str) -> dict[str, np.ndarray]:
@@ -106,7 +106,7 @@ def _array(name: str, raw: bytes) -> np.ndarray:
     for part in shape:
         count *= part
     if count * kind.itemsize != len(body):
-        raise Unreadable(f"'{name[:40]}' has not the size that its header tells")
+        raise Unreadable(f"'{name[:40]}' does not have the size of its header")
     if count == 0:
         return np.zeros(shape, dtype=kind)
     return np.frombuffer(body, dtype=kind).reshape(shape).copy()

@@ -11,13 +11,14 @@ from __future__ import annotations
 
 import json
 import math
+import os
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.errors import ModelError
-from mbody.files.files import writing
+from mbody.files.writing import writing
 from mbody.quantities.units import DIMENSIONS
+from mbody.solution.checks import one_design
 from mbody.solution.doubts import certificate
 from mbody.solution.heading import heading, unit_symbols
 from mbody.solution.measures import found_by, measured
@@ -51,11 +52,7 @@ def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
     >>> round(data(run)["bodies"]["crank"]["angle"][0], 9)
     60.0
     """
-    if solution.record.batch:
-        raise ModelError(
-            f"data are of one design, this is a batch of {solution.record.count} designs: analyse "
-            "one of them, system.design(n)"
-        )
+    one_design(solution, "data are of one design")
     machine = solution.mechanism
     units = machine.units
     turned = math.degrees(1.0) if angle == "deg" else 1.0
@@ -168,6 +165,7 @@ def _measure(solution: Solution, measure: Any, turned: float) -> list[float | No
 def error_data(error: Exception) -> dict[str, Any]:
     """An error as data: ``{"error": {"kind", "element", "message"}}``, and the problems of a file.
 
+    >>> from mbody import ModelError
     >>> error_data(ModelError("no such thing", "crank"))["error"]["element"]
     'crank'
     """
@@ -183,7 +181,7 @@ def error_data(error: Exception) -> dict[str, Any]:
     return {"error": plain}
 
 
-def write_json(solution: Solution, path: Any) -> None:
+def write_json(solution: Solution, path: str | os.PathLike[str]) -> None:
     """Write a solution as JSON.
 
     Raises
@@ -196,7 +194,7 @@ def write_json(solution: Solution, path: Any) -> None:
         file.write(text + "\n")
 
 
-def write_npz(solution: Solution, path: Any) -> None:
+def write_npz(solution: Solution, path: str | os.PathLike[str]) -> None:
     """Write the columns of a solution as arrays by name; "columns" holds the names with units,
     "certificate" status, doubts and notes as JSON.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
@@ -14,11 +15,11 @@ from mbody.analysis.dynamics.restart_checks import check_restart, finite
 from mbody.analysis.freedom.single_design import released
 from mbody.errors import ModelError, SolveError, brief
 from mbody.files.arrays import Unreadable, packed, unpacked
-from mbody.files.files import writing
 from mbody.files.model import Limits
 from mbody.files.model.read import from_json
 from mbody.files.model.write import to_json
 from mbody.files.saved_parts import array, check_header, pages, want
+from mbody.files.writing import writing
 from mbody.kernels.step_state import PROGRESS
 from mbody.solution.doubts import as_doubt
 from mbody.solution.energy import Energy
@@ -54,10 +55,10 @@ NEEDED = (
     "released_at",
 )
 ENERGIES = tuple(part.name for part in fields(Energy) if part.name != "by")
-ARRAYS = tuple(part.name for part in fields(Restart) if part.name not in ("way", "own", "released"))
+ARRAYS = tuple(part.name for part in fields(Restart) if part.name not in ("way", "own"))
 
 
-def save_run(run: Solution, path: Any) -> None:
+def save_run(run: Solution, path: str | os.PathLike[str]) -> None:
     """Write a result with its mechanism, so that `load_run` gives the same and a motion goes on
     bit for bit.
 
@@ -118,7 +119,6 @@ def save_run(run: Solution, path: Any) -> None:
     if run.restart is not None:
         way = run.restart.way
         header["way"] = [way.method, way.rtol, way.atol, way.step]
-        header["released"] = run.restart.released
         arrays |= {f"restart.{name}": getattr(run.restart, name) for name in ARRAYS}
         arrays |= {f"own.{n}": part for n, part in enumerate(run.restart.own)}
     arrays["header"] = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
@@ -127,7 +127,7 @@ def save_run(run: Solution, path: Any) -> None:
         file.write(content)
 
 
-def load_run(path: Any) -> Solution:
+def load_run(path: str | os.PathLike[str]) -> Solution:
     """The result that `save_run` wrote.
 
     Nothing is read of a file whose seal does not fit; then kinds, sizes and finiteness of every
@@ -161,12 +161,12 @@ def load_run(path: Any) -> Solution:
 def _header(arrays: Mapping[str, np.ndarray]) -> dict[str, Any]:
     """The header of a file."""
     raw = arrays.get("header", np.zeros(0))
-    want(raw.dtype == np.uint8 and raw.ndim == 1, "it does not tell what it is")
+    want(raw.dtype == np.uint8 and raw.ndim == 1, "it has no header")
     try:
         header = json.loads(raw.tobytes())
     except (ValueError, RecursionError):
-        raise Unreadable("what it tells of itself is no JSON") from None
-    want(isinstance(header, dict), "what it tells of itself is no table")
+        raise Unreadable("its header is no JSON") from None
+    want(isinstance(header, dict), "its header is no table")
     known = header.get("format")
     want(known == FORMAT, f"it is of format {str(known)[:20]}, this version reads {FORMAT}")
     missing = [key for key in NEEDED if key not in header]
@@ -210,8 +210,8 @@ def _solution(
         fits = len(parts["state"]) == PROGRESS and np.isfinite(finite(parts["state"])).all()
         want(bool(fits), "'restart.state' holds what is no finite number")
         way = Way(header["way"][0], *map(float, header["way"][1:]))
-        restart = Restart(way, **parts, own=own, released=tuple(header["released"]))
-        _check_restart(system, restart, float(t[-1]))
+        restart = Restart(way, **parts, own=own)
+        _check_restart(system, list(header["released_at"]), restart, float(t[-1]))
     if "given" in arrays:
         given = array(arrays, "given", (n, len(system.drivers), 3), open=True)
 
@@ -248,9 +248,9 @@ def _solution(
     )
 
 
-def _check_restart(system: System, restart: Restart, last: float) -> None:
-    """Refuse a state that the motion cannot go on from."""
+def _check_restart(system: System, gone: list[str], restart: Restart, last: float) -> None:
+    """Refuse a state that the motion, without the released drivers, cannot go on from."""
     try:
-        check_restart(released(system, restart.released), restart, last)
+        check_restart(released(system, gone), restart, last)
     except (ModelError, SolveError) as error:
         raise Unreadable(str(error).splitlines()[0]) from None

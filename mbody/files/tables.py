@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import csv
+import os
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.files.files import writing
+from mbody.files.writing import writing
 from mbody.quantities.units import DIMENSIONS
+from mbody.solution.checks import one_design
 from mbody.solution.doubts import certificate
 from mbody.solution.measures import found_by, measured
 
@@ -62,11 +64,7 @@ def columns(solution: Solution, angle: str = "rad") -> dict[str, np.ndarray]:
     >>> list(table)[:4]
     ['t [s]', 'crank.x [m]', 'crank.y [m]', 'crank.angle [rad]']
     """
-    if solution.record.batch:
-        raise ModelError(
-            f"a table holds one motion, this is a batch of {solution.record.count} designs: "
-            "analyse one of them, system.design(n)"
-        )
+    one_design(solution, "a table is of one design")
     mechanism = solution.mechanism
     unit = mechanism.units.of
     table = {f"t [{unit('time')}]": solution.t}
@@ -167,7 +165,7 @@ def dataframe(solution: Solution) -> Any:
     return frame
 
 
-def write_csv(solution: Solution, path: Any, angle: str = "rad") -> None:
+def write_csv(solution: Solution, path: str | os.PathLike[str], angle: str = "rad") -> None:
     """Write the columns as comma-separated values, UTF-8, one header line, a line an instant.
 
     Every number is written with as many digits as bring back the same number.

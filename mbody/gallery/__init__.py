@@ -9,12 +9,13 @@ import functools
 from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from mbody.errors import ModelError
 
 if TYPE_CHECKING:
     from mbody.model.mechanism import Mechanism
+    from mbody.quantities.types import Number
 
 __all__ = ["load", "names", "path"]
 
@@ -53,7 +54,7 @@ def path(name: str) -> Path:
     return kept.enter_context(resources.as_file(file))
 
 
-def load(name: str, parameters: Mapping[str, Any] | None = None) -> Mechanism:
+def load(name: str, parameters: Mapping[str, Number] | None = None) -> Mechanism:
     """The mechanism of a model of the gallery.
 
     Parameters

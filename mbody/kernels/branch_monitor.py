@@ -6,7 +6,7 @@ Let S = G W⁻¹ Gᵀ, G = Φ_q. Elimination leaves of the determinant of a node
 
 the square of the sine of the angle between these rows and those eliminated before (in the metric
 W⁻¹: S = L D Lᵀ is the Gram–Schmidt process on the rows). All parts are smooth along a motion, and
-one of them vanishes where rows come to depend on each other, which is where branches meet.
+one of them vanishes where rows become dependent, which is where branches meet.
 
 Near such a place p = κ (w² + x²), x being the way from the nearest place and w how far apart the
 branches stay. A step from one branch to another leads from one side of that place to the other, so

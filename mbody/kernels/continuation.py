@@ -14,7 +14,9 @@ any means a dead centre. A change point is passed where the derivative continues
 
 Lanes cannot halve their steps one by one: `mbody.kernels.continuation_lanes` takes fixed steps with
 the same predictor and the same tests, and gives a lane that fails one to this path. The two solve
-by different factors for the reason given there.
+by different factors for the reason given there, and neither loop serves both: of a four-bar, driven
+through 3601 instants with its reactions, an instant takes 245 ns on lanes and 1050 ns here (one
+core); alone on the loop of lanes it takes 3050 ns, and nothing halves a step.
 """
 
 from __future__ import annotations
@@ -93,9 +95,9 @@ PART, PLACE, BEFORE = 0, 1, 2
 #: Accepted correction, in parts of the greatest coordinate: rounding. The last correction is not in
 #: Φ_q any more, so it is what velocities and forces are off by, times their condition.
 TOLERANCE = 1e-14
-#: A first correction larger than this part of the step asks for a smaller step, in squares.
+#: A first correction larger than this part of the step requires a smaller step, in squares.
 CORRECTION = 0.1**2
-#: A derivative that is off by this part of itself asks for a smaller step, in squares.
+#: A derivative that is off by this part of itself requires a smaller step, in squares.
 TURNED = 0.2**2
 #: Most by which a body turns from another one in a step [rad]. The branch monitor compares sines of
 #: such angles: up to 0.75 it accepts none that has been zero, and no sine is zero twice.

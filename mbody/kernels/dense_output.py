@@ -18,7 +18,7 @@ import math
 
 from mbody.core.decorators import njit
 from mbody.kernels.output import keep
-from mbody.kernels.runge_kutta_stages import along
+from mbody.kernels.runge_kutta_stages import along, hermite_cubic
 from mbody.kernels.singularity_monitor import sample_conditioning
 from mbody.kernels.state_derivative import state_derivative
 from mbody.kernels.step_state import DELIVERED, EVALUATIONS, TIME
@@ -70,7 +70,7 @@ def hermite_output(L, W, S, h, refinements):
     both ends: rows 0 and 1 of K and P; rows 2 and 3 are workspace.
 
     The position has order 5: F₃ and F₄ follow from the accelerations of both ends, of which
-    Δ″(0) = h² a₀ and Δ″(1) = h² a₁ are half of what stands below. The velocity is the cubic and one
+    Δ″(0) = h² a₀ and Δ″(1) = h² a₁ are half of the values below. The velocity is the cubic and one
     term more, with which it has in the middle the rate of the position. Work by Lobatto's rule of
     order 6, (p₀ + 5 p₁ + 5 p₂ + p₃)/12.
 
@@ -83,16 +83,12 @@ def hermite_output(L, W, S, h, refinements):
     for n in range(n3):
         m = n3 + n
         change = y[n] - last[n]
-        F[0, n] = change
-        F[1, n] = h * K[0, n] - change
-        F[2, n] = 2.0 * change - h * (K[0, n] + K[1, n])
+        hermite_cubic(F, n, change, h * K[0, n], h * (K[0, n] + K[1, n]))
         # ½ Δ″(0) = −F₁ + F₂ + F₃,  ½ Δ″(1) = −F₁ − 2 F₂ + F₃ + F₄
         F[3, n] = 0.5 * h * h * K[0, m] + F[1, n] - F[2, n]
         F[4, n] = 0.5 * h * h * K[1, m] + F[1, n] + 2.0 * F[2, n] - F[3, n]
         change = y[m] - last[m]
-        F[0, m] = change
-        F[1, m] = h * K[0, m] - change
-        F[2, m] = 2.0 * change - h * (K[0, m] + K[1, m])
+        hermite_cubic(F, m, change, h * K[0, m], h * (K[0, m] + K[1, m]))
         # Δ′(½)/h of the position, and the cubic of the velocity there; F₃ has the factor 1/16
         middle = (F[0, n] + 0.25 * F[2, n] + 0.0625 * F[4, n]) / h
         cubic = last[m] + 0.5 * (F[0, m] + 0.5 * (F[1, m] + 0.5 * F[2, m]))

@@ -12,6 +12,7 @@ from mbody.core.decorators import inline, njit
 from mbody.core.lanes import count, ld, st
 from mbody.kernels.constraints import side, user_state
 from mbody.kernels.law_values import law_at
+from mbody.laws.kernels import POLYNOMIAL
 from mbody.model.loads import LOADS
 from mbody.model.loads.centrifugal_field import centrifugal, spin
 from mbody.model.loads.gravity import gravity
@@ -31,7 +32,7 @@ def signals(L, W, w, number):
     """Evaluate the first `number` laws of time, in every lane at its own time."""
     for n in range(number):
         m, o = L.signal_law[n], L.signal_row[n]
-        if L.law_kind[m] == 0:
+        if L.law_kind[m] == POLYNOMIAL:
             polynomial(L, W, w, m, o)
             continue
         for lane in range(count(w)):

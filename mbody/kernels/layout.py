@@ -177,7 +177,7 @@ class Work(Bundle):
 
 
 class Frame:
-    """Where everything stands in the memory of a workspace, and the table of its arrays: `count`
+    """Where everything is in the memory of a workspace, and the table of its arrays: `count`
     rows of the ones, and numbers of those that have no lanes.
 
     Attributes
@@ -275,7 +275,7 @@ def integers(values: Any) -> np.ndarray:
 def inverse_masses(layout: Layout, mass: np.ndarray, length: float) -> np.ndarray:
     """Weights of free motion: (3·slots, sets) for masses (3·bodies + 3, sets).
 
-    A massless body moves as its joints tell it: a small mass serves, corrected later.
+    A massless body moves as its joints prescribe: a small mass serves, corrected later.
     """
     L = layout
     share = 1.0 / np.bincount(L.slot_body, minlength=L.bodies)[L.slot_body]
@@ -284,13 +284,13 @@ def inverse_masses(layout: Layout, mass: np.ndarray, length: float) -> np.ndarra
 
 
 def stand_ins(layout: Layout, mass: np.ndarray, length: float) -> np.ndarray:
-    """In which sets a body has so little mass or inertia that another stands in for it: (sets,)."""
+    """In which sets a body has so little mass or inertia that another replaces it: (sets,)."""
     own = mass[: 3 * layout.bodies].reshape(-1, 3, mass.shape[1])
     return np.asarray((own < _least(mass, length)).any(axis=(0, 1)))
 
 
 def _least(mass: np.ndarray, length: float) -> np.ndarray:
-    """What stands in for less mass and inertia than that, in every set: (3, sets)."""
+    """What replaces less mass and inertia than that, in every set: (3, sets)."""
     unit = np.array([1.0, 1.0, length**2])[:, None]
     own = mass.reshape(-1, 3, mass.shape[1]) / unit
     return np.asarray(1e-7 * own.max(axis=(0, 1), initial=1e-300) * unit)

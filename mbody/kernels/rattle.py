@@ -14,7 +14,7 @@ M u + G₀ᵀ λ = f and of Φ(q₁) = 0, where ∂q₁/∂u = ½h² 1, are remo
 that is S δλ = G₀ M⁻¹ (f − M u − G₀ᵀ λ) + 2 Φ/h² with S = G₀ M⁻¹ G₀ᵀ.
 
 The second one is the augmented system of `mbody.kernels.accelerations` as it is, since
-G₁ v₁ = ν asks for G₁ u = (ν − G₁ v½)/(½h), which takes the place of γ.
+G₁ v₁ = ν requires G₁ u = (ν − G₁ v½)/(½h), which takes the place of γ.
 
 Loads take the velocity in the middle in both halves, so that the step is its own reverse with
 dampers too. Andersen, Rattle (1983); Hairer, Lubich, Wanner: Geometric Numerical Integration,

@@ -29,6 +29,8 @@ from mbody.kernels.runge_kutta_stages import (
     STIFF_LIMIT,
     combined,
     count_stiff,
+    hermite_cubic,
+    higher_rows,
     next_length,
     stage_state,
     stiffness_estimate,
@@ -126,22 +128,11 @@ def dense_output(L, W, method, S, h, refinements):
         state_derivative(L, W, S, S.state[TIME] + C[s] * h, S.stage, s, refinements, False)
         S.state[EVALUATIONS] += 1
     for n in range(y.shape[0]):
-        interpolant(D, h, y[n] - last[n], K, n, end, F)
+        hermite_cubic(F, n, y[n] - last[n], h * K[0, n], h * (K[end, n] + K[0, n]))
     for c in range(P.shape[1]):
-        interpolant(D, h, h * mean_power(B, P, c), P, c, end, G)
-
-
-@njit
-def interpolant(D, h, change, K, n, end, F):
-    """Column n of F from the derivatives in column n of K and the change over the step."""
-    F[0, n] = change
-    F[1, n] = h * K[0, n] - change
-    F[2, n] = 2.0 * change - h * (K[end, n] + K[0, n])
-    for m in range(D.shape[0]):
-        total = 0.0
-        for r in range(D.shape[1]):
-            total += D[m, r] * K[r, n]
-        F[3 + m, n] = h * total
+        hermite_cubic(G, c, h * mean_power(B, P, c), h * P[0, c], h * (P[end, c] + P[0, c]))
+    higher_rows(D, h, K, F, 0.0)
+    higher_rows(D, h, P, G, 0.0)
 
 
 @njit
@@ -248,6 +239,8 @@ def runge_kutta(
         e3, e5, noise = 0.0, 0.0, 0.0
         if near_singular:
             noise = ROUNDING * h * swift / max(least / state[BEST_CONDITIONING], NEAREST)
+        # both norms in one loop: with one at a time, as in `radau`, the compiler fuses products in
+        # another way, to other last digits
         for n in range(n6):
             size = (atol + noise) * scale[n] + rtol * max(abs(y[n]), abs(end[n]))
             e3 += (low_error[n] / size) ** 2

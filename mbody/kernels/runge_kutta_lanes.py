@@ -6,16 +6,17 @@ next design. What a lane gets depends on its design alone, so the numbers are th
 company. A design that meets anything out of the ordinary (a singular position near by, no number,
 steps that vanish or that stiffness limits) is marked and left to `runge_kutta`.
 
-One source serves both integrators where lanes bear it: stages, dense output, control of the length
-and of stiffness (`mbody.kernels.runge_kutta_stages`), projections, accelerations, samples. The
-loops are two. Near a singular position one motion projects every stage, retries a step in several
-ways and leaves the choice of its branch to Python, each an `if` with one outcome; on lanes every
-decision is a number of each lane, taken in `mbody.kernels.runge_kutta_lanes_control`, and all lanes
-wait for the longest way. Measured on a free four-bar over 20 s at rtol 1e-8, on one core: 64
-designs take 0.54 ms each on lanes and 4.0 ms each alone, so lanes cannot follow the loop of one
-motion; one design takes 10.9 ms on lanes, 2.7 times as long as alone, so one motion cannot take the
-loop of lanes. Norms of errors and the cubic of the dense output are summed up in two orders, of
-which neither would keep the last digit of the other.
+One source serves both integrators where lanes bear it: stages, further rows of the dense output,
+control of the length and of stiffness (`mbody.kernels.runge_kutta_stages`), projections,
+accelerations, samples. The loops are two. Near a singular position one motion projects every stage,
+retries a step in several ways and leaves the choice of its branch to Python, each an `if` with one
+outcome; on lanes every decision is a number of each lane, taken in
+`mbody.kernels.runge_kutta_lanes_control`, and all lanes wait for the longest way. Measured on a
+free four-bar over 20 s at rtol 1e-8, on one core: 64 designs take 0.54 ms each on lanes and 4.0 ms
+each alone, so lanes cannot follow the loop of one motion; one design takes 10.9 ms on lanes, 2.7
+times as long as alone, so one motion cannot take the loop of lanes. Norms of errors and the cubic
+of the dense output are summed up in two orders, of which neither would keep the last digit of the
+other.
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ from mbody.kernels.runge_kutta_lanes_control import (
     refill_lanes,
 )
 from mbody.kernels.runge_kutta_lanes_rhs import Batch, not_finite, projected_derivative
-from mbody.kernels.runge_kutta_stages import along, combined, stage_state, stiffness_estimate
+from mbody.kernels.runge_kutta_stages import along, higher_rows, stage_state, stiffness_estimate
 from mbody.kernels.singularity_monitor import (
     STEEPER,
     keep_last_sample,
@@ -188,10 +189,7 @@ def dense_output_lanes(L, W, method, refinements, lanes, t, h):
         st(F[0], n, change, w)
         st(F[1], n, first - change, w)
         st(F[2], n, 2.0 * change - first - h * ld(K[end], n, w), w)
-    for m in range(D.shape[0]):
-        combined(D[m], D.shape[1], K, F[3 + m], w)
-        for n in range(lanes.y.shape[0]):
-            st(F[3 + m], n, h * ld(F[3 + m], n, w), w)
+    higher_rows(D, h, K, F, w)
 
 
 @njit

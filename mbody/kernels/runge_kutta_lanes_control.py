@@ -61,7 +61,7 @@ LOW_ERROR, ERROR, STAGE_CONDITIONING, END_CONDITIONING, STIFFNESS, FAILED = rang
 #: Whether an output instant lies in the step, when, and at which part of it.
 HAS_INSTANT, INSTANT, FRACTION = range(PROGRESS + 12, PROGRESS + 15)
 #: Steps and time when the mean length was last judged; whether the step may have met a singular
-#: position; kinetic energy of masses that stand in for missing ones.
+#: position; kinetic energy of masses that replace missing ones.
 JUDGED_STEPS, JUDGED_TIME, RISK, STAND_INS = range(PROGRESS + 15, PROGRESS + 19)
 CONTROLS = PROGRESS + 19
 #: Of so many steps the mean length is judged.

@@ -23,6 +23,8 @@ __all__ = [
     "along",
     "combined",
     "count_stiff",
+    "hermite_cubic",
+    "higher_rows",
     "next_length",
     "stage_state",
     "stiffness_estimate",
@@ -67,6 +69,26 @@ def along(F, n, x, w):
         row = F.shape[0] - 1 - m
         total = (total + ld(F[row], n, w)) * (x if row % 2 == 0 else 1.0 - x)
     return total
+
+
+@inline
+def hermite_cubic(F, n, change, first, both):
+    """F₀, F₁ and F₂ of number n by what it gains over the step, h f₀, and h (f₀ + f₁); see
+    `mbody.kernels.dense_output`. Of one motion: lanes sum up in another order.
+    """
+    F[0, n] = change
+    F[1, n] = first - change
+    F[2, n] = 2.0 * change - both
+
+
+@njit
+def higher_rows(D, h, K, F, w):
+    """Rows of F from the third on: h Σ D K."""
+    for m in range(D.shape[0]):
+        row = F[3 + m]
+        combined(D[m], D.shape[1], K, row, w)
+        for n in range(row.shape[0]):
+            st(row, n, h * ld(row, n, w), w)
 
 
 @njit

@@ -1,6 +1,6 @@
 """Distance of a free motion from singular positions, and whether a step keeps its branch.
 
-Branches of the constraints meet where rows of G come to depend on each other, and nowhere else. The
+Branches of the constraints meet where rows of G become dependent, and nowhere else. The
 distance d from such a position is the root of what elimination leaves of the determinant of a node
 (`node_conditioning`); where a motion runs through one, d falls to zero and rises again as |t − t₀|.
 
@@ -48,7 +48,7 @@ STEEPER, BEND = 3.0, 10.0
 #: part of the greatest: they rise from zero to their greatest value, as a sine does, in π/2 by
 #: which one body turns from another, and two may turn against each other, faster than in the mean.
 SWEEP, VARIED = 0.4, 0.2
-#: Where masses that stand in for missing ones have this part of the kinetic energy, the motion
+#: Where masses that replace missing ones have this part of the kinetic energy, the motion
 #: depends on them; elsewhere refinement takes their effect away.
 STAND_IN_PART = 1e-3
 #: Distances below this are rounding: pivots are squares of them.
@@ -139,7 +139,7 @@ def may_be_singular(L, W, S, at, other, near_singular):
 @njit
 def record_accepted(L, W, S, sample, least, least_at, stand_ins):
     """Record a step that is accepted, whose last sample was number `sample`: where it was nearest
-    to a singular position, and, with `stand_ins`, the energy of what stands in for missing masses.
+    to a singular position, and, with `stand_ins`, the energy of what replaces missing masses.
     """
     state = S.state
     keep_last_sample(L, W, 0.0, sample, 1.0)
@@ -151,7 +151,7 @@ def record_accepted(L, W, S, sample, least, least_at, stand_ins):
 
 @njit
 def stand_in_energy(L, W, w, v):
-    """Kinetic energy of masses that stand in for missing ones, as a part of that of the masses, at
+    """Kinetic energy of masses that replace missing ones, as a part of that of the masses, at
     the velocities v (coordinates, ·).
     """
     own, lent = 0.0 * ld(W.size, 0, w), 0.0 * ld(W.size, 0, w)

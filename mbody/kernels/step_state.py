@@ -74,7 +74,7 @@ LEAST_CONDITIONING, LEAST_AT = 19, 20
 #: begin before SHORTENED_UNTIL are shortened where they may, and only a step shorter than
 #: DECIDE_BELOW returns BRANCH_UNCERTAIN.
 KNOWN_UNTIL, SHORTENED_UNTIL, DECIDE_BELOW = 21, 22, 23
-#: Kinetic energy of the masses that stand in for missing ones, as a part of the whole; above which
+#: Kinetic energy of the masses that replace missing ones, as a part of the whole; above which
 #: part the integrator returns.
 STAND_IN_ENERGY, STAND_IN_LIMIT = 24, 25
 #: When the singular position that is known is met.

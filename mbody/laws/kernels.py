@@ -1,14 +1,17 @@
 """Compiled laws: f, f′ and f″ at one x, selected by an integer code; no objects, no strings.
 
-A law reads its variable numbers from ``par[o : o + n, lane]`` and its fixed data from
+`KERNELS` is the one list of the built-in kinds: their codes and the branches that select them
+follow. A law reads its variable numbers from ``par[o : o + n, lane]`` and its fixed data from
 ``tab[k : k + m]``; a user's function is called through its handle. Where f″ jumps (the ends of a
 harmonic or parabolic rise) the value is that to the right.
 """
 
 from __future__ import annotations
 
+import functools
 import math
-from typing import TypeAlias
+from collections.abc import Callable
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +20,7 @@ from mbody.core.bundle import Floats, Rows
 from mbody.core.decorators import kernel, njit
 from mbody.laws.postfix import expression
 
-__all__ = ["LAW_KINDS", "SHAPES", "OUTSIDE", "TOLERANCE", "evaluate", "law", "thomas"]
-
-LAW_KINDS = ("polynomial", "harmonic", "spline", "pieces", "expression", "user")
-USER = 5
-"""Kinds of laws; the integer code of a law is the index of its kind."""
+__all__ = ["KERNELS", "LAW_KINDS", "SHAPES", "OUTSIDE", "TOLERANCE", "evaluate", "law", "thomas"]
 
 SHAPES = (
     "cycloidal",
@@ -44,10 +43,14 @@ PI = math.pi
 
 FloatArray: TypeAlias = NDArray[np.float64]
 Three: TypeAlias = tuple[float, float, float]
+#: f, f′, f″ by (par, o, n, lane, tab, k, x).
+LawKernel: TypeAlias = Callable[[FloatArray, int, int, int, FloatArray, int, float], Three]
 
 
 @njit
-def polynomial(par: FloatArray, o: int, n: int, lane: int, x: float) -> Three:
+def polynomial(
+    par: FloatArray, o: int, n: int, lane: int, tab: FloatArray, k: int, x: float
+) -> Three:
     """Polynomial f = Σ cᵢ xⁱ and its derivatives by Horner's rule, ascending coefficients."""
     f = 0.0
     f1 = 0.0
@@ -60,7 +63,9 @@ def polynomial(par: FloatArray, o: int, n: int, lane: int, x: float) -> Three:
 
 
 @njit
-def harmonic(par: FloatArray, o: int, lane: int, x: float) -> Three:
+def harmonic(
+    par: FloatArray, o: int, n: int, lane: int, tab: FloatArray, k: int, x: float
+) -> Three:
     """Sinusoid f = mean + amplitude sin(frequency x + phase)."""
     amplitude = par[o + 1, lane]
     frequency = par[o + 2, lane]
@@ -71,7 +76,7 @@ def harmonic(par: FloatArray, o: int, lane: int, x: float) -> Three:
 
 
 @njit
-def spline(tab: FloatArray, k: int, x: float) -> Three:
+def spline(par: FloatArray, o: int, n: int, lane: int, tab: FloatArray, k: int, x: float) -> Three:
     """Cubic spline: tab = (knots N, outside code, N knots, 4 (N − 1) coefficients)."""
     count = int(tab[k])
     outside = int(tab[k + 1])
@@ -210,6 +215,71 @@ def pieces(par: FloatArray, o: int, n: int, lane: int, tab: FloatArray, k: int, 
 
 
 @njit
+def formula(par: FloatArray, o: int, n: int, lane: int, tab: FloatArray, k: int, x: float) -> Three:
+    """A law given by a formula, see `mbody.laws.postfix`."""
+    return expression(par, o, lane, tab, k, x)
+
+
+#: The kernels of the built-in laws by kind, in the order of their codes. A new kind is its kernel
+#: and a line at the end.
+KERNELS: dict[str, LawKernel] = {
+    "polynomial": polynomial,
+    "harmonic": harmonic,
+    "spline": spline,
+    "pieces": pieces,
+    "expression": formula,
+}
+LAW_KINDS = (*KERNELS, "user")
+"""Kinds of laws; the integer code of a law is the index of its kind."""
+POLYNOMIAL, USER = LAW_KINDS.index("polynomial"), LAW_KINDS.index("user")
+
+
+def branch(otherwise: Any, number: int) -> Any:
+    """Compiled ``if code == number: … else: otherwise(…)`` with the kernel of that kind; the chain
+    of branches is made as that of `mbody.kernels.constraints`.
+    """
+    one = KERNELS[LAW_KINDS[number]]
+
+    @njit(forceinline=True, cache=False)
+    def last(
+        code: int,
+        par: FloatArray,
+        o: int,
+        n: int,
+        lane: int,
+        tab: FloatArray,
+        k: int,
+        x: float,
+    ) -> Three:
+        return one(par, o, n, lane, tab, k, x)
+
+    @njit(forceinline=True, cache=False)
+    def chosen(
+        code: int,
+        par: FloatArray,
+        o: int,
+        n: int,
+        lane: int,
+        tab: FloatArray,
+        k: int,
+        x: float,
+    ) -> Three:
+        if code == number:
+            return one(par, o, n, lane, tab, k, x)
+        found: Three = otherwise(code, par, o, n, lane, tab, k, x)
+        return found
+
+    return last if otherwise is None else chosen
+
+
+#: The branch of the first kind is the outermost one. The last kind is what no other is: a check of
+#: its code would cost a tenth of a polynomial.
+every_kind: Any = functools.reduce(branch, reversed(range(len(KERNELS))), None)
+
+
+# without it the chain of branches is a call of its own, which takes three times as long as a
+# polynomial
+@njit(forceinline=True)
 def built_in(
     code: int,
     par: FloatArray,
@@ -224,15 +294,8 @@ def built_in(
 
     par (rows, lanes): parameters par[o : o + n, lane]; tab: fixed data from tab[k] on.
     """
-    if code == 0:
-        return polynomial(par, o, n, lane, x)
-    if code == 1:
-        return harmonic(par, o, lane, x)
-    if code == 2:
-        return spline(tab, k, x)
-    if code == 3:
-        return pieces(par, o, n, lane, tab, k, x)
-    return expression(par, o, lane, tab, k, x)
+    found: Three = every_kind(code, par, o, n, lane, tab, k, x)
+    return found
 
 
 @kernel

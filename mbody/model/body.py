@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, TypeAlias
 
 from mbody.errors import ModelError
 from mbody.model.element import (
@@ -29,7 +29,7 @@ from mbody.quantities.types import (
     required,
 )
 
-__all__ = ["Body", "Guess", "SecondMoments", "SlenderRod"]
+__all__ = ["Body", "Guess", "GuessLike", "Guesses", "SecondMoments", "SlenderRod"]
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,13 @@ class Guess:
     y: OptionalNumberField = default(None)
 
 
-def as_guess(value: Any, name: str) -> Guess:
+#: What is taken for a guess: an angle, or (x, y, angle).
+GuessLike: TypeAlias = "Guess | Number | Sequence[Number | None] | None"
+#: Guesses of bodies by name.
+Guesses: TypeAlias = "Mapping[str, GuessLike]"
+
+
+def as_guess(value: GuessLike, name: str) -> Guess:
     """A guess from None, an angle [rad], (x, y, angle) or a `Guess`."""
     if value is None:
         return Guess()
@@ -153,7 +159,7 @@ class Body(Element):
     inertia: NumberField = number_field("inertia", 0.0, sign="not negative")
     cg: Converted[Point, PointLike] = default((0.0, 0.0))
     points: Converted[dict[str, Point], Mapping[str, PointLike]] = default_made(dict)
-    guess: Converted[Guess, Guess | Number | Sequence[Number] | None] = default(None)
+    guess: Converted[Guess, GuessLike] = default(None)
     spread: Literal["point"] | SlenderRod | SecondMoments | None = None
 
     def _enter(self) -> None:

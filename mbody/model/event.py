@@ -1,4 +1,4 @@
-"""What is watched for along a motion: zero crossings of measured quantities, stops that are hit."""
+"""Events along a motion: zero crossings of measured quantities, stops that are hit."""
 
 from __future__ import annotations
 
@@ -141,5 +141,5 @@ def as_events(given: Any) -> tuple[Event | Stop, ...]:
     names = [one.name for one in found]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
-        raise ModelError(f"'{twice[0]}' is watched for twice: give each event its own name")
+        raise ModelError(f"'{twice[0]}' names two events: give each its own name")
     return found

@@ -21,13 +21,12 @@ from mbody.model.joints import Joint
 from mbody.model.loads import Load
 from mbody.model.simulation import SimulationSettings
 from mbody.model.study import Instants, Measure, Question
-from mbody.quantities import Formula, FormulaError, Parameters, Scope, read
-from mbody.quantities.deferred import substituted
-from mbody.quantities.number import number
+from mbody.quantities import Formula, FormulaError, Parameters, read
+from mbody.quantities.number import evaluated, number
 from mbody.quantities.types import Number
 from mbody.quantities.units import DIMENSIONS, Dimension, UnitSystem, unit_system
 
-__all__ = ["Mechanism", "whole"]
+__all__ = ["Mechanism", "snapshot", "whole", "with_element"]
 
 E = TypeVar("E", bound=Element)
 
@@ -98,10 +97,10 @@ class Mechanism:
         self.questions = dict(questions or {})
         #: What numbers were made of that were given as text, by dotted name.
         self.formulas: dict[str, Formula] = {}
-        #: Parameters used where a system cannot change them.
-        self._fixed_parameters: set[str] = set()
-        #: What was perhaps meant otherwise where it was read from a file, for the notes of results.
-        self._remarks: tuple[str, ...] = ()
+        #: Parameters used where a system cannot change them, as in a table or a guess.
+        self.fixed_parameters: set[str] = set()
+        #: What was perhaps meant otherwise in the file it was read from, for the notes of results.
+        self.file_remarks: tuple[str, ...] = ()
         self.g = self.units.g if g is None else self._turning(g)
         if self.g <= 0.0:
             raise ModelError(
@@ -117,16 +116,8 @@ class Mechanism:
         """The number that turns weights into masses; its parameters cannot be changed later."""
         given = number(g, "acceleration", self.name, "g")
         if isinstance(given, Formula):
-            self._fixed_parameters |= self.parameters.used_by(given)
-        return float(self._valued(given, self.name, "g"))
-
-    def _snapshot(self) -> Mechanism:
-        """The mechanism as it is now, closed to additions: what a system keeps."""
-        if self._sorted is not None:
-            return self
-        kept = copy.copy(self)
-        kept._sorted = {}
-        return kept
+            self.fixed_parameters |= self.parameters.used_by(given)
+        return float(evaluated(given, self.parameters.scope(), self.name, "g"))
 
     def copied(self) -> Mechanism:
         """A mechanism of the same elements that takes more of them."""
@@ -134,26 +125,11 @@ class Mechanism:
         made._sorted = None
         return made
 
-    def _replaced(self, element: Element) -> Mechanism:
-        """The mechanism with another element in the place of the one of that name, closed to
-        additions; its numbers follow no parameters.
-        """
-        kept = copy.copy(self)
-        kept._elements[element.name] = element
-        own = (element.name, f"{element.name}.")
-        kept.formulas = {
-            name: formula
-            for name, formula in self.formulas.items()
-            if name != own[0] and not name.startswith(own[1])
-        }
-        kept._sorted = {}
-        return kept
-
     def __copy__(self) -> Mechanism:
         made = object.__new__(type(self))
         made.__dict__ |= self.__dict__
         made._elements, made.formulas = dict(self._elements), dict(self.formulas)
-        made._fixed_parameters, made.measures = set(self._fixed_parameters), dict(self.measures)
+        made.fixed_parameters, made.measures = set(self.fixed_parameters), dict(self.measures)
         made.questions = dict(self.questions)
         return made
 
@@ -177,12 +153,12 @@ class Mechanism:
             )
         if len(elements) == 1:  # added as a whole, or not at all
             return self._add(elements[0])
-        before = dict(self._elements), dict(self.formulas), set(self._fixed_parameters)
+        before = dict(self._elements), dict(self.formulas), set(self.fixed_parameters)
         try:
             for element in elements:
                 self._add(element)
         except ModelError:
-            self._elements, self.formulas, self._fixed_parameters = before
+            self._elements, self.formulas, self.fixed_parameters = before
             raise
 
     def without(self, *drivers: str) -> Mechanism:
@@ -198,7 +174,7 @@ class Mechanism:
         for name in drivers:
             if name not in known:
                 raise ModelError(
-                    f"there is no driver {brief(name)} to let go (there are: {listed(known)})",
+                    f"there is no driver {brief(name)} to release (there are: {listed(known)})",
                     str(name),
                 )
         made = copy.copy(self)
@@ -250,32 +226,10 @@ class Mechanism:
 
     def _taken(self, element: E) -> E:
         """The element with floats for its text; what they were made of is kept."""
-        made, formulas, fixed = resolved(element, self._scope)
+        made, formulas, fixed = resolved(element, self.parameters.scope())
         self.formulas |= formulas
-        self._fixed_parameters |= fixed & self.parameters.keys()
+        self.fixed_parameters |= fixed & self.parameters.keys()
         return made
-
-    @property
-    def _scope(self) -> Scope:
-        """What the names in formulas mean: the parameters, in the units of the mechanism."""
-        return self.parameters.scope()
-
-    def _number(self, value: Any, dimension: str, element: str, field: str) -> float:
-        """A number for an analysis or a part of the mechanism: a float, or text with units.
-
-        Raises
-        ------
-        ModelError
-            When it is no number of that dimension; the sentence names the element and the field.
-        """
-        return float(self._valued(number(value, dimension, element, field), element, field))
-
-    def _valued(self, given: Any, element: str, field: str) -> Any:
-        """The same value with floats in the place of the formulas in it; errors as `_number`."""
-        try:
-            return substituted(given, lambda formula: formula.value(self._scope))
-        except FormulaError as error:
-            raise ModelError(f"'{element}': {field}: {error}", element) from None
 
     def _find(self, marker: Marker, element: str) -> None:
         body = self.ground if marker.body == "ground" else self._elements.get(marker.body)
@@ -348,10 +302,14 @@ class Mechanism:
         return iter(self._elements.values())
 
     def __repr__(self) -> str:
-        return (
-            f"Mechanism({self.name!r}: {len(self.bodies)} bodies, {len(self.joints)} joints, "
-            f"{len(self.drivers)} drivers, {len(self.loads)} loads, {self.units.name})"
+        parts = (
+            (len(self.bodies), "body", "bodies"),
+            (len(self.joints), "joint", "joints"),
+            (len(self.drivers), "driver", "drivers"),
+            (len(self.loads), "load", "loads"),
         )
+        counts = ", ".join(f"{n} {one if n == 1 else more}" for n, one, more in parts)
+        return f"Mechanism({self.name!r}: {counts}, {self.units.name})"
 
     def __eq__(self, other: object) -> bool:
         """Whether both describe the same: every number to the last digit, what follows parameters,
@@ -367,6 +325,34 @@ def _measure(name: Any, value: Any) -> Measure:
     return value if isinstance(value, Measure) else Measure(value)
 
 
+# -- copies that are closed to additions -----------------------------------------------------------
+
+
+def snapshot(machine: Mechanism) -> Mechanism:
+    """The mechanism as it is now, closed to additions: what a system keeps."""
+    if machine._sorted is not None:
+        return machine
+    kept = copy.copy(machine)
+    kept._sorted = {}
+    return kept
+
+
+def with_element(machine: Mechanism, element: Element) -> Mechanism:
+    """The mechanism with another element in the place of the one of that name, closed to additions;
+    its numbers follow no parameters.
+    """
+    kept = copy.copy(machine)
+    kept._elements[element.name] = element
+    own = (element.name, f"{element.name}.")
+    kept.formulas = {
+        name: formula
+        for name, formula in machine.formulas.items()
+        if name != own[0] and not name.startswith(own[1])
+    }
+    kept._sorted = {}
+    return kept
+
+
 # -- equality: all that a mechanism describes ------------------------------------------------------
 
 
@@ -374,7 +360,8 @@ def _stated(machine: Mechanism, value: Any) -> Any:
     """A number or formula; the unit of plain angles only where it is one."""
     if not isinstance(value, Formula):
         return value
-    angle = value.dimension == DIMENSIONS["angle"] and not value.has_units(machine._scope)
+    scope = machine.parameters.scope()
+    angle = value.dimension == DIMENSIONS["angle"] and not value.has_units(scope)
     return value if angle else replace(value, angle="")
 
 
@@ -385,7 +372,7 @@ def _worth(machine: Mechanism, value: Any, dimension: Dimension | None) -> Any:
     own = replace(value, dimension=dimension)
     with contextlib.suppress(FormulaError):
         if not machine.parameters.used_by(own):
-            return own.value(machine._scope)
+            return own.value(machine.parameters.scope())
     return _stated(machine, own)
 
 

@@ -16,14 +16,42 @@ from mbody.model.element import Element, listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.user_physics import is_plain_field, plain_field
 from mbody.quantities import Formula, FormulaError
+from mbody.quantities.number import evaluated, number
 from mbody.quantities.units import DIMENSIONS, Dimension, dimension_of
 
-__all__ = ["dimension_named", "meant", "moves_nothing", "plain", "varied"]
+__all__ = ["dimension_named", "meant", "moves_nothing", "number_in", "plain", "varied"]
 
 #: Numbers of a body that its points and its mass centre do not depend on.
 MASS = ("mass", "weight", "inertia")
 #: Second moments of its mass.
 SPREAD = ("spread.xx", "spread.yy", "spread.xy")
+
+
+def number_in(
+    mechanism: Mechanism, value: Any, dimension: str | Dimension, element: str, field: str
+) -> float:
+    """A number for an analysis, in the units and with the parameters of a mechanism.
+
+    Parameters
+    ----------
+    value : float, str or quantity
+        As `number` takes it.
+    dimension : str or Dimension
+        What it measures.
+    element, field : str
+        Names for the error message.
+
+    Raises
+    ------
+    ModelError
+        When it is no number of that dimension.
+
+    >>> from mbody import makers
+    >>> number_in(makers.four_bar(1, 3, 2, 3.5), "20 ms", "time", "simulate", "until")
+    0.02
+    """
+    given = number(value, dimension, element, field)
+    return float(evaluated(given, mechanism.parameters.scope(), element, field))
 
 
 def meant(mechanism: Mechanism, name: str) -> tuple[str, Dimension | None]:
@@ -80,7 +108,7 @@ def dimension_named(mechanism: Mechanism, name: str) -> Dimension | None:
     'angular velocity'
     """
     if name in mechanism.parameters:
-        return mechanism._scope.names[name].dimension
+        return mechanism.parameters.scope().names[name].dimension
     owner, _, key = name.partition(".")
     element: Any = mechanism[owner]
     for field in dataclasses.fields(element):
@@ -123,7 +151,7 @@ def moves_nothing(mechanism: Mechanism, name: str) -> bool:
         owner, _, key = name.partition(".")
         element: Element = mechanism[owner]
         return element.role == "load" or (element.role == "body" and key in MASS)
-    if name in mechanism._fixed_parameters:
+    if name in mechanism.fixed_parameters:
         return False
     scope = mechanism.parameters
     names, before = {name}, 0
@@ -146,7 +174,7 @@ def plain(mechanism: Mechanism, name: str, given: Any, dimension: Dimension | No
         return float(given)
     try:
         whole = given if dimension is None else given.of(dimension)
-        return float(whole.value(mechanism._scope))
+        return float(whole.value(mechanism.parameters.scope()))
     except FormulaError as error:
         raise ModelError(f"unknown '{name}': {error}", name) from None
 

@@ -33,7 +33,7 @@ def remarks(mechanism: Mechanism, kept: dict[str, Any] | None = None) -> tuple[s
     kept = {} if kept is None else kept
     if "remarks" not in kept:
         kept["remarks"] = (
-            *mechanism._remarks,
+            *mechanism.file_remarks,
             *_tables(mechanism),
             *_formulas(mechanism),
             *_masses(mechanism),
@@ -75,9 +75,9 @@ def _table(
 
 def _formulas(mechanism: Mechanism) -> Iterator[str]:
     """Formulas without units where degrees and radians meet."""
-    unit = mechanism.units.time
+    unit, scope = mechanism.units.time, mechanism.parameters.scope()
     for name, formula in mechanism.formulas.items():
-        if formula.angle != "deg" or formula.has_units(mechanism._scope) or not formula.variable:
+        if formula.angle != "deg" or formula.has_units(scope) or not formula.variable:
             continue
         owner = name.partition(".")[0]
         if formula.dimension == DIMENSIONS["angle"]:

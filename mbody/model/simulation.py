@@ -63,7 +63,7 @@ class SimulationSettings:
     every : float or str, optional
         Or how far they are apart.
     events : list of Event and Stop
-        What is watched for.
+        What is recorded where it crosses zero, and what is struck.
     release : mapping
         When drivers are released, by name; until then they follow their laws.
 

@@ -22,12 +22,15 @@ from mbody.quantities.types import (
 __all__ = ["Instants", "Measure", "Question", "Unknown", "Unknowns"]
 
 #: Values of time or of drivers by name: one or several of each.
-Places: TypeAlias = (
-    "Converted[Mapping[str, tuple[float | Formula, ...]], Mapping[str, Number | Sequence[Number]]]"
-)
+PlacesLike: TypeAlias = "Mapping[str, Number | Sequence[Number]]"
+Places: TypeAlias = "Converted[Mapping[str, tuple[float | Formula, ...]], PlacesLike]"
 #: One unknown or several, by name, or by name with their start or their start, low, high and unit.
-Unknowns: TypeAlias = "str | Unknown | Iterable[str | Unknown] | Mapping[str, Any]"
-Texts: TypeAlias = "Converted[tuple[str, ...], str | Iterable[str]]"
+Options: TypeAlias = "Mapping[str, Number | None]"
+Unknowns: TypeAlias = (
+    "str | Unknown | Iterable[str | Unknown] | Mapping[str, Number | Options | None]"
+)
+TextsLike: TypeAlias = "str | Iterable[str]"
+Texts: TypeAlias = "Converted[tuple[str, ...], TextsLike]"
 
 
 @dataclass(frozen=True)

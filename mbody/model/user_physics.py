@@ -9,7 +9,7 @@ from typing import Any
 from mbody.laws import Law
 from mbody.model.element import Element, Numbers
 
-__all__ = ["OwnPhysics", "is_plain_field", "plain_field"]
+__all__ = ["OwnPhysics", "WithOwnPhysics", "is_plain_field", "plain_field"]
 
 
 class OwnPhysics:
@@ -62,6 +62,22 @@ class OwnPhysics:
             for field, value in changes.items():
                 object.__setattr__(made, field, value)
             return made
+
+
+class WithOwnPhysics:
+    """What an element between two places needs so that its ``physics(i, j, p, t)`` is called."""
+
+    def parameters(self: Any, at: Numbers) -> list[Any]:
+        """Numbers handed to `physics` as `p`; by default both arms, from the mass centres [length],
+        and the directions of both markers [rad].
+        """
+        return [*at.arm(self, "i"), *at.arm(self, "j"), at.angle(self, "i"), at.angle(self, "j")]
+
+    def _hook(self: Any, at: Numbers) -> tuple[list[Any], OwnPhysics]:
+        """All numbers of the element as the kernels hand them on, and what they call."""
+        parameters = list(self.parameters(at))
+        physics = OwnPhysics(self, len(parameters))
+        return [*parameters, *physics.numbers(at)], physics
 
 
 def _own(element: Element) -> list[tuple[str, str]]:

@@ -7,11 +7,13 @@ from numbers import Real
 from typing import Any
 
 from mbody.errors import ModelError, brief
+from mbody.quantities.deferred import substituted
+from mbody.quantities.evaluate import Scope
 from mbody.quantities.formula import Formula, read
 from mbody.quantities.parse import FormulaError
 from mbody.quantities.units import Dimension, dimension_of
 
-__all__ = ["float_or_formula", "number", "one_number"]
+__all__ = ["evaluated", "float_or_formula", "number", "one_number"]
 
 
 class NotANumber(FormulaError):
@@ -105,3 +107,17 @@ def one_number(value: Any, dimension: str, element: str, field: str) -> float:
             f"'{element}': {field} must be a plain number here, not {brief(result.text)}", element
         )
     return result
+
+
+def evaluated(given: Any, scope: Scope, element: str, field: str) -> Any:
+    """A number, or a value made of numbers, with floats in the place of its formulas.
+
+    Raises
+    ------
+    ModelError
+        For a parameter that there is not; the sentence names the element and the field.
+    """
+    try:
+        return substituted(given, lambda formula: formula.value(scope))
+    except FormulaError as error:
+        raise ModelError(f"'{element}': {field}: {error}", element) from None

@@ -22,6 +22,8 @@ __all__ = [
     "NumberField",
     "NumberRow",
     "OptionalNumberField",
+    "PlainNumber",
+    "PlainNumbers",
     "Quantity",
     "default",
     "default_made",
@@ -59,6 +61,10 @@ class Converted(Generic[Read, Given]):
 Number: TypeAlias = "float | str | np.floating[Any] | np.integer[Any] | Quantity | Formula"
 #: Several of them in a row.
 NumberRow: TypeAlias = "Sequence[Number] | np.ndarray[Any, Any] | Quantity"
+#: A number in the units of the mechanism, without text.
+PlainNumber: TypeAlias = "float | np.floating[Any] | np.integer[Any]"
+#: One of them, or a row: instants, values of a driver, numbers of a batch.
+PlainNumbers: TypeAlias = "PlainNumber | Sequence[PlainNumber] | np.ndarray[Any, Any]"
 #: A field that takes any `Number` and returns a float. Until the element is added to a mechanism,
 #: which has the units and the parameters, text is kept as a formula.
 NumberField: TypeAlias = Converted[float, Number]

@@ -8,7 +8,7 @@ import numpy as np
 
 from mbody.sheets.measured import measures
 from mbody.sheets.names import noted
-from mbody.sheets.table import Column, even, number, numbers, paragraph, table
+from mbody.sheets.text_table import Column, even, number, numbers, paragraph, table
 
 if TYPE_CHECKING:
     from mbody.analysis.inverse.answers import Answer, AnswerCase
@@ -29,7 +29,7 @@ def sheet(answer: Answer, name: str = "") -> str:
     lines = paragraph(f"{answer.mechanism.name}{': ' + name if name else ''}")
     if question.note:
         lines += paragraph(question.note)
-    lines += ["", *_asked(answer)]
+    lines += ["", *_requested(answer)]
     for n, found in enumerate(answer.solutions, start=1):
         title = "UNKNOWNS" if len(answer) == 1 else f"SOLUTION {n}"
         lines += ["", *_found(found, title)]
@@ -38,7 +38,7 @@ def sheet(answer: Answer, name: str = "") -> str:
     return "\n".join(even([*lines, *noted(answer.notes)]))
 
 
-def _asked(answer: Answer) -> list[str]:
+def _requested(answer: Answer) -> list[str]:
     question = answer.question
     lines = []
     if question.objective:

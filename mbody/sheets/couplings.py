@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mbody.sheets.names import force_floor
-from mbody.sheets.table import Column, numbers, table, there
+from mbody.sheets.text_table import Column, numbers, table, there
 
 if TYPE_CHECKING:
     from mbody.solution.solution import Solution

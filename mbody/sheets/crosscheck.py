@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from mbody.sheets.names import noted, title
-from mbody.sheets.table import Column, even, number, paragraph, table
+from mbody.sheets.text_table import Column, even, number, paragraph, table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""The lines of a system of equations: a matrix where it finds room, else an equation a line."""
+"""The lines of a system of equations: a matrix where it fits, else an equation a line."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mbody.sheets.names import ABOUT, REDUNDANT, ROUNDING
-from mbody.sheets.table import WIDTH, Column, cut, even, number, numbers, paragraph, table
+from mbody.sheets.text_table import WIDTH, Column, cut, even, number, numbers, paragraph, table
 
 if TYPE_CHECKING:
     from mbody.solution.force_equations import Equations
@@ -20,7 +20,7 @@ Array = np.ndarray
 
 #: Most unknowns that make a matrix.
 MATRIX = 12
-#: Significant digits of the greatest coefficient, the most first: as many as find room.
+#: Significant digits of the greatest coefficient, the most first: as many as fit.
 DIGITS = (6, 5, 4)
 #: Most characters of the name of a row beside a matrix.
 LABEL = 18

@@ -10,7 +10,7 @@ from mbody.analysis.position.joint_places import direction, place
 from mbody.errors import ModelError
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.sheets.names import force_names, heading, link_names
-from mbody.sheets.table import angles, number
+from mbody.sheets.text_table import angles, number
 from mbody.solution.checks import check_forces, loaded, whole_instant
 from mbody.solution.force_equations import Equations
 from mbody.system.rank import DENSE, dense, jacobian, rank_of
@@ -32,7 +32,7 @@ SMALL = 1e-12
 def equations(solution: Solution, instant: int = 0) -> str:
     """The force equations of one instant as text, at most 100 characters wide.
 
-    The matrix where it finds room, else every equation as a line, and the solved unknowns.
+    The matrix where it fits, else every equation as a line, and the solved unknowns.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def system_of_equations(solution: Solution, instant: int = 0) -> Equations:
     ('N14', 'T14', 'T12')
     """
     k = _checked(solution, instant)
-    return _Columns(solution, k).equations()
+    return _UnknownColumns(solution, k).equations()
 
 
 def _checked(solution: Solution, instant: Any) -> int:
@@ -117,7 +117,7 @@ class _Unknown(NamedTuple):
     value: float
 
 
-class _Columns:
+class _UnknownColumns:
     """The unknowns of one instant: of the joints, the couplings, the drivers.
 
     Multipliers λ of an element exert −Φ_qᵀ λ. What they are to be called by are combinations

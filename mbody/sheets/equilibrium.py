@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mbody.sheets.names import ROUNDING, force_floor, force_names, noted, title
-from mbody.sheets.table import Column, angles, even, number, numbers, paragraph, table
+from mbody.sheets.text_table import Column, angles, even, number, numbers, paragraph, table
 
 if TYPE_CHECKING:
     from mbody.analysis.equilibria.equilibrium import Equilibria, Equilibrium

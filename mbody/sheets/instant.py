@@ -23,7 +23,7 @@ from mbody.sheets.names import (
     torque_cells,
 )
 from mbody.sheets.summary import summary
-from mbody.sheets.table import Column, angles, even, number, numbers, paragraph, polars, table
+from mbody.sheets.text_table import Column, angles, even, number, numbers, paragraph, polars, table
 
 if TYPE_CHECKING:
     from mbody.model.element import Element

@@ -9,7 +9,7 @@ import numpy as np
 from mbody.model.study import Measure
 from mbody.quantities.units import DIMENSIONS, Dimension
 from mbody.sheets.names import ROUNDING, force_floor, swiftness
-from mbody.sheets.table import Column, number, table
+from mbody.sheets.text_table import Column, number, table
 from mbody.solution.measures import found_by, measured
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mbody.sheets.names import ROUNDING, certified, title
-from mbody.sheets.table import Column, even, number, numbers, paragraph, table
+from mbody.sheets.text_table import Column, even, number, numbers, paragraph, table
 
 if TYPE_CHECKING:
     from mbody.analysis.linear.modes import Mode, Modes, ModesAt

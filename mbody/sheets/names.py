@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.sheets.table import numbers, paragraph
+from mbody.sheets.text_table import numbers, paragraph
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -139,7 +139,7 @@ def certified(result: Any) -> list[str]:
 
 
 def _events(solution: Solution) -> list[str]:
-    """How often what was watched for occurred, and when, the first few times."""
+    """How often each event occurred, and when, the first few times."""
     unit, lines = solution.mechanism.units.time, []
     for name in dict.fromkeys(one.name for one in solution.events):
         times = [one.t for one in solution.events if one.name == name]

@@ -20,7 +20,7 @@ from mbody.sheets.names import (
     swiftness,
     torque_cells,
 )
-from mbody.sheets.table import Column, angles, cut, number, numbers, paragraph, polars, table
+from mbody.sheets.text_table import Column, angles, cut, number, numbers, paragraph, polars, table
 
 if TYPE_CHECKING:
     from mbody.solution.solution import Solution

@@ -137,9 +137,7 @@ def _limits(
     n = system.coordinates
     pages = solution.record.table(slice(None))
     pages = pages[design] if solution.record.batch else pages
-    places = np.abs(pages[:, :n]).reshape(len(parts), -1, 3)
-    far = places[:, :, :2].max(axis=(1, 2), initial=0.0) / system.length
-    reach = 1.0 + np.maximum(far, places[:, :, 2].max(axis=1, initial=0.0))
+    reach = 1.0 + system.extent(pages)
     known = np.isfinite(pages[:, : 3 * n]).all(axis=1)
     constraint = np.where(known, constraint, np.nan)
     yield "the constraints are violated by {} (model lengths, rad)", constraint, OPEN * reach

@@ -61,10 +61,21 @@ def check_forces(solution: Result, what: str) -> None:
     """
     if not solution.has_forces:
         raise ModelError(f"{solution.analysis} finds no forces: use kinetostatics or statics")
+    one_design(solution, f"{what} are of one design")
+
+
+def one_design(solution: Result, what: str, element: str | None = None) -> None:
+    """Refuse a batch of designs, in a sentence that begins with `what` there is of one design.
+
+    Raises
+    ------
+    ModelError
+    """
     if solution.record.batch:
         raise ModelError(
-            f"{what} are of one design, this is a batch of {solution.record.count} designs: "
-            "analyse one of them, system.design(n)"
+            f"{what}, this is a batch of {solution.record.count} designs: analyse one of them, "
+            "system.design(n)",
+            element,
         )
 
 
@@ -160,12 +171,7 @@ def _audit(
 def breakdown(solution: Result, name: str, on: str | None) -> dict[str, Any]:
     """Reactions or efforts that inertia and each load would have alone, by cause."""
     system = solution.system
-    if system.batch is not None:
-        raise ModelError(
-            f"the breakdown of '{name}' is for one design, this is a batch of {system.batch} "
-            "designs: analyse one of them, system.design(n)",
-            name,
-        )
+    one_design(solution, f"the breakdown of '{name}' is for one design", name)
     if not solution.has_forces:
         raise ModelError(
             f"{solution.analysis} finds no forces, as of '{name}': use kinetostatics", name

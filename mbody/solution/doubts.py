@@ -92,7 +92,7 @@ def status_of(status: str, doubts: Sequence[Doubt]) -> str:
 
 
 def doubted(result: Result, doubts: Iterable[Doubt]) -> Result:
-    """The same result with further doubts: they stand in `doubts` and in `notes`, and they decide
+    """The same result with further doubts: they are in `doubts` and in `notes`, and they decide
     the `status`. A doubt that the result has already is not said again.
     """
     doubts = list(doubts)

@@ -21,7 +21,7 @@ Array = np.ndarray
 ACCOUNTED = 64
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Energy:
     """Energies at every instant [force·length], arrays (instants,).
 
@@ -57,6 +57,12 @@ class Energy:
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
         lock(self)  # arrays forget in a file that they are locked
+
+    def __repr__(self) -> str:
+        return (
+            f"Energy({len(self.balance)} instants, up to {self.size:.6g}, balance "
+            f"{self.error:.1e} of it)"
+        )
 
     @property
     def size(self) -> float:

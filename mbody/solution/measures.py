@@ -179,7 +179,7 @@ class _Histories(dict[str, Valued]):
     """Names in a measure: parameters, time, and histories by name."""
 
     def __init__(self, mechanism: Mechanism, history: Callable[[str, str], Any]) -> None:
-        super().__init__(mechanism._scope.names)
+        super().__init__(mechanism.parameters.scope().names)
         self.mechanism, self.history = mechanism, history
         self["t"] = Valued(1.0, DIMENSIONS["time"])
 

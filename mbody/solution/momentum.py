@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -12,9 +13,11 @@ from mbody.model.element import Marker
 from mbody.solution.result import Result
 from mbody.system.read_only import lock
 
-__all__ = ["Momentum", "momentum"]
+__all__ = ["Momentum", "PlaceLike", "momentum"]
 
 Array = np.ndarray
+#: A place: a point by name, or x and y in world axes.
+PlaceLike: TypeAlias = "Marker | str | Sequence[float] | np.ndarray[Any, Any]"
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +46,7 @@ class Momentum:
         lock(self)
 
 
-def momentum(run: Result, about: Any = (0.0, 0.0)) -> Momentum:
+def momentum(run: Result, about: PlaceLike = (0.0, 0.0)) -> Momentum:
     """Linear and angular momentum of all bodies of a solution (impulse, moment of momentum).
 
     p = Σ m v,  L = Σ [(r_G − o) × m v + I ω]
@@ -100,7 +103,7 @@ def momentum(run: Result, about: Any = (0.0, 0.0)) -> Momentum:
     return Momentum(x, y, angular, whole, centre)
 
 
-def _place(run: Result, about: Any) -> tuple[Any, Any]:
+def _place(run: Result, about: PlaceLike) -> tuple[Any, Any]:
     """Where the place is: numbers, or arrays over the instants."""
     if isinstance(about, str | Marker):
         at = run.point(about)

@@ -19,7 +19,7 @@ __all__ = ["column", "ends", "link_poses", "place", "reaction_point", "reaction_
 Array = np.ndarray
 
 
-class _Columns:
+class _DesignColumns:
     """Numbers by dotted name, a column a design in a batch."""
 
     def __init__(self, at: Numbers) -> None:
@@ -51,7 +51,7 @@ def ends(solution: Result, element: Element) -> tuple[Any, Any, Any, Any]:
         solution[getattr(element, side).body].angle + column(at.angle(element, side))
         for side in ("i", "j")
     )
-    return _Columns(at), (jx - ix, jy - iy), *angles
+    return _DesignColumns(at), (jx - ix, jy - iy), *angles
 
 
 def reaction_point(solution: Result, element: Any) -> tuple[Array, Array]:

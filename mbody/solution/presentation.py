@@ -1,8 +1,8 @@
 """The one door through which results are presented: as text, as data, as tables, in files.
 
 An analysis and its result know nothing of sheets and files, which are built on them. A result asks
-here for a form of itself by name; `mbody` itself, which stands above all, registers who makes it.
-What makes a form is loaded when it is first wanted.
+here for a form of itself by name; `mbody/__init__.py`, which may import every layer, registers who
+makes it. What makes a form is loaded when it is first wanted.
 """
 
 from __future__ import annotations

@@ -37,8 +37,6 @@ class Restart:
         See `mbody.kernels.step_state`.
     own : tuple of arrays
         What the method itself carries on.
-    released : tuple of str
-        Released drivers.
     """
 
     way: Way
@@ -49,4 +47,3 @@ class Restart:
     gained: Array
     state: Array
     own: tuple[Array, ...]
-    released: tuple[str, ...] = ()

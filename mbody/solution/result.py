@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from mbody.model.element import Marker
 from mbody.model.mechanism import Mechanism
+from mbody.model.study import Measure
 from mbody.solution.doubts import Doubt
 from mbody.solution.energy import Energy
 from mbody.solution.histories import (
@@ -110,5 +111,5 @@ class Result(Protocol):
     def driven(self, driver: str) -> tuple[Array, Array, Array]:
         """Value, rate and acceleration of what a driver drives."""
 
-    def measure(self, of: Any) -> Array:
+    def measure(self, of: str | Measure) -> Array:
         """History of a measured quantity."""

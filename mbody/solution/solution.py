@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator, Mapping
+import os
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -15,8 +16,9 @@ from mbody.model.element import Marker, as_marker, listed
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import varied
+from mbody.model.study import Measure
 from mbody.solution.certificate import Certified, as_reported, changed
-from mbody.solution.checks import breakdown, checks, residuals
+from mbody.solution.checks import breakdown, checks, one_design, residuals
 from mbody.solution.doubts import Doubt
 from mbody.solution.energy import Energy
 from mbody.solution.event_record import EventRecord
@@ -32,7 +34,7 @@ from mbody.solution.histories import (
 )
 from mbody.solution.load_histories import load_history
 from mbody.solution.measures import measured
-from mbody.solution.momentum import Momentum, momentum
+from mbody.solution.momentum import Momentum, PlaceLike, momentum
 from mbody.solution.places import column, ends, reaction_point, reaction_torque
 from mbody.solution.presentation import present
 from mbody.solution.restart import Restart
@@ -54,7 +56,7 @@ def as_solution(given: Any) -> Solution:
     )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Solution:
     """What an analysis found: histories by name, in the units of the mechanism.
 
@@ -73,18 +75,18 @@ class Solution:
     system: System
     analysis: str
     t: Array
-    record: Record = field(repr=False)
-    given: Array | None = field(repr=False)
+    record: Record
+    given: Array | None
     regularization: float = 0.0
-    dependencies: dict[str, list[bool]] | None = field(default=None, repr=False)
+    dependencies: dict[str, list[bool]] | None = None
     notes: Certified[tuple[str, ...]] = Certified(())
     status: Certified[str] = Certified("completed")
     doubts: Certified[tuple[Doubt, ...]] = Certified(())
     stats: dict[str, int] | None = None
-    energy: Energy | None = field(default=None, repr=False)
-    events: tuple[EventRecord, ...] = field(default=(), repr=False)
-    restart: Restart | None = field(default=None, repr=False)
-    released: Mapping[str, float] = field(default_factory=dict, repr=False)
+    energy: Energy | None = None
+    events: tuple[EventRecord, ...] = ()
+    restart: Restart | None = None
+    released: Mapping[str, float] = field(default_factory=dict)
     branch: BranchDistance | None = None
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -95,15 +97,11 @@ class Solution:
         object.__setattr__(self, "t", locked(self.t))
         object.__setattr__(self, "given", locked(self.given))
 
-    def take(self, instants: Any) -> Solution:
+    def take(self, instants: Sequence[int] | np.ndarray[Any, Any]) -> Solution:
         """Only some of the instants, by their numbers, in that order; doubts that begin after the
         last of them are left out.
         """
-        if self.record.batch:
-            raise ModelError(
-                f"instants are of one design, this is a batch of {self.record.count} designs: "
-                "analyse one of them, system.design(n)"
-            )
+        one_design(self, "instants are of one design")
         index = np.asarray(instants, dtype=np.int64)
         rows, report = self.record.table(slice(None))[index], as_reported(self)
         last = float(self.t[index].max(initial=-np.inf))
@@ -387,12 +385,13 @@ class Solution:
         read: Array = locked(states)
         return read
 
-    def measure(self, of: Any) -> Array:
+    def measure(self, of: str | Measure) -> Array:
         """History (instants,) of a measured quantity: one of the mechanism's measures by name, a
         `Measure`, or a formula of histories such as ``"coupler.P.y - rocker.y"``; angles in rad
         where no unit is given.
         """
-        return measured(self, self.mechanism.measures.get(of, of))[0]
+        own = self.mechanism.measures.get(of, of) if isinstance(of, str) else of
+        return measured(self, own)[0]
 
     def inertia(self, body: str) -> tuple[Array, Array, Array]:
         """D'Alembert's inertia force and torque of a body: (−m ax, −m ay, −I α)."""
@@ -401,7 +400,7 @@ class Solution:
         m, _, inertia = mass[:, :, None] if self.system.batch is not None else mass[:, 0]
         return -m * history.ax, -m * history.ay, -inertia * history.alpha
 
-    def momentum(self, about: Any = (0.0, 0.0)) -> Momentum:
+    def momentum(self, about: PlaceLike = (0.0, 0.0)) -> Momentum:
         """Momentum, and angular momentum about a place; see `mbody.engineering.momentum`."""
         return momentum(self, about)
 
@@ -447,7 +446,7 @@ class Solution:
         """The columns as a pandas DataFrame; pandas is needed only here."""
         return present("dataframe", self)
 
-    def to_csv(self, path: Any, angle: str = "rad") -> None:
+    def to_csv(self, path: str | os.PathLike[str], angle: str = "rad") -> None:
         """Write the columns as comma-separated values, numbers in full precision, angles in
         ``"rad"`` or ``"deg"``.
         """
@@ -464,16 +463,22 @@ class Solution:
         found: dict[str, Any] = present("data", self, angle)
         return found
 
-    def to_json(self, path: Any) -> None:
+    def to_json(self, path: str | os.PathLike[str]) -> None:
         """Write `data` to a file."""
         present("json", self, path)
 
-    def to_npz(self, path: Any) -> None:
+    def to_npz(self, path: str | os.PathLike[str]) -> None:
         """Write the columns as arrays of NumPy's own format; ``np.load`` reads them by name."""
         present("npz", self, path)
 
     def __iter__(self) -> Iterator[str]:
         return iter(body.name for body in self.mechanism.bodies)
+
+    def __repr__(self) -> str:
+        designs = f"{self.record.count} designs, " if self.record.batch else ""
+        instants = "1 instant" if len(self) == 1 else f"{len(self)} instants"
+        name = self.mechanism.name
+        return f"Solution({name!r}: {self.analysis}, {designs}{instants}, {self.status})"
 
     def __str__(self) -> str:
         return str(present("sheet", self))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -59,7 +59,13 @@ def reduced(column: MeasuredColumn, history: np.ndarray) -> np.ndarray:
     return np.asarray(REDUCTIONS[column.by](history)) if column.by else history
 
 
-def columns_of(mechanism: Mechanism, given: Any) -> tuple[MeasuredColumn, ...]:
+#: A measured quantity, with its reduction to one number or without.
+MeasureLike: TypeAlias = "str | Measure | tuple[str | Measure, str]"
+#: One of them, or several, in a mapping by name.
+Measures: TypeAlias = "MeasureLike | Iterable[MeasureLike] | Mapping[str, MeasureLike]"
+
+
+def columns_of(mechanism: Mechanism, given: Measures | None) -> tuple[MeasuredColumn, ...]:
     """The requested quantities; by default the measures of the mechanism.
 
     Raises

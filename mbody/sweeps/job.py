@@ -8,15 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from mbody.analysis.driven.batch_continuation import BatchSetup, batch_setup, closed_poses, on_lanes
 from mbody.analysis.driven.contacts import unfit
-from mbody.analysis.driven.lanes import BatchSetup, batch_setup, closed_poses, on_lanes
 from mbody.analysis.driven.requests import ANALYSES, analyse_system_at, arguments_at
 from mbody.analysis.driven.runner import Runner
 from mbody.analysis.driven.time_grid import TimeGrid, check_reach, time_grid
-from mbody.analysis.dynamics.lanes import LaneMotions, integrate_lanes, lane_motions
+from mbody.analysis.dynamics.batch_integration import LaneMotions, integrate_lanes, lane_motions
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.position.assembly_analysis import check_determined, closed
-from mbody.analysis.position.whole_turns import by_springs
 from mbody.core.lanes import LANES
 from mbody.errors import ModelError, SolveError
 from mbody.model.element import listed
@@ -132,8 +131,15 @@ class PieceResult:
     """
 
     columns: list[np.ndarray]
-    failures: dict[int, str]
+    failures: dict[int, str] = field(default_factory=dict)
     doubts: dict[int, tuple[Doubt, ...]] = field(default_factory=dict)
+
+    def put(self, low: int, part: PieceResult) -> None:
+        """Take the results of a part, whose first design is the design `low` here."""
+        for whole, piece in zip(self.columns, part.columns, strict=True):
+            whole[low : low + len(piece)] = piece
+        self.failures.update((low + design, why) for design, why in part.failures.items())
+        self.doubts.update((low + design, found) for design, found in part.doubts.items())
 
 
 class _RowRecorder(Record):
@@ -291,46 +297,37 @@ def _noted(
 
 def analyse_piece(job: Job, values: np.ndarray) -> PieceResult:
     """The results of a piece of the designs, values (designs, names)."""
-    columns = job.empty(len(values))
-    failures: dict[int, str] = {}
-    doubts: dict[int, tuple[Doubt, ...]] = {}
+    piece = PieceResult(job.empty(len(values)))
     for low in range(0, len(values), job.block):
-        part = _block(job, values[low : low + job.block])
-        for whole, piece in zip(columns, part.columns, strict=True):
-            whole[low : low + job.block] = piece
-        failures |= {low + design: message for design, message in part.failures.items()}
-        doubts |= {low + design: message for design, message in part.doubts.items()}
-    return PieceResult(columns, failures, doubts)
+        piece.put(low, _block(job, values[low : low + job.block]))
+    return piece
 
 
 def _block(job: Job, values: np.ndarray) -> PieceResult:
     """The results of designs that are computed in parallel."""
-    columns = job.empty(len(values))
-    failures: dict[int, str] = {}
-    doubts: dict[int, tuple[Doubt, ...]] = {}
-    alone = np.ones(len(values), dtype=bool)
+    result, alone = PieceResult(job.empty(len(values))), np.ones(len(values), dtype=bool)
     if job.course is not None:
         try:
             found, alone = _together(job, job.course, values)
         except ModelError:  # one of them has an invalid number
             pass
         else:
-            for column, history in zip(columns, found, strict=True):
+            for column, history in zip(result.columns, found, strict=True):
                 column[~alone] = history.reshape(column.shape)[~alone]
     for design in np.flatnonzero(alone).tolist():
         try:
             run, found = _alone(job, values[design])
-            for column, value in zip(columns, found, strict=True):
+            for column, value in zip(result.columns, found, strict=True):
                 column[design] = value
             if run.doubts:
-                doubts[design] = run.doubts
+                result.doubts[design] = run.doubts
         except (ModelError, SolveError) as error:
-            failures[design] = str(error)
-    for column, of in zip(columns, job.columns, strict=True):
+            result.failures[design] = str(error)
+    for column, of in zip(result.columns, job.columns, strict=True):
         finite = np.isfinite(column).reshape(len(values), -1).all(axis=1)
         for design in np.flatnonzero(~finite).tolist():
-            failures.setdefault(design, f"'{of.name}' has no finite value")
-    return PieceResult(columns, failures, doubts)
+            result.failures.setdefault(design, f"'{of.name}' has no finite value")
+    return result
 
 
 def _together(
@@ -346,7 +343,6 @@ def _together(
         times = course.grid.t
         check_reach(system, times, job.how.get("drive") or {})
         poses, good = closed_poses(system, course.grid, course.pose, course.small)
-        by_springs(system, poses)
         rows, sound = on_lanes(system, course, poses, job.wanted)
         sound &= good
         if len(course.grid.given) == len(times):

@@ -14,10 +14,18 @@ class ResultsInMemory:
     """Columns of all designs."""
 
     def __init__(self, job: Job, designs: int) -> None:
-        self.columns = job.empty(designs)
-        self.failures: dict[int, str] = {}
-        self.doubts: dict[int, tuple[Doubt, ...]] = {}
+        self.result = PieceResult(job.empty(designs))
         self.done = np.zeros(designs, dtype=bool)
+
+    @property
+    def failures(self) -> dict[int, str]:
+        """Error message of each failed design."""
+        return self.result.failures
+
+    @property
+    def doubts(self) -> dict[int, tuple[Doubt, ...]]:
+        """Doubts of each design that has some."""
+        return self.result.doubts
 
     def missing(self, pieces: list[int]) -> list[int]:
         """First designs of the pieces that are not done."""
@@ -25,13 +33,9 @@ class ResultsInMemory:
 
     def keep(self, low: int, part: PieceResult) -> None:
         """Store the results of the designs from `low` on."""
-        count = len(part.columns[0])
-        for whole, piece in zip(self.columns, part.columns, strict=True):
-            whole[low : low + count] = piece
-        self.failures |= {low + design: message for design, message in part.failures.items()}
-        self.doubts |= {low + design: message for design, message in part.doubts.items()}
-        self.done[low : low + count] = True
+        self.result.put(low, part)
+        self.done[low : low + len(part.columns[0])] = True
 
     def column(self, index: int) -> np.ndarray:
         """One column."""
-        return self.columns[index]
+        return self.result.columns[index]

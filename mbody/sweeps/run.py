@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import os
+from collections.abc import Callable
 from typing import Any
 
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.errors import ModelError
 from mbody.model.mechanism import Mechanism
 from mbody.sweeps.cluster import connected, on_cluster
-from mbody.sweeps.columns import columns_of
+from mbody.sweeps.columns import Measures, columns_of
 from mbody.sweeps.job import BLOCK, Job, prepared
 from mbody.sweeps.memory import ResultsInMemory
-from mbody.sweeps.result import Sweep
-from mbody.sweeps.samples import Samples, drawn
+from mbody.sweeps.samples import Samples, Values, drawn
 from mbody.sweeps.store import Store
+from mbody.sweeps.sweep_result import Sweep
 from mbody.sweeps.threads import cores, on_threads
 from mbody.system.system import System
 
@@ -26,12 +27,12 @@ SINGLE, LARGE = 16, 16 * BLOCK
 
 def sweep(
     model: Mechanism | System,
-    parameters: Samples | Mapping[str, Any],
+    parameters: Samples | Values,
     analysis: str = "kinetostatics",
-    measure: Any = None,
+    measure: Measures | None = None,
     *,
     threads: int | None = None,
-    to: Any = None,
+    to: str | os.PathLike[str] | None = None,
     scheduler: str | None = None,
     progress: Callable[[int, int], None] | None = None,
     **options: Any,

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from mbody.errors import ModelError, brief
 from mbody.model.numbers import dimension_named
 from mbody.quantities import Formula, FormulaError
 from mbody.quantities.number import float_or_formula
+from mbody.quantities.types import Number
 from mbody.sweeps.tolerances import Scatter
 from mbody.system.system import System
 
@@ -50,7 +51,7 @@ class Samples:
     """
 
     kind: str
-    parameters: Mapping[str, Any]
+    parameters: Values | Spreads
     count: int = 0
     seed: int = 0
 
@@ -79,9 +80,15 @@ class Steps:
     11
     """
 
-    low: Any
-    high: Any
+    low: Number
+    high: Number
     count: int
+
+
+#: Values of numbers by name.
+Values: TypeAlias = "Mapping[str, Number | Iterable[Number] | Steps]"
+#: How numbers are spread, by name.
+Spreads: TypeAlias = "Mapping[str, tuple[Number, Number] | list[Number] | Scatter]"
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +113,7 @@ class DesignNumbers:
     given_names: tuple[str, ...]
 
 
-def grid(parameters: Mapping[str, Any]) -> Samples:
+def grid(parameters: Values) -> Samples:
     """Every value of each parameter with every value of the others.
 
     >>> grid({"crank.A.x": [1.0, 1.1], "crank.mass": [1, 2, 3]}).kind
@@ -115,7 +122,7 @@ def grid(parameters: Mapping[str, Any]) -> Samples:
     return Samples("grid", parameters)
 
 
-def together(parameters: Mapping[str, Any]) -> Samples:
+def together(parameters: Values) -> Samples:
     """A list of designs: the first values of all parameters, the second ones, and so on.
 
     >>> together({"crank.A.x": [1.0, 1.1], "crank.mass": [1, 2]}).kind
@@ -124,7 +131,7 @@ def together(parameters: Mapping[str, Any]) -> Samples:
     return Samples("together", parameters)
 
 
-def latin_hypercube(parameters: Mapping[str, Any], count: int, seed: int = 0) -> Samples:
+def latin_hypercube(parameters: Spreads, count: int, seed: int = 0) -> Samples:
     """Random designs, one in each of `count` slices of every parameter (McKay 1979).
 
     Parameters
@@ -139,7 +146,7 @@ def latin_hypercube(parameters: Mapping[str, Any], count: int, seed: int = 0) ->
     return Samples("latin hypercube", parameters, count, seed)
 
 
-def sobol(parameters: Mapping[str, Any], count: int, seed: int = 0) -> Samples:
+def sobol(parameters: Spreads, count: int, seed: int = 0) -> Samples:
     """Points of a scrambled Sobol sequence, which fills the space evenly; best with a power of two.
 
     Parameters as of `latin_hypercube`.
@@ -150,7 +157,7 @@ def sobol(parameters: Mapping[str, Any], count: int, seed: int = 0) -> Samples:
     return Samples("sobol", parameters, count, seed)
 
 
-def monte_carlo(parameters: Mapping[str, Any], count: int, seed: int = 0) -> Samples:
+def monte_carlo(parameters: Spreads, count: int, seed: int = 0) -> Samples:
     """Independent random designs; parameters as of `latin_hypercube`.
 
     >>> from mbody.sweeps import Normal
@@ -160,7 +167,7 @@ def monte_carlo(parameters: Mapping[str, Any], count: int, seed: int = 0) -> Sam
     return Samples("monte carlo", parameters, count, seed)
 
 
-def drawn(system: System, given: Samples | Mapping[str, Any]) -> DesignNumbers:
+def drawn(system: System, given: Samples | Values) -> DesignNumbers:
     """The numbers of all designs.
 
     Raises
@@ -209,8 +216,8 @@ def _number(system: System, name: str, value: Any) -> float:
         made = float_or_formula(value, None)
         if not isinstance(made, Formula):
             return float(made)
-        dimension = dimension_named(machine, name)
-        return float((made if dimension is None else made.of(dimension)).value(machine._scope))
+        dimension, scope = dimension_named(machine, name), machine.parameters.scope()
+        return float((made if dimension is None else made.of(dimension)).value(scope))
     except FormulaError as error:
         raise ModelError(f"sweep: '{name}': {error}", name) from None
 

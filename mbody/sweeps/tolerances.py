@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mbody.errors import ModelError
+from mbody.quantities.types import Number
 
 __all__ = ["Normal", "Scatter", "Triangular", "Uniform"]
 
@@ -27,8 +28,8 @@ class Scatter:
         By default the number of the mechanism.
     """
 
-    tolerance: Any = None
-    mean: Any = None
+    tolerance: Number | None = None
+    mean: Number | None = None
 
     def __post_init__(self) -> None:
         if self.tolerance is None:
@@ -68,7 +69,7 @@ class Normal(Scatter):
     '0.02 mm'
     """
 
-    deviation: Any = None
+    deviation: Number | None = None
 
     def __post_init__(self) -> None:
         if (self.tolerance is None) == (self.deviation is None):

@@ -20,7 +20,7 @@ from mbody.kernels.forces import KINDS as ACTION_KINDS
 from mbody.kernels.layout import Layout, integers
 from mbody.laws import LAW_KINDS, Constant, Law
 from mbody.model.element import Element, Numbers
-from mbody.model.mechanism import Mechanism
+from mbody.model.mechanism import Mechanism, snapshot
 from mbody.model.primitives import ConstraintPrimitive, ForcePrimitive, Signal
 from mbody.quantities import Formula
 from mbody.system.elimination_order import Elimination, eliminate, split
@@ -63,7 +63,7 @@ def assemble(mechanism: Mechanism) -> System:
     """
     if not mechanism.bodies:
         raise ModelError(f"'{mechanism.name}' has no bodies: add at least one Body")
-    mechanism = mechanism._snapshot()
+    mechanism = snapshot(mechanism)
     compiler = _Compiler(mechanism)
     numbers = compiler.numbers()
     par, mass = compiler.compile(numbers)
@@ -145,7 +145,7 @@ class _Compiler:
 
     def numbers(self) -> dict[str, Any]:
         """All changeable numbers by dotted name."""
-        names = self.mechanism._scope.names
+        names = self.mechanism.parameters.scope().names
         result: dict[str, Any] = {name: names[name].value for name in self.mechanism.parameters}
         result |= self.mechanism.ground.numbers()
         for element in self.mechanism:

@@ -46,7 +46,7 @@ def split(bodies: int, ends: Sequence[tuple[int, ...]]) -> Slots:
     bodies : int
         Number of moving bodies; the ground is body number `bodies`.
     ends : sequence of tuples
-        Bodies that each node stands on, two or more.
+        Bodies that the rows of each node act on, two or more.
     """
     degree = [0] * (bodies + 1)
     for pair in ends:

@@ -2,7 +2,7 @@
 
 There Φ_q is square, and one LU of it serves position, velocity, acceleration and (transposed)
 reactions. Pivots are chosen once, from the numbers of several positions, by Markowitz's rule with a
-threshold; where they are worst a second choice may be better. The kernel watches the growth of the
+threshold; where they are worst a second choice may be better. The kernel monitors the growth of the
 multipliers, takes the other choice where it is large, and gives a lane up where neither is good.
 Pivots are in the diagonal blocks, so that those of a block make its determinant.
 """
@@ -62,19 +62,19 @@ def choose_pivots(
     blocks = diagonal_blocks(present)
     if blocks is None:
         return None
-    groups = _Groups(matrices[0], steady, present, blocks, float(here.size[0, 0]))
-    found = _pivots(matrices, steady, present, groups.inside)
+    diagonal = _DiagonalBlocks(matrices[0], steady, present, blocks, float(here.size[0, 0]))
+    found = _pivots(matrices, steady, present, diagonal.inside)
     if found is None:
         return None
     growth = found[-1]
-    one = _lists(entries, rows, groups, *found[:-1])
+    one = _lists(entries, rows, diagonal, *found[:-1])
     if growth.max() <= EVEN:
         return one, one
     hard = growth >= np.quantile(growth, 1.0 - WORST)
-    found = _pivots(matrices[hard], steady, present, groups.inside)
+    found = _pivots(matrices[hard], steady, present, diagonal.inside)
     if found is None or found[-1].max() >= growth.max():
         return one, one
-    return one, _lists(entries, rows, groups, *found[:-1])
+    return one, _lists(entries, rows, diagonal, *found[:-1])
 
 
 def lane_workspace(choices: PivotChoices, lanes: int) -> SquareWork:
@@ -113,7 +113,7 @@ def _entries(
     return found
 
 
-class _Groups:
+class _DiagonalBlocks:
     """The diagonal blocks of Φ_q, and which of their determinants vary.
 
     Attributes
@@ -201,7 +201,7 @@ def _pivots(
 def _lists(
     entries: dict[tuple[int, int], tuple[int, float, bool]],
     rows: np.ndarray,
-    groups: _Groups,
+    diagonal: _DiagonalBlocks,
     pivots: list[tuple[int, int]],
     pattern: np.ndarray,
     constant: np.ndarray,
@@ -211,10 +211,10 @@ def _lists(
     low, change, left, up, above, entry, group = (_Lists() for _ in range(7))
     unit = [bool(constant[key] and abs(entries[key][1]) == 1.0) for key in pivots]
     scale = []
-    for block in groups.varying:
-        own = [n for n, (r, _) in enumerate(pivots) if groups.rows[r] == block]
+    for block in diagonal.varying:
+        own = [n for n, (r, _) in enumerate(pivots) if diagonal.rows[r] == block]
         sign = math.prod(entries[pivots[n]][1] for n in own if unit[n])
-        scale.append(groups.scale(block, [pivots[n] for n in own], sign))
+        scale.append(diagonal.scale(block, [pivots[n] for n in own], sign))
         for n in own:
             if not unit[n]:
                 group.add(position[pivots[n]], block)

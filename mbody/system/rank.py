@@ -13,7 +13,17 @@ from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import violation
 from mbody.system.system import System
 
-__all__ = ["DENSE", "Rank", "dense", "jacobian", "rank_of", "shortest", "smallest_gap", "too_large"]
+__all__ = [
+    "DENSE",
+    "Rank",
+    "dense",
+    "dense_rates",
+    "jacobian",
+    "rank_of",
+    "shortest",
+    "smallest_gap",
+    "too_large",
+]
 
 #: Rows, and pairs of coordinates, up to which dense matrices are made.
 DENSE = 1500
@@ -85,9 +95,15 @@ def jacobian(system: System, work: Work) -> tuple[np.ndarray, np.ndarray]:
 def dense(system: System, work: Work) -> tuple[np.ndarray, np.ndarray]:
     """The same without units: lengths by the model length."""
     phi, G = jacobian(system, work)
-    unit = np.where(system.row_table[2], 1.0, 1.0 / system.length)
-    scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
-    return unit * phi, unit[:, None] * G * scale
+    unit = system.row_units
+    return unit * phi, unit[:, None] * G * system.coordinate_units
+
+
+def dense_rates(system: System, work: Work) -> np.ndarray:
+    """ν of every row in the workspace, lengths by the model length."""
+    primitive, row, _ = system.row_table
+    nu = work.nu[2 * system.layout.primitive_node[primitive] + row, 0]
+    return np.asarray(system.row_units * nu)
 
 
 def rank_of(G: np.ndarray, zero: float = ZERO) -> Rank:
@@ -146,7 +162,7 @@ def smallest_gap(system: System, work: Work, kept: np.ndarray) -> np.ndarray:
     (rows,) hold; returns the dimensionless Φ there. Gauss–Newton with a growing penalty.
     """
     size = 3 * system.layout.bodies
-    scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+    scale = system.coordinate_units
     for penalty in (1e1, 1e3, 1e5):
         weight = np.where(kept, penalty, 1.0)
         phi, G = dense(system, work)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import weakref
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -20,12 +20,13 @@ from mbody.model.element import Element, Numbers, Polar, listed, place_name
 from mbody.model.mechanism import Mechanism
 from mbody.model.user_physics import is_plain_field, plain_field
 from mbody.quantities import Formula, FormulaError
+from mbody.quantities.types import PlainNumbers
 from mbody.system.read_only import locked
 
 __all__ = ["System", "polar_points"]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class System:
     """What the computer runs: arrays, names and indices of one topology, immutable.
 
@@ -62,13 +63,20 @@ class System:
     owners: tuple[tuple[Element, int], ...]
     row_kinds: tuple[str, ...]
     signals: int
-    plans: dict[str, Any] = field(repr=False)
-    functions: tuple[tuple[str, Callable[..., Any] | None], ...] = field(repr=False)
-    _compile: Callable[[dict[str, Any]], tuple[np.ndarray, np.ndarray]] = field(repr=False)
+    plans: dict[str, Any]
+    functions: tuple[tuple[str, Callable[..., Any] | None], ...]
+    _compile: Callable[[dict[str, Any]], tuple[np.ndarray, np.ndarray]]
 
     def __post_init__(self) -> None:
         for name in ("values", "formulas"):
             object.__setattr__(self, name, locked(getattr(self, name)))
+
+    def __repr__(self) -> str:
+        designs = "" if self.batch is None else f", {self.batch} designs"
+        return (
+            f"System({self.mechanism.name!r}: {self.coordinates} coordinates, {self.rows} rows of "
+            f"constraints{designs})"
+        )
 
     @functools.cached_property
     def bodies(self) -> dict[str, int]:
@@ -90,6 +98,23 @@ class System:
     def coordinates(self) -> int:
         """Number of coordinates, three a body."""
         return 3 * self.layout.bodies
+
+    @functools.cached_property
+    def coordinate_units(self) -> np.ndarray:
+        """The model length for each coordinate that is a length, 1 for each angle."""
+        return locked(np.tile([self.length, self.length, 1.0], self.layout.bodies))
+
+    @functools.cached_property
+    def row_units(self) -> np.ndarray:
+        """By what each row of Φ, in the order of `row_table`, is multiplied to have no unit."""
+        return locked(np.where(self.row_table[2], 1.0, 1.0 / self.length))
+
+    def extent(self, poses: np.ndarray) -> Any:
+        """Greatest coordinate of positions (…, coordinates or more), in model lengths and radians:
+        (…). The same of their rates.
+        """
+        own = np.abs(poses[..., : self.coordinates] / self.coordinate_units)
+        return own.max(axis=-1, initial=0.0)
 
     @functools.cached_property
     def primitives_of(self) -> dict[str, list[int]]:
@@ -128,7 +153,9 @@ class System:
         result: Law = law.with_numbers(current)
         return result
 
-    def with_values(self, values: Mapping[str, Any] | None = None, /, **more: Any) -> System:
+    def with_values(
+        self, values: Mapping[str, PlainNumbers] | None = None, /, **more: PlainNumbers
+    ) -> System:
         """The same topology with other numbers: one set, or a batch.
 
         Parameters
@@ -177,10 +204,10 @@ class System:
         changed = {name for name in given if name in parameters}
         if not changed:
             return {}
-        fixed = sorted(changed & self.mechanism._fixed_parameters)
+        fixed = sorted(changed & self.mechanism.fixed_parameters)
         if fixed:
             raise ModelError(
-                f"parameter '{fixed[0]}' stands in a table, a program, a guess or g of "
+                f"parameter '{fixed[0]}' is used in a table, a program, a guess or g of "
                 f"'{self.mechanism.name}', which a system cannot change: describe the mechanism "
                 "again with another value",
                 fixed[0],

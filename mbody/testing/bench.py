@@ -28,7 +28,16 @@ from mbody.system.assembler import assemble
 from mbody.system.system import System
 from mbody.testing.report import Array, Ledger
 
-__all__ = ["Bench", "Frame", "Rows", "State", "check_value", "make_bench", "mentioned", "rotation"]
+__all__ = [
+    "Bench",
+    "Frame",
+    "ElementRows",
+    "State",
+    "check_value",
+    "make_bench",
+    "mentioned",
+    "rotation",
+]
 
 #: New axes: (angle, x, y); a point p of the old ones is R(angle) p + (x, y) in them.
 Frame = tuple[float, float, float]
@@ -46,7 +55,7 @@ class State(NamedTuple):
     v: Array
 
 
-class Rows(NamedTuple):
+class ElementRows(NamedTuple):
     """The rows of the element: Φ (rows,), Φ_q (rows, 3·bodies), ν, γ; and the greatest number
     where it has no row.
     """
@@ -131,7 +140,7 @@ class Bench:
         W.q[:size, 0], W.v[:size, 0] = state.q, state.v
         return L, W
 
-    def rows(self, state: State) -> Rows:
+    def rows(self, state: State) -> ElementRows:
         """The element's rows."""
         L, W = self._set(state)
         laws_of_time(L, W)
@@ -151,7 +160,7 @@ class Bench:
                 else:
                     padding = max(padding, float(np.abs(line).max()))
         table = np.array(lines)
-        return Rows(table[:, -3], table[:, :-6], table[:, -2], table[:, -1], padding)
+        return ElementRows(table[:, -3], table[:, :-6], table[:, -2], table[:, -1], padding)
 
     def reactions(self, state: State) -> tuple[Array, Array, Array, Array]:
         """By primitive, under the pushes: λ (·, 2); force and torque on j at the place on j, as a

@@ -10,8 +10,8 @@ from mbody.model.driver import Driver
 from mbody.model.joints import Joint
 from mbody.testing.bench import (
     Bench,
+    ElementRows,
     Frames,
-    Rows,
     Shifts,
     State,
     about_origin,
@@ -190,7 +190,7 @@ def _units(ledger: Ledger, bench: Bench, state: State, units: OtherUnits) -> Non
     units.require(ledger, "units", float(error.max()), "Φ does not go along")
 
 
-def _rank(ledger: Ledger, bench: Bench, r: Rows) -> None:
+def _rank(ledger: Ledger, bench: Bench, r: ElementRows) -> None:
     """The dimensionless rows are independent."""
     kinds = "".join(bench.system.row_kinds)
     scale = np.array([1.0 / bench.length if kind == "l" else 1.0 for kind in kinds])
@@ -224,7 +224,9 @@ def unbalanced(ledger: Ledger, forces: Array, length: float) -> None:
         ledger.require("action = reaction", left / max(whole, 1e-300), text.format(what, left))
 
 
-def _power(ledger: Ledger, bench: Bench, state: State, r: Rows, rng: np.random.Generator) -> None:
+def _power(
+    ledger: Ledger, bench: Bench, state: State, r: ElementRows, rng: np.random.Generator
+) -> None:
     """No work on velocities with Φ_q v = 0; that of a driver's effort where Φ_q v = ν."""
     lam, on_j, _, place = bench.reactions(state)
     L, q = bench.system.layout, with_ground(state.q)

@@ -8,15 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mbody.errors import ModelError
-from mbody.files.files import writing
+from mbody.files.writing import writing
 from mbody.views.style import FONTS, MATHS, SIZE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from mbody.solution.solution import Solution
 
-__all__ = ["blank", "check_ending", "one_design", "save", "styled"]
+__all__ = ["blank", "check_ending", "save", "styled"]
 
 ENDINGS = ("svg", "png", "pdf")
 
@@ -54,15 +53,6 @@ def blank() -> Figure:
     figure = Figure(facecolor="white")
     FigureCanvasAgg(figure)
     return figure
-
-
-def one_design(run: Solution) -> None:
-    """Raise ModelError for a batch."""
-    if run.record.batch:
-        raise ModelError(
-            f"a picture is of one design, this is a batch of {run.record.count} designs: analyse "
-            "one of them, system.design(n)"
-        )
 
 
 def check_ending(path: Any) -> str:

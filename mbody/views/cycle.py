@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.analysis.driven.requests import dimension_of_instants
+from mbody.model.numbers import number_in
 from mbody.model.study import Instants
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ def _smooth(mechanism: Mechanism, name: str, row: Sequence[Any]) -> np.ndarray |
     if len(row) < 2:
         return None
     dimension = dimension_of_instants(mechanism, name)
-    values = np.array([mechanism._number(value, dimension, "ask", name) for value in row])
+    values = np.array([number_in(mechanism, value, dimension, "ask", name) for value in row])
     if len(values) >= SMOOTH:
         return values
     between = np.linspace(0.0, len(values) - 1.0, SMOOTH)

@@ -15,9 +15,10 @@ from mbody.errors import ModelError, SolveError
 from mbody.model.driver import Driver
 from mbody.model.mechanism import Mechanism
 from mbody.sheets.names import force_floor, force_names
+from mbody.solution.checks import one_design
 from mbody.solution.solution import Solution
 from mbody.system.system import System
-from mbody.views.backend import blank, one_design, styled
+from mbody.views.backend import blank, styled
 from mbody.views.bounds import bounds, wheels
 from mbody.views.coupling_symbols import coupling_symbol
 from mbody.views.cycle import SMOOTH, times
@@ -89,7 +90,7 @@ def draw(
     ['pin:A', 'pin:B', 'pin:O2', 'pin:O4']
     """
     run = model if isinstance(model, Solution) else _solved(model, forces)
-    one_design(run)
+    one_design(run, "a picture is of one design")
     pose = Pose(run, instant)
     if isinstance(paths, str):
         paths = (paths,)
@@ -130,11 +131,11 @@ def _paths(run: Solution, names: Sequence[str]) -> dict[str, Array]:
     for name in names:
         run.point(name)
     if len(run) == 1:
-        asked_for = times(run.mechanism, run.mechanism.ask)
-        if asked_for is None:
+        requested = times(run.mechanism, run.mechanism.ask)
+        if requested is None:
             run = kinematics(run.system, turn=True, instants=SMOOTH)
         else:
-            run = kinematics(run.system, t=asked_for)
+            run = kinematics(run.system, t=requested)
     elif len(run) < SMOOTH and run.given is None:
         run = kinematics(run.system, t=np.linspace(run.t[0], run.t[-1], SMOOTH))
     histories = {name: run.point(name) for name in names}

@@ -88,7 +88,7 @@ def force_arrow(
         free = pushes
         sketch.arrow(free, place - clear, color, name=f"force:{name}")
     wanted = heading(free - place)
-    sketch.label(text, free, wanted, 4.0 * sketch.unit, color=color, turn=1.5, name=f"told:{name}")
+    sketch.label(text, free, wanted, 4.0 * sketch.unit, color=color, turn=1.5, name=f"label:{name}")
 
 
 def _clear(sketch: Sketch, place: Array, u: Array) -> float:
@@ -223,7 +223,7 @@ def _turning(sketch: Sketch, load: Torque, text: str, value: float) -> None:
     first, last = clear_arc(sketch, centre, radius, choices)
     sketch.curved(centre, radius, first, last, LOAD, name=f"torque:{load.name}")
     wanted = 0.5 * (first + last)
-    look: dict[str, Any] = {"color": LOAD, "name": f"told:{load.name}"}
+    look: dict[str, Any] = {"color": LOAD, "name": f"label:{load.name}"}
     sketch.label(text, centre, wanted, radius + 3.0 * sketch.unit, **look)
 
 
@@ -258,7 +258,8 @@ def _(load: CentrifugalField, sketch: Sketch) -> None:
     across = np.array([u[1], -u[0]])
     corners = np.array(np.meshgrid(*zip(sketch.low, sketch.high, strict=True))).reshape(2, -1).T
     along, half = (corners - origin) @ u, sketch.size("support")
-    ends = origin + (along.min() - half) * u, origin + (along.max() + 1.6 * half) * u
+    top = max([along.max(), *_arc_tops(sketch, origin, u)])
+    ends = origin + (along.min() - half) * u, origin + (top + 1.6 * half) * u
     look: dict[str, Any] = {"dashes": (0, (12, 3, 2, 3)), "weight": 0.4}
     sketch.line(ends, 0.9, LOAD, Z["path"], name=f"axis:{load.name}", **look)
     speed = float(load.spindle(pose.run).speed[pose.k])
@@ -271,7 +272,20 @@ def _(load: CentrifugalField, sketch: Sketch) -> None:
     unit = pose.mechanism.units.of("angular velocity")
     text = f"$\\omega$ = {rounded_number(speed)} {unit}"
     gap = 1.3 * half + 6.0 * sketch.unit
-    sketch.label(text, centre, heading(across), gap, color=LOAD, name=f"told:{load.name}")
+    sketch.label(text, centre, heading(across), gap, color=LOAD, name=f"label:{load.name}")
+
+
+def _arc_tops(sketch: Sketch, origin: Array, u: Array) -> list[float]:
+    """How far along an axis the arcs of those drivers reach whose pivot is near it."""
+    pose, found = sketch.pose, []
+    for driver in pose.mechanism.drivers:
+        if isinstance(driver, AngleDriver):
+            pivot = pose.pivot(driver.relative_to, driver.body)
+            reach = sketch.size("arc") + 8.0 * sketch.unit
+            along = float((pivot - origin) @ u)
+            if math.hypot(*(pivot - origin - along * u)) < 2.0 * reach:
+                found.append(along + reach)
+    return found
 
 
 #: Where an arc may begin, from the direction of its link [rad].

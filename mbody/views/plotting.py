@@ -11,9 +11,10 @@ import numpy as np
 from mbody.errors import ModelError
 from mbody.model.driver import AngleDriver
 from mbody.quantities.units import DIMENSIONS, Dimension, name_of
-from mbody.sheets.table import cut
+from mbody.sheets.text_table import cut
+from mbody.solution.checks import one_design
 from mbody.solution.measures import found_by, measured
-from mbody.views.backend import blank, one_design, styled
+from mbody.views.backend import blank, styled
 from mbody.views.labels import extent
 from mbody.views.style import CURVES, INK, PAPER, SIZE, SOFT
 
@@ -79,7 +80,7 @@ def plot(run: Solution, *quantities: str) -> Figure:
     >>> [panel.get_ylabel() for panel in axes], axes[1].get_xlabel()
     (['motor.effort [N·m]', 'rocker.angle [deg]'], 'angle of crank [deg]')
     """
-    one_design(run)
+    one_design(run, "a picture is of one design")
     if len(run) < 2:
         raise ModelError(
             "a plot needs several instants, this result has 1: analyse a turn (turn=True), or times"

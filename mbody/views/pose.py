@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.errors import ModelError
 from mbody.model.joints import Joint, Revolute
+from mbody.solution.checks import whole_instant
 
 if TYPE_CHECKING:
     from mbody.model.element import Element
@@ -38,14 +38,7 @@ class Pose:
     """
 
     def __init__(self, run: Solution, instant: int) -> None:
-        count = len(run)
-        if (
-            isinstance(instant, bool)
-            or not hasattr(instant, "__index__")
-            or not -count <= instant < count
-        ):
-            raise ModelError(f"there is no instant {instant!r}: give 0 to {count - 1}")
-        self.run, self.k = run, range(count)[instant]
+        self.run, self.k = run, whole_instant(run, instant)
         self.mechanism, self.system = run.mechanism, run.system
         self._bodies: dict[str, BodyHistory] = {}
         self.t = float(run.t[self.k])

@@ -180,12 +180,14 @@ SCENARIOS = {
     "an element that is not there": lambda: crank_alone()["rod"],
     "an element that is a list": lambda: crank_alone()[["rod"]],
     # -- ready-made mechanisms
-    "a four-bar of text": lambda: makers.four_bar("1", 3, 2, 3.5),
+    "a four-bar of force": lambda: makers.four_bar("1 N", 3, 2, 3.5),
+    "a four-bar with a parameter": lambda: makers.four_bar(1, "3*a", 2, 3.5),
     "a four-bar without a coupler": lambda: makers.four_bar(1, 0, 2, 3.5),
     "a four-bar of two masses": lambda: makers.four_bar(1, 3, 2, 3.5, masses=(1, 2)),
     "a slider-crank without a rod": lambda: makers.slider_crank(1, 0),
     "a slider-crank without a speed": lambda: makers.slider_crank(1, 3, speed=NAN),
     "a bar of negative length": lambda: makers.bar("b", -1.0),
+    "a bar with a unit and a mass without": lambda: makers.bar("b", "60 mm", mass=2.0),
 }
 
 

@@ -56,8 +56,8 @@ def designs():
 
 
 LEAPT = (
-    "from t = 0.3 s on it is not certain on which branch the motion goes on: rows of 'A' come to "
-    "depend on each other there; begin a little beside"
+    "from t = 0.3 s on it is not certain on which branch the motion goes on: rows of 'A' "
+    "become dependent there; begin a little beside"
 )
 
 

@@ -11,13 +11,12 @@ CONSTRUCTORS = {"ModelError", "SolveError", "UsageError", "FormulaError", "NotAN
 #: Functions that make sentences, or parts of them, without making the error.
 MAKERS = {
     "analysis/position/assembly_analysis.py": {"_too_few", "_say_branch"},
-    "analysis/driven/dead_centres.py": {"_told"},
-    "quantities/evaluate.py": {"told", "misplaced_variable"},
+    "quantities/evaluate.py": {"misplaced_variable"},
     "quantities/formula.py": {"_meant"},
     "quantities/parse.py": {"why_stray"},
     "system/hooks.py": {"__call__"},
     "files/model/read.py": {"_where", "_check_keys", "_unique", "_refused"},
-    "files/model/report.py": {"_sentence", "_unknown"},
+    "files/model/problems.py": {"_sentence", "_unknown"},
     "model/joints/custom.py": {"physics"},
     "laws/times.py": {"_not_reached"},
     "model/loads/custom.py": {"physics"},

@@ -175,7 +175,7 @@ SCENARIOS = {
     "rates that a driver contradicts": lambda: simulate(
         folded({"crank": {"angle": 0.3, "omega": 5.0}}, replace(MOTOR, law=ConstantSpeed(0.3, 6.0)))
     ),
-    "a folded start without the rate that tells": lambda: simulate(folded(CRANK)),
+    "a folded start without the rate that chooses": lambda: simulate(folded(CRANK)),
     "a folded start that only a driver moves": lambda: simulate(folded({}, MOTOR)),
     "folded links that are closed with one rate": lambda: close_loops(
         folded({}), rates={"crank": 6.0}

@@ -45,10 +45,10 @@ from mbody import (
 )
 from mbody.engineering import close_loops, equilibrium_curve, flywheel
 from mbody.laws import Cam, ConstantSpeed, Dwell, Harmonic, Law, Polynomial, Rise, Table
-from mbody.makers import polar
+from mbody.makers import bar, polar
 from mbody.model.loads import CustomLoad
 from mbody.model.study import Measure, Question, Unknown
-from mbody.sweeps import Normal, Sweep, monte_carlo
+from mbody.sweeps import Normal, Steps, Sweep, monte_carlo
 
 Array = npt.NDArray[np.float64]
 UNITS: pint.UnitRegistry[float] = pint.UnitRegistry()
@@ -114,6 +114,8 @@ def elements() -> Sequence[object]:
     program: Law = Cam([Rise("cycloidal", 1.0, 0.0, 1.0), Dwell("30 deg"), back], period="1 rev")
     table = Table(np.linspace(0.0, 1.0, 3), ["0 N", "1 N", "4 N"], interpolation="pchip")
     return (
+        bar("rod", "60 mm", mass=UNITS.Quantity(2.0, "kg"), guess="30 deg"),
+        mbody.makers.four_bar(40, "12 cm", 80.0, 100, masses=("1 kg", 0, 0), units="mm-N-s"),
         *(
             rise,
             program,
@@ -152,13 +154,29 @@ def results() -> None:
     system: System = mbody.assemble(machine).with_values({"crank.inertia": [0.4, 0.5]})
     designs: Solution = mbody.kinematics(system, t=[0.0, 0.01])
     assert len(designs) == 2 and flywheel(run, 0.02) > 0.0
+    angles = np.radians([60.0, 90.0])
+    guesses = {"coupler": "25 deg", "rocker": (UNITS.Quantity(19.0, "inch"), 0.0, 1.9)}
+    given = mbody.statics(machine, drive={"motor": (angles, 0.0)}, guess=guesses)
+    assert len(given) == len(mbody.kinematics(machine, range(2), drive={"motor": angles})) == 2
+    assert run.measure(Measure("motor.effort")).shape == run.momentum("crank").x.shape
     answer: Answer = mbody.solve_for(machine, {"push.value": 80.0}, "motor.effort = 0")
     found: float = answer[0].unknowns["push.value"]
+    unknowns: dict[str, dict[str, str | float]] = {"push.value": {"start": "80 lbf", "low": 0}}
+    same = mbody.solve_for(machine, unknowns, ["motor.effort = 0"], at={"t": "0 s"})
+    assert abs(same[0].unknowns["push.value"] - found) < 1e-6 * abs(found)
     report: Mobility = mbody.mobility(machine)
     assert report.freedom == 0 and found == found
     samples = monte_carlo({"crank.inertia": Normal(0.4, 0.01)}, 3, seed=1)
     study: Sweep = mbody.sweep(machine, samples, measure={"peak": "peak(motor.effort)"})
     assert len(study) == 3
+    inertias = Steps("0.4 lbf*in*s^2", 0.5, 3)
+    peaks = mbody.sweep(
+        machine,
+        {"w": ["240 rpm", 25.0], "crank.inertia": inertias},
+        measure=[("motor.effort", "peak")],
+        t=[0.0],
+    )
+    assert len(peaks) == 6
     mbody.from_toml(mbody.to_toml(slider_crank()))
 
 
@@ -168,13 +186,15 @@ def motions() -> None:
     settings = SimulationSettings("0.05 s", rtol=1e-9)
     machine.simulation = settings
     run: Solution = mbody.simulate(machine, "0.02 s", events=[Event("crank.omega", name="turn")])
+    ends = mbody.simulate(machine, np.float64(0.02), times=[0.01, 0.02], release={})
+    assert len(ends) == 2
     energy: Energy | None = run.energy
     assert energy is not None
     rest: Equilibria = mbody.equilibrium(machine)
     shapes: Modes = mbody.modes(machine)
     lowest: float = float(shapes[0].modes[0].frequency)
     assert len(rest) and lowest >= 0.0
-    closed: Solution = close_loops(machine)
+    closed: Solution = close_loops(machine, rates={"crank": "10 rpm"})
     assert len(closed) == 1 and equilibrium_curve is not None
 
 

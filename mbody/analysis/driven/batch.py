@@ -1,9 +1,11 @@
 """All designs of a batch, one a lane; a lane that fails goes the scalar path.
 
 First positions, the grid of the lanes and their path are those of sweeps
-(`mbody.analysis.driven.lanes`). The kernel is another one: a batch keeps every row of all instants,
-lane by lane as the kernel writes them, a sweep only the rows that are measured, of all designs in
-one call.
+(`mbody.analysis.driven.batch_continuation`). The kernel is another one: a batch keeps every row of
+all instants as the kernel writes them, with the distance from other branches, a sweep only the rows
+that are measured, of all designs in one call. Of 64 four-bars at 361 instants, on one core, a
+position takes 163 ns here and 224 ns with all rows by the kernel of sweeps; there it takes 95 ns
+with one row.
 """
 
 from __future__ import annotations
@@ -12,12 +14,11 @@ import warnings
 
 import numpy as np
 
-from mbody.analysis.driven.lanes import closed_poses, in_all_lanes, with_middle
+from mbody.analysis.driven.batch_continuation import closed_poses, in_all_lanes, with_middle
 from mbody.analysis.driven.runner import PathEnded, Runner
-from mbody.analysis.driven.time_grid import BY_INSTANT, TimeGrid
+from mbody.analysis.driven.time_grid import TimeGrid
 from mbody.analysis.position.assembly_analysis import check_determined, closed, rounding
 from mbody.analysis.position.closed_position import ClosedPosition
-from mbody.analysis.position.whole_turns import by_springs
 from mbody.core.lanes import LANES
 from mbody.errors import ModelWarning, SolveError
 from mbody.kernels.continuation_lanes import FAILED
@@ -45,10 +46,9 @@ def batch(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> Solution:
     system = runner.system
     designs, n = int(system.batch or 0), system.coordinates
     poses = _poses(runner, start, grid)
-    simple = not (system.has_user_code or start.regularization or grid.mode == BY_INSTANT)
+    simple = runner.fits_lanes(start, grid)
     middled, kept = with_middle(grid)
-    s, t, given = in_all_lanes(middled)
-    path = runner.lane_path(grid.mode, s, t, given, runner.reach(start, grid))
+    path = runner.lane_path(middled, in_all_lanes(middled), runner.reach(start, grid))
     blocks = []
     for low in range(0, designs, LANES):
         chosen = np.minimum(np.arange(low, low + LANES), designs - 1)
@@ -56,7 +56,7 @@ def batch(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> Solution:
             work = system.work(LANES, chosen)
             work.q[:n] = poses[chosen, :n].T
             output, found = runner.on_lanes(work, path)
-            runner.branches.on_lanes(output, found, t, chosen)
+            runner.branches.on_lanes(output, found, path.t, chosen)
             output, failed = output[kept], found[FAILED]
         else:
             output, failed = np.empty((len(grid.s), runner.rows, LANES)), np.ones(LANES)
@@ -75,7 +75,7 @@ def _poses(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> np.ndarray:
     pose = start.work.q[:, 0].copy()
     poses, good = np.tile(pose, (designs, 1)), np.zeros(designs, dtype=bool)
     if not (start.regularization or system.has_user_code):
-        poses, good = closed_poses(system, grid, pose, rounding(system, start.work))
+        poses, good = closed_poses(system, grid, pose, rounding(system, pose))
     elsewhere = []
     for design in np.flatnonzero(~good).tolist():
         try:
@@ -86,7 +86,6 @@ def _poses(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> np.ndarray:
         poses[design] = one.work.q[:, 0]
         if not one.straight and not _same_branch(system, start.work, one.work):
             elsewhere.append(str(design))
-    by_springs(system, poses)
     if elsewhere:
         which = "1 design is" if len(elsewhere) == 1 else f"{len(elsewhere)} designs are"
         named = ", ".join(elsewhere[:NAMED]) + (", …" if elsewhere[NAMED:] else "")

@@ -16,7 +16,7 @@ from mbody.solution.histories import BranchDistance
 from mbody.system.rank import dense, too_large
 from mbody.system.system import System
 
-__all__ = ["Branches", "Passed", "meeting"]
+__all__ = ["BranchRecord", "Passed", "meeting"]
 
 #: Change points that a note names, and elements of each.
 NAMED, ELEMENTS = 4, 8
@@ -35,7 +35,7 @@ class Passed:
     design: int
 
 
-class Branches:
+class BranchRecord:
     """What is known of the branch of one analysis, gathered from all its pieces.
 
     Attributes
@@ -121,7 +121,7 @@ class Branches:
 
 
 def meeting(system: System, work: Work) -> list[str]:
-    """Names of the elements whose rows come to depend on each other at a position, those with the
+    """Names of the elements whose rows become dependent at a position, those with the
     greatest shares; none of a system that is too large for dense matrices.
     """
     if too_large(system):

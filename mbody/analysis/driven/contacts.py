@@ -106,7 +106,7 @@ def pulled(solution: Solution, between: Mapping[str, OneSidedForce] | None = Non
             size = np.append(size, more.size)
         floor = ROUNDING * float(np.fmax.reduce(size, axis=None, initial=0.0))
         if (force < -floor).any():
-            found.append(_told(solution, element, t, force, floor))
+            found.append(_sentence(solution, element, t, force, floor))
     return found
 
 
@@ -166,7 +166,7 @@ def _when(solution: Solution, t: float, where: tuple[int, ...]) -> str:
     return f"in design {where[0]} {when}" if len(where) == 2 else when
 
 
-def _told(
+def _sentence(
     solution: Solution, element: Joint | Coupling, t: Array, force: Array, floor: float
 ) -> str:
     """The sentence of a force of the wrong sense: the greatest, and the first instant of it."""

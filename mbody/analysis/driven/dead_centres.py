@@ -111,9 +111,9 @@ class _Curve:
         self.system, self.start, self.driver = system, start, driver
         self.which = [d.name for d in system.drivers].index(driver.name)
         self.work = start.work
-        n, first = system.coordinates, system.rows - len(system.drivers)
+        first = system.rows - len(system.drivers)
         self.row = first + self.which
-        self.size = np.tile([system.length, system.length, 1.0], n // 3)
+        self.size = system.coordinate_units
         self.unit = driver.unit(system.length)
         # the signals may be those of another instant: where the drivers are, the position says
         requested = np.array([float(start.work.signal[row, 0]) for _, row in drivers(system)])
@@ -161,8 +161,7 @@ class _Curve:
         s = given[:, 0, 0].copy() if count == 1 else steps.astype(float)
         chords = np.zeros((len(steps), count))
         chords[:-1, self.which] = change / ON_THE_WAY
-        places = work.q[:n, 0].reshape(-1, 3)
-        reach = max(np.abs(places[:, :2]).max() / system.length, np.abs(places[:, 2]).max())
+        reach = float(system.extent(work.q[:, 0]))
         path = DrivenPath(
             mode=BY_DRIVER if count == 1 else BY_INSTANT,
             s=s,

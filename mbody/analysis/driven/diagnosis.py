@@ -37,7 +37,7 @@ NO_PUSH = 1e-9
 LENT = 0.1
 #: How far, in radians and model lengths, and how fast in natural rates, such a motion is tried.
 TRIED = 0.3
-#: Rows whose least singular value is below this part of the greatest come to depend on each other;
+#: Rows whose least singular value is below this part of the greatest are dependent;
 #: steps vanish much nearer to that than this, and ordinary mechanisms are far from it.
 DEPENDENT = 1e-3
 #: A row takes part in a dependency with this part of the greatest.
@@ -50,7 +50,7 @@ STILL = 1e-9
 BESIDE = 0.02
 #: Changes of a start below this, in model lengths, radians and parts of the fastest rate, are not
 #: reported: a start written down with six digits.
-TOLD = 1e-5
+REPORTED = 1e-5
 #: Rates that move less than this over the whole motion, likewise, are rounding.
 ROUNDED = 1e-12
 
@@ -85,7 +85,7 @@ def undetermined(system: System, t: float, q: Array, v: Array) -> SolveError | N
     motions = rank_of(dense(system, work)[1]).motions
     if not len(motions):
         return None
-    scale = _scale(system)
+    scale = system.coordinate_units
     mass = system.mass[: system.coordinates, 0] * scale**2
     inertia, shapes = np.linalg.eigh((motions * mass) @ motions.T)
     ways = shapes[:, inertia <= MASSLESS * max(float(mass.max()), 1e-300)].T @ motions
@@ -114,7 +114,7 @@ def inertialess(system: System, t: float, q: Array) -> int:
     motions = rank_of(dense(system, _at(system, t, q))[1]).motions
     if not len(motions):
         return 0
-    work, scale = system.work(masses=True), _scale(system)
+    work, scale = system.work(masses=True), system.coordinate_units
     slots = 3 * system.layout.body_slot[:, None] + np.arange(3)
     share = work.share[system.layout.body_slot, 0][:, None]
     whole = 1.0 / (work.weight[slots, 0] * share)
@@ -137,7 +137,7 @@ def weightless(system: System) -> SolveError | None:
 
 def _pushed(system: System, t: float, q: Array, v: Array, way: Array) -> bool:
     """Whether loads drive a motion without inertia, here or a little along it."""
-    places, scale, work = [(q, v)], _scale(system), system.work()
+    places, scale, work = [(q, v)], system.coordinate_units, system.work()
     if not system.user_handles():  # users' functions may know no such places
         whole = _loads(system, work, t, q, v).sum(axis=0) * scale
         mass = float((system.mass[: system.coordinates, 0] * scale**2).max())
@@ -202,8 +202,8 @@ def branching(system: System, t: float, q: Array, v: Array) -> tuple[str, ...]:
         return ()
     return (
         f"it begins at rest in a singular position: {len(here.motions)} motions are free there to "
-        f"first order, {nearby} nearby; branches meet, and the loads do not tell which one is "
-        "taken: this is one of them; give it a rate, or begin a little beside",
+        f"first order, {nearby} nearby; branches meet, and the loads do not determine which one "
+        "is taken: this is one of them; give it a rate, or begin a little beside",
     )
 
 
@@ -213,17 +213,17 @@ def adjusted(system: System, given: Array, found: Array, whole: float = np.inf) 
     """
     names = [body.name for body in system.mechanism.bodies]
     n, units = system.coordinates, system.mechanism.units
-    moved, changed = ((found - given) / np.tile(_scale(system), 2)).reshape(2, -1, 3)
-    slow = ROUNDED / (TOLD * (whole or np.inf))
-    swift = max(float(np.abs(given[n:] / _scale(system)).max()), slow)
+    moved, changed = ((found - given) / np.tile(system.coordinate_units, 2)).reshape(2, -1, 3)
+    slow = ROUNDED / (REPORTED * (whole or np.inf))
+    swift = max(float(np.abs(given[n:] / system.coordinate_units).max()), slow)
     parts = []
-    if (far := np.hypot(moved[:, 0], moved[:, 1])).max() > TOLD:
+    if (far := np.hypot(moved[:, 0], moved[:, 1])).max() > REPORTED:
         way = system.length * far.max()
         parts.append(f"'{names[int(far.argmax())]}' was moved by {way:.3g} {units.length}")
-    if (turned := np.abs(moved[:, 2])).max() > TOLD:
+    if (turned := np.abs(moved[:, 2])).max() > REPORTED:
         angle = np.degrees(turned.max())
         parts.append(f"'{names[int(turned.argmax())]}' was turned by {angle:.3g} deg")
-    if np.abs(changed).max() > TOLD * swift:
+    if np.abs(changed).max() > REPORTED * swift:
         b, k = divmod(int(np.abs(changed).argmax()), 3)
         before, after = (float(part[n + 3 * b + k]) for part in (given, found))
         rate, unit = ("vx", "vy", "omega")[k], units.of("velocity" if k < 2 else "angular velocity")
@@ -256,7 +256,3 @@ def _loads(system: System, work: Work, t: float, q: Array, v: Array) -> Array:
     each_load(system.runtime(), work, motion, np.array([t]), found)
     raise_user_error(system)
     return np.asarray(found[0])
-
-
-def _scale(system: System) -> Array:
-    return np.tile([system.length, system.length, 1.0], system.layout.bodies)

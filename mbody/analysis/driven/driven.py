@@ -5,8 +5,8 @@ from __future__ import annotations
 import functools
 import inspect
 import warnings
-from collections.abc import Callable, Mapping
-from typing import Any, TypeVar
+from collections.abc import Callable
+from typing import TypeVar
 
 import numpy as np
 
@@ -14,11 +14,13 @@ from mbody.analysis.driven.batch import batch
 from mbody.analysis.driven.change_points import through_change_points
 from mbody.analysis.driven.dead_centres import DeadCentre, with_ends
 from mbody.analysis.driven.runner import PathEnded, Runner
-from mbody.analysis.driven.time_grid import BY_DRIVER, BY_TIME, TimeGrid, by_time, time_grid
+from mbody.analysis.driven.time_grid import BY_DRIVER, BY_TIME, Drive, TimeGrid, by_time, time_grid
 from mbody.analysis.position.assembly_analysis import as_system, check_determined, closed
 from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.errors import ModelError, ModelWarning, SolveError
+from mbody.model.body import Guesses
 from mbody.model.mechanism import Mechanism
+from mbody.quantities.types import PlainNumbers
 from mbody.solution.certificate import as_reported, changed
 from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
@@ -79,11 +81,11 @@ def documented(analysis: Analysis) -> Analysis:
 def driven(
     model: Mechanism | System,
     analysis: str,
-    t: Any,
-    drive: Mapping[str, Any] | None,
+    t: PlainNumbers | None,
+    drive: Drive | None,
     turn: str | bool | None,
     instants: int | None,
-    guess: Mapping[str, Any] | None,
+    guess: Guesses | None,
     before: int = 0,
 ) -> Solution:
     """Run a driven analysis: on lanes where there are many instants, else step by step. The first

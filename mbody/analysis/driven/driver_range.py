@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 from mbody.analysis.driven.dead_centres import ends
 from mbody.analysis.position.assembly_analysis import as_system, check_determined, closed
 from mbody.errors import ModelError, brief
+from mbody.model.body import Guesses
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.solution.doubts import Inherited
@@ -69,7 +70,7 @@ def driver_range(
     driver: str | None = None,
     *,
     t: float = 0.0,
-    guess: Mapping[str, Any] | None = None,
+    guess: Guesses | None = None,
 ) -> DriverRange:
     """How far a driver can go in both senses before a dead centre: its limits, toggle positions.
 

@@ -11,7 +11,7 @@ from mbody.analysis.driven.driven import driven
 from mbody.analysis.driven.kinematics import kinematics
 from mbody.analysis.driven.kinetostatics import kinetostatics
 from mbody.analysis.driven.statics import statics
-from mbody.errors import ModelError, SolveError, angle_told, brief
+from mbody.errors import ModelError, SolveError, angle_text, brief
 from mbody.laws import times_of
 from mbody.model.driver import Driver
 from mbody.model.element import listed
@@ -187,10 +187,9 @@ def _driver(mechanism: Mechanism, name: str) -> Driver:
 
 def _values(mechanism: Mechanism, name: str, row: Any) -> np.ndarray:
     wanted = DIMENSIONS[dimension_of_instants(mechanism, name)]
+    scope = mechanism.parameters.scope()
     try:
-        return np.array(
-            [v.of(wanted).value(mechanism._scope) if isinstance(v, Formula) else v for v in row]
-        )
+        return np.array([v.of(wanted).value(scope) if isinstance(v, Formula) else v for v in row])
     except FormulaError as error:
         raise ModelError(f"'{name}': {error}", name) from None
 
@@ -207,7 +206,7 @@ def _time(system: System, driver: Driver, value: float) -> float:
     why: ModelError | None = None
     for place in places:
         try:
-            shown = angle_told if driver.angular else "{:g}".format
+            shown = angle_text if driver.angular else "{:g}".format
             return float(times_of(law, [place], 0.0, shown)[0])
         except ModelError as error:
             why = why or error

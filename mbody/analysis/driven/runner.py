@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.branch_record import Branches, meeting
+from mbody.analysis.driven.branch_record import BranchRecord, meeting
 from mbody.analysis.driven.contacts import (
     OneSidedForce,
     check_fits,
@@ -18,7 +18,7 @@ from mbody.analysis.driven.contacts import (
 )
 from mbody.analysis.driven.dead_centres import DeadCentre
 from mbody.analysis.driven.diagnosis import valueless
-from mbody.analysis.driven.extrapolation import extrapolated
+from mbody.analysis.driven.table_extrapolation import extrapolated
 from mbody.analysis.driven.time_grid import (
     BY_DRIVER,
     BY_INSTANT,
@@ -31,7 +31,7 @@ from mbody.analysis.driven.uniqueness import open_note, open_reactions
 from mbody.analysis.position.assembly_analysis import drivers, raise_user_error
 from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.analysis.position.vanishing_distances import vanishing
-from mbody.core.lanes import LANES
+from mbody.core.lanes import LANES, aligned
 from mbody.errors import SolveError
 from mbody.kernels.continuation import (
     BRANCH_UNSURE,
@@ -66,7 +66,7 @@ from mbody.system.pivoting import PivotChoices, choose_pivots, lane_workspace
 from mbody.system.rank import dense, too_large
 from mbody.system.system import System
 
-__all__ = ["Runner", "PathEnded"]
+__all__ = ["PathEnded", "Runner", "followed_lanes"]
 
 #: Instants from which lanes pay for their seeds.
 MANY = 6 * LANES
@@ -107,16 +107,14 @@ class Runner:
         self.at_rest = analysis == "statics"
         self.layout = system.runtime()
         self.rows = 3 * system.coordinates + PER_PRIMITIVE * len(system.owners)
-        self.branches = Branches(system)
+        self.branches = BranchRecord(system)
         #: Steps of the last motion on the scalar path.
         self.steps = 0
 
     def reach(self, start: ClosedPosition, grid: TimeGrid) -> float:
         """Greatest coordinate in model lengths and radians, to which rounding is relative."""
-        q = start.work.q[: self.system.coordinates, 0].reshape(-1, 3)
         turned = np.abs(grid.s).max() if grid.mode == BY_DRIVER else 0.0
-        size = np.abs(q[:, :2]).max() / self.system.length
-        return float(1.0 + max(size, np.abs(q[:, 2]).max(), turned))
+        return float(1.0 + max(self.system.extent(start.work.q[:, 0]), turned))
 
     def scalar(
         self,
@@ -189,8 +187,8 @@ class Runner:
         A lane that cannot be trusted goes the scalar path; where lanes do not meet, there is None.
         """
         count = len(grid.s)
-        simple = not (start.regularization or self.system.has_user_code or grid.mode == BY_INSTANT)
-        if count < MANY or not simple or self.system.plans.get("pivots", ()) is None:
+        fits = count >= MANY and self.fits_lanes(start, grid)
+        if not fits or self.system.plans.get("pivots", ()) is None:
             return None
         index, reach = _pieces(count), self.reach(start, grid)
         # a seed on another branch is none that the lane before it meets
@@ -204,13 +202,8 @@ class Runner:
         work.q[:n] = seeds[:, :n].T
         if self.pivots(work) is None:
             return None
-        given = np.zeros((2, LANES))
-        if grid.mode == BY_DRIVER:
-            rates = grid.given[index, 0, 1:]
-            given = np.ascontiguousarray(rates.transpose(0, 2, 1)).reshape(-1, LANES)
-        s = grid.s[index]
-        t = s if grid.t is grid.s else grid.t[index]
-        output, found = self.on_lanes(work, self.lane_path(grid.mode, s, t, given, reach))
+        path = self.lane_path(grid, index, reach)
+        output, found = self.on_lanes(work, path)
         for lane in np.flatnonzero(found[FAILED]):
             piece = ClosedPosition(self.system.work(), start.regularization)
             piece.work.q[:n, 0] = seeds[lane, :n]
@@ -222,15 +215,28 @@ class Runner:
         gap.reshape(-1, 3, LANES - 1)[:, :2] /= self.system.length
         if not gap.max() <= SEAM * reach:
             return None
-        self.branches.on_lanes(output, found, t, np.zeros(LANES, dtype=np.int64))
+        self.branches.on_lanes(output, found, path.t, np.zeros(LANES, dtype=np.int64))
         return output
 
-    def lane_path(
-        self, mode: int, s: np.ndarray, t: np.ndarray, given: np.ndarray, reach: float
-    ) -> LanePath:
-        """What the drivers prescribe in every lane, as the kernels take it."""
+    def fits_lanes(self, start: ClosedPosition, grid: TimeGrid) -> bool:
+        """Whether lanes can follow the motion: by laws or one driver, without redundant rows and
+        without plain Python.
+        """
+        regular = not (start.regularization or self.system.has_user_code)
+        return regular and grid.mode != BY_INSTANT
+
+    def lane_path(self, grid: TimeGrid, index: np.ndarray, reach: float) -> LanePath:
+        """What the drivers prescribe in every lane, by the instants of the grid that it takes:
+        (steps, lanes).
+        """
+        given = np.zeros((2, LANES))
+        if grid.mode == BY_DRIVER:
+            rates = grid.given[index, 0, 1:]
+            given = np.ascontiguousarray(rates.transpose(0, 2, 1)).reshape(-1, LANES)
+        s = grid.s[index]
+        t = s if grid.t is grid.s else grid.t[index]
         return LanePath(
-            mode=mode,
+            mode=grid.mode,
             s=s,
             t=t,
             given=given,
@@ -243,11 +249,7 @@ class Runner:
         """Follow all lanes from the positions in `work`: (steps, rows, lanes), and what the kernel
         found of each lane, (FOUND, lanes).
         """
-        followed = FollowedLanes(
-            output=np.empty((len(path.s), self.rows, LANES)),
-            found=np.zeros((FOUND, LANES)),
-            shared=np.zeros(SHARED, dtype=np.int64),
-        )
+        followed = followed_lanes(np.empty((len(path.s), self.rows, LANES)))
         pivots = self.pivots(work)
         if pivots is None:  # every lane goes the scalar path
             followed.found[FAILED] = 1.0
@@ -441,8 +443,7 @@ class Runner:
             rate = float(system.law_of(driver, design=design).derivatives(s)[1])
         elif grid.mode == BY_INSTANT:
             rate = float(np.abs(grid.chords).max())
-        rates = start.work.past[size : size + system.coordinates, 0].reshape(-1, 3)
-        fastest = max(np.abs(rates[:, :2]).max() / system.length, np.abs(rates[:, 2]).max())
+        fastest = system.extent(start.work.past[size : size + system.coordinates, 0])
         unit = driver.unit(system.length)
         return bool(fastest > RUNS_AWAY * abs(rate) / unit)
 
@@ -473,6 +474,13 @@ class Runner:
         if driver.angular:
             return f"{np.degrees(value):.4g} deg{time}"
         return f"{value:.6g} {self.system.mechanism.units.length}{time}"
+
+
+def followed_lanes(output: np.ndarray) -> FollowedLanes:
+    """Where the kernels of lanes put what they find."""
+    return FollowedLanes(
+        output=output, found=aligned(FOUND, LANES), shared=np.zeros(SHARED, dtype=np.int64)
+    )
 
 
 @functools.lru_cache(maxsize=16)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from mbody.analysis.driven.driven import documented, driven
+from mbody.analysis.driven.time_grid import Drive
+from mbody.model.body import Guesses
 from mbody.model.mechanism import Mechanism
+from mbody.quantities.types import PlainNumbers
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
@@ -16,12 +16,12 @@ __all__ = ["statics"]
 @documented
 def statics(
     model: Mechanism | System,
-    t: Any = None,
+    t: PlainNumbers | None = None,
     *,
-    drive: Mapping[str, Any] | None = None,
+    drive: Drive | None = None,
     turn: str | bool | None = None,
     instants: int | None = None,
-    guess: Mapping[str, Any] | None = None,
+    guess: Guesses | None = None,
 ) -> Solution:
     """Every joint force and driver effort at rest: velocities and accelerations are zero.
 

@@ -7,17 +7,18 @@ import operator
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from numbers import Real
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from mbody.analysis.driven.memory_limit import check_room
-from mbody.errors import ModelError, SolveError, angle_told, brief, remedy
+from mbody.errors import ModelError, SolveError, angle_text, brief, remedy
 from mbody.kernels.continuation import BY_DRIVER, BY_INSTANT, BY_TIME
 from mbody.laws import Expression, Table, times_of
 from mbody.model.driver import Driver
 from mbody.model.element import Element, listed
 from mbody.model.numbers import varied
+from mbody.quantities.types import PlainNumbers
 from mbody.system.system import System
 
 __all__ = [
@@ -83,10 +84,14 @@ def by_time(system: System, times: np.ndarray) -> TimeGrid:
     return TimeGrid(BY_TIME, times, times, np.zeros((1, len(system.mechanism.drivers), 3)))
 
 
+#: Of drivers by name a value, or (value, rate, acceleration), each a number or one an instant.
+Drive: TypeAlias = "Mapping[str, PlainNumbers | tuple[PlainNumbers, ...]]"
+
+
 def time_grid(
     system: System,
-    t: Any,
-    drive: Mapping[str, Any] | None,
+    t: PlainNumbers | None,
+    drive: Drive | None,
     turn: str | bool | None,
     instants: int | None,
 ) -> TimeGrid:
@@ -182,7 +187,7 @@ def _designs(system: System, element: Element, field: str) -> Iterable[int | Non
     return range(int(system.batch or 1)) if own else (None,)
 
 
-def check_reach(system: System, times: np.ndarray, drive: Mapping[str, Any]) -> None:
+def check_reach(system: System, times: np.ndarray, drive: Drive) -> None:
     """Refuse times at which a table or a formula of a driver or of a load has no value."""
     for driver in system.mechanism.drivers:
         if driver.name not in drive and isinstance(getattr(driver, "law", None), LIMITED):
@@ -213,7 +218,7 @@ def check_laws(system: System, times: np.ndarray) -> None:
             _law(system, driver, times, design)
 
 
-def _given(system: System, t: Any, drive: Mapping[str, Any]) -> TimeGrid:
+def _given(system: System, t: PlainNumbers, drive: Drive) -> TimeGrid:
     drivers = system.mechanism.drivers
     known = {driver.name: n for n, driver in enumerate(drivers)}
     parts: dict[str, list[np.ndarray]] = {}
@@ -292,7 +297,7 @@ def _turn(system: System, turn: str | bool, instants: int) -> TimeGrid:
         # a driver at rest is turned slowly: positions without rates
         return _given(system, 0.0, {driver.name: values})
     try:
-        times = np.asarray(times_of(system.law_of(driver), values, 0.0, angle_told))
+        times = np.asarray(times_of(system.law_of(driver), values, 0.0, angle_text))
     except ModelError as error:
         raise ModelError(
             f"driver '{driver.name}' does not make a whole turn by its law: {error}", driver.name

@@ -236,7 +236,7 @@ class _Choice:
             f"the motion of '{self.system.mechanism.name}' is not determined at "
             f"{place_words(self.system, self.t)}: the position is singular, {count} branches of "
             "the motion meet there, and the loads drive it along several of them alike; give a "
-            "rate that tells the branch, or begin a little beside"
+            "rate that chooses the branch, or begin a little beside"
         )
 
     def _several(self, count: int, a: Array) -> Doubt:
@@ -247,7 +247,7 @@ class _Choice:
             "singular",
             f"it begins in a singular position at {place_words(self.system, self.t)}, where "
             f"{count} branches of the motion meet that have its velocities; the one with the least "
-            "constraint (Gauss) is taken: give a rate that tells the branch, or begin a little "
+            "constraint (Gauss) is taken: give a rate that chooses the branch, or begin a little "
             "beside",
             self.t,
             tuple(names),

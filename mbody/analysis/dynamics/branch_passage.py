@@ -40,7 +40,7 @@ HOPELESS = 1e-9
 #: A step over a change point may be so many times the one that was looked at; it is longer by
 #: this part, for rounding.
 FARTHER, LITTLE = 4.0, 1e-9
-#: Inertia is looked at again where the energy of masses that stand in for missing ones has so
+#: Inertia is looked at again where the energy of masses that replace missing ones has so
 #: grown.
 MORE_OF_IT = 10.0
 #: A body takes part in a motion with this part of the fastest.
@@ -101,7 +101,7 @@ class BranchPassage:
             Doubt(
                 "branch",
                 f"from t = {t:.6g} {unit} on it is not certain on which branch the motion goes on: "
-                f"rows{who} come to depend on each other there; begin a little beside, or change a "
+                f"rows{who} become dependent there; begin a little beside, or change a "
                 "length by more than its rounding",
                 t,
                 elements,
@@ -114,7 +114,7 @@ class BranchPassage:
         if not self.open or t <= self.state[KNOWN_UNTIL]:
             return
         n = len(y) // 2
-        scale = np.tile([self.system.length, self.system.length, 1.0], n // 3)
+        scale = self.system.coordinate_units
         for one in self.open:
             found = one.passed(t, y[:n] / scale, y[n:] / scale)
             if found is not None:
@@ -123,7 +123,7 @@ class BranchPassage:
 
     def check_inertia(self, y: Array) -> None:
         """See whether the inertia of the free motion vanishes at the state y, where masses that
-        stand in for none take much of the energy.
+        replace missing ones take much of the energy.
         """
         state, n = self.state, len(y) // 2
         if state[STAND_IN_ENERGY] <= state[STAND_IN_LIMIT]:
@@ -161,7 +161,7 @@ class BranchPassage:
 
 def _without_mass(system: System, v: Array) -> tuple[str, ...]:
     """Bodies without mass that move at the rates v (coordinates,), the fastest first."""
-    scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+    scale = system.coordinate_units
     fast = np.abs(v / scale).reshape(-1, 3).max(axis=1)
     order = np.argsort(-fast)
     bodies = system.mechanism.bodies

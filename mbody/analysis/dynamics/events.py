@@ -87,7 +87,7 @@ class Saved:
 
 
 @dataclass(frozen=True, eq=False)
-class Crossing:
+class LocatedZero:
     """A zero that was located, and the motion there."""
 
     t: float
@@ -96,7 +96,7 @@ class Crossing:
 
 
 class EventIntegration(Integration):
-    """Integrates one system and watches for events."""
+    """Integrates one system and locates events."""
 
     def __init__(
         self,
@@ -237,7 +237,7 @@ class EventIntegration(Integration):
         self._record(cut.event, cut.t, self.page)
         return MORE, self._ended(f"'{cut.event.of}' is zero")
 
-    def _record_forces(self, marks: Array, pages: Array, cut: Crossing | None) -> None:
+    def _record_forces(self, marks: Array, pages: Array, cut: LocatedZero | None) -> None:
         """Record the forces of contacts and ropes over a step, within the output instants."""
         if not self.sided:
             return
@@ -310,7 +310,9 @@ class EventIntegration(Integration):
             rising[own] = change / (marks[beside] - times)
         return found[:, at], rising
 
-    def _crossings(self, saved: Saved, times: Array, found: Array, rising: Array) -> list[Crossing]:
+    def _crossings(
+        self, saved: Saved, times: Array, found: Array, rising: Array
+    ) -> list[LocatedZero]:
         """Every zero crossing of a step, located, in the order of time."""
         crossings = []
         for k, event in enumerate(self.events):
@@ -349,7 +351,7 @@ class EventIntegration(Integration):
         event: Event | Stop,
         left: tuple[float, float],
         right: tuple[float, float],
-    ) -> Crossing:
+    ) -> LocatedZero:
         """The crossing between two times at which the value is known."""
         measure = self.measures[self.events.index(event)]
 
@@ -366,7 +368,7 @@ class EventIntegration(Integration):
         near = LOCATED * float(saved.state[NEXT])
         t = bracketed_root(lambda t: value(t, self.steps.fixed), left, right, near)
         value(t, within=False)
-        return Crossing(t, event, self._save())
+        return LocatedZero(t, event, self._save())
 
     # -- stops --------------------------------------------------------------------------------
 
@@ -438,7 +440,7 @@ class EventIntegration(Integration):
         if way is None:
             raise SolveError(
                 f"nothing that strikes the stop '{stop.name}' is free to rebound: '{stop.of}' "
-                "follows drivers alone; take them off, or watch it by an Event",
+                "follows drivers alone; take them off, or record it by an Event",
                 stop.name,
                 self._solution(""),
             )

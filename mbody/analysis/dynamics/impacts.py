@@ -99,7 +99,7 @@ def rates(system: System, measures: list[Measure], t: Array, pages: Array, step:
 def stop_coordinate(system: System, of: Measure, t: float, q: Array, span: float) -> StopCoordinate:
     """A coordinate and its derivatives at a position, by differences; `span` is the whole time."""
     n = len(q)
-    scale = np.tile([system.length, system.length, 1.0], n // 3)
+    scale = system.coordinate_units
     ways = np.vstack([STEP * np.diag(scale), np.zeros((1, n))])
     parts = np.array([0.0, 1.0, -1.0, 2.0, -2.0])
     pages = np.zeros((len(parts), n + 1, n))
@@ -118,7 +118,7 @@ def stop_coordinate(system: System, of: Measure, t: float, q: Array, span: float
 def second_rate(system: System, of: Measure, t: float, q: Array, v: Array, a: Array) -> float:
     """g̈ along a motion, by a second difference."""
     n = len(q)
-    scale = np.tile([system.length, system.length, 1.0], n // 3)
+    scale = system.coordinate_units
     swift = max(float(np.abs(v / scale).max()), float(np.sqrt(np.abs(a / scale).max())), 1e-300)
     step = STEP / swift
     way = np.array([[0.0], [step], [-step]])
@@ -134,7 +134,7 @@ def velocity_jump(system: System, work: Work, at: StopCoordinate) -> Array | Non
     u/(c u) with u = N (Nᵀ M N)⁻¹ Nᵀ cᵀ, N the free directions: bodies without mass are ordinary.
     """
     n = len(at.gradient)
-    scale = np.tile([system.length, system.length, 1.0], n // 3)
+    scale = system.coordinate_units
     motions = rank_of(dense(system, work)[1]).motions
     along = motions @ (at.gradient * scale)
     if not np.linalg.norm(along) > 1e-9 * at.size:

@@ -77,7 +77,7 @@ class Integration:
         self.regularization = (
             start.regularization if start.system is system else SOFT * bool(start.regularization)
         )
-        # a small mass stands in for a missing one: refinement takes its effect back
+        # a small mass replaces a missing one: refinement takes its effect back
         light = stand_ins(self.layout, system.mass, system.length).any()
         regular = REFINEMENTS if light or self.regularization else 0
         self.causes = len(causes(system))

@@ -14,6 +14,7 @@ from mbody.analysis.initial.initial_state import check_release, checked_events, 
 from mbody.errors import ModelError, brief, remedy
 from mbody.model.event import Event, Stop, as_events
 from mbody.model.mechanism import Mechanism
+from mbody.model.numbers import number_in
 from mbody.model.simulation import ADAPTIVE, EVEN, METHODS, check_method
 from mbody.solution.restart import Way
 from mbody.system.system import System
@@ -58,8 +59,12 @@ def last_time(system: System, until: Any) -> float:
             command="give --to TIME, or the file a table [simulate] with until = …",
         )
         raise ModelError(f"simulate needs the last time: {how}")
-    return system.mechanism._number(
-        until if own is None or until is not None else own.until, "time", "simulate", "until"
+    return number_in(
+        system.mechanism,
+        until if own is None or until is not None else own.until,
+        "time",
+        "simulate",
+        "until",
     )
 
 
@@ -126,7 +131,7 @@ def _way(system: System, method: Any, errors: tuple[float, float], step: Any, wh
     if step is None:
         how = remedy(python=f"step, in {unit}", command=f"--step H, in {unit}")
         raise ModelError(f"the method '{method}' has steps of one length: give {how}")
-    length = system.mechanism._number(step, "time", "simulate", "step")
+    length = number_in(system.mechanism, step, "time", "simulate", "step")
     if not length > 0.0 or whole / length > MOST_STEPS:
         raise ModelError(
             f"step is {length:g} {unit}: give a positive time, for at most {MOST_STEPS:.0e} steps"
@@ -158,7 +163,7 @@ def _times(
             raise ModelError(f"times must lie between {first:g} and {last:g} {unit}")
         return kept
     if every is not None:
-        step = machine._number(every, "time", "simulate", "every")
+        step = number_in(machine, every, "time", "simulate", "every")
         if not step > 0.0 or (last - first) / step > MOST_INSTANTS:
             raise ModelError(f"every is {step:g}: give a positive time, for at most 1e7 instants")
         count = math.floor((last - first) / step * (1.0 + 1e-12))

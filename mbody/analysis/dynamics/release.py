@@ -19,7 +19,7 @@ from mbody.errors import SolveError
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.kernels.step_state import PROGRESS
 from mbody.model.event import Stop
-from mbody.solution.certificate import as_reported, changed
+from mbody.solution.certificate import as_reported
 from mbody.solution.energy import account, causes
 from mbody.solution.histories import Record
 from mbody.solution.restart import Restart, Way
@@ -85,8 +85,6 @@ def integrate_phases(
             if reached and free_since:
                 error.solution = _joined(system, request, reached, free_since)
             raise
-        if run.restart is not None:
-            run = changed(run, restart=replace(run.restart, released=tuple(free_since)))
         found.append(run)
         if run.t[-1] < until:  # it ended before: in doubt a motion goes on
             break
@@ -108,7 +106,7 @@ def _restart(
     drivers that are released.
     """
     found = start.restart
-    if found is None or found.way != way or found.released != gone or stops:
+    if found is None or found.way != way or tuple(start.released) != gone or stops:
         return None
     if len(found.state) != PROGRESS:  # of another version
         return None

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
-from mbody.analysis.driven.extrapolation import extrapolated
+from mbody.analysis.driven.table_extrapolation import extrapolated
 from mbody.analysis.dynamics.energy_balance import energy_doubts
 from mbody.analysis.dynamics.options import MotionRequest, last_time, motion_request, tolerances
 from mbody.analysis.dynamics.release import integrate_phases
@@ -13,9 +12,11 @@ from mbody.analysis.initial.close_loops import close_loops
 from mbody.analysis.initial.initial_state import initial_state_of, state_of
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.errors import ModelError, SolveError, brief
+from mbody.model.body import Guesses
 from mbody.model.event import Event, Stop, as_events
 from mbody.model.mechanism import Mechanism
 from mbody.model.remarks import remarks
+from mbody.quantities.types import Number, PlainNumbers
 from mbody.solution.certificate import as_reported, changed
 from mbody.solution.doubts import doubted
 from mbody.solution.solution import Solution
@@ -26,20 +27,20 @@ __all__ = ["simulate"]
 
 def simulate(
     model: Mechanism | System,
-    until: float | str | None = None,
+    until: Number | None = None,
     *,
     start: Solution | None = None,
-    guess: Mapping[str, Any] | None = None,
-    rates: Mapping[str, float] | None = None,
+    guess: Guesses | None = None,
+    rates: Mapping[str, Number] | None = None,
     method: str | None = None,
     rtol: float | None = None,
     atol: float | None = None,
-    step: float | str | None = None,
+    step: Number | None = None,
     instants: int | None = None,
-    every: float | str | None = None,
-    times: Any = None,
+    every: Number | None = None,
+    times: PlainNumbers | None = None,
     events: Sequence[Event | Stop] | None = None,
-    release: Mapping[str, float | str] | None = None,
+    release: Mapping[str, Number] | None = None,
     stops: Sequence[Stop] | None = None,
     progress: Callable[[float], None] | bool | None = None,
 ) -> Solution:

@@ -326,8 +326,8 @@ class _SingularStart:
         so, all else from the balance of the loads there.
         """
         system, scale, n = self.system, self.first.scale, self.system.coordinates
-        L, work, (primitive, row, angle) = system.layout, self.work, system.row_table
-        unit = np.where(angle, 1.0, 1.0 / system.length)
+        L, work, (primitive, row, _) = system.layout, self.work, system.row_table
+        unit = system.row_units
         forces = Manifold(system, system.work(), t)
         forces.work.time[:] = t
         laws_of_time(self.layout, forces.work)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from mbody.analysis.driven.runner import Runner
 from mbody.analysis.driven.time_grid import by_time
 from mbody.analysis.equilibria.lift_off import lifting
+from mbody.analysis.equilibria.rest_positions import AtRestPositions
 from mbody.analysis.equilibria.search import ZERO, Rest, RestSearch
 from mbody.analysis.equilibria.sentences import Words
 from mbody.analysis.freedom.free_motions import FreeMotion, free_motions, rates_of
@@ -18,12 +19,11 @@ from mbody.analysis.freedom.single_design import single_design, single_time
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
 from mbody.errors import ModelError, SolveError, remedy
+from mbody.model.body import Guesses
 from mbody.model.mechanism import Mechanism
-from mbody.quantities.units import UnitSystem
-from mbody.solution.doubts import Doubt, doubted
+from mbody.solution.doubts import doubted
 from mbody.solution.heading import heading, unit_symbols
 from mbody.solution.histories import BodyHistory, Reaction, Record
-from mbody.solution.presentation import present
 from mbody.solution.solution import Solution
 from mbody.system.rank import DENSE, too_large
 from mbody.system.read_only import lock
@@ -94,7 +94,7 @@ class Equilibrium:
 
 
 @dataclass(frozen=True, eq=False)
-class Equilibria:
+class Equilibria(AtRestPositions[Equilibrium]):
     """The rest positions that were found, stable ones first; ``print`` shows them as a table.
 
     Attributes
@@ -109,27 +109,10 @@ class Equilibria:
         Sentences, those of the doubts among them.
     """
 
-    mechanism: str
-    units: UnitSystem
-    t: float
-    positions: tuple[Equilibrium, ...] = field(repr=False)
-    notes: tuple[str, ...] = ()
-    doubts: tuple[Doubt, ...] = ()
-    status: str = "completed"
-
     @property
     def stable(self) -> tuple[Equilibrium, ...]:
         """Those to which it comes back by itself."""
         return tuple(one for one in self.positions if one.stability == "stable")
-
-    def __len__(self) -> int:
-        return len(self.positions)
-
-    def __iter__(self) -> Iterator[Equilibrium]:
-        return iter(self.positions)
-
-    def __getitem__(self, index: int) -> Equilibrium:
-        return self.positions[index]
 
     def data(self, angle: str = "deg") -> dict[str, Any]:
         """Everything as a plain dict of numbers, text, lists and dicts, ready for JSON."""
@@ -139,15 +122,12 @@ class Equilibria:
             "positions": [one.data(angle) for one in self.positions],
         }
 
-    def __str__(self) -> str:
-        return str(present("sheet", self))
-
 
 def equilibrium(
     model: Mechanism | System,
     *,
     free: str | Sequence[str] = (),
-    starts: Mapping[str, Any] | Sequence[Mapping[str, Any]] = (),
+    starts: Guesses | Sequence[Guesses] = (),
     t: float = 0.0,
 ) -> Equilibria:
     """Rest positions of a mechanism with free motions, joint forces there, and their stability.
@@ -210,7 +190,7 @@ def equilibrium(
     return search(system, guesses(starts), time).equilibria()
 
 
-def guesses(starts: Any) -> list[Mapping[str, Any] | None]:
+def guesses(starts: Any) -> list[Guesses | None]:
     """The guesses to begin from, the description's own first."""
     given = [starts] if isinstance(starts, Mapping) else starts
     if not isinstance(given, (list, tuple)) or not all(isinstance(g, Mapping) for g in given):
@@ -220,7 +200,7 @@ def guesses(starts: Any) -> list[Mapping[str, Any] | None]:
     return [None, *given]
 
 
-def search(system: System, starts: Sequence[Mapping[str, Any] | None], t: float) -> _RestResults:
+def search(system: System, starts: Sequence[Guesses | None], t: float) -> _RestResults:
     """Look for rest positions from some guesses."""
     found, notes = None, []
     for guess in starts:
@@ -240,10 +220,10 @@ def search(system: System, starts: Sequence[Mapping[str, Any] | None], t: float)
         if not len(here.motions):
             names = [driver.name for driver in system.drivers]
             how = remedy(python=f"free={names[:1]}", command=f"--free {names[0] if names else ''}")
-            or_else = f", or let a driver go, {how}" if names else ""
+            or_else = f", or release a driver, {how}" if names else ""
             raise SolveError(
-                f"nothing is free in '{system.mechanism.name}': it is held where it is; use "
-                f"statics{or_else}"
+                f"nothing is free in '{system.mechanism.name}': joints and drivers fix every body; "
+                f"use statics{or_else}"
             )
         if len(here.motions) > FREE:
             raise SolveError(
@@ -278,7 +258,11 @@ class _RestResults:
         words = Words(self.system, self.search)
         self.notes += [note for note in words.facts() if note not in self.notes]
         every = Equilibria(
-            self.mechanism.name, self.mechanism.units, self.t, tuple(found), tuple(self.notes)
+            self.mechanism.name,
+            self.mechanism.units,
+            self.t,
+            tuple(found),
+            notes=tuple(self.notes),
         )
         return doubted(every, words.doubts(free))
 

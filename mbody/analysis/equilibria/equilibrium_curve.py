@@ -21,6 +21,7 @@ from mbody.analysis.freedom.single_design import single_design
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
 from mbody.errors import ModelError, SolveError
+from mbody.model.body import Guesses
 from mbody.model.mechanism import Mechanism
 from mbody.solution.doubts import Doubt, Inherited, doubted
 from mbody.solution.heading import heading, unit_symbols
@@ -157,7 +158,7 @@ def equilibrium_curve(
     *,
     at: float | None = None,
     free: str | Sequence[str] = (),
-    start: Equilibrium | Mapping[str, Any] | None = None,
+    start: Equilibrium | Guesses | None = None,
     t: float = 0.0,
     points: int = POINTS,
 ) -> EquilibriumCurve:
@@ -429,7 +430,7 @@ def _unit(system: System, name: str) -> str:
     mechanism = system.mechanism
     element, _, key = name.partition(".")
     if not key:
-        dimension = mechanism._scope.names[name].dimension
+        dimension = mechanism.parameters.scope().names[name].dimension
         return "" if dimension is None else mechanism.units.of(dimension)
     for part in dataclasses.fields(mechanism[element]):
         if part.name == key:

@@ -51,7 +51,7 @@ class Words:
             for place in walk.corners:
                 where, _ = self.where(place)
                 found.append(
-                    f"at {where} a distance that is held is zero: the motion is followed through it"
+                    f"at {where} a prescribed distance is zero: the motion is followed through it"
                 )
             for place in walk.crossings:
                 where, _ = self.where(place)

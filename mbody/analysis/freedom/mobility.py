@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
@@ -15,6 +14,7 @@ from mbody.analysis.freedom.single_design import single_design, single_time
 from mbody.analysis.position.assembly_analysis import DEAD, closed
 from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.kernels.layout import Work
+from mbody.model.body import Guesses
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.remarks import remarks
@@ -148,7 +148,7 @@ def mobility(
     model: Mechanism | System,
     t: float = 0.0,
     *,
-    guess: Mapping[str, Any] | None = None,
+    guess: Guesses | None = None,
 ) -> Mobility:
     """Degrees of freedom, redundant constraints and free motions: Grübler's count and the truth.
 
@@ -287,7 +287,7 @@ class _Report:
             return best  # no higher rank is possible, or there is no other position
         if driven.rows > LOOKED:
             return None, None
-        scale = np.tile([self.system.length, self.system.length, 1.0], self.system.layout.bodies)
+        scale = self.system.coordinate_units
         here, random = self.work.q.copy(), np.random.default_rng(0)
         size, reached = len(scale), False
         for _ in range(TRIES):
@@ -331,7 +331,7 @@ class _Report:
         elif driven.singular:
             names = listed(driver.name for driver in self.mechanism.drivers)
             self.notes.append(
-                f"singular position, a dead centre: with the drivers held the rank is "
+                f"singular position, a dead centre: with the drivers fixed the rank is "
                 f"{driven.rank} here and {driven.rank_nearby} nearby; {names} cannot drive it "
                 "through here"
             )

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 from mbody.analysis.driven.time_grid import time_grid
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.errors import ModelError
 from mbody.model.mechanism import Mechanism
+from mbody.quantities.types import PlainNumbers
 from mbody.system.assembler import assemble, with_numbers_of
 from mbody.system.system import System
 
@@ -46,7 +46,7 @@ def released(system: System, free: str | Sequence[str]) -> System:
     return with_numbers_of(assemble(system.mechanism.without(*names)), system.values)
 
 
-def single_time(analysis: str, system: System, t: Any) -> float:
+def single_time(analysis: str, system: System, t: PlainNumbers) -> float:
     """The one time of an analysis.
 
     Raises

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.time_grid import time_grid
+from mbody.analysis.driven.time_grid import Drive, time_grid
 from mbody.analysis.initial.initial_velocities import branch_rates, no_velocities
 from mbody.analysis.position.assembly_analysis import as_system, closed, raise_user_error
 from mbody.analysis.position.closed_position import ClosedPosition
@@ -18,10 +17,13 @@ from mbody.errors import ModelError
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import project
 from mbody.kernels.output import PER_PRIMITIVE
+from mbody.model.body import Guesses
 from mbody.model.mechanism import Mechanism
+from mbody.model.numbers import number_in
+from mbody.quantities.types import Number
 from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
-from mbody.system.rank import dense, rank_of, too_large
+from mbody.system.rank import dense, dense_rates, rank_of, too_large
 from mbody.system.system import System
 
 __all__ = ["close_loops"]
@@ -34,9 +36,9 @@ def close_loops(
     model: Mechanism | System,
     t: float = 0.0,
     *,
-    drive: Mapping[str, Any] | None = None,
-    guess: Mapping[str, Any] | None = None,
-    rates: Mapping[str, float] | None = None,
+    drive: Drive | None = None,
+    guess: Guesses | None = None,
+    rates: Mapping[str, Number] | None = None,
 ) -> Solution:
     """Close the loops from a rough guess: position analysis, initial assembly; velocities too.
 
@@ -90,7 +92,7 @@ def close_loops(
     for name, rate in (rates or {}).items():
         if name not in system.bodies or name == "ground":
             raise ModelError(f"there is no moving body {name!r} to give a rate", str(name))
-        turning[name] = system.mechanism._number(rate, "angular velocity", name, "rate")
+        turning[name] = number_in(system.mechanism, rate, "angular velocity", name, "rate")
         if too_large(system):
             work.v[3 * system.bodies[name] + 2] = turning[name]
     if drive:
@@ -142,7 +144,7 @@ def _turned(system: System, work: Work, rates: Mapping[str, float]) -> list[str]
     columns = [3 * system.bodies[name] + 2 for name in rates]
     request = np.array(list(rates.values()))
     if not too_large(system):
-        scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+        scale = system.coordinate_units
         motions = rank_of(dense(system, work)[1]).motions
         left = request - work.v[columns, 0]
         way = np.linalg.lstsq(motions[:, columns].T, left, rcond=1e-9)[0]
@@ -159,7 +161,7 @@ def _turned(system: System, work: Work, rates: Mapping[str, float]) -> list[str]
     more = f", and {len(parts) - NAMED} more" if len(parts) > NAMED else ""
     return [
         f"rates: {', '.join(parts[:NAMED])}{more}: joints and drivers do not allow all that were "
-        "asked; the nearest were taken"
+        "requested; the nearest were taken"
     ]
 
 
@@ -168,10 +170,8 @@ def _check_velocities(system: System, work: Work) -> None:
     if too_large(system) or not system.rows:
         return
     G = dense(system, work)[1]
-    primitive, row, is_angle = system.row_table
-    unit = np.where(is_angle, 1.0, 1.0 / system.length)
-    nu = unit * work.nu[2 * system.layout.primitive_node[primitive] + row, 0]
-    v = work.v[: system.coordinates, 0].reshape(-1, 3) / [system.length, system.length, 1.0]
-    rest = np.abs(G @ v.reshape(-1) - nu)
+    nu = dense_rates(system, work)
+    v = work.v[: system.coordinates, 0] / system.coordinate_units
+    rest = np.abs(G @ v - nu)
     if rest.max() > 1e-6 * max(np.abs(nu).max(), np.abs(v).max()):
         raise no_velocities(system, nu)

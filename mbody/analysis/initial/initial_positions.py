@@ -26,7 +26,7 @@ ZERO = 1e-6
 #: Places may be changed by so much, in model lengths and radians: a start with four digits.
 SAID = 1e-3
 #: Changes below this are rounding of numbers with all their digits.
-TOLD = 1e-9
+REPORTED = 1e-9
 #: Places that a sentence names.
 NAMED = 4
 
@@ -64,7 +64,7 @@ def fitted_places(
         A workspace, its signals set.
     """
     n = system.coordinates
-    scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+    scale = system.coordinate_units
     work.q[:, 0] = first
     wanted = np.array([one.value / one.unit(system) for one in prescribed])
     for _ in range(CORRECTIONS):
@@ -95,7 +95,7 @@ def fitted_note(system: System, prescribed: Sequence[Prescribed], found: Fitted)
     """By how much places were changed, where that is more than rounding."""
     worst = int(np.abs(found.off).argmax())
     size = abs(float(found.off[worst]))
-    if size <= TOLD:
+    if size <= REPORTED:
         return ()
     spot = prescribed[worst]
     unit = "deg" if spot.key == "angle" else system.mechanism.units.length

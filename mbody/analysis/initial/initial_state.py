@@ -23,6 +23,7 @@ from mbody.model.driver import AngleDriver, CoordinateDriver
 from mbody.model.element import Marker, listed
 from mbody.model.event import Event, Stop, check_restitution
 from mbody.model.mechanism import Mechanism
+from mbody.model.numbers import number_in
 from mbody.model.simulation import STATE, SimulationSettings
 from mbody.model.study import Measure
 from mbody.quantities import Formula, FormulaError, read
@@ -318,7 +319,7 @@ def _number(
     parameters: Mapping[str, Any] | None = None,
 ) -> Any:
     """A number of a simulation in the units of the mechanism; parameters as a system has them."""
-    found = mechanism._number(value, dimension, "simulation", name)
+    found = number_in(mechanism, value, dimension, "simulation", name)
     if isinstance(value, Formula) and parameters:
         scope = mechanism.parameters.scope(parameters)
         try:
@@ -346,7 +347,7 @@ def check_release(mechanism: Mechanism, given: Mapping[str, Any]) -> dict[str, f
     for name in given:
         if name not in drivers:
             known = listed(drivers) or "none"
-            raise ModelError(f"there is no driver {name!r} to let go (there are: {known})")
+            raise ModelError(f"there is no driver {name!r} to release (there are: {known})")
     return {name: _number(mechanism, t, "time", f"release.{name}") for name, t in given.items()}
 
 

@@ -1,5 +1,8 @@
 """How the free motions of many designs begin: positions and velocities as `simulate` of each has
-them, closed in one call of the core.
+them, closed in one call of the kernels.
+
+Driven designs close from the one position of the description, so that all are on its branch; here
+each closes from its own guess, as it would alone, which may be on another branch.
 """
 
 from __future__ import annotations
@@ -17,14 +20,17 @@ from mbody.analysis.initial.initial_state import (
     state_of,
     with_start_drivers,
 )
-from mbody.analysis.position.assembly_analysis import TOLERANCE
+from mbody.analysis.position.assembly_analysis import rounding
+from mbody.analysis.position.closed_designs import close_batch
 from mbody.analysis.position.initial_guess import placed
-from mbody.analysis.position.whole_turns import by_rows, by_springs
+from mbody.analysis.position.whole_turns import by_rows
 from mbody.errors import ModelError, SolveError
-from mbody.kernels.loop_closure import close_designs, laws_of_time, project_designs
+from mbody.kernels.loop_closure import laws_of_time, project_designs
+from mbody.model.body import Guesses
 from mbody.model.element import Numbers
 from mbody.model.numbers import moves_nothing
 from mbody.model.simulation import SimulationSettings
+from mbody.quantities.types import Number
 from mbody.solution.places import link_poses
 from mbody.solution.solution import Solution
 from mbody.system.system import System, polar_points
@@ -57,8 +63,8 @@ class BatchStart:
     """
 
     simulation: SimulationSettings | None
-    guess: Mapping[str, Any] | None
-    rates: Mapping[str, float] | None
+    guess: Guesses | None
+    rates: Mapping[str, Number] | None
     places: System
     turning: System
     alike: bool
@@ -106,15 +112,8 @@ def initial_states(
     places = start.places.with_values(values)
     first, still = _driver_values(start, system, places, rates=False)
     poses = _first_poses(start, places, first)
-    state = np.zeros((designs, 2))
-    spots = np.abs(poses[:, :n3]).reshape(designs, -1, 3)
-    spots[:, :, :2] /= system.length
-    small = TOLERANCE * (1.0 + spots.max(axis=(1, 2), initial=0.0))
-    close_designs(places.layout, places.work(), small, places.par, first, poses, state)
-    by_springs(places, poses)
     # at or near a singular position the branch has to be looked at: one by one
-    closes, least_pivot = state.T
-    good = (closes > 0.0) & (least_pivot >= SINGULAR)
+    good = close_batch(places, 0.0, first, poses, rounding(places, poses), SINGULAR)
     turning, rates = places, still
     if start.turning is not start.places:
         turning = start.turning.with_values(values)

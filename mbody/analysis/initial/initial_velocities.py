@@ -22,7 +22,7 @@ from mbody.analysis.singular.singular_positions import Singular
 from mbody.errors import SolveError
 from mbody.kernels.layout import Work
 from mbody.model.element import listed
-from mbody.system.rank import dense, shortest
+from mbody.system.rank import dense, dense_rates, shortest
 from mbody.system.system import System
 
 __all__ = ["branch_rates", "fitting_rates", "no_velocities"]
@@ -78,10 +78,7 @@ def fitting_rates(
     q = work.q[: system.coordinates, 0].copy()
     given = rates_of(system, q, prescribed)
     G = dense(system, work)[1]
-    primitive, row, angle = system.row_table
-    nu = work.nu[2 * system.layout.primitive_node[primitive] + row, 0]
-    nu = nu * np.where(angle, 1.0, 1.0 / system.length)
-    scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+    nu, scale = dense_rates(system, work), system.coordinate_units
     A, b = np.vstack([G, given.P]), np.append(nu, given.p)
     v = np.linalg.lstsq(A, b, rcond=ZERO)[0]
     off = A @ v - b
@@ -102,7 +99,7 @@ def fitting_rates(
         return scale * v, _fitted(system, prescribed, met - given.p)
     part = np.abs(off[: len(G)])
     taking = dict.fromkeys(
-        system.owners[primitive[n]][0].name
+        system.owners[system.row_table[0][n]][0].name
         for n in np.argsort(-part)
         if part[n] > TAKES_PART * part.max(initial=0.0)
     )
@@ -273,7 +270,7 @@ def no_velocities(system: System, nu: Array) -> SolveError:
     # what moves at all are drivers: the fastest is the one to speak of
     name = system.owners[system.row_table[0][int(np.abs(nu).argmax())]][0].name
     return SolveError(
-        f"no velocities agree with '{name}' at this position: it stands at a dead centre, or "
+        f"no velocities agree with '{name}' at this position: it is at a dead centre, or "
         "drivers contradict each other; close the loops elsewhere",
         name,
     )

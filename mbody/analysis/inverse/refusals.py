@@ -116,7 +116,7 @@ class Refusals:
         if edge:
             return (
                 f"'{self.question.objective}' has no {self.word} value: it {way} without bound "
-                f"where '{name}' comes to {where}, beyond which the mechanism cannot be analysed; "
+                f"where '{name}' reaches {where}, beyond which the mechanism cannot be analysed; "
                 "add a side condition or a bound that keeps away from there"
             )
         return (

@@ -1,7 +1,7 @@
 """Numbers that make rows zero: straight where rows are straight, by Newton's method where not.
 
-Rows come from a function of an array of trials (trials, unknowns) that gives (rest, size), each
-(trials, rows): what is left of every row and how large its terms are; NaN where a trial fails.
+`Residuals` is a function of an array of trials (trials, unknowns) that gives (rest, size), each
+(trials, rows): the residual of every row and how large its terms are; NaN where a trial fails.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 __all__ = ["Affine", "SingularEquations", "about", "affine", "newton", "scan", "spread"]
 
 Array = np.ndarray
-Rows = Callable[[Array], tuple[Array, Array]]
+Residuals = Callable[[Array], tuple[Array, Array]]
 #: An unknown and what is left of a row there.
 Place = tuple[float, float]
 
@@ -69,7 +69,7 @@ class Affine:
         return self.base + step
 
 
-def affine(rows: Rows, start: Array) -> Affine | None:
+def affine(rows: Residuals, start: Array) -> Affine | None:
     """The rows as straight functions of the unknowns; None where they are not straight."""
     n = len(start)
     odd = np.array([0.7 + 0.31 * k for k in range(n)]) * (-1.0) ** np.arange(n)
@@ -86,7 +86,7 @@ def affine(rows: Rows, start: Array) -> Affine | None:
     return Affine(start, rest[0], slope, whole)
 
 
-def about(rows: Rows, u: Array) -> Affine | None:
+def about(rows: Residuals, u: Array) -> Affine | None:
     """All rows about a place, with their slopes by differences; None where they have no values."""
     h = 1e-6 * np.maximum(1.0, np.abs(u))
     rest, size = rows(np.vstack([u, u + np.diag(h)]))
@@ -104,7 +104,7 @@ def about(rows: Rows, u: Array) -> Affine | None:
     )
 
 
-def newton(rows: Rows, chosen: Sequence[int], start: Array) -> Affine | None:
+def newton(rows: Residuals, chosen: Sequence[int], start: Array) -> Affine | None:
     """Newton's method with differences, its steps shortened where what is left grows.
 
     Returns
@@ -143,7 +143,7 @@ def newton(rows: Rows, chosen: Sequence[int], start: Array) -> Affine | None:
     return best[1]
 
 
-def scan(rows: Rows, chosen: int, grid: Array, start: float) -> list[Array]:
+def scan(rows: Residuals, chosen: int, grid: Array, start: float) -> list[Array]:
     """Starts for Newton's method in one unknown: where a row changes its sign along the grid, and
     where it comes near to zero without.
 
@@ -168,7 +168,7 @@ def scan(rows: Rows, chosen: int, grid: Array, start: float) -> list[Array]:
     return found
 
 
-def _bracketed(rows: Rows, chosen: int, left: Place, right: Place) -> Array:
+def _bracketed(rows: Residuals, chosen: int, left: Place, right: Place) -> Array:
     """A zero between two places of different sign (Illinois method), near enough for Newton's."""
     (a, fa), (b, fb), side = left, right, 0
     for _ in range(60):

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.analysis.inverse.roots import HOLDS, Rows, about, newton, spread
+from mbody.analysis.inverse.roots import HOLDS, Residuals, about, newton, spread
 from mbody.analysis.inverse.unknowns import Wanted
 
 __all__ = ["Climbed", "climbed"]
@@ -65,7 +65,9 @@ class Climbed:
 class _Hill:
     """Rows about a place, kept while one asks for values and slopes there."""
 
-    def __init__(self, rows: Rows, equations: int, wanted: Sequence[Wanted], sign: float) -> None:
+    def __init__(
+        self, rows: Residuals, equations: int, wanted: Sequence[Wanted], sign: float
+    ) -> None:
         self.rows, self.equations, self.sign = rows, equations, sign
         low, high = np.array([self._bounds(one) for one in wanted]).T
         self.low, self.high = low, high
@@ -162,7 +164,7 @@ class _Hill:
         return found.base if inside else u
 
 
-def climbed(rows: Rows, equations: int, wanted: Sequence[Wanted], sign: float) -> Climbed:
+def climbed(rows: Residuals, equations: int, wanted: Sequence[Wanted], sign: float) -> Climbed:
     """Where the objective, times a sign, is greatest: of rows as those of `Trials.rows`.
 
     Parameters
@@ -213,7 +215,7 @@ def climbed(rows: Rows, equations: int, wanted: Sequence[Wanted], sign: float) -
     return Climbed(best, None, bool(on_end.any()), len(ends), agreeing, better)
 
 
-def _corners(rows: Rows, equations: int, start: Array) -> list[Array]:
+def _corners(rows: Residuals, equations: int, start: Array) -> list[Array]:
     """Places where as many side conditions bind as unknowns are left."""
     count, sides = len(start) - equations, len(rows(start[None])[0][0]) - 1 - equations
     if not 0 < count <= sides or math.comb(sides, count) > CORNERS:

@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from mbody.analysis.inverse.answers import Answer
 from mbody.analysis.inverse.solver import Solver
 from mbody.errors import ModelError, brief
 from mbody.model.mechanism import Mechanism
-from mbody.model.study import Question
+from mbody.model.study import PlacesLike, Question, TextsLike, Unknowns
 
 __all__ = ["solve_for"]
 
 
 def solve_for(
     mechanism: Mechanism,
-    unknowns: Any,
-    conditions: Any = (),
+    unknowns: Question | Unknowns,
+    conditions: TextsLike = (),
     *,
-    side_conditions: Any = (),
+    side_conditions: TextsLike = (),
     greatest: str = "",
     least: str = "",
-    at: Any = None,
+    at: PlacesLike | None = None,
     analysis: str = "kinetostatics",
 ) -> Answer:
     """Unknown load factors, accelerations, speeds, preloads or dimensions that meet conditions.
@@ -59,8 +57,8 @@ def solve_for(
     -----
     A greatest value is that of the whole feasible set, or the answer says in `doubts` why it may
     not be. Linear questions are answered by the corners of their polytope, bounds of unknowns
-    included. One unknown is searched over its whole range, on the branch of the mechanism as it
-    stands: sampled adaptively, with every summit, every place where a side condition begins to
+    included. One unknown is searched over its whole range, on the branch of the given
+    mechanism: sampled adaptively, with every summit, every place where a side condition begins to
     bind, and every edge of what can be analysed found to rounding. Without bounds the range ends
     where the mechanism cannot be analysed, or far away, and a note says so; the angle of a driver
     is searched a turn to both sides. Several unknowns are sought by climbs from several starts,
@@ -77,11 +75,12 @@ def solve_for(
     """
     if not isinstance(mechanism, Mechanism):
         raise ModelError(f"solve_for takes a Mechanism, not {brief(mechanism)}")
-    question = unknowns
-    own = isinstance(unknowns, str) and mechanism.questions.get(unknowns)
-    if own and not (conditions or greatest or least):
+    own = mechanism.questions.get(unknowns) if isinstance(unknowns, str) else None
+    if own is not None and not (conditions or greatest or least):
         question = own
-    elif not isinstance(unknowns, Question):
+    elif isinstance(unknowns, Question):
+        question = unknowns
+    else:
         question = Question(
             unknowns, conditions, side_conditions, greatest, least, analysis, at or {}
         )

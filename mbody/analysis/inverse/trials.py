@@ -19,7 +19,7 @@ from mbody.analysis.position.assembly_analysis import SUSPICIOUS, check_determin
 from mbody.errors import ModelError, ModelWarning, SolveError
 from mbody.laws import Polynomial
 from mbody.model.driver import DRIVEN
-from mbody.model.mechanism import Mechanism
+from mbody.model.mechanism import Mechanism, snapshot, with_element
 from mbody.model.numbers import meant, moves_nothing, plain
 from mbody.model.study import Instants, Question, Unknown
 from mbody.quantities.units import DIMENSIONS, Dimension
@@ -109,11 +109,11 @@ class Trials:
 
     def _freed(self, mechanism: Mechanism, names: set[str]) -> Mechanism:
         """The mechanism with motions of drivers that are numbers: f = c₀ + c₁ t + c₂ t²."""
-        made = copy.copy(mechanism._snapshot())
+        made = copy.copy(snapshot(mechanism))
         for name in names:
             law = Polynomial(self._coefficients(self.states[name]))
             # those that _driver names have a law
-            made = made._replaced(replace(mechanism[name], law=law))  # type: ignore[call-arg]
+            made = with_element(made, replace(mechanism[name], law=law))  # type: ignore[call-arg]
         return made
 
     def _coefficients(self, state: Any) -> list[Any]:

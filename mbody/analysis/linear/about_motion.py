@@ -12,7 +12,7 @@ from mbody.errors import SolveError
 from mbody.kernels.loop_closure import laws_of_time
 from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
-from mbody.system.rank import dense
+from mbody.system.rank import dense, dense_rates
 
 __all__ = ["Moving"]
 
@@ -67,9 +67,7 @@ class Moving:
         """Accelerations of the leaders at their ways and rates."""
         n, scale = self.system.coordinates, self.manifold.scale
         q, G = self.position(y)
-        primitive, row, angle = self.system.row_table
-        nu = self.work.nu[2 * self.system.layout.primitive_node[primitive] + row, 0]
-        nu = nu * np.where(angle, 1.0, 1.0 / self.system.length)
+        nu = dense_rates(self.system, self.work)
         v = scale * _solved(np.vstack([G, self.parts]), np.append(nu, w))
         page = np.concatenate([q, v, np.zeros(n)])[None, :, None]
         record, t = Record([page], 1, batch=False), np.array([self.t])

@@ -32,7 +32,7 @@ SLOW = 1e-5
 JUMP = 1e-6
 #: A drive below this part of the greatest load is none: rest positions are found to 1e-8 of it, but
 #: one that is nearly singular moves by the root of rounding, and more, when it is closed again.
-BALANCED, HELD = 1e-7, 1e-4
+BALANCED, RESTING = 1e-7, 1e-4
 #: A rate below this part of the natural one is none.
 STILL = 1e-9
 #: How far a position beside another is, in model lengths and radians.
@@ -208,11 +208,11 @@ def linearize(
         )
     if not len(here.motions):
         raise SolveError(
-            f"nothing is free in '{name}', there are no small motions: let a driver go, with free"
+            f"nothing is free in '{name}', there are no small motions: release a driver, with free"
         )
     motions = free_motions(system, np.append(here.q, np.zeros(3)), here.motions)
     top, mass = manifold.scale_of(here), manifold.mass(here.motions)
-    balanced = here.size <= (HELD if resting else BALANCED) * top
+    balanced = here.size <= (RESTING if resting else BALANCED) * top
     branches = _branches(manifold, here)
     if resting and not (balanced or branches):
         raise SolveError(

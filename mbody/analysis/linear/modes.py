@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from mbody.analysis.equilibria.equilibrium import Equilibrium, equilibrium
+from mbody.analysis.equilibria.rest_positions import AtRestPositions
 from mbody.analysis.linear.eigenvalues import eigenvalues
 from mbody.analysis.linear.linearize import Linearization, linearize
 from mbody.analysis.position.tangent_space import Array
 from mbody.errors import ModelError, SolveError
+from mbody.model.body import Guesses
 from mbody.model.mechanism import Mechanism
-from mbody.quantities.units import UnitSystem
 from mbody.solution.doubts import Inherited, certificate, inherited
 from mbody.solution.heading import heading, unit_symbols
-from mbody.solution.presentation import present
 from mbody.solution.solution import Solution
 from mbody.system.read_only import lock
 from mbody.system.system import System
@@ -154,24 +154,10 @@ class ModesAt(Inherited):
 
 
 @dataclass(frozen=True, eq=False)
-class Modes(Inherited):
+class Modes(AtRestPositions[ModesAt]):
     """The modes at one or several rest positions; ``print`` shows them as tables. Doubts of the
     positions are its own.
     """
-
-    mechanism: str
-    units: UnitSystem
-    t: float
-    positions: tuple[ModesAt, ...] = field(repr=False)
-
-    def __len__(self) -> int:
-        return len(self.positions)
-
-    def __iter__(self) -> Iterator[ModesAt]:
-        return iter(self.positions)
-
-    def __getitem__(self, index: int) -> ModesAt:
-        return self.positions[index]
 
     def data(self) -> dict[str, Any]:
         """Everything as a plain dict of numbers, text, lists and dicts, ready for JSON."""
@@ -181,16 +167,13 @@ class Modes(Inherited):
             "positions": [one.data() for one in self.positions],
         }
 
-    def __str__(self) -> str:
-        return str(present("sheet", self))
-
 
 def modes(
     model: Mechanism | System,
     *,
     at: Equilibrium | Solution | None = None,
     free: str | Sequence[str] = (),
-    starts: Mapping[str, Any] | Sequence[Mapping[str, Any]] = (),
+    starts: Guesses | Sequence[Guesses] = (),
     t: float = 0.0,
 ) -> Modes:
     """Natural frequencies, damping ratios and mode shapes at rest positions (modal analysis).
@@ -257,7 +240,7 @@ def modes(
         machine = one.solution.mechanism
         raise SolveError(
             f"modes are of a rest position, but '{machine.name}' moves, or is not balanced, at "
-            f"t = {one.t:.6g} {machine.units.time}: give one of equilibrium; linearize tells the "
+            f"t = {one.t:.6g} {machine.units.time}: give one of equilibrium; linearize gives the "
             "state matrix of a motion"
         )
     positions = tuple(_modes_at(one) for one in linear)
@@ -269,7 +252,7 @@ def modes(
 def _modes_at(linear: Linearization) -> ModesAt:
     """Solve the eigenproblem at one position."""
     system = linear.solution.system
-    scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+    scale = system.coordinate_units
     rates = linear.rates.reshape(len(linear.motions), -1) / scale
     # orthonormal ways, so that no unit of a leader has a say in what is small
     triangle = np.linalg.qr(rates.T, mode="r")

@@ -21,7 +21,7 @@ from mbody.core.callbacks import failure
 from mbody.errors import ModelError, ModelWarning, SolveError
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import close, laws_of_time
-from mbody.model.body import Body, as_guess
+from mbody.model.body import Body, Guesses, as_guess
 from mbody.model.element import listed, wrapped
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
@@ -91,7 +91,7 @@ def closed(
     system: System,
     t: float,
     drive: Mapping[str, float],
-    guess: Mapping[str, Any] | None = None,
+    guess: Guesses | None = None,
     design: int = 0,
     pose: np.ndarray | None = None,
     meant: Callable[[ClosedPosition], bool] | None = None,
@@ -148,7 +148,7 @@ def closed(
     return found
 
 
-def closed_near(system: System, t: float, guess: Mapping[str, Any]) -> ClosedPosition | None:
+def closed_near(system: System, t: float, guess: Guesses) -> ClosedPosition | None:
     """Close the loops of one design from the guesses alone: no other starts are tried, and a
     failure, None, is not explained. It is for searches, most of whose failures nobody reads.
     """
@@ -162,7 +162,7 @@ def closed_near(system: System, t: float, guess: Mapping[str, Any]) -> ClosedPos
 
 def _guessed(
     system: System,
-    guess: Mapping[str, Any] | None,
+    guess: Guesses | None,
     values: Mapping[str, float],
     shaken: np.random.Generator | None = None,
 ) -> np.ndarray:
@@ -205,7 +205,7 @@ def _from(system: System, work: Work, start: np.ndarray) -> ClosedPosition | Non
     for regularization in (0.0, SOFT):
         work.q[:] = start
         good, straight, ratio = close(
-            system.runtime(), work, regularization, rounding(system, work)
+            system.runtime(), work, regularization, float(rounding(system, work.q[:, 0]))
         )
         raise_user_error(system)
         result = ClosedPosition(work, regularization, ratio, straight=straight)
@@ -230,11 +230,9 @@ def _from(system: System, work: Work, start: np.ndarray) -> ClosedPosition | Non
     return None
 
 
-def rounding(system: System, work: Work) -> float:
-    """Size of a correction that is rounding of these coordinates."""
-    places = work.q[: system.coordinates, 0].reshape(-1, 3)
-    size = max(np.abs(places[:, :2]).max() / system.length, np.abs(places[:, 2]).max())
-    return float(TOLERANCE * (1.0 + size))
+def rounding(system: System, poses: np.ndarray) -> Any:
+    """Size of a correction that is rounding of positions (…, coordinates + 3): (…)."""
+    return TOLERANCE * (1.0 + system.extent(poses))
 
 
 def set_drive(system: System, work: Work, t: float, drive: Mapping[str, float]) -> dict[str, float]:
@@ -266,7 +264,7 @@ def _say_branch(
     system: System,
     result: ClosedPosition,
     start: np.ndarray,
-    guess: Mapping[str, Any] | None,
+    guess: Guesses | None,
     meant: Callable[[ClosedPosition], bool] | None,
 ) -> None:
     """Warn where a guess and the position found lie on different sides of a singular position."""
@@ -310,7 +308,7 @@ def _say_branch(
     warnings.warn(note, ModelWarning, stacklevel=5)
 
 
-def _guessed_place(body: Body, guess: Mapping[str, Any] | None) -> bool:
+def _guessed_place(body: Body, guess: Guesses | None) -> bool:
     """Whether the guess of a body gives a place, not an angle alone."""
     own = as_guess(guess[body.name], body.name) if guess and body.name in guess else body.guess
     return own.x is not None

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.model.body import Body, Guess, as_guess
+from mbody.model.body import Body, Guess, Guesses, as_guess
 from mbody.model.element import Marker, Numbers
 from mbody.model.joints import Joint
+from mbody.quantities.number import evaluated
 from mbody.system.system import System
 
 __all__ = ["placed", "unguessed"]
@@ -22,7 +23,7 @@ Pose = tuple[float, float, float]
 
 def placed(
     system: System,
-    guess: Mapping[str, Any] | None,
+    guess: Guesses | None,
     drive: Mapping[str, float],
     shaken: np.random.Generator | None = None,
     numbers: Numbers | None = None,
@@ -54,9 +55,7 @@ def placed(
     return placing.coordinates()
 
 
-def unguessed(
-    system: System, guess: Mapping[str, Any] | None, drive: Mapping[str, float]
-) -> tuple[str, ...]:
+def unguessed(system: System, guess: Guesses | None, drive: Mapping[str, float]) -> tuple[str, ...]:
     """Names of the bodies of whose angle neither a guess nor a driver nor a joint to a placed body
     says anything; `placed` leaves their link axes parallel to those of the ground.
     """
@@ -76,7 +75,7 @@ class _Placing:
     def __init__(
         self,
         system: System,
-        guess: Mapping[str, Any],
+        guess: Guesses,
         drive: Mapping[str, float],
         shaken: np.random.Generator | None,
         numbers: Numbers,
@@ -107,7 +106,8 @@ class _Placing:
 
     def _guess(self, body: Body, value: Any) -> Guess:
         """The caller's guess of a body, with floats for text."""
-        made: Guess = self.mechanism._valued(as_guess(value, body.name), body.name, "guess")
+        scope = self.mechanism.parameters.scope()
+        made: Guess = evaluated(as_guess(value, body.name), scope, body.name, "guess")
         return made
 
     def coordinates(self) -> np.ndarray:

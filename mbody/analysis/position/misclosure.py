@@ -6,7 +6,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from mbody.errors import SolveError, angle_told
+from mbody.errors import SolveError, angle_text
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import violation
 from mbody.model.element import listed
@@ -18,7 +18,7 @@ __all__ = ["explain_gap", "refuse_near_redundant", "violations"]
 #: Rows up to which the smallest gap is looked for, and joints at which: a second or two in all.
 SEARCHED, CANDIDATES = 60, 8
 #: Rows that are fixed are closed within this, in model lengths and radians.
-HELD = 1e-6
+SATISFIED = 1e-6
 #: A gap below this, in model lengths and radians, may be an error of lengths that should agree;
 #: A gap below this, in model lengths and radians, is rounding of joints that fit.
 ROUNDING = 1e-14
@@ -60,7 +60,7 @@ def explain_gap(system: System, work: Work, start: np.ndarray, t: float) -> NoRe
     work.q[:] = start
     _check_directions(system, work, owners)
     phi = np.abs(smallest_gap(system, work, np.arange(len(owners)) < joints))
-    if phi[:joints].max(initial=0.0) < HELD:
+    if phi[:joints].max(initial=0.0) < SATISFIED:
         _refuse_surplus(system, rank_of(dense(system, work)[1][:joints]))
         raise _out_of_reach(system, work, phi[joints:], t)
     # hold all joints but one: the gap there is what a user would measure
@@ -71,7 +71,7 @@ def explain_gap(system: System, work: Work, start: np.ndarray, t: float) -> NoRe
         own = owners == joint.name
         work.q[:] = start
         phi = smallest_gap(system, work, ~own)
-        if np.abs(phi[~own]).max(initial=0.0) < HELD:
+        if np.abs(phi[~own]).max(initial=0.0) < SATISFIED:
             found.append((float(np.linalg.norm(phi[own])) * system.length, joint))
     if not found:
         raise _gap_met(system, work, joints, t)
@@ -105,7 +105,7 @@ def refuse_near_redundant(system: System, work: Work, start: np.ndarray) -> None
         return
     before = work.q.copy()
     work.q[:] = start
-    scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+    scale = system.coordinate_units
     driven = np.arange(system.rows) >= joints
     try:
         if not np.isfinite(dense(system, work)[1]).all():  # a distance of 0
@@ -144,7 +144,7 @@ def refuse_near_redundant(system: System, work: Work, start: np.ndarray) -> None
 
 def _least(system: System, work: Work, joints: int) -> np.ndarray:
     """Move to the nearest position at which the joints, without drivers, are violated least."""
-    scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+    scale = system.coordinate_units
     phi = np.zeros(joints)
     for _ in range(10):
         phi, G = dense(system, work)
@@ -163,7 +163,7 @@ def _out_of_reach(system: System, work: Work, off: np.ndarray, t: float) -> Solv
     turns, units = driver.angular, system.mechanism.units
     requested, distance = float(work.signal[row, 0]), float(off[n])
     if turns:
-        wanted, near = angle_told(requested), angle_told(float(f"{distance:.3g}"))
+        wanted, near = angle_text(requested), angle_text(float(f"{distance:.3g}"))
     else:
         wanted = f"{requested:.6g} {units.length}"
         near = f"{distance * system.length:.3g} {units.length}"

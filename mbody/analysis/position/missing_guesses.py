@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mbody.analysis.position.initial_guess import placed, unguessed
+from mbody.model.body import Guesses
 from mbody.model.element import wrapped
 from mbody.system.system import System
 
@@ -39,7 +40,7 @@ def nearest_to_guesses(
     base: System,
     result: ClosedPosition,
     starts: tuple[Array, Array],
-    guess: Mapping[str, Any] | None,
+    guess: Guesses | None,
     values: Mapping[str, float],
     close: Callable[[Array], ClosedPosition | None],
 ) -> ClosedPosition:
@@ -94,7 +95,7 @@ def nearest_to_guesses(
     return result
 
 
-def _fixed(system: System, guess: Mapping[str, Any]) -> set[str]:
+def _fixed(system: System, guess: Guesses) -> set[str]:
     """Bodies whose angle is guessed, or driven against one of those or the ground."""
     machine = system.mechanism
     fixed = {"ground", *guess}
@@ -110,7 +111,7 @@ def _fixed(system: System, guess: Mapping[str, Any]) -> set[str]:
 
 def _scaled(system: System, q: Array) -> Array:
     """Coordinates in model lengths and radians: (bodies, 3)."""
-    return q[: system.coordinates].reshape(-1, 3) / [system.length, system.length, 1.0]
+    return (q[: system.coordinates] / system.coordinate_units).reshape(-1, 3)
 
 
 def _difference(system: System, q: Array, other: Array) -> Array:
@@ -124,7 +125,7 @@ def _apart(system: System, q: Array, other: Array) -> float:
     return float(np.abs(_difference(system, q, other)).max())
 
 
-def _off(system: System, base: System, guess: Mapping[str, Any], first: Array, q: Array) -> float:
+def _off(system: System, base: System, guess: Guesses, first: Array, q: Array) -> float:
     """By how much the bodies with a guess are off it, in radians and model lengths."""
     apart = _difference(system, q, first)
     total = 0.0

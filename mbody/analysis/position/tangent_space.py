@@ -94,7 +94,7 @@ class Manifold:
     def __init__(self, system: System, work: Work, t: float) -> None:
         self.system, self.work, self.layout = system, work, system.runtime()
         self.size = system.coordinates
-        self.scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+        self.scale = system.coordinate_units
         self.time = np.array([t])
         self.motion = np.zeros((1, 3 * self.size))
         self.instant = Finished(

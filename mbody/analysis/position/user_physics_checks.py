@@ -123,9 +123,10 @@ def _check_pure(name: str, hook: Hook, questions: list[Array], size: int) -> Non
         if far.any():
             n = int(far.argmax())
             raise ModelError(
-                f"the function of '{name}' keeps a memory: asked twice for the same at t = "
-                f"{question[0]:g} it gave {a[n]:g} and then {b[n]:g}; it is asked several times an "
-                "instant, and at times that go back: let its answer depend on its arguments alone",
+                f"the function of '{name}' keeps a memory: called twice with the same arguments at "
+                f"t = {question[0]:g} it returned {a[n]:g} and then {b[n]:g}; it is called several "
+                "times an instant, and at times that go back: its result must depend on its "
+                "arguments alone",
                 name,
             )
 

@@ -26,7 +26,7 @@ TURN = 2.0 * math.pi
 HALF = 1e-6
 
 
-class _Groups:
+class _TurningGroups:
     """Bodies that only turn together where a whole turn is counted."""
 
     def __init__(self, names: list[str]) -> None:
@@ -108,8 +108,8 @@ def ambiguous(system: System, pose: np.ndarray, drive: Mapping[str, float]) -> l
     return found
 
 
-def _groups(system: System) -> _Groups:
-    return _Groups([*(body.name for body in system.mechanism.bodies), "ground"])
+def _groups(system: System) -> _TurningGroups:
+    return _TurningGroups([*(body.name for body in system.mechanism.bodies), "ground"])
 
 
 def _counting(system: System) -> list[Constraint]:
@@ -120,7 +120,7 @@ def _counting(system: System) -> list[Constraint]:
     return [element for element in found if element.counts_turns]
 
 
-def _springs(system: System) -> Iterator[tuple[_Groups, Any]]:
+def _springs(system: System) -> Iterator[tuple[_TurningGroups, Any]]:
     """Torsion springs between bodies of which nothing says how often they have turned, each with
     the groups as the springs before it leave them.
     """
@@ -144,13 +144,15 @@ def _twist(system: System, spring: Any, poses: np.ndarray) -> np.ndarray:
     return twist
 
 
-def _shift(system: System, groups: _Groups, poses: np.ndarray, name: str, turns: Any) -> None:
+def _shift(
+    system: System, groups: _TurningGroups, poses: np.ndarray, name: str, turns: Any
+) -> None:
     """Turn a whole group by whole turns, (designs,)."""
     for body in groups.of[name]:
         poses[:, 3 * system.bodies[body] + 2] += TURN * turns
 
 
-def _nearest(system: System, groups: _Groups, pose: np.ndarray, row: TurnRow) -> None:
+def _nearest(system: System, groups: _TurningGroups, pose: np.ndarray, row: TurnRow) -> None:
     """Turn the last free group of a row so that least is left of it."""
     for name in reversed(row.factors):
         if groups.free(name):

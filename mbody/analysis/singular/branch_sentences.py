@@ -32,8 +32,8 @@ def undecided(system: System, t: float) -> SolveError:
     """The sentence of a singular position that conditions of second order do not decide."""
     return SolveError(
         f"the motion of '{system.mechanism.name}' is not determined at {place_words(system, t)}: "
-        "the position is singular, and conditions of second order do not tell the branches of its "
-        "motion; begin a little beside it"
+        "the position is singular, and conditions of second order do not determine the branches of "
+        "its motion; begin a little beside it"
     )
 
 

@@ -15,7 +15,7 @@ Array = np.ndarray
 #: that is written with five digits.
 SAID = 1e-4
 #: Within this, in model lengths and radians, a closed position does not determine the branch.
-UNTOLD = 1e-6
+UNDETERMINED = 1e-6
 #: Further away from a singular position than this rates by rows alone are as precise.
 BESIDE = 2e-3
 #: Places on a branch from which positions near the singular one are interpolated, in radians and
@@ -38,7 +38,7 @@ def fits(here: Singular, T: Array) -> bool:
     """Whether a start that is away from the singular position is on a branch; positions that are
     closed to rounding do not determine this within the root of rounding.
     """
-    return norm(here.y - along(T, here)) <= 1e-2 * norm(here.y) + UNTOLD
+    return norm(here.y - along(T, here)) <= 1e-2 * norm(here.y) + UNDETERMINED
 
 
 def onto(A: Array, y: Array, clock: Array) -> Array | None:

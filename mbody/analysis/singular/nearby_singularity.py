@@ -2,7 +2,7 @@
 the constraints hold there.
 
 At such a position x the rows lose rank: Uᵀ G N = 0, with U and N those left and right singular
-vectors of G = Φ_q that belong to the rows that come to depend on each other. Where Uᵀ Φ is zero too
+vectors of G = Φ_q that belong to the rows that become dependent. Where Uᵀ Φ is zero too
 branches cross there, a change point, and a motion runs on smoothly through it. Where it is not, ε,
 the branches pass each other by √ε, and each turns away in a bend that narrow. Drivers make time one
 more coordinate, so that a dead centre, where a driver cannot go on, is no such position.
@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mbody.analysis.singular.singular_positions import Rows
+from mbody.analysis.singular.singular_positions import ConstraintRows
 from mbody.model.element import listed
 from mbody.system.rank import too_large
 from mbody.system.system import System
@@ -30,7 +30,7 @@ Array = np.ndarray
 
 #: Singular values below this part of the greatest are those of redundant rows.
 REDUNDANT = 1e-9
-#: Singular values of rows that may come to depend on each other, as a part of the greatest.
+#: Singular values of rows that may become dependent, as a part of the greatest.
 SMALL = 0.3
 #: Iterations; what is left of the singular values, and of the constraints, at a change point: a
 #: mechanism described with twelve digits.
@@ -62,7 +62,7 @@ class Crossing:
     t : float
         When it is met.
     elements : tuple of str
-        The joints whose rows come to depend on each other there.
+        The joints whose rows become dependent there.
     place, way : arrays (coordinates,)
         The position, lengths by the model length, and the direction in which the motion runs to it.
     seen : tuple (t, s, rate)
@@ -109,7 +109,7 @@ class Ahead:
     bend : float
         Where branches pass each other without meeting, when the motion is in the bend.
     elements : tuple of str
-        The joints whose rows come to depend on each other, where there are any.
+        The joints whose rows become dependent, where there are any.
     """
 
     clear: float = 0.0
@@ -119,10 +119,10 @@ class Ahead:
 
 
 class _TimedRows:
-    """`Rows` with time, in `unit`, as one more coordinate where there are drivers."""
+    """`ConstraintRows` with time, in `unit`, as one more coordinate where there are drivers."""
 
     def __init__(self, system: System, t: float, unit: float) -> None:
-        self.system, self.rows, self.unit = system, Rows.at_time(system, t), unit
+        self.system, self.rows, self.unit = system, ConstraintRows.at_time(system, t), unit
         self.driven = bool(system.drivers)
 
     def at(self, x: Array) -> tuple[Array, Array]:
@@ -167,7 +167,7 @@ def look_ahead(
     """
     if too_large(system):
         return Ahead()
-    scale = np.tile([system.length, system.length, 1.0], system.layout.bodies)
+    scale = system.coordinate_units
     speed = float(np.linalg.norm(v / scale))
     if not speed > 0.0:
         return Ahead()
@@ -226,7 +226,7 @@ def _nearest(
     sizes = parts[1][:rank]
     small = int((sizes < SMALL * sizes[0]).sum())
     above = np.append(sizes[0], sizes)[rank - small : rank]
-    # how many come to vanish together: where the gap to the next one is widest
+    # how many vanish together: where the gap to the next one is widest
     for place in np.argsort(-above / sizes[rank - small :])[:2]:
         found = _singular(rows, x, rank - (small - int(place)), parts, reach)
         if found is not None:
@@ -240,7 +240,7 @@ def _nearest(
 def _singular(
     rows: _TimedRows, x: Array, kept: int, parts: tuple[Array, Array, Array], reach: float
 ) -> _Found | None:
-    """The position near x where all but so many rows come to depend on each other, by a simplified
+    """The position near x where all but so many rows become dependent, by a simplified
     Newton method; None where it does not come to one within reach.
 
     In the singular vectors at x, what elimination of the rows that stay independent leaves of G.

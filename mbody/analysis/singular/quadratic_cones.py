@@ -11,7 +11,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["Branches", "Solutions", "is_flat", "size", "solutions", "tangent", "through", "values"]
+__all__ = [
+    "ConeBranches",
+    "Solutions",
+    "is_flat",
+    "size",
+    "solutions",
+    "tangent",
+    "through",
+    "values",
+]
 
 Array = np.ndarray
 
@@ -48,7 +57,7 @@ class Solutions:
 
 
 @dataclass(frozen=True, eq=False)
-class Branches:
+class ConeBranches:
     """The branches of a cone.
 
     Attributes
@@ -164,7 +173,7 @@ def _searched(A: Array, base: Array, Z: Array, P: Array, p: Array) -> Solutions:
     return Solutions(found, branches.complete, flat=not seen)
 
 
-def _branches(A: Array) -> Branches:
+def _branches(A: Array) -> ConeBranches:
     """The branches of the cone yᵀ A_i y = 0."""
     random = np.random.default_rng(1)
     found: list[Array] = []
@@ -188,10 +197,10 @@ def _branches(A: Array) -> Branches:
         if len(found) == most or (not new and min(met, default=OFTEN) >= OFTEN):
             break
         if len(found) >= MANY:
-            return Branches(found, np.array(odd).reshape(-1, A.shape[1]), complete=False)
+            return ConeBranches(found, np.array(odd).reshape(-1, A.shape[1]), complete=False)
     else:
-        return Branches(found, np.array(odd).reshape(-1, A.shape[1]), complete=not found)
-    return Branches(found, np.array(odd).reshape(-1, A.shape[1]))
+        return ConeBranches(found, np.array(odd).reshape(-1, A.shape[1]), complete=not found)
+    return ConeBranches(found, np.array(odd).reshape(-1, A.shape[1]))
 
 
 def _most(A: Array) -> int:
@@ -240,12 +249,12 @@ def _newton(A: Array, base: Array, Z: Array, starts: Array) -> list[Array]:
     return list(y[good])
 
 
-def through(A: Array, y: Array) -> Branches:
+def through(A: Array, y: Array) -> ConeBranches:
     """All branches that a velocity y on the quadrics lies in, y = 0 included."""
     own = tangent(A, y)
     # every branch through y lies in its tangent space: if that is one itself, there is no other
     if is_flat(A, own):
-        return Branches([own], np.zeros((0, A.shape[1])))
+        return ConeBranches([own], np.zeros((0, A.shape[1])))
     # those of the cone within the tangent space, and y
     branches = _branches(np.einsum("ijk,aj,bk->iab", A, own, own))
     unit, found = y / max(float(np.linalg.norm(y)), 1e-300), list[Array]()
@@ -255,7 +264,7 @@ def through(A: Array, y: Array) -> Branches:
         space = vt[: int((sizes > ZERO).sum())]
         if not any(_same_space(one, space) for one in found):
             found.append(space)
-    return Branches(found, branches.odd @ own, branches.complete)
+    return ConeBranches(found, branches.odd @ own, branches.complete)
 
 
 def _directions(inner: Array, random: np.random.Generator) -> list[Array]:

@@ -21,7 +21,7 @@ import numpy as np
 
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.analysis.singular.quadratic_cones import (
-    Branches,
+    ConeBranches,
     is_flat,
     size,
     tangent,
@@ -54,7 +54,7 @@ STEP = 1e-3
 
 
 @dataclass
-class Rows:
+class ConstraintRows:
     """The rows of a system near an instant: Φ, Φ_q, ν and γ without units of length.
 
     Attributes
@@ -71,14 +71,12 @@ class Rows:
     scale: Array = field(init=False)
 
     def __post_init__(self) -> None:
-        L = self.system.length
-        self.scale = np.tile([L, L, 1.0], self.system.layout.bodies)
-        self.primitive, self.row, angle = self.system.row_table
-        self.unit = np.where(angle, 1.0, 1.0 / L)
+        self.scale, self.unit = self.system.coordinate_units, self.system.row_units
+        self.primitive, self.row, _ = self.system.row_table
         self.moving = 0.0
 
     @classmethod
-    def at_time(cls, system: System, t: float) -> Rows:
+    def at_time(cls, system: System, t: float) -> ConstraintRows:
         """The rows of a system near an instant, with a workspace of their own."""
         work = system.work()
         work.time[:] = t
@@ -142,7 +140,7 @@ class Singular:
         Where the given position is from the singular one.
     """
 
-    def __init__(self, rows: Rows, x: Array, given: Array, rank: int) -> None:
+    def __init__(self, rows: ConstraintRows, x: Array, given: Array, rank: int) -> None:
         self.rows, self.x, self.rank = rows, x, rank
         rows.at(x)
         self.G, nu = rows.G, rows.nu
@@ -201,7 +199,7 @@ class Singular:
         """Whether rates are those of a motion, within a part of them."""
         return bool(np.abs(values(self.A, y)).max(initial=0.0) <= part * size(self.A, y))
 
-    def branches(self, y: Array) -> Branches:
+    def branches(self, y: Array) -> ConeBranches:
         """The branches that contain y."""
         return through(self.A, y)
 
@@ -263,7 +261,7 @@ def singular(system: System, work: Work, t: float, far: float = FAR) -> Singular
     """
     if too_large(system) or not system.rows:
         return None
-    rows = Rows(system, work, t)
+    rows = ConstraintRows(system, work, t)
     given = work.q[: system.coordinates, 0] / rows.scale
     rows.at(given)
     if not np.isfinite(rows.G).all():
@@ -281,7 +279,7 @@ def singular(system: System, work: Work, t: float, far: float = FAR) -> Singular
     return None
 
 
-def _nearest(rows: Rows, given: Array, rank: int, far: float) -> Array | None:
+def _nearest(rows: ConstraintRows, given: Array, rank: int, far: float) -> Array | None:
     """The position nearest to a closed one at which Φ_q has that rank."""
     x = given.copy()
     for _ in range(CORRECTIONS):
@@ -308,7 +306,7 @@ def _nearest(rows: Rows, given: Array, rank: int, far: float) -> Array | None:
     return x if shut and gone else None
 
 
-def _towards(rows: Rows, x: Array, L: Array, N: Array, left: Array) -> Array:
+def _towards(rows: ConstraintRows, x: Array, L: Array, N: Array, left: Array) -> Array:
     """y with which LᵀΦ_q N vanishes: its change along N by differences."""
     change = np.empty((*left.shape, len(N)))
     for n, way in enumerate(N):

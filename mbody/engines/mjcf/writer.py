@@ -18,6 +18,7 @@ from mbody.engines.mjcf.loads import ElementWriter
 from mbody.errors import ModelError
 from mbody.model.loads import Gravity
 from mbody.model.mechanism import Mechanism
+from mbody.model.numbers import number_in
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
@@ -157,7 +158,7 @@ class MjcfWriter:
         rate = max([*(r / scale.time for r in rates + speeds), math.sqrt(pull), 1e-3])
         simulation = self.machine.simulation
         if simulation is not None:
-            until = self.machine._number(simulation.until, "time", "simulation", "until")
+            until = number_in(self.machine, simulation.until, "time", "simulation", "until")
             rate = max(rate, 1.0 / (until * scale.time))
         return float(f"{min(1.0 / (STEPS * rate), 0.01):.0e}")
 

@@ -50,7 +50,7 @@ class _OracleCheck:
     def __init__(self, system: System, run: Solution) -> None:
         self.system, self.run, self.comparison = system, run, Comparison()
         self.reference = Reference(system.mechanism)
-        self.unit = np.tile([system.length, system.length, 1.0], len(system.mechanism.bodies))
+        self.unit = system.coordinate_units
         self.size = np.tile([1.0, 1.0, system.length], len(system.mechanism.bodies))
         self.notes: list[str] = []
         self.open: set[str] = set()

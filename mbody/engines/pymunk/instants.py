@@ -9,7 +9,7 @@ import numpy as np
 
 from mbody.analysis.driven.free_body import coupled
 from mbody.engines.independent_reading import reading
-from mbody.engines.pymunk.extrapolation import extrapolated
+from mbody.engines.pymunk.richardson import extrapolated
 from mbody.engines.pymunk.space import Space, inexpressible
 from mbody.engines.pymunk.steps import SpaceStepper
 from mbody.model.joints import Joint

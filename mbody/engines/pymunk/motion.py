@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbody.engines.independent_reading import reading
-from mbody.engines.pymunk.extrapolation import extrapolated, order
 from mbody.engines.pymunk.instants import LUMP, MANY, Sizes, kinematic, settled, sizes_of
+from mbody.engines.pymunk.richardson import extrapolated, order
 from mbody.engines.pymunk.space import Space
 from mbody.engines.pymunk.steps import SpaceStepper, of_system
 from mbody.solution.solution import Solution

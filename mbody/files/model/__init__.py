@@ -1,7 +1,7 @@
 """Model files: TOML and JSON that read like the book's "Given" paragraph."""
 
-from mbody.files.model.convert import in_units
 from mbody.files.model.limits import Limits
+from mbody.files.model.other_units import in_units
 from mbody.files.model.read import from_toml, load
 from mbody.files.model.schema import json_schema
 from mbody.files.model.write import save, to_toml

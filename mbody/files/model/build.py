@@ -10,7 +10,7 @@ from mbody.analysis.initial.initial_state import check_simulation
 from mbody.analysis.inverse.conditions import check_question
 from mbody.errors import ModelError
 from mbody.files.model.kinds import SECTIONS
-from mbody.files.model.report import ENOUGH, Path, Problem
+from mbody.files.model.problems import ENOUGH, Path, Problem
 from mbody.model.body import Body
 from mbody.model.element import Element
 from mbody.model.event import Event, Stop

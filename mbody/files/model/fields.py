@@ -24,7 +24,7 @@ from pydantic import (
 )
 
 from mbody.errors import ModelError, brief
-from mbody.files.model.report import ENOUGH
+from mbody.files.model.problems import ENOUGH
 from mbody.model.body import Guess, SecondMoments, SlenderRod
 from mbody.model.coupling import CouplingTerm
 from mbody.model.element import Marker, Polar, check_name

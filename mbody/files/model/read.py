@@ -22,13 +22,14 @@ from mbody.files.model.build import build
 from mbody.files.model.fields import Context
 from mbody.files.model.limits import Limits, limits_of
 from mbody.files.model.lines import TEXTS
-from mbody.files.model.report import raise_all, sentences
+from mbody.files.model.problems import raise_all, sentences
 from mbody.files.model.schema import json_schema, model
 from mbody.files.model.warnings import meant_otherwise
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.quantities.parameters import Parameters, parameter_value, with_unit_of
 from mbody.quantities.parse import MAX_CHARACTERS
+from mbody.quantities.types import Number
 from mbody.quantities.units import Dimension, UnitSystem, unit_system
 
 __all__ = ["built", "check_size", "from_json", "from_toml", "load", "text_of"]
@@ -52,7 +53,7 @@ class _Refused(ValueError):
 
 def load(
     path: str | os.PathLike[str],
-    parameters: Mapping[str, Any] | None = None,
+    parameters: Mapping[str, Number] | None = None,
     *,
     limits: Limits | None = None,
 ) -> Mechanism:
@@ -86,7 +87,7 @@ def load(
 def from_toml(
     text: str,
     *,
-    parameters: Mapping[str, Any] | None = None,
+    parameters: Mapping[str, Number] | None = None,
     name: str = "model",
     folder: Path | None = None,
     limits: Limits | None = None,
@@ -137,7 +138,7 @@ def from_json(
 def _made(
     text: str,
     is_json: bool,
-    parameters: Mapping[str, Any] | None,
+    parameters: Mapping[str, Number] | None,
     name: str,
     folder: Path | None,
     limits: Limits | None,
@@ -151,7 +152,7 @@ def _made(
     if parameters:
         _set(data, parameters, name)
     made = built(data, text, is_json=is_json, name=name, folder=folder)
-    made._remarks = meant_otherwise(data, made)
+    made.file_remarks = meant_otherwise(data, made)
     return made
 
 
@@ -271,7 +272,7 @@ def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for key, value in pairs:
         if key in found:
-            raise _Refused(f"the key '{_short(key)}' stands twice in one table: keep one")
+            raise _Refused(f"the key '{_short(key)}' is given twice in one table: keep one")
         found[key] = value
     return found
 

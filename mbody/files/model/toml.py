@@ -65,7 +65,7 @@ def _pairs(table: dict[str, Any]) -> Iterator[str]:
 
 
 def _rows(values: list[Any]) -> str:
-    """Entries of a long list, as many on a line as there is room for."""
+    """Entries of a long list, as many on a line as fit."""
     lines, line = [], ""
     for value in values:
         cell = _value(value) + ","

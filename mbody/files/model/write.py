@@ -19,7 +19,7 @@ from mbody.files.model.kinds import LAWS, SECTIONS, kind_of, section_of
 from mbody.files.model.limits import Limits, limits_of
 from mbody.files.model.read import check_size
 from mbody.files.model.toml import toml
-from mbody.files.model.write_studies import formulas_asked, questions
+from mbody.files.model.write_studies import questions, requested_formulas
 from mbody.laws import Cam, Constant, Dwell, Law, Polynomial
 from mbody.laws.base import dimension_by
 from mbody.model.body import Body, Guess, SecondMoments, SlenderRod
@@ -108,15 +108,15 @@ class Writer:
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism, self.formulas = mechanism, mechanism.formulas
-        self.units = mechanism.units
+        self.units, self.scope = mechanism.units, mechanism.parameters.scope()
         # text of plain radians reads as it is only where the file has that unit
-        formulas = [*self.formulas.values(), *formulas_asked(mechanism)]
+        formulas = [*self.formulas.values(), *requested_formulas(mechanism)]
         open_angles = {f.angle for f in formulas if self.is_open(f)}
         self.angle = "rad" if open_angles == {"rad"} else "deg"
 
     def is_open(self, formula: Formula) -> bool:
         """Whether it is a plain angle, with the unit of the file."""
-        return formula.dimension == ANGLE and not formula.has_units(self.mechanism._scope)
+        return formula.dimension == ANGLE and not formula.has_units(self.scope)
 
     def written(self, value: float, dimension: Dimension) -> Any:
         """A float as the file has it."""
@@ -131,7 +131,7 @@ class Writer:
 
     def valued(self, name: str) -> Any:
         """The value of a parameter: a number with its unit, a plain one as it is."""
-        scope = self.mechanism._scope
+        scope = self.scope
         value, dimension = float(scope.names[name].value), scope.names[name].dimension
         if dimension is None:
             return plain(value)
@@ -178,7 +178,7 @@ class Writer:
             return self.written(value, dimension)
         whole = value.of(dimension)
         text = self.text(whole)
-        return self.written(whole.value(self.mechanism._scope), dimension) if text is None else text
+        return self.written(whole.value(self.scope), dimension) if text is None else text
 
     # -- elements -----------------------------------------------------------------------------
 

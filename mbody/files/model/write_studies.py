@@ -15,7 +15,7 @@ from mbody.model.study import Question, Unknown
 from mbody.quantities import Formula
 from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension
 
-__all__ = ["formulas_asked", "questions"]
+__all__ = ["requested_formulas", "questions"]
 
 BOUNDS = ("start", "low", "high")
 
@@ -26,7 +26,7 @@ class _Writer(Protocol):
     def wanted(self, value: Any, dimension: Dimension) -> Any: ...
 
 
-def formulas_asked(mechanism: Mechanism) -> Iterator[Formula]:
+def requested_formulas(mechanism: Mechanism) -> Iterator[Formula]:
     """The texts among the numbers of questions, each with the dimension that it has there."""
     rows = [mechanism.ask.at] if mechanism.ask else []
     for at in (*rows, *(question.at for question in mechanism.questions.values())):

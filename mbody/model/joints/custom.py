@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from mbody.model.joints._base import Joint
 from mbody.model.primitives import ConstraintPrimitive
-from mbody.model.user_physics import OwnPhysics
+from mbody.model.user_physics import WithOwnPhysics
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -16,7 +16,7 @@ __all__ = ["CustomJoint"]
 
 
 @dataclass(frozen=True)
-class CustomJoint(Joint):
+class CustomJoint(WithOwnPhysics, Joint):
     """Base for joints of your own: derive a frozen dataclass, set its rows, write its physics.
 
     The physics has the form of the built-in ones, on numbers. It is called through one hook, so it
@@ -42,12 +42,6 @@ class CustomJoint(Joint):
     rows = "l"
     counts_turns = True  # perhaps: what its rows measure is unknown, so its bodies keep their turns
 
-    def parameters(self, at: Numbers) -> list[Any]:
-        """Numbers handed to `physics` as `p`; by default both arms, from the mass centres [length],
-        and the directions of both markers [rad].
-        """
-        return [*at.arm(self, "i"), *at.arm(self, "j"), at.angle(self, "i"), at.angle(self, "j")]
-
     def physics(self, i: Any, j: Any, p: Any, t: float) -> Any:
         """The rows at one instant.
 
@@ -70,8 +64,6 @@ class CustomJoint(Joint):
 
     def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """One pair of rows through the hook."""
-        parameters = list(self.parameters(at))
-        physics = OwnPhysics(self, len(parameters))
-        parameters += physics.numbers(at)
+        parameters, physics = self._hook(at)
         bodies = (self.i.body, self.j.body)
         return [ConstraintPrimitive("user", *bodies, self.rows, parameters, function=physics)]

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from mbody.errors import ModelError
 from mbody.laws import Constant, Polynomial
-from mbody.model.element import Element, body_field
+from mbody.model.element import Element, InheritedPlace, body_field, place_field, two_bodies
 from mbody.model.primitives import ForcePrimitive
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
 
-__all__ = ["LINE", "Load", "Turning", "one_of"]
+__all__ = ["BetweenPlaces", "LINE", "Load", "Turning", "one_of"]
 
 # the law of every linear spring and damper: its two coefficients are the kernel's parameters
 LINE = Polynomial((0.0, 0.0))
@@ -128,6 +128,26 @@ class Load(Element):
     def actions(self, at: Numbers) -> list[ForcePrimitive]:
         """The load's actions with their numbers."""
         raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class BetweenPlaces(Load):
+    """Base of loads between two places, on two bodies.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the mechanism.
+    i, j : Marker or str
+        The two places.
+    """
+
+    i: InheritedPlace = place_field()
+    j: InheritedPlace = place_field()
+
+    def _check(self) -> None:
+        super()._check()
+        two_bodies(self)
 
 
 @dataclass(frozen=True)

@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from mbody.model.element import InheritedPlace, place_field, two_bodies
-from mbody.model.loads._base import Load
+from mbody.model.loads._base import BetweenPlaces
 from mbody.model.primitives import ForcePrimitive
-from mbody.model.user_physics import OwnPhysics
+from mbody.model.user_physics import WithOwnPhysics
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -17,7 +16,7 @@ __all__ = ["CustomLoad"]
 
 
 @dataclass(frozen=True)
-class CustomLoad(Load):
+class CustomLoad(WithOwnPhysics, BetweenPlaces):
     """Base for loads of your own between two places: derive a frozen dataclass, write its physics.
 
     It is called through one hook, which costs microseconds, and keeps the analysis on the scalar
@@ -64,19 +63,6 @@ class CustomLoad(Load):
 
     acts_on_ground: ClassVar[bool] = False
 
-    i: InheritedPlace = place_field()
-    j: InheritedPlace = place_field()
-
-    def _check(self) -> None:
-        super()._check()
-        two_bodies(self)
-
-    def parameters(self, at: Numbers) -> list[Any]:
-        """Numbers handed to `physics` as `p`; by default both arms, from the mass centres [length],
-        and the directions of both markers [rad].
-        """
-        return [*at.arm(self, "i"), *at.arm(self, "j"), at.angle(self, "i"), at.angle(self, "j")]
-
     def physics(self, i: Any, j: Any, p: Any, t: float) -> Any:
         """The load at one instant.
 
@@ -98,7 +84,5 @@ class CustomLoad(Load):
 
     def actions(self, at: Numbers) -> list[ForcePrimitive]:
         """One action through the hook."""
-        parameters = list(self.parameters(at))
-        physics = OwnPhysics(self, len(parameters))
-        parameters += physics.numbers(at)
+        parameters, physics = self._hook(at)
         return [ForcePrimitive("user", self.i.body, self.j.body, parameters, function=physics)]

@@ -9,17 +9,14 @@ import numpy as np
 
 from mbody.core.decorators import inline
 from mbody.model.element import (
-    InheritedPlace,
     NumberField,
     OptionalLaw,
     OptionalNumberField,
     law_field,
     number_field,
-    place_field,
-    two_bodies,
 )
 from mbody.model.geometry import between
-from mbody.model.loads._base import LINE, Load, one_of
+from mbody.model.loads._base import LINE, BetweenPlaces, one_of
 from mbody.model.primitives import ForcePrimitive, Signal, load_physics
 
 if TYPE_CHECKING:
@@ -29,22 +26,15 @@ __all__ = ["Damper", "Spring", "elongation", "stretch"]
 
 
 @dataclass(frozen=True)
-class _Between(Load):
-    """Two places and, instead of a number, a law."""
+class _AlongLine(BetweenPlaces):
+    """A force along the line between its places."""
 
     main: ClassVar[tuple[str, ...]] = ("i", "j")
-
-    i: InheritedPlace = place_field()
-    j: InheritedPlace = place_field()
     along_line: ClassVar[bool] = True
-
-    def _check(self) -> None:
-        super()._check()
-        two_bodies(self)
 
 
 @dataclass(frozen=True)
-class Spring(_Between):
+class Spring(_AlongLine):
     """Translational spring (half of a TSDA): pulls two places together with F(l − l₀).
 
     Parameters
@@ -91,7 +81,7 @@ class Spring(_Between):
 
 
 @dataclass(frozen=True)
-class Damper(_Between):
+class Damper(_AlongLine):
     """Translational damper, dashpot: resists the rate of the distance with F(l̇).
 
     Parameters

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,7 +14,7 @@ __all__ = ["writing"]
 
 
 @contextmanager
-def writing(path: Any, *, binary: bool = False) -> Iterator[IO[Any]]:
+def writing(path: str | os.PathLike[str], *, binary: bool = False) -> Iterator[IO[Any]]:
     """A file open for writing; one that exists is replaced.
 
     Raises

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
 
 from mbody.errors import ModelError
 from mbody.model.element import listed
+from mbody.sheets.text_table import Column, number, paragraph, table
 from mbody.solution.doubts import Doubt
 from mbody.sweeps.samples import DesignNumbers
 from mbody.system.read_only import locked
@@ -41,7 +42,7 @@ class ColumnStore(Protocol):
         """Which designs were analysed: (designs,)."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Sweep:
     """Measured quantities of many designs, in the units of the mechanism or of the measure.
 
@@ -80,7 +81,7 @@ class Sweep:
     units: dict[str, str]
     t: np.ndarray
     ending: str
-    kept: ColumnStore = field(repr=False)
+    kept: ColumnStore
 
     def __len__(self) -> int:
         return len(self.samples.values)
@@ -192,26 +193,40 @@ class Sweep:
         frame.attrs |= {"status": self.status}
         return frame
 
+    def _statistics(self, name: str) -> list[float]:
+        """Least, mean, greatest value and standard deviation; NaN where there is none."""
+        column = self._column(name)
+        column = column[np.isfinite(column)]
+        if not column.size:
+            return [np.nan] * 4
+        return [column.min(), column.mean(), column.max(), column.std()]
+
+    def __repr__(self) -> str:
+        return (
+            f"Sweep({self.system.mechanism.name!r}: {', '.join(self.names)} of {len(self)} "
+            f"designs, {self.status})"
+        )
+
     def __str__(self) -> str:
         machine, failed = self.system.mechanism, self.failures
-        lines = [
+        lines = paragraph(
             f"{machine.name}: sweep of {len(self)} designs over "
-            f"{', '.join(self.samples.given_names)}",
-            "",
-        ]
-        width = max(8, *(len(name) for name in self.names))
+            f"{', '.join(self.samples.given_names)}"
+        )
+        rows = [self._statistics(name) for name in self.names]
         lines += [
-            f"{'MEASURE':<{width}} {'least':>12} {'mean':>12} {'greatest':>12} {'deviation':>12}"
-            "   unit"
+            "",
+            *table(
+                [
+                    Column("MEASURES", list(self.names), text=True),
+                    *(
+                        Column(title, [number(row[n]) for row in rows])
+                        for n, title in enumerate(("least", "mean", "greatest", "deviation"))
+                    ),
+                    Column("unit", [self.units[name] for name in self.names], text=True),
+                ]
+            ),
         ]
-        for name in self.names:
-            column = self._column(name)
-            column = column[np.isfinite(column)]
-            values = [np.nan] * 4
-            if column.size:
-                values = [column.min(), column.mean(), column.max(), column.std()]
-            numbers = " ".join(f"{value:>12.6g}" for value in values)
-            lines += [f"{name:<{width}} {numbers}   {self.units[name]}"]
         if failed:
             lines += ["", f"{len(failed)} of {len(self)} designs failed:"]
             some = sorted(failed.items())[:NAMED]

@@ -12,19 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.analysis.driven.runner import Runner
-from mbody.analysis.driven.time_grid import BY_DRIVER, BY_INSTANT, TimeGrid
+from mbody.analysis.driven.runner import Runner, followed_lanes
+from mbody.analysis.driven.time_grid import BY_DRIVER, TimeGrid
 from mbody.analysis.position.assembly_analysis import SUSPICIOUS, rounding
+from mbody.analysis.position.closed_designs import close_batch
 from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.core.lanes import LANES, aligned
-from mbody.kernels.continuation_lanes import (
-    FOUND,
-    SHARED,
-    Designs,
-    FollowedLanes,
-    follow_designs,
-)
-from mbody.kernels.loop_closure import close_designs
+from mbody.kernels.continuation_lanes import Designs, follow_designs
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.system.pivoting import PivotChoices, lane_workspace
 from mbody.system.system import System
@@ -58,7 +52,7 @@ class BatchSetup:
 
 def batch_setup(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> BatchSetup | None:
     """The setup of a system of one design; None where its designs must go one by one."""
-    if start.regularization or runner.system.has_user_code or grid.mode == BY_INSTANT:
+    if not runner.fits_lanes(start, grid):
         return None
     pivots = runner.pivots_along(start, grid)
     if pivots is None:
@@ -67,7 +61,7 @@ def batch_setup(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> BatchS
         runner.analysis,
         grid,
         start.work.q[:, 0].copy(),
-        rounding(runner.system, start.work),
+        float(rounding(runner.system, start.work.q[:, 0])),
         runner.reach(start, grid),
         pivots,
     )
@@ -77,25 +71,18 @@ def closed_poses(
     system: System, grid: TimeGrid, pose: np.ndarray, small: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Every design closed at the first instant from one pose, to corrections below `small`:
-    (designs, coordinates + 3), and whether it is.
+    (designs, coordinates + 3), and whether it is; see `close_batch`.
     """
     designs = int(system.batch or 0)
     first = grid.first(system)
     values = np.tile([first.get(d.name, np.nan) for d in system.drivers], (designs, 1))
-    poses, state = np.tile(pose, (designs, 1)), np.zeros((designs, 2))
-    work = system.work()
-    work.time[:] = grid.t[0]
-    errors = np.full(designs, small)
-    close_designs(system.layout, work, errors, system.par, values, poses, state)
-    return poses, (state[:, 0] > 0.0) & (state[:, 1] >= SUSPICIOUS)
+    poses = np.tile(pose, (designs, 1))
+    return poses, close_batch(system, float(grid.t[0]), values, poses, small, SUSPICIOUS)
 
 
-def in_all_lanes(grid: TimeGrid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Path parameter, time, and rate and acceleration of the one driver, the same in every lane."""
-    s, t = (np.repeat(part[:, None], LANES, axis=1) for part in (grid.s, grid.t))
-    if grid.mode != BY_DRIVER:
-        return s, t, np.zeros((2, LANES))
-    return s, t, np.repeat(grid.given[:, 0, 1:].reshape(-1, 1), LANES, axis=1)
+def in_all_lanes(grid: TimeGrid) -> np.ndarray:
+    """The instants of a grid, in every lane all of them: (instants, lanes)."""
+    return np.repeat(np.arange(len(grid.s))[:, None], LANES, axis=1)
 
 
 def with_middle(grid: TimeGrid) -> tuple[TimeGrid, np.ndarray]:
@@ -128,12 +115,7 @@ def on_lanes(
     """
     runner = Runner(system, setup.analysis)
     grid, kept = with_middle(setup.grid)
-    s, t, given = in_all_lanes(grid)
-    followed = FollowedLanes(
-        output=np.empty((len(wanted), len(poses), len(grid.s))),
-        found=aligned(FOUND, LANES),
-        shared=np.zeros(SHARED, dtype=np.int64),
-    )
+    followed = followed_lanes(np.empty((len(wanted), len(poses), len(grid.s))))
     designs = Designs(
         par=system.par,
         mass=system.mass,
@@ -147,7 +129,7 @@ def on_lanes(
         *setup.pivots,
         system.work(LANES),
         lane_workspace(setup.pivots, LANES),
-        runner.lane_path(grid.mode, s, t, given, setup.reach),
+        runner.lane_path(grid, in_all_lanes(grid), setup.reach),
         followed,
         designs,
     )

@@ -42,7 +42,7 @@ def in_units(mechanism: Mechanism, units: str | UnitSystem) -> Mechanism:
     if system == mechanism.units:
         return mechanism
     made = built(_Converter(mechanism, system).whole())
-    made._remarks = mechanism._remarks
+    made.file_remarks = mechanism.file_remarks
     return made
 
 
@@ -68,7 +68,7 @@ class _Converter(Writer):
         which belong to the old units, its value.
         """
         formula = self.mechanism.formulas.get(name)
-        if formula is not None and formula.has_units(self.mechanism._scope):
+        if formula is not None and formula.has_units(self.scope):
             return super().number(name, value, dimension)
         return self.written(value, dimension)
 
@@ -80,14 +80,14 @@ class _Converter(Writer):
         """A number of a question, as `number`."""
         if isinstance(value, Formula):
             try:
-                value = value.of(dimension).value(self.mechanism._scope)
+                value = value.of(dimension).value(self.scope)
             except FormulaError:  # it is reported where the question is read
                 return super().wanted(value, dimension)
         return self.written(value, dimension)
 
     def law_text(self, formula: Formula) -> Any:
         """The text of a formula that has units; plain numbers would change their meaning."""
-        if not formula.has_units(self.mechanism._scope) or self.changes(formula):
+        if not formula.has_units(self.scope) or self.changes(formula):
             raise ModelError(
                 f"the law {formula.text!r} is of plain numbers, which cannot be taken to other "
                 "units: give its numbers their units"
@@ -104,7 +104,7 @@ class _Converter(Writer):
         return any(
             isinstance(part, Call)
             and part.function in TURNING
-            and not has_units(part.arguments[0], self.mechanism._scope)
+            and not has_units(part.arguments[0], self.scope)
             and part.names & {*VARIABLES}
             for part in walk(formula.tree)
         )

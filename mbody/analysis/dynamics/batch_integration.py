@@ -3,6 +3,11 @@
 Designs go side by side, one a lane, each with its own steps, as `simulate` of it alone has them in
 ordinary places. What a design gets does not depend on its neighbours, so the numbers do not depend
 on how a batch is cut.
+
+With designs that are driven (`mbody.analysis.driven.batch_continuation`) they share how loops close
+and what comes back: rows, and whom to trust. The rest is each one's own: driven designs are at the
+same instant in all lanes and each group of lanes ends together, free ones have their own times and
+a lane that is free takes the next design.
 """
 
 from __future__ import annotations
@@ -49,7 +54,7 @@ class LaneMotions:
     request : MotionRequest
         How long they go on, how they are integrated, and which instants are kept.
     light : bool
-        Whether some body has so little mass that another stands in for it.
+        Whether some body has so little mass that another replaces it.
     """
 
     start: BatchStart

@@ -1,0 +1,31 @@
+"""A name of a file or a class says once what it means."""
+
+import ast
+from collections import defaultdict
+from pathlib import Path
+
+PACKAGE = Path(__file__).parents[1] / "mbody"
+
+#: Folders that are the meaning of what is in them: `cli/simulate.py` is the command of `simulate`,
+#: `sheets/modes.py` the sheet of `modes`, `engines/pinocchio/motion.py` the motion in Pinocchio.
+MEANINGS = ("cli", "files", "sheets", "model/joints", "model/loads")
+ENGINES = ("mjcf", "mujoco", "oracle", "pinocchio", "pymunk")
+EXEMPT = {*MEANINGS, *(f"engines/{name}" for name in ENGINES)}
+
+
+def test_a_file_name_recurs_only_where_its_folder_is_its_meaning():
+    places = defaultdict(list)
+    for path in PACKAGE.rglob("*.py"):
+        folder = path.parent.relative_to(PACKAGE).as_posix()
+        if path.name != "__init__.py" and folder not in EXEMPT:
+            places[path.name].append(folder)
+    assert not {name: found for name, found in places.items() if len(found) > 1}
+
+
+def test_a_class_has_a_name_of_its_own():
+    places = defaultdict(list)
+    for path in PACKAGE.rglob("*.py"):
+        for node in ast.parse(path.read_text("utf-8")).body:
+            if isinstance(node, ast.ClassDef):
+                places[node.name].append(path.relative_to(PACKAGE).as_posix())
+    assert not {name: found for name, found in places.items() if len(found) > 1}
