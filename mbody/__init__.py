@@ -15,7 +15,7 @@ from __future__ import annotations
 import importlib
 
 from mbody._version import __version__ as __version__
-from mbody.core import hooks
+from mbody.core import registered
 from mbody.solution import presentation
 
 #: As that of `typing`, which takes time to load.
@@ -162,7 +162,7 @@ __all__ = [
     "to_toml",
 ]
 
-hooks.compiler, hooks.builder = "mbody.compiler.install", "mbody.compiler.build"
+registered.compiler, registered.builder = "mbody.compiler.install", "mbody.compiler.builder"
 
 presentation.register(
     "sheet",

@@ -15,18 +15,7 @@ PUBLIC = {"_asdict", "_exit", "_fields", "_make", "_replace"}
 #: Functions that take the name of an attribute as text.
 BY_TEXT = {"getattr", "hasattr", "setattr", "object.__setattr__"}
 #: Files inside numba, which offers no public names for what they do.
-NUMBA = {
-    f"mbody/compiler/{name}.py"
-    for name in (
-        "build",
-        "bundle_type",
-        "c_interface",
-        "cache",
-        "callbacks",
-        "lanes_type",
-        "linking",
-    )
-}
+NUMBA = {f"mbody/compiler/{name}.py" for name in ("builder", "c_interface", "cache", "linking")}
 
 
 def private(name: str) -> bool:

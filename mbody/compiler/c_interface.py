@@ -23,7 +23,7 @@ from typing import Any
 from llvmlite import ir
 from numba import types
 
-from mbody.compiler.callbacks import SYMBOL
+from mbody.compiler.numba_callbacks import SYMBOL
 
 __all__ = ["FORMS", "common", "wrapper"]
 

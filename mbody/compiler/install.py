@@ -1,9 +1,9 @@
 """The numba half of `mbody.core`: decorators, bundles, lanes, callbacks."""
 
-from mbody.compiler import callbacks as callbacks
-from mbody.compiler import frame as frame
-from mbody.compiler import lanes as lanes
-from mbody.compiler.bundle_type import bundle_type
+from mbody.compiler import numba_callbacks as numba_callbacks
+from mbody.compiler import numba_lanes as numba_lanes
+from mbody.compiler import numba_stack as numba_stack
 from mbody.compiler.jit import compilations, inline, kernel, njit
+from mbody.compiler.numba_bundle import bundle_type
 
 __all__ = ["bundle_type", "compilations", "inline", "kernel", "njit"]

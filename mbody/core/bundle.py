@@ -3,7 +3,7 @@
 Of a `Bundle` a kernel gets the address of one table instead of hundreds of numbers. The table is
 made together with the bundle and contains, of each array, what numba keeps on its stack for it
 (`array_words`); inside compiled functions ``bundle.field`` reads as in Python
-(`mbody.compiler.bundle_type`).
+(`mbody.compiler.numba_bundle`).
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ Every function here is also a plain Python function that does the same to NumPy 
 length, of floats or of complex numbers, so that with ``NUMBA_DISABLE_JIT=1`` whole kernels run on
 either (complex steps give derivatives).  There a row is an array, and ``a += b`` would change it
 in place under every name: sources for both write ``a = a + b``. What a compiler makes of these
-functions is in `mbody.compiler.lanes`.
+functions is in `mbody.compiler.numba_lanes`.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.core import hooks, selection
+from mbody.core import registered, selection
 from mbody.core.interface import Array, Signature, signature
 from mbody.core.library import Library, LibraryError, open_library
 from mbody.core.sources import PACKAGE, source_hash
@@ -171,7 +171,7 @@ def _build(functions: list[Callable[..., Any]], say: Callable[[str], None] | Non
     names = [f"{function.__module__}:{function.__name__}" for function in functions]
     path = os.pathsep.join(filter(None, [str(PACKAGE.parent), os.environ.get("PYTHONPATH", "")]))
     settings = os.environ | {"MBODY_CORE": "numba", "MBODY_QUIET": "1", "PYTHONPATH": path}
-    command = [sys.executable, "-m", hooks.builder, "--target", choice.level]
+    command = [sys.executable, "-m", registered.builder, "--target", choice.level]
     command += ["--out", str(choice.file), "--sources", source_hash() or "", *names]
     pipe = subprocess.PIPE
     with subprocess.Popen(

@@ -21,7 +21,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from mbody.core import hooks
+from mbody.core import registered
 from mbody.core.cache_folder import STAMP_DIGITS, cache_folder
 from mbody.core.library import Library, LibraryError, best_levels, open_library, processor_features
 from mbody.core.sources import PACKAGE, source_hash
@@ -190,4 +190,4 @@ def compiler() -> Any:
     """The numba half of bundles, lanes and decorators, where numba is the core; else None."""
     if chosen().name != "numba":
         return None
-    return import_module(hooks.compiler)
+    return import_module(registered.compiler)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbody.core.decorators import PLAIN, inline, njit
-from mbody.core.frame import FRAME_NUMBERS, numbers_in_frame
+from mbody.core.stack import FRAME_NUMBERS, numbers_in_frame
 
 __all__ = ["MAX_STACK", "MAX_OPERATIONS", "OPERATIONS", "expression"]
 

@@ -1,4 +1,4 @@
-"""`mbody.core.frame.numbers_in_frame` in compiled code."""
+"""`mbody.core.stack.numbers_in_frame` in compiled code."""
 
 # mypy: disallow-any-unimported=False, disallow-untyped-decorators=False
 # mypy: disallow-untyped-calls=False
@@ -13,7 +13,7 @@ from numba.core import cgutils
 from numba.core.typing.templates import signature
 from numba.extending import lower_builtin, type_callable
 
-from mbody.core.frame import FRAME_NUMBERS, numbers_in_frame
+from mbody.core.stack import FRAME_NUMBERS, numbers_in_frame
 
 __all__: list[str] = []
 

@@ -1,6 +1,6 @@
 """Building libraries of kernels ahead of time: a program, run in a process of its own.
 
-    python -m mbody.compiler.build --target host --out FOLDER --sources HASH MODULE:KERNEL ...
+    python -m mbody.compiler.builder --target host --out FOLDER --sources HASH MODULE:KERNEL ...
 
 Each kernel is compiled for its one signature as numba compiles a function that others call: lowered
 and linked with all that it reaches, with no wrapper for Python. Then numba's own two passes of
@@ -29,10 +29,10 @@ from numba.core import registry
 from numba.core.codegen import CPUCodegen, JITCodeLibrary
 
 from mbody.compiler import cache
-from mbody.compiler.bundle_type import number_type
 from mbody.compiler.c_interface import FORMS, common, wrapper
-from mbody.compiler.callbacks import SYMBOL
 from mbody.compiler.linking import Inner, called_libraries, link_into
+from mbody.compiler.numba_bundle import number_type
+from mbody.compiler.numba_callbacks import SYMBOL
 from mbody.compiler.targets import TARGETS, Target, link
 from mbody.core.interface import Array, signature
 
