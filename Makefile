@@ -4,19 +4,22 @@ BIN    := .venv/bin
 PIP    := $(BIN)/python -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
 
 .PHONY: demo test test-processors test-minimum test-all lint errors counts pictures bench \
-        bench-full campaign clean
+        bench-full campaign wheel clean
 
 demo: .venv/installed
 	$(BIN)/mbody demo
 
-# The warm step compiles every kernel once, so that the workers only load them.
+# The warm step builds every kernel once, so that the workers only load them. The tests of the
+# compiler follow, with numba as the core.
 test: .venv/installed-dev
 	$(BIN)/mbody warmup
 	$(BIN)/python -m pytest -n $(JOBS)
+	MBODY_CORE=numba $(BIN)/python -m pytest -n $(JOBS) -m numba
 
 # Results that rounding could sway, as other processors would compute them: kernels without any
-# special instruction, and two other sets of BLAS kernels.
-PROCESSORS := NUMBA_CPU_NAME=generic OPENBLAS_CORETYPE=Haswell OPENBLAS_CORETYPE=Prescott
+# special instruction, two other sets of BLAS kernels, and numba as the core.
+PROCESSORS := NUMBA_CPU_NAME=generic OPENBLAS_CORETYPE=Haswell OPENBLAS_CORETYPE=Prescott \
+              MBODY_CORE=numba
 PART       ?= -m processor
 
 test-processors: .venv/installed-dev
@@ -67,6 +70,15 @@ bench: .venv/installed-bench
 bench-full: .venv/installed-bench
 	$(BIN)/python -m benchmarks --save --page
 
+# Wheels in dist/: one with libraries for Linux on x86-64, and one without any.
+LEVELS := x86-64-v3 x86-64-v2 x86-64-v4
+wheel: .venv/installed-dev
+	rm -rf mbody/core_libraries dist
+	$(BIN)/mbody compile $(addprefix --target ,$(LEVELS)) -o mbody/core_libraries
+	MBODY_WHEEL=manylinux_2_17_x86_64 $(BIN)/python -m build --wheel
+	$(BIN)/python -m build --wheel
+	rm -rf mbody/core_libraries
+
 clean:
 	rm -rf .venv .venv-minimum dist .pytest_cache .ruff_cache .mypy_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
@@ -75,7 +87,7 @@ $(BIN)/pip:
 	$(PYTHON) -m venv .venv
 
 .venv/installed: pyproject.toml constraints.txt | $(BIN)/pip
-	$(PIP) --editable .
+	$(PIP) --editable ".[jit]"
 	touch $@
 
 .venv/installed-dev: pyproject.toml constraints.txt | $(BIN)/pip

@@ -22,7 +22,8 @@ from mbody.core.cache_folder import STAMP_DIGITS
 pytestmark = pytest.mark.numba
 
 SOURCES = {
-    "__init__": 'from mbody.core import registered\nregistered.compiler = "mbody.compiler.install"\n',
+    "__init__": "from mbody.core import registered\n"
+    'registered.compiler = "mbody.compiler.install"\n',
     "kernels/__init__": '"""Kernels."""\n',
     "kernels/helper": """\
         from mbody.core.decorators import inline

@@ -127,6 +127,17 @@ def parser() -> argparse.ArgumentParser:
     command("schema", "print the JSON Schema of model files, for editors", "about.schema")
     _json(command("doctor", "what is installed, and where the kernels are kept", "doctor.doctor"))
     command("demo", "a textbook four-bar: all forces, and the book's answers beside", "demo.demo")
+    libraries = command(
+        "compile", "libraries of all kernels for other machines", "compile.compile_libraries"
+    )
+    libraries.add_argument(
+        "--target",
+        action="append",
+        metavar="NAME",
+        help="host (default), x86-64-v2, x86-64-v3, x86-64-v4, aarch64, windows, macos; the first "
+        "decides how the kernels are optimised",
+    )
+    libraries.add_argument("-o", "--out", default=".", metavar="FOLDER", help="where they go")
     command("warmup", "compile all kernels, once on a machine", "warmup.warmup")
     return root
 

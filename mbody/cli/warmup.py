@@ -25,16 +25,11 @@ def warmup(args: Any = None) -> int:
 
 def _build() -> int:
     """Build all kernels that are missing, in as many processes as there are cores."""
-    import pkgutil
-    from importlib import import_module
-
-    import mbody.kernels
-    import mbody.laws.kernels
+    from mbody.cli.compile import all_kernels
     from mbody.core.native import build, missing
 
     start = time.perf_counter()
-    for module in pkgutil.iter_modules(mbody.kernels.__path__):
-        import_module(f"mbody.kernels.{module.name}")
+    all_kernels()
     wanted = missing()
     begun = iter(range(1, len(wanted) + 1))
     if wanted:

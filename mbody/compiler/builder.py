@@ -5,7 +5,8 @@
 Each kernel is compiled for its one signature as numba compiles a function that others call: lowered
 and linked with all that it reaches, with no wrapper for Python. Then numba's own two passes of
 optimisation follow (the same bits as with numba as the core) and wrappers of plain C. All else
-becomes internal. ``--whole FILE`` puts all kernels into one library.
+becomes internal. ``--whole`` puts all kernels into one library, and ``--also TARGET`` makes machine
+code of the same module for another target with the same layout of data.
 """
 
 # mypy: disallow-any-unimported=False, disallow-subclassing-any=False
@@ -35,11 +36,21 @@ from mbody.compiler.numba_bundle import number_type
 from mbody.compiler.numba_callbacks import SYMBOL
 from mbody.compiler.targets import TARGETS, Target, link
 from mbody.core.interface import Array, signature
+from mbody.core.library import seal
 
 __all__ = ["Build", "main"]
 
 _SEEN = ("mbody_user_door", "mbody_object_head", "mbody_sources", "mbody_entries")
 _PLAIN = {int: types.int64, float: types.float64, bool: types.boolean}
+
+
+def machine_of(target: Target) -> Any:
+    """LLVM's generator of machine code for a target."""
+    llvm.initialize_all_targets()
+    llvm.initialize_all_asmprinters()
+    return llvm.Target.from_triple(target.triple).create_target_machine(
+        cpu=target.cpu, features=target.features, opt=3, reloc="pic", codemodel="default"
+    )
 
 
 class Build:
@@ -49,12 +60,8 @@ class Build:
     """
 
     def __init__(self, target: Target) -> None:
-        llvm.initialize_all_targets()
-        llvm.initialize_all_asmprinters()
         self.target = target
-        self.machine = llvm.Target.from_triple(target.triple).create_target_machine(
-            cpu=target.cpu, features=target.features, opt=3, reloc="pic", codemodel="default"
-        )
+        self.machine = machine_of(target)
         self.layout = str(self.machine.target_data)
         self.context = registry.cpu_target.target_context
         self.codegen = self.context.codegen()
@@ -120,13 +127,18 @@ class Build:
         _hide(whole, {f"mbody_{name}{form}" for name in names for form in FORMS} | {*_SEEN})
         return whole
 
-    def library(self, module: Any, file: Path) -> None:
-        """Emit a module and link it, without leaving half a file."""
-        with tempfile.TemporaryDirectory(dir=file.parent) as folder:
-            object_, made = Path(folder) / "kernels.o", Path(folder) / file.name
-            object_.write_bytes(self.machine.emit_object(module))
-            link(self.target, [object_], made)
-            made.replace(file)
+
+def emit(target: Target, module: Any, file: Path) -> None:
+    """Machine code of a module, linked into a library; half a file is never left."""
+    module = llvm.parse_bitcode(module.as_bitcode())
+    machine = machine_of(target)
+    module.triple, module.data_layout = target.triple, str(machine.target_data)
+    with tempfile.TemporaryDirectory(dir=file.parent) as folder:
+        object_, made = Path(folder) / "kernels.o", Path(folder) / file.name
+        object_.write_bytes(machine.emit_object(module))
+        link(target, [object_], made)
+        seal(made)
+        made.replace(file)
 
 
 def _numba_type(kind: Any) -> Any:
@@ -184,20 +196,28 @@ def main() -> None:
     parser.add_argument("--target", default="host", choices=list(TARGETS))
     parser.add_argument("--out", type=Path, default=Path("."))
     parser.add_argument("--sources", default="")
-    parser.add_argument("--whole", metavar="FILE")
+    parser.add_argument("--whole", action="store_true")
+    parser.add_argument("--also", action="append", default=[], choices=list(TARGETS))
     options = parser.parse_args()
     if options.target != "host":  # numba's cache does not know of other targets
         cache.without_cache()
     functions = [_found(place) for place in options.kernels]
-    build = Build(TARGETS[options.target])
+    target = TARGETS[options.target]
+    build = Build(target)
     options.out.mkdir(parents=True, exist_ok=True)
     if options.whole:
-        module = build.whole(functions, options.sources, lambda name: print(name, flush=True))
-        build.library(module, options.out / options.whole)
+        module = build.whole(functions, options.sources, _say)
+        for one in (target, *(TARGETS[name] for name in options.also)):
+            _say(f"library for {one.name}")
+            emit(one, module, options.out / (one.file or "host.so"))
         return
     for function in functions:
-        module = build.whole([function], options.sources, lambda name: print(name, flush=True))
-        build.library(module, options.out / f"{function.py_func.__name__}.so")
+        module = build.whole([function], options.sources, _say)
+        emit(target, module, options.out / f"{function.py_func.__name__}.so")
+
+
+def _say(text: str) -> None:
+    print(text, flush=True)
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 from mbody.core import selection
+from mbody.core.interface import register
 
 __all__ = ["PLAIN", "compilations", "inline", "kernel", "njit"]
 
@@ -38,7 +39,7 @@ if TYPE_CHECKING:
 
 elif _core == "numba":
     _compiler = selection.compiler()
-    njit, inline, kernel = _compiler.njit, _compiler.inline, _compiler.kernel
+    njit, inline, _entry = _compiler.njit, _compiler.inline, _compiler.kernel
     compilations = _compiler.compilations
 
 else:
@@ -57,13 +58,20 @@ else:
 
     if _core == "native":
         from mbody.core.native import built as compilations
-        from mbody.core.native import kernel
+        from mbody.core.native import kernel as _entry
     else:
 
-        def kernel(function, /):
-            """Mark an entry point, which Python calls; annotations give its interface."""
+        def _entry(function, /):
             return function
 
         def compilations() -> int:
             """Number of functions compiled in this process: none."""
             return 0
+
+
+if not TYPE_CHECKING:
+
+    def kernel(function, /):
+        """Mark an entry point, which Python calls; its annotations are its interface."""
+        register(function)
+        return _entry(function)

@@ -13,11 +13,15 @@ from typing import Any
 
 from mbody.core.bundle import KINDS, Bundle
 
-__all__ = ["FASTMATH", "Array", "Signature", "signature"]
+__all__ = ["FASTMATH", "KERNELS", "Array", "Signature", "register", "signature"]
 
 #: What a compiler may do: fuse a multiplication and an addition, ignore the sign of a zero.
 #: Sums keep their order, and NaN and infinity keep their meaning: the kernels rely on both.
 FASTMATH = frozenset({"contract", "nsz"})
+
+
+#: Every kernel that was loaded, by its name: the function as it was written.
+KERNELS: dict[str, Callable[..., Any]] = {}
 
 
 @dataclass(frozen=True)
@@ -41,6 +45,14 @@ class Signature:
     names: tuple[str, ...]
     arguments: tuple[Any, ...]
     results: tuple[Any, ...]
+
+
+def register(function: Callable[..., Any]) -> None:
+    """Put a kernel among `KERNELS`; its name is its name in libraries too, so no two share one."""
+    name = function.__name__
+    if KERNELS.get(name, function).__module__ != function.__module__:
+        raise TypeError(f"two kernels are named {name!r}")
+    KERNELS[name] = function
 
 
 def signature(function: Callable[..., Any]) -> Signature:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import hashlib
 import json
 import os
 import platform
@@ -23,6 +24,7 @@ __all__ = [
     "best_levels",
     "open_library",
     "processor_features",
+    "seal",
 ]
 
 
@@ -51,6 +53,7 @@ LEVELS = (
     Level("x86-64-v3", "win32", "x86_64", "windows-x86-64-v3.dll", ("AVX2", "FMA3")),
     Level("arm64", "darwin", "aarch64", "macos-arm64.dylib"),
 )
+_SEAL = hashlib.sha256().digest_size
 _MACHINES = {"amd64": "x86_64", "arm64": "aarch64"}
 
 
@@ -110,6 +113,22 @@ class Library:
         return found
 
 
+def seal(file: Path) -> None:
+    """Append the hash of a library to it, so that half a file is recognised before it is opened:
+    the loader of the system would read beyond its end.
+    """
+    with file.open("r+b") as opened:
+        digest = hashlib.sha256(opened.read()).digest()
+        opened.write(digest)
+
+
+def _check_whole(file: Path) -> None:
+    content = file.read_bytes()
+    whole, digest = content[:-_SEAL], content[-_SEAL:]
+    if len(content) <= _SEAL or hashlib.sha256(whole).digest() != digest:
+        raise ValueError("its content is not what was written")
+
+
 def _address(opened: ctypes.CDLL, name: str) -> int:
     return ctypes.addressof(ctypes.c_char.in_dll(opened, name))
 
@@ -123,6 +142,7 @@ def open_library(file: Path, sources: str | None) -> Library:
         Where it is damaged, or made from other sources.
     """
     try:
+        _check_whole(file)
         opened = ctypes.CDLL(str(file))
         made_from = (ctypes.c_char * 64).in_dll(opened, "mbody_sources").value.decode()
         door = ctypes.c_void_p.in_dll(opened, "mbody_user_door")

@@ -21,14 +21,11 @@ from typing import Any
 import numpy as np
 
 from mbody.core import registered, selection
-from mbody.core.interface import Array, Signature, signature
+from mbody.core.interface import KERNELS, Array, Signature, signature
 from mbody.core.library import Library, LibraryError, open_library
 from mbody.core.sources import PACKAGE, source_hash
 
-__all__ = ["KERNELS", "build", "built", "kernel", "missing"]
-
-#: Every kernel that was loaded, by its name: the function as it was written.
-KERNELS: dict[str, Callable[..., Any]] = {}
+__all__ = ["build", "built", "kernel", "missing"]
 
 _KINDS = {int: ctypes.c_int64, bool: ctypes.c_int64, float: ctypes.c_double}
 _lock = threading.Lock()
@@ -38,9 +35,6 @@ _built = 0
 def kernel(function: Callable[..., Any]) -> Any:
     """The machine code of a kernel as a function; loaded when it is first called."""
     name, interface = function.__name__, signature(function)
-    if name in KERNELS and KERNELS[name].__module__ != function.__module__:
-        raise TypeError(f"two kernels are named {name!r}")
-    KERNELS[name] = function
     kinds: list[Any] = [ctypes.c_void_p] if interface.results else []
     for kind in interface.arguments:
         kinds.append(

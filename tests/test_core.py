@@ -1,0 +1,273 @@
+"""Which core runs the kernels, libraries that cannot be used, and what a kernel refuses."""
+
+import json
+import os
+import pickle
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mbody
+from mbody import gallery
+from mbody.core import library, selection
+from mbody.core.library import LibraryError, best_levels, open_library, processor_features
+from mbody.core.selection import chosen
+from mbody.core.sources import PACKAGE, source_hash
+from mbody.errors import ModelError
+
+pytestmark = pytest.mark.processor
+native = pytest.mark.skipif(chosen().name != "native", reason="of the native core")
+
+#: Analyses of every kind; prints a digest of each, which all cores must share.
+DIGESTS = """
+import hashlib, json, sys
+import numpy as np
+import mbody
+from mbody.engineering import linearize
+from mbody.gallery import load
+from mbody.laws import Function
+from mbody.model.loads import Torque
+from mbody.sweeps import sweep
+
+def digest(*arrays):
+    whole = hashlib.sha256()
+    for array in arrays:
+        whole.update(np.ascontiguousarray(array, dtype=float).tobytes())
+    return whole.hexdigest()[:16]
+
+def record(run):
+    return digest(*run.record.blocks)
+
+fourbar, free, swing = load("norton_fourbar"), load("free_fourbar"), load("simple_pendulum")
+hooked = load("norton_fourbar")
+effort = "motor.effort"
+hooked.add(Torque("brake", "crank", value=Function(lambda t: 1.0 + t * t)))
+found = {
+    "position": record(mbody.kinetostatics(fourbar)),
+    "turn on lanes": record(mbody.kinetostatics(fourbar, turn=True, instants=361)),
+    "instants": record(mbody.kinetostatics(load("watt_sixbar"), t=[0.0, 0.01])),
+    "statics": record(mbody.statics(load("static_fourbar"))),
+    "breakdown": digest(*mbody.kinetostatics(fourbar).breakdown("motor").values()),
+    "a function of the user": record(mbody.kinetostatics(hooked, t=[0.0, 0.01])),
+    "sweep": digest(sweep(fourbar, {"crank.inertia": [0.4, 0.5]}, measure=effort)[effort]),
+    "dop853": record(mbody.simulate(free, 0.5)),
+    "dopri5": record(mbody.simulate(free, 0.2, method="dopri5")),
+    "radau5": record(mbody.simulate(swing, 0.5, method="radau5")),
+    "rattle4": record(mbody.simulate(swing, 0.5, method="rattle4", step=0.01)),
+    "generalized-alpha": record(
+        mbody.simulate(swing, 0.5, method="generalized-alpha", step=0.01)
+    ),
+    "rest": digest(*[one.stiffness for one in mbody.equilibrium(swing)]),
+}
+print(json.dumps(found))
+"""
+
+
+def python(code, **settings):
+    variables = os.environ | {"PYTHONPATH": str(PACKAGE.parent)} | settings
+    return subprocess.run(
+        [sys.executable, "-c", code], env=variables, capture_output=True, text=True, timeout=570
+    )
+
+
+def test_two_cores_give_the_same_bits():
+    """Numba in the process against this one's core, over every kind of analysis."""
+    here, there = python(DIGESTS), python(DIGESTS, MBODY_CORE="numba", MBODY_QUIET="1")
+    assert here.returncode == there.returncode == 0, here.stderr + there.stderr
+    assert json.loads(here.stdout) == json.loads(there.stdout)
+
+
+def test_an_unknown_core_is_one_sentence():
+    for code in ("import mbody.kernels.continuation", "import mbody; mbody.kinetostatics"):
+        done = python(code, MBODY_CORE="fast")
+        assert "MBODY_CORE=fast is none of the cores native, numba, plain" in done.stderr
+    done = subprocess.run(
+        [sys.executable, "-m", "mbody", "kinetostatics", "norton_fourbar"],
+        env=os.environ | {"MBODY_CORE": "fast"},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1 and "MBODY_CORE=fast" in done.stderr
+
+
+@pytest.fixture
+def choose(monkeypatch):
+    """The choice anew, with settings of the environment."""
+
+    def anew(**settings):
+        for name in ("MBODY_CORE", "MBODY_CORE_LEVEL", "NUMBA_DISABLE_JIT"):
+            monkeypatch.delenv(name, raising=False)
+        for name, value in settings.items():
+            monkeypatch.setenv(name, value)
+        return selection.chosen.__wrapped__()
+
+    return anew
+
+
+def test_plain_is_chosen_by_either_variable(choose):
+    assert choose(MBODY_CORE="plain").name == "plain"
+    assert choose(NUMBA_DISABLE_JIT="1").name == "plain"
+    assert choose(MBODY_CORE="numba", NUMBA_DISABLE_JIT="0").name == "numba"
+
+
+def test_without_a_linker_numba_is_next(choose, monkeypatch):
+    monkeypatch.setattr(selection, "linker", lambda: None)
+    found = choose()
+    assert found.name == "numba"
+    assert "no C compiler" in found.reason
+    with pytest.raises(ModelError, match=r"MBODY_CORE=native, but that core cannot run here: .*cc"):
+        choose(MBODY_CORE="native")
+
+
+def test_without_numba_plain_python_runs_with_a_warning(choose, monkeypatch):
+    monkeypatch.setattr(selection, "find_spec", lambda name: None)
+    with pytest.warns(mbody.errors.ModelWarning, match=r"plain Python, some thousand times slower"):
+        assert choose().name == "plain"
+    with pytest.raises(ModelError, match="numba is not installed"):
+        choose(MBODY_CORE="numba")
+
+
+def test_without_a_folder_numba_is_next(choose, monkeypatch):
+    monkeypatch.setattr(selection, "cache_folder", lambda stamp: None)
+    found = choose()
+    assert found.name == "numba" and "no folder to keep it" in found.reason
+
+
+def test_levels_are_those_of_the_processor(monkeypatch):
+    names = [level.name for level in best_levels()]
+    assert names == sorted(names, reverse=True)
+    monkeypatch.setenv("MBODY_CORE_LEVEL", "x86-64-v9")
+    with pytest.raises(ModelError, match="MBODY_CORE_LEVEL=x86-64-v9 is none of the levels"):
+        list(best_levels())
+    monkeypatch.setenv("MBODY_CORE_LEVEL", "x86-64-v3")
+    monkeypatch.setattr(library.sys, "platform", "linux")
+    monkeypatch.setattr(library.platform, "machine", lambda: "x86_64")
+    monkeypatch.setattr(library, "processor_features", lambda: frozenset({"SSE42"}))
+    with pytest.raises(ModelError, match="this processor has no AVX2, FMA3: choose a lower level"):
+        list(best_levels())
+
+
+def test_the_processor_has_features():
+    assert processor_features()
+
+
+# -- libraries --------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def made():
+    """A kernel that was built on this machine."""
+    if chosen().file is None or chosen().library is not None:
+        pytest.skip("kernels are not made here")
+    mbody.kinetostatics(gallery.load("norton_fourbar"))
+    return chosen().file / "follow.so"
+
+
+def test_a_library_of_other_sources_is_refused(made):
+    assert open_library(made, source_hash()).entries()["kernels"]["follow"] == [
+        ["L: Layout", "W: Work", "path: DrivenPath", "found: FollowedPath"],
+        ["int"],
+    ]
+    with pytest.raises(LibraryError, match="was made from other sources"):
+        open_library(made, 64 * "0")
+
+
+@pytest.mark.parametrize("damage", ["short", "text", "empty"])
+def test_a_damaged_library_is_refused(made, tmp_path, damage):
+    file = tmp_path / "follow.so"
+    whole = made.read_bytes()
+    file.write_bytes({"short": whole[: len(whole) // 2], "text": b"kernel", "empty": b""}[damage])
+    with pytest.raises(LibraryError, match="is damaged"):
+        open_library(file, source_hash())
+
+
+def test_the_library_of_the_package_is_taken_if_it_fits(choose, made, tmp_path, monkeypatch):
+    """Else the next best, and why is said; a library of an installed mbody is tried first."""
+    level = next(iter(best_levels()))
+    folder = tmp_path / "core_libraries"
+    folder.mkdir()
+    shutil.copy(made, folder / level.file)
+    monkeypatch.setattr(selection, "PACKAGE", tmp_path)
+    found = choose()
+    assert found.reason == "the library of the package"
+    assert found.file == folder / level.file and found.level == level.name
+    (folder / level.file).write_bytes(b"no library")
+    found = choose()
+    assert found.name == "native" and found.library is None
+    assert f"{level.file} is damaged" in found.reason
+    monkeypatch.setattr(selection, "source_hash", lambda: 64 * "0")
+    shutil.copy(made, folder / level.file)
+    assert "was made from other sources" in choose().reason
+
+
+@native
+def test_a_damaged_kernel_is_built_again(tmp_path):
+    """In the folder of the cache, where a process may have been stopped by a full disk."""
+    code = (
+        "import mbody; from mbody.core.selection import chosen;"
+        "from mbody.model.loads import Torque;"
+        "from mbody.laws.kernels import thomas; import numpy as np;"
+        "d = np.full(3, 2.0); r = np.ones((3, 1)); thomas(np.zeros(3), d, np.zeros(3), r);"
+        "print(r.ravel().tolist(), chosen().file)"
+    )
+    settings = {"MBODY_CACHE_DIR": str(tmp_path), "MBODY_CORE": "native"}
+    first = python(code, **settings)
+    assert first.returncode == 0, first.stderr
+    assert first.stdout.startswith("[0.5, 0.5, 0.5]")
+    assert first.stderr == "mbody: building 'thomas' for this machine (once) ...\n"
+    file = Path(first.stdout.split("] ")[1].strip()) / "thomas.so"
+    assert python(code, **settings).stderr == ""
+    file.write_bytes(b"half a file")
+    again = python(code, **settings)
+    assert again.stdout == first.stdout and "building 'thomas'" in again.stderr
+
+
+# -- calls ------------------------------------------------------------------------------------
+
+
+@native
+def test_a_kernel_refuses_arrays_of_another_kind():
+    from mbody.laws.kernels import thomas
+
+    good = [np.zeros(3), np.ones(3), np.zeros(3), np.ones((3, 1))]
+    thomas(*good)
+    for place, bad, what in (
+        (0, np.zeros(3, dtype=np.float32), "float32 with 1 axes"),
+        (1, np.ones(6)[::2], "not contiguous"),
+        (3, np.ones(3), "float64 with 1 axes; it must be of float64 with 2 axes"),
+    ):
+        given = [*good]
+        given[place] = bad
+        with pytest.raises(TypeError, match=f"kernel thomas: .*{what}"):
+            thomas(*given)
+
+
+@native
+def test_kernels_show_what_they_are():
+    from mbody.laws.kernels import law
+
+    assert law.__name__ == "law" and law.__module__ == "mbody.laws.kernels"
+    assert callable(law.py_func) and law.__doc__ == law.py_func.__doc__
+
+
+def test_systems_are_pickled_as_before():
+    system = mbody.assemble(gallery.load("norton_fourbar"))
+    again = pickle.loads(pickle.dumps(system))
+    effort = mbody.kinetostatics(again).effort("motor")
+    np.testing.assert_array_equal(effort, mbody.kinetostatics(system).effort("motor"))
+
+
+def test_doctor_names_the_core(capsys):
+    from mbody import cli
+
+    assert cli.main(["doctor", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    core = chosen()
+    assert found["core"] == core.name and found["core_reason"] == core.reason
+    assert found["core_file"] == (None if core.file is None else str(core.file))
+    assert found["core_level"] == core.level and found["core_hash"] == source_hash()
