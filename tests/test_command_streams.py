@@ -128,7 +128,7 @@ def test_ctrl_c_keeps_a_motion(tmp_path):
         "simulate",
         "double_pendulum",
         "--to",
-        "100000",
+        "10000000",
         "--rtol",
         "1e-12",
         "--save",

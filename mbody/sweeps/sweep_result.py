@@ -214,18 +214,13 @@ class Sweep:
             f"{', '.join(self.samples.given_names)}"
         )
         rows = [self._statistics(name) for name in self.names]
+        columns = [Column("MEASURES", list(self.names), text=True)]
+        for n, title in enumerate(("least", "mean", "greatest", "deviation")):
+            columns.append(Column(title, [number(row[n]) for row in rows]))
+        columns.append(Column("unit", [self.units[name] for name in self.names], text=True))
         lines += [
             "",
-            *table(
-                [
-                    Column("MEASURES", list(self.names), text=True),
-                    *(
-                        Column(title, [number(row[n]) for row in rows])
-                        for n, title in enumerate(("least", "mean", "greatest", "deviation"))
-                    ),
-                    Column("unit", [self.units[name] for name in self.names], text=True),
-                ]
-            ),
+            *table(columns),
         ]
         if failed:
             lines += ["", f"{len(failed)} of {len(self)} designs failed:"]
