@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mbody.compiler import callbacks
+from mbody.core import callbacks
 from mbody.core.selection import chosen
 from mbody.laws import (
     LAW_KINDS,

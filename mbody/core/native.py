@@ -10,11 +10,9 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import os
-import subprocess
 import sys
 import threading
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -143,6 +141,8 @@ def build(
         Where a process fails; the sentence has its last lines.
     """
     global _built
+    from concurrent.futures import ThreadPoolExecutor
+
     if say is None:
         _announce(functions)
     shares = [functions[n::processes] for n in range(min(processes, len(functions)))]
@@ -160,6 +160,8 @@ def _announce(functions: list[Callable[..., Any]]) -> None:
 
 
 def _build(functions: list[Callable[..., Any]], say: Callable[[str], None] | None) -> None:
+    import subprocess
+
     choice = selection.chosen()
     assert choice.file is not None and choice.level is not None
     names = [f"{function.__module__}:{function.__name__}" for function in functions]

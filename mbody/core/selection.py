@@ -165,18 +165,27 @@ def _made_here(why: str) -> Choice:
     return Choice("native", f"{why}: kernels are made on this machine, once", folder, level)
 
 
-def _stamp(sources: str, level: str) -> str:
-    """Hash of everything that machine code made here depends on."""
-    from importlib.metadata import version
+def _date(package: str) -> tuple[int, int]:
+    """Date and size of the first file of a package."""
+    spec = find_spec(package)
+    if spec is None or spec.origin is None:
+        return 0, 0
+    status = os.stat(spec.origin)
+    return status.st_mtime_ns, status.st_size
 
+
+def _stamp(sources: str, level: str) -> str:
+    """Hash of everything that machine code made here depends on; numba by the dates of its files,
+    since to read the versions of packages takes longer than all the rest.
+    """
     features = sorted(processor_features())
     settings = [
         f"{n}={os.environ.get(n)}" for n in ("NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_OPT")
     ]
     made = (
         sources,
-        version("numba"),
-        version("llvmlite"),
+        _date("numba"),
+        _date("llvmlite"),
         platform.machine(),
         level,
         features,

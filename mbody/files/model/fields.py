@@ -64,7 +64,7 @@ class Context:
 class Strict(BaseModel):
     """A table of a model file: unknown keys are refused."""
 
-    model_config = ConfigDict(extra="forbid", arbitrary_types_allowed=True)
+    model_config = ConfigDict(extra="forbid", arbitrary_types_allowed=True, defer_build=True)
 
 
 def entered_in(value: Any, dimension: Dimension | None, info: ValidationInfo) -> float | Formula:

@@ -31,12 +31,15 @@ __all__ = ["law"]
 
 
 @functools.cache
-def law(dimension: Dimension, of: Dimension) -> Any:
-    """A law of that dimension: a number, a formula, or a table with one kind of law."""
-    table = Annotated[_law_table(dimension, of), AfterValidator(_picked), Tag("<table>")]
+def law(dimension: Dimension, of: Dimension, words: tuple[str, ...] = tuple(LAWS)) -> Any:
+    """A law of that dimension: a number, a formula, or a table with one of these kinds of law."""
     value = Annotated[number(dimension, of), Tag("<value>")]
+    forms: Any = value
+    if words:
+        table = _law_table(dimension, of, words)
+        forms = value | Annotated[table, AfterValidator(_picked), Tag("<table>")]
     return Annotated[
-        value | table,
+        forms,
         shape(
             {"<value>": (int, float, str), "<table>": dict},
             "must be a number, a formula or a table with one of " + ", ".join(LAWS),
@@ -55,10 +58,13 @@ def _picked(given: BaseModel) -> Law:
 
 
 @functools.cache
-def _law_table(dimension: Dimension, of: Dimension) -> type[BaseModel]:
+def _law_table(dimension: Dimension, of: Dimension, words: tuple[str, ...]) -> type[BaseModel]:
     kinds = {
-        word: (_law_of_kind(cls, dimension, of) | None, Field(None, description=_first(cls)))
-        for word, cls in LAWS.items()
+        word: (
+            _law_of_kind(LAWS[word], dimension, of) | None,
+            Field(None, description=_first(LAWS[word])),
+        )
+        for word in words
     }
     title = f"law: {name_of(dimension)} of {name_of(of)}"
     made: Any = create_model(

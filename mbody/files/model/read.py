@@ -6,6 +6,7 @@ its own folder.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import re
@@ -23,7 +24,7 @@ from mbody.files.model.fields import Context
 from mbody.files.model.limits import Limits, limits_of
 from mbody.files.model.lines import TEXTS
 from mbody.files.model.problems import raise_all, sentences
-from mbody.files.model.schema import json_schema, model
+from mbody.files.model.schema import everything, json_schema, model, used_by
 from mbody.files.model.warnings import meant_otherwise
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
@@ -171,16 +172,26 @@ def built(
     ModelError
         With everything that is wrong.
     """
-    context = Context("rad" if data.get("angle") == "rad" else "deg", folder)
-    try:
-        given = model().model_validate(data, context=context)
-    except pydantic.ValidationError as error:
-        found = error.errors(include_url=False)
-        raise_all(sentences(found, json_schema(), data), text, is_json, name, len(found))
-    mechanism, problems = build(given)
+    mechanism, problems = build(_checked(data, text, is_json, name, folder))
     raise_all(problems, text, is_json, name)
     assert mechanism is not None  # else there was a problem
     return mechanism
+
+
+def _checked(data: dict[str, Any], text: str, is_json: bool, name: str, folder: Path | None) -> Any:
+    """The tables with every value checked. First against what they use alone, which is soon made;
+    what is wrong is then named by the whole.
+    """
+    angle = "rad" if data.get("angle") == "rad" else "deg"
+    used = used_by(data)
+    if used is not None:
+        with contextlib.suppress(pydantic.ValidationError):
+            return model(used).model_validate(data, context=Context(angle, folder))
+    try:
+        return model(everything()).model_validate(data, context=Context(angle, folder))
+    except pydantic.ValidationError as error:
+        found = error.errors(include_url=False)
+        raise_all(sentences(found, json_schema(), data), text, is_json, name, len(found))
 
 
 def text_of(file: Path, limits: Limits | None = None) -> str:

@@ -10,14 +10,61 @@ from typing import Annotated, Any, Literal
 from pydantic import Discriminator, Field, StrictBool, StrictInt, Tag, create_model
 
 from mbody.files.model import fields as of
-from mbody.files.model.kinds import SECTIONS
+from mbody.files.model.kinds import LAWS, SECTIONS
 from mbody.files.model.law_fields import law
 from mbody.model.body import Body
 from mbody.model.element import Element
 from mbody.model.simulation import METHODS
 from mbody.quantities.units import DIMENSIONS, UNIT_SYSTEMS, dimension_of
 
-__all__ = ["json_schema", "model"]
+__all__ = ["Used", "everything", "json_schema", "model", "used_by"]
+
+
+TABLES = ("parameters", "bodies", *SECTIONS, "measures", "solve", "gravity", "ask", "simulate")
+
+
+@dataclasses.dataclass(frozen=True)
+class Used:
+    """What a file uses: tables, kinds of elements by section, kinds of laws.
+
+    To make the checks of everything takes a quarter of a second, of a textbook's four-bar a tenth
+    of that.
+    """
+
+    tables: tuple[str, ...]
+    kinds: frozenset[tuple[str, str]]
+    laws: tuple[str, ...]
+
+
+def everything() -> Used:
+    """All that a file may use."""
+    kinds = {(section, kind) for section, known in SECTIONS.items() for kind in known}
+    return Used(TABLES, frozenset(kinds), tuple(LAWS))
+
+
+def used_by(data: dict[str, Any]) -> Used | None:
+    """What a file uses; None where it names no known kind of an element, which is a mistake."""
+    tables = tuple(name for name in TABLES if name in data)
+    kinds = set()
+    for section in SECTIONS:
+        entries = data.get(section, {})
+        for value in entries.values() if isinstance(entries, dict) else [None]:
+            found = _kind_in(section, value)
+            if found is None:
+                return None
+            kinds.add((section, found))
+        if not entries:
+            tables = tuple(name for name in tables if name != section)
+    keys: set[str] = set()
+    level: list[Any] = [data]
+    while level:
+        table = level.pop()
+        if isinstance(table, dict):
+            keys |= table.keys()
+            level += table.values()
+        elif isinstance(table, list):
+            level += table
+    return Used(tables, frozenset(kinds), tuple(word for word in LAWS if word in keys))
 
 
 def _described(cls: type) -> dict[str, str]:
@@ -33,13 +80,13 @@ def _described(cls: type) -> dict[str, str]:
     return found
 
 
-def _field(field: dataclasses.Field[Any]) -> Any:
-    """The type of one field of an element."""
+def _field(field: dataclasses.Field[Any], words: tuple[str, ...]) -> Any:
+    """The type of one field of an element, with laws of these kinds."""
     meta = field.metadata
     if "dimension" in meta:
         return of.number(dimension_of(meta["dimension"]))
     if "law" in meta:
-        return law(dimension_of(meta["law"]), dimension_of(meta["of"]))
+        return law(dimension_of(meta["law"]), dimension_of(meta["of"]), words)
     if "place" in meta:
         return of.place
     if "body" in meta:
@@ -53,31 +100,48 @@ def _default(field: dataclasses.Field[Any]) -> Any:
     return ... if field.default is dataclasses.MISSING or "place" in field.metadata else None
 
 
-def _entry(kind: str, cls: type[Element]) -> Any:
+@functools.cache
+def _entry(kind: str, cls: type[Element], words: tuple[str, ...]) -> Any:
     """The table of one kind of element: its kind with the main fields, then the others."""
     descriptions = _described(cls)
     own = {field.name: field for field in dataclasses.fields(cls) if field.name != "name"}
     main = [own.pop(name) for name in cls.main]
-    first = _field(main[0]) if len(main) == 1 else tuple[tuple(_field(part) for part in main)]
+    first = (
+        _field(main[0], words)
+        if len(main) == 1
+        else tuple[tuple(_field(part, words) for part in main)]
+    )
     about = "; ".join(descriptions.get(part.name, part.name) for part in main)
     columns: dict[str, Any] = {kind: (first, Field(..., description=about))}
     for name, field in own.items():
-        columns[name] = (_field(field), Field(_default(field), description=descriptions.get(name)))
+        columns[name] = (
+            _field(field, words),
+            Field(_default(field), description=descriptions.get(name)),
+        )
     lines = (cls.__doc__ or "").split("\n\n")[0].split("\n")
     about = " ".join(line.strip() for line in lines)
     return create_model(cls.__name__, __base__=of.Strict, __doc__=about, **columns)
 
 
-def _choice(section: str) -> Any:
+def _kind_in(section: str, value: Any) -> str | None:
+    """The kind of element that a table of a section is."""
+    # "angle" is a kind of driver and a field of forces and places: the first kind counts
+    return next((k for k in SECTIONS[section] if isinstance(value, dict) and k in value), None)
+
+
+def _choice(section: str, used: Used) -> Any:
     """Any one kind of a section, chosen by its key."""
     kinds = SECTIONS[section]
 
     def choose(value: Any) -> str | None:
-        found = [kind for kind in kinds if isinstance(value, dict) and kind in value]
-        # "angle" is a kind of driver and a field of forces and places: the first kind counts
-        return f"<{found[0]}>" if found else None
+        found = _kind_in(section, value)
+        return None if found is None else f"<{found}>"
 
-    tagged = [Annotated[_entry(kind, cls), Tag(f"<{kind}>")] for kind, cls in kinds.items()]
+    tagged = [
+        Annotated[_entry(kind, cls, used.laws), Tag(f"<{kind}>")]
+        for kind, cls in kinds.items()
+        if (section, kind) in used.kinds
+    ]
     union: Any = tagged[0]
     for one in tagged[1:]:
         union = union | one
@@ -93,14 +157,14 @@ def _choice(section: str) -> Any:
 
 
 @functools.cache
-def _body() -> Any:
+def _body(words: tuple[str, ...]) -> Any:
     descriptions = _described(Body)
     columns: dict[str, Any] = {}
     special = {"cg": of.point, "points": of.points, "guess": of.guess, "spread": of.spread}
     for field in dataclasses.fields(Body):
         if field.name == "name":
             continue
-        kind = special.get(field.name) or _field(field)
+        kind = special.get(field.name) or _field(field, words)
         columns[field.name] = (kind, Field(None, description=descriptions.get(field.name)))
     return create_model("Body", __base__=of.Strict, __doc__="One rigid link.", **columns)
 
@@ -111,11 +175,13 @@ class Ground(of.Strict):
     points: of.points = Field(default_factory=dict)
 
 
-class GravityIn(of.Strict):
-    """The weight of every body: components of the gravitational acceleration."""
-
-    x: law(DIMENSIONS["acceleration"], DIMENSIONS["time"]) = None
-    y: law(DIMENSIONS["acceleration"], DIMENSIONS["time"]) = None
+@functools.cache
+def _gravity(words: tuple[str, ...]) -> Any:
+    component = law(DIMENSIONS["acceleration"], DIMENSIONS["time"], words)
+    about = "The weight of every body: components of the gravitational acceleration."
+    return create_model(
+        "GravityIn", __base__=of.Strict, __doc__=about, x=(component, None), y=(component, None)
+    )
 
 
 class MeasureIn(of.Strict):
@@ -222,14 +288,17 @@ class SimulateIn(of.Strict):
 
 
 @functools.cache
-def model() -> Any:
-    """The whole file."""
+def model(used: Used) -> Any:
+    """The whole file, or as much of it as a file uses."""
     tables = {
-        "parameters": dict[str, of.number(None)],
-        "bodies": dict[of.name_in, _body()],
-        **{section: dict[of.name_in, _choice(section)] for section in SECTIONS},
-        "measures": dict[of.name_in, measure],
-        "solve": dict[of.name_in, SolveIn],
+        "parameters": lambda: dict[str, of.number(None)],
+        "bodies": lambda: dict[of.name_in, _body(used.laws)],
+        **{
+            section: lambda section=section: dict[of.name_in, _choice(section, used)]
+            for section in SECTIONS
+        },
+        "measures": lambda: dict[of.name_in, measure],
+        "solve": lambda: dict[of.name_in, SolveIn],
     }
     about = {
         "parameters": "Named numbers that formulas may use.",
@@ -253,13 +322,25 @@ def model() -> Any:
             Field(None, description="Turns weights into masses; standard gravity by default."),
         ),
         "ground": (Ground, Field(None, description="The fixed link.")),
-        "gravity": (GravityIn, Field(None, description="Gravity on every body.")),
-        "ask": (AskIn, Field(None, description="The instants to analyse.")),
-        "simulate": (SimulateIn, Field(None, description="The motion that is followed.")),
+        "gravity": (
+            _gravity(used.laws) if "gravity" in used.tables else Any,
+            Field(None, description="Gravity on every body."),
+        ),
+        "ask": (
+            AskIn if "ask" in used.tables else Any,
+            Field(None, description="The instants to analyse."),
+        ),
+        "simulate": (
+            SimulateIn if "simulate" in used.tables else Any,
+            Field(None, description="The motion that is followed."),
+        ),
         "schema_": (str, Field(None, alias="$schema", description="Where this schema lies.")),
     }
     columns |= {
-        name: (kind, Field(default_factory=dict, description=about[name]))
+        name: (
+            kind() if name in used.tables else dict[str, Any],  # type: ignore[no-untyped-call]
+            Field(default_factory=dict, description=about[name]),
+        )
         for name, kind in tables.items()
     }
     return create_model(
@@ -270,7 +351,7 @@ def model() -> Any:
 @functools.cache
 def json_schema() -> dict[str, Any]:
     """The JSON Schema of model files, for the completion of editors."""
-    schema: dict[str, Any] = model().model_json_schema()
+    schema: dict[str, Any] = model(everything()).model_json_schema()
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         **schema,
