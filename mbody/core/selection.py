@@ -30,6 +30,7 @@ from mbody.errors import ModelError, ModelWarning
 __all__ = ["CORES", "Choice", "chosen", "compiler", "linker"]
 
 CORES = ("native", "numba", "plain")
+_DISABLED = "NUMBA_DISABLE_JIT is set"
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ def chosen() -> Choice:
         )
     disabled = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
     if disabled and wanted in ("", "plain"):
-        return Choice("plain", "NUMBA_DISABLE_JIT is set")
+        return Choice("plain", _DISABLED)
     tried: list[str] = []
     for name, find in (("native", _native), ("numba", _numba), ("plain", _plain)):
         if wanted not in ("", name):

@@ -16,6 +16,7 @@ from tests.errors import (
     assembling,
     bridges_pymunk,
     command,
+    cores,
     describing,
     engineering,
     formulas,
@@ -55,6 +56,7 @@ SUBJECTS = (
         bridges_pymunk,
         mjcf,
         command,
+        cores,
     ),
 )
 KINDS = (ModelError, SolveError, UsageError, ModelWarning)

@@ -1,0 +1,56 @@
+"""The choice of the core that runs the kernels."""
+
+from types import SimpleNamespace
+from unittest import mock
+
+from mbody.cli.compile import compile_libraries
+from mbody.core import library, selection
+
+
+def chosen(patches=(), **settings):
+    """The choice anew where parts of the machine are others."""
+
+    def go():
+        names = ("MBODY_CORE", "MBODY_CORE_LEVEL", "NUMBA_DISABLE_JIT")
+        with mock.patch.dict("os.environ", {name: settings.get(name, "") for name in names}):
+            entered = [mock.patch.object(*patch) for patch in patches]
+            for patch in entered:
+                patch.start()
+            try:
+                selection.chosen.__wrapped__()
+            finally:
+                for patch in entered:
+                    patch.stop()
+
+    return go
+
+
+def levels(name, *features):
+    """The levels of an old processor."""
+
+    def go():
+        linux = mock.patch.object(library.sys, "platform", "linux")
+        machine = mock.patch.object(library.platform, "machine", lambda: "x86_64")
+        old = mock.patch.object(library, "processor_features", lambda: frozenset(features))
+        with mock.patch.dict("os.environ", MBODY_CORE_LEVEL=name), linux, machine, old:
+            list(library.best_levels())
+
+    return go
+
+
+def without_numba():
+    with mock.patch("importlib.util.find_spec", lambda name: None):
+        compile_libraries(SimpleNamespace(target=None, out="."))
+
+
+NO_LINKER = (selection, "linker", lambda: None)
+NO_PACKAGE = (selection, "find_spec", lambda name: None)
+
+SCENARIOS = {
+    "a core that is not there": chosen(MBODY_CORE="fast"),
+    "a core that cannot run": chosen([NO_LINKER], MBODY_CORE="native"),
+    "no core but plain Python": chosen([NO_PACKAGE]),
+    "a level that is not there": levels("x86-64-v9"),
+    "a level that the processor has not": levels("x86-64-v3", "SSE42"),
+    "libraries without numba": without_numba,
+}
