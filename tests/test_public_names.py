@@ -47,7 +47,8 @@ def test_no_folder_bears_the_name_of_a_function():
 def test_import_loads_only_what_is_used():
     code = "import sys, mbody; print(*sorted(n for n in sys.modules if n.startswith('mbody')))"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    door = ["mbody.solution", "mbody.solution.presentation"]
+    core = ["mbody.core", "mbody.core.registered"]
+    door = [*core, "mbody.solution", "mbody.solution.presentation"]
     assert found.stdout.split() == ["mbody", "mbody._version", *door]
 
 

@@ -98,7 +98,9 @@ def test_the_comparison_sees_a_difference():
 
 def modules():
     names = [info.name for info in pkgutil.walk_packages(mbody.__path__, "mbody.")]
-    return ["mbody", *(name for name in names if not name.endswith("__main__"))]
+    # what hatchling runs imports hatchling, which is installed where wheels are built
+    left_out = ("__main__", "wheel_hook")
+    return ["mbody", *(name for name in names if not name.endswith(left_out))]
 
 
 @pytest.mark.parametrize("name", modules())
