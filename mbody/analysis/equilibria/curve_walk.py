@@ -260,10 +260,11 @@ class MotionCurve:
         while length > BEHIND:
             there = manifold.moved(corner.place, length * corner.along / np.abs(corner.along).max())
             if there is not None and len(there.motions) == 1:
-                node = self.node(there, corner.along)
+                # behind the corner the motion may be at right angles to the way, to the last bit
+                straight = abs(there.motions[0] @ corner.along) > np.cos(TURN)
                 chord = (there.q - corner.place.q) / scale
-                if node.along @ corner.along > np.cos(TURN) and chord @ corner.along > 0.5 * length:
-                    corner = node
+                if straight and chord @ corner.along > 0.5 * length:
+                    corner = self.node(there, corner.along)
                     continue
             length *= 0.5
         fastest = corner.along / np.abs(corner.along).max()
