@@ -33,13 +33,12 @@ __all__ = ["law"]
 @functools.cache
 def law(dimension: Dimension, of: Dimension, words: tuple[str, ...] = tuple(LAWS)) -> Any:
     """A law of that dimension: a number, a formula, or a table with one of these kinds of law."""
+    if not words:
+        return number(dimension, of)
     value = Annotated[number(dimension, of), Tag("<value>")]
-    forms: Any = value
-    if words:
-        table = _law_table(dimension, of, words)
-        forms = value | Annotated[table, AfterValidator(_picked), Tag("<table>")]
+    table = Annotated[_law_table(dimension, of, words), AfterValidator(_picked), Tag("<table>")]
     return Annotated[
-        forms,
+        value | table,
         shape(
             {"<value>": (int, float, str), "<table>": dict},
             "must be a number, a formula or a table with one of " + ", ".join(LAWS),

@@ -137,11 +137,14 @@ def _choice(section: str, used: Used) -> Any:
         found = _kind_in(section, value)
         return None if found is None else f"<{found}>"
 
-    tagged = [
-        Annotated[_entry(kind, cls, used.laws), Tag(f"<{kind}>")]
+    entries = {
+        kind: _entry(kind, cls, used.laws)
         for kind, cls in kinds.items()
         if (section, kind) in used.kinds
-    ]
+    }
+    if len(entries) == 1:  # nothing to choose
+        return next(iter(entries.values()))
+    tagged = [Annotated[entry, Tag(f"<{kind}>")] for kind, entry in entries.items()]
     union: Any = tagged[0]
     for one in tagged[1:]:
         union = union | one
