@@ -61,8 +61,14 @@ def test_no_scenario_hides_another(part):
     assert not [name for name, count in Counter(names(part)).items() if count > 1]
 
 
+#: A search that ends before it is complete: how many branches it met is the processor's.
+UNCOUNTED = re.compile(r"^\S+ +the start of 'chain'.*\n +and at least .*\n(?: .*\n)*", re.M)
+
+
 def test_the_page_is_current():
-    assert PAGE.read_text("utf-8") == page(), "make errors writes the page anew"
+    written, now = PAGE.read_text("utf-8"), page()
+    assert len(UNCOUNTED.findall(written)) == len(UNCOUNTED.findall(now)) == 1
+    assert UNCOUNTED.sub("", written) == UNCOUNTED.sub("", now), "make errors writes the page anew"
 
 
 def test_the_page_is_readable():

@@ -98,10 +98,12 @@ def fitting_rates(
     if np.abs(met - given.p).max() <= ROUNDED * fast:
         return scale * v, _fitted(system, prescribed, met - given.p)
     part = np.abs(off[: len(G)])
+    part /= part.max(initial=1e-300)
+    # equal parts in the order of the rows: their last digits are the processor's
     taking = dict.fromkeys(
         system.owners[system.row_table[0][n]][0].name
-        for n in np.argsort(-part)
-        if part[n] > TAKES_PART * part.max(initial=0.0)
+        for n in np.argsort(-part.round(6), kind="stable")
+        if part[n] > TAKES_PART
     )
     fitted = listed_rates(system, [prescribed[n] for n in changed], met[changed])
     shown = ", ".join(f"{prescribed[n].value:.6g}" for n in changed[:NAMED])
