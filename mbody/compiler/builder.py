@@ -128,7 +128,7 @@ class Build:
         return whole
 
 
-def emit(target: Target, module: Any, file: Path) -> None:
+def emit(target: Target, module: Any, file: Path, portable: bool = False) -> None:
     """Machine code of a module, linked into a library; half a file is never left."""
     module = llvm.parse_bitcode(module.as_bitcode())
     machine = machine_of(target)
@@ -136,7 +136,7 @@ def emit(target: Target, module: Any, file: Path) -> None:
     with tempfile.TemporaryDirectory(dir=file.parent) as folder:
         object_, made = Path(folder) / "kernels.o", Path(folder) / file.name
         object_.write_bytes(machine.emit_object(module))
-        link(target, [object_], made)
+        link(target, [object_], made, portable)
         seal(made)
         made.replace(file)
 
@@ -209,7 +209,7 @@ def main() -> None:
         module = build.whole(functions, options.sources, _say)
         for one in (target, *(TARGETS[name] for name in options.also)):
             _say(f"library for {one.name}")
-            emit(one, module, options.out / (one.file or "host.so"))
+            emit(one, module, options.out / (one.file or "host.so"), portable=True)
         return
     for function in functions:
         module = build.whole([function], options.sources, _say)

@@ -83,8 +83,8 @@ TARGETS = {
 }
 
 
-def link(target: Target, objects: list[Path], library: Path) -> None:
-    """Link objects into a shared library.
+def link(target: Target, objects: list[Path], library: Path, portable: bool = False) -> None:
+    """Link objects into a shared library, a portable one against the oldest C library supported.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def link(target: Target, objects: list[Path], library: Path) -> None:
         command = [own, "-lm"]
     elif find_spec("ziglang"):
         command = [sys.executable, "-m", "ziglang", "cc", *target.link]
-    elif own and target.triple == _LINUX:
+    elif own and target.triple == _LINUX and not portable:
         command = [own, "-lm"]
     else:
         raise RuntimeError(
