@@ -15,6 +15,8 @@ FINEST = 2**12
 OVERLAP = 1.15
 #: How much longer than its part in the tangent plane a way on the surface may be.
 STEEP = 2.0
+#: Positions nearer to each other than this are one.
+SAME = 1e-6
 #: The least radius of a polar chart, as a part of its greatest.
 INNERMOST = 1e-5
 #: Angle [rad] at which a polar chart begins: no direction of symmetry.
@@ -55,6 +57,13 @@ class TangentChart:
         self.evaluations += 1
         place = self.place(y)
         return np.full(2, np.nan) if place is None else self.node.frame @ place.push
+
+    def holds(self, q: Array) -> bool:
+        """Whether the chart leads to a position, and not to one of another sheet above the same
+        place of the tangent plane.
+        """
+        there = self.place(self.cover.seen(self.node, q))
+        return there is not None and self.cover.manifold.apart(there.q, q) < SAME
 
     def place(self, y: Array) -> Place | None:
         """The position at coordinates; None where the chart does not lead."""

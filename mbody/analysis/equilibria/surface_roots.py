@@ -101,6 +101,8 @@ class _SurfaceIsolation:
         self.found = SurfaceRoots()
         self.zeros: list[_Zero] = []
         self.spent = 0
+        self.chart: TangentChart | None = None
+        self.read, self.listed = 0, list[tuple[_Zero, Array]]()
         angles = np.arange(DIRECTIONS) * (2.0 * np.pi / DIRECTIONS)
         self.ways = np.column_stack([np.cos(angles), np.sin(angles)])
         open_ = [node for node in cover.nodes if not cover.excluded(node)]
@@ -259,13 +261,22 @@ class _SurfaceIsolation:
 
     def known(self, chart: TangentChart, corner: Corner, size: int, beside: float) -> _Zero | None:
         """A zero that was found in a cell, or beside it by a part of its size."""
-        for zero in self.zeros:
-            if np.abs(zero.name - chart.node.name).max() > 4.0 * chart.node.reach:
-                continue
-            at = chart.grid(self.cover.seen(chart.node, zero.place.q))
+        for zero, at in self.on_chart(chart):
             if np.abs((at - corner) / size - 0.5).max() <= 0.5 + beside:
                 return zero
         return None
+
+    def on_chart(self, chart: TangentChart) -> list[tuple[_Zero, Array]]:
+        """The zeros that a chart leads to, and where they are on its grid."""
+        if chart is not self.chart:
+            self.chart, self.read, self.listed = chart, 0, []
+        for zero in self.zeros[self.read :]:
+            beside = np.abs(zero.name - chart.node.name).max() <= 4.0 * chart.node.reach
+            if beside and chart.holds(zero.place.q):
+                at = chart.grid(self.cover.seen(chart.node, zero.place.q))
+                self.listed.append((zero, at))
+        self.read = len(self.zeros)
+        return self.listed
 
     def around(self, point: JumpPoint) -> None:
         """The zeros in the disc around a jump, and the winding number there."""
