@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from mbody.analysis.equilibria.jump_points import JumpPoint, end_vectors
 from mbody.analysis.equilibria.surface_cover import Cover, CoverNode
 from mbody.analysis.position.tangent_space import Array, Place
+from mbody.model.element import Element
 
 __all__ = ["FINEST", "PolarChart", "TangentChart"]
 
@@ -26,17 +30,23 @@ BEGINS = 0.7
 class TangentChart:
     """The surface around a place of the cover, over a rectangle of the tangent plane there.
 
+    Parameters
+    ----------
+    loads : sequence of Element
+        Loads whose direction turns quickly where their ends come close.
+
     Attributes
     ----------
     evaluations : int
         How often the drive was evaluated.
     """
 
-    def __init__(self, cover: Cover, node: CoverNode) -> None:
-        self.cover, self.node, self.evaluations = cover, node, 0
+    def __init__(self, cover: Cover, node: CoverNode, loads: Sequence[Element] = ()) -> None:
+        self.cover, self.node, self.loads, self.evaluations = cover, node, loads, 0
         self.low, high = cover.box(node, OVERLAP)
         self.step = (high - self.low) / FINEST
         self._drives: dict[tuple[int, int], Array] = {}
+        self._ends: dict[tuple[int, int], Array] = {}
 
     def y(self, i: float, j: float) -> Array:
         """Coordinates of a point of the grid."""
@@ -49,14 +59,30 @@ class TangentChart:
     def drive(self, i: int, j: int) -> Array:
         """The drive at a point of the grid, in the frame of the chart."""
         if (i, j) not in self._drives:
-            self._drives[i, j] = self.value(self.y(i, j))
+            self.evaluations += 1
+            place = self.place(self.y(i, j))
+            self._drives[i, j] = self._drive_of(place)
+            if place is not None:
+                self._ends[i, j] = end_vectors(self.cover, self.loads, place.q)
         return self._drives[i, j]
 
     def value(self, y: Array) -> Array:
         """The drive at coordinates; not a number where the chart does not lead."""
         self.evaluations += 1
-        place = self.place(y)
+        return self._drive_of(self.place(y))
+
+    def _drive_of(self, place: Place | None) -> Array:
         return np.full(2, np.nan) if place is None else self.node.frame @ place.push
+
+    def resolved(self, i: int, j: int, size: int) -> bool:
+        """Whether a cell is so short that no load turns quickly in it, its drives being known."""
+        ends = np.array([[self._ends[i + m, j + n] for n in (0, size)] for m in (0, size)])
+        return bool((self._moved(ends) <= np.linalg.norm(ends, axis=-1).min(axis=(0, 1))).all())
+
+    def _moved(self, ends: Array) -> Array:
+        """By how much the ends of loads move to each other along the sides of a cell: (loads,)."""
+        along = [np.linalg.norm(np.diff(ends, axis=n), axis=-1).max(axis=(0, 1)) for n in (0, 1)]
+        return np.asarray(np.hypot(*along))
 
     def holds(self, q: Array) -> bool:
         """Whether the chart leads to a position, and not to one of another sheet above the same
@@ -84,11 +110,13 @@ class PolarChart(TangentChart):
     in both, down to the radius zero.
     """
 
-    def __init__(self, cover: Cover, node: CoverNode, centre: Array, radius: float) -> None:
-        super().__init__(cover, node)
-        self.centre, self.radius = centre, radius
-        self.low = np.array([INNERMOST * radius, BEGINS])
-        self.step = (np.array([radius, BEGINS + 2.0 * np.pi]) - self.low) / FINEST
+    def __init__(self, cover: Cover, point: JumpPoint, loads: Sequence[Element] = ()) -> None:
+        super().__init__(cover, point.node, loads)
+        self.centre, self.radius = point.y, point.radius
+        self.low = np.array([INNERMOST * self.radius, BEGINS])
+        self.step = (np.array([self.radius, BEGINS + 2.0 * np.pi]) - self.low) / FINEST
+        lengths = np.linalg.norm(end_vectors(cover, loads, point.q), axis=1)
+        self.own = lengths < 1e-3 * INNERMOST * self.radius
 
     def y(self, i: float, j: float) -> Array:
         """Coordinates of a point of the grid."""
@@ -101,3 +129,11 @@ class PolarChart(TangentChart):
         angle = BEGINS + (np.arctan2(z, x) - BEGINS) % (2.0 * np.pi)
         polar = np.array([np.hypot(x, z), angle])
         return np.asarray((polar - self.low) / self.step)
+
+    def _moved(self, ends: Array) -> Array:
+        """The same; loads whose ends meet in the centre turn with the angle only."""
+        turned = np.linalg.norm(np.diff(ends, axis=1), axis=-1)
+        lengths = np.linalg.norm(ends, axis=-1)
+        part = (turned / np.maximum(lengths.min(axis=1, keepdims=True), 1e-300)).max(axis=(0, 1))
+        own = part * lengths.min(axis=(0, 1))
+        return np.where(self.own, own, super()._moved(ends))

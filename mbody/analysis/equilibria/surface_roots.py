@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mbody.analysis.equilibria.jump_points import JumpPoint, jump_points
+from mbody.analysis.equilibria.jump_points import JumpPoint, jump_points, may_meet
 from mbody.analysis.equilibria.surface_charts import FINEST, PolarChart, TangentChart
 from mbody.analysis.equilibria.surface_cover import SPACING, Cover
 from mbody.analysis.position.tangent_space import Array, Place
@@ -105,12 +105,13 @@ class _SurfaceIsolation:
         self.read, self.listed = 0, list[tuple[_Zero, Array]]()
         angles = np.arange(DIRECTIONS) * (2.0 * np.pi / DIRECTIONS)
         self.ways = np.column_stack([np.cos(angles), np.sin(angles)])
-        open_ = [node for node in cover.nodes if not cover.excluded(node)]
-        self.points = jump_points(cover, open_)
+        # what neighbours show of the drive says nothing of a load that turns between them
+        open_ = [node for node in cover.nodes if not cover.excluded(node) or may_meet(cover, node)]
+        self.points, self.sharp = jump_points(cover, open_)
         for point in self.points:
             self.around(point)
         for node in open_:
-            self.examine(TangentChart(cover, node))
+            self.examine(TangentChart(cover, node, self.sharp))
             if self.spent > MOST:
                 self.doubt(node.place)
                 break
@@ -161,9 +162,12 @@ class _SurfaceIsolation:
         )
         for m, n in parts:
             cell, at = grid[m : m + 2, n : n + 2], (i + m * half, j + n * half)
-            if self.excluded(cell, bends) or self.beside_jump(chart, at, half):
+            if self.beside_jump(chart, at, half):
                 continue
-            if self.alone(chart, cell, bends, at, half):
+            resolved = chart.resolved(*at, half)
+            if resolved and self.excluded(cell, bends):
+                continue
+            if resolved and self.alone(chart, cell, bends, at, half):
                 continue
             if half == TRIED and self.tried(chart, at, half):
                 continue
@@ -280,7 +284,7 @@ class _SurfaceIsolation:
 
     def around(self, point: JumpPoint) -> None:
         """The zeros in the disc around a jump, and the winding number there."""
-        chart = PolarChart(self.cover, point.node, point.y, point.radius)
+        chart = PolarChart(self.cover, point, self.sharp)
         if not self.examine(chart):
             return
         angles = [float(n) for n in np.arange(CIRCLE + 1) * (FINEST / CIRCLE)]
