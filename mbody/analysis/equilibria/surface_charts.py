@@ -39,12 +39,18 @@ class TangentChart:
     ----------
     evaluations : int
         How often the drive was evaluated.
+    left : list of ((int, int), int)
+        Corner and size of cells that were left to other charts.
+    places : dict
+        Positions at points of the grid where the drive was evaluated.
     """
 
     def __init__(self, cover: Cover, node: CoverNode, loads: Sequence[Element] = ()) -> None:
         self.cover, self.node, self.loads, self.evaluations = cover, node, loads, 0
         self.low, high = cover.box(node, OVERLAP)
         self.step = (high - self.low) / FINEST
+        self.left: list[tuple[tuple[int, int], int]] = []
+        self.places: dict[tuple[int, int], Place] = {}
         self._drives: dict[tuple[int, int], Array] = {}
         self._ends: dict[tuple[int, int], Array] = {}
 
@@ -63,6 +69,7 @@ class TangentChart:
             place = self.place(self.y(i, j))
             self._drives[i, j] = self._drive_of(place)
             if place is not None:
+                self.places[i, j] = place
                 self._ends[i, j] = end_vectors(self.cover, self.loads, place.q)
         return self._drives[i, j]
 
@@ -83,6 +90,15 @@ class TangentChart:
         """By how much the ends of loads move to each other along the sides of a cell: (loads,)."""
         along = [np.linalg.norm(np.diff(ends, axis=n), axis=-1).max(axis=(0, 1)) for n in (0, 1)]
         return np.asarray(np.hypot(*along))
+
+    def takes(self, q: Array) -> bool:
+        """Whether a position lies on the chart, and in no cell that was left to other charts."""
+        at = self.grid(self.cover.seen(self.node, q))
+        if (at < 0.0).any() or (at > FINEST).any():
+            return False
+        if any(np.abs((at - corner) / size - 0.5).max() <= 0.5 for corner, size in self.left):
+            return False
+        return self.holds(q)
 
     def holds(self, q: Array) -> bool:
         """Whether the chart leads to a position, and not to one of another sheet above the same

@@ -27,6 +27,9 @@ MOST, FAR = 2400, 8.0
 SURE = 2.0
 #: Least cosine between the tangent planes of neighbours.
 LEVEL = 0.8
+#: How much longer than its part in the tangent plane the chord to a neighbour may be that bounds a
+#: chart: one round a sharp bend, or on another sheet, is further than the plane shows.
+CHORD = 1.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,15 +171,27 @@ class Cover:
 
     def seen(self, node: CoverNode, q: Array) -> Array:
         """A position in the tangent plane of a place, whole turns left out: (2,)."""
+        return np.asarray(node.frame @ self._chord(node, q))
+
+    def _chord(self, node: CoverNode, q: Array) -> Array:
+        """From a place to a position, whole turns left out: (coordinates,)."""
         way = (q - node.place.q) / self.scale
         way[2::3] = np.remainder(way[2::3] + np.pi, 2.0 * np.pi) - np.pi
-        return np.asarray(node.frame @ way)
+        return np.asarray(way)
+
+    def _level(self, node: CoverNode, other: CoverNode) -> bool:
+        """Whether the tangent plane of a place shows where a neighbour is."""
+        chord = float(np.linalg.norm(self._chord(node, other.place.q)))
+        if chord > CHORD * float(np.linalg.norm(self.seen(node, other.place.q))):
+            return False
+        return float(np.linalg.svd(node.frame @ other.frame.T)[1][-1]) > LEVEL
 
     def box(self, node: CoverNode, overlap: float) -> tuple[Array, Array]:
         """Lower and upper bounds, in the tangent plane of a place, of what is nearer to it than to
         its neighbours by a factor.
         """
-        ways = [self.seen(node, other.place.q) for other in self.beside(node)]
+        beside = [other for other in self.beside(node) if self._level(node, other)]
+        ways = [self.seen(node, other.place.q) for other in beside]
         reach = 0.75 * max((float(np.linalg.norm(y)) for y in ways), default=2.0 * node.reach)
         corners = reach * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
         for y in ways:

@@ -21,7 +21,7 @@ import numpy as np
 
 from mbody.analysis.equilibria.jump_points import JumpPoint, jump_points, may_meet
 from mbody.analysis.equilibria.surface_charts import FINEST, PolarChart, TangentChart
-from mbody.analysis.equilibria.surface_cover import SPACING, Cover
+from mbody.analysis.equilibria.surface_cover import SPACING, Cover, CoverNode
 from mbody.analysis.position.tangent_space import Array, Place
 
 __all__ = ["SurfaceRoots", "surface_roots"]
@@ -29,8 +29,9 @@ __all__ = ["SurfaceRoots", "surface_roots"]
 #: Cells of a chart at which Newton's method is tried where nothing is certain yet, a power of two:
 #: zeros of rows without end are met there.
 TRIED = FINEST // 2**3
-#: Cells down to which a chart that does not reach their corners is divided.
-FOLDED = FINEST // 2**2
+#: Cells down to which a chart that does not reach their corners is divided, whether other charts go
+#: on there or not, and those at which its end is followed no further.
+FOLDED, RIM = FINEST // 2, FINEST // 2**6
 #: The error of interpolation, as a multiple of what second differences show.
 SURE = 2.0
 #: Directions among which one that separates zero is sought.
@@ -100,6 +101,7 @@ class _SurfaceIsolation:
         self.cover, self.polish = cover, polish
         self.found = SurfaceRoots()
         self.zeros: list[_Zero] = []
+        self.charts: dict[CoverNode, TangentChart] = {}
         self.spent = 0
         self.chart: TangentChart | None = None
         self.read, self.listed = 0, list[tuple[_Zero, Array]]()
@@ -111,7 +113,7 @@ class _SurfaceIsolation:
         for point in self.points:
             self.around(point)
         for node in open_:
-            self.examine(TangentChart(cover, node, self.sharp))
+            self.examine(self.chart_of(node))
             if self.spent > MOST:
                 self.doubt(node.place)
                 break
@@ -151,10 +153,14 @@ class _SurfaceIsolation:
         )
         parts = list(itertools.product(range(2), repeat=2))
         if not np.isfinite(grid).all():
-            # beyond the chart other charts go on
-            if half >= FOLDED:
-                for m, n in parts:
-                    self.divide(chart, (i + m * half, j + n * half), half)
+            if self.go_on(chart, corner, size):
+                chart.left.append((corner, size))
+                return
+            if half <= RIM:
+                self.left = self.places_of(chart, corner, size)[0]
+                return
+            for m, n in parts:
+                self.divide(chart, (i + m * half, j + n * half), half)
             return
         bends = (
             grid[1, :] - 0.5 * (grid[0, :] + grid[2, :]),
@@ -175,6 +181,33 @@ class _SurfaceIsolation:
                 self.divide(chart, at, half)
             else:
                 self.left = chart.place(chart.y(at[0] + 0.5, at[1] + 0.5))
+
+    def go_on(self, chart: TangentChart, corner: Corner, size: int) -> bool:
+        """Whether other charts go on where one ends within a cell."""
+        if size >= FOLDED:
+            return False
+        if isinstance(chart, PolarChart):
+            return True
+        return all(self.on_other(chart, place.q) for place in self.places_of(chart, corner, size))
+
+    def places_of(self, chart: TangentChart, corner: Corner, size: int) -> list[Place]:
+        """The positions at the points of a cell to which its chart leads."""
+        (i, j), half = corner, size // 2
+        points = [(i + m * half, j + n * half) for m in range(3) for n in range(3)]
+        return [chart.places[point] for point in points if point in chart.places]
+
+    def on_other(self, chart: TangentChart, q: Array) -> bool:
+        """Whether a position is on another chart."""
+        apart = self.cover.near(self.cover.name(q))
+        near = np.flatnonzero(apart < 2.0 * SPACING)
+        nodes = [self.cover.nodes[n] for n in near[np.argsort(apart[near])]]
+        return any(self.chart_of(node).takes(q) for node in nodes if node is not chart.node)
+
+    def chart_of(self, node: CoverNode) -> TangentChart:
+        """The chart around a place."""
+        if node not in self.charts:
+            self.charts[node] = TangentChart(self.cover, node, self.sharp)
+        return self.charts[node]
 
     def beside_jump(self, chart: TangentChart, corner: Corner, size: int) -> bool:
         """Whether a cell lies within the disc of a jump, which has a chart of its own."""
