@@ -47,12 +47,16 @@ class TangentChart:
 
     def __init__(self, cover: Cover, node: CoverNode, loads: Sequence[Element] = ()) -> None:
         self.cover, self.node, self.loads, self.evaluations = cover, node, loads, 0
-        self.low, high = cover.box(node, OVERLAP)
-        self.step = (high - self.low) / FINEST
+        low, high = cover.box(node, OVERLAP)
+        self.low, self.step = low, (high - low) / FINEST
         self.left: list[tuple[tuple[int, int], int]] = []
         self.places: dict[tuple[int, int], Place] = {}
         self._drives: dict[tuple[int, int], Array] = {}
         self._ends: dict[tuple[int, int], Array] = {}
+
+    def resize(self, half_width: float) -> None:
+        """Make it a square around its place."""
+        self.low, self.step = np.full(2, -half_width), np.full(2, 2.0 * half_width / FINEST)
 
     def y(self, i: float, j: float) -> Array:
         """Coordinates of a point of the grid."""

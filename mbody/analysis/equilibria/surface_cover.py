@@ -62,7 +62,7 @@ class Cover:
         self.full = self.wound = False
         self._names = np.empty((MOST, 4 * (len(start.q) // 3)))
         self._reaches = np.empty(MOST)
-        self._add(self._node(start, frame, SPACING))
+        self._add(self.node(start, frame, SPACING))
         self._grow()
 
     @property
@@ -70,7 +70,8 @@ class Cover:
         """Whether the surface is covered whole."""
         return not (self.full or self.rim)
 
-    def _node(self, place: Place, frame: Array, reach: float) -> CoverNode:
+    def node(self, place: Place, frame: Array, reach: float) -> CoverNode:
+        """A place of the cover, its frame turned as little as possible from one nearby."""
         u, _, vt = np.linalg.svd(frame @ place.motions.T)
         turn = u @ vt
         K = turn @ self.manifold.stiffness(place) @ turn.T
@@ -113,7 +114,7 @@ class Cover:
                     self.full = True
                     return
                 self._add(there)
-                if self._far(there):
+                if self.far(there.place.q):
                     self.rim.append(there)
                 else:
                     waiting.append(there)
@@ -132,13 +133,26 @@ class Cover:
                 if level[-1] > LEVEL and 0.5 * reach < moved < 1.6 * reach:
                     if self._taken(self.name(there.q), reach):
                         return None
-                    return self._node(there, node.frame, reach)
+                    return self.node(there, node.frame, reach)
             reach *= 0.5
         return None
 
-    def _far(self, node: CoverNode) -> bool:
-        way = (node.place.q - self.start.q) / self.scale
+    def far(self, q: Array) -> bool:
+        """Whether a position is further from the start than the cover goes."""
+        way = (q - self.start.q) / self.scale
         return float(np.abs(way.reshape(-1, 3)[:, :2]).max(initial=0.0)) > FAR
+
+    @property
+    def borders(self) -> int:
+        """How many closed lines the rim consists of."""
+        left, count = list(self.rim), 0
+        while left:
+            ring, count = [left.pop()], count + 1
+            for one in ring:  # grows on the way
+                beside = [n for n in left if np.abs(n.name - one.name).max() < 1.6 * SPACING]
+                left = [n for n in left if n not in beside]
+                ring += beside
+        return count
 
     def driven_out(self) -> bool:
         """Whether loads drive outward somewhere on the rim of what was covered."""

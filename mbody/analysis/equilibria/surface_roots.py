@@ -32,6 +32,11 @@ TRIED = FINEST // 2**3
 #: Cells down to which a chart that does not reach their corners is divided, whether other charts go
 #: on there or not, and those at which its end is followed no further.
 FOLDED, RIM = FINEST // 2, FINEST // 2**6
+#: Half the width of the chart that goes on from such a cell, in sizes of it, the least, and how many
+#: of them there are at most.
+PATCH, SMALLEST, PATCHES = 4.0, 1e-3, 400
+#: The same of a chart where the border of another lies on none, in widths of it.
+BORDER = 0.2
 #: The error of interpolation, as a multiple of what second differences show.
 SURE = 2.0
 #: Directions among which one that separates zero is sought.
@@ -102,6 +107,7 @@ class _SurfaceIsolation:
         self.found = SurfaceRoots()
         self.zeros: list[_Zero] = []
         self.charts: dict[CoverNode, TangentChart] = {}
+        self.patches: list[TangentChart] = []
         self.spent = 0
         self.chart: TangentChart | None = None
         self.read, self.listed = 0, list[tuple[_Zero, Array]]()
@@ -110,14 +116,39 @@ class _SurfaceIsolation:
         # what neighbours show of the drive says nothing of a load that turns between them
         open_ = [node for node in cover.nodes if not cover.excluded(node) or may_meet(cover, node)]
         self.points, self.sharp = jump_points(cover, open_)
+        self.isolate(open_)
+        self.found.rests = [zero.place for zero in self.zeros]
+
+    def isolate(self, open_: list[CoverNode]) -> None:
+        """Find the zeros around some places of the cover."""
         for point in self.points:
             self.around(point)
         for node in open_:
             self.examine(self.chart_of(node))
             if self.spent > MOST:
                 self.doubt(node.place)
-                break
-        self.found.rests = [zero.place for zero in self.zeros]
+                return
+        for node in open_:
+            self.surround(self.chart_of(node))
+        for patch in self.patches:  # grows on the way
+            self.examine(patch)
+            self.surround(patch)
+            if self.spent > MOST:
+                self.doubt(patch.node.place)
+                return
+
+    def surround(self, chart: TangentChart) -> None:
+        """Go on by small charts where the border of one lies on no other."""
+        if self.cover.full or chart.node in self.cover.rim:
+            return
+        for i, j in itertools.product((0, FINEST // 2, FINEST), repeat=2):
+            place = chart.places.get((i, j))
+            if place is None or (2 * i, 2 * j) == (FINEST, FINEST) or self.cover.far(place.q):
+                continue
+            if not self.on_other(chart, place.q) and not self.patch(
+                chart, place, BORDER * FINEST * float(chart.step.max())
+            ):
+                self.doubt(place)
 
     def examine(self, chart: TangentChart) -> bool:
         """Find the zeros of a chart; whether their number is certain."""
@@ -157,7 +188,13 @@ class _SurfaceIsolation:
                 chart.left.append((corner, size))
                 return
             if half <= RIM:
-                self.left = self.places_of(chart, corner, size)[0]
+                half_width = PATCH * size * float(chart.step.max())
+                for place in self.places_of(chart, corner, size):
+                    if not self.on_other(chart, place.q) and not self.patch(
+                        chart, place, half_width
+                    ):
+                        self.left = place
+                chart.left.append((corner, size))
                 return
             for m, n in parts:
                 self.divide(chart, (i + m * half, j + n * half), half)
@@ -190,6 +227,15 @@ class _SurfaceIsolation:
             return True
         return all(self.on_other(chart, place.q) for place in self.places_of(chart, corner, size))
 
+    def patch(self, chart: TangentChart, place: Place, half_width: float) -> bool:
+        """Add a small chart around a place of another; whether there may be one more."""
+        if len(self.patches) == PATCHES or half_width < SMALLEST:
+            return False
+        node = self.cover.node(place, chart.node.frame, half_width)
+        self.patches.append(TangentChart(self.cover, node, self.sharp))
+        self.patches[-1].resize(half_width)
+        return True
+
     def places_of(self, chart: TangentChart, corner: Corner, size: int) -> list[Place]:
         """The positions at the points of a cell to which its chart leads."""
         (i, j), half = corner, size // 2
@@ -201,7 +247,8 @@ class _SurfaceIsolation:
         apart = self.cover.near(self.cover.name(q))
         near = np.flatnonzero(apart < 2.0 * SPACING)
         nodes = [self.cover.nodes[n] for n in near[np.argsort(apart[near])]]
-        return any(self.chart_of(node).takes(q) for node in nodes if node is not chart.node)
+        charts = [*self.patches, *(self.chart_of(node) for node in nodes)]
+        return any(other.takes(q) for other in charts if other is not chart)
 
     def chart_of(self, node: CoverNode) -> TangentChart:
         """The chart around a place."""
