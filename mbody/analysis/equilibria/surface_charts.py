@@ -19,6 +19,8 @@ FINEST = 2**12
 OVERLAP = 1.15
 #: How much longer than its part in the tangent plane a way on the surface may be.
 STEEP = 2.0
+#: The same of a chart that is to be level.
+BENT = 1.15
 #: Positions nearer to each other than this are one.
 SAME = 1e-6
 #: The least radius of a polar chart, as a part of its greatest.
@@ -57,6 +59,15 @@ class TangentChart:
     def resize(self, half_width: float) -> None:
         """Make it a square around its place."""
         self.low, self.step = np.full(2, -half_width), np.full(2, 2.0 * half_width / FINEST)
+
+    def is_level(self) -> bool:
+        """Whether it leads everywhere, and is nowhere steep: so is its border, at least."""
+        middles = [(i, j) for i in (0, 1, 2) for j in (0, 1, 2) if (i, j) != (1, 1)]
+        for y in (self.y(0.5 * i * FINEST, 0.5 * j * FINEST) for i, j in middles):
+            place = self.place(y)
+            if place is None or self.cover.chord(self.node, place.q) > BENT * np.linalg.norm(y):
+                return False
+        return True
 
     def y(self, i: float, j: float) -> Array:
         """Coordinates of a point of the grid."""

@@ -185,9 +185,13 @@ class Cover:
 
     def seen(self, node: CoverNode, q: Array) -> Array:
         """A position in the tangent plane of a place, whole turns left out: (2,)."""
-        return np.asarray(node.frame @ self._chord(node, q))
+        return np.asarray(node.frame @ self._way(node, q))
 
-    def _chord(self, node: CoverNode, q: Array) -> Array:
+    def chord(self, node: CoverNode, q: Array) -> float:
+        """How far a position is from a place, whole turns left out."""
+        return float(np.linalg.norm(self._way(node, q)))
+
+    def _way(self, node: CoverNode, q: Array) -> Array:
         """From a place to a position, whole turns left out: (coordinates,)."""
         way = (q - node.place.q) / self.scale
         way[2::3] = np.remainder(way[2::3] + np.pi, 2.0 * np.pi) - np.pi
@@ -195,8 +199,7 @@ class Cover:
 
     def _level(self, node: CoverNode, other: CoverNode) -> bool:
         """Whether the tangent plane of a place shows where a neighbour is."""
-        chord = float(np.linalg.norm(self._chord(node, other.place.q)))
-        if chord > CHORD * float(np.linalg.norm(self.seen(node, other.place.q))):
+        if self.chord(node, other.place.q) > CHORD * float(np.linalg.norm(self.seen(node, other.place.q))):
             return False
         return float(np.linalg.svd(node.frame @ other.frame.T)[1][-1]) > LEVEL
 

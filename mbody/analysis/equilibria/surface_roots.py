@@ -32,11 +32,8 @@ TRIED = FINEST // 2**3
 #: Cells down to which a chart that does not reach their corners is divided, whether other charts go
 #: on there or not, and those at which its end is followed no further.
 FOLDED, RIM = FINEST // 2, FINEST // 2**6
-#: Half the width of the chart that goes on from such a cell, in sizes of it, the least, and how many
-#: of them there are at most.
-PATCH, SMALLEST, PATCHES = 4.0, 1e-3, 400
-#: The same of a chart where the border of another lies on none, in widths of it.
-BORDER = 0.2
+#: Half the width of charts that go on where others end, at most and at least, and their number.
+WIDEST, NARROWEST, PATCHES = 0.2, 1e-3, 600
 #: The error of interpolation, as a multiple of what second differences show.
 SURE = 2.0
 #: Directions among which one that separates zero is sought.
@@ -145,9 +142,7 @@ class _SurfaceIsolation:
             place = chart.places.get((i, j))
             if place is None or (2 * i, 2 * j) == (FINEST, FINEST) or self.cover.far(place.q):
                 continue
-            if not self.on_other(chart, place.q) and not self.patch(
-                chart, place, BORDER * FINEST * float(chart.step.max())
-            ):
+            if not (self.on_other(chart, place.q) or self.patch(chart, place)):
                 self.doubt(place)
 
     def examine(self, chart: TangentChart) -> bool:
@@ -188,11 +183,8 @@ class _SurfaceIsolation:
                 chart.left.append((corner, size))
                 return
             if half <= RIM:
-                half_width = PATCH * size * float(chart.step.max())
                 for place in self.places_of(chart, corner, size):
-                    if not self.on_other(chart, place.q) and not self.patch(
-                        chart, place, half_width
-                    ):
+                    if not (self.on_other(chart, place.q) or self.patch(chart, place)):
                         self.left = place
                 chart.left.append((corner, size))
                 return
@@ -227,14 +219,20 @@ class _SurfaceIsolation:
             return True
         return all(self.on_other(chart, place.q) for place in self.places_of(chart, corner, size))
 
-    def patch(self, chart: TangentChart, place: Place, half_width: float) -> bool:
+    def patch(self, chart: TangentChart, place: Place) -> bool:
         """Add a small chart around a place of another; whether there may be one more."""
-        if len(self.patches) == PATCHES or half_width < SMALLEST:
+        if len(self.patches) == PATCHES:
             return False
-        node = self.cover.node(place, chart.node.frame, half_width)
-        self.patches.append(TangentChart(self.cover, node, self.sharp))
-        self.patches[-1].resize(half_width)
-        return True
+        half_width = WIDEST
+        while half_width > NARROWEST:
+            node = self.cover.node(place, chart.node.frame, half_width)
+            patch = TangentChart(self.cover, node, self.sharp)
+            patch.resize(half_width)
+            if patch.is_level():
+                self.patches.append(patch)
+                return True
+            half_width *= 0.5
+        return False
 
     def places_of(self, chart: TangentChart, corner: Corner, size: int) -> list[Place]:
         """The positions at the points of a cell to which its chart leads."""
