@@ -1,9 +1,9 @@
 """Points of a surface of positions where the ends of a load meet: there its force has no direction.
 
 A spring that keeps a force at zero length pulls one way on one side of such a point and the other
-way beyond it. The potential energy has a cone there, and rest positions may lie close beside it. Where
-the ends only come close, its direction turns as quickly as they pass: a grid shows that only where
-its cells are shorter than the load.
+way beyond it. The potential energy has a cone there, and rest positions may lie close beside it.
+Where the ends only come close, its direction turns as quickly as they pass: a grid shows that only
+where its cells are shorter than the load.
 """
 
 from __future__ import annotations

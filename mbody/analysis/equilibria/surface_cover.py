@@ -199,7 +199,8 @@ class Cover:
 
     def _level(self, node: CoverNode, other: CoverNode) -> bool:
         """Whether the tangent plane of a place shows where a neighbour is."""
-        if self.chord(node, other.place.q) > CHORD * float(np.linalg.norm(self.seen(node, other.place.q))):
+        q = other.place.q
+        if self.chord(node, q) > CHORD * float(np.linalg.norm(self.seen(node, q))):
             return False
         return float(np.linalg.svd(node.frame @ other.frame.T)[1][-1]) > LEVEL
 

@@ -40,8 +40,8 @@ SURE = 2.0
 DIRECTIONS = 32
 #: Difference from the identity below which a cell holds one zero at most.
 ALONE = 0.9
-#: How far outside its cell, in parts of it, a zero of the interpolation is followed, and one that
-#: was found counts for it.
+#: How far outside its cell, in parts of it, a zero of the interpolation is followed at least, and
+#: one that was found counts for it.
 FOLLOWED, WITHIN = 0.6, 0.3
 #: Evaluations of the drive at most.
 MOST = 20_000
@@ -183,10 +183,7 @@ class _SurfaceIsolation:
                 chart.left.append((corner, size))
                 return
             if half <= RIM:
-                for place in self.places_of(chart, corner, size):
-                    if not (self.on_other(chart, place.q) or self.patch(chart, place)):
-                        self.left = place
-                chart.left.append((corner, size))
+                self.close(chart, corner, size)
                 return
             for m, n in parts:
                 self.divide(chart, (i + m * half, j + n * half), half)
@@ -216,8 +213,18 @@ class _SurfaceIsolation:
         if size >= FOLDED:
             return False
         if isinstance(chart, PolarChart):
-            return True
+            return False  # no other looks into its disc
         return all(self.on_other(chart, place.q) for place in self.places_of(chart, corner, size))
+
+    def close(self, chart: TangentChart, corner: Corner, size: int) -> None:
+        """Go on by small charts where one ends within a small cell, and no other goes on."""
+        if isinstance(chart, PolarChart):
+            self.left = chart.node.place
+            return
+        for place in self.places_of(chart, corner, size):
+            if not (self.on_other(chart, place.q) or self.patch(chart, place)):
+                self.left = place
+        chart.left.append((corner, size))
 
     def patch(self, chart: TangentChart, place: Place) -> bool:
         """Add a small chart around a place of another; whether there may be one more."""
@@ -286,12 +293,13 @@ class _SurfaceIsolation:
         if abs(np.linalg.det(J)) <= 1e-12 * float(np.abs(J).max()) ** 2:
             return False
         B = np.linalg.inv(J)
+        errors = [SURE * np.linalg.norm(bend @ B.T, axis=1).max() for bend in bends]
         off = [
-            np.linalg.norm(way @ B.T - unit, axis=1).max()
-            + SURE * np.linalg.norm(bend @ B.T, axis=1).max()
-            for way, bend, unit in zip(along, bends, np.eye(2), strict=True)
+            np.linalg.norm(way @ B.T - unit, axis=1).max() + error
+            for way, error, unit in zip(along, errors, np.eye(2), strict=True)
         ]
-        if np.hypot(*off) > ALONE:
+        differs = float(np.hypot(*off))
+        if differs > ALONE:
             return False
         part = np.array([0.5, 0.5])
         for _ in range(8):
@@ -299,7 +307,9 @@ class _SurfaceIsolation:
             part = part - B @ np.tensordot(weights, cell, 2)
             if np.abs(part - 0.5).max() > 2.0:
                 break
-        if np.abs(part - 0.5).max() > 0.5 + FOLLOWED:
+        # by how much the zero may be beside that of the interpolation
+        shift = 0.25 * sum(errors) / (1.0 - differs)
+        if np.abs(part - 0.5).max() > 0.5 + max(FOLLOWED, shift):
             return True
         if self.known(chart, corner, size, WITHIN) is None:
             i, j = corner + size * np.clip(part, 0.0, 1.0)
