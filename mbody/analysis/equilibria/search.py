@@ -153,7 +153,7 @@ class RestSearch:
         self.unsure += roots.unsure
         new = [r for r in self.found if cover.near(cover.name(r.place.q)).min() < SPACING]
         row = any(rest.row for rest in self.found[before:])
-        # each border that loads drive away from closes as a disc does, around one zero more
+        # each border that loads drive away from takes one from the Euler characteristic
         inward = not (cover.full or cover.driven_out())
         odd = inward and (len(new) + roots.index + cover.borders) % 2
         if odd and not roots.unsure and not row:

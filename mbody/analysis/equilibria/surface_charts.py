@@ -119,10 +119,16 @@ class TangentChart:
         """Whether the chart leads to a position, and not to one of another sheet above the same
         place of the tangent plane.
         """
-        there = self.place(self.cover.seen(self.node, q))
-        return there is not None and self.cover.manifold.apart(there.q, q) < SAME
+        there = self.position(self.cover.seen(self.node, q))
+        return there is not None and self.cover.manifold.apart(there, q) < SAME
 
     def place(self, y: Array) -> Place | None:
+        """What holds at coordinates; None where the chart does not lead."""
+        q = self.position(y)
+        there = None if q is None else self.cover.manifold.place(q)
+        return there if there is not None and len(there.motions) == 2 else None
+
+    def position(self, y: Array) -> Array | None:
         """The position at coordinates; None where the chart does not lead."""
         manifold, frame = self.cover.manifold, self.node.frame
         q = manifold.closed(self.node.place.q + manifold.scale * (y @ frame), frame)
@@ -130,10 +136,7 @@ class TangentChart:
             return None
         # closing may lead to another sheet
         chord = (q - self.node.place.q) / manifold.scale
-        if np.linalg.norm(chord) > STEEP * np.linalg.norm(y) + 1e-9:
-            return None
-        there = manifold.place(q)
-        return there if there is not None and len(there.motions) == 2 else None
+        return None if np.linalg.norm(chord) > STEEP * np.linalg.norm(y) + 1e-9 else q
 
 
 class PolarChart(TangentChart):

@@ -7,8 +7,13 @@ at its corners by more than the error of linear interpolation, which second diff
 it holds one zero at most where J⁻¹ ∂G/∂y, J being the mean Jacobian matrix of the cell, differs
 from the identity by less than one. Other cells are divided.
 
+A cell in which a chart ends is left to another only where that leads to the same positions; where
+none does, small charts go on. So do they where the border of a chart lies on no other. A zero
+counts for a chart that leads to it: another sheet may lie above the same place of a tangent plane.
+
 On a closed surface the winding numbers of G around zeros and jumps sum up to the Euler
-characteristic, which is even: so their number is even where each is one.
+characteristic, which is even: so their number is even where each is one. Each border across which
+the loads drive inward takes one from the characteristic.
 """
 
 from __future__ import annotations
@@ -43,6 +48,12 @@ ALONE = 0.9
 #: How far outside its cell, in parts of it, a zero of the interpolation is followed at least, and
 #: one that was found counts for it.
 FOLLOWED, WITHIN = 0.6, 0.3
+#: The part of the radius of a polar chart within which other charts leave their cells to it.
+WITHIN_DISC = 0.9
+#: Cells around a finest one in which nothing is certain, where a zero is sought.
+LEFT = FINEST // 2**6
+#: Places that are kept at most because nothing is certain there.
+DOUBTS = 3
 #: Evaluations of the drive at most.
 MOST = 20_000
 #: A stiffness with a singular value below this part of the greatest is singular, and zeros whose
@@ -147,13 +158,14 @@ class _SurfaceIsolation:
 
     def examine(self, chart: TangentChart) -> bool:
         """Find the zeros of a chart; whether their number is certain."""
+        # one of another sheet above the same place has nothing to do with this one
         self.near = [
-            (self.cover.seen(chart.node, point.q), point.radius)
+            point
             for point in self.points
             if np.abs(self.cover.name(point.q) - chart.node.name).max() < 4.0 * chart.node.reach
+            and not isinstance(chart, PolarChart)
+            and chart.holds(point.q)
         ]
-        if isinstance(chart, PolarChart):
-            self.near = []
         self.left: Place | None = None
         self.divide(chart, (0, 0), FINEST)
         self.spent += chart.evaluations
@@ -162,10 +174,12 @@ class _SurfaceIsolation:
         return self.left is None
 
     def doubt(self, place: Place) -> None:
-        """Keep a place where no number of zeros is certain; of some beside each other one."""
+        """Keep a place where no number of zeros is certain; of some beside each other one,
+        and of many a few."""
         name = self.cover.name(place.q)
         others = [self.cover.name(other.q) for other in self.found.unsure]
-        if all(np.abs(name - other).max() > SPACING for other in others):
+        new = all(np.abs(name - other).max() > SPACING for other in others)
+        if new and len(others) < DOUBTS:
             self.found.unsure.append(place)
 
     def divide(self, chart: TangentChart, corner: Corner, size: int) -> None:
@@ -206,7 +220,15 @@ class _SurfaceIsolation:
             if half > 1:
                 self.divide(chart, at, half)
             else:
-                self.left = chart.place(chart.y(at[0] + 0.5, at[1] + 0.5))
+                self.leave(chart, at)
+
+    def leave(self, chart: TangentChart, at: Corner) -> None:
+        """Keep a finest cell in which nothing is certain, and the zero near it, if there is one."""
+        around = at[0] - LEFT // 2, at[1] - LEFT // 2
+        y = chart.y(at[0] + 0.5, at[1] + 0.5)
+        if self.known(chart, around, LEFT, 0.0) is None:
+            self.search(chart, y, around, LEFT)
+        self.left = chart.place(y)
 
     def go_on(self, chart: TangentChart, corner: Corner, size: int) -> bool:
         """Whether other charts go on where one ends within a cell."""
@@ -265,11 +287,14 @@ class _SurfaceIsolation:
         """Whether a cell lies within the disc of a jump, which has a chart of its own."""
         if not self.near:
             return False
-        i, j = corner
-        ends = np.array([chart.y(i + m, j + n) for m in (0, size) for n in (0, size)])
-        return any(
-            (np.linalg.norm(ends - y, axis=1) < 0.9 * radius).all() for y, radius in self.near
-        )
+        corners = itertools.product(*((n, n + size) for n in corner))
+        ends = [chart.places[one].q for one in corners]
+        return any(self.in_disc(point, ends) for point in self.near)
+
+    def in_disc(self, point: JumpPoint, ends: list[Array]) -> bool:
+        """Whether positions are within the disc around a jump."""
+        ways = [self.cover.seen(point.node, q) - point.y for q in ends]
+        return bool(np.linalg.norm(ways, axis=1).max() < WITHIN_DISC * point.radius)
 
     def excluded(self, cell: Array, bends: tuple[Array, Array]) -> bool:
         """Whether a direction separates zero from the drive; errors are a quarter of the bends of
