@@ -49,6 +49,7 @@ class TangentChart:
 
     def __init__(self, cover: Cover, node: CoverNode, loads: Sequence[Element] = ()) -> None:
         self.cover, self.node, self.loads, self.evaluations = cover, node, loads, 0
+        self.side = self._side(node.place.rows)
         low, high = cover.box(node, OVERLAP)
         self.low, self.step = low, (high - low) / FINEST
         self.left: list[tuple[tuple[int, int], int]] = []
@@ -134,9 +135,16 @@ class TangentChart:
         q = manifold.closed(self.node.place.q + manifold.scale * (y @ frame), frame)
         if q is None:
             return None
-        # closing may lead to another sheet
+        # closing may lead to another sheet, and beside a change point to another circuit
         chord = (q - self.node.place.q) / manifold.scale
-        return None if np.linalg.norm(chord) > STEEP * np.linalg.norm(y) + 1e-9 else q
+        if np.linalg.norm(chord) > STEEP * np.linalg.norm(y) + 1e-9:
+            return None
+        return q if self._side(manifold.rows(q)[1]) == self.side else None
+
+    def _side(self, rows: Array) -> float:
+        """The sign of det [Φ_q; frame], which a chart changes nowhere; 0 with redundant rows."""
+        square = np.vstack([rows, self.node.frame])
+        return float(np.linalg.slogdet(square)[0]) if len(square) == square.shape[1] else 0.0
 
 
 class PolarChart(TangentChart):
