@@ -287,8 +287,8 @@ class _SurfaceIsolation:
         """Whether a cell lies within the disc of a jump, which has a chart of its own."""
         if not self.near:
             return False
-        corners = itertools.product(*((n, n + size) for n in corner))
-        ends = [chart.places[one].q for one in corners]
+        i, j = corner
+        ends = [chart.places[i + m, j + n].q for m in (0, size) for n in (0, size)]
         return any(self.in_disc(point, ends) for point in self.near)
 
     def in_disc(self, point: JumpPoint, ends: list[Array]) -> bool:
