@@ -15,6 +15,7 @@ import argparse
 import itertools
 import json
 import math
+import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -48,6 +49,8 @@ SAME = 1e-5
 #: A V'' or least eigenvalue below this part of the greatest is near a double root, whose place is
 #: known to half the digits, and whose number of rests is a matter of rounding.
 FLAT = 1e-7
+#: Linkages between two lines of progress.
+EVERY = 25
 g = 9.81
 
 
@@ -453,8 +456,19 @@ def judge(seed: int, freedom: int) -> Verdict:
 
 
 def run(seeds: Sequence[int], freedom: int) -> list[Verdict]:
-    """Compare many."""
-    return [judge(seed, freedom) for seed in seeds]
+    """Compare many; how far it came goes to the standard error."""
+    found: list[Verdict] = []
+    for seed in seeds:
+        found.append(judge(seed, freedom))
+        if len(found) % EVERY == 0:
+            wrong = [v.seed for v in found if (v.missing or v.extra) and not v.near]
+            noted = sum(v.noted for v in found)
+            print(
+                f"{len(found)} of {len(seeds)}: {len(wrong)} disagree {wrong[-10:]}, {noted} noted",
+                file=sys.stderr,
+                flush=True,
+            )
+    return found
 
 
 def summary(verdicts: Sequence[Verdict]) -> dict[str, Any]:

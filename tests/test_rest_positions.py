@@ -5,6 +5,7 @@ import math
 import os
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -27,11 +28,13 @@ from mbody import (
     equilibrium,
     to_toml,
 )
+from mbody.analysis.equilibria import search
 from mbody.cli import main
 from mbody.engineering import equilibrium_curve
 from mbody.makers import makers
 from mbody.model.loads import CentrifugalField
-from tests.rest_scan import judge, summary
+from tests import rest_scan
+from tests.rest_scan import FAMILIES, judge, summary
 from validation.porter_governor import build as porter
 
 UPRIGHT = Marker("ground", (0.0, 0.0), 0.5 * math.pi)
@@ -42,6 +45,10 @@ FOUR_BARS = [1368, 1420, 1467, *range(12)]
 #: The same of two freedoms: one of which a spread of starts missed a position, and one each of the
 #: three families.
 SURFACES = [50, 0, 2, 4]
+#: The same of which a position was missed: one above another that was found, on the other sheet of
+#: a four-bar; beside a disc around which a spring turns, and within it; where a four-bar bends so
+#: sharply that neighbours seemed nearer than they were.
+HIDDEN = [112, 149, 110, 301]
 
 
 def pendulum(*more, guess=-1.5, spread="point"):
@@ -201,6 +208,39 @@ def test_the_command_ends_with_1_where_positions_may_be_missing(tmp_path, capsys
 def test_linkages_of_two_freedoms_agree_with_a_scan_of_their_energy():
     found = summary([judge(seed, 2) for seed in SURFACES])
     assert found["agreed"] == len(SURFACES) and not found["noted"], found
+
+
+@pytest.mark.parametrize("seed", HIDDEN)
+def test_positions_that_charts_hid(seed):
+    verdict = judge(seed, 2)
+    assert not (verdict.missing or verdict.extra or verdict.error or verdict.noted), verdict
+
+
+@pytest.mark.parametrize("seed", [2, 3])
+def test_a_position_that_is_missing_is_reported_by_parity(monkeypatch, seed):
+    """On a rail, whose surface has two borders that loads drive away from, and on a torus."""
+    whole = search.surface_roots
+
+    def with_one_less(cover, polish):
+        roots = whole(cover, polish)
+        return replace(roots, rests=roots.rests[:-1])
+
+    machine = FAMILIES[2][seed % 3](np.random.default_rng([2, seed])).machine
+    assert equilibrium(machine).doubts == ()
+    monkeypatch.setattr(search, "surface_roots", with_one_less)
+    for other in ("_try", "_relax"):  # which may find it too
+        monkeypatch.setattr(search.RestSearch, other, lambda *_: None)
+    (doubt,) = equilibrium(machine).doubts
+    assert doubt.kind == "incomplete" and "odd number of rest positions" in doubt.message
+
+
+def test_a_scan_says_how_far_it_came(monkeypatch, capsys):
+    monkeypatch.setattr(rest_scan, "EVERY", 2)
+    rest_scan.run(range(4), 1)
+    assert capsys.readouterr().err.splitlines() == [
+        "2 of 4: 0 disagree [], 0 noted",
+        "4 of 4: 0 disagree [], 0 noted",
+    ]
 
 
 # -- crossings of branches -----------------------------------------------------------------------

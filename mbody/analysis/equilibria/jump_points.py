@@ -2,10 +2,13 @@
 
 A spring that keeps a force at zero length pulls one way on one side of such a point and the other
 way beyond it. The potential energy has a cone there, and rest positions may lie close beside it.
+Where the ends only come close, its direction turns as quickly as they pass: a grid shows that only
+where its cells are shorter than the load.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +19,7 @@ from mbody.analysis.position.tangent_space import Array
 from mbody.model.element import Element
 from mbody.system.rank import rank_of
 
-__all__ = ["JumpPoint", "jump_points"]
+__all__ = ["JumpPoint", "end_vectors", "jump_points", "may_meet"]
 
 #: Newton steps to a point, how often one is halved, and the distance of the ends there, in model
 #: lengths.
@@ -51,23 +54,58 @@ class JumpPoint:
     radius: float
 
 
-def jump_points(cover: Cover, nodes: list[CoverNode]) -> list[JumpPoint]:
-    """All points near some places of a cover where ends of loads meet and a force jumps."""
-    loads = cover.manifold.system.mechanism.loads
+def jump_points(cover: Cover, nodes: list[CoverNode]) -> tuple[list[JumpPoint], list[Element]]:
+    """All points near some places of a cover where ends of loads meet and a force jumps.
+
+    Returns
+    -------
+    list of JumpPoint
+    list of Element
+        The loads whose force jumps where their ends meet, or may: those that never meet among them.
+    """
     found: list[tuple[CoverNode, Array]] = []
-    for load in loads:
-        if hasattr(load, "i") and hasattr(load, "j"):
-            for node in nodes:
-                q = _meeting(cover, node, load)
-                if q is not None and all(_apart(cover, q, other) > 1e-6 for _, other in found):
-                    found.append((node, q))
-    found = [(node, q) for node, q in found if _jumps(cover, node, q)]
+    sharp = []
+    for load in _with_ends(cover):
+        met: list[tuple[CoverNode, Array]] = []
+        for node in nodes:
+            q = _meeting(cover, node, load)
+            if q is not None and all(_apart(cover, q, other) > 1e-6 for _, other in met):
+                met.append((node, q))
+        jumping = [(node, q) for node, q in met if _jumps(cover, node, q)]
+        if jumping or not met:
+            sharp.append(load)
+        for node, q in jumping:
+            if all(_apart(cover, q, other) > 1e-6 for _, other in found):
+                found.append((node, q))
     points = []
     for node, q in found:
         others = [_apart(cover, q, other) for _, other in found if other is not q]
         radius = min(RADIUS, PART * min(others, default=np.inf))
         points.append(JumpPoint(node, q, cover.seen(node, q), radius))
-    return points
+    return points, sharp
+
+
+def end_vectors(cover: Cover, loads: Sequence[Element], q: Array) -> Array:
+    """From one end of each load to the other, in model lengths: (loads, 2)."""
+    return np.array([_between(cover, load, q) for load in loads]).reshape(-1, 2)
+
+
+def may_meet(cover: Cover, node: CoverNode) -> bool:
+    """Whether the ends of a load may meet, or pass close by, within reach of a place."""
+    return any(_in_reach(cover, node, load) for load in _with_ends(cover))
+
+
+def _with_ends(cover: Cover) -> list[Element]:
+    loads = cover.manifold.system.mechanism.loads
+    return [load for load in loads if hasattr(load, "i") and hasattr(load, "j")]
+
+
+def _in_reach(cover: Cover, node: CoverNode, load: Element) -> bool:
+    d = _between(cover, load, node.place.q)
+    moved = [node.place.q + STEP * cover.manifold.scale * way for way in node.frame]
+    rates = [np.linalg.norm(_between(cover, load, one) - d) / STEP for one in moved]
+    most = FURTHER * node.reach * float(np.linalg.norm(rates)) + node.reach**2
+    return bool(np.linalg.norm(d) <= most)
 
 
 def _apart(cover: Cover, one: Array, other: Array) -> float:
@@ -85,11 +123,9 @@ def _between(cover: Cover, load: Element, q: Array) -> Array:
 def _meeting(cover: Cover, node: CoverNode, load: Element) -> Array | None:
     """The position near a place at which the ends of a load meet; None where there is none."""
     manifold = cover.manifold
-    d = _between(cover, load, node.place.q)
-    moved = [node.place.q + STEP * manifold.scale * way for way in node.frame]
-    rates = [np.linalg.norm(_between(cover, load, one) - d) / STEP for one in moved]
-    if np.linalg.norm(d) > FURTHER * node.reach * float(np.linalg.norm(rates)) + node.reach**2:
+    if not _in_reach(cover, node, load):
         return None
+    d = _between(cover, load, node.place.q)
     q, size = node.place.q, float(np.linalg.norm(d))
     for _ in range(ITERATIONS):
         if size < MET:

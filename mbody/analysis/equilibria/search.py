@@ -153,12 +153,14 @@ class RestSearch:
         self.unsure += roots.unsure
         new = [r for r in self.found if cover.near(cover.name(r.place.q)).min() < SPACING]
         row = any(rest.row for rest in self.found[before:])
-        odd = cover.closed and (len(new) + roots.index) % 2
+        # each border that loads drive away from takes one from the Euler characteristic
+        inward = not (cover.full or cover.driven_out())
+        odd = inward and (len(new) + roots.index + cover.borders) % 2
         if odd and not roots.unsure and not row:
             self.ends.append(("odd", here))
         if cover.full:
             self.ends.append(("wide", cover.nodes[-1].place))
-        elif cover.rim and cover.driven_out():
+        elif not inward:
             self.ends.append(("wide", cover.rim[0].place))
         elif cover.tells_turns_apart():
             self.ends.append(("turns", here))

@@ -25,7 +25,7 @@ MISSING = {
     "missing; begin there with starts",
     "wound": "loads tell whole turns apart: sought up to {}, and half a turn back; rest positions "
     "beyond may be missing; begin there with starts",
-    "odd": "an odd number of rest positions was found on the closed surface of positions around "
+    "odd": "an odd number of rest positions was found on the surface of positions around "
     "{}: one at least is missing; begin elsewhere with starts",
     "wide": "the two free motions were searched as far as {} and go on: rest positions beyond may "
     "be missing; begin there with starts",

@@ -27,6 +27,9 @@ MOST, FAR = 2400, 8.0
 SURE = 2.0
 #: Least cosine between the tangent planes of neighbours.
 LEVEL = 0.8
+#: How much longer than its part in the tangent plane the chord to a neighbour may be that bounds a
+#: chart: one round a sharp bend, or on another sheet, is further than the plane shows.
+CHORD = 1.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +62,7 @@ class Cover:
         self.full = self.wound = False
         self._names = np.empty((MOST, 4 * (len(start.q) // 3)))
         self._reaches = np.empty(MOST)
-        self._add(self._node(start, frame, SPACING))
+        self._add(self.node(start, frame, SPACING))
         self._grow()
 
     @property
@@ -67,7 +70,8 @@ class Cover:
         """Whether the surface is covered whole."""
         return not (self.full or self.rim)
 
-    def _node(self, place: Place, frame: Array, reach: float) -> CoverNode:
+    def node(self, place: Place, frame: Array, reach: float) -> CoverNode:
+        """A place of the cover, its frame turned as little as possible from one nearby."""
         u, _, vt = np.linalg.svd(frame @ place.motions.T)
         turn = u @ vt
         K = turn @ self.manifold.stiffness(place) @ turn.T
@@ -110,7 +114,7 @@ class Cover:
                     self.full = True
                     return
                 self._add(there)
-                if self._far(there):
+                if self.far(there.place.q):
                     self.rim.append(there)
                 else:
                     waiting.append(there)
@@ -129,13 +133,26 @@ class Cover:
                 if level[-1] > LEVEL and 0.5 * reach < moved < 1.6 * reach:
                     if self._taken(self.name(there.q), reach):
                         return None
-                    return self._node(there, node.frame, reach)
+                    return self.node(there, node.frame, reach)
             reach *= 0.5
         return None
 
-    def _far(self, node: CoverNode) -> bool:
-        way = (node.place.q - self.start.q) / self.scale
+    def far(self, q: Array) -> bool:
+        """Whether a position is further from the start than the cover goes."""
+        way = (q - self.start.q) / self.scale
         return float(np.abs(way.reshape(-1, 3)[:, :2]).max(initial=0.0)) > FAR
+
+    @property
+    def borders(self) -> int:
+        """How many closed lines the rim consists of."""
+        left, count = list(self.rim), 0
+        while left:
+            ring, count = [left.pop()], count + 1
+            for one in ring:  # grows on the way
+                beside = [n for n in left if np.abs(n.name - one.name).max() < 1.6 * SPACING]
+                left = [n for n in left if n not in beside]
+                ring += beside
+        return count
 
     def driven_out(self) -> bool:
         """Whether loads drive outward somewhere on the rim of what was covered."""
@@ -168,15 +185,31 @@ class Cover:
 
     def seen(self, node: CoverNode, q: Array) -> Array:
         """A position in the tangent plane of a place, whole turns left out: (2,)."""
+        return np.asarray(node.frame @ self._way(node, q))
+
+    def chord(self, node: CoverNode, q: Array) -> float:
+        """How far a position is from a place, whole turns left out."""
+        return float(np.linalg.norm(self._way(node, q)))
+
+    def _way(self, node: CoverNode, q: Array) -> Array:
+        """From a place to a position, whole turns left out: (coordinates,)."""
         way = (q - node.place.q) / self.scale
         way[2::3] = np.remainder(way[2::3] + np.pi, 2.0 * np.pi) - np.pi
-        return np.asarray(node.frame @ way)
+        return np.asarray(way)
+
+    def _level(self, node: CoverNode, other: CoverNode) -> bool:
+        """Whether the tangent plane of a place shows where a neighbour is."""
+        q = other.place.q
+        if self.chord(node, q) > CHORD * float(np.linalg.norm(self.seen(node, q))):
+            return False
+        return float(np.linalg.svd(node.frame @ other.frame.T)[1][-1]) > LEVEL
 
     def box(self, node: CoverNode, overlap: float) -> tuple[Array, Array]:
         """Lower and upper bounds, in the tangent plane of a place, of what is nearer to it than to
         its neighbours by a factor.
         """
-        ways = [self.seen(node, other.place.q) for other in self.beside(node)]
+        beside = [other for other in self.beside(node) if self._level(node, other)]
+        ways = [self.seen(node, other.place.q) for other in beside]
         reach = 0.75 * max((float(np.linalg.norm(y)) for y in ways), default=2.0 * node.reach)
         corners = reach * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
         for y in ways:
