@@ -61,14 +61,24 @@ def test_no_scenario_hides_another(part):
     assert not [name for name, count in Counter(names(part)).items() if count > 1]
 
 
-#: A search that ends before it is complete: how many branches it met is the processor's.
-UNCOUNTED = re.compile(r"^\S+ +the start of 'chain'.*\n +and at least .*\n(?: .*\n)*", re.M)
+#: What the processor's rounding decides: how many branches a search met that ends before it is
+#: complete, and at which step, of very many, the length of steps vanished.
+ROUNDED = (
+    re.compile(r"^\S+ +the start of 'chain'.*\n +and at least .*\n(?: .*\n)*", re.M),
+    re.compile(r"at t = \S+ s the step\s+has"),
+)
+
+
+def steady(text):
+    """The page without what rounding decides."""
+    for part in ROUNDED:
+        assert len(part.findall(text)) == 1, part.pattern
+        text = part.sub("", text)
+    return text
 
 
 def test_the_page_is_current():
-    written, now = PAGE.read_text("utf-8"), page()
-    assert len(UNCOUNTED.findall(written)) == len(UNCOUNTED.findall(now)) == 1
-    assert UNCOUNTED.sub("", written) == UNCOUNTED.sub("", now), "make errors writes the page anew"
+    assert steady(PAGE.read_text("utf-8")) == steady(page()), "make errors writes the page anew"
 
 
 def test_the_page_is_readable():
