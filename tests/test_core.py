@@ -96,8 +96,9 @@ def test_an_unknown_core_is_one_sentence():
 
 
 @pytest.fixture
-def choose(monkeypatch):
-    """The choice anew, with settings of the environment."""
+def choose(monkeypatch, tmp_path):
+    """The choice anew, with settings of the environment, in a clone without libraries."""
+    monkeypatch.setattr(selection, "PACKAGE", tmp_path)
 
     def anew(**settings):
         for name in ("MBODY_CORE", "MBODY_CORE_LEVEL", "NUMBA_DISABLE_JIT"):

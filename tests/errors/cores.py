@@ -1,5 +1,6 @@
 """The choice of the core that runs the kernels."""
 
+from pathlib import Path
 from types import SimpleNamespace
 from unittest import mock
 
@@ -13,7 +14,7 @@ def chosen(patches=(), **settings):
     def go():
         names = ("MBODY_CORE", "MBODY_CORE_LEVEL", "NUMBA_DISABLE_JIT")
         with mock.patch.dict("os.environ", {name: settings.get(name, "") for name in names}):
-            entered = [mock.patch.object(*patch) for patch in patches]
+            entered = [mock.patch.object(*patch) for patch in (CLONE, *patches)]
             for patch in entered:
                 patch.start()
             try:
@@ -43,6 +44,7 @@ def without_numba():
         compile_libraries(SimpleNamespace(target=None, out="."))
 
 
+CLONE = (selection, "PACKAGE", Path("nowhere"))
 NO_LINKER = (selection, "linker", lambda: None)
 NO_PACKAGE = (selection, "find_spec", lambda name: None)
 
