@@ -21,6 +21,9 @@ from mbody.errors import ModelError
 
 pytestmark = pytest.mark.processor
 native = pytest.mark.skipif(chosen().name != "native", reason="of the native core")
+built_here = pytest.mark.skipif(
+    chosen().name != "native" or chosen().library is not None, reason="kernels are not made here"
+)
 
 #: Analyses of every kind; prints a digest of each, which all cores must share.
 DIGESTS = """
@@ -207,7 +210,7 @@ def test_the_library_of_the_package_is_taken_if_it_fits(choose, made, tmp_path, 
     assert "was made from other sources" in choose().reason
 
 
-@native
+@built_here
 def test_a_damaged_kernel_is_built_again(tmp_path):
     """In the folder of the cache, where a process may have been stopped by a full disk."""
     code = (
