@@ -158,9 +158,11 @@ def test_linear_force_in_a_free_motion():
     """v(1) is the area below the straight lines."""
     machine = slide()
     machine.add(Force("F", "m", Table(*STEP, interpolation="linear")))
-    run = mbody.simulate(machine, 1.0, rtol=1e-10)
+    # the steps do not end at the corners of the table: what lies within a step across one is met to
+    # some hundred times rtol, as the steps happen to lie
+    run = mbody.simulate(machine, 1.0, rtol=1e-12)
     area = np.trapezoid(STEP[1], STEP[0])
-    assert run["m"].vx[-1] == pytest.approx(area, rel=1e-8)
+    assert run["m"].vx[-1] == pytest.approx(area, rel=1e-9)
     assert run.status == "completed"
 
 
