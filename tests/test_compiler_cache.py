@@ -254,7 +254,6 @@ def test_without_any_folder_everything_still_works(warm):
 def test_plain_python_gives_the_same(warm):
     result = warm.run(MBODY_CORE="plain")
     assert result["compiled"] == 0
-    assert result["folder"] is None
     np.testing.assert_allclose(result["sine"], np.sin(0.5), rtol=1e-15)
 
 
