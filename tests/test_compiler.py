@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from llvmlite import binding
 
+import mbody
 import mbody.compiler.cache as cache
+import mbody.compiler.install  # noqa: F401  the file can be run alone
 import mbody.compiler.jit as jit
 import mbody.core.callbacks as user
 from mbody.core.callbacks import call_user as door
@@ -173,3 +175,15 @@ def test_a_handle_may_be_released_while_the_door_is_held():
     with user._lock:
         user.release(handle)
     assert user.failure(handle) is None
+
+
+def test_what_a_symbol_cannot_describe_is_refused():
+    from mbody.compiler.identity import identity
+
+    table = [1.0]
+
+    def reads(x):
+        return table[0] * x
+
+    with pytest.raises(TypeError, match="encloses table, a list"):
+        identity(reads)

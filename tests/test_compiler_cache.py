@@ -58,6 +58,39 @@ SOURCES = {
         """,
 }
 
+#: Two functions of one factory; each process numbers those that it compiles from one on.
+SOURCES["kernels/factory"] = """\
+    from mbody.core.decorators import kernel, njit
+
+    def multiplied(factor):
+        @njit(cache=False)
+        def made(x):
+            return factor * x
+        return made
+
+    twice, thrice = multiplied(2.0), multiplied(3.0)
+
+    @njit
+    def first(x):
+        return twice(x)
+
+    @njit
+    def second(x):
+        return thrice(x)
+
+    @kernel
+    def one(x: float) -> float:
+        return first(x)
+
+    @kernel
+    def two(x: float) -> float:
+        return second(x)
+
+    @kernel
+    def both(x: float) -> float:
+        return first(x) + second(x)
+    """
+
 RUN = """\
     import json
     import numpy as np
@@ -197,6 +230,30 @@ def test_a_changed_interface_of_numba_costs_only_time(warm):
     result = json.loads(done.stdout)
     assert result["compiled"] > 0
     np.testing.assert_allclose(result["sine"], np.sin(0.5), rtol=1e-15)
+
+
+SYMBOLS = """\
+    from mbody.kernels import factory
+    value = factory.{0}(1.0)
+    for one in (factory.first, factory.second):
+        for found in one.overloads.values():
+            print(*(named.name for named in found.library._get_module_for_linking().functions))
+    print(value)
+    """
+
+
+def test_functions_of_one_factory_stay_apart_across_processes(warm, tmp_path):
+    """Each compiled by a process of its own, kept on disk and linked by a third process.
+
+    With one symbol for both the linker keeps either of them, now and then the right one.
+    """
+    folder = {"MBODY_CACHE_DIR": str(tmp_path / "cache")}
+    names = ("one", "two", "both")
+    found = [warm.process(SYMBOLS.format(name), **folder).stdout.split() for name in names]
+    assert [symbols.pop() for symbols in found] == ["2.0", "3.0", "5.0"]
+    first, second, both = map(set, found)
+    assert len(first) == len(second) == 2 and not first & second
+    assert both == first | second
 
 
 def test_an_edit_in_another_file_is_seen(warm):

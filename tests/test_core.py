@@ -84,6 +84,21 @@ def test_two_cores_give_the_same_bits():
     assert json.loads(here.stdout) == json.loads(there.stdout)
 
 
+def test_every_compiled_function_has_a_symbol_of_its_own():
+    """Those of the package, as numba names them: branches of one factory too."""
+    code = """
+import gc
+import mbody.analysis.driven.batch
+import mbody.analysis.dynamics.simulate
+from mbody.compiler.identity import identity
+from mbody.compiler.linking import Inner
+functions = [one.py_func for one in gc.get_objects() if isinstance(one, Inner)]
+print(len(functions), len({identity(one) for one in functions}))
+"""
+    count, different = python(code, MBODY_CORE="numba").stdout.split()
+    assert int(count) > 200 and count == different
+
+
 def test_an_unknown_core_is_one_sentence():
     for code in ("import mbody.kernels.continuation", "import mbody; mbody.kinetostatics"):
         done = python(code, MBODY_CORE="fast")

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -30,22 +28,15 @@ def compile_libraries(args: Any) -> int:
     """Build one library for each target."""
     from importlib.util import find_spec
 
-    from mbody.core import registered
-    from mbody.core.sources import PACKAGE, source_hash
+    from mbody.core.native import builder_command, place
     from mbody.errors import ModelError
 
     if find_spec("numba") is None:
         raise ModelError(
             "libraries are built by numba, which is not installed: pip install 'mbody[jit]'"
         )
-    kernels = all_kernels()
-    names = [f"{one.__module__}:{name}" for name, one in sorted(kernels.items())]
-    path = os.pathsep.join(filter(None, [str(PACKAGE.parent), os.environ.get("PYTHONPATH", "")]))
-    settings = os.environ | {"MBODY_CORE": "numba", "MBODY_QUIET": "1", "PYTHONPATH": path}
-    folder = Path(args.out)
+    names = [place(one) for _, one in sorted(all_kernels().items())]
     first, *others = args.target or ["host"]
-    command = [sys.executable, "-m", registered.builder, "--target", first, "--whole"]
-    for other in others:
-        command += ["--also", other]
-    command += ["--out", str(folder), "--sources", source_hash() or "", *names]
+    also = [word for other in others for word in ("--also", other)]
+    command, settings = builder_command(names, first, Path(args.out), "--whole", *also)
     return subprocess.run(command, env=settings).returncode

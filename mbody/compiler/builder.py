@@ -208,7 +208,7 @@ def main() -> None:
     if options.whole:
         module = build.whole(functions, options.sources, _say)
         for one in (target, *(TARGETS[name] for name in options.also)):
-            _say(f"library for {one.name}")
+            _say(f"library for {one.name}{'' if one.tested else ', untested'}")
             emit(one, module, options.out / (one.file or "host.so"), portable=True)
         return
     for function in functions:

@@ -2,11 +2,10 @@
 
 Every compiled function of the package has the decorator ``@njit``, ``@inline`` or ``@kernel`` of
 this module.  Compiled code is stored on disk (`mbody.compiler.cache`) and loaded by later
-processes.  Three environment variables matter:
+processes.  Two environment variables matter:
 
-``MBODY_CACHE_DIR``    the folder for compiled kernels,
-``MBODY_QUIET``        any text but "0": do not announce a compilation,
-``NUMBA_DISABLE_JIT``  ``1``: every function stays the plain Python function that was written.
+``MBODY_CACHE_DIR``  the folder for compiled kernels,
+``MBODY_QUIET``      any text but "0": do not announce a compilation.
 """
 
 # mypy: disallow-any-unimported=False, disallow-subclassing-any=False

@@ -24,6 +24,7 @@ from numba.core.compiler_machinery import PassManager, register_pass
 from numba.core.lowering import Lower
 
 from mbody.compiler.cache import attach_cache
+from mbody.compiler.identity import identity
 
 __all__ = ["Entry", "Inner"]
 
@@ -108,6 +109,18 @@ def called_libraries(library: Any) -> list[Any]:
     return list(found)
 
 
+def name_symbol(state: Any, role: str) -> None:
+    """Give a function a symbol that depends on what it is.
+
+    Numba numbers functions as they come in a process. Code from the cache has the numbers of
+    another process, so that two branches of one factory could bear the same symbol, of which the
+    linker keeps one: the other kind would be computed with its code.
+    """
+    function = state.func_ir.func_id
+    function.unique_id = identity(function.func, role)
+    function.unique_name = f"{function.func_qualname}${function.unique_id}"
+
+
 @register_pass(mutates_CFG=True, analysis_only=False)
 class InnerLowering(typed_passes.BaseNativeLowering):
     """Lowering into an `InnerLibrary`, without wrappers for Python and for C."""
@@ -117,6 +130,7 @@ class InnerLowering(typed_passes.BaseNativeLowering):
 
     def run_pass(self, state: Any) -> bool:
         """See numba's `BaseNativeLowering`."""
+        name_symbol(state, self._name)
         library = InnerLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
         state.library = library
         flags = state.flags
@@ -140,6 +154,7 @@ class EntryLowering(typed_passes.BaseNativeLowering):
 
     def run_pass(self, state: Any) -> bool:
         """See numba's `BaseNativeLowering`."""
+        name_symbol(state, self._name)
         library = EntryLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
         library.enable_object_caching()
         state.library = library

@@ -1,10 +1,8 @@
-"""Targets of machine code: what LLVM is told of each, and how its objects are linked."""
+"""Targets of machine code: triple, processor and features of each, and how objects are linked."""
 
 from __future__ import annotations
 
-import shutil
 import subprocess
-import sys
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -12,6 +10,8 @@ from typing import Any
 
 import llvmlite.binding as llvm
 from numba.core import config
+
+from mbody.core.selection import ZIG, linker
 
 __all__ = ["TARGETS", "Target", "link"]
 
@@ -42,7 +42,6 @@ def _host() -> Target:
 
 _LINUX = "x86_64-unknown-linux-gnu"
 _ZIG_LINUX = ("-target", "x86_64-linux-gnu.2.17", "-lm")
-_SIMD = "+simd128,+bulk-memory,+sign-ext,+nontrapping-fptoint"
 
 TARGETS = {
     target.name: target
@@ -78,7 +77,6 @@ TARGETS = {
             "macos-arm64.dylib",
             tested=False,
         ),
-        Target("wasm32", "wasm32-unknown-unknown", "generic", _SIMD, (), "mbody.wasm"),
     )
 }
 
@@ -91,13 +89,11 @@ def link(target: Target, objects: list[Path], library: Path, portable: bool = Fa
     RuntimeError
         Where there is no linker, or it fails.
     """
-    own = next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), None)
-    if target.name == "host" and own:
-        command = [own, "-lm"]
+    own = linker()
+    if own and (target.name == "host" or (target.triple == _LINUX and not portable)):
+        command = [*own, "-lm"]
     elif find_spec("ziglang"):
-        command = [sys.executable, "-m", "ziglang", "cc", *target.link]
-    elif own and target.triple == _LINUX and not portable:
-        command = [own, "-lm"]
+        command = [*ZIG, *target.link]
     else:
         raise RuntimeError(
             f"a library for {target.name} is linked by ziglang, which is not installed: "

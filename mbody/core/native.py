@@ -23,7 +23,7 @@ from mbody.core.interface import KERNELS, Array, Signature, signature
 from mbody.core.library import Library, LibraryError, open_library
 from mbody.core.sources import PACKAGE, source_hash
 
-__all__ = ["build", "built", "kernel", "missing"]
+__all__ = ["build", "builder_command", "built", "kernel", "missing", "place"]
 
 _KINDS = {int: ctypes.c_int64, bool: ctypes.c_int64, float: ctypes.c_double}
 _lock = threading.Lock()
@@ -159,25 +159,49 @@ def _announce(functions: list[Callable[..., Any]]) -> None:
         print(f"mbody: building {what} for this machine (once) ...", file=sys.stderr)
 
 
+def builder_command(
+    names: list[str], target: str, folder: Path, *options: str
+) -> tuple[list[str], dict[str, str]]:
+    """The program that builds kernels (``module:name``) into a folder, and its environment."""
+    path = os.pathsep.join(filter(None, [str(PACKAGE.parent), os.environ.get("PYTHONPATH", "")]))
+    settings = os.environ | {"MBODY_CORE": "numba", "MBODY_QUIET": "1", "PYTHONPATH": path}
+    command = [sys.executable, "-m", registered.builder, "--target", target, *options]
+    command += ["--out", str(folder), "--sources", source_hash() or "", *names]
+    return command, settings
+
+
+def place(function: Callable[..., Any]) -> str:
+    """Where the builder finds a kernel."""
+    return f"{function.__module__}:{function.__name__}"
+
+
 def _build(functions: list[Callable[..., Any]], say: Callable[[str], None] | None) -> None:
     import subprocess
+    import tempfile
 
     choice = selection.chosen()
     assert choice.file is not None and choice.level is not None
-    names = [f"{function.__module__}:{function.__name__}" for function in functions]
-    path = os.pathsep.join(filter(None, [str(PACKAGE.parent), os.environ.get("PYTHONPATH", "")]))
-    settings = os.environ | {"MBODY_CORE": "numba", "MBODY_QUIET": "1", "PYTHONPATH": path}
-    command = [sys.executable, "-m", registered.builder, "--target", choice.level]
-    command += ["--out", str(choice.file), "--sources", source_hash() or "", *names]
-    pipe = subprocess.PIPE
-    with subprocess.Popen(
-        command, env=settings, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, text=True
-    ) as process:
-        assert process.stdout is not None and process.stderr is not None
+    names = [place(function) for function in functions]
+    command, settings = builder_command(names, choice.level, choice.file)
+    # a file, not a pipe: a full one would stop the builder while its names are read
+    with (
+        tempfile.TemporaryFile("w+", encoding="utf-8") as said,
+        subprocess.Popen(
+            command,
+            env=settings,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=said,
+            text=True,
+        ) as process,
+    ):
+        assert process.stdout is not None
         for line in process.stdout:
             if say is not None:
                 say(line.strip())
-        errors = process.stderr.read()
+        process.wait()
+        said.seek(0)
+        errors = said.read()
     if process.returncode:
         last = "\n".join(errors.strip().splitlines()[-12:])
         raise RuntimeError(

@@ -1,6 +1,6 @@
 """Modules that the core uses without importing them; the front door of the package names them.
 
-The folder of the compiler stands above the core and may be missing; a process that runs machine
+The folder of the compiler imports the core, and numba may be missing; a process that runs machine
 code never loads it.
 """
 

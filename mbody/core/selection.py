@@ -15,7 +15,7 @@ import platform
 import shutil
 import sys
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -27,9 +27,11 @@ from mbody.core.library import Library, LibraryError, best_levels, open_library,
 from mbody.core.sources import PACKAGE, source_hash
 from mbody.errors import ModelError, ModelWarning
 
-__all__ = ["CORES", "Choice", "chosen", "compiler", "linker"]
+__all__ = ["CORES", "ZIG", "Choice", "chosen", "compiler", "linker"]
 
 CORES = ("native", "numba", "plain")
+#: The C compiler of the package `ziglang`, which links for other machines too.
+ZIG = [sys.executable, "-m", "ziglang", "cc"]
 _DISABLED = "NUMBA_DISABLE_JIT is set"
 
 
@@ -85,12 +87,8 @@ def chosen() -> Choice:
                 ModelWarning,
                 stacklevel=2,
             )
-        return Choice(found.name, "; ".join([*tried, found.reason]), *_rest(found))
+        return replace(found, reason="; ".join([*tried, found.reason]))
     raise ModelError(f"MBODY_CORE={wanted}, but that core cannot run here: {'; '.join(tried)}")
-
-
-def _rest(found: Choice) -> tuple[Any, ...]:
-    return found.file, found.level, found.library
 
 
 def _plain() -> Choice:
@@ -145,7 +143,7 @@ def linker() -> list[str] | None:
         found = shutil.which(name)
         if found:
             return [found]
-    return [sys.executable, "-m", "ziglang", "cc"] if find_spec("ziglang") else None
+    return ZIG if find_spec("ziglang") else None
 
 
 def _made_here(why: str) -> Choice:

@@ -293,16 +293,18 @@ class SimulateIn(of.Strict):
 @functools.cache
 def model(used: Used) -> Any:
     """The whole file, or as much of it as a file uses."""
-    tables = {
-        "parameters": lambda: dict[str, of.number(None)],
-        "bodies": lambda: dict[of.name_in, _body(used.laws)],
-        **{
-            section: lambda section=section: dict[of.name_in, _choice(section, used)]
-            for section in SECTIONS
-        },
-        "measures": lambda: dict[of.name_in, measure],
-        "solve": lambda: dict[of.name_in, SolveIn],
+    tables: dict[str, Any] = {
+        "parameters": dict[str, of.number(None)],
+        "bodies": dict[of.name_in, _body(used.laws)],
+        "measures": dict[of.name_in, measure],
+        "solve": dict[of.name_in, SolveIn],
+        "gravity": _gravity(used.laws),
+        "ask": AskIn,
+        "simulate": SimulateIn,
     }
+    sections = [section for section in SECTIONS if section in used.tables]
+    tables |= {section: dict[of.name_in, _choice(section, used)] for section in sections}
+    tables = {name: tables[name] if name in used.tables else Any for name in TABLES}
     about = {
         "parameters": "Named numbers that formulas may use.",
         "bodies": "The moving links by name.",
@@ -325,26 +327,14 @@ def model(used: Used) -> Any:
             Field(None, description="Turns weights into masses; standard gravity by default."),
         ),
         "ground": (Ground, Field(None, description="The fixed link.")),
-        "gravity": (
-            _gravity(used.laws) if "gravity" in used.tables else Any,
-            Field(None, description="Gravity on every body."),
-        ),
-        "ask": (
-            AskIn if "ask" in used.tables else Any,
-            Field(None, description="The instants to analyse."),
-        ),
-        "simulate": (
-            SimulateIn if "simulate" in used.tables else Any,
-            Field(None, description="The motion that is followed."),
-        ),
+        "gravity": (tables["gravity"], Field(None, description="Gravity on every body.")),
+        "ask": (tables["ask"], Field(None, description="The instants to analyse.")),
+        "simulate": (tables["simulate"], Field(None, description="The motion that is followed.")),
         "schema_": (str, Field(None, alias="$schema", description="Where this schema lies.")),
     }
     columns |= {
-        name: (
-            kind() if name in used.tables else dict[str, Any],  # type: ignore[no-untyped-call]
-            Field(default_factory=dict, description=about[name]),
-        )
-        for name, kind in tables.items()
+        name: (tables[name], Field(default_factory=dict, description=text))
+        for name, text in about.items()
     }
     return create_model(
         "Model", __base__=of.Strict, __doc__="A planar mechanism, as mbody reads it.", **columns
