@@ -18,6 +18,7 @@ from mbody.core.bundle import Bundle, Floats, Ints, Rows, Tables, array_words
 from mbody.core.lanes import aligned
 
 __all__ = [
+    "LEAST_MASS",
     "SAMPLES",
     "Frame",
     "Layout",
@@ -28,6 +29,8 @@ __all__ = [
     "stand_ins",
 ]
 
+#: Part of the greatest mass and inertia that replaces less in free motions.
+LEAST_MASS = 1e-7
 #: Samples of a step by which its branch is judged, both ends included, at most.
 SAMPLES = 7
 
@@ -293,4 +296,4 @@ def _least(mass: np.ndarray, length: float) -> np.ndarray:
     """What replaces less mass and inertia than that, in every set: (3, sets)."""
     unit = np.array([1.0, 1.0, length**2])[:, None]
     own = mass.reshape(-1, 3, mass.shape[1]) / unit
-    return np.asarray(1e-7 * own.max(axis=(0, 1), initial=1e-300) * unit)
+    return np.asarray(LEAST_MASS * own.max(axis=(0, 1), initial=1e-300) * unit)

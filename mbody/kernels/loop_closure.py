@@ -32,6 +32,7 @@ from mbody.kernels.schur_ldl import VANISHED, apply_gt, constraint_conditioning,
 
 __all__ = [
     "close",
+    "close_from",
     "close_designs",
     "laws_of_time",
     "project",
@@ -130,6 +131,12 @@ def close(L: Layout, W: Work, regularization: float, tolerance: float) -> tuple[
     """Close the loops from W.q, the signals being set: (closed, by the straight path, least pivot
     as a part of its diagonal).
     """
+    return close_from(L, W, regularization, tolerance)
+
+
+@njit
+def close_from(L, W, regularization, tolerance):
+    """See `close`."""
     w = 0.0
     good, _, _ = damped_newton(L, W, w, regularization, tolerance)
     if good:

@@ -19,6 +19,7 @@ from mbody.kernels.singularity_monitor import sample_conditioning
 from mbody.kernels.step_state import BEST_CONDITIONING, CONDITIONING, TIME, Stepping
 
 __all__ = [
+    "first_derivative",
     "initial_derivative",
     "load_state",
     "state_derivative",
@@ -96,6 +97,12 @@ def initial_derivative(L: Layout, W: Work, S: Stepping, refinements: int, page: 
     """Project the first state S.y at the time in its slot, evaluate its derivative, page (rows, 1)
     ← what is kept of it. Returns whether the projection converged.
     """
+    return first_derivative(L, W, S, refinements, page)
+
+
+@njit
+def first_derivative(L, W, S, refinements, page):
+    """See `initial_derivative`."""
     signals(L, W, 0.0, L.signal_law.shape[0])
     _, _, good = state_derivative(L, W, S, S.state[TIME], S.y, 0, refinements, True)
     S.state[CONDITIONING] = S.state[BEST_CONDITIONING] = sample_conditioning(L, W, 0.0, 0)

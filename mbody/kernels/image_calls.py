@@ -1,0 +1,154 @@
+"""What a model's image begins with where no Python is: closing loops, and the first state of a free
+motion (`mbody.image`).
+"""
+
+from __future__ import annotations
+
+import math
+
+from mbody.core.bundle import Bundle, Floats, Rows
+from mbody.core.decorators import kernel, njit
+from mbody.kernels.forces import signals
+from mbody.kernels.layout import LEAST_MASS, Layout, Work
+from mbody.kernels.loop_closure import close_from
+from mbody.kernels.singularity_monitor import STAND_IN_PART
+from mbody.kernels.state_derivative import first_derivative
+from mbody.kernels.step_state import (
+    CROSSING_TIME,
+    KNOWN_UNTIL,
+    LEAST_CONDITIONING,
+    NEXT,
+    SHORTENED_UNTIL,
+    STAND_IN_LIMIT,
+    TIME,
+    Stepping,
+    Tolerances,
+)
+
+__all__ = [
+    "BEGUN",
+    "MASSLESS",
+    "NO_VALUE",
+    "OPEN",
+    "MotionStart",
+    "begin_motion",
+    "close_at",
+]
+
+#: How `begin_motion` ends: well; the loops do not close near the start; something has no finite
+#: value there; a body has so little mass that its motion needs corrections, for which the image was
+#: not made.
+BEGUN, OPEN, NO_VALUE, MASSLESS = range(4)
+
+
+class MotionStart(Bundle):
+    """How a free motion begins.
+
+    Attributes
+    ----------
+    times : array (2,)
+        First and last time.
+    q, v : arrays (coordinates,)
+        Position and velocity near which it begins.
+    """
+
+    times: Floats
+    q: Floats
+    v: Floats
+
+
+@kernel
+def close_at(
+    L: Layout, W: Work, t: float, given: Floats, regularization: float, tolerance: float
+) -> tuple[bool, bool, float]:
+    """Close the loops from W.q at time t: (closed, by the straight path, least pivot as a part of
+    its diagonal).
+
+    given (drivers,): values of the drivers; where it is not a number, the law has the word.
+    """
+    W.time[0, 0] = t
+    signals(L, W, 0.0, L.signal_law.shape[0])
+    for d in range(L.driver_row.shape[0]):
+        if given[d] == given[d]:
+            W.signal[L.driver_row[d], 0] = given[d]
+    return close_from(L, W, regularization, tolerance)
+
+
+@njit
+def store_inverse_masses(L, W):
+    """W.weight of a free motion from W.mass, as `mbody.kernels.layout` has it of batches; whether
+    every mass was taken as it is.
+    """
+    square = W.size[0, 0] * W.size[0, 0]
+    top = 1e-300
+    for n in range(3 * L.bodies):
+        top = max(top, W.mass[n, 0] / (square if n % 3 == 2 else 1.0))
+    own = True
+    for s in range(L.slots):
+        for n in range(3):
+            mass = W.mass[3 * L.slot_body[s] + n, 0]
+            low = LEAST_MASS * top * (square if n == 2 else 1.0)
+            own = own and mass >= low
+            W.weight[3 * s + n, 0] = 1.0 / max(mass * W.share[s, 0], low)
+    return own
+
+
+@njit
+def store_sizes(L, W, S, v):
+    """S.scale: sizes of coordinates and of their rates at the start, to which absolute errors are
+    relative; as simulations of batches has it for many motions.
+    """
+    n3, length = 3 * L.bodies, W.size[0, 0]
+    speed, bend = 0.0, 0.0
+    for n in range(n3):
+        unit = 1.0 if n % 3 == 2 else length
+        speed = max(speed, abs(v[n]) / unit)
+        bend = max(bend, abs(S.K[0, n3 + n]) / unit)
+    swift = max(speed, math.sqrt(bend))
+    swift = 1.0 if swift == 0.0 else swift
+    for n in range(n3):
+        unit = 1.0 if n % 3 == 2 else length
+        S.scale[n], S.scale[n3 + n] = unit, swift * unit
+
+
+@njit
+def first_length(S, T, whole):
+    """A rough first step (Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*,
+    II.4).
+    """
+    count = S.y.shape[0]
+    d0, d1 = 0.0, 0.0
+    for n in range(count):
+        size = T.absolute * S.scale[n] + T.relative * abs(S.y[n])
+        d0 += (S.y[n] / size) ** 2
+        d1 += (S.K[0, n] / size) ** 2
+    d0, d1 = math.sqrt(d0 / count), math.sqrt(d1 / count)
+    step = 0.01 * d0 / d1 if d0 > 1e-5 and d1 > 1e-5 else 1e-6 * whole
+    return min(step, 0.1 * whole)
+
+
+@kernel
+def begin_motion(
+    L: Layout, W: Work, S: Stepping, T: Tolerances, start: MotionStart, page: Rows
+) -> int:
+    """First state of a free motion, its derivative and the length of the first step; page (rows, 1)
+    is what is kept of it. Returns BEGUN, OPEN, NO_VALUE or MASSLESS.
+    """
+    n3, state = 3 * L.bodies, S.state
+    if not store_inverse_masses(L, W) and T.refinements == 0:
+        return MASSLESS
+    for n in range(n3):
+        S.y[n], S.y[n3 + n] = start.q[n], start.v[n]
+    for n in range(state.shape[0]):
+        state[n] = 0.0
+    state[TIME] = start.times[0]
+    state[KNOWN_UNTIL] = state[SHORTENED_UNTIL] = state[CROSSING_TIME] = -math.inf
+    state[LEAST_CONDITIONING], state[STAND_IN_LIMIT] = math.inf, STAND_IN_PART
+    if not first_derivative(L, W, S, T.full_refinements, page):
+        return OPEN
+    for n in range(2 * n3):
+        if not abs(S.K[0, n]) < 1e300:
+            return NO_VALUE
+    store_sizes(L, W, S, start.v)
+    state[NEXT] = first_length(S, T, start.times[1] - start.times[0])
+    return BEGUN

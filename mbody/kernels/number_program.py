@@ -1,0 +1,95 @@
+"""Programs that turn numbers into others: a mechanism's numbers into those of the kernels, and what
+is kept of an instant into measured quantities. They replace Python in the image of a model
+(`mbody.image`).
+
+A program has slots: first its inputs, then constants, then what its operations give, one after the
+other. The operations are those of formulas (`mbody.laws.postfix`).
+"""
+
+from __future__ import annotations
+
+from mbody.core.bundle import Bundle, Floats, Ints, Rows, Stacks, Tables
+from mbody.core.decorators import kernel, njit
+from mbody.kernels.layout import Layout, Work
+from mbody.laws.postfix import LOG, binary, unary
+
+__all__ = ["NumberProgram", "measures", "run", "set_numbers"]
+
+
+class NumberProgram(Bundle):
+    """Operations on slots.
+
+    Attributes
+    ----------
+    slots : array (slots,)
+        Inputs, constants, results.
+    lowest, strict : arrays (inputs,)
+        What an input must not fall below, and where it must not reach it (1) or may (0).
+    operations : array (operations, 4)
+        Code, slots of the operands, slot of the result; one operand stands twice.
+    targets : array (outputs,)
+        The slots that are asked for.
+    """
+
+    slots: Floats
+    lowest: Floats
+    strict: Ints
+    operations: Tables
+    targets: Ints
+
+
+@njit
+def run(P):
+    """Evaluate all operations in their order."""
+    slots, operations = P.slots, P.operations
+    for n in range(operations.shape[0]):
+        code, a, b = operations[n, 0], slots[operations[n, 1]], slots[operations[n, 2]]
+        if code <= LOG:
+            value, _, _ = unary(code, a, 0.0, 0.0)
+        else:
+            value, _, _ = binary(code, a, 0.0, 0.0, b, 0.0, 0.0)
+        slots[operations[n, 3]] = value
+
+
+@kernel
+def set_numbers(P: NumberProgram, L: Layout, W: Work) -> int:
+    """W.par and W.mass from the inputs of P, whose targets are their rows, one after the other.
+
+    Returns −1, or the first input that is not finite or too low; then nothing is changed. Inputs
+    that are right by themselves, but not together, give the number of inputs, and nothing is
+    changed either.
+    """
+    inputs, rows = P.lowest.shape[0], W.par.shape[0]
+    for n in range(inputs):
+        value, low = P.slots[n], P.lowest[n]
+        if not (value >= low and value < 1e300) or (P.strict[n] == 1 and value == low):
+            return n
+    run(P)
+    for n in range(P.targets.shape[0]):
+        value = P.slots[P.targets[n]]
+        if not abs(value) < 1e300:
+            return inputs
+    for n in range(rows):
+        W.par[n, 0] = P.slots[P.targets[n]]
+    for n in range(W.mass.shape[0]):
+        W.mass[n, 0] = P.slots[P.targets[rows + n]]
+    return -1
+
+
+@kernel
+def measures(P: NumberProgram, N: NumberProgram, t: Floats, pages: Stacks, found: Rows) -> None:
+    """Measured quantities of instants, found (instants, outputs), from what is kept of each,
+    pages (instants, rows, 1).
+
+    The inputs of P are the rows of a page, the time, and the inputs of N.
+    """
+    rows, inputs = pages.shape[1], N.lowest.shape[0]
+    for n in range(inputs):
+        P.slots[rows + 1 + n] = N.slots[n]
+    for k in range(found.shape[0]):
+        for n in range(rows):
+            P.slots[n] = pages[k, n, 0]
+        P.slots[rows] = t[k]
+        run(P)
+        for n in range(found.shape[1]):
+            found[k, n] = P.slots[P.targets[n]]
