@@ -1,0 +1,134 @@
+"""A drawing kept as plain shapes in the axes of what carries them, so that it can move."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mbody.views.carriers import GROUND_CARRIER, Carrier
+from mbody.views.labels import Label
+from mbody.views.pose import Pose
+from mbody.views.sketch import Sketch
+from mbody.views.surface import Look
+
+__all__ = ["KeptLabel", "KeptShape", "Recording", "SceneSketch"]
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class KeptShape:
+    """One shape in the axes of its carrier.
+
+    Attributes
+    ----------
+    kind : str
+        "line", "polygon" or "circle".
+    points : array (n, 2), or (n, 3) of what stretches
+        Of a circle its centre.
+    radius : float
+        Of a circle.
+    """
+
+    kind: str
+    carrier: Carrier
+    points: Array
+    look: Look
+    radius: float = 0.0
+
+
+@dataclass
+class KeptLabel:
+    """A name near a place that moves.
+
+    Attributes
+    ----------
+    anchor : array (1, 2) or (1, 3)
+        In the axes of the carrier.
+    way : array (2,)
+        Unit vector from the anchor to the name; (0, 0) where it is written on the anchor.
+    turns : bool
+        Whether the way turns with the carrier.
+    gap : float
+        Least distance.
+    """
+
+    text: str
+    carrier: Carrier
+    anchor: Array
+    way: Array
+    gap: float
+    kind: str
+    of: str
+    color: str
+    italic: bool = False
+    turns: bool = False
+
+
+@dataclass
+class Recording:
+    """A surface that keeps what is drawn on it."""
+
+    pose: Pose
+    carrier: Carrier = GROUND_CARRIER
+    shapes: list[KeptShape] = field(default_factory=list)
+
+    def line(self, points: Array, look: Look) -> None:
+        """A line through points."""
+        self._keep("line", points, look)
+
+    def polygon(self, corners: Array, look: Look) -> None:
+        """A closed outline."""
+        self._keep("polygon", corners, look)
+
+    def circle(self, centre: Array, radius: float, look: Look) -> None:
+        """A circle."""
+        self._keep("circle", centre[None], look, radius)
+
+    def text(self, at: Any, label: Label, **more: Any) -> None:
+        """Texts are kept by the sketch, with what they name."""
+
+    def _keep(self, kind: str, points: Array, look: Look, radius: float = 0.0) -> None:
+        kept = self.carrier.kept(points, self.pose.run, self.pose.k)
+        self.shapes.append(KeptShape(kind, self.carrier, kept, look, radius))
+
+
+class SceneSketch(Sketch):
+    """A sketch whose shapes and names are kept for the whole motion."""
+
+    lasting = True
+
+    def __init__(self, pose: Pose, unit: float, small: float) -> None:
+        self.record = Recording(pose)
+        super().__init__(None, pose, unit, small, self.record)
+        self.names: list[KeptLabel] = []
+        self.pinned: list[tuple[Array, list[str], Carrier]] = []
+
+    def label(
+        self,
+        text: str,
+        anchor: Any,
+        wanted: float,
+        gap: float,
+        *,
+        turn: float = 1.0,
+        **look: Any,
+    ) -> Label:
+        """A name at a place that moves; its number, which would change, is left out."""
+        carrier, place = self.record.carrier, np.asarray(anchor, dtype=float)
+        shown = text.partition(" = ")[0]
+        way = np.array([np.cos(wanted), np.sin(wanted)])
+        kept = carrier.kept(place[None], self.pose.run, self.pose.k)
+        color, italic = str(look.get("color", "")), bool(look.get("italic", False))
+        of = str(look.get("name", "")) or shown
+        self.names.append(KeptLabel(shown, carrier, kept, way, gap, "element", of, color, italic))
+        return Label(shown, [])
+
+    def pin(self, place: Array, label: str) -> None:
+        """A pin; several that are at one place in the whole motion are drawn once."""
+        before = len(self.pins)
+        super().pin(place, label)
+        if len(self.pins) > before:
+            self.pinned.append((*self.pins[-1], self.record.carrier))
