@@ -65,6 +65,8 @@ def _dotted(line: Array, step: float) -> Array:
     """Points on a line, about a step apart."""
     parts = [line[:1]]
     for a, b in itertools.pairwise(line):
+        if not np.isfinite(a + b).all():
+            continue  # an interrupted line
         count = min(int(np.hypot(*(b - a)[-2:]) / step) + 1, 60) if len(a) == 2 else 5
         parts.append(a + (b - a) * (np.arange(1, count + 1) / count)[:, None])
     dotted = np.concatenate(parts)
