@@ -12,6 +12,8 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from mbody._version import __version__
 from mbody.errors import ModelError
 from mbody.files.model import to_toml
@@ -24,7 +26,7 @@ from mbody.views.motions import motion
 from mbody.views.page_data import numbers, scene_data
 from mbody.views.scene import scene
 
-__all__ = ["MODULE", "Viewer", "digest_of", "module_text", "view"]
+__all__ = ["MODULE", "Viewer", "digest_of", "module_text", "runs_of", "shown_names", "view"]
 
 #: Diagrams of a page.
 PLOTS = 3
@@ -82,14 +84,12 @@ def view(
     >>> "<mbody-viewer" in page.html
     True
     """
-    runs = _runs(model)
-    for name in show:
-        if name not in SHOWN:
-            raise ModelError(f"a view shows no '{name}' (it can show: {', '.join(SHOWN)})")
+    runs = runs_of(model)
+    shown_names(show)
     return Viewer(runs, tuple(plots), None if paths is None else tuple(paths), tuple(show), command)
 
 
-def _runs(model: Any) -> dict[str, Solution]:
+def runs_of(model: Any) -> dict[str, Solution]:
     """The motions of a view, by name."""
     several = model if isinstance(model, Mapping) else {"": model}
     if not several:
@@ -114,19 +114,28 @@ def _runs(model: Any) -> dict[str, Solution]:
     return found
 
 
+def shown_names(show: Sequence[str]) -> None:
+    """Refuse what no view can show."""
+    for name in show:
+        if name not in SHOWN:
+            raise ModelError(f"a view shows no '{name}' (it can show: {', '.join(SHOWN)})")
+
+
 def default_plots(run: Solution) -> list[str]:
     """The diagrams of a page where none are chosen."""
     machine = run.mechanism
     names = [name for name, one in machine.measures.items() if found_by(run, one)]
+    own = {machine.measures[name].of for name in names}
+    more = []
     if run.has_forces:
-        names += [
-            f"{driver.name}.effort"
-            for driver in machine.drivers
-            if f"{driver.name}.effort" not in {machine.measures[one].of for one in names}
-        ]
-    bodies = [body.name for body in machine.bodies]
-    names += [f"{name}.{key}" for name in bodies[-1:] for key in ("angle", "y")]
-    return names[:PLOTS]
+        more += [f"{driver.name}.effort" for driver in machine.drivers]
+        more += [f"{joint.name}.force" for joint in machine.joints]
+    for body in machine.bodies:
+        history = run[body.name]
+        if np.ptp(history.angle) > 1e-6:
+            more.append(f"{body.name}.angle")
+    found = [*names, *(name for name in more if name not in own)]
+    return found[:PLOTS]
 
 
 @cache

@@ -33,7 +33,7 @@ from mbody.views.style import (
     WHEEL,
 )
 
-__all__ = ["coupler_points", "numbers", "scene_data", "text_runs"]
+__all__ = ["SECONDS", "coupler_points", "numbers", "scene_data", "text_runs"]
 
 Array = np.ndarray
 
