@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +36,7 @@ def animate(
     *,
     duration: float | None = None,
     rate: float = 25.0,
-    width: int = 720,
+    width: int = 640,
     show: Sequence[str] = ("names", "paths", "centres", "ghosts"),
     paths: Sequence[str] | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -162,6 +163,10 @@ def _pictures(frames: Iterator[Any], ending: str) -> list[Any]:
         picture = Image.fromarray(frame)
         if palette is None:
             palette = picture.quantize(COLORS, method=Image.Quantize.MEDIANCUT)
+            shades = np.array(palette.getpalette(), dtype=np.int64).reshape(-1, 3)
+            # the mean of what is nearly white would be the paper
+            shades[np.argmax(shades.sum(axis=1))] = 255
+            palette.putpalette(shades.reshape(-1).tolist())
         # one palette for all frames, without dots: nothing flickers, and files are short
         found.append(picture.quantize(palette=palette, dither=Image.Dither.NONE))
     return found
@@ -187,7 +192,7 @@ def _pillow(ending: str, **options: Any) -> Callable[..., None]:
 
 def _mp4(frames: Iterator[Any], path: Any, seconds: float, film: FilmSet, count: int) -> None:
     try:
-        import imageio_ffmpeg
+        imageio_ffmpeg = import_module("imageio_ffmpeg")
     except ImportError:
         raise ModelError(
             "a film in .mp4 needs imageio-ffmpeg, which is not installed: pip install "

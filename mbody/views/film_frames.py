@@ -154,17 +154,32 @@ class FilmSet:
         }
         for track in self.paths.values():
             low, high = np.fmin(low, track.min(axis=0)), np.fmax(high, track.max(axis=0))
+        self.carried = [self._carried(n) for n in range(len(self.scenes))]
+        self._fit(low, high, width)
+        self.arrows, self.scales = self._arrows()
+        if self.arrows:
+            # once more, with room for the longest arrows and their names
+            for one in self.arrows:
+                tips = one.place + one.vector / self.scale
+                name = 20.0 * self.point / self.scale
+                low, high = (
+                    np.fmin(low, np.nanmin(tips, axis=0) - name),
+                    np.fmax(high, np.nanmax(tips, axis=0) + name),
+                )
+            self._fit(low, high, width)
+            self.arrows, self.scales = self._arrows()
+
+    def _fit(self, low: Array, high: Array, width: int) -> None:
+        """The scale by which a rectangle fits a canvas of that width."""
         wide, tall = np.maximum(high - low, 1e-9 * self.main.run.system.length)
         room = width - 2 * MARGIN
-        self.scale = min(room / wide, 0.9 * room / tall)
+        self.scale = float(min(room / wide, 0.9 * room / tall))
         self.width = width + width % 2
         self.height = int(np.ceil(self.scale * tall)) + 2 * MARGIN + ABOVE + BELOW
         self.height += self.height % 2
         self.middle = 0.5 * (low + high)
         #: Pixels a point of the paper.
         self.point = float(np.clip(self.scale * self.main.unit, 0.8, 2.2))
-        self.carried = [self._carried(n) for n in range(len(self.scenes))]
-        self.arrows, self.scales = self._arrows()
 
     def pixels(self, points: Array) -> Array:
         """World points (…, 2) in pixels, y up from the lower edge."""
@@ -266,7 +281,8 @@ class FilmSet:
 
     def _rates(self, kind: str, color: str, keys: tuple[str, str]) -> list[FilmArrow]:
         run, stretch, pose = self.main.run, self.stretches[0], Pose(self.main.run, 0)
-        found, seen = [], []
+        found: list[FilmArrow] = []
+        seen: list[Array] = []
         for body in run.mechanism.bodies:
             places_on: list[tuple[Place, Any]] = [((body.name, 0.0, 0.0), run[body.name])]
             for point in body.points:

@@ -39,14 +39,14 @@ def painted(film: FilmSet, frame: int) -> Array:
             canvas.shape(
                 points, look.fill if closed else "none", edge, width, dashes, closed, faded
             )
+    size = TEXT * min(film.point, 1.15)
     for one in film.arrows:
         place, vector = film.pixels(one.place[frame]), one.vector[frame]
         if np.hypot(*vector) > 2.5 and np.isfinite(vector).all():
             canvas.shape(arrow_corners(place, vector, film.point), one.color, PAPER, 0.8, (), True)
             if one.text:
                 u = vector / np.hypot(*vector)
-                canvas.text(one.text, place + vector + 11.0 * film.point * u, one.color, 1.2)
-    size = TEXT * min(film.point, 1.15)
+                canvas.text(one.text, place + vector + 11.0 * film.point * u, one.color, size)
     for label, anchor, way in film.labels(frame):
         half = 0.5 * np.array(_text(label.text, size, label.italic)[1])
         gap = label.gap * film.scale + 1.5 * film.point
@@ -108,16 +108,17 @@ def _circle(centre: Array, radius: float) -> Array:
 
 
 @functools.lru_cache(maxsize=512)
-def _text(text: str, size: float, italic: bool = False) -> tuple[Any, tuple[float, float]]:
-    """The outline of a text, centred, and its width and height in pixels."""
+def _text(text: str, size: float, italic: bool = False) -> tuple[Any, tuple[float, float], Any]:
+    """The outline of a text, its width and height in pixels, and its corners."""
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import TextPath
 
-    style = "italic" if italic else "normal"
-    font = FontProperties(family=FONTS, style=style, math_fontfamily=MATHS)
+    look: dict[str, Any] = {"style": "italic" if italic else "normal"}
+    font = FontProperties(family=FONTS, math_fontfamily=MATHS, **look)
     path = TextPath((0, 0), drawable(text), size=SIZE["text"] * size, prop=font)
     box = path.get_extents()
-    return path, (float(box.width), max(float(box.height), 0.7 * SIZE["text"] * size))
+    extent = (float(box.width), max(float(box.height), 0.7 * SIZE["text"] * size))
+    return path, extent, (float(box.x0), float(box.x1), float(box.y0), float(box.y1))
 
 
 class _Canvas:
@@ -126,7 +127,8 @@ class _Canvas:
     def __init__(self, width: int, height: int) -> None:
         from matplotlib.backends.backend_agg import RendererAgg
 
-        self.renderer: Any = RendererAgg(width, height, 72.0)
+        made: Any = RendererAgg
+        self.renderer: Any = made(width, height, 72.0)
         self.size = (width, height)
         corners = np.array([(0, 0), (width, 0), (width, height), (0, height)], dtype=float)
         self.shape(corners, PAPER, "none", 0.0, (), True)
@@ -177,10 +179,9 @@ class _Canvas:
 
         if not text.strip():
             return float(at[0])
-        path, (wide, _) = _text(text, round(size, 3), italic)
-        box = path.get_extents()
-        x = float(at[0]) - (box.x0 if left else 0.5 * (box.x0 + box.x1))
-        base = 0.5 * (box.y0 + box.y1) if not left else 0.32 * SIZE["text"] * size
+        path, (wide, _), (x0, x1, y0, y1) = _text(text, round(size, 3), italic)
+        x = float(at[0]) - (x0 if left else 0.5 * (x0 + x1))
+        base = 0.5 * (y0 + y1) if not left else 0.32 * SIZE["text"] * size
         y = float(at[1]) - base
         move = Affine2D().translate(x, y)
         self._draw(path, PAPER, PAPER, 3.0, (), 1.0, move)

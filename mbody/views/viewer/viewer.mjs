@@ -474,11 +474,13 @@ export class Viewer extends HTMLElement {
     }
     root.append(this.#values(), this.#about());
     this.plots = [];
+    const over = `over ${scene.axis.label}${scene.axis.unit && scene.axis.unit !== "deg" ? ` [${scene.axis.unit}]` : ""}`;
     for (const one of scene.plots.slice(0, 3)) {
       const plot = new Plot(this, one.name);
       this.plotBox.append(plot.root);
       this.plots.push(plot);
     }
+    if (this.plots.length) this.plotBox.append(el("p", { class: "over" }, over));
     this.#theme(null);
     this.#listen();
   }
@@ -813,7 +815,7 @@ export class Viewer extends HTMLElement {
   }
   #position() {
     const { scene } = this.main, x = this.main.value2(this.main.x), unit = scene.axis.unit === "deg" ? "°" : scene.axis.unit ? ` ${scene.axis.unit}` : "";
-    const parts = [`${scene.axis.label} ${scene.axis.unit === "deg" ? x.toFixed(1).replace("-", MINUS) : shown(x, 4)}${unit}`];
+    const parts = [`${scene.axis.label}${scene.axis.unit === "deg" || scene.axis.label === "instant" ? "" : " ="} ${scene.axis.unit === "deg" ? x.toFixed(1).replace("-", MINUS) : shown(x, 4)}${unit}`];
     if (scene.axis.values && this.main.t[this.main.count - 1] > this.main.t[0]) parts.push(`t = ${shown(this.time(), 4)} ${scene.units.time}`);
     return parts.join(", ");
   }
