@@ -34,12 +34,15 @@ class Carrier:
     stretches : bool
         Whether the shapes become longer with the way, as a spring: a point has then three numbers,
         the part of the way, and how far along and across the way from there.
+    lead : float
+        Length at both ends that does not stretch.
     """
 
     start: Place = ("ground", 0.0, 0.0)
     turn: str = "ground"
     end: Place | None = None
     stretches: bool = False
+    lead: float = 0.0
 
     def kept(self, points: Array, run: Any, k: int) -> Array:
         """World points (n, 2) of an instant in these axes: (n, 2), or (n, 3) of what stretches."""
@@ -48,7 +51,8 @@ class Carrier:
         along, across = away @ u, away @ np.array([-u[1], u[0]])
         if not self.stretches:
             return np.column_stack([along, across])
-        part = np.clip(along / max(float(length), 1e-300), 0.0, 1.0)
+        part = (along - self.lead) / max(float(length) - 2.0 * self.lead, 1e-300)
+        part = np.clip(part, 0.0, 1.0)
         return np.column_stack([part, along - part * length, across])
 
     def shown(self, kept: Array, axes: tuple[Array, Array, Array], k: int) -> Array:
@@ -91,6 +95,6 @@ def placed(place: Place, turn: str = "ground") -> Carrier:
     return Carrier(place, turn)
 
 
-def between(start: Place, end: Place, *, stretches: bool = True) -> Carrier:
+def between(start: Place, end: Place, *, stretches: bool = True, lead: float = 0.0) -> Carrier:
     """The way from one place to another."""
-    return Carrier(start, "", end, stretches)
+    return Carrier(start, "", end, stretches, lead)

@@ -174,9 +174,9 @@ def _pictures(frames: Iterator[Any], ending: str) -> list[Any]:
 
 def _pillow(ending: str, **options: Any) -> Callable[..., None]:
     def write(frames: Iterator[Any], path: Any, seconds: float, film: FilmSet, count: int) -> None:
-        pictures = _pictures(frames, ending)
-        first, *rest = pictures
+        # the file first: where none can be written, nothing is painted
         with writing(path, binary=True) as file:
+            first, *rest = _pictures(frames, ending)
             first.save(
                 file,
                 format={"apng": "PNG", "png": "PNG"}.get(ending, ending.upper()),

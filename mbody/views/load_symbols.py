@@ -167,8 +167,11 @@ def _(load: Force | Gravity, sketch: Sketch) -> None:
 def _(load: Spring, sketch: Sketch) -> None:
     i, j = (sketch.pose.place(load, side) for side in "ij")
     _anchored(sketch, load, i, j)
-    coil = zigzag(i, j, 4.6 * sketch.unit * sketch.small, 9.0 * sketch.unit * sketch.small)
-    with sketch.carried(_way(sketch, load)):
+    lead = 9.0 * sketch.unit * sketch.small
+    if sketch.lasting:
+        lead = min(lead, 0.3 * _shortest(sketch, load))
+    coil = zigzag(i, j, 4.6 * sketch.unit * sketch.small, lead)
+    with sketch.carried(_way(sketch, load, lead=lead)):
         # below sliders, which it presses on
         sketch.line(coil, 1.2, INK, Z["block"] - 0.3, name=f"spring:{load.name}")
         _beside_middle(sketch, load.name, i, j)
@@ -183,10 +186,10 @@ def _(load: Damper, sketch: Sketch) -> None:
         _beside_middle(sketch, load.name, i, j)
 
 
-def _way(sketch: Sketch, element: Any, *, stretches: bool = True) -> Carrier:
+def _way(sketch: Sketch, element: Any, *, stretches: bool = True, lead: float = 0.0) -> Carrier:
     """The way from the place on i to that on j."""
     i, j = (sketch.pose.site(element, side) for side in "ij")
-    return between(i, j, stretches=stretches)
+    return between(i, j, stretches=stretches, lead=lead)
 
 
 def _anchored(sketch: Sketch, load: Any, i: Array, j: Array) -> None:

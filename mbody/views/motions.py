@@ -89,19 +89,11 @@ def _range(mechanism: Mechanism) -> Solution | None:
         found = driver_range(mechanism)
         middle = found.start
         size = math.pi if driver.angular else kinetostatics(mechanism).system.length
-        low, high = (clipped(end, middle, size) for end in found)
+        low = found.low if math.isfinite(found.low) else middle - size
+        high = found.high if math.isfinite(found.high) else middle + size
         spare = SHORT * (high - low)
         values = np.linspace(low + spare, high - spare, SMOOTH)
         run = kinetostatics(mechanism, drive={driver.name: values})
     except (ModelError, SolveError):
         return None
     return run
-
-
-def clipped(end: float, middle: float, size: float) -> float:
-    """An end of a range, no farther from its middle than a size.
-
-    >>> clipped(math.inf, 1.0, 2.0), clipped(0.5, 1.0, 2.0)
-    (3.0, 0.5)
-    """
-    return min(max(end, middle - size), middle + size)

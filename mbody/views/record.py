@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from mbody.views.carriers import GROUND_CARRIER, Carrier
+from mbody.views.carriers import GROUND_CARRIER, Carrier, moved
 from mbody.views.labels import Label
 from mbody.views.pose import Pose
 from mbody.views.sketch import Sketch
@@ -16,6 +17,9 @@ from mbody.views.surface import Look
 __all__ = ["KeptLabel", "KeptShape", "Recording", "SceneSketch"]
 
 Array = np.ndarray
+
+#: Instants at which the sides of a support are looked at.
+SIDES = 25
 
 
 @dataclass(frozen=True)
@@ -125,6 +129,31 @@ class SceneSketch(Sketch):
         of = str(look.get("name", "")) or shown
         self.names.append(KeptLabel(shown, carrier, kept, way, gap, "element", of, color, italic))
         return Label(shown, [])
+
+    def roomy(self, place: Array, others: list[Array]) -> float:
+        """Down, up, left or right [rad], the side on which the links are least in the whole
+        motion.
+        """
+        pose = self.pose
+        bodies = [name for name, nodes in pose.nodes.items() if nodes is others]
+        if not bodies:
+            return super().roomy(place, others)
+        local = [pose.fixed(bodies[0], node) for node in others]
+        instants = sorted({round(k) for k in np.linspace(0, len(pose.run) - 1, SIDES)})
+        tracks = [moved(pose.run, one)[instants] for one in local]
+        choices = {-math.pi / 2.0: 0.0, math.pi / 2.0: 0.2, math.pi: 0.3, 0.0: 0.3}
+
+        def crowd(angle: float) -> float:
+            total = 0.0
+            for track in tracks:
+                way = track - place
+                length = np.hypot(*way.T)
+                along = way @ (math.cos(angle), math.sin(angle)) / np.maximum(length, 1e-300)
+                near = length > self.unit
+                total += float(np.mean(np.maximum(0.0, along - 0.6) * near))
+            return total
+
+        return min(choices, key=lambda angle: round(crowd(angle) + choices[angle], 3))
 
     def pin(self, place: Array, label: str) -> None:
         """A pin; several that are at one place in the whole motion are drawn once."""

@@ -278,9 +278,12 @@ class Plot {
       text.textContent = axis.unit === "deg" ? `${shown(x, 4)}°` : shown(x, 4);
       this.svg.append(sv("line", { class: "grid", x1: at, x2: at, y1: this.top, y2: this.top + this.tall }), text);
     }
-    for (const one of motion.data.events ?? []) {
+    let before = -Infinity;
+    for (const one of axis.values ? [] : motion.data.events ?? []) {
       const at = this.x(one.t);
-      if (!axis.values) this.svg.append(sv("line", { class: "event", x1: at, x2: at, y1: this.top, y2: this.top + this.tall }));
+      if (at < before + 4) continue; // events without number, as of a ball that comes to rest
+      before = at;
+      this.svg.append(sv("line", { class: "event", x1: at, x2: at, y1: this.top, y2: this.top + this.tall }));
     }
     curves.reverse().forEach(([one, q]) => {
       const n = this.viewer.motions.indexOf(one);
@@ -290,8 +293,8 @@ class Plot {
         text += `${pen ? "L" : "M"}${this.x(one.x[k]).toFixed(1)} ${this.y(q[k]).toFixed(1)}`;
         pen = true;
       }
-      const color = this.viewer.motions.length > 1 ? this.viewer.motions.indexOf(one) : this.viewer.plots?.indexOf(this) ?? 0;
-      this.svg.append(sv("path", { class: n ? "curve other" : "curve", d: text, style: `stroke: var(--c${Math.max(color, 0) % 6})` }));
+      const color = this.viewer.motions.length > 1 ? n : 0;
+      this.svg.append(sv("path", { class: n ? "curve other" : "curve", d: text, style: `stroke: var(--c${color % 6})` }));
     });
     this.q = motion.history(name);
     this.cursor = sv("line", { class: "cursor", y1: this.top, y2: this.top + this.tall });
@@ -526,7 +529,7 @@ export class Viewer extends HTMLElement {
     };
     const m = this.main;
     this.most = {
-      forces: add("forces", "force", scene.forces.map((f) => ({ name: f.n, x: m.history(`${f.of}.fx`), y: m.history(`${f.of}.fy`), sign: f.sign, at: f.at, places: f.places, label: f.t, color: f.load ? "load" : "force" }))),
+      forces: add("forces", "force", scene.forces.map((f) => ({ name: f.n, x: m.history(`${f.of}.fx`), y: m.history(`${f.of}.fy`), sign: f.sign, at: f.at, places: f.places, label: scene.forces.length > 30 ? null : f.t, color: f.load ? "load" : "force" }))),
       velocities: add("velocities", "speed", scene.movers.map((p) => ({ name: `v:${p.n}`, x: m.history(`${p.n}.vx`), y: m.history(`${p.n}.vy`), sign: 1, at: p.at }))),
       accelerations: scene.rates ? add("accelerations", "change", scene.movers.map((p) => ({ name: `a:${p.n}`, x: m.history(`${p.n}.ax`), y: m.history(`${p.n}.ay`), sign: 1, at: p.at }))) : 0,
     };
