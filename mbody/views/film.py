@@ -28,6 +28,8 @@ FEWEST, MOST = 2, 3000
 NARROWEST, WIDEST = 120, 3840
 #: Colours of a GIF, which are those of all frames: our drawings have some ten and their shades.
 COLORS = 96
+#: What is as light as this is paper: pillow compares colours by their upper six bits.
+NEARLY_WHITE = 248
 
 
 def animate(
@@ -164,8 +166,7 @@ def _pictures(frames: Iterator[Any], ending: str) -> list[Any]:
         if palette is None:
             palette = picture.quantize(COLORS, method=Image.Quantize.MEDIANCUT)
             shades = np.array(palette.getpalette(), dtype=np.int64).reshape(-1, 3)
-            # the mean of what is nearly white would be the paper
-            shades[np.argmax(shades.sum(axis=1))] = 255
+            shades[shades.min(axis=1) >= NEARLY_WHITE] = 255
             palette.putpalette(shades.reshape(-1).tolist())
         # one palette for all frames, without dots: nothing flickers, and files are short
         found.append(picture.quantize(palette=palette, dither=Image.Dither.NONE))

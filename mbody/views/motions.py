@@ -70,7 +70,9 @@ def motion(
     if free and wanted is None:
         return simulate(mechanism, to, instants=FREE, progress=progress)
     if wanted is not mechanism.ask and wanted is not None:
-        return analyse_at(mechanism, "kinetostatics", wanted)
+        run = analyse_at(mechanism, "kinetostatics", wanted)
+        # requested positions are shown in the order in which the motion has them
+        return run if np.all(np.diff(run.t) >= 0.0) else run.take(np.argsort(run.t, kind="stable"))
     try:
         return analyse_at(mechanism, "kinetostatics", cycle(mechanism, mechanism.ask))
     except (ModelError, SolveError) as error:
