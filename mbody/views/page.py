@@ -141,7 +141,7 @@ def default_plots(run: Solution) -> list[str]:
 @cache
 def module_text() -> str:
     """The web component as one module, with its style."""
-    folder = resources.files("mbody.views") / "viewer"
+    folder = resources.files(__package__) / "viewer"
     module = (folder / "viewer.mjs").read_text("utf-8")
     style = (folder / "viewer.css").read_text("utf-8")
     return module.replace('/*css*/""', json.dumps(style, ensure_ascii=False), 1)
