@@ -41,7 +41,7 @@ LAYERS = (
     ("files",),
     ("sheets",),
     ("gallery", "makers", "testing", "engineering"),
-    ("views", "engines", "sweeps"),
+    ("image", "views", "engines", "sweeps"),
     ("cli",),
     ("__main__", "__init__"),
 )

@@ -41,6 +41,7 @@ from mbody.core.library import seal
 __all__ = ["Build", "main"]
 
 _SEEN = ("mbody_user_door", "mbody_object_head", "mbody_sources", "mbody_entries")
+_FOR_IMAGES = ("_words", "_sources", "_entries")
 _PLAIN = {int: types.int64, float: types.float64, bool: types.boolean}
 
 
@@ -49,7 +50,7 @@ def machine_of(target: Target) -> Any:
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
     return llvm.Target.from_triple(target.triple).create_target_machine(
-        cpu=target.cpu, features=target.features, opt=3, reloc="pic", codemodel="default"
+        cpu=target.cpu, features=target.features, opt=3, reloc=target.reloc, codemodel="default"
     )
 
 
@@ -136,9 +137,17 @@ def emit(target: Target, module: Any, file: Path, portable: bool = False) -> Non
     with tempfile.TemporaryDirectory(dir=file.parent) as folder:
         object_, made = Path(folder) / "kernels.o", Path(folder) / file.name
         object_.write_bytes(machine.emit_object(module))
-        link(target, [object_], made, portable)
-        seal(made)
+        link(target, [object_], made, _exported(module), portable)
+        if target.name != "wasm32":  # a browser takes nothing behind a module's end
+            seal(made)
         made.replace(file)
+
+
+def _exported(module: Any) -> list[str]:
+    """What a program that has no NumPy takes of a library."""
+    found = (thing for thing in (*module.functions, *module.global_variables))
+    names = (thing.name for thing in found if not thing.is_declaration)
+    return sorted(n for n in names if n.startswith("mbody_") and n.endswith(_FOR_IMAGES))
 
 
 def _numba_type(kind: Any) -> Any:
