@@ -43,7 +43,8 @@ window.text = (numbers) => {{
   return btoa(found);
 }};
 window.sentence = (f) => {{
-  try {{ f(); return "no error"; }} catch (error) {{ return `${{error.name}}: ${{error.message}}`; }}
+  try {{ f(); return "no error"; }}
+  catch (error) {{ return `${{error.name}}: ${{error.message}}`; }}
 }};
 document.title = "ready";
 </script>"""
@@ -225,7 +226,7 @@ def test_the_module_has_the_numbers_of_the_kernels(page):
     slots, codes, by_driver = page.value("[mbody.SLOTS, mbody.CODES, mbody.BY_DRIVER]")
     for name, value in (*slots.items(), *codes.items()):
         assert getattr(step_state, name) == value, name
-    assert continuation.BY_DRIVER == by_driver
+    assert by_driver == continuation.BY_DRIVER
 
 
 def test_the_core_is_small_and_needs_nothing(page):
