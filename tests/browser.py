@@ -1,10 +1,12 @@
 """A headless browser for tests: Chromium, steered over a pipe in its own protocol."""
 
+import fcntl
 import itertools
 import json
 import os
+import re
 import shutil
-import subprocess
+import signal
 import tempfile
 import time
 from contextlib import contextmanager
@@ -68,7 +70,9 @@ class Browser:
             awaitPromise=True,
             returnByValue=True,
         )
-        assert "exceptionDetails" not in found, found["exceptionDetails"]
+        if "exceptionDetails" in found:
+            why = found["exceptionDetails"].get("exception", {}).get("description", "")
+            raise AssertionError(re.sub(r"data:[\w/;,+=]{60,}", "data:…", why)[:2000])
         return found["result"].get("value")
 
     def wait(self, expression, seconds=60.0):
@@ -107,20 +111,16 @@ def browser(*options):
         command = [program, "--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run"]
         command += [f"--user-data-dir={profile}", "--remote-debugging-pipe", *options]
         # the browser reads commands from its file 3 and answers to its file 4
-        shell = ["sh", "-c", f'exec "$@" 3<&{theirs} 4>&{ours}', "sh", *command]
-        process = subprocess.Popen(
-            shell,
-            pass_fds=(theirs, ours),
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
-        os.close(theirs)
-        os.close(ours)
+        pair = [fcntl.fcntl(one, fcntl.F_DUPFD, 10) for one in (theirs, ours)]
+        files = [(os.POSIX_SPAWN_OPEN, n, os.devnull, os.O_RDWR, 0) for n in range(3)]
+        files += [(os.POSIX_SPAWN_DUP2, one, n) for one, n in zip(pair, (3, 4), strict=True)]
+        process = os.posix_spawn(program, command, os.environ, file_actions=files)
+        for one in (theirs, ours, *pair):
+            os.close(one)
         try:
             yield Browser(to, back)
         finally:
             os.close(to)
             os.close(back)
-            process.terminate()
-            process.wait()
+            os.kill(process, signal.SIGTERM)
+            os.waitpid(process, 0)

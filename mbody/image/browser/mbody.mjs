@@ -137,6 +137,12 @@ export class Motion {
     return Float64Array.from({ length: this.t.length }, (_, k) => this.measured[k * count + column]);
   }
 
+  /** The last instant alone. */
+  last() {
+    const columns = this._model.measures.length;
+    return new Motion(this._model, this.t.slice(-1), this.s.slice(-1), this.pages.slice(-this.rows), this.measured.slice(-columns), this.stats);
+  }
+
   /** Positions of the bodies at instant k: x, y, angle of each mass centre in turn. */
   position(k) {
     const n = this._model.manifest.coordinates;
@@ -170,6 +176,7 @@ export class Model {
     this.numbers = [...this._entries.number.keys()];
     this.measures = [...this._entries.measure.keys()];
     this._closed = true;
+    this._drive = {}; // values of the drivers where they are known
   }
 
   /** Give the memory back; the model cannot be used any more. */
@@ -219,34 +226,31 @@ export class Model {
    * @param {{t?: number, drive?: Object<string, number>}} [how]  time, and values of drivers
    */
   close({ t, drive = {} } = {}) {
-    const given = this._array("close.given");
-    const names = this.manifest.drivers;
-    for (const name of Object.keys(drive)) {
-      if (!names.includes(name)) throw new MbodyError(`there is no driver '${name}' (there are: ${names.join(", ")})`);
-    }
-    names.forEach((name, n) => (given[n] = name in drive ? drive[name] : NaN));
-    if (t !== undefined) this._array("close.t")[0] = t;
-    const q = this._array("driven.q"), before = q.slice();
-    const [good] = this._call("close");
-    if (good === 0n) {
-      this._array("driven.q").set(before);
-      const where = Object.entries(drive).map(([name, value]) => `${name} = ${value}`).join(", ") || `t = ${this._array("close.t")[0]}`;
-      throw new MbodyError(`the loops of '${this.manifest.model}' do not close at ${where}: give other numbers, or another value of the driver`);
-    }
+    this._needs("close");
+    this._knows(drive);
+    this._close({ t, drive });
     this._closed = true;
+    this._drive = { ...drive };
   }
 
   /**
-   * Kinetostatics over a path of the driver, or over times where there are several drivers.
-   * @param {{from?: number, to?: number, rate?: number}} [path]  first and last value, and the driver's rate; those of the image, where there is none
+   * Kinetostatics over a turn of the driver as its law goes, or over other times.
+   * @param {{from?: number, to?: number}} [path]  first and last value of the path parameter (`manifest.driven["path parameters"].turn`); those of the image where none is given
    * @returns {Motion}
    */
-  turn(path = {}) {
+  turn({ from, to } = {}) {
     this._needs("turn");
-    this._setPath("turn", path);
+    const s = this._array("turn.s"), n = s.length - 1;
+    if (from !== undefined || to !== undefined) {
+      const [first, last] = [from ?? s[0], to ?? s[n]];
+      for (let k = 0; k <= n; k++) s[k] = k === n ? last : first + (k * (last - first)) / n;
+    }
+    const byDriver = this._byDriver("turn");
+    if (byDriver) s.forEach((value, k) => (this._array("turn.given")[3 * k] = value));
+    else this._array("turn.t").set(s);
     const before = this._array("driven.q").slice();
     try {
-      this._close(this._array("turn.s")[0]);
+      this._close(byDriver ? { drive: { [this.manifest.drivers[0]]: s[0] } } : { t: s[0] });
       return this._followed("turn");
     } finally {
       this._array("driven.q").set(before);
@@ -254,16 +258,29 @@ export class Model {
   }
 
   /**
-   * Move the driver from one value to another, with all forces at the end; the mechanism stays there.
-   * @returns {Motion}  of two instants
+   * Move drivers to these values along the branch, with all forces there; the mechanism stays there.
+   * @param {Object<string, number>} drive  values by driver
+   * @param {{rate?: Object<string, number>, acceleration?: Object<string, number>}} [motion]  of the drivers there; 0 where none is given
+   * @returns {Motion}  of one instant
    */
-  step(from, to, rate) {
+  step(drive, { rate = {}, acceleration = {} } = {}) {
     this._needs("step");
-    this._setPath("step", { from, to, rate });
+    this._knows(drive, rate, acceleration);
+    const names = this.manifest.drivers, there = { ...this._drive, ...drive };
     const before = this._array("driven.q").slice();
+    if (!this._closed || names.some((name) => !(name in this._drive))) this.close({ drive: there });
+    const [first, last] = [names.map((name) => this._drive[name]), names.map((name) => there[name])];
+    const given = this._array("step.given"); // (2, drivers, 3): value, rate, acceleration
+    names.forEach((name, n) => {
+      given.set([first[n], rate[name] ?? 0, acceleration[name] ?? 0], 3 * n);
+      given.set([last[n], rate[name] ?? 0, acceleration[name] ?? 0], 3 * (names.length + n));
+    });
+    if (names.length === 1) this._array("step.s").set([first[0], last[0]]);
+    else this._array("step.chords").set(names.map((_, n) => last[n] - first[n]));
     try {
-      if (!this._closed) this._close(from);
-      return this._followed("step");
+      const motion = this._followed("step");
+      this._drive = there;
+      return motion.last();
     } catch (error) {
       this._array("driven.q").set(before);
       throw error;
@@ -316,13 +333,13 @@ export class Model {
 
   /** All that the model is now, to come back to with `restore`. */
   save() {
-    return { closed: this._closed, bytes: this._view(Uint8Array, 0, this._bytes).slice() };
+    return { closed: this._closed, drive: this._drive, bytes: this._view(Uint8Array, 0, this._bytes).slice() };
   }
 
   /** Come back to what `save` returned. */
   restore(saved) {
     this._view(Uint8Array, 0, this._bytes).set(saved.bytes);
-    this._closed = saved.closed;
+    [this._closed, this._drive] = [saved.closed, saved.drive];
   }
 
   // -- within -------------------------------------------------------------------------------------
@@ -373,33 +390,29 @@ export class Model {
     return -1;
   }
 
-  /** Close at the first value of a path. */
-  _close(first) {
-    if (this._byDriver("turn")) this.close({ drive: { [this.manifest.drivers[0]]: first } });
-    else this.close({ t: first });
+  _knows(...tables) {
+    const names = this.manifest.drivers;
+    const unknown = tables.flatMap((table) => Object.keys(table)).find((name) => !names.includes(name));
+    if (unknown !== undefined) throw new MbodyError(`there is no driver '${unknown}' (there are: ${names.join(", ") || "none"})`);
+  }
+
+  _close({ t, drive = {} }) {
+    const given = this._array("close.given");
+    this.manifest.drivers.forEach((name, n) => (given[n] = name in drive ? drive[name] : NaN));
+    if (t !== undefined) this._array("close.t")[0] = t;
+    const q = this._array("driven.q"), before = q.slice();
+    const [good] = this._call("close");
+    if (good === 0n) {
+      this._array("driven.q").set(before);
+      const where = Object.entries(drive).map(([name, value]) => `${name} = ${value}`).join(", ") || `t = ${this._array("close.t")[0]}`;
+      throw new MbodyError(`the loops of '${this.manifest.model}' do not close at ${where}: give other numbers, or another value of the driver`);
+    }
   }
 
   _byDriver(name) {
     // the third argument is the path, whose first word says what it is followed by
     const path = this._view(BigInt64Array, this._entries.call.get(name).place, 3)[2];
     return Number(new BigInt64Array(this.core.memory.buffer, Number(path), 1)[0]) === BY_DRIVER;
-  }
-
-  _setPath(name, { from, to, rate }) {
-    const s = this._array(`${name}.s`), n = s.length - 1;
-    const [first, last] = [from ?? s[0], to ?? s[n]];
-    if (from !== undefined || to !== undefined) {
-      for (let k = 0; k <= n; k++) s[k] = k === n ? last : first + (k * (last - first)) / n;
-    }
-    if (!this._byDriver(name)) {
-      this._array(`${name}.t`).set(s);
-      return;
-    }
-    const given = this._array(`${name}.given`); // (instants, 1, 3): value, rate, acceleration
-    for (let k = 0; k <= n; k++) {
-      given[3 * k] = s[k];
-      if (rate !== undefined) [given[3 * k + 1], given[3 * k + 2]] = [rate, 0];
-    }
   }
 
   _followed(name) {
