@@ -82,7 +82,8 @@ TARGETS = {
 
 
 def link(target: Target, objects: list[Path], library: Path, portable: bool = False) -> None:
-    """Link objects into a shared library, a portable one against the oldest C library supported.
+    """Link objects into a shared library, a portable one against the oldest C library supported. C
+    sources among them are compiled; of these only what says so is seen outside.
 
     Raises
     ------
@@ -102,7 +103,9 @@ def link(target: Target, objects: list[Path], library: Path, portable: bool = Fa
     # libraries at the end: what an object needs is looked for behind it
     front = [part for part in command if part != "-lm"]
     back = [part for part in command if part == "-lm"]
-    whole = [*front, "-shared", "-s", "-o", str(library), *map(str, objects), *back]
+    sources = [str(one) for one in objects if one.suffix == ".c"]
+    compiled = ["-std=c99", "-O2", "-fPIC", "-fvisibility=hidden"] if sources else []
+    whole = [*front, *compiled, "-shared", "-s", "-o", str(library), *map(str, objects), *back]
     done = subprocess.run(whole, capture_output=True, text=True)
     if done.returncode:
         raise RuntimeError(f"{' '.join(whole)}: {done.stderr.strip()}")

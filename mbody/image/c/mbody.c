@@ -33,7 +33,7 @@ enum { DONE, MORE, STEP_VANISHED, NOT_FINITE, STIFF, LAST_STEP, SINGULAR_AHEAD, 
 /* mbody/kernels/continuation.py: progress, what `follow` returns, what the path parameter is */
 enum { INSTANTS, REACHED, UNBALANCED = 4, BRANCH_UNSURE = 6, PROGRESS = 7 };
 enum { STUCK = 1, LOST = 2 };
-enum { BY_TIME, BY_DRIVER };
+enum { BY_TIME, BY_DRIVER, BY_INSTANT };
 /* mbody/kernels/image_calls.py: what `begin_motion` returns */
 enum { BEGUN, OPEN, NO_VALUE, MASSLESS };
 /* Reactions may leave this part of the loads unbalanced, as in mbody/analysis/driven/runner.py. */
@@ -68,14 +68,12 @@ static const struct { const char *name; int call; const char *times, *pages; } M
 };
 
 typedef struct { double *at; int64_t count; } Array;
-typedef struct { Array times, pages, measured, progress, nearest, s, given, work; } Motion;
+typedef struct { Array times, pages, measured, progress, nearest, s, given, chords, work, reach; } Motion;
 
 /* What a state has beside the image. */
 typedef struct {
   int64_t position_old, home_old, motion_old; /* numbers changed since closed, or begun */
-  int64_t begun, stands;                      /* a motion has begun; the driver's value is known */
-  int64_t kept[4];                            /* instants of each motion */
-  double driver;
+  int64_t begun, kept[4];                     /* a motion has begun; instants of each motion */
 } Shell;
 
 struct mbody_model {
@@ -88,7 +86,7 @@ struct mbody_model {
   Array q, close_t, close_given, start_times, start_q, start_v, begin_page, state, y, until[4];
   Shell *shell;
   /* the first position of the turn; time and drivers there; copies while a call may fail */
-  double *home, *home_given, home_t, home_driver, first, span;
+  double *home, *home_given, home_t, reach, first, span;
   double *old_q, *old_numbers, *old_start, *old_y, old_state[SLOTS];
   char message[SENTENCE];
 };
@@ -283,12 +281,15 @@ static int find_arrays(mbody_model *model) {
       wrong |= need(model, &motion->progress, name, "progress", PROGRESS);
       wrong |= need(model, &motion->nearest, name, "nearest", 0);
       wrong |= need(model, &motion->s, name, "s", motion->times.count);
-      wrong |= need(model, &motion->given, name, "given", 0);
+      wrong |= need(model, &motion->given, name, "given", 6 * (m == MBODY_STEP) * model->close_given.count);
     } else {
       wrong |= need(model, &motion->work, name, "work", 0);
       wrong |= need(model, &model->until[m], name, "until", 1);
     }
-    if (m == MBODY_STEP && motion->times.count != 2)
+    if (m != MBODY_STEP) continue;
+    wrong |= need(model, &motion->reach, name, "reach", 1);
+    wrong |= need(model, &motion->chords, name, "chords", 0);
+    if (motion->times.count != 2)
       wrong |= because(model, MBODY_REFUSED, "the image is damaged: its step has not two instants");
   }
   if (!wrong && (model->call[BEGIN] || model->call[ADVANCE] || model->call[RUN])) {
@@ -330,6 +331,12 @@ static int take(mbody_model *model, const char *image, int64_t bytes) {
   return MBODY_GOOD;
 }
 
+/* What the path parameter of a motion is: the first word of its path's bundle. */
+static int64_t mode_of(const mbody_model *model, int call) {
+  const int64_t *path = (const int64_t *)(intptr_t)model->call[call][2];
+  return path[0];
+}
+
 /* What the first position is, and memory for what may have to be restored. */
 static int remember(mbody_model *model) {
   int64_t n = model->q.count, m = model->start_q.count, d = model->close_given.count, k = 0;
@@ -351,9 +358,10 @@ static int remember(mbody_model *model) {
     model->first = model->start_times.at[0];
     model->span = model->start_times.at[1] - model->first;
   }
+  if (model->call[TURN] && d == 1 && mode_of(model, TURN) == BY_DRIVER) model->home_given[0] = model->motion[MBODY_TURN].s.at[0];
   if (model->call[STEP]) {
-    model->shell->stands = 1;
-    model->shell->driver = model->home_driver = model->motion[MBODY_STEP].s.at[0];
+    model->reach = model->motion[MBODY_STEP].reach.at[0];
+    for (int64_t c = 0; c < d; c++) model->close_given.at[c] = model->motion[MBODY_STEP].given.at[3 * c];
   }
   for (int64_t e = 0; e < words(model)[TABLE_COUNT]; e++)
     if (entry_at(model, e)[0] == MBODY_NUMBER) model->number_entry[k++] = e;
@@ -519,37 +527,11 @@ static int close_here(mbody_model *model) {
   return code;
 }
 
-static int same(const double *a, const double *b, int64_t count) {
-  return count == 0 || !memcmp(a, b, (size_t)count * sizeof *a);
-}
-
-static int at_home(const mbody_model *model) {
-  return same(model->close_t.at, &model->home_t, 1) &&
-         same(model->close_given.at, model->home_given, model->close_given.count);
-}
-
-/* What the path parameter of a step is: the first word of the path's bundle. */
-static int by_time(const mbody_model *model) {
-  const int64_t *path = (const int64_t *)(intptr_t)model->call[STEP][2];
-  return path[0] == BY_TIME;
-}
-
 int mbody_close_loops(mbody_model *model) {
-  Shell *shell = model->shell;
   int64_t found[3];
   int code = model->call[CLOSE] ? close_here(model) : run(model, CLOSE, found);
-  if (code) return code;
-  shell->position_old = 0;
-  if (at_home(model)) {
-    copy(model->home, model->q.at, model->q.count);
-    shell->home_old = 0;
-  }
-  if (model->call[STEP]) {
-    double value = by_time(model) ? model->close_t.at[0] : model->close_given.count ? model->close_given.at[0] : NAN;
-    shell->driver = isnan(value) ? model->home_driver : value;
-    shell->stands = !isnan(value) || at_home(model);
-  }
-  return MBODY_GOOD;
+  if (!code) model->shell->position_old = 0;
+  return code;
 }
 
 /* Follows the path of a motion from the present position, which may move. */
@@ -598,10 +580,6 @@ int mbody_turn(mbody_model *model) {
     if (!code) {
       copy(model->home, model->q.at, n);
       shell->home_old = 0;
-      if (shell->position_old && at_home(model)) {
-        copy(q, model->home, n);
-        shell->position_old = 0;
-      }
     }
   }
   if (!code) code = follow(model, MBODY_TURN);
@@ -610,39 +588,46 @@ int mbody_turn(mbody_model *model) {
   return code;
 }
 
-int mbody_step_driver(mbody_model *model, double to) {
-  Shell *shell = model->shell;
+int mbody_step_driver(mbody_model *model, int driver, double to) {
   Motion *step = &model->motion[MBODY_STEP];
-  int64_t found[3], each = step->given.count / 2, n = model->q.count;
+  int64_t found[3], n = model->q.count, count = model->close_given.count, mode;
+  double *given = step->given.at, *stands = model->close_given.at, whole = model->reach;
   if (!model->call[STEP]) return run(model, STEP, found);
-  if (!isfinite(to)) return because(model, MBODY_REFUSED, "the driver cannot be moved to %g", to);
-  if (shell->position_old) {
+  if (driver < 0 || driver >= count || !isfinite(to))
+    return because(model, MBODY_REFUSED, "driver %d of %" PRId64 " cannot be moved to %g", driver, count, to);
+  if (model->shell->position_old) {
     int code = mbody_close_loops(model);
     if (code) return code;
   }
-  if (!shell->stands)
-    return because(model, MBODY_REFUSED,
-                   "where the driver stands is not known: set 'close.given' and close the loops first");
-  int time = by_time(model);
-  step->s.at[0] = shell->driver;
-  step->s.at[1] = to;
-  for (int k = 0; k < 2; k++) {
-    if (time) step->times.at[k] = step->s.at[k];
-    else if (each) step->given.at[k * each] = step->s.at[k];
+  mode = mode_of(model, STEP);
+  for (int64_t d = 0; d < count; d++) {
+    double end = d == driver ? to : stands[d];
+    if (isnan(stands[d]))
+      return because(model, MBODY_REFUSED, "where driver %" PRId64 " stands is not known: write its value to 'close.given', and close the loops", d);
+    given[3 * d] = stands[d];
+    given[3 * (count + d)] = end;
+    if (mode == BY_INSTANT && step->chords.count >= count) step->chords.at[d] = end - stands[d];
+    if (mode == BY_DRIVER) {
+      step->s.at[0] = stands[d];
+      step->s.at[1] = end;
+      whole = fmax(whole, 1.0 + fabs(end));
+    }
   }
+  step->times.at[0] = step->times.at[1] = model->close_t.at[0];
+  step->reach.at[0] = whole;
   copy(model->old_q, model->q.at, n);
   int code = follow(model, MBODY_STEP);
   if (code > MBODY_DOUBT) {
     copy(model->q.at, model->old_q, n);
     return code;
   }
-  shell->driver = to;
-  if (time) model->close_t.at[0] = to;
-  else if (model->close_given.count) model->close_given.at[0] = to;
+  stands[driver] = to;
   return code;
 }
 
-double mbody_driver(const mbody_model *model) { return model->shell->stands ? model->shell->driver : NAN; }
+double mbody_driver(const mbody_model *model, int driver) {
+  return driver >= 0 && driver < model->close_given.count ? model->close_given.at[driver] : NAN;
+}
 
 /* ---- free motion ----------------------------------------------------------------------------- */
 

@@ -6,8 +6,8 @@
  *
  *     cc program.c mbody.c linux-x86-64-v3.o -lm
  *
- * Units.  Numbers, measures and arrays are in SI units with angles in radians: m, kg, s, N, N*m,
- * rad.  `mbody_unit` has the unit of each number and measure.
+ * Units are those of the model, with angles in radians: SI where it has no others.  `mbody_unit`
+ * has the unit of each number and measure, the manifest those of lengths, times and so on.
  *
  * Threads.  There is no global state.  One model is for one thread at a time; any number of models
  * may be used by as many threads at once.
@@ -42,7 +42,7 @@ enum { MBODY_NUMBER = 1, MBODY_INPUT = 2, MBODY_MEASURE = 3, MBODY_CALL = 4, MBO
 /* The motions of an image.  Each keeps instants of its own. */
 enum {
   MBODY_TURN = 0,    /* a whole turn of the driver, or the times of the model */
-  MBODY_STEP = 1,    /* a driver moved from one position to another: two instants */
+  MBODY_STEP = 1,    /* a driver moved from one value to another: two instants, at rest */
   MBODY_ADVANCE = 2, /* the free motion: one instant, the present one */
   MBODY_RUN = 3      /* a whole free motion */
 };
@@ -111,7 +111,7 @@ int mbody_set_input(mbody_model *model, int entry, double value);
 
 /* ---- driven motion ----------------------------------------------------------------------------
  *
- * A driven model stands at one position, when it is opened at the first one of its turn.
+ * A driven model stands at one position: when it is opened, at the first one of its turn.
  *
  * mbody_close_loops  Closes the loops at the time `close.t` and the drivers' values `close.given`
  *                    (arrays, see below; not-a-number: by the driver's law), from the present
@@ -119,29 +119,29 @@ int mbody_set_input(mbody_model *model, int entry, double value);
  * mbody_turn         Follows the turn of the image, always from its own first position; the model
  *                    stands where it stood.  MBODY_ENDED at a dead centre, or where the branch is
  *                    not certain: the instants until there are kept.
- * mbody_step_driver  Moves the driver from where it stands to the value `to` (rad, m; a time where
- *                    the turn goes by time), along its branch.  MBODY_ENDED where the way ends
- *                    before: the model stands where it stood.
- * mbody_driver       Where the driver stands, as `mbody_step_driver` has it; not-a-number where it
- *                    is not known (closed by the law at another time).
+ * mbody_step_driver  Moves a driver (counted from zero, as the manifest has them) from where it
+ *                    stands to the value `to`, along its branch, at rest; the others stay.
+ *                    MBODY_ENDED where the way ends before: the model stands where it stood.
+ * mbody_driver       Where a driver stands; not-a-number where that is not known, which it is not
+ *                    after it was closed by its law.
  */
 int mbody_close_loops(mbody_model *model);
 int mbody_turn(mbody_model *model);
-int mbody_step_driver(mbody_model *model, double to);
-double mbody_driver(const mbody_model *model);
+int mbody_step_driver(mbody_model *model, int driver, double to);
+double mbody_driver(const mbody_model *model, int driver);
 
 /* ---- free motion ------------------------------------------------------------------------------
  *
- * mbody_start    Begins a free motion at the time `first` [s], near the position `start.q` and the
- *                speeds `start.v` (arrays, see below).  `last` [s] is when it will presumably end:
+ * mbody_start    Begins a free motion at the time `first`, near the position `start.q` and the
+ *                speeds `start.v` (arrays, see below).  `last` is when it will presumably end:
  *                it gives the first step a scale; not-a-number: as in the image.  Measures and the
  *                page of MBODY_ADVANCE are those of the start.
- * mbody_advance  The motion until the time `until` [s], not before the present one.  Steps end
+ * mbody_advance  The motion until the time `until`, not before the present one.  Steps end
  *                there.  A program that calls it in short intervals has a control loop.
  *                MBODY_ENDED where it goes no further: the time that is reached is `mbody_now`.
  * mbody_run      A whole motion, begun anew: all instants `run.times` (array, ascending), with
  *                dense output between the integrator's steps.
- * mbody_now      The time of the free motion [s]; not-a-number where none has begun.
+ * mbody_now      The time of the free motion; not-a-number where none has begun.
  */
 int mbody_start(mbody_model *model, double first, double last);
 int mbody_advance(mbody_model *model, double until);
@@ -153,7 +153,7 @@ double mbody_now(const mbody_model *model);
  * `motion` is MBODY_TURN, MBODY_STEP, MBODY_ADVANCE or MBODY_RUN; instants count from zero.
  *
  * mbody_instants  How many instants the last call for this motion has kept.
- * mbody_time      Time of an instant [s]; not-a-number where there is none.
+ * mbody_time      Time of an instant; not-a-number where there is none.
  * mbody_measure   A measure at an instant; not-a-number where there is none.
  * mbody_page      All that is kept of an instant, `*rows` numbers: position (x, y, angle of every
  *                 body, as the manifest has them), velocity, acceleration, then five numbers a
