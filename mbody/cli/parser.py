@@ -120,7 +120,7 @@ def parser() -> argparse.ArgumentParser:
     _json(cross)
     _draw(command("draw", "a picture of the mechanism at one instant", "draw.draw"))
     _plot(command("plot", "diagrams of quantities over the cycle", "draw.plot"))
-    _export(command("export", "the model as a file of another program", "export.export"))
+    _export(command("export", "the model for another program", "export.export"))
     _json(command("models", "the models of the gallery", "about.models"))
     show = command("show", "print the file of a model", "about.show")
     show.add_argument("model", metavar="MODEL", help=MODEL)
@@ -231,9 +231,16 @@ def _draw(command: argparse.ArgumentParser) -> None:
 def _export(command: argparse.ArgumentParser) -> None:
     _model(command)
     command.add_argument(
-        "--to", choices=("mjcf",), required=True, help="mjcf: model files of MuJoCo, in SI units"
+        "--to",
+        choices=("mjcf", "image"),
+        required=True,
+        help="mjcf: model files of MuJoCo, in SI units; image: bytes on which the compiled core "
+        "runs without Python",
     )
-    command.add_argument("-o", "--output", metavar="FILE", help="by default it is printed")
+    command.add_argument("-o", "--output", metavar="FILE", help="by default text is printed")
+    command.add_argument(
+        "--instants", metavar="N", help="how many of a turn (361) and of a free motion in an image"
+    )
 
 
 def _plot(command: argparse.ArgumentParser) -> None:
