@@ -14,15 +14,12 @@ from mbody.core.cache_folder import STAMP_DIGITS, cache_folder
 from mbody.core.native import builder_command, place
 from mbody.core.sources import PACKAGE, source_hash
 from mbody.errors import ModelError
-from mbody.kernels.continuation import follow
-from mbody.kernels.image_calls import begin_motion, close_at
-from mbody.kernels.number_program import measures, set_numbers
-from mbody.kernels.runge_kutta import runge_kutta
+from mbody.image.kernels import IMAGE_KERNELS
 
-__all__ = ["FILE", "IMAGE_KERNELS", "MODULE", "browser_core", "build_browser_core"]
+__all__ = ["FILE", "MODULE", "TARGET", "browser_core", "build_browser_core"]
 
-#: All that the calls of an image need.
-IMAGE_KERNELS = (set_numbers, measures, close_at, follow, begin_motion, runge_kutta)
+#: Name of the target of the compiler.
+TARGET = "wasm32"
 #: Name of the core for browsers, in the package and beside it.
 FILE = "mbody.wasm"
 #: The ES module that loads it.
@@ -41,7 +38,7 @@ def browser_core() -> Path:
     packaged = PACKAGE / "core_libraries" / FILE
     if packaged.exists() and made_from(packaged, sources):
         return packaged
-    stamp = hashlib.sha256(f"wasm32 {sources}".encode()).hexdigest()[:STAMP_DIGITS]
+    stamp = hashlib.sha256(f"{TARGET} {sources}".encode()).hexdigest()[:STAMP_DIGITS]
     folder = cache_folder(stamp)
     if folder is None:
         raise ModelError(
@@ -72,7 +69,7 @@ def build_browser_core(folder: Path, quiet: bool = False) -> None:
             f"installed: pip install {' '.join(missing)}"
         )
     names = [place(kernel) for kernel in IMAGE_KERNELS]
-    command, settings = builder_command(names, "wasm32", folder, "--whole")
+    command, settings = builder_command(names, TARGET, folder, "--whole")
     done = subprocess.run(command, env=settings, capture_output=quiet, text=True)
     if done.returncode:
         last = "" if done.stderr is None else "\n".join(done.stderr.strip().splitlines()[-6:])
