@@ -30,7 +30,7 @@ def kernel_files():
     kernels = all_kernels()
     lacking = [n for n in IMAGE_KERNELS if not (choice.file / f"{n}.so").exists()]
     if lacking:
-        native.build([kernels[name] for name in lacking])
+        native.build([kernels[name] for name in lacking], processes=2)
     return [choice.file / f"{name}.so" for name in IMAGE_KERNELS]
 
 
