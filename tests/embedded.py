@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mbody.cli.compile import IMAGE_KERNELS, all_kernels
 from mbody.core import native
 from mbody.core.selection import chosen, linker
 from mbody.core.sources import PACKAGE
+from mbody.image.kernels import IMAGE_KERNELS
 
 DOOR = PACKAGE / "image" / "c"
 GOOD, DOUBT, ENDED, REFUSED, UNFIT, FAILED = range(6)
@@ -27,11 +27,11 @@ def kernel_files():
     choice = chosen()
     if choice.library is not None:
         return [choice.library.file]
-    kernels = all_kernels()
-    lacking = [n for n in IMAGE_KERNELS if not (choice.file / f"{n}.so").exists()]
+    found = {choice.file / f"{one.__name__}.so": one for one in IMAGE_KERNELS}
+    lacking = [one for file, one in found.items() if not file.exists()]
     if lacking:
-        native.build([kernels[name] for name in lacking], processes=2)
-    return [choice.file / f"{name}.so" for name in IMAGE_KERNELS]
+        native.build(lacking, processes=2)
+    return list(found)
 
 
 def compiled(sources, out, *options):

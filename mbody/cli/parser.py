@@ -137,7 +137,7 @@ def parser() -> argparse.ArgumentParser:
         action="append",
         metavar="NAME",
         help="host (default), x86-64-v2, x86-64-v3, x86-64-v4, aarch64, windows, macos; the first "
-        "decides how the kernels are optimised",
+        "decides how the kernels are optimised; wasm32: for browsers",
     )
     forms = libraries.add_mutually_exclusive_group()
     forms.add_argument(
@@ -150,7 +150,9 @@ def parser() -> argparse.ArgumentParser:
         action="store_true",
         help="the binary of co-simulation units (FMI 2.0), one for all models",
     )
-    libraries.add_argument("-o", "--out", default=".", metavar="FOLDER", help="where they go")
+    libraries.add_argument(
+        "-o", "--out", default=".", metavar="FOLDER", help="where they go; for wasm32 a file, too"
+    )
     command("warmup", "compile all kernels, once on a machine", "warmup.warmup")
     return root
 

@@ -45,6 +45,8 @@ __all__ = ["Build", "main"]
 _SEEN = ("mbody_user_door", "mbody_object_head", "mbody_sources", "mbody_entries")
 #: Ending of an object file; all linkers know it.
 OBJECT = ".o"
+#: Endings of what a program without NumPy takes of a library.
+_FOR_IMAGES = ("_words", "_sources", "_entries")
 _PLAIN = {int: types.int64, float: types.float64, bool: types.boolean}
 
 
@@ -53,7 +55,7 @@ def machine_of(target: Target) -> Any:
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
     return llvm.Target.from_triple(target.triple).create_target_machine(
-        cpu=target.cpu, features=target.features, opt=3, reloc="pic", codemodel="default"
+        cpu=target.cpu, features=target.features, opt=3, reloc=target.reloc, codemodel="default"
     )
 
 
@@ -155,10 +157,17 @@ def emit(
         if file.suffix == OBJECT:
             made = object_
         else:
-            link(target, [object_, *parts], made, portable)
-        if not (parts or file.suffix == OBJECT):  # a library that mbody opens itself
+            link(target, [object_, *parts], made, _exported(module), portable)
+        if target.opened and not (parts or file.suffix == OBJECT):
             seal(made)
         made.replace(file)
+
+
+def _exported(module: Any) -> list[str]:
+    """What a program that has no NumPy takes of a library."""
+    found = (thing for thing in (*module.functions, *module.global_variables))
+    names = (thing.name for thing in found if not thing.is_declaration)
+    return sorted(n for n in names if n.startswith("mbody_") and n.endswith(_FOR_IMAGES))
 
 
 def _seen_within(module: Any) -> None:
