@@ -5,6 +5,7 @@ import subprocess
 from ctypes import POINTER, c_char, c_char_p, c_double, c_int, c_int64, c_size_t, c_uint64, c_void_p
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from mbody.core import native
@@ -29,7 +30,7 @@ def kernel_files():
     found = {choice.file / f"{one.__name__}.so": one for one in IMAGE_KERNELS}
     lacking = [one for file, one in found.items() if not file.exists()]
     if lacking:
-        native.build(lacking)
+        native.build(lacking, processes=2)
     return list(found)
 
 
@@ -53,7 +54,7 @@ def door(folder):
         ("message", c_char_p, c_void_p),
         ("manifest", c_void_p, c_void_p, POINTER(c_size_t)),
         ("checksum", c_uint64, c_void_p),
-        ("entries", c_int, c_void_p),
+        ("entry_count", c_int, c_void_p),
         ("kind", c_int, c_void_p, c_int),
         ("name", c_char_p, c_void_p, c_int),
         ("unit", c_char_p, c_void_p, c_int),
@@ -62,7 +63,7 @@ def door(folder):
         ("find_input", c_int, c_void_p, c_char_p),
         ("number", c_double, c_void_p, c_int),
         ("set_number", c_int, c_void_p, c_int, c_double),
-        ("set_numbers", c_int, c_void_p, POINTER(c_int), POINTER(c_double), c_int),
+        ("set_several", c_int, c_void_p, POINTER(c_int), POINTER(c_double), c_int),
         ("set_input", c_int, c_void_p, c_int, c_double),
         ("close_loops", c_int, c_void_p),
         ("turn", c_int, c_void_p),
@@ -136,3 +137,15 @@ class Model:
         state = ctypes.create_string_buffer(self.state_bytes())
         assert self.save(state, len(state)) == GOOD
         return state
+
+
+def words_of(content):
+    return np.frombuffer(bytearray(content), dtype=np.int64)
+
+
+def sealed(content):
+    """With its checksum: Σ (2n + 1) word n modulo 2⁶⁴, in word 13."""
+    words = words_of(content).view(np.uint64).copy()
+    words[13] = 0
+    words[13] = np.sum((2 * np.arange(len(words), dtype=np.uint64) + 1) * words)
+    return words.tobytes()

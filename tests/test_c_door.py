@@ -13,6 +13,7 @@ import pytest
 
 import mbody
 from mbody import gallery
+from mbody.cli.compile import all_kernels
 from mbody.image.model_image import to_image
 from tests import embedded
 from tests.embedded import ADVANCE, DOOR, DOUBT, ENDED, GOOD, REFUSED, RUN, STEP, TURN, Model
@@ -113,6 +114,14 @@ def test_every_function_is_documented():
     declared = set(re.findall(r"^\S.*\b(mbody_\w+)\(.*\);", text, re.MULTILINE))
     described = set(re.findall(r"^ \* (mbody_\w+)  ", text, re.MULTILINE))
     assert len(declared) == 33 and declared == described
+
+
+def test_no_function_has_the_name_of_a_kernels():
+    text = (DOOR / "mbody.h").read_text("utf-8")
+    declared = set(re.findall(r"^\S.*\b(mbody_\w+)\(.*\);", text, re.MULTILINE))
+    kernels = {f"mbody_{name}{form}" for name in all_kernels() for form in ("", "_np", "_words")}
+    tables = {"mbody_user_door", "mbody_object_head", "mbody_sources", "mbody_entries"}
+    assert not declared & (kernels | tables)
 
 
 # ---- driven motion -------------------------------------------------------------------------------

@@ -32,7 +32,7 @@ from numba.core import registry
 from numba.core.codegen import CPUCodegen, JITCodeLibrary
 
 from mbody.compiler import cache
-from mbody.compiler.c_interface import FORMS, common, wrapper
+from mbody.compiler.c_interface import FORMS, WORDS, common, wrapper
 from mbody.compiler.linking import Inner, called_libraries, link_into
 from mbody.compiler.numba_bundle import number_type
 from mbody.compiler.numba_callbacks import SYMBOL
@@ -62,11 +62,13 @@ def machine_of(target: Target) -> Any:
 class Build:
     """Machine code of kernels for one target: numba's code generator with its machine and layout.
 
-    One target a process: numba's generator is changed for good.
+    One target a process: numba's generator is changed for good. `forms`: which wrappers are made,
+    of `mbody.compiler.c_interface`.
     """
 
-    def __init__(self, target: Target) -> None:
+    def __init__(self, target: Target, forms: Sequence[str] = FORMS) -> None:
         self.target = target
+        self.forms = forms
         self.machine = machine_of(target)
         self.layout = str(self.machine.target_data)
         self.context = registry.cpu_target.target_context
@@ -101,7 +103,7 @@ class Build:
         name = plain.__name__
         outside = wrapper(self.context, self.target.triple, self.layout, name, found.fndesc)
         module.link_in(llvm.parse_assembly(str(outside)), preserve=True)
-        _hide(module, {f"mbody_{name}{form}" for form in FORMS} | {SYMBOL, *_SEEN})
+        _hide(module, {f"mbody_{name}{form}" for form in self.forms} | {SYMBOL, *_SEEN})
         # inline the kernel into its wrappers, drop what nobody reaches
         self._pass(module, opt=1, loop_vectorize=False, slp_vectorize=False)
         _rename(module, name)
@@ -130,7 +132,7 @@ class Build:
         table = json.dumps({"kernels": entries(functions), "needs": needs})
         text = str(common(self.target.triple, self.layout, sources, table))
         whole.link_in(llvm.parse_assembly(text))
-        _hide(whole, {f"mbody_{name}{form}" for name in names for form in FORMS} | {*_SEEN})
+        _hide(whole, {f"mbody_{name}{form}" for name in names for form in self.forms} | {*_SEEN})
         return whole
 
 
@@ -249,7 +251,8 @@ def main() -> None:
         cache.without_cache()
     functions = [_found(place) for place in options.kernels]
     target = TARGETS[options.target]
-    build = Build(target)
+    linked = options.object or options.parts
+    build = Build(target, (WORDS,) if linked else FORMS)
     options.out.mkdir(parents=True, exist_ok=True)
     if options.whole:
         module = build.whole(functions, options.sources, _say)

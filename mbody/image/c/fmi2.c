@@ -142,7 +142,7 @@ OUT fmi2Component fmi2Instantiate(fmi2String name, int kind, fmi2String guid, fm
       snprintf(message, sizeof message, "modelDescription.xml is that of another model: its guid is %.80s, that of the image %s", guid, own);
     else if (!mbody_array(unit->model, "advance.times", NULL))
       snprintf(message, sizeof message, "the image has no free motion, which a unit for co-simulation needs");
-    size_t bytes = mbody_state_bytes(unit->model), count = (size_t)mbody_entries(unit->model) + 1;
+    size_t bytes = mbody_state_bytes(unit->model), count = (size_t)mbody_entry_count(unit->model) + 1;
     unit->original = malloc(bytes);
     unit->entries = malloc(count * sizeof *unit->entries);
     unit->values = malloc(count * sizeof *unit->values);
@@ -175,7 +175,7 @@ static fmi2Status settle(Unit *unit) {
   int count = course->waiting;
   course->waiting = 0;
   if (count) {
-    int code = mbody_set_numbers(unit->model, unit->entries, unit->values, count);
+    int code = mbody_set_several(unit->model, unit->entries, unit->values, count);
     if (code) return status_of(unit, code);
   }
   if (!course->begun) {
@@ -250,7 +250,7 @@ OUT fmi2Status fmi2SetReal(fmi2Component component, const fmi2ValueReference whi
     if (n == *waiting) ++*waiting;
   }
   if (!*waiting) return fmi2OK;
-  int code = mbody_set_numbers(unit->model, unit->entries, unit->values, *waiting);
+  int code = mbody_set_several(unit->model, unit->entries, unit->values, *waiting);
   if (code == MBODY_UNFIT) return fmi2OK; /* others may follow that fit; `settle` has the last word */
   if (code == MBODY_GOOD) *waiting = 0;
   else *waiting = before;
@@ -292,11 +292,11 @@ OUT fmi2Status fmi2GetRealOutputDerivatives(fmi2Component component, const fmi2V
 /* A state is one block: its size, the course, the waiting parameters, the model. */
 static size_t state_bytes(const Unit *unit) {
   size_t each = sizeof *unit->entries + sizeof *unit->values;
-  return sizeof(Course) + (size_t)mbody_entries(unit->model) * each + mbody_state_bytes(unit->model);
+  return sizeof(Course) + (size_t)mbody_entry_count(unit->model) * each + mbody_state_bytes(unit->model);
 }
 
 static fmi2Status put_state(Unit *unit, char *to) {
-  size_t count = (size_t)mbody_entries(unit->model), waiting = (size_t)unit->course.waiting;
+  size_t count = (size_t)mbody_entry_count(unit->model), waiting = (size_t)unit->course.waiting;
   memset(to, 0, state_bytes(unit) - mbody_state_bytes(unit->model));
   memcpy(to, &unit->course, sizeof unit->course);
   to += sizeof unit->course;
@@ -308,7 +308,7 @@ static fmi2Status put_state(Unit *unit, char *to) {
 }
 
 static fmi2Status take_state(Unit *unit, const char *from) {
-  size_t count = (size_t)mbody_entries(unit->model);
+  size_t count = (size_t)mbody_entry_count(unit->model);
   const char *values = from + sizeof unit->course, *entries = values + count * sizeof *unit->values;
   Course course;
   memcpy(&course, from, sizeof course);

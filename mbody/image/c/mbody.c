@@ -1,4 +1,4 @@
-/* See mbody.h.  The format of images is that of docs/embedding.md.
+/* See mbody.h.  The bytes of an image are described in docs/images.md.
  *
  * A model is one block of memory: the bytes of the image, then what this file adds (`Shell`, and
  * copies of positions).  A state is a copy of the block.
@@ -430,10 +430,10 @@ const char *mbody_manifest(const mbody_model *model, size_t *bytes) {
 }
 
 uint64_t mbody_checksum(const mbody_model *model) { return (uint64_t)words(model)[SUM]; }
-int mbody_entries(const mbody_model *model) { return (int)words(model)[TABLE_COUNT]; }
+int mbody_entry_count(const mbody_model *model) { return (int)words(model)[TABLE_COUNT]; }
 
 int mbody_kind(const mbody_model *model, int entry) {
-  return entry >= 0 && entry < mbody_entries(model) ? (int)entry_at(model, entry)[0] : 0;
+  return entry >= 0 && entry < mbody_entry_count(model) ? (int)entry_at(model, entry)[0] : 0;
 }
 const char *mbody_name(const mbody_model *model, int entry) {
   return mbody_kind(model, entry) ? text_at(model, entry, 3) : "";
@@ -473,7 +473,7 @@ static int64_t put_numbers(mbody_model *model) {
   return -1;
 }
 
-int mbody_set_numbers(mbody_model *model, const int *entries, const double *values, int count) {
+int mbody_set_several(mbody_model *model, const int *entries, const double *values, int count) {
   int64_t wrong;
   double value = NAN;
   for (int n = 0; n < count; n++)
@@ -501,7 +501,7 @@ int mbody_set_numbers(mbody_model *model, const int *entries, const double *valu
 }
 
 int mbody_set_number(mbody_model *model, int entry, double value) {
-  return mbody_set_numbers(model, &entry, &value, 1);
+  return mbody_set_several(model, &entry, &value, 1);
 }
 
 int mbody_set_input(mbody_model *model, int entry, double value) {

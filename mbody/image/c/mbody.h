@@ -75,7 +75,7 @@ uint64_t mbody_checksum(const mbody_model *model);
  * Numbers, measures and inputs are entries of the image, counted from zero.  The entry of a name
  * is the same whenever the same image is opened.
  *
- * mbody_entries       How many entries there are.
+ * mbody_entry_count       How many entries there are.
  * mbody_kind          MBODY_NUMBER, MBODY_MEASURE …; 0 where there is no such entry.
  * mbody_name          Name of an entry; "" where there is none.
  * mbody_unit          Unit of an entry; "" where it has none.
@@ -83,7 +83,7 @@ uint64_t mbody_checksum(const mbody_model *model);
  * mbody_find_measure  Entry of the measure of this name; −1: none.
  * mbody_find_input    Entry of the input of this name; −1: none.  Images have no inputs yet.
  */
-int mbody_entries(const mbody_model *model);
+int mbody_entry_count(const mbody_model *model);
 int mbody_kind(const mbody_model *model, int entry);
 const char *mbody_name(const mbody_model *model, int entry);
 const char *mbody_unit(const mbody_model *model, int entry);
@@ -97,7 +97,7 @@ int mbody_find_input(const mbody_model *model, const char *name);
  * mbody_set_number   Another value.  MBODY_REFUSED where it is not allowed (a negative mass), and
  *                    MBODY_UNFIT where it is not allowed beside the other numbers; then the old
  *                    value stays.
- * mbody_set_numbers  Several numbers at once: all of them, or none.
+ * mbody_set_several  Several numbers at once: all of them, or none.
  * mbody_set_input    MBODY_REFUSED: images have no inputs yet.
  *
  * After a change the loops are closed anew by `mbody_close_loops`; a turn, a step or a motion
@@ -106,7 +106,7 @@ int mbody_find_input(const mbody_model *model, const char *name);
  */
 double mbody_number(const mbody_model *model, int entry);
 int mbody_set_number(mbody_model *model, int entry, double value);
-int mbody_set_numbers(mbody_model *model, const int *entries, const double *values, int count);
+int mbody_set_several(mbody_model *model, const int *entries, const double *values, int count);
 int mbody_set_input(mbody_model *model, int entry, double value);
 
 /* ---- driven motion ----------------------------------------------------------------------------
