@@ -48,7 +48,10 @@ def enter_free(
     first, q, v = state
     last = float(request.times[-1])
     if singular_start(system, start, state, request, last) is not None:
-        raise ModelError("the motion begins at a singular position, which an image cannot pass")
+        raise ModelError(
+            f"'{system.mechanism.name}' begins where branches meet, at a singular position, which "
+            "an image cannot leave: begin elsewhere"
+        )
     integration = Integration(system, start, request.way)
     integration.begin(first, q, v, last)
     explicit = integration.steps
@@ -112,10 +115,14 @@ def _notes(system: System) -> list[str]:
         return []
     ends = [one.name for one in own.events if isinstance(one, Stop) or one.stop]
     if ends:
-        raise ModelError(f"'{ends[0]}' changes or ends the motion, which an image cannot do")
+        raise ModelError(
+            f"'{ends[0]}' changes or ends the motion, which an image cannot do: leave it out"
+        )
     if own.release:
         name = next(iter(own.release))
-        raise ModelError(f"driver '{name}' is released, which an image cannot do")
+        raise ModelError(
+            f"driver '{name}' is released, which an image cannot do: leave the release out"
+        )
     notes = [f"event '{one.name}' is not in the image" for one in own.events]
     if own.method != METHODS[0]:
         notes.append(f"the image integrates by {METHODS[0]}, the model by {own.method}")

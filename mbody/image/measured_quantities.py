@@ -20,7 +20,7 @@ from mbody.kernels.output import PER_PRIMITIVE
 from mbody.laws import Expression
 from mbody.laws.postfix import CONSTANT, LOG, OPERATIONS, POWER_CONSTANT
 from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
-from mbody.solution.histories import LoadHistory
+from mbody.solution.histories import LoadHistory, Reaction
 from mbody.solution.load_histories import stretched, turned
 from mbody.solution.measures import quantity, valued
 from mbody.solution.places import place
@@ -138,8 +138,32 @@ class _TracedRecord:
         raise Untraceable("compiled code computes it")
 
 
+class _Absent:
+    """A number that cannot be recorded, of a history whose other numbers can."""
+
+    def __init__(self, error: Untraceable) -> None:
+        self.error = error
+
+    def __float__(self) -> float:
+        raise self.error
+
+
 class _Instant(Solution):
     """One instant with traced numbers."""
+
+    def reaction(self, joint: str, on: str | None = None) -> Reaction:
+        """Force of a joint, and its torque where that can be recorded."""
+        try:
+            return super().reaction(joint, on)
+        except Untraceable as error:
+            torque: Any = _Absent(error)
+        first, fx, fy = 3 * self.system.coordinates + 2, None, None
+        for e in self.system.primitives_of[joint]:
+            x, y = self.record.some(first + PER_PRIMITIVE * e, 2)
+            fx, fy = (x, y) if fx is None or fy is None else (fx + x, fy + y)
+        own: Any = self.mechanism[joint]
+        assert fx is not None and fy is not None
+        return Reaction(joint, own.j.body, own.i.body, fx, fy, torque)
 
     def driven(self, driver: str) -> tuple[Any, Any, Any]:
         """Value, rate and acceleration of what a driver drives, by the motion of the bodies."""

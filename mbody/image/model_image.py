@@ -17,6 +17,7 @@ from mbody.image.free_calls import enter_free
 from mbody.image.measured_quantities import Measured, measured_quantities
 from mbody.kernels.number_program import NumberProgram
 from mbody.kernels.output import PER_PRIMITIVE
+from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import dimension_named
 from mbody.system.system import System
@@ -96,16 +97,15 @@ def to_image(model: Mechanism | System, instants: int | None = None) -> ModelIma
     rows = 3 * system.coordinates + PER_PRIMITIVE * len(system.owners)
     arena.word("page.rows", 0, rows)
     about: dict[str, Any] = {}
-    notes: list[str] = [*measured.notes]
+    notes = [*measured.notes, *_fits(system)]
+    known = len(notes)
     for analysis, enter in (("driven", enter_driven), ("free", enter_free)):
         try:
             about[analysis] = enter(arena, system, numbers, measured, instants)
         except (ModelError, SolveError) as error:
             notes.append(f"no {analysis} motion: {error}")
     if not about:
-        raise ModelError(
-            f"an image of '{name}' could do nothing; " + "; ".join(notes[len(measured.notes) :])
-        )
+        raise ModelError(f"an image of '{name}' could do nothing; " + "; ".join(notes[known:]))
     notes += about.get("free", {}).pop("notes", [])
     manifest = _manifest(system, changeable, measured, numbers) | {
         "analyses": list(about),
@@ -117,6 +117,14 @@ def to_image(model: Mechanism | System, instants: int | None = None) -> ModelIma
     manifest["sources"] = sources
     content = arena.image(json.dumps(manifest, ensure_ascii=False).encode(), sources)
     return ModelImage(content, manifest)
+
+
+def _fits(system: System) -> list[str]:
+    """What is checked in Python when loops are closed, and not in an image."""
+    spaced = [joint.name for joint in system.mechanism.joints if joint.spaced]
+    if not spaced:
+        return []
+    return [f"where lengths are changed, whether {listed(spaced)} fit is not checked"]
 
 
 def _unit(system: System, name: str) -> str:
