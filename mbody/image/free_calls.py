@@ -14,7 +14,7 @@ from mbody.analysis.initial.close_loops import close_loops
 from mbody.analysis.initial.initial_state import initial_state_of, state_of
 from mbody.errors import ModelError
 from mbody.image.arena import Arena
-from mbody.image.measured_quantities import Measured
+from mbody.image.measured_quantities import MeasuredProgram
 from mbody.kernels.image_calls import MotionStart
 from mbody.kernels.number_program import NumberProgram
 from mbody.kernels.step_state import Outputs
@@ -33,7 +33,7 @@ def enter_free(
     arena: Arena,
     system: System,
     numbers: NumberProgram,
-    measured: Measured,
+    measured: MeasuredProgram,
     instants: int | None,
 ) -> dict[str, Any]:
     """Put the calls of free motion into the image; what the manifest says of them.

@@ -26,7 +26,7 @@ from mbody.solution.measures import quantity, valued
 from mbody.solution.places import place
 from mbody.solution.solution import Solution
 
-__all__ = ["Measured", "measured_quantities"]
+__all__ = ["MeasuredProgram", "measured_quantities"]
 
 #: What a body has, in the order in which the kernels keep it.
 ORDER = ("x", "y", "angle", "vx", "vy", "omega", "ax", "ay", "alpha")
@@ -41,8 +41,8 @@ FUNCTIONS = {
 
 
 @dataclass
-class Measured:
-    """Measured quantities of an image.
+class MeasuredProgram:
+    """MeasuredProgram quantities of an image.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class Measured:
     notes: list[str] = field(default_factory=list)
 
 
-def measured_quantities(changeable: Changeable) -> Measured:
+def measured_quantities(changeable: Changeable) -> MeasuredProgram:
     """Of every body its motion; of joints, couplings, drivers and loads what results have of them;
     and the measures of the mechanism.
     """
@@ -73,14 +73,14 @@ def measured_quantities(changeable: Changeable) -> Measured:
     recording = Recording(inputs)
     traced = list(recording.inputs.values())
     numbers = dict(zip(changeable.rules, traced[rows + 1 :], strict=True))
-    instant = _Instant(
+    instant = _TracedInstant(
         system=replace(system, values=changeable.values(numbers), plans={}),
         analysis="kinetostatics",
         t=traced[rows],  # type: ignore[arg-type]
         record=_TracedRecord(traced[:rows]),  # type: ignore[arg-type]
         given=None,
     )
-    found = Measured(recording.program([]))
+    found = MeasuredProgram(recording.program([]))
     targets: list[Any] = []
     for name, of, make in _wanted(instant):
         try:
@@ -148,7 +148,7 @@ class _Absent:
         raise self.error
 
 
-class _Instant(Solution):
+class _TracedInstant(Solution):
     """One instant with traced numbers."""
 
     def reaction(self, joint: str, on: str | None = None) -> Reaction:
