@@ -26,6 +26,7 @@ from mbody import (
 from mbody.core import selection
 from mbody.image.model_image import to_image
 from mbody.laws import ConstantSpeed, Harmonic
+from mbody.model.study import Measure
 
 pytestmark = pytest.mark.skipif(
     selection.chosen().name != "native", reason="an image runs on machine code"
@@ -77,7 +78,7 @@ DRIVEN = {
         AngleDriver("shoulder", "first", ConstantSpeed(0.4, 1.0)),
         CoordinateDriver("slide", Marker("first", (0.1, 0.0), 0.5), "second.P", "0.6 + 0.2*t^2"),
         *LOADS,
-        joints=(Prismatic("guide", Marker("first", (0.1, 0.0), 0.5), Marker("second", (0.0, 0.0))),),
+        joints=(Prismatic("guide", Marker("first", (0.1, 0.0), 0.5), "second"),),
     ),
     "a cylinder": lambda: turning(
         AngleDriver("shoulder", "first", ConstantSpeed(0.4, 1.0)),
@@ -92,7 +93,7 @@ MEASURES = ("k*spring.length", "hypot(push.fx, push.fy)", "second.P.vx + first.A
 def test_loads_and_drivers_have_the_histories_of_results(name):
     machine = DRIVEN[name]()
     for n, of in enumerate(MEASURES):
-        machine.measures[f"own{n}"] = mbody.Measure(of)
+        machine.measures[f"own{n}"] = Measure(of)
     system = mbody.assemble(machine)
     made = to_image(system, 31)
     assert not made.notes
@@ -118,7 +119,7 @@ def test_two_drivers_are_dragged_along_a_chord():
     image = Loaded(to_image(system, 31).content)
     assert image.manifest["driven"]["path parameters"]["step"] == "instant"
     begin = image["step.given"].reshape(2, 2, 3)[0, :, 0].copy()
-    end = begin + (0.3, -0.4)
+    end = begin + np.array([0.3, -0.4])
     image["step.given"].reshape(2, 2, 3)[1] = [[end[0], 1.0, 2.0], [end[1], -3.0, 0.5]]
     image["step.chords"].reshape(2, 2)[0] = end - begin
     assert image.call("step") == 0

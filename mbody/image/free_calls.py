@@ -43,7 +43,7 @@ def enter_free(
     ModelError, SolveError
         Where there is no free motion, or one that an image cannot make: then nothing was put.
     """
-    notes = _notes(system)
+    _refuse_another_motion(system)
     start, state, request = _request(system, instants)
     first, q, v = state
     last = float(request.times[-1])
@@ -84,7 +84,7 @@ def enter_free(
     arena.array("begin.page", page)
     arena.array("motion.state", stepping.state)
     arena.array("motion.y", stepping.y)
-    return {"notes": [*notes, *integration.notes], "rtol": request.way.rtol}
+    return {"notes": [*_notes(system), *integration.notes], "rtol": request.way.rtol}
 
 
 def _request(
@@ -108,11 +108,11 @@ def _request(
     return start, state, request
 
 
-def _notes(system: System) -> list[str]:
-    """What the motion of the image lacks; refuses one that would be another motion."""
+def _refuse_another_motion(system: System) -> None:
+    """Refuse a motion that would be another one in the image."""
     own = system.mechanism.simulation
     if own is None:
-        return []
+        return
     ends = [one.name for one in own.events if isinstance(one, Stop) or one.stop]
     if ends:
         raise ModelError(
@@ -123,6 +123,13 @@ def _notes(system: System) -> list[str]:
         raise ModelError(
             f"driver '{name}' is released, which an image cannot do: leave the release out"
         )
+
+
+def _notes(system: System) -> list[str]:
+    """What the motion of the image lacks."""
+    own = system.mechanism.simulation
+    if own is None:
+        return []
     notes = [f"event '{one.name}' is not in the image" for one in own.events]
     if own.method != METHODS[0]:
         notes.append(f"the image integrates by {METHODS[0]}, the model by {own.method}")

@@ -38,7 +38,8 @@ def released():
 
 def in_line():
     """A parallelogram with all links in line, where its branches meet."""
-    return folded.asked(folded.four_bar((1.0, 2.0, 1.0, 2.0)), {"crank": {"omega": 6.0}})
+    rates = {"crank": {"omega": 6.0}, "coupler": {"omega": 0.0}}
+    return folded.asked(folded.four_bar((1.0, 2.0, 1.0, 2.0)), rates)
 
 
 SCENARIOS = {
