@@ -27,6 +27,8 @@ from mbody.core import selection
 from mbody.image.model_image import to_image
 from mbody.laws import ConstantSpeed, Harmonic
 from mbody.model.study import Measure
+from mbody.solution.measures import quantity
+from tests.linkages import random_linkage, times_within
 
 pytestmark = pytest.mark.skipif(
     selection.chosen().name != "native", reason="an image runs on machine code"
@@ -158,3 +160,22 @@ def test_the_manifest_can_be_read_by_any_program():
     assert json.loads(json.dumps(image.manifest)) == image.manifest
     assert image.manifest["units"]["length"] == "in" and image.units["r"] == "in"
     assert any("cylinder1.force" in note for note in image.manifest["notes"])
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_random_linkages_with_every_load(seed):
+    """Names with spaces, sliders, welds, laws of springs: bits of the scalar path."""
+    machine, turn = random_linkage(seed, 2 + seed % 2, sliders=True, extras=seed > 2)
+    system = mbody.assemble(machine)
+    image = Loaded(to_image(system, 9).content)
+    t = image["turn.t"][:] = times_within(machine, turn, 9)
+    assert image.call("turn") == 0
+    run = mbody.kinetostatics(system, t)
+    pages, measured = image.output("turn")
+    wanted = run.record.table(slice(None))
+    assert np.array_equal(pages, wanted)
+    for key in measured:
+        if "." in key:
+            history = quantity(run, *key.rsplit(".", 1))[0]
+            size = max(np.abs(history).max(), 1e-3 * np.abs(wanted).max())
+            assert np.abs(measured[key] - history).max() < 1e-12 * size, key

@@ -7,6 +7,7 @@ their formulas: neither is among what the kernels keep.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -20,16 +21,20 @@ from mbody.kernels.output import PER_PRIMITIVE
 from mbody.laws import Expression
 from mbody.laws.postfix import CONSTANT, LOG, OPERATIONS, POWER_CONSTANT
 from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
+from mbody.model.joints import Joint
+from mbody.quantities.units import DIMENSIONS, Dimension
 from mbody.solution.histories import LoadHistory, Reaction
 from mbody.solution.load_histories import stretched, turned
 from mbody.solution.measures import quantity, valued
-from mbody.solution.places import place
+from mbody.solution.places import ends, place
 from mbody.solution.solution import Solution
 
 __all__ = ["MeasuredProgram", "measured_quantities"]
 
 #: What a body has, in the order in which the kernels keep it.
 ORDER = ("x", "y", "angle", "vx", "vy", "omega", "ax", "ay", "alpha")
+#: What a measure of joints is that no result has: Python checks it when loops are closed.
+MISFIT = "distance of the places, less the one by the radii"
 #: Names of NumPy for operations of formulas.
 FUNCTIONS = {
     **{"negative": np.negative, "sin": np.sin, "cos": np.cos, "tan": np.tan, "asin": np.arcsin},
@@ -113,8 +118,17 @@ def _wanted(instant: Solution) -> Iterator[tuple[str, str, Any]]:
     for element in (*machine.constraints, *machine.loads):
         for key in element.quantities():
             yield f"{element.name}.{key}", f"{element.name}.{key}", history(element.name, key)
+    for joint in machine.joints:
+        if joint.spaced:
+            yield f"{joint.name}.misfit", MISFIT, functools.partial(_misfit, instant, joint)
     for name, measure in machine.measures.items():
         yield name, measure.of, lambda own=measure: valued(instant, own)
+
+
+def _misfit(instant: Solution, joint: Joint) -> tuple[Any, Dimension, str]:
+    """How far a joint is from where it fits, which others decide."""
+    found, fitting = joint.fit(*ends(instant, joint))
+    return found - fitting, DIMENSIONS["length"], ""
 
 
 class _TracedRecord:

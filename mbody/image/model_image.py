@@ -124,7 +124,10 @@ def _fits(system: System) -> list[str]:
     spaced = [joint.name for joint in system.mechanism.joints if joint.spaced]
     if not spaced:
         return []
-    return [f"where lengths are changed, whether {listed(spaced)} fit is not checked"]
+    return [
+        f"where lengths are changed, whether {listed(spaced)} fit is not checked: their measure "
+        "'misfit' must be zero"
+    ]
 
 
 def _unit(system: System, name: str) -> str:
