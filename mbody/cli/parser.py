@@ -128,16 +128,31 @@ def parser() -> argparse.ArgumentParser:
     _json(command("doctor", "what is installed, and where the kernels are kept", "doctor.doctor"))
     command("demo", "a textbook four-bar: all forces, and the book's answers beside", "demo.demo")
     libraries = command(
-        "compile", "libraries of all kernels for other machines", "compile.compile_libraries"
+        "compile",
+        "the kernels as libraries: for other machines, C programs and co-simulation",
+        "compile.compile_libraries",
     )
     libraries.add_argument(
         "--target",
         action="append",
         metavar="NAME",
         help="host (default), x86-64-v2, x86-64-v3, x86-64-v4, aarch64, windows, macos; the first "
-        "decides how the kernels are optimised",
+        "decides how the kernels are optimised; wasm32: for browsers",
     )
-    libraries.add_argument("-o", "--out", default=".", metavar="FOLDER", help="where they go")
+    forms = libraries.add_mutually_exclusive_group()
+    forms.add_argument(
+        "--images",
+        action="store_true",
+        help="an object file of the kernels that images call, for C programs to link",
+    )
+    forms.add_argument(
+        "--fmu",
+        action="store_true",
+        help="the binary of co-simulation units (FMI 2.0), one for all models",
+    )
+    libraries.add_argument(
+        "-o", "--out", default=".", metavar="FOLDER", help="where they go; for wasm32 a file, too"
+    )
     command("warmup", "compile all kernels, once on a machine", "warmup.warmup")
     return root
 
