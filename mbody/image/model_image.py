@@ -152,6 +152,7 @@ def _manifest(
         "title": machine.name,
         "system of units": machine.units.name,
         "units": {of: machine.units.of(of) for of in UNITS},
+        "length": float(system.length),
         "numbers": [number(name, False) for name in changeable.rules]
         + [number(name, True) for name in changeable.follows],
         "not_changeable": changeable.not_changeable(),
