@@ -222,6 +222,16 @@ def test_a_refused_number_changes_nothing(page):
     assert before == after and same
 
 
+def test_wheels_that_no_longer_fit_are_doubted(page):
+    script = """(() => {
+      const model = open_("planetary_train"), before = model.turn().stats.doubts;
+      model.set({ "arm.P.y": 5 });
+      return [before, model.turn().stats.doubts];
+    })()"""
+    before, after = page.value(script)
+    assert before == [] and after and "does not fit" in after[0]
+
+
 def test_memory_is_used_again(page):
     script = """(() => {
       for (let n = 0; n < 3; n++) open_("mud_pump").free();
