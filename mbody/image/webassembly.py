@@ -70,7 +70,7 @@ def build_browser_core(folder: Path, quiet: bool = False) -> None:
     missing = [name for name in ("numba", "ziglang") if find_spec(name) is None]
     if missing:
         raise ModelError(
-            "the core for browsers is built by numba and ziglang, of which this Python has not all: "
+            "the core for browsers is built by numba and ziglang, not all of which are installed: "
             f"pip install {' '.join(missing)}"
         )
     names = [place(kernel) for kernel in IMAGE_KERNELS]
