@@ -3,6 +3,7 @@
 import base64
 import json
 import os
+import re
 import shutil
 import subprocess
 import tempfile
@@ -122,7 +123,8 @@ class Browser:
         found = self.call("Runtime.evaluate", expression=expression, **options)
         if "exceptionDetails" in found:
             details = found["exceptionDetails"]
-            raise RuntimeError(details.get("exception", {}).get("description", details["text"]))
+            why = details.get("exception", {}).get("description", details["text"])
+            raise RuntimeError(re.sub(r"data:[\w/;,+=]{60,}", "data:…", why))
         return found["result"].get("value")
 
     def wait(self, expression, seconds=10.0):
