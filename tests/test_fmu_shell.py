@@ -1,0 +1,347 @@
+"""The generic binary of co-simulation units: FMI 2.0, called as an importer calls it."""
+
+import ctypes
+import itertools
+import math
+import re
+import shutil
+import subprocess
+import zipfile
+from ctypes import CFUNCTYPE, byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+import pytest
+
+import mbody
+from mbody import gallery, makers
+from mbody.image.model_image import to_image
+from tests import embedded
+from tests.embedded import DOOR, Model, sealed
+
+pytestmark = embedded.needs_core
+
+OK, WARNING, DISCARD, ERROR = range(4)
+LAST_SUCCESSFUL_TIME, TERMINATED = 2, 3
+# steps end at communication points: the tolerance of a step, 1e-8, over some ten steps
+OTHER_STEPS = 1e-7
+
+LOGGER = CFUNCTYPE(None, c_void_p, c_char_p, c_int, c_char_p, c_char_p, c_char_p)
+
+
+class Callbacks(ctypes.Structure):
+    _fields_ = [(name, c_void_p) for name in ("logger", "allocate", "free", "finished", "data")]
+
+
+@pytest.fixture(scope="module")
+def binary(tmp_path_factory):
+    out = tmp_path_factory.mktemp("binary") / "unit.so"
+    sources = [DOOR / "mbody.c", DOOR / "fmi2.c"]
+    return embedded.compiled(sources, out, "-shared", "-fvisibility=hidden")
+
+
+@pytest.fixture(scope="module")
+def image():
+    return sealed(to_image(gallery.load("free_fourbar")).content)
+
+
+def entries(image):
+    """Value references by name, and which are parameters: all entries of kinds 1 and 3."""
+    words = np.frombuffer(image, dtype=np.int64)
+    table = words[words[5] : words[5] + 5 * words[6]].reshape(-1, 5).tolist()
+    found = {}
+    for n, (kind, _, _, name, _) in enumerate(table):
+        if kind in (1, 3):
+            found[image[name : image.index(b"\0", name)].decode()] = (n, kind == 1)
+    return found
+
+
+def guid(image):
+    return f"{{{int(np.frombuffer(image, dtype=np.uint64)[13]):016x}}}"
+
+
+def description(name, image, binary):
+    """modelDescription.xml: what fmi2.c says of it."""
+    lines = [
+        '<?xml version="1.0" encoding="UTF-8"?>',
+        f'<fmiModelDescription fmiVersion="2.0" modelName={quoteattr(name)} guid="{guid(image)}" '
+        'variableNamingConvention="structured">',
+        f'<CoSimulation modelIdentifier="{name}" canHandleVariableCommunicationStepSize="true" '
+        'canGetAndSetFMUstate="true" canSerializeFMUstate="true" '
+        'canNotUseMemoryManagementFunctions="true"/>',
+        '<LogCategories><Category name="logStatusWarning"/><Category name="logStatusDiscard"/>'
+        '<Category name="logStatusError"/></LogCategories>',
+        '<DefaultExperiment startTime="0" stopTime="1" stepSize="0.01"/><ModelVariables>',
+    ]
+    model = Model(binary, image)
+    outputs = []
+    for n, (variable, (reference, parameter)) in enumerate(entries(image).items(), 1):
+        kind = 'causality="parameter" variability="tunable"'
+        start = f' start="{model.number(reference)!r}"' if parameter else ""
+        if not parameter:
+            kind = 'causality="output" variability="continuous" initial="calculated"'
+            outputs.append(f'<Unknown index="{n}"/>')
+        lines.append(
+            f"<ScalarVariable name={quoteattr(variable)} "
+            f'valueReference="{reference}" {kind}><Real{start}/></ScalarVariable>'
+        )
+    unknowns = "".join(outputs)
+    lines.append(
+        f"</ModelVariables><ModelStructure><Outputs>{unknowns}</Outputs><InitialUnknowns>"
+        f"{unknowns}</InitialUnknowns></ModelStructure></fmiModelDescription>"
+    )
+    return "\n".join(lines)
+
+
+def unit_file(path, name, image, library, door):
+    """A whole .fmu."""
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("modelDescription.xml", description(name, image, door))
+        archive.write(library, f"binaries/linux64/{name}.so")
+        archive.writestr("resources/model.bin", image)
+    return path
+
+
+class Unit:
+    """An instance, as an importer has it."""
+
+    def __init__(self, binary, folder, image, guid_=None, kind=1, uri=None):
+        self.said = []
+        self.library = ctypes.CDLL(str(binary))
+        self.references = entries(image)
+
+        def hear(_, name, status, category, text, value):
+            self.said.append((status, category.decode(), (value or text).decode()))
+
+        self.logger = LOGGER(hear)
+        self.callbacks = Callbacks(logger=ctypes.cast(self.logger, c_void_p))
+        resources = folder / "resources of it"
+        resources.mkdir(exist_ok=True)
+        (resources / "model.bin").write_bytes(image)
+        self.library.fmi2Instantiate.restype = c_void_p
+        self.component = self.library.fmi2Instantiate(
+            c_char_p(b"one"),
+            kind,
+            c_char_p((guid(image) if guid_ is None else guid_).encode()),
+            c_char_p((resources.as_uri() if uri is None else uri).encode()),
+            byref(self.callbacks),
+            0,
+            0,
+        )
+
+    def call(self, name, *values):
+        return getattr(self.library, f"fmi2{name}")(c_void_p(self.component), *values)
+
+    def begin(self, start=0.0, stop=1.0):
+        self.call("SetupExperiment", 0, c_double(0), c_double(start), 1, c_double(stop))
+        assert self.call("EnterInitializationMode") == OK
+        return self.call("ExitInitializationMode")
+
+    def step(self, now, step):
+        return self.call("DoStep", c_double(now), c_double(step), 1)
+
+    def get(self, *names):
+        which = (c_uint * len(names))(*(self.references[name][0] for name in names))
+        values = (c_double * len(names))()
+        assert self.call("GetReal", which, c_size_t(len(names)), values) == OK
+        return list(values)
+
+    def set(self, **values):
+        names = [name.replace("__", ".") for name in values]
+        which = (c_uint * len(names))(*(self.references[name][0] for name in names))
+        numbers = (c_double * len(names))(*values.values())
+        return self.call("SetReal", which, c_size_t(len(names)), numbers)
+
+    @property
+    def sentence(self):
+        return self.said[-1][2]
+
+    def __del__(self):
+        if self.component:
+            self.call("FreeInstance")
+
+
+@pytest.fixture
+def unit(binary, tmp_path, image):
+    made = Unit(binary, tmp_path, image)
+    assert made.component, made.said
+    return made
+
+
+def course(unit, times):
+    """Angle of the crank at these times, one after the other."""
+    found = [unit.get("crank.angle")[0]]
+    for a, b in itertools.pairwise(times):
+        assert unit.step(a, b - a) == OK
+        found += unit.get("crank.angle")
+    return np.array(found)
+
+
+def test_a_motion_is_that_of_simulate(unit):
+    times = np.linspace(0.0, 1.0, 101)
+    assert unit.begin() == OK
+    found = course(unit, times)
+    own = mbody.simulate(gallery.load("free_fourbar"), until=1.0, instants=101)["crank"].angle
+    assert np.abs(found - own).max() < OTHER_STEPS * np.abs(own).max()
+    assert unit.call("Terminate") == OK and not unit.said
+
+
+def test_communication_steps_may_be_of_any_length(unit):
+    times = np.cumsum([0.0, 0.001, 0.2, 0.05, 0.3, 1e-9, 0.1])
+    assert unit.begin() == OK
+    found = course(unit, times)
+    own = mbody.simulate(gallery.load("free_fourbar"), until=1.0, rtol=1e-10)
+    last = np.interp(times[-1], own.t, own["crank"].angle)
+    assert found[-1] == pytest.approx(last, abs=1e-3)  # interpolated
+    assert unit.step(0.9, 0.1) == ERROR and "the motion is at" in unit.sentence
+    assert unit.step(times[-1], -0.1) == ERROR and "must be positive" in unit.sentence
+
+
+def test_parameters_before_and_between_steps(unit):
+    weight = unit.get("rocker.weight")[0]
+    assert unit.set(rocker__weight=2.0 * weight) == OK
+    assert unit.get("rocker.weight") == [2.0 * weight]
+    assert unit.begin() == OK
+    found = course(unit, np.linspace(0.0, 0.5, 26))
+    machine = mbody.assemble(gallery.load("free_fourbar"))
+    heavy = machine.with_values({"rocker.weight": 2.0 * weight})
+    own = mbody.simulate(heavy, until=0.5, instants=26)["crank"].angle
+    assert np.abs(found - own).max() < OTHER_STEPS * np.abs(own).max()
+    before = unit.get("crank.omega", "crank.angle")
+    assert unit.set(rocker__weight=weight) == OK
+    assert unit.get("crank.omega", "crank.angle") == pytest.approx(before, rel=1e-12)
+    assert unit.step(0.5, 0.1) == OK
+    assert unit.set(rocker__weight=math.nan) == DISCARD
+    assert unit.said[-1][1] == "logStatusDiscard" and "rocker.weight cannot be nan" in unit.sentence
+    assert unit.get("rocker.weight") == [weight]
+
+
+def test_states_go_back_and_into_files(unit, binary, tmp_path, image):
+    assert unit.begin() == OK and unit.step(0.0, 0.3) == OK
+    state, size = c_void_p(), c_size_t()
+    assert unit.call("GetFMUstate", byref(state)) == OK
+    ends = []
+    for _ in range(2):
+        assert unit.call("SetFMUstate", state) == OK
+        assert unit.step(0.3, 0.3) == OK
+        ends.append(unit.get("crank.angle", "rocker.omega"))
+    assert unit.call("SerializedFMUstateSize", state, byref(size)) == OK
+    kept = ctypes.create_string_buffer(size.value)
+    assert unit.call("SerializeFMUstate", state, kept, c_size_t(size.value)) == OK
+    assert unit.call("FreeFMUstate", byref(state)) == OK and not state.value
+    # another instance takes it from the bytes
+    other, taken = Unit(binary, tmp_path, image), c_void_p()
+    assert other.call("DeSerializeFMUstate", kept, size, byref(taken)) == OK
+    assert other.call("SetFMUstate", taken) == OK and other.step(0.3, 0.3) == OK
+    assert other.get("crank.angle", "rocker.omega") == ends[0] == ends[1]
+    other.call("FreeFMUstate", byref(taken))
+    kept[size.value // 2] = bytes([kept[size.value // 2][0] ^ 4])
+    assert other.call("DeSerializeFMUstate", kept, size, byref(taken)) == OK
+    assert other.call("SetFMUstate", taken) == ERROR and "damaged" in other.sentence
+    other.call("FreeFMUstate", byref(taken))
+
+
+def test_a_reset_unit_is_a_new_one(unit):
+    times = np.linspace(0.0, 0.3, 16)
+    ends = []
+    for _ in range(2):
+        assert unit.begin() == OK
+        ends.append(course(unit, times).tolist())
+        assert unit.set(rocker__weight=5.0) == OK
+        assert unit.call("Reset") == OK
+    assert ends[0] == ends[1] and unit.get("rocker.weight")[0] != 5.0
+
+
+def test_a_motion_that_ends_is_discarded_with_a_reason(binary, tmp_path):
+    """A crank that is driven past a position where its rod and slider have another branch."""
+    unit = Unit(binary, tmp_path, to_image(gallery.load("slider_crank")).content)
+    assert unit.begin() == OK
+    assert unit.step(0.0, 0.07) == OK
+    status = unit.step(0.07, 0.05)
+    assert status == DISCARD and unit.said[-1][:2] == (DISCARD, "logStatusDiscard")
+    assert "singular position" in unit.sentence
+    reached, ended = c_double(), c_int()
+    assert unit.call("GetRealStatus", LAST_SUCCESSFUL_TIME, byref(reached)) == OK
+    assert unit.call("GetBooleanStatus", TERMINATED, byref(ended)) == OK
+    assert 0.07 <= reached.value < 0.12 and ended.value == 1
+    assert unit.step(reached.value, 0.01) == DISCARD and "has ended" in unit.sentence
+
+
+def test_what_cannot_be_instantiated_says_why(binary, tmp_path, image):
+    turned = sealed(to_image(makers.four_bar(1, 3, 2, 3.5, speed=1.0)).content)
+    for sentence, made in (
+        ("not for model exchange", Unit(binary, tmp_path, image, kind=0)),
+        ("is that of another model", Unit(binary, tmp_path, image, guid_="{other}")),
+        ("cannot be read", Unit(binary, tmp_path, image, uri="file:///nowhere/resources")),
+        ("has no free motion", Unit(binary, tmp_path, turned)),
+        ("does not begin with", Unit(binary, tmp_path, bytes(4096))),
+    ):
+        assert not made.component and sentence in made.sentence
+        assert made.said[-1][:2] == (ERROR, "logStatusError")
+
+
+def test_other_kinds_of_variables_and_derivatives_are_refused(unit):
+    one, value = (c_uint * 1)(0), (c_int * 1)()
+    for name in ("GetInteger", "GetBoolean", "SetInteger", "SetBoolean"):
+        assert unit.call(name, one, c_size_t(1), value) == ERROR and "Real" in unit.sentence
+        assert unit.call(name, one, c_size_t(0), value) == OK
+    far = (c_uint * 1)(4_000_000_000)
+    number = (c_double * 1)()
+    assert unit.call("GetReal", far, c_size_t(1), number) == ERROR
+    assert unit.call("SetReal", far, c_size_t(1), number) == ERROR
+    assert "4000000000" in unit.sentence
+    assert unit.step(0.0, 0.1) == ERROR and "not initialized" in unit.sentence
+    assert unit.call("CancelStep") == ERROR
+
+
+def test_an_fmu_has_all_functions_and_shows_no_others(binary):
+    text = (DOOR / "fmi2.c").read_text("utf-8")
+    written = set(re.findall(r"\b(?:OUT|NONE)\b[^\n(]*?[ (*](fmi2[A-Z]\w+)[(,]", text))
+    library = ctypes.CDLL(str(binary))
+    for name in FUNCTIONS:
+        assert getattr(library, name)
+    if shutil.which("nm"):
+        command = ["nm", "-D", "--defined-only", str(binary)]
+        lines = subprocess.run(command, capture_output=True, text=True).stdout.splitlines()
+        seen = {line.split()[-1] for line in lines}
+        assert {name for name in seen if not name.startswith("_")} == set(FUNCTIONS)
+    assert written == set(FUNCTIONS)
+
+
+#: Of FMI 2.0.4, for co-simulation (sections 2.1 and 4.2).
+FUNCTIONS = [
+    "fmi2GetTypesPlatform",
+    "fmi2GetVersion",
+    "fmi2SetDebugLogging",
+    "fmi2Instantiate",
+    "fmi2FreeInstance",
+    "fmi2SetupExperiment",
+    "fmi2EnterInitializationMode",
+    "fmi2ExitInitializationMode",
+    "fmi2Terminate",
+    "fmi2Reset",
+    "fmi2GetReal",
+    "fmi2GetInteger",
+    "fmi2GetBoolean",
+    "fmi2GetString",
+    "fmi2SetReal",
+    "fmi2SetInteger",
+    "fmi2SetBoolean",
+    "fmi2SetString",
+    "fmi2GetFMUstate",
+    "fmi2SetFMUstate",
+    "fmi2FreeFMUstate",
+    "fmi2SerializedFMUstateSize",
+    "fmi2SerializeFMUstate",
+    "fmi2DeSerializeFMUstate",
+    "fmi2GetDirectionalDerivative",
+    "fmi2SetRealInputDerivatives",
+    "fmi2GetRealOutputDerivatives",
+    "fmi2DoStep",
+    "fmi2CancelStep",
+    "fmi2GetStatus",
+    "fmi2GetRealStatus",
+    "fmi2GetIntegerStatus",
+    "fmi2GetBooleanStatus",
+    "fmi2GetStringStatus",
+]
