@@ -100,6 +100,13 @@ def test_a_notebook_shows_the_page_in_a_frame(pump):
     )
 
 
+def test_a_notebook_without_scripts_shows_a_film_and_drawings_as_svg(pump):
+    bundle = mbody.view(pump)._repr_mimebundle_()
+    assert "<animateTransform" in bundle["image/svg+xml"] and "iframe" in bundle["text/html"]
+    drawing = mbody.draw(pump)._repr_mimebundle_()["image/svg+xml"]
+    assert drawing.startswith("<?xml") and 'id="link:crank"' in drawing
+
+
 def test_the_web_component_is_written_beside_its_document(pump, tmp_path):
     mbody.view(pump).save(tmp_path / "pump.json")
     document = json.loads((tmp_path / "pump.json").read_text("utf-8"))
