@@ -1,174 +1,126 @@
-"""A headless Chromium over its pipe, with the standard library alone: what tests of pages need."""
+"""A headless browser for tests: Chromium, steered over a pipe in its own protocol."""
 
-import base64
+import fcntl
+import itertools
 import json
 import os
 import re
 import shutil
-import subprocess
+import signal
 import tempfile
 import time
+from contextlib import contextmanager
 from pathlib import Path
 
-CHROMIUM = next(
-    (
-        path
-        for name in ("chromium", "chromium-browser", "google-chrome")
-        if (path := shutil.which(name))
-    ),
-    None,
-)
-FLAGS = (
-    *("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
-    *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
-    *("--disable-extensions", "--hide-scrollbars", "--remote-debugging-pipe"),
-)
-KEYS = {" ": "Space", "ArrowRight": "ArrowRight", "ArrowLeft": "ArrowLeft", "Tab": "Tab"}
+__all__ = ["Browser", "browser", "chromium"]
+
+
+def chromium():
+    """The program, or None."""
+    names = ("chromium", "chromium-browser", "google-chrome", "chrome")
+    return next((found for name in names if (found := shutil.which(name))), None)
 
 
 class Browser:
-    """One Chromium with one page; what went wrong in it is in `problems` and `requests`."""
+    """One page of a browser; `problems` are errors of its console, `requests` what it loaded."""
 
-    def __init__(self, width=1280, height=900):
-        self.folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
-        out_read, self.to = os.pipe()
-        self.source, in_write = os.pipe()
-        flags = " ".join(FLAGS)
-        command = (
-            f'exec "{CHROMIUM}" {flags} --user-data-dir="{self.folder.name}" '
-            f"--window-size={width},{height} about:blank 3<&{out_read} 4>&{in_write}"
-        )
-        self.process = subprocess.Popen(
-            ["bash", "-c", command],
-            pass_fds=(out_read, in_write),
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
-        os.close(out_read)
-        os.close(in_write)
-        self.rest, self.number = b"", 0
-        self.problems, self.requests, self.loaded = [], [], False
-        targets = self.call("Target.getTargets", session=None)["targetInfos"]
-        target = next(one["targetId"] for one in targets if one["type"] == "page")
-        attach = {"targetId": target, "flatten": True}
-        self.session = self.call("Target.attachToTarget", session=None, **attach)["sessionId"]
+    def __init__(self, to, back):
+        self._to, self._back, self._numbers = to, back, itertools.count(1)
+        self._rest, self.events = b"", []
+        target = self.call("Target.createTarget", url="about:blank")["targetId"]
+        found = self.call("Target.attachToTarget", targetId=target, flatten=True)
+        self._session = found["sessionId"]
         for domain in ("Page", "Runtime", "Network", "Log"):
-            self.call(f"{domain}.enable")
-        self.size(width, height)
+            self.call(f"{domain}.enable", page=True)
 
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        try:
-            self.call("Browser.close", session=None)
-            self.process.wait(timeout=10)
-        except (OSError, EOFError, subprocess.TimeoutExpired):
-            self.process.kill()
-            self.process.wait()
-        os.close(self.to)
-        os.close(self.source)
-        self.folder.cleanup()
-
-    def call(self, method, session="page", **params):
-        """A command of the protocol; its result."""
-        self.number += 1
-        message = {"id": self.number, "method": method, "params": params}
-        if session == "page":
-            message["sessionId"] = self.session
-        os.write(self.to, json.dumps(message).encode() + b"\0")
+    def call(self, method, page=False, **parameters):
+        """One command of the protocol, of the page or of the browser; what it answers."""
+        message = {"id": next(self._numbers), "method": method, "params": parameters}
+        if page:
+            message["sessionId"] = self._session
+        os.write(self._to, json.dumps(message).encode() + b"\0")
         while True:
-            answer = self._next()
-            if answer.get("id") == self.number:
-                if "error" in answer:
-                    raise RuntimeError(f"{method}: {answer['error']['message']}")
-                return answer["result"]
+            found = self._next()
+            if found.get("id") == message["id"]:
+                assert "error" not in found, found["error"]
+                return found["result"]
+            self.events.append(found)
 
     def _next(self):
-        while b"\0" not in self.rest:
-            part = os.read(self.source, 1 << 16)
-            if not part:
-                raise EOFError("the browser has ended")
-            self.rest += part
-        text, _, self.rest = self.rest.partition(b"\0")
-        message = json.loads(text)
-        self._heard(message.get("method"), message.get("params", {}))
-        return message
+        while b"\0" not in self._rest:
+            part = os.read(self._back, 1 << 20)
+            assert part, "the browser has ended"
+            self._rest += part
+        message, _, self._rest = self._rest.partition(b"\0")
+        return json.loads(message)
 
-    def _heard(self, method, params):
-        if method == "Runtime.exceptionThrown":
-            details = params["exceptionDetails"]
-            self.problems.append(details.get("exception", {}).get("description", details["text"]))
-        elif method == "Runtime.consoleAPICalled" and params["type"] in ("error", "warning"):
-            self.problems.append(str([one.get("value") for one in params["args"]]))
-        elif method == "Log.entryAdded" and params["entry"]["level"] == "error":
-            self.problems.append(params["entry"]["text"])
-        elif method == "Network.requestWillBeSent":
-            url = params["request"]["url"]
-            if not url.startswith(("data:", "blob:")):
-                self.requests.append(url)
-        elif method == "Page.loadEventFired":
-            self.loaded = True
+    def open(self, file: Path):
+        """Load a file and wait until it is there."""
+        self.events.clear()
+        self.call("Page.navigate", page=True, url=file.resolve().as_uri())
+        while not any(one.get("method") == "Page.loadEventFired" for one in self.events):
+            self.events.append(self._next())
 
-    def open(self, path):
-        """Load a file and wait until its viewer is there."""
-        self.problems, self.requests, self.loaded = [], [], False
-        self.call("Page.navigate", url=Path(path).resolve().as_uri())
-        while not self.loaded:
-            self._next()
-
-    def read(self, expression):
-        """The value of an expression in the page; waits for promises."""
-        options = {"returnByValue": True, "awaitPromise": True}
-        found = self.call("Runtime.evaluate", expression=expression, **options)
+    def value(self, expression):
+        """The value of an expression of JavaScript, promises waited for."""
+        found = self.call(
+            "Runtime.evaluate",
+            page=True,
+            expression=expression,
+            awaitPromise=True,
+            returnByValue=True,
+        )
         if "exceptionDetails" in found:
-            details = found["exceptionDetails"]
-            why = details.get("exception", {}).get("description", details["text"])
-            raise RuntimeError(re.sub(r"data:[\w/;,+=]{60,}", "data:…", why))
+            why = found["exceptionDetails"].get("exception", {}).get("description", "")
+            raise AssertionError(re.sub(r"data:[\w/;,+=]{60,}", "data:…", why)[:2000])
         return found["result"].get("value")
 
-    def wait(self, expression, seconds=10.0):
-        """Wait until an expression is true."""
-        end = time.monotonic() + seconds
-        while not self.read(expression):
-            assert time.monotonic() < end, f"not in {seconds} s: {expression}"
-            time.sleep(0.02)
+    def wait(self, expression, seconds=60.0):
+        """The value of an expression as soon as there is one."""
+        until = time.monotonic() + seconds
+        while time.monotonic() < until:
+            found = self.value(expression)
+            if found:
+                return found
+            time.sleep(0.05)
+        raise AssertionError(f"{expression} had no value within {seconds} s: {self.problems}")
 
-    def key(self, key, **more):
-        """Press a key."""
-        text = {"text": key} if len(key) == 1 else {}
-        what = {"key": key, "code": KEYS.get(key, f"Key{key.upper()}"), **more}
-        codes = {"Tab": 9, "ArrowRight": 39, "ArrowLeft": 37, " ": 32}
-        if key in codes:
-            what["windowsVirtualKeyCode"] = codes[key]
-        self.call("Input.dispatchKeyEvent", type="keyDown", **what, **text)
-        self.call("Input.dispatchKeyEvent", type="keyUp", **what)
+    @property
+    def problems(self):
+        """Errors and warnings of the console."""
+        self.value("0")
+        kinds = ("Runtime.exceptionThrown", "Log.entryAdded", "Runtime.consoleAPICalled")
+        return [one["params"] for one in self.events if one.get("method") in kinds]
 
-    def click(self, x, y):
-        """Press and release the mouse at a place."""
-        where = {"x": x, "y": y, "button": "left", "clickCount": 1}
-        self.call("Input.dispatchMouseEvent", type="mousePressed", **where)
-        self.call("Input.dispatchMouseEvent", type="mouseReleased", **where)
+    @property
+    def requests(self):
+        """Addresses that the page loaded, beside itself and data within it."""
+        self.value("0")
+        sent = [one for one in self.events if one.get("method") == "Network.requestWillBeSent"]
+        urls = [one["params"]["request"]["url"] for one in sent]
+        return [url for url in urls if not url.startswith(("data:", "blob:", "file:"))]
 
-    def hover(self, x, y):
-        """Move the mouse to a place."""
-        self.call("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y)
 
-    def dark(self, is_dark=True):
-        """Prefer dark or light, as a system does."""
-        value = {"name": "prefers-color-scheme", "value": "dark" if is_dark else "light"}
-        self.call("Emulation.setEmulatedMedia", features=[value])
-
-    def size(self, width, height):
-        """Another window."""
-        size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
-        self.call("Emulation.setDeviceMetricsOverride", **size)
-
-    def picture(self, path):
-        """What the page looks like, as PNG."""
-        data = self.call("Page.captureScreenshot", format="png")["data"]
-        Path(path).write_bytes(base64.b64decode(data))
-
-    def pdf(self):
-        """The page as it prints."""
-        return base64.b64decode(self.call("Page.printToPDF", printBackground=True)["data"])
+@contextmanager
+def browser(*options):
+    """A browser with one empty page, for the block."""
+    program = chromium()
+    assert program is not None, "there is no chromium"
+    (theirs, to), (back, ours) = os.pipe(), os.pipe()
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+        command = [program, "--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run"]
+        command += [f"--user-data-dir={profile}", "--remote-debugging-pipe", *options]
+        # the browser reads commands from its file 3 and answers to its file 4
+        pair = [fcntl.fcntl(one, fcntl.F_DUPFD, 10) for one in (theirs, ours)]
+        files = [(os.POSIX_SPAWN_OPEN, n, os.devnull, os.O_RDWR, 0) for n in range(3)]
+        files += [(os.POSIX_SPAWN_DUP2, one, n) for one, n in zip(pair, (3, 4), strict=True)]
+        process = os.posix_spawn(program, command, os.environ, file_actions=files)
+        for one in (theirs, ours, *pair):
+            os.close(one)
+        try:
+            yield Browser(to, back)
+        finally:
+            os.close(to)
+            os.close(back)
+            os.kill(process, signal.SIGTERM)
+            os.waitpid(process, 0)

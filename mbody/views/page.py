@@ -22,6 +22,8 @@ from mbody.model.mechanism import Mechanism
 from mbody.solution.measures import found_by
 from mbody.solution.solution import Solution
 from mbody.system.system import System
+from mbody.views.film_frames import FilmSet
+from mbody.views.film_svg import film_svg
 from mbody.views.motions import motion
 from mbody.views.page_data import numbers, scene_data
 from mbody.views.scene import scene
@@ -32,6 +34,8 @@ __all__ = ["MODULE", "Viewer", "digest_of", "module_text", "runs_of", "shown_nam
 PLOTS = 3
 #: Designs that can be told apart on one picture.
 DESIGNS = 6
+#: Frames of the film that stands for a page where scripts are stripped.
+STILL = 48
 #: The file of the web component that is written beside a document in JSON.
 MODULE = "mbody-viewer.mjs"
 #: What a page shows in the beginning beside what it always shows.
@@ -175,7 +179,7 @@ class Viewer:
         show: tuple[str, ...],
         command: str,
     ) -> None:
-        self.runs = runs
+        self.runs, self._show, self._paths = runs, show, paths
         first, *others = runs.items()
         main, self.notes = self._document(first[1], first[0], plots, paths, show)
         text, digest, why = digest_of(first[1].mechanism)
@@ -268,6 +272,11 @@ class Viewer:
             f'<iframe srcdoc="{content}" style="width:100%;height:760px;border:0" '
             f'title="{html.escape(str(self._whole["data"]["model"]), quote=True)}"></iframe>'
         )
+
+    def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict[str, str]:
+        """For a notebook: the page in a frame, and where scripts are stripped a film in SVG."""
+        film = FilmSet(self.runs, STILL, 640, self._show, self._paths)
+        return {"text/html": self._repr_html_(), "image/svg+xml": film_svg(film, 4.0)}
 
     def __repr__(self) -> str:
         run = next(iter(self.runs.values()))
