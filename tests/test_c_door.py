@@ -103,7 +103,7 @@ def test_no_compiler_warns(tmp_path, compiler):
     else:
         pytest.skip(f"{compiler} is not installed")
     warnings = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Werror"]
-    for name in ("mbody.c", "example.c", "fmi2.c"):
+    for name in ("mbody.c", "example.c", "fmu.c", "fmi2.c", "fmi3.c"):
         made = [*command, *warnings, "-O2", "-c", str(DOOR / name), "-o", str(tmp_path / "it.o")]
         done = subprocess.run(made, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr

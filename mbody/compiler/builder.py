@@ -179,7 +179,7 @@ def _seen_within(module: Any) -> None:
 
 def output_name(target: Target, object_: bool, parts: Sequence[Path]) -> str:
     """Name of what is made for a target: ``linux-x86-64-v3.so``, ``linux-x86-64-v3.o``, and with
-    C sources ``linux-x86-64-v3.fmi2.so``, by the last of them.
+    C sources ``linux-x86-64-v3.fmu.so``, by the last of them.
     """
     library = Path(target.file or "host.so")
     if parts:
