@@ -90,6 +90,18 @@ class Loaded:
     def __getitem__(self, name):
         return self.arrays[name]
 
+    def workspace(self, analysis, part):
+        """Rows of par or mass of a workspace: the first two arrays of its table, each a record of
+        nine words whose third is the count and whose fifth the place of its numbers.
+        """
+        table = self._at(self._at(self.calls[f"numbers.{analysis}"], 3)[2], 18)
+        count, place = table[9 * (part == "mass") :][[2, 4]]
+        return self._at(place, count).view(np.float64)
+
+    def _at(self, address, count):
+        first = int(address) - self.base
+        return self.bytes[first : first + 8 * int(count)].view(np.int64)
+
     def call(self, name):
         """Call a kernel: its result, or all of them."""
         kernel, count = OF[name.rpartition(".")[2]]

@@ -2,7 +2,9 @@
 
 import base64
 import json
+import re
 from importlib.util import find_spec
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -220,6 +222,16 @@ def test_a_refused_number_changes_nothing(page):
     assert before == after and same
 
 
+def test_wheels_that_no_longer_fit_are_doubted(page):
+    script = """(() => {
+      const model = open_("planetary_train"), before = model.turn().stats.doubts;
+      model.set({ "arm.P.y": 5 });
+      return [before, model.turn().stats.doubts];
+    })()"""
+    before, after = page.value(script)
+    assert before == [] and after and "does not fit" in after[0]
+
+
 def test_memory_is_used_again(page):
     script = """(() => {
       for (let n = 0; n < 3; n++) open_("mud_pump").free();
@@ -228,6 +240,22 @@ def test_memory_is_used_again(page):
       return core.memory.buffer.byteLength - before;
     })()"""
     assert page.value(script) == 0
+
+
+def test_the_program_of_the_page_runs(page):
+    """docs/browser.md, with files from memory in place of those of a server."""
+    text = (Path(__file__).parents[1] / "docs" / "browser.md").read_text("utf-8")
+    (program,) = re.findall(r"```js\n(.*?)```", text, re.S)
+    program = program.partition("\n\n")[2].partition("\n\n")[2]  # without loading
+    script = f"""(() => {{
+      const said = [], console = {{ log: (...words) => said.push(words.join(" ")) }};
+      const model = open_("norton_fourbar");
+      {program}
+      return said;
+    }})()"""
+    peak, force, time = page.value(script)
+    assert re.fullmatch(r"361 instants, peak \d+\.\d{3} lbf·in", peak)
+    assert float(force) > 0.0 and float(time) == 1.0
 
 
 def test_the_module_has_the_numbers_of_the_kernels(page):

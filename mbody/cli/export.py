@@ -15,8 +15,17 @@ def export(args: Any) -> int:
     """Write a model for another program; what that lacks is reported."""
     if args.to == "image":
         return _image(args)
+    _refuse_instants(args)
+    return _mjcf(args)
+
+
+def _refuse_instants(args: Any) -> None:
     if args.instants is not None:
         raise UsageError("--instants goes with --to image: a file of MuJoCo has no instants")
+
+
+def _mjcf(args: Any) -> int:
+    """Write a model for MuJoCo."""
     from mbody.engines.mjcf import to_mjcf
     from mbody.files.writing import writing
 

@@ -12,7 +12,7 @@ import numpy as np
 from mbody.core.bundle import Bundle, array_words
 from mbody.core.interface import KERNELS, Array, signature
 
-__all__ = ["ARRAY", "CALL", "FORMAT", "MEASURE", "NUMBER", "Arena", "Entry"]
+__all__ = ["ARRAY", "CALL", "FORMAT", "MEASURE", "NUMBER", "Arena", "ImageEntry"]
 
 #: The first word of an image, and the number of its format.
 MAGIC, FORMAT = b"mbodyimg", 1
@@ -24,7 +24,7 @@ NUMBER, MEASURE, CALL, ARRAY = 1, 3, 4, 5
 
 
 @dataclass(frozen=True)
-class Entry:
+class ImageEntry:
     """What an image offers by a name: its kind, the byte at which it begins, how many numbers or
     words it is, and its unit.
     """
@@ -41,7 +41,7 @@ class Arena:
     """Memory that is laid out piece by piece; an array that is put twice lies there once."""
 
     end: int = 8 * HEAD
-    entries: list[Entry] = field(default_factory=list)
+    entries: list[ImageEntry] = field(default_factory=list)
     #: Bytes from the start of the image at which words lie that hold places.
     pointers: list[int] = field(default_factory=list)
     parts: list[tuple[int, np.ndarray]] = field(default_factory=list)
@@ -137,16 +137,16 @@ class Arena:
             else:
                 words.append(self._word(kind(value)))
         place = self.table(words, pointers)
-        self.entries.append(Entry(CALL, place, len(words), name))
+        self.entries.append(ImageEntry(CALL, place, len(words), name))
         return {argument: place + 8 * n for argument, n in at.items()}
 
     def array(self, name: str, array: np.ndarray, unit: str = "") -> None:
         """Enter an array that was put, or is put now, under a name."""
-        self.entries.append(Entry(ARRAY, self.put(array), array.size, name, unit))
+        self.entries.append(ImageEntry(ARRAY, self.put(array), array.size, name, unit))
 
     def word(self, name: str, place: int, count: int = 1) -> None:
         """Enter numbers at a known place under a name."""
-        self.entries.append(Entry(ARRAY, place, count, name))
+        self.entries.append(ImageEntry(ARRAY, place, count, name))
 
     def image(self, manifest: bytes, sources: str) -> bytes:
         """All of it: head, data, names, entries, words that hold places, manifest."""

@@ -137,7 +137,7 @@ def _untraceable(found: Changeable) -> tuple[set[str], str] | None:
         except Exception as error:  # whatever Python does with a number that is none
             text = str(error) if isinstance(error, Untraceable) else type(error).__name__
             own = {name for name in read.names if _is_traced(values[name])}
-            return own, f"what '{element}' makes of it cannot be recorded: {text}"
+            return own, f"'{element}' needs its value before an image is made ({text})"
     return None
 
 

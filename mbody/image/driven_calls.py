@@ -13,7 +13,7 @@ from mbody.analysis.position.assembly_analysis import check_determined, closed, 
 from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.errors import ModelError
 from mbody.image.arena import Arena
-from mbody.image.measured_quantities import Measured
+from mbody.image.measured_quantities import MeasuredProgram
 from mbody.kernels.continuation import PROGRESS, DrivenPath, FollowedPath
 from mbody.kernels.number_program import NumberProgram
 from mbody.model.numbers import number_in
@@ -35,14 +35,14 @@ class _Programs:
 
     system: System
     numbers: NumberProgram
-    measured: Measured
+    measured: MeasuredProgram
 
 
 def enter_driven(
     arena: Arena,
     system: System,
     numbers: NumberProgram,
-    measured: Measured,
+    measured: MeasuredProgram,
     instants: int | None,
 ) -> dict[str, Any]:
     """Put the calls of driven motion into the image; what the manifest says of them.

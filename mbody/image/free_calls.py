@@ -14,7 +14,7 @@ from mbody.analysis.initial.close_loops import close_loops
 from mbody.analysis.initial.initial_state import initial_state_of, state_of
 from mbody.errors import ModelError
 from mbody.image.arena import Arena
-from mbody.image.measured_quantities import Measured
+from mbody.image.measured_quantities import MeasuredProgram
 from mbody.kernels.image_calls import MotionStart
 from mbody.kernels.number_program import NumberProgram
 from mbody.kernels.step_state import Outputs
@@ -33,7 +33,7 @@ def enter_free(
     arena: Arena,
     system: System,
     numbers: NumberProgram,
-    measured: Measured,
+    measured: MeasuredProgram,
     instants: int | None,
 ) -> dict[str, Any]:
     """Put the calls of free motion into the image; what the manifest says of them.
@@ -43,12 +43,15 @@ def enter_free(
     ModelError, SolveError
         Where there is no free motion, or one that an image cannot make: then nothing was put.
     """
-    notes = _notes(system)
+    _refuse_another_motion(system)
     start, state, request = _request(system, instants)
     first, q, v = state
     last = float(request.times[-1])
     if singular_start(system, start, state, request, last) is not None:
-        raise ModelError("the motion begins at a singular position, which an image cannot pass")
+        raise ModelError(
+            f"'{system.mechanism.name}' begins where branches meet, at a singular position, which "
+            "an image cannot leave: begin elsewhere"
+        )
     integration = Integration(system, start, request.way)
     integration.begin(first, q, v, last)
     explicit = integration.steps
@@ -81,7 +84,7 @@ def enter_free(
     arena.array("begin.page", page)
     arena.array("motion.state", stepping.state)
     arena.array("motion.y", stepping.y)
-    return {"notes": [*notes, *integration.notes], "rtol": request.way.rtol}
+    return {"notes": [*_notes(system), *integration.notes], "rtol": request.way.rtol}
 
 
 def _request(
@@ -105,17 +108,28 @@ def _request(
     return start, state, request
 
 
+def _refuse_another_motion(system: System) -> None:
+    """Refuse a motion that would be another one in the image."""
+    own = system.mechanism.simulation
+    if own is None:
+        return
+    ends = [one.name for one in own.events if isinstance(one, Stop) or one.stop]
+    if ends:
+        raise ModelError(
+            f"'{ends[0]}' changes or ends the motion, which an image cannot do: leave it out"
+        )
+    if own.release:
+        name = next(iter(own.release))
+        raise ModelError(
+            f"driver '{name}' is released, which an image cannot do: leave the release out"
+        )
+
+
 def _notes(system: System) -> list[str]:
-    """What the motion of the image lacks; refuses one that would be another motion."""
+    """What the motion of the image lacks."""
     own = system.mechanism.simulation
     if own is None:
         return []
-    ends = [one.name for one in own.events if isinstance(one, Stop) or one.stop]
-    if ends:
-        raise ModelError(f"'{ends[0]}' changes or ends the motion, which an image cannot do")
-    if own.release:
-        name = next(iter(own.release))
-        raise ModelError(f"driver '{name}' is released, which an image cannot do")
     notes = [f"event '{one.name}' is not in the image" for one in own.events]
     if own.method != METHODS[0]:
         notes.append(f"the image integrates by {METHODS[0]}, the model by {own.method}")

@@ -7,6 +7,7 @@ their formulas: neither is among what the kernels keep.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -20,16 +21,20 @@ from mbody.kernels.output import PER_PRIMITIVE
 from mbody.laws import Expression
 from mbody.laws.postfix import CONSTANT, LOG, OPERATIONS, POWER_CONSTANT
 from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
-from mbody.solution.histories import LoadHistory
+from mbody.model.joints import Joint
+from mbody.quantities.units import DIMENSIONS, Dimension
+from mbody.solution.histories import LoadHistory, Reaction
 from mbody.solution.load_histories import stretched, turned
 from mbody.solution.measures import quantity, valued
-from mbody.solution.places import place
+from mbody.solution.places import ends, place
 from mbody.solution.solution import Solution
 
-__all__ = ["Measured", "measured_quantities"]
+__all__ = ["MeasuredProgram", "measured_quantities"]
 
 #: What a body has, in the order in which the kernels keep it.
 ORDER = ("x", "y", "angle", "vx", "vy", "omega", "ax", "ay", "alpha")
+#: What a measure of joints is that no result has: Python checks it when loops are closed.
+MISFIT = "distance of the places, less the one by the radii"
 #: Names of NumPy for operations of formulas.
 FUNCTIONS = {
     **{"negative": np.negative, "sin": np.sin, "cos": np.cos, "tan": np.tan, "asin": np.arcsin},
@@ -41,8 +46,8 @@ FUNCTIONS = {
 
 
 @dataclass
-class Measured:
-    """Measured quantities of an image.
+class MeasuredProgram:
+    """MeasuredProgram quantities of an image.
 
     Attributes
     ----------
@@ -61,7 +66,7 @@ class Measured:
     notes: list[str] = field(default_factory=list)
 
 
-def measured_quantities(changeable: Changeable) -> Measured:
+def measured_quantities(changeable: Changeable) -> MeasuredProgram:
     """Of every body its motion; of joints, couplings, drivers and loads what results have of them;
     and the measures of the mechanism.
     """
@@ -73,14 +78,14 @@ def measured_quantities(changeable: Changeable) -> Measured:
     recording = Recording(inputs)
     traced = list(recording.inputs.values())
     numbers = dict(zip(changeable.rules, traced[rows + 1 :], strict=True))
-    instant = _Instant(
+    instant = _TracedInstant(
         system=replace(system, values=changeable.values(numbers), plans={}),
         analysis="kinetostatics",
         t=traced[rows],  # type: ignore[arg-type]
         record=_TracedRecord(traced[:rows]),  # type: ignore[arg-type]
         given=None,
     )
-    found = Measured(recording.program([]))
+    found = MeasuredProgram(recording.program([]))
     targets: list[Any] = []
     for name, of, make in _wanted(instant):
         try:
@@ -113,8 +118,17 @@ def _wanted(instant: Solution) -> Iterator[tuple[str, str, Any]]:
     for element in (*machine.constraints, *machine.loads):
         for key in element.quantities():
             yield f"{element.name}.{key}", f"{element.name}.{key}", history(element.name, key)
+    for joint in machine.joints:
+        if joint.spaced:
+            yield f"{joint.name}.misfit", MISFIT, functools.partial(_misfit, instant, joint)
     for name, measure in machine.measures.items():
         yield name, measure.of, lambda own=measure: valued(instant, own)
+
+
+def _misfit(instant: Solution, joint: Joint) -> tuple[Any, Dimension, str]:
+    """How far a joint is from where it fits, which others decide."""
+    found, fitting = joint.fit(*ends(instant, joint))
+    return found - fitting, DIMENSIONS["length"], ""
 
 
 class _TracedRecord:
@@ -138,8 +152,32 @@ class _TracedRecord:
         raise Untraceable("compiled code computes it")
 
 
-class _Instant(Solution):
+class _Absent:
+    """A number that cannot be recorded, of a history whose other numbers can."""
+
+    def __init__(self, error: Untraceable) -> None:
+        self.error = error
+
+    def __float__(self) -> float:
+        raise self.error
+
+
+class _TracedInstant(Solution):
     """One instant with traced numbers."""
+
+    def reaction(self, joint: str, on: str | None = None) -> Reaction:
+        """Force of a joint, and its torque where that can be recorded."""
+        try:
+            return super().reaction(joint, on)
+        except Untraceable as error:
+            torque: Any = _Absent(error)
+        first, fx, fy = 3 * self.system.coordinates + 2, None, None
+        for e in self.system.primitives_of[joint]:
+            x, y = self.record.some(first + PER_PRIMITIVE * e, 2)
+            fx, fy = (x, y) if fx is None or fy is None else (fx + x, fy + y)
+        own: Any = self.mechanism[joint]
+        assert fx is not None and fy is not None
+        return Reaction(joint, own.j.body, own.i.body, fx, fy, torque)
 
     def driven(self, driver: str) -> tuple[Any, Any, Any]:
         """Value, rate and acceleration of what a driver drives, by the motion of the bodies."""

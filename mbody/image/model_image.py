@@ -10,13 +10,14 @@ from mbody._version import __version__
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core.sources import source_hash
 from mbody.errors import ModelError, SolveError
-from mbody.image.arena import FORMAT, MEASURE, NUMBER, Arena, Entry
+from mbody.image.arena import FORMAT, MEASURE, NUMBER, Arena, ImageEntry
 from mbody.image.changeable import Changeable, changeable_numbers
 from mbody.image.driven_calls import enter_driven
 from mbody.image.free_calls import enter_free
-from mbody.image.measured_quantities import Measured, measured_quantities
+from mbody.image.measured_quantities import MeasuredProgram, measured_quantities
 from mbody.kernels.number_program import NumberProgram
 from mbody.kernels.output import PER_PRIMITIVE
+from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import dimension_named
 from mbody.system.system import System
@@ -90,22 +91,21 @@ def to_image(model: Mechanism | System, instants: int | None = None) -> ModelIma
     arena = Arena()
     for n, input_name in enumerate(changeable.rules):
         place = arena.put(numbers.slots) + 8 * n
-        arena.entries.append(Entry(NUMBER, place, 1, input_name, _unit(system, input_name)))
+        arena.entries.append(ImageEntry(NUMBER, place, 1, input_name, _unit(system, input_name)))
     for n, (one, unit) in enumerate(zip(measured.names, measured.units, strict=True)):
-        arena.entries.append(Entry(MEASURE, 0, n, one, unit))
+        arena.entries.append(ImageEntry(MEASURE, 0, n, one, unit))
     rows = 3 * system.coordinates + PER_PRIMITIVE * len(system.owners)
     arena.word("page.rows", 0, rows)
     about: dict[str, Any] = {}
-    notes: list[str] = [*measured.notes]
+    notes = [*measured.notes, *_fits(system)]
+    known = len(notes)
     for analysis, enter in (("driven", enter_driven), ("free", enter_free)):
         try:
             about[analysis] = enter(arena, system, numbers, measured, instants)
         except (ModelError, SolveError) as error:
             notes.append(f"no {analysis} motion: {error}")
     if not about:
-        raise ModelError(
-            f"an image of '{name}' could do nothing; " + "; ".join(notes[len(measured.notes) :])
-        )
+        raise ModelError(f"an image of '{name}' could do nothing; " + "; ".join(notes[known:]))
     notes += about.get("free", {}).pop("notes", [])
     manifest = _manifest(system, changeable, measured, numbers) | {
         "analyses": list(about),
@@ -119,13 +119,24 @@ def to_image(model: Mechanism | System, instants: int | None = None) -> ModelIma
     return ModelImage(content, manifest)
 
 
+def _fits(system: System) -> list[str]:
+    """What is checked in Python when loops are closed, and not in an image."""
+    spaced = [joint.name for joint in system.mechanism.joints if joint.spaced]
+    if not spaced:
+        return []
+    return [
+        f"where lengths are changed, whether {listed(spaced)} fit is not checked: their measure "
+        "'misfit' must be zero"
+    ]
+
+
 def _unit(system: System, name: str) -> str:
     dimension = dimension_named(system.mechanism, name)
     return "" if dimension is None else system.mechanism.units.of(dimension)
 
 
 def _manifest(
-    system: System, changeable: Changeable, measured: Measured, numbers: NumberProgram
+    system: System, changeable: Changeable, measured: MeasuredProgram, numbers: NumberProgram
 ) -> dict[str, Any]:
     """What an image says of itself, apart from its analyses."""
     machine = system.mechanism
@@ -141,6 +152,7 @@ def _manifest(
         "title": machine.name,
         "system of units": machine.units.name,
         "units": {of: machine.units.of(of) for of in UNITS},
+        "length": float(system.length),
         "numbers": [number(name, False) for name in changeable.rules]
         + [number(name, True) for name in changeable.follows],
         "not_changeable": changeable.not_changeable(),

@@ -85,7 +85,7 @@ class Traced:
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
         if method != "__call__" or options:
-            raise Untraceable(f"numpy.{ufunc.__name__} with options")
+            raise Untraceable(f"numpy.{ufunc.__name__}.{method} of changeable numbers")
         return apply(ufunc.__name__, inputs)
 
     def __bool__(self) -> NoReturn:

@@ -27,6 +27,8 @@ export const CODES = {
 };
 // What the path of the drivers is followed by: mbody/kernels/continuation.py
 export const BY_DRIVER = 1;
+// Part of the model length from which on wheels do not fit
+const MISFIT = 1e-6;
 // Steps of one call, between which a page can breathe
 const AT_ONCE = 10000n;
 
@@ -432,7 +434,14 @@ export class Model {
   }
 
   _motion(name, t, s, pages, stats) {
-    return new Motion(this, t.slice(), s.slice(), this._array(pages).slice(), this._array(`${name}.measured`).slice(), stats);
+    const motion = new Motion(this, t.slice(), s.slice(), this._array(pages).slice(), this._array(`${name}.measured`).slice(), stats);
+    for (const one of this.measures.filter((measure) => measure.endsWith(".misfit"))) {
+      const off = Math.max(...motion.measure(one).map(Math.abs));
+      if (off > MISFIT * this.manifest.length) {
+        stats.doubts.push(`'${one.slice(0, -7)}' does not fit: its wheels are ${off.toPrecision(3)} ${this.unit(one)} from where they meet; change the distance or a radius`);
+      }
+    }
+    return motion;
   }
 
   _steps(name, until, times, first) {
