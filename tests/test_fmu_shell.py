@@ -17,6 +17,7 @@ from ctypes import (
     c_uint,
     c_void_p,
 )
+from xml.etree import ElementTree
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -373,6 +374,9 @@ def test_other_kinds_of_variables_are_refused_in_fmi_3(binary, tmp_path, image):
             assert "Float64" in unit.sentence
     assert unit.call("GetFloat64", one, count, value, c_size_t(2)) == ERROR
     assert unit.call("EnterEventMode") == ERROR and "no events" in unit.sentence
+    assert unit.call("SetTime", c_double(1.0)) == ERROR
+    assert unit.call("GetContinuousStates", value, count) == ERROR
+    assert "co-simulation alone" in unit.sentence
 
 
 def test_other_kinds_of_variables_and_derivatives_are_refused(binary, tmp_path, image):
@@ -388,6 +392,26 @@ def test_other_kinds_of_variables_and_derivatives_are_refused(binary, tmp_path, 
     assert "4000000000" in unit.sentence
     assert unit.step(0.0, 0.1) == ERROR and "not initialized" in unit.sentence
     assert unit.call("CancelStep") == ERROR
+
+
+def test_a_whole_file(binary, tmp_path, image):
+    """Packed, unpacked, and used by what modelDescription.xml says."""
+    made = tmp_path / "swing.fmu"
+    unit_file(made, "swing", image, binary, embedded.door(tmp_path))
+    with zipfile.ZipFile(made) as archive:
+        archive.extractall(tmp_path / "it")
+    root = ElementTree.parse(tmp_path / "it" / "modelDescription.xml").getroot()
+    name = root.find("CoSimulation").get("modelIdentifier")
+    library = tmp_path / "it" / "binaries" / "linux64" / f"{name}.so"
+    folder = tmp_path / "it" / "resources"
+    unit = Unit(library, tmp_path, image, guid_=root.get("guid"), uri=folder.as_uri())
+    assert unit.component and unit.begin() == OK
+    for variable in root.iter("ScalarVariable"):
+        reference, start = int(variable.get("valueReference")), variable.find("Real").get("start")
+        assert unit.references[variable.get("name")] == (reference, start is not None)
+        if start is not None:
+            assert unit.get(variable.get("name")) == [float(start)]
+    assert root.find("CoSimulation").get("canNotUseMemoryManagementFunctions") == "true"
 
 
 def test_an_fmu_has_all_functions_and_shows_no_others(binary):
@@ -440,7 +464,7 @@ FUNCTIONS = [
     "fmi2GetStringStatus",
 ]
 
-#: Of FMI 3.0, but for what only model exchange and scheduled execution have (section 2.2 and 4.2).
+#: Of FMI 3.0: all of fmi3Functions.h, for importers look up those of other kinds of units too.
 NAMES_3 = """
 GetVersion SetDebugLogging InstantiateModelExchange InstantiateCoSimulation
 InstantiateScheduledExecution FreeInstance EnterInitializationMode ExitInitializationMode
@@ -449,7 +473,10 @@ GetFMUState SetFMUState FreeFMUState SerializedFMUStateSize SerializeFMUState
 DeserializeFMUState GetDirectionalDerivative GetAdjointDerivative EnterConfigurationMode
 ExitConfigurationMode GetIntervalDecimal GetIntervalFraction GetShiftDecimal GetShiftFraction
 SetIntervalDecimal SetIntervalFraction SetShiftDecimal SetShiftFraction EvaluateDiscreteStates
-UpdateDiscreteStates EnterStepMode GetOutputDerivatives DoStep
+UpdateDiscreteStates EnterStepMode GetOutputDerivatives DoStep EnterContinuousTimeMode
+SetContinuousStates GetContinuousStates GetContinuousStateDerivatives
+GetNominalsOfContinuousStates GetEventIndicators ActivateModelPartition SetTime
+CompletedIntegratorStep GetNumberOfEventIndicators GetNumberOfContinuousStates
 """
 KINDS_3 = """
 Float32 Float64 Int8 UInt8 Int16 UInt16 Int32 UInt32 Int64 UInt64 Boolean String Binary Clock

@@ -236,3 +236,40 @@ OUT fmi3Status fmi3DoStep(fmi3Instance instance, double now, double step, bool f
   *reached = unit->course.time;
   return status;
 }
+
+/* ---- of the other kinds of units, which importers look up all the same ------------------------ */
+
+#define OTHER(name, ...)                                                                                  \
+  OUT fmi3Status name(fmi3Instance instance, __VA_ARGS__) {                                               \
+    (void)a, (void)b;                                                                                     \
+    return unit_report(instance, ERROR, "this unit is one for co-simulation alone");                      \
+  }
+REFUSED(fmi3EnterContinuousTimeMode, "this unit is one for co-simulation alone")
+OTHER(fmi3SetContinuousStates, const double a[], size_t b)
+OTHER(fmi3GetContinuousStates, double a[], size_t b)
+OTHER(fmi3GetContinuousStateDerivatives, double a[], size_t b)
+OTHER(fmi3GetNominalsOfContinuousStates, double a[], size_t b)
+OTHER(fmi3GetEventIndicators, double a[], size_t b)
+OTHER(fmi3ActivateModelPartition, fmi3ValueReference a, double b)
+
+OUT fmi3Status fmi3SetTime(fmi3Instance instance, double time) {
+  (void)time;
+  return unit_report(instance, ERROR, "this unit is one for co-simulation alone");
+}
+
+OUT fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, bool final, bool *event, bool *terminate) {
+  (void)final, (void)event, (void)terminate;
+  return unit_report(instance, ERROR, "this unit is one for co-simulation alone");
+}
+
+OUT fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance instance, size_t *count) {
+  (void)instance;
+  *count = 0;
+  return OK;
+}
+
+OUT fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance instance, size_t *count) {
+  (void)instance;
+  *count = 0;
+  return OK;
+}
