@@ -109,6 +109,21 @@ def test_no_compiler_warns(tmp_path, compiler):
         assert done.returncode == 0, done.stderr
 
 
+def test_the_header_is_one_of_cpp_too(tmp_path):
+    compiler = shutil.which("g++") or shutil.which("clang++")
+    if compiler is None:
+        pytest.skip("no C++ compiler is installed")
+    source = tmp_path / "it.cpp"
+    source.write_text('#include "mbody.h"\nint main() { return mbody_open(0, 0, 0, 0) != 0; }\n')
+    program = tmp_path / "it"
+    embedded.compiled([DOOR / "mbody.c"], tmp_path / "door.so", "-shared")
+    line = [compiler, "-Wall", "-Wextra", "-Werror", f"-I{DOOR}", str(source)]
+    line += [str(tmp_path / "door.so"), f"-Wl,-rpath,{tmp_path}", "-o", str(program)]
+    done = subprocess.run(line, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert subprocess.run([program]).returncode == 0
+
+
 def test_every_function_is_documented():
     text = (DOOR / "mbody.h").read_text("utf-8")
     declared = set(re.findall(r"^\S.*\b(mbody_\w+)\(.*\);", text, re.MULTILINE))
