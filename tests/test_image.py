@@ -93,7 +93,7 @@ def test_the_manifest_names_what_is_there(name):
     image = loaded(name)
     manifest, values = image.manifest, system(name).values
     numbers = [one["name"] for one in manifest["numbers"] if not one["follows"]]
-    assert numbers == list(image.numbers)
+    assert numbers == list(image.numbers) and manifest["length"] == system(name).length
     assert set(numbers) | set(manifest["not_changeable"]) == set(values)
     assert not set(numbers) & set(manifest["not_changeable"])
     assert {k: float(v[0]) for k, v in image.numbers.items()} == {k: values[k] for k in numbers}

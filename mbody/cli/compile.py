@@ -57,7 +57,7 @@ def _for_machines(args: Any, targets: list[str]) -> int:
 
     from mbody.core.native import builder_command, place
     from mbody.core.sources import PACKAGE
-    from mbody.image.kernels import IMAGE_KERNELS
+    from mbody.image.image_kernels import IMAGE_KERNELS
 
     door = PACKAGE / "image" / "c"
     chosen: Any = IMAGE_KERNELS

@@ -14,7 +14,7 @@ from mbody.core.cache_folder import STAMP_DIGITS, cache_folder
 from mbody.core.native import builder_command, place
 from mbody.core.sources import PACKAGE, source_hash
 from mbody.errors import ModelError
-from mbody.image.kernels import IMAGE_KERNELS
+from mbody.image.image_kernels import IMAGE_KERNELS
 
 __all__ = ["FILE", "MODULE", "TARGET", "browser_core", "build_browser_core"]
 
@@ -47,11 +47,16 @@ def browser_core() -> Path:
         )
     file = folder / FILE
     if not (file.exists() and made_from(file, sources)):
-        if os.environ.get("MBODY_QUIET", "0") in ("", "0") and sys.stderr is not None:
-            with contextlib.suppress(OSError, ValueError):
-                print("mbody: building the core for browsers (once) ...", file=sys.stderr)
+        _announce()
         build_browser_core(folder, quiet=True)
     return file
+
+
+def _announce() -> None:
+    """Say that building takes its time."""
+    if os.environ.get("MBODY_QUIET", "0") in ("", "0") and sys.stderr is not None:
+        with contextlib.suppress(OSError, ValueError):
+            print("mbody: building the core for browsers (once) ...", file=sys.stderr)
 
 
 def build_browser_core(folder: Path, quiet: bool = False) -> None:
@@ -65,8 +70,8 @@ def build_browser_core(folder: Path, quiet: bool = False) -> None:
     missing = [name for name in ("numba", "ziglang") if find_spec(name) is None]
     if missing:
         raise ModelError(
-            f"the core for browsers is built by numba and ziglang; {' and '.join(missing)} is not "
-            f"installed: pip install {' '.join(missing)}"
+            "the core for browsers is built by numba and ziglang, not all of which are installed: "
+            f"pip install {' '.join(missing)}"
         )
     names = [place(kernel) for kernel in IMAGE_KERNELS]
     command, settings = builder_command(names, TARGET, folder, "--whole")

@@ -1,6 +1,8 @@
-"""Images of models: what they cannot contain, and words of the command."""
+"""Images of models: what they cannot contain, words of the command, the core for browsers."""
 
 import math
+from pathlib import Path
+from unittest import mock
 
 from mbody import (
     AngleDriver,
@@ -12,6 +14,7 @@ from mbody import (
     assemble,
     gallery,
 )
+from mbody.image import webassembly
 from mbody.image.model_image import to_image
 from mbody.laws import Function
 from tests import folded
@@ -42,6 +45,25 @@ def in_line():
     return folded.asked(folded.four_bar((1.0, 2.0, 1.0, 2.0)), rates)
 
 
+def nowhere():
+    """The core for browsers, where it is not kept and cannot be."""
+    here = mock.patch.object(webassembly, "PACKAGE", Path("/no"))
+    with here, mock.patch.object(webassembly, "cache_folder", lambda _: None):
+        webassembly.browser_core()
+
+
+def without_a_builder():
+    with mock.patch.object(webassembly, "find_spec", lambda _: None):
+        webassembly.build_browser_core(Path("/no"))
+
+
+def by_a_builder_that_fails():
+    words = ["sh", "-c", "echo no room left on the disk >&2; exit 1"], {}
+    found = mock.patch.object(webassembly, "find_spec", lambda name: name)
+    with found, mock.patch.object(webassembly, "builder_command", lambda *_: words):
+        webassembly.build_browser_core(Path("/no"), quiet=True)
+
+
 SCENARIOS = {
     "an image of a batch": lambda: to_image(
         assemble(four_bar()).with_values({"crank.mass": [1.0, 2.0]})
@@ -53,6 +75,9 @@ SCENARIOS = {
     ),
     "an image of a driver that is released": lambda: to_image(released()),
     "an image of a motion that begins where branches meet": lambda: to_image(in_line()),
+    "a core for browsers without a place": nowhere,
+    "a core for browsers without its builder": without_a_builder,
+    "a core for browsers that is not built": by_a_builder_that_fails,
     "an image without a file": said(["export", "norton_fourbar", "--to", "image"]),
     "an image of many instants": said(
         ["export", "norton_fourbar", "--to", "image", "-o", "a.img", "--instants", "many"]
