@@ -172,7 +172,8 @@ double *mbody_array(mbody_model *model, const char *name, int64_t *count);
  *
  * mbody_state_bytes  How many bytes a saved state has.
  * mbody_save         Writes the whole state, numbers and results with it, to `state`.  The bytes
- *                    may be kept in a file and restored by another process.
+ *                    may be kept in a file and restored by another process.  MBODY_REFUSED where
+ *                    there is no room for them.
  * mbody_restore      Takes a state back that was saved of the same image.  MBODY_REFUSED where it
  *                    is of another one, or damaged; nothing has changed then.
  */
