@@ -16,7 +16,7 @@ from mbody.core.sources import PACKAGE, source_hash
 from mbody.errors import ModelError
 from mbody.image.image_kernels import IMAGE_KERNELS
 
-__all__ = ["FILE", "MODULE", "TARGET", "browser_core", "build_browser_core"]
+__all__ = ["FILE", "MODULE", "TARGET", "browser_core", "build_browser_core", "ready_core"]
 
 #: Name of the target of the compiler.
 TARGET = "wasm32"
@@ -34,22 +34,31 @@ def browser_core() -> Path:
     ModelError
         Where it would have to be built, and cannot be.
     """
-    sources = source_hash() or ""
-    packaged = PACKAGE / "core_libraries" / FILE
-    if packaged.exists() and made_from(packaged, sources):
-        return packaged
-    stamp = hashlib.sha256(f"{TARGET} {sources}".encode()).hexdigest()[:STAMP_DIGITS]
-    folder = cache_folder(stamp)
+    ready = ready_core()
+    if ready is not None:
+        return ready
+    folder = _kept()
     if folder is None:
         raise ModelError(
             "the core for browsers has to be built, and no folder to keep it can be written: set "
             "MBODY_CACHE_DIR"
         )
-    file = folder / FILE
-    if not (file.exists() and made_from(file, sources)):
-        _announce()
-        build_browser_core(folder, quiet=True)
-    return file
+    _announce()
+    build_browser_core(folder, quiet=True)
+    return folder / FILE
+
+
+def ready_core() -> Path | None:
+    """The file of the core for browsers where the package or the cache has it."""
+    sources, folder = source_hash() or "", _kept()
+    places = [PACKAGE / "core_libraries" / FILE, *([] if folder is None else [folder / FILE])]
+    return next((one for one in places if one.exists() and made_from(one, sources)), None)
+
+
+def _kept() -> Path | None:
+    """The folder of the cache for this core."""
+    stamp = hashlib.sha256(f"{TARGET} {source_hash() or ''}".encode()).hexdigest()[:STAMP_DIGITS]
+    return cache_folder(stamp)
 
 
 def _announce() -> None:

@@ -188,6 +188,7 @@ class Viewer:
         made |= {"file": text} if text else {"why": why}
         behind = [self._document(run, name, plots, paths, show)[0] for name, run in others]
         self._whole = {**main, "others": behind, "made": made}
+        self._modules: list[str] = []
 
     @staticmethod
     def _document(
@@ -207,11 +208,17 @@ class Viewer:
         """What the web component reads: {"data", "scene", "others", "made"}."""
         return self._whole
 
+    def add(self, key: str, part: dict[str, Any], module: str) -> None:
+        """A further part of the document, and the module that reads it; before `html` is made."""
+        self._whole[key] = part
+        self._modules.append(module)
+
     @cached_property
     def html(self) -> str:
         """The page, as text."""
         whole = self._whole
         title = html.escape(str(whole["data"]["model"]))
+        module = "\n".join([module_text(), *self._modules])
         rest = {key: value for key, value in whole.items() if key != "data"}
         return "\n".join(
             [
@@ -234,7 +241,7 @@ class Viewer:
                 f"<noscript>{title}: this page needs scripts, which it brings with it.</noscript>",
                 f'<script type="application/json" id="mbody-data">{_json(whole["data"])}</script>',
                 f'<script type="application/json" id="mbody-scene">{_json(rest)}</script>',
-                f'<script type="module">\n{module_text()}</script>',
+                f'<script type="module">\n{module}</script>',
                 "</body>",
                 "</html>",
                 "",

@@ -21,7 +21,7 @@ from mbody.views.record import KeptLabel, KeptShape, SceneSketch
 from mbody.views.scene_names import named
 from mbody.views.style import SIZE
 
-__all__ = ["Scene", "samples", "scene", "thinned"]
+__all__ = ["Scene", "samples", "scene", "sketched", "thinned"]
 
 Array = np.ndarray
 
@@ -104,8 +104,18 @@ def scene(run: Solution, *, moves: bool = True) -> Scene:
     pose = Pose(shown, 0)
     low, high, own = _space(shown)
     unit, small = _scale(pose, low, high, own)
+    sketch = sketched(pose, unit, small)
+    shapes = sorted(sketch.record.shapes, key=lambda shape: shape.look.z)
+    found = Scene(shown, shapes, [], unit, small, low, high, notes)
+    found.low, found.high = _reach(found)
+    found.labels = named(sketch, shapes)
+    return found
+
+
+def sketched(pose: Pose, unit: float, small: float) -> SceneSketch:
+    """All shapes of a mechanism, in the order in which they are drawn."""
     sketch = SceneSketch(pose, unit, small)
-    mechanism = shown.mechanism
+    mechanism = pose.mechanism
     for order, body in enumerate(mechanism.bodies):
         link(sketch, body.name, order)
     for joint in mechanism.joints:
@@ -119,11 +129,7 @@ def scene(run: Solution, *, moves: bool = True) -> Scene:
         driver_symbol(driver, sketch, symbolic(driver.name))
     for body in mechanism.bodies:
         points(sketch, body.name)
-    shapes = sorted(sketch.record.shapes, key=lambda shape: shape.look.z)
-    found = Scene(shown, shapes, [], unit, small, low, high, notes)
-    found.low, found.high = _reach(found)
-    found.labels = named(sketch, shapes)
-    return found
+    return sketch
 
 
 def _check_moves(run: Solution) -> None:

@@ -1,0 +1,223 @@
+"""Which numbers of a model stand in its file, where, and in which unit: what a page can change and
+write back.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import random
+import re
+import tomllib
+from dataclasses import dataclass, field
+from typing import Any
+
+from mbody.errors import ModelError
+from mbody.files.model import to_toml
+from mbody.files.model.read import built
+from mbody.files.model.toml import toml
+from mbody.model.mechanism import Mechanism
+from mbody.system.assembler import assemble
+
+__all__ = ["FileNumber", "FileText", "file_numbers"]
+
+#: Tables whose numbers describe the mechanism; others say what is asked of it.
+DESCRIBING = ("parameters", "ground", "bodies", "joints", "couplings", "drivers", "loads")
+#: A number with its unit, or without one; formulas have further signs.
+NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*((?:[A-Za-zµ°%][^+()]*)?)")
+#: Change of a number, as its part, by which the numbers of the mechanism that follow are found:
+#: large beside rounding, small beside what would make it another mechanism.
+STEP = 1e-4
+#: Two ratios of random changes are the same: rounding of a change of STEP is 1e-11.
+SAME = 1e-9
+
+Path = tuple[str | int, ...]
+
+
+@dataclass(frozen=True)
+class FileNumber:
+    """A number in the text of a model file.
+
+    Attributes
+    ----------
+    value : float
+        As it stands there.
+    unit : str
+        As it stands there; "" where the text has none.
+    factors : dict
+        By dotted name the numbers of the mechanism that it gives: each is the value times this.
+    """
+
+    value: float
+    unit: str
+    factors: dict[str, float]
+
+
+@dataclass
+class FileText:
+    """The text of a model file, cut at its numbers: text, number, text, …, text."""
+
+    parts: list[str] = field(default_factory=list)
+    numbers: list[FileNumber] = field(default_factory=list)
+
+
+def file_numbers(mechanism: Mechanism, names: list[str]) -> FileText:
+    """The file of a mechanism, and which of its numbers give which of the mechanism's.
+
+    Every number of the file is changed by a random part, twice; a number of the mechanism whose two
+    changes have the ratio of those of one in the file comes from it.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    names : list of str
+        Dotted names that are looked for.
+
+    Raises
+    ------
+    ModelError
+        For a mechanism that no file can contain.
+
+    Examples
+    --------
+    >>> from mbody import gallery
+    >>> found = file_numbers(gallery.load("norton_fourbar"), ["coupler.weight", "crank.cg.angle"])
+    >>> [(one.value, one.unit, list(one.factors)) for one in found.numbers]
+    [(30.0, '', ['crank.cg.angle']), (7.7, 'lbf', ['coupler.weight'])]
+    """
+    tree = tomllib.loads(to_toml(mechanism))
+    places = [path for path, value in _leaves(tree) if _parsed(value) is not None]
+    places = [path for path in places if path[0] in DESCRIBING]
+    chance = random.Random(1)
+    changed: list[dict[Path, float]] = [{}, {}]
+    for path in places:
+        value = _number(tree, path)
+        for one in changed:
+            part = chance.uniform(0.5, 1.5)
+            one[path] = value * (1.0 + STEP * part) if value else part
+    good = _allowed(tree, places, changed)
+    before = _values(tree, {})
+    first, second = (_values(tree, {p: c[p] for p in good}) for c in changed)
+    ratios = {
+        path: (changed[1][path] - _number(tree, path)) / (changed[0][path] - _number(tree, path))
+        for path in good
+    }
+    found: dict[Path, dict[str, float]] = {}
+    for name in names:
+        if name not in before or first[name] == before[name]:
+            continue
+        ratio = (second[name] - before[name]) / (first[name] - before[name])
+        path = min(ratios, key=lambda one: abs(ratios[one] - ratio), default=None)
+        if path is None or abs(ratios[path] - ratio) > SAME:
+            continue
+        value, x = _number(tree, path), changed[0][path]
+        factor = before[name] / value if value else first[name] / x
+        if abs(factor * x - first[name]) <= 1e-9 * abs(first[name]):
+            found.setdefault(path, {})[name] = factor
+    return _cut(tree, found)
+
+
+def _leaves(tree: Any, path: Path = ()) -> list[tuple[Path, Any]]:
+    pairs = tree.items() if isinstance(tree, dict) else enumerate(tree)
+    found: list[tuple[Path, Any]] = []
+    for key, value in pairs:
+        if isinstance(value, (dict, list)):
+            found += _leaves(value, (*path, key))
+        else:
+            found.append(((*path, key), value))
+    return found
+
+
+def _parsed(value: Any) -> tuple[float, str] | None:
+    """Number and unit of an entry; None where it is no number.
+
+    >>> _parsed("120 lbf*in"), _parsed(3), _parsed("ground.A"), _parsed("3 in + r")
+    ((120.0, 'lbf*in'), (3.0, ''), None, None)
+    """
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        return (float(value), "") if math.isfinite(value) else None
+    parts = NUMBER.fullmatch(value) if isinstance(value, str) else None
+    if parts is None or " - " in value or not math.isfinite(float(parts[1])):
+        return None
+    return float(parts[1]), parts[2].strip()
+
+
+def _at(tree: Any, path: Path) -> Any:
+    for key in path:
+        tree = tree[key]
+    return tree
+
+
+def _number(tree: Any, path: Path) -> float:
+    parsed = _parsed(_at(tree, path))
+    assert parsed is not None
+    return parsed[0]
+
+
+def _with(tree: Any, new: dict[Path, Any], path: Path = ()) -> Any:
+    """The tables with other entries."""
+    if path in new:
+        return new[path]
+    if isinstance(tree, dict):
+        return {key: _with(value, new, (*path, key)) for key, value in tree.items()}
+    if isinstance(tree, list):
+        return [_with(value, new, (*path, n)) for n, value in enumerate(tree)]
+    return tree
+
+
+def _values(tree: Any, numbers: dict[Path, float]) -> dict[str, float]:
+    """All numbers of the mechanism of these tables."""
+    new: dict[Path, Any] = {}
+    for path, number in numbers.items():
+        old = _at(tree, path)
+        new[path] = f"{number!r} {_parsed(old)[1]}" if isinstance(old, str) else number  # type: ignore[index]
+    return dict(assemble(built(_with(tree, new))).values)
+
+
+def _allowed(tree: Any, places: list[Path], changed: list[dict[Path, float]]) -> list[Path]:
+    """Places whose numbers may be changed: counts and choices may not."""
+    try:
+        for one in changed:
+            _values(tree, {path: one[path] for path in places})
+    except (ModelError, ValueError, TypeError):
+        if len(places) < 2:
+            return []
+        half = len(places) // 2
+        return [*_allowed(tree, places[:half], changed), *_allowed(tree, places[half:], changed)]
+    return places
+
+
+def _cut(tree: Any, found: dict[Path, dict[str, float]]) -> FileText:
+    """The text, cut at the numbers that were found."""
+    marks: dict[str, Path] = {}
+    new: dict[Path, Any] = {}
+    for n, path in enumerate(found):
+        old = _at(tree, path)
+        if isinstance(old, str):
+            mark = f"@number {n}@"
+            new[path] = f"{mark} {_parsed(old)[1]}".strip()  # type: ignore[index]
+        else:
+            number = 1.5e200 + n * 1e190
+            mark, new[path] = _written(number), number
+        marks[mark] = path
+    made, cut = toml(_with(tree, new)), FileText()
+    at = sorted((made.index(mark), mark) for mark in marks)
+    start = 0
+    for place, mark in at:
+        cut.parts.append(made[start:place])
+        start = place + len(mark)
+        value, unit = _parsed(_at(tree, marks[mark]))  # type: ignore[misc]
+        cut.numbers.append(FileNumber(value, unit, found[marks[mark]]))
+    cut.parts.append(made[start:])
+    whole = "".join(
+        part if number is None else part + repr(number.value)
+        for part, number in itertools.zip_longest(cut.parts, cut.numbers)
+    )
+    if _values(tomllib.loads(whole), {}) != _values(tree, {}):
+        raise ModelError("the text of the model does not give the model again")
+    return cut
+
+
+def _written(number: float) -> str:
+    """A number as a file has it."""
+    return toml({"x": number}).partition("= ")[2].strip()
