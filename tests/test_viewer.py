@@ -349,8 +349,6 @@ def test_the_web_component_reads_its_document_from_a_server(browser, pump, tmp_p
     )
 
     class Quiet(SimpleHTTPRequestHandler):
-        extensions_map = {**SimpleHTTPRequestHandler.extensions_map, ".mjs": "text/javascript"}
-
         def log_message(self, *_):
             pass
 
