@@ -14,7 +14,7 @@ from mbody.views.pose import Pose
 from mbody.views.sketch import Sketch
 from mbody.views.surface import Look
 
-__all__ = ["KeptLabel", "KeptShape", "Recording", "SceneSketch"]
+__all__ = ["KeptLabel", "KeptShape", "ShapeRecord", "SceneSketch"]
 
 Array = np.ndarray
 
@@ -74,7 +74,7 @@ class KeptLabel:
 
 
 @dataclass
-class Recording:
+class ShapeRecord:
     """A surface that keeps what is drawn on it."""
 
     pose: Pose
@@ -114,7 +114,7 @@ class SceneSketch(Sketch):
     lasting = True
 
     def __init__(self, pose: Pose, unit: float, small: float) -> None:
-        self.record = Recording(pose)
+        self.record = ShapeRecord(pose)
         super().__init__(None, pose, unit, small, self.record)
         if len(pose.mechanism.bodies) > CROWDED:
             self.places = _Anywhere(unit)
