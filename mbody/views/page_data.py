@@ -51,7 +51,7 @@ ROLES = {
     PAPER: "paper",
     "none": "none",
 }
-#: Digits of a history, counted from its peak: an error of 5e-9 of the peak, where the page promises
+#: Digits of a history, counted from its peak: an error of 5e-8 of the peak, where the page promises
 #: 1e-6, and a file a third shorter than with all digits.
 KEPT = 8
 #: Seconds of the units of time, for the speed at which a motion is played.
@@ -64,7 +64,7 @@ def numbers(tree: Any) -> Any:
     """Data with every history rounded to a part of its peak, so that a page is short.
 
     >>> numbers({"x": [1.0, 0.333333333333], "n": 3})
-    {'x': [1.0, 0.33333333], 'n': 3}
+    {'x': [1.0, 0.3333333], 'n': 3}
     """
     if isinstance(tree, dict):
         return {key: numbers(value) for key, value in tree.items()}
