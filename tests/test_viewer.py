@@ -1,9 +1,12 @@
 """The page that plays a motion: its numbers are the Solution's, and it needs nothing else."""
 
+import functools
 import hashlib
 import json
 import re
+import threading
 import time
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 
 import numpy as np
 import pytest
@@ -334,6 +337,28 @@ def test_a_page_of_a_lecturer_shows_a_document_in_itself(browser, pump, tmp_path
     dark = "document.querySelector('mbody-viewer').root.classList.contains('dark')"
     assert browser.read(dark) is True
     assert browser.problems == []
+
+
+@pytest.mark.browser
+def test_the_web_component_reads_its_document_from_a_server(browser, pump, tmp_path):
+    mbody.view(pump).save(tmp_path / "pump.json")
+    (tmp_path / "index.html").write_text(
+        f'<!doctype html><meta charset=utf-8><link rel=icon href="data:,"><script type=module '
+        f'src="{MODULE}"></script><mbody-viewer src="pump.json"></mbody-viewer>',
+        "utf-8",
+    )
+
+    class Quiet(SimpleHTTPRequestHandler):
+        def log_message(self, *_):
+            pass
+
+    handler = functools.partial(Quiet, directory=str(tmp_path))
+    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        browser.call("Page.navigate", url=f"http://127.0.0.1:{server.server_port}/index.html")
+        browser.wait("document.querySelector('mbody-viewer')?.main?.count === 720")
+        assert browser.problems == []
+        server.shutdown()
 
 
 def test_a_view_takes_little_time(pump):

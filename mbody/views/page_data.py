@@ -13,7 +13,7 @@ from mbody.errors import ModelError
 from mbody.model.driver import AngleDriver
 from mbody.model.loads import Force
 from mbody.quantities.units import DIMENSIONS
-from mbody.sheets.names import force_names
+from mbody.sheets.names import force_floor, force_names
 from mbody.solution.measures import found_by, measured
 from mbody.solution.solution import Solution
 from mbody.views.carriers import Carrier, Place, moved
@@ -51,7 +51,7 @@ ROLES = {
     PAPER: "paper",
     "none": "none",
 }
-#: Digits of a history, counted from its peak: an error of 5e-9 of the peak, where the page promises
+#: Digits of a history, counted from its peak: an error of 5e-8 of the peak, where the page promises
 #: 1e-6, and a file a third shorter than with all digits.
 KEPT = 8
 #: Seconds of the units of time, for the speed at which a motion is played.
@@ -64,7 +64,7 @@ def numbers(tree: Any) -> Any:
     """Data with every history rounded to a part of its peak, so that a page is short.
 
     >>> numbers({"x": [1.0, 0.333333333333], "n": 3})
-    {'x': [1.0, 0.33333333], 'n': 3}
+    {'x': [1.0, 0.3333333], 'n': 3}
     """
     if isinstance(tree, dict):
         return {key: numbers(value) for key, value in tree.items()}
@@ -167,6 +167,7 @@ def scene_data(
             "omega": units.of("angular velocity"),
             "alpha": units.of("angular acceleration"),
         },
+        "floors": _floors(run),
         "notes": scene.notes,
         **({"on": list(on)} if on is not None else {}),
     }
@@ -194,6 +195,14 @@ def axis(run: Solution) -> dict[str, Any]:
     if still:
         return {"label": "instant", "unit": "", "values": list(range(1, len(run) + 1))}
     return {"label": "t", "unit": run.mechanism.units.of("time"), "values": None}
+
+
+def _floors(run: Solution) -> dict[str, float]:
+    """What is smaller than these is rounding."""
+    if not run.has_forces:
+        return {}
+    floor = force_floor(run)
+    return {"force": floor, "torque": floor * run.system.length}
 
 
 def _place(place: Place, bodies: Sequence[str]) -> list[float]:
@@ -329,5 +338,10 @@ def _plot(run: Solution, name: str) -> dict[str, Any]:
         ) from None
     if dimension == DIMENSIONS["angle"] and not getattr(measure, "unit", ""):
         values, unit = np.degrees(values), "deg"
+    floors = _floors(run)
+    for kind in floors:
+        rounding = np.nanmax(np.abs(values), initial=0.0) <= floors[kind]
+        same = dimension == DIMENSIONS[kind] and unit == run.mechanism.units.of(kind)
+        values = np.zeros_like(values) if same and rounding else values
     plain = [v if math.isfinite(v) else None for v in np.asarray(values, dtype=float).tolist()]
     return {"name": name, "unit": unit.replace("*", "·"), "values": numbers(plain)}

@@ -9,17 +9,19 @@ from typing import Any
 import numpy as np
 
 from mbody.views.carriers import GROUND_CARRIER, Carrier, moved
-from mbody.views.labels import Label
+from mbody.views.labels import Label, Places
 from mbody.views.pose import Pose
 from mbody.views.sketch import Sketch
 from mbody.views.surface import Look
 
-__all__ = ["KeptLabel", "KeptShape", "Recording", "SceneSketch"]
+__all__ = ["KeptLabel", "KeptShape", "ShapeRecord", "SceneSketch"]
 
 Array = np.ndarray
 
 #: Instants at which the sides of a support are looked at.
 SIDES = 25
+#: With more bodies than this arcs and names are not kept clear of what is drawn.
+CROWDED = 60
 
 
 @dataclass(frozen=True)
@@ -72,7 +74,7 @@ class KeptLabel:
 
 
 @dataclass
-class Recording:
+class ShapeRecord:
     """A surface that keeps what is drawn on it."""
 
     pose: Pose
@@ -99,14 +101,23 @@ class Recording:
         self.shapes.append(KeptShape(kind, self.carrier, kept, look, radius))
 
 
+class _Anywhere(Places):
+    """No place is taken: with many bodies the search for free ones would take minutes."""
+
+    def stroke(self, line: Array, half: float, weight: float = 1.0) -> None:
+        """Forget a line."""
+
+
 class SceneSketch(Sketch):
     """A sketch whose shapes and names are kept for the whole motion."""
 
     lasting = True
 
     def __init__(self, pose: Pose, unit: float, small: float) -> None:
-        self.record = Recording(pose)
+        self.record = ShapeRecord(pose)
         super().__init__(None, pose, unit, small, self.record)
+        if len(pose.mechanism.bodies) > CROWDED:
+            self.places = _Anywhere(unit)
         self.names: list[KeptLabel] = []
         self.pinned: list[tuple[Array, list[str], Carrier]] = []
 

@@ -10,7 +10,7 @@ from mbody.errors import ModelError, remedy
 from mbody.solution.checks import one_design
 from mbody.solution.solution import Solution
 from mbody.views.bounds import bounds, wheels
-from mbody.views.carriers import Carrier
+from mbody.views.carriers import GROUND_CARRIER, Carrier
 from mbody.views.coupling_symbols import coupling_symbol
 from mbody.views.joint_symbols import joint_symbol
 from mbody.views.labels import symbolic
@@ -33,6 +33,8 @@ NUMBERS = 1_000_000
 FEWEST = 61
 #: Instants at which the space that a motion needs is measured.
 SAMPLES = 25
+#: The same of a thousand bodies, of which some are always where the others will be.
+FEW = 5
 
 
 @dataclass
@@ -173,7 +175,8 @@ def thinned(run: Solution) -> tuple[Solution, list[str]]:
 
 def samples(run: Solution) -> list[int]:
     """Instants, evenly chosen, at which space is measured."""
-    return sorted({round(k) for k in np.linspace(0, len(run) - 1, SAMPLES)})
+    count = max(FEW, min(SAMPLES, 2000 // max(len(run.mechanism.bodies), 1)))
+    return sorted({round(k) for k in np.linspace(0, len(run) - 1, count)})
 
 
 def _space(run: Solution) -> tuple[Array, Array, Array]:
@@ -202,15 +205,13 @@ def _scale(pose: Pose, low: Array, high: Array, own: Array) -> tuple[float, floa
 def _reach(found: Scene) -> tuple[Array, Array]:
     """Corners of the rectangle that all shapes need in the whole motion."""
     low, high = np.full(2, np.inf), np.full(2, -np.inf)
-    for carrier in found.carriers:
-        axes = carrier.axes(found.run)
-        for shape in found.shapes:
-            if shape.carrier != carrier:
-                continue
-            for k in samples(found.run):
-                placed = carrier.shown(shape.points, axes, k)
-                low = np.fmin(low, np.nanmin(placed, axis=0) - shape.radius)
-                high = np.fmax(high, np.nanmax(placed, axis=0) + shape.radius)
+    axes = {carrier: carrier.axes(found.run) for carrier in found.carriers}
+    for shape in found.shapes:
+        carrier = shape.carrier
+        for k in [0] if carrier == GROUND_CARRIER else samples(found.run):
+            placed = carrier.shown(shape.points, axes[carrier], k)
+            low = np.fmin(low, np.nanmin(placed, axis=0) - shape.radius)
+            high = np.fmax(high, np.nanmax(placed, axis=0) + shape.radius)
     if not np.isfinite(low).all():
         return found.low, found.high
     return low, high

@@ -65,8 +65,15 @@ export class Motion {
   }
   /** The history of a quantity, such as "crank.omega", "A.force", "coupler.P.vy"; undefined where there is none. */
   history(name) {
-    if (!this.kept.has(name)) this.kept.set(name, this.#history(name));
+    if (!this.kept.has(name)) this.kept.set(name, this.#calm(name, this.#history(name)));
     return this.kept.get(name);
+  }
+  /** Forces that are rounding all the time are shown as zero. */
+  #calm(name, q) {
+    const cut = name.lastIndexOf("."), key = name.slice(cut + 1), { floors, turns } = this.scene;
+    const kind = key === "effort" ? (turns[name.slice(0, cut)] ? "torque" : "force") : { fx: "force", fy: "force", force: "force", torque: "torque" }[key];
+    if (q && floors[kind] && q.every((v) => !(Math.abs(v) > floors[kind]))) return q.map((v) => (Number.isNaN(v) ? v : 0));
+    return q;
   }
   #history(name) {
     const { data, scene } = this, full = (list) => list && Float64Array.from(list, (v) => v ?? NaN);
@@ -730,16 +737,35 @@ export class Viewer extends HTMLElement {
     this.body.classList.toggle("wide", this.root.clientWidth > 880 && this.plots.length > 0);
     this.wide = this.stage.clientWidth || 800;
     const ratio = (high[1] - low[1]) / Math.max(high[0] - low[0], 1e-300);
-    this.tall = Math.round(clamp(this.wide * clamp(ratio, 0.35, 0.9) + 50, 240, Math.max(300, 0.72 * (window.innerHeight || 800))));
+    const least = this.body.classList.contains("wide") ? 360 : 240;
+    this.tall = Math.round(clamp(this.wide * clamp(ratio, 0.35, 0.9) + 50, least, Math.max(300, 0.72 * (window.innerHeight || 800))));
     this.stage.style.height = `${this.tall}px`;
   }
   #fit() {
     this.#sized();
-    const { low, high } = this.main.scene.box, unit = this.main.scene.unit, edge = 34;
-    const s = Math.min((this.wide - 2 * edge) / ((high[0] - low[0]) / unit), (this.tall - 2 * edge - 16) / ((high[1] - low[1]) / unit), 4);
-    const scale = Math.max(s, 1e-3);
-    this.camera = { s: scale, x: 0.5 * this.wide - scale * 0.5 * (low[0] + high[0]) / unit, y: 0.5 * (this.tall - 16) + scale * 0.5 * (low[1] + high[1]) / unit };
-    this.fitted = scale;
+    this.#frame([34, 34, 34, 34]);
+    // once more, with room for the arrows that are shown
+    const edges = [34, 34, 34, 34], size = 90 * 2 ** +this.size.value, m = this.main, tall = this.tall - 16;
+    const shown = this.arrows.filter((one) => this.on[one.kind] && one.most > 0 && one.x);
+    for (let n = 0; shown.length && n < 24; n++) {
+      const k = Math.round(n / 23 * (m.count - 1));
+      m.set(k);
+      for (const one of shown) {
+        const by = one.sign * size / one.most;
+        const [x, y] = this.#screen(one.places ? [one.places.x[k], one.places.y[k]] : m.place(one.at)), dx = by * one.x[k], dy = -by * one.y[k];
+        if (!Number.isFinite(x + y + dx + dy)) continue;
+        const room = one.text ? 36 : 8;
+        [-(x + dx), x + dx - this.wide, -(y + dy), y + dy - tall].forEach((over, side) => { edges[side] = Math.max(edges[side], Math.min(34 + over + room, 0.25 * this.wide)); });
+      }
+    }
+    this.#frame(edges);
+  }
+  /** The camera that shows the whole motion, with so many pixels left, right, above and below. */
+  #frame([left, right, above, below]) {
+    const { low, high } = this.main.scene.box, unit = this.main.scene.unit, wide = this.wide - left - right, tall = this.tall - 16 - above - below;
+    const s = Math.max(Math.min(wide / ((high[0] - low[0]) / unit), tall / ((high[1] - low[1]) / unit), 4), 1e-3);
+    this.camera = { s, x: left + 0.5 * wide - s * 0.5 * (low[0] + high[0]) / unit, y: above + 0.5 * tall + s * 0.5 * (low[1] + high[1]) / unit };
+    this.fitted = s;
   }
   /** Zoom by a factor about a place of the picture, in pixels. */
   zoom(factor, [x, y] = [0.5 * this.wide, 0.5 * this.tall]) {
