@@ -107,8 +107,10 @@ export class Motion {
       this.pose[o + 3] = Math.cos(this.pose[o + 2]);
       this.pose[o + 4] = Math.sin(this.pose[o + 2]);
     }
-    this.scene.carriers.forEach((carrier, n) => this.#carry(carrier, 5 * n));
+    this.carry();
   }
+  /** Place what carries the shapes by the poses. */
+  carry() { this.scene.carriers.forEach((carrier, n) => this.#carry(carrier, 5 * n)); }
   #carry({ s, t, e }, o) {
     const [x, y] = this.place(s), to = this.frames;
     to[o] = x; to[o + 1] = y;
@@ -157,7 +159,7 @@ function between(a, b, va, vb, h, f) {
 /** The shapes of one motion as SVG, in points of the paper; moved by transforms. */
 class Drawing {
   constructor(motion, layer, ghost, unit) {
-    Object.assign(this, { motion, unit, groups: [], stretched: [], strokes: [] });
+    Object.assign(this, { motion, unit, groups: [], stretched: [], strokes: [], fixed: [] });
     let last = null;
     for (const shape of motion.scene.shapes) {
       const carrier = motion.scene.carriers[shape.c];
@@ -175,11 +177,8 @@ class Drawing {
         last = null;
         continue;
       }
-      if (shape.k === "c") {
-        drawn.setAttribute("cx", shape.p[0] / this.unit);
-        drawn.setAttribute("cy", shape.p[1] / this.unit);
-        drawn.setAttribute("r", shape.r / this.unit);
-      } else drawn.setAttribute("d", path(shape, (k) => [shape.p[k], shape.p[k + 1]], 2, this.unit));
+      this.#outline(drawn, shape);
+      this.fixed.push([drawn, shape]);
       if (last?.c !== shape.c) {
         last = { c: shape.c, g: sv("g") };
         layer.append(last.g);
@@ -188,6 +187,15 @@ class Drawing {
       last.g.append(drawn);
     }
   }
+  #outline(drawn, shape) {
+    if (shape.k === "c") {
+      drawn.setAttribute("cx", shape.p[0] / this.unit);
+      drawn.setAttribute("cy", shape.p[1] / this.unit);
+      drawn.setAttribute("r", shape.r / this.unit);
+    } else drawn.setAttribute("d", path(shape, (k) => [shape.p[k], shape.p[k + 1]], 2, this.unit));
+  }
+  /** Draw shapes again that have other points. */
+  renew() { for (const [drawn, shape] of this.fixed) this.#outline(drawn, shape); }
   /** Widths in pixels for so many of them a point. */
   width(px) {
     for (const [drawn, width, dashes] of this.strokes) {
@@ -335,7 +343,9 @@ const SWITCHES = [
 ];
 
 export class Viewer extends HTMLElement {
-  /** What solves the model again while the user drags: set by the core for the browser, null where the motion is recorded. */
+  /** Makes what solves the model of a document again; set by the module of live pages. */
+  static solver = null;
+  /** What solves the model again while the user drags; null where the motion is recorded. */
   live = null;
 
   async connectedCallback() {
@@ -346,7 +356,9 @@ export class Viewer extends HTMLElement {
     this.root = el("div", { class: "mbody", tabindex: "-1" });
     this.shadowRoot.append(this.root);
     try {
-      this.show(await this.#document());
+      const content = await this.#document();
+      if (content.live && Viewer.solver) this.live = await Viewer.solver(this, content);
+      this.show(content);
     } catch (error) {
       this.root.replaceChildren(el("p", { role: "alert" }, `This motion cannot be shown: ${error.message}`));
       throw error;
@@ -371,7 +383,7 @@ export class Viewer extends HTMLElement {
   show(content) {
     this.content = content;
     const { data, scene, others = [], made = {} } = content;
-    this.main = new Motion(data, scene);
+    this.main = this.live?.motion ?? new Motion(data, scene);
     this.motions = [this.main, ...others.map((one) => new Motion(one.data, one.scene))];
     this.made = made;
     this.at = 0;
@@ -379,6 +391,7 @@ export class Viewer extends HTMLElement {
     this.quantities = this.#quantities();
     this.#build();
     this.#fit();
+    this.live?.begin();
     this.draw();
     this.#say();
     if (this.hasAttribute("whole")) window.mbody = this.#door();
@@ -565,6 +578,15 @@ export class Viewer extends HTMLElement {
     for (const one of this.tracks) if (one.name === name) one.on = on ?? !one.on;
     this.#tracks();
   }
+  /** Show histories and shapes that have changed. */
+  renew() {
+    this.drawings[0].renew();
+    for (const one of this.tracks) one.drawn.removeAttribute("d");
+    this.#tracks();
+    for (const plot of this.plots) plot.show(plot.name);
+    this.#tabulate();
+    this.draw();
+  }
   #values() {
     this.table = el("table");
     this.tableBox = el("details", {}, el("summary", {}, "All values at this instant"), el("div", { class: "table", tabindex: "0" }, this.table));
@@ -584,7 +606,8 @@ export class Viewer extends HTMLElement {
     const { data, scene } = this.main, made = this.made, lines = [];
     const notes = el("ul", { class: "notes" });
     for (const text of [...(data.doubts ?? []).map((d) => `In doubt: ${d.message ?? d}`), ...(data.notes ?? []), ...(scene.notes ?? [])]) notes.append(el("li", {}, text));
-    notes.append(el("li", {}, `This page shows the recorded motion, ${this.main.count} instants; it does not solve the model again.`));
+    notes.append(el("li", {}, this.live ? `This page solves the model again; recorded are ${this.main.data.t.length} instants.`
+      : this.content.recorded ?? `This page shows the recorded motion, ${this.main.count} instants; it does not solve the model again.`));
     lines.push(`${data.analysis} by mbody ${data.mbody}: ${data.status}.`);
     if (made.command) lines.push("Made by: ", el("code", {}, made.command));
     const about = el("details", {}, el("summary", {}, "How this was made"), el("p", {}, ...lines.flatMap((l) => [l, " "])));
@@ -618,11 +641,13 @@ export class Viewer extends HTMLElement {
     }, { passive: false });
     svg.addEventListener("pointerdown", (event) => {
       svg.setPointerCapture(event.pointerId);
-      fingers.set(event.pointerId, this.#here(event));
       this.moved = 0;
+      if (!fingers.size && this.live?.grab(event, this.#world(this.#here(event)))) return;
+      fingers.set(event.pointerId, this.#here(event));
     });
     svg.addEventListener("pointermove", (event) => {
       const here = this.#here(event), before = fingers.get(event.pointerId);
+      if (this.live?.drag(this.#world(here))) { this.moved += 4; return; }
       if (!before) return this.#hover(event, here);
       const others = [...fingers].filter(([id]) => id !== event.pointerId).map(([, at]) => at);
       if (others.length) {
@@ -637,6 +662,7 @@ export class Viewer extends HTMLElement {
       fingers.set(event.pointerId, here);
     });
     const up = (event) => {
+      this.live?.drop();
       fingers.delete(event.pointerId);
       if (this.moved < 4 && event.type === "pointerup") this.#clicked(this.#here(event));
     };
@@ -778,6 +804,11 @@ export class Viewer extends HTMLElement {
     return [c.x + c.s * x / u, c.y - c.s * y / u];
   }
 
+  #world([x, y]) {
+    const c = this.camera, u = this.main.scene.unit;
+    return [(x - c.x) * u / c.s, (c.y - y) * u / c.s];
+  }
+
   // -- time -----------------------------------------------------------------------------------
 
   /** Seconds that the whole motion takes on the screen. */
@@ -788,6 +819,7 @@ export class Viewer extends HTMLElement {
   }
   play() {
     if (this.playing) return;
+    this.live?.leave();
     if (this.at >= this.main.count - 1) this.at = 0;
     this.playing = true;
     this.playButton.textContent = "Pause";
@@ -810,6 +842,7 @@ export class Viewer extends HTMLElement {
     } else this.at = (this.at + part * end) % (end || 1);
   }
   time() {
+    if (this.main.here) return this.main.here.t;
     const t = this.main.t, k = Math.floor(this.at), f = this.at - k;
     return f && k + 1 < t.length ? t[k] + f * (t[k + 1] - t[k]) : t[k];
   }
@@ -822,6 +855,7 @@ export class Viewer extends HTMLElement {
   step(by) { this.pause(); this.goTo(clamp(Math.round(this.at) + by, 0, this.main.count - 1)); }
   /** Go to an instant, by its number; parts lie between instants. */
   goTo(at) {
+    this.live?.leave();
     this.at = this.playing ? at : Math.round(at);
     this.draw();
     this.#say();
@@ -849,7 +883,7 @@ export class Viewer extends HTMLElement {
     return parts.join(", ");
   }
   #say() {
-    if (this.playing) return;
+    if (this.playing || this.main.here) return;
     const values = this.plots.map((plot) => `${plot.name} ${plot.output.textContent}`);
     this.said.textContent = [`instant ${Math.round(this.at) + 1} of ${this.main.count}`, this.#position(), ...values].join(", ");
   }
@@ -886,8 +920,8 @@ export class Viewer extends HTMLElement {
     if (this.hovered) this.#describe();
   }
   #arrows() {
-    const m = this.main, k = Math.floor(this.at), f = this.at - k, size = 90 * 2 ** +this.size.value;
-    const at = (q) => (f && k + 1 < q.length ? q[k] + f * (q[k + 1] - q[k]) : q[k]);
+    const m = this.main, size = 90 * 2 ** +this.size.value;
+    const at = (q) => m.value2(q);
     for (const one of this.arrows) {
       const visible = this.on[one.kind] && one.most > 0 && one.x;
       const by = visible ? one.sign * size / one.most : 0, dx = visible ? by * at(one.x) : 0, dy = visible ? -by * at(one.y) : 0;
