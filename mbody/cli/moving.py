@@ -14,10 +14,12 @@ from mbody.cli.interrupts import interrupt
 from mbody.cli.models import model_of, named_values, path_of
 from mbody.cli.streams import message
 from mbody.cli.usage import UsageError
+from mbody.errors import ModelError
 
 if TYPE_CHECKING:
     from mbody.model.mechanism import Mechanism
     from mbody.solution.solution import Solution
+    from mbody.views.page import Viewer
 
 __all__ = ["animate", "view"]
 
@@ -26,15 +28,13 @@ STEPS = re.compile(r"([-+0-9.eE]+)\s*([^:]*):([-+0-9.eE]+)\s*([^:]*):([0-9]{1,9}
 
 def view(args: Any) -> int:
     """Write a page on which the model moves."""
-    from mbody.views import view as viewed
-
     path = args.output or f"{path_of(args.model).stem}.html"
     options: dict[str, Any] = {"plots": args.plot, "command": _command(args)}
     if args.path:
         options["paths"] = args.path
     if args.show is not None:
         options["show"] = _listed(args.show)
-    page = viewed(_runs(args), **options)
+    page = _page(args, _runs(args), options)
     interrupt.done()
     page.save(path)
     for note in page.notes:
@@ -53,6 +53,27 @@ def view(args: Any) -> int:
 
         webbrowser.open(Path(path).resolve().as_uri())
     return 0
+
+
+def _page(args: Any, runs: dict[str, Solution], options: dict[str, Any]) -> Viewer:
+    """A page that solves the model again, where that is wanted, or possible without a build."""
+    from mbody.image.webassembly import ready_core
+    from mbody.live import live_view
+    from mbody.views import view as viewed
+
+    if args.live:
+        return live_view(runs, **options)
+    if args.recorded:
+        return viewed(runs, **options)
+    if ready_core() is None:
+        message("note: the page plays the recorded motion; with --live it solves the model again")
+        return viewed(runs, **options)
+    try:
+        return live_view(runs, **options)
+    except ModelError as error:
+        page = viewed(runs, **options)
+        page.notes.append(f"the page plays the recorded motion: {error}")
+        return page
 
 
 def animate(args: Any) -> int:

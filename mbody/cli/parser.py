@@ -268,6 +268,16 @@ def _view(command: argparse.ArgumentParser) -> None:
         metavar="QUANTITY",
         help="a diagram of a measure or a formula, such as B.force; by default the measures",
     )
+    kind = command.add_mutually_exclusive_group()
+    kind.add_argument(
+        "--live",
+        action="store_true",
+        help="the page solves the model again while one drags and changes it; builds the core for "
+        "browsers where it is missing (once)",
+    )
+    kind.add_argument(
+        "--recorded", action="store_true", help="the page plays the recorded motion only"
+    )
     command.add_argument("--open", action="store_true", help="open the page in the browser")
     command.add_argument(
         "-o",

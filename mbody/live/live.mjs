@@ -20,12 +20,13 @@ const STYLE = `
 .live p { margin: 0.2rem 0 0.5rem; color: var(--soft); font-size: 0.92rem; }
 .live .message { min-height: 1.4em; color: var(--text); font-weight: 500; }
 .live .message.bad { color: var(--load); }
-.live .groups { display: grid; grid-template-columns: repeat(auto-fill, minmax(19rem, 1fr)); gap: 0.4rem 1.6rem; align-items: start; }
-.live fieldset { border: 0; padding: 0; margin: 0; min-width: 0; }
+.live .groups { columns: 21rem; column-gap: 1.8rem; }
+.live fieldset { border: 0; padding: 0; margin: 0 0 0.4rem; min-width: 0; }
+.live .row, .live legend { break-inside: avoid; }
 .live legend { color: var(--soft); font-size: 0.88rem; padding: 0; margin-top: 0.3rem; }
-.live .row { display: grid; grid-template-columns: minmax(5.5rem, 1fr) minmax(4.5rem, 1.2fr) 5.6rem 3.6rem; gap: 0.45rem; align-items: center; margin: 0.12rem 0; font-size: 0.92rem; }
+.live .row { display: grid; grid-template-columns: minmax(6rem, 1.4fr) minmax(4rem, 1fr) 6.2rem 3.4rem; gap: 0.45rem; align-items: center; margin: 0.12rem 0; font-size: 0.92rem; }
 .live .row .unit { color: var(--soft); font-size: 0.85rem; overflow-wrap: anywhere; }
-.live .row .name { overflow-wrap: anywhere; line-height: 1.2; }
+.live .row .name { overflow-wrap: break-word; line-height: 1.2; }
 .live .row.changed .name { font-weight: 650; color: var(--strong); }
 .live input[type="range"] { width: 100%; min-width: 0; accent-color: var(--strong); }
 .live input[type="number"] { font: inherit; width: 100%; min-width: 0; color: var(--text); background: var(--panel); border: 1px solid var(--line); border-radius: 5px; padding: 0.1rem 0.3rem; }
@@ -33,6 +34,7 @@ const STYLE = `
 .live .why { font-size: 0.88rem; color: var(--soft); margin: 0.2rem 0; padding-left: 1.1rem; }
 .live td.num, .live th.num { text-align: right; }
 .stage svg .can { cursor: pointer; }
+.stage svg { user-select: none; -webkit-user-select: none; }
 @media print { .live .bar, .live .drives, .live .groups { display: none; } }
 `;
 
@@ -185,6 +187,19 @@ class Shapes {
   }
 }
 
+/** Of a place [body, x, y]: way from the mass centre, as the body has turned. */
+const along = (p, o, [, x, y]) => Math.cos(p[o + 2]) * x - Math.sin(p[o + 2]) * y;
+const across = (p, o, [, x, y]) => Math.sin(p[o + 2]) * x + Math.cos(p[o + 2]) * y;
+/** The motion of a place from a page of n coordinates, their rates and accelerations. */
+const POINT = Object.fromEntries(Object.entries({
+  x: (p, o, n, at) => p[o] + along(p, o, at),
+  y: (p, o, n, at) => p[o + 1] + across(p, o, at),
+  vx: (p, o, n, at) => p[o + n] - p[o + n + 2] * across(p, o, at),
+  vy: (p, o, n, at) => p[o + n + 1] + p[o + n + 2] * along(p, o, at),
+  ax: (p, o, n, at) => p[o + 2 * n] - p[o + 2 * n + 2] * across(p, o, at) - p[o + n + 2] ** 2 * along(p, o, at),
+  ay: (p, o, n, at) => p[o + 2 * n + 1] + p[o + 2 * n + 2] * along(p, o, at) - p[o + n + 2] ** 2 * across(p, o, at),
+}).map(([key, of]) => [key, (p, o, n, at) => (at[0] ? of(p, o + 3 * (at[0] - 1), n, at) : { x: at[1], y: at[2] }[key] ?? 0)]));
+
 /** A motion whose histories are those of the present numbers; `here` is one state beside them. */
 class LiveMotion extends Motion {
   constructor(data, scene, solver, found) {
@@ -206,7 +221,7 @@ class LiveMotion extends Motion {
       for (let k = 0; k < this.count; k++) to[k] = found.pages[k * rows + from];
     }
     if (this.x !== this.t) {
-      if (drive) { const value = found.measure(`${drive}.value`); for (let k = 0; k < this.count; k++) this.x[k] = value[k] * this.solver.axisFactor; } else for (let k = 0; k < this.count; k++) this.x[k] = k + 1;
+      if (drive) { const value = this.solver.column(found, `${drive}.value`); for (let k = 0; k < this.count; k++) this.x[k] = value[k] * this.solver.axisFactor; } else for (let k = 0; k < this.count; k++) this.x[k] = k + 1;
     }
     for (const [name, q] of this.kept) if (q) q.set(this.#compute(name, found));
   }
@@ -224,22 +239,21 @@ class LiveMotion extends Motion {
     const b = this.scene.bodies.indexOf(owner), place = KEYS.indexOf(key), n = 3 * (this.bodies.length - 1);
     if (b > 0 && place >= 0) {
       const from = n * Math.floor(place / 3) + 3 * (b - 1) + place % 3, by = key === "angle" ? 1 / DEG : 1;
-      return Float64Array.from({ length: count }, (_, k) => by * found.pages[k * found.rows + from]);
+      const q = new Float64Array(count), { pages, rows } = found;
+      for (let k = 0; k < count; k++) q[k] = by * pages[k * rows + from];
+      return q;
     }
     const at = place >= 0 && key !== "angle" ? this.solver.point(owner) : null;
-    if (at) return Float64Array.from({ length: count }, (_, k) => this.#point(found, k, at, key));
+    if (at) {
+      const q = new Float64Array(count), one = POINT[key];
+      for (let k = 0; k < count; k++) q[k] = one(found.pages, k * found.rows, n, at);
+      return q;
+    }
     if (!this.solver.model.measures.includes(name)) {
       const old = this.recorded.history(name); // compiled code of mbody computes it
       return old && (this.solver.changed || old.length !== count ? new Float64Array(count).fill(NaN) : Float64Array.from(old));
     }
-    const values = found.measure(name), by = this.solver.factor(name);
-    return by === 1 ? values : values.map((v) => v * by);
-  }
-  #point(found, k, [b, x, y], key) {
-    const n = 3 * (this.bodies.length - 1), o = k * found.rows + 3 * (b - 1), p = found.pages;
-    const q = b ? p.subarray(o, o + 3) : [0, 0, 0], c = Math.cos(q[2]), s = Math.sin(q[2]), dx = c * x - s * y, dy = s * x + c * y;
-    const [vx, vy, w] = b ? p.subarray(o + n, o + n + 3) : [0, 0, 0], [ax, ay, e] = b ? p.subarray(o + 2 * n, o + 2 * n + 3) : [0, 0, 0];
-    return { x: q[0] + dx, y: q[1] + dy, vx: vx - w * dy, vy: vy + w * dx, ax: ax - e * dy - w * w * dx, ay: ay + e * dx - w * w * dy }[key];
+    return this.solver.column(found, name, this.solver.factor(name));
   }
   /** Be at a state that is no instant of the motion; null: at the instants again. */
   stand(found, x) {
@@ -313,7 +327,7 @@ class Solver {
     if (way.kind === "values") return this.#along();
     let found = model.turn(), name = this.axisDriver;
     for (let n = 0; n < 4; n++) { // a whole turn at another speed takes another time
-      const value = found.measure(`${name}.value`), last = found.t.length - 1, ratio = TURN / Math.abs(value[last] - value[0]);
+      const value = this.column(found, `${name}.value`), last = found.t.length - 1, ratio = TURN / Math.abs(value[last] - value[0]);
       if (Math.abs(ratio - 1) < 1e-9 || !Number.isFinite(ratio)) break;
       found = model.turn({ from: found.s[0], to: found.s[0] + ratio * (found.s[last] - found.s[0]) });
     }
@@ -337,7 +351,14 @@ class Solver {
     return new this.api.Motion(model, t, t, joined(pages), joined(measured), one.stats);
   }
   #values(found, k) {
-    return Object.fromEntries(this.model.manifest.drivers.map((name) => [name, found.measure(`${name}.value`)[k]]));
+    return Object.fromEntries(this.model.manifest.drivers.map((name) => [name, this.column(found, `${name}.value`)[k]]));
+  }
+  /** A measured quantity of a motion, times a factor. */
+  column(found, name, by = 1) {
+    const from = this.model._column(name), wide = this.model.measures.length, { measured } = found;
+    const q = new Float64Array(found.t.length);
+    for (let k = 0; k < q.length; k++) q[k] = by * measured[k * wide + from];
+    return q;
   }
   /** By what a measured quantity is multiplied for the unit of the page. */
   factor(name) {
@@ -358,13 +379,13 @@ class Solver {
   #pace(drive) {
     const [name, ...others] = this.drives, rate = {}, acceleration = {};
     if (others.length || !name) return { rate, acceleration };
-    const value = this.motion.found.measure(`${name}.value`), n = value.length - 1, { found } = this.motion;
+    const value = this.column(this.motion.found, `${name}.value`), n = value.length - 1, { found } = this.motion;
     let wanted = drive[name], low = 0, high = n;
     const span = value[n] - value[0], up = span >= 0;
     if (this.way.kind === "turn") wanted -= Math.floor((wanted - value[0]) / span) * span;
     while (high - low > 1) { const middle = (low + high) >> 1; if (up ? value[middle] <= wanted : value[middle] >= wanted) low = middle; else high = middle; }
     const part = value[high] === value[low] ? 0 : clamp((wanted - value[low]) / (value[high] - value[low]), 0, 1);
-    for (const [key, to] of [["rate", rate], ["acceleration", acceleration]]) { const q = found.measure(`${name}.${key}`); to[name] = q[low] === q[high] ? q[low] : q[low] + part * (q[high] - q[low]); }
+    for (const [key, to] of [["rate", rate], ["acceleration", acceleration]]) { const q = this.column(found, `${name}.${key}`); to[name] = q[low] === q[high] ? q[low] : q[low] + part * (q[high] - q[low]); }
     return { rate, acceleration };
   }
   #axis(drive, t) {
@@ -376,7 +397,7 @@ class Solver {
   present() {
     if (this.drive) return { ...this.drive };
     const { found } = this.motion, k = Math.floor(this.viewer.at), f = this.viewer.at - k;
-    return Object.fromEntries(this.drives.map((name) => { const q = found.measure(`${name}.value`); return [name, f && k + 1 < q.length ? q[k] + f * (q[k + 1] - q[k]) : q[k]]; }));
+    return Object.fromEntries(this.drives.map((name) => { const q = this.column(found, `${name}.value`); return [name, f && k + 1 < q.length ? q[k] + f * (q[k + 1] - q[k]) : q[k]]; }));
   }
   /** Move drivers to values along the branch; the page stands there with all forces. */
   to(drive, pace = null) {
@@ -502,9 +523,28 @@ class Solver {
     this.#signs();
     for (const one of this.viewer.arrows) if (one.places) one.places = null;
     if (keep) this.guarded(() => this.to(keep));
-    this.viewer.renew();
+    this.viewer.renew(this.#grown());
     if (!this.viewer.on.ghosts && !fresh) this.viewer.toggle("ghosts");
     this.#peaks();
+  }
+  /** Whether the motion needs more room than the picture has; then it gets it. */
+  #grown() {
+    const { scene, motion } = { scene: this.content.scene, motion: this.motion }, low = [Infinity, Infinity], high = [-Infinity, -Infinity];
+    for (let n = 0; n <= 24; n++) {
+      Motion.prototype.set.call(motion, Math.round(n / 24 * (motion.count - 1)));
+      for (const shape of scene.shapes) {
+        const wide = scene.carriers[shape.c].x ? 3 : 2, r = shape.r ?? 0;
+        for (let k = 0; k < shape.p.length; k += wide) {
+          if (shape.p[k] === null) continue;
+          const at = motion.carried(shape.c, shape.p, k, wide);
+          for (const i of [0, 1]) { low[i] = Math.min(low[i], at[i] - r); high[i] = Math.max(high[i], at[i] + r); }
+        }
+      }
+    }
+    const { box } = scene, room = 0.02 * Math.max(box.high[0] - box.low[0], box.high[1] - box.low[1]);
+    const grown = [0, 1].some((i) => low[i] < box.low[i] - room || high[i] > box.high[i] + room);
+    if (grown) for (const i of [0, 1]) { box.low[i] = Math.min(box.low[i], low[i]); box.high[i] = Math.max(box.high[i], high[i]); }
+    return grown;
   }
   /** Arrows of torques and drivers that turn the other way now are not shown. */
   #signs() {
@@ -520,7 +560,7 @@ class Solver {
       return true;
     } catch (error) {
       if (!(error instanceof this.api.MbodyError)) throw error;
-      this.say(error.message, true);
+      this.say(`${error.message}. The page stays where it was.`, true);
       return false;
     } finally {
       this.viewer.draw();
@@ -608,27 +648,28 @@ class Solver {
     const box = el("div", { class: "drives" });
     this.driveInputs = this.drives.map((name) => {
       const turns = this.content.scene.turns[name], by = turns ? 1 / DEG : 1, unit = turns ? "deg" : this.content.scene.units.length;
-      const value = this.motion.found.measure(`${name}.value`), low = Math.min(...value) * by, high = Math.max(...value) * by;
+      const value = this.column(this.motion.found, `${name}.value`), low = Math.min(...value) * by, high = Math.max(...value) * by;
       const range = el("input", { type: "range", min: low, max: high, step: turns ? 0.5 : (high - low) / 400 || 1, "aria-label": `${name} in ${unit}` });
       const number = el("input", { type: "number", step: "any", "aria-label": `${name}, value in ${unit}` });
       const go = (input) => { if (input.value !== "" && this.guarded(() => this.walk({ [name]: input.value / by }))) this.say(""); };
       range.addEventListener("input", () => go(range));
       number.addEventListener("change", () => go(number));
-      box.append(el("label", { class: "row" }, el("span", { class: "name" }, name), range, number, el("span", { class: "unit" }, unit)));
+      box.append(el("div", { class: "row" }, el("span", { class: "name" }, name), range, number, el("span", { class: "unit" }, unit)));
       return { name, range, number, by };
     });
     return box;
   }
-  /** Go to values of drivers in steps that a path can follow. */
-  walk(drive) {
-    const from = this.present(), count = clamp(Math.ceil(Math.max(...Object.entries(drive).map(([name, to]) => Math.abs(to - from[name]) / this.#scale(name))) / STEP), 1, 400);
+  /** Go to values of drivers in steps that a path can follow; of a turn the shorter way. */
+  walk(wanted) {
+    const from = this.present(), drive = Object.fromEntries(Object.entries(wanted).map(([name, to]) => [name, this.way.kind === "turn" ? to + TURN * Math.round((from[name] - to) / TURN) : to])), count = clamp(Math.ceil(Math.max(...Object.entries(drive).map(([name, to]) => Math.abs(to - from[name]) / this.#scale(name))) / STEP), 1, 400);
     for (let k = 1; k <= count; k++) this.to(Object.fromEntries(Object.entries(drive).map(([name, to]) => [name, k === count ? to : from[name] + k / count * (to - from[name])])));
   }
   #showDrives() {
     const now = this.driveInputs?.length ? this.present() : {};
     for (const { name, range, number, by } of this.driveInputs ?? []) {
+      if (this.way.kind === "turn" && name === this.axisDriver) { const first = this.home[name]; now[name] -= Math.floor((now[name] - first) / TURN + 1e-9) * TURN; }
       range.value = now[name] * by;
-      if (this.viewer.shadowRoot.activeElement !== number) number.value = +(now[name] * by).toPrecision(8);
+      if (this.viewer.shadowRoot.activeElement !== number) number.value = Math.abs(now[name]) < 1e-12 * this.#scale(name) ? 0 : +(now[name] * by).toPrecision(8);
     }
   }
   #numbers() {
@@ -670,7 +711,9 @@ class Solver {
     const step = (high - low) / 400;
     const range = el("input", { type: "range", min: low, max: high, step, "aria-label": `${names} in ${one.unit || "1"}` });
     const number = el("input", { type: "number", step: "any", "aria-label": `${names}, value in ${one.unit || "1"}` });
-    const row = el("label", { class: "row" }, el("span", { class: "name" }, names), range, number, el("span", { class: "unit" }, one.unit));
+    const text = el("span", { class: "name" });
+    for (const part of names.split(/(?<=[._])/)) text.append(part, el("wbr"));
+    const row = el("div", { class: "row" }, text, range, number, el("span", { class: "unit" }, one.unit.replaceAll("*", "·").replaceAll("^2", "²").replaceAll("^3", "³")));
     const show = () => { range.value = one.now; number.value = one.now; row.classList.toggle("changed", one.now !== one.value); };
     one.show = show;
     const go = (value) => {

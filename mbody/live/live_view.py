@@ -130,7 +130,9 @@ def _group(system: System, name: str) -> str:
 
 
 def _sign(changeable: Changeable, factors: dict[str, float]) -> str:
-    return next((changeable.rules[name].sign for name in factors if changeable.rules[name].sign), "")
+    return next(
+        (changeable.rules[name].sign for name in factors if changeable.rules[name].sign), ""
+    )
 
 
 def _fixed(manifest: dict[str, Any], names: list[str]) -> dict[str, str]:
@@ -151,6 +153,8 @@ def live_module() -> str:
     ):
         exported = re.findall(r"^export (?:class|const|function) (\w+)", text, re.M)
         plain = re.sub(r"^import .*?;\n", "", re.sub(r"^export ", "", text, flags=re.M), flags=re.M)
-        parts.append(f"const {name} = (() => {{\n{plain}\nreturn {{ {', '.join(exported)} }};\n}})();")
+        parts.append(
+            f"const {name} = (() => {{\n{plain}\nreturn {{ {', '.join(exported)} }};\n}})();"
+        )
     parts.append("mbodyLive.begin(Viewer, Motion, shown, mbodyCore);")
     return "\n".join(parts)

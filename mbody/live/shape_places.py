@@ -180,7 +180,9 @@ class _Follower:
         if np.ptp(run.t) > 0.0 or not drivers:
             return kinematics(system, t=run.t[index])
         # the ends of a range are dead centres, which other numbers move
-        index = np.unique(np.round(np.linspace(0.1, 0.9, INSTANTS) * (len(run) - 1)).astype(np.int64))
+        index = np.unique(
+            np.round(np.linspace(0.1, 0.9, INSTANTS) * (len(run) - 1)).astype(np.int64)
+        )
         drive = {one.name: run.driven(one.name)[0][index] for one in drivers}
         return kinematics(system, drive=drive)
 
@@ -255,7 +257,9 @@ class _Follower:
         block = self.base.size("block")
 
         def made(values: Any, numbers: Numbers) -> list[Any]:
-            near, far, spare = (values[f"{load.name}.{key}"] for key in ("near", "far", "clearance"))
+            near, far, spare = (
+                values[f"{load.name}.{key}"] for key in ("near", "far", "clearance")
+            )
             plain = self.system.values
             sense = math.copysign(1.0, plain[f"{load.name}.near"] - plain[f"{load.name}.far"])
             near, far, thick = sense * near, sense * far, 0.3 * block
@@ -265,7 +269,11 @@ class _Follower:
             angle, (x, y) = numbers.angle(load, "i"), numbers.arm(load, "i")
             c, s = sense * np.cos(angle), sense * np.sin(angle)
             head, mouth = near + ahead + spare + thick, far + ahead - spare - thick
-            return [(x + head * c, y + head * s), (x + mouth * c, y + mouth * s), (ahead * c, ahead * s)]
+            return [
+                (x + head * c, y + head * s),
+                (x + mouth * c, y + mouth * s),
+                (ahead * c, ahead * s),
+            ]
 
         traced = made(self.values, self.traced)
         own = made(self.system.values, self.system.numbers)
@@ -467,7 +475,9 @@ class _Follower:
     def _radius(self, grown: float) -> int | None:
         """The number that grows as a radius does."""
         for name, value in self.system.values.items():
-            if abs(float(self.other_system.values[name]) - float(value) - grown) < 1e-3 * abs(grown):
+            if abs(float(self.other_system.values[name]) - float(value) - grown) < 1e-3 * abs(
+                grown
+            ):
                 if name not in self.radii:
                     self.radii[name] = self._target(self.values[name])
                 return self.radii[name]
@@ -495,9 +505,7 @@ class _Follower:
         near = 2.0 * self.shown.size("pin")
         own = [n for n in self._of(shown.carrier.turn) if self.anchors[n].key != shown.carrier.turn]
         far = [
-            n
-            for n in own
-            if np.hypot(*(self.anchors[n].shown - self.anchors[own[0]].shown)) > near
+            n for n in own if np.hypot(*(self.anchors[n].shown - self.anchors[own[0]].shown)) > near
         ]
         return {"tie": [own[0], far[0]]} if far else "loose"
 
@@ -552,7 +560,10 @@ class _Follower:
             return {}
         found: dict[str, str] = {}
         everything = range(len(self.base.record.shapes))
-        tested = [*((name, loose) for name in self.steps), *((name, everything) for name in self.turns)]
+        tested = [
+            *((name, loose) for name in self.steps),
+            *((name, everything) for name in self.turns),
+        ]
         for name, moves in tested:
             step = self.steps.get(name) or self.turns[name]
             try:
@@ -579,7 +590,9 @@ class _Follower:
         return {
             "inputs": list(self.changeable.rules),
             "slots": program.slots.tolist(),
-            "operations": [[OPERATIONS[code], *rest] for code, *rest in program.operations.tolist()],
+            "operations": [
+                [OPERATIONS[code], *rest] for code, *rest in program.operations.tolist()
+            ],
             "targets": program.targets.tolist(),
             "numbers": count,
             "bodies": [self._index(one.body) for one in self.anchors],

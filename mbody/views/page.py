@@ -270,7 +270,7 @@ class Viewer:
             file.write(_json(self._whole) + "\n" if ending == ".json" else self.html)
         if ending == ".json":
             with writing(Path(path).with_name(MODULE)) as file:
-                file.write(module_text())
+                file.write("\n".join([module_text(), *self._modules]))
 
     def _repr_html_(self) -> str:
         """In a notebook: the page in a frame of its own."""

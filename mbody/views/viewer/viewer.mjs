@@ -578,8 +578,9 @@ export class Viewer extends HTMLElement {
     for (const one of this.tracks) if (one.name === name) one.on = on ?? !one.on;
     this.#tracks();
   }
-  /** Show histories and shapes that have changed. */
-  renew() {
+  /** Show histories and shapes that have changed, and the whole motion where it needs more room. */
+  renew(grown = false) {
+    if (grown) this.#fit();
     this.drawings[0].renew();
     for (const one of this.tracks) one.drawn.removeAttribute("d");
     this.#tracks();
