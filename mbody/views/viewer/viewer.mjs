@@ -340,6 +340,12 @@ export class Viewer extends HTMLElement {
   /** What solves the model again while the user drags: set by the core for the browser, null where the motion is recorded. */
   live = null;
 
+  /** Attach what solves the model again; the page no longer says that it shows a recorded motion. */
+  attach(live) {
+    this.live = live;
+    if (this.recorded) this.recorded.hidden = Boolean(live);
+  }
+
   async connectedCallback() {
     if (this.shadowRoot) return;
     this.attachShadow({ mode: "open" });
@@ -586,7 +592,9 @@ export class Viewer extends HTMLElement {
     const { data, scene } = this.main, made = this.made, lines = [];
     const notes = el("ul", { class: "notes" });
     for (const text of [...(data.doubts ?? []).map((d) => `In doubt: ${d.message ?? d}`), ...(data.notes ?? []), ...(scene.notes ?? [])]) notes.append(el("li", {}, text));
-    notes.append(el("li", {}, `This page shows the recorded motion, ${this.main.count} instants; it does not solve the model again.`));
+    this.recorded = el("li", {}, `This page shows the recorded motion, ${this.main.count} instants; it does not solve the model again.`);
+    this.recorded.hidden = Boolean(this.live);
+    notes.append(this.recorded);
     lines.push(`${data.analysis} by mbody ${data.mbody}: ${data.status}.`);
     if (made.command) lines.push("Made by: ", el("code", {}, made.command));
     const about = el("details", {}, el("summary", {}, "How this was made"), el("p", {}, ...lines.flatMap((l) => [l, " "])));
