@@ -103,10 +103,25 @@ def test_no_compiler_warns(tmp_path, compiler):
     else:
         pytest.skip(f"{compiler} is not installed")
     warnings = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Werror"]
-    for name in ("mbody.c", "example.c", "fmi2.c"):
+    for name in ("mbody.c", "example.c", "fmu.c", "fmi2.c", "fmi3.c"):
         made = [*command, *warnings, "-O2", "-c", str(DOOR / name), "-o", str(tmp_path / "it.o")]
         done = subprocess.run(made, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
+
+
+def test_the_header_is_one_of_cpp_too(tmp_path):
+    compiler = shutil.which("g++") or shutil.which("clang++")
+    if compiler is None:
+        pytest.skip("no C++ compiler is installed")
+    source = tmp_path / "it.cpp"
+    source.write_text('#include "mbody.h"\nint main() { return mbody_open(0, 0, 0, 0) != 0; }\n')
+    program = tmp_path / "it"
+    embedded.compiled([DOOR / "mbody.c"], tmp_path / "door.so", "-shared")
+    line = [compiler, "-Wall", "-Wextra", "-Werror", f"-I{DOOR}", str(source)]
+    line += [str(tmp_path / "door.so"), f"-Wl,-rpath,{tmp_path}", "-o", str(program)]
+    done = subprocess.run(line, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert subprocess.run([program]).returncode == 0
 
 
 def test_every_function_is_documented():

@@ -13,7 +13,6 @@ from tests.errors.page import PAGE, page
 
 #: Texts in functions that make errors, which are none of a sentence.
 OTHERWISE = {
-    "mbody: building the core for browsers (once) ...": "a line of progress",
     "stopped: after ": "the status of the solution that the error carries",
     r" \(at (?:line (\d+), column \d+|end of document)\)$": "a pattern",
 }

@@ -1,13 +1,23 @@
-"""The generic binary of co-simulation units: FMI 2.0, called as an importer calls it."""
+"""The generic binary of co-simulation units: FMI 2.0 and 3.0, called as an importer calls it."""
 
 import ctypes
 import itertools
 import math
-import re
 import shutil
 import subprocess
 import zipfile
-from ctypes import CFUNCTYPE, byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
+from ctypes import (
+    CFUNCTYPE,
+    byref,
+    c_bool,
+    c_char_p,
+    c_double,
+    c_int,
+    c_size_t,
+    c_uint,
+    c_void_p,
+)
+from xml.etree import ElementTree
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -15,6 +25,7 @@ import pytest
 
 import mbody
 from mbody import gallery, makers
+from mbody.cli.compile import UNIT
 from mbody.image.model_image import to_image
 from tests import embedded
 from tests.embedded import DOOR, Model, sealed
@@ -36,8 +47,7 @@ class Callbacks(ctypes.Structure):
 @pytest.fixture(scope="module")
 def binary(tmp_path_factory):
     out = tmp_path_factory.mktemp("binary") / "unit.so"
-    sources = [DOOR / "mbody.c", DOOR / "fmi2.c"]
-    return embedded.compiled(sources, out, "-shared", "-fvisibility=hidden")
+    return embedded.compiled([DOOR / n for n in UNIT], out, "-shared", "-fvisibility=hidden")
 
 
 @pytest.fixture(scope="module")
@@ -103,7 +113,7 @@ def unit_file(path, name, image, library, door):
 
 
 class Unit:
-    """An instance, as an importer has it."""
+    """An instance, as an importer of FMI 2.0 has it."""
 
     def __init__(self, binary, folder, image, guid_=None, kind=1, uri=None):
         self.said = []
@@ -161,9 +171,67 @@ class Unit:
             self.call("FreeInstance")
 
 
+class Unit3(Unit):
+    """An instance, as an importer of FMI 3.0 has it."""
+
+    def __init__(self, binary, folder, image, guid_=None, kind="CoSimulation", uri=None):
+        self.said = []
+        self.library = ctypes.CDLL(str(binary))
+        self.references = entries(image)
+
+        def hear(_, status, category, text):
+            self.said.append((status, category.decode(), text.decode()))
+
+        self.logger = CFUNCTYPE(None, c_void_p, c_int, c_char_p, c_char_p)(hear)
+        (folder / "model.bin").write_bytes(image)
+        token = (guid(image) if guid_ is None else guid_).encode()
+        place = str(folder if uri is None else uri).encode()
+        make = getattr(self.library, f"fmi3Instantiate{kind}")
+        make.restype = c_void_p
+        given = [c_char_p(b"one"), c_char_p(token), c_char_p(place), False, False]
+        if kind == "CoSimulation":
+            given += [False, False, None, c_size_t(0)]
+        self.component = make(*given, None, self.logger, None, None, None)
+
+    def call(self, name, *values):
+        name = name.replace("FMUstate", "FMUState").replace("DeSer", "Deser")
+        return getattr(self.library, f"fmi3{name}")(c_void_p(self.component), *values)
+
+    def begin(self, start=0.0, stop=1.0):
+        given = (False, c_double(0), c_double(start), True, c_double(stop))
+        assert self.call("EnterInitializationMode", *given) == OK
+        return self.call("ExitInitializationMode")
+
+    def step(self, now, step):
+        event, ended, early = c_bool(True), c_bool(), c_bool(True)
+        self.reached = c_double()
+        given = map(byref, (event, ended, early, self.reached))
+        status = self.call("DoStep", c_double(now), c_double(step), True, *given)
+        self.ended = ended.value
+        assert not event.value and not early.value
+        return status
+
+    def get(self, *names):
+        which = (c_uint * len(names))(*(self.references[name][0] for name in names))
+        values, count = (c_double * len(names))(), c_size_t(len(names))
+        assert self.call("GetFloat64", which, count, values, count) == OK
+        return list(values)
+
+    def set(self, **values):
+        names = [name.replace("__", ".") for name in values]
+        which = (c_uint * len(names))(*(self.references[name][0] for name in names))
+        numbers, count = (c_double * len(names))(*values.values()), c_size_t(len(names))
+        return self.call("SetFloat64", which, count, numbers, count)
+
+
+@pytest.fixture(params=[Unit, Unit3], ids=["fmi2", "fmi3"])
+def version(request):
+    return request.param
+
+
 @pytest.fixture
-def unit(binary, tmp_path, image):
-    made = Unit(binary, tmp_path, image)
+def unit(binary, tmp_path, image, version):
+    made = version(binary, tmp_path, image)
     assert made.component, made.said
     return made
 
@@ -216,7 +284,7 @@ def test_parameters_before_and_between_steps(unit):
     assert unit.get("rocker.weight") == [weight]
 
 
-def test_states_go_back_and_into_files(unit, binary, tmp_path, image):
+def test_states_go_back_and_into_files(unit, binary, tmp_path, image, version):
     assert unit.begin() == OK and unit.step(0.0, 0.3) == OK
     state, size = c_void_p(), c_size_t()
     assert unit.call("GetFMUstate", byref(state)) == OK
@@ -230,7 +298,7 @@ def test_states_go_back_and_into_files(unit, binary, tmp_path, image):
     assert unit.call("SerializeFMUstate", state, kept, c_size_t(size.value)) == OK
     assert unit.call("FreeFMUstate", byref(state)) == OK and not state.value
     # another instance takes it from the bytes
-    other, taken = Unit(binary, tmp_path, image), c_void_p()
+    other, taken = version(binary, tmp_path, image), c_void_p()
     assert other.call("DeSerializeFMUstate", kept, size, byref(taken)) == OK
     assert other.call("SetFMUstate", taken) == OK and other.step(0.3, 0.3) == OK
     assert other.get("crank.angle", "rocker.omega") == ends[0] == ends[1]
@@ -267,6 +335,23 @@ def test_a_motion_that_ends_is_discarded_with_a_reason(binary, tmp_path):
     assert unit.step(reached.value, 0.01) == DISCARD and "has ended" in unit.sentence
 
 
+def test_a_motion_that_ends_in_fmi_3(binary, tmp_path):
+    unit = Unit3(binary, tmp_path, to_image(gallery.load("slider_crank")).content)
+    assert unit.begin() == OK and unit.step(0.0, 0.07) == OK and unit.reached.value == 0.07
+    assert unit.step(0.07, 0.05) == DISCARD and unit.ended
+    assert "singular position" in unit.sentence and 0.07 <= unit.reached.value < 0.12
+
+
+def test_what_cannot_be_instantiated_says_why_in_fmi_3(binary, tmp_path, image):
+    for sentence, made in (
+        ("not for model exchange", Unit3(binary, tmp_path, image, kind="ModelExchange")),
+        ("not for scheduled", Unit3(binary, tmp_path, image, kind="ScheduledExecution")),
+        ("is that of another model", Unit3(binary, tmp_path, image, guid_="{other}")),
+        ("cannot be read", Unit3(binary, tmp_path, image, uri="/nowhere")),
+    ):
+        assert not made.component and sentence in made.sentence
+
+
 def test_what_cannot_be_instantiated_says_why(binary, tmp_path, image):
     turned = sealed(to_image(makers.four_bar(1, 3, 2, 3.5, speed=1.0)).content)
     for sentence, made in (
@@ -280,7 +365,22 @@ def test_what_cannot_be_instantiated_says_why(binary, tmp_path, image):
         assert made.said[-1][:2] == (ERROR, "logStatusError")
 
 
-def test_other_kinds_of_variables_and_derivatives_are_refused(unit):
+def test_other_kinds_of_variables_are_refused_in_fmi_3(binary, tmp_path, image):
+    unit = Unit3(binary, tmp_path, image)
+    one, value, count = (c_uint * 1)(0), (c_double * 1)(), c_size_t(1)
+    for kind in ("Float32", "Int8", "UInt16", "Int64", "Boolean", "String"):
+        for way in ("Get", "Set"):
+            assert unit.call(way + kind, one, count, value, count) == ERROR
+            assert "Float64" in unit.sentence
+    assert unit.call("GetFloat64", one, count, value, c_size_t(2)) == ERROR
+    assert unit.call("EnterEventMode") == ERROR and "no events" in unit.sentence
+    assert unit.call("SetTime", c_double(1.0)) == ERROR
+    assert unit.call("GetContinuousStates", value, count) == ERROR
+    assert "co-simulation alone" in unit.sentence
+
+
+def test_other_kinds_of_variables_and_derivatives_are_refused(binary, tmp_path, image):
+    unit = Unit(binary, tmp_path, image)
     one, value = (c_uint * 1)(0), (c_int * 1)()
     for name in ("GetInteger", "GetBoolean", "SetInteger", "SetBoolean"):
         assert unit.call(name, one, c_size_t(1), value) == ERROR and "Real" in unit.sentence
@@ -294,18 +394,36 @@ def test_other_kinds_of_variables_and_derivatives_are_refused(unit):
     assert unit.call("CancelStep") == ERROR
 
 
+def test_a_whole_file(binary, tmp_path, image):
+    """Packed, unpacked, and used by what modelDescription.xml says."""
+    made = tmp_path / "swing.fmu"
+    unit_file(made, "swing", image, binary, embedded.door(tmp_path))
+    with zipfile.ZipFile(made) as archive:
+        archive.extractall(tmp_path / "it")
+    root = ElementTree.parse(tmp_path / "it" / "modelDescription.xml").getroot()
+    name = root.find("CoSimulation").get("modelIdentifier")
+    library = tmp_path / "it" / "binaries" / "linux64" / f"{name}.so"
+    folder = tmp_path / "it" / "resources"
+    unit = Unit(library, tmp_path, image, guid_=root.get("guid"), uri=folder.as_uri())
+    assert unit.component and unit.begin() == OK
+    for variable in root.iter("ScalarVariable"):
+        reference, start = int(variable.get("valueReference")), variable.find("Real").get("start")
+        assert unit.references[variable.get("name")] == (reference, start is not None)
+        if start is not None:
+            assert unit.get(variable.get("name")) == [float(start)]
+    assert root.find("CoSimulation").get("canNotUseMemoryManagementFunctions") == "true"
+
+
 def test_an_fmu_has_all_functions_and_shows_no_others(binary):
-    text = (DOOR / "fmi2.c").read_text("utf-8")
-    written = set(re.findall(r"\b(?:OUT|NONE)\b[^\n(]*?[ (*](fmi2[A-Z]\w+)[(,]", text))
     library = ctypes.CDLL(str(binary))
-    for name in FUNCTIONS:
+    for name in (*FUNCTIONS, *FUNCTIONS_3):
         assert getattr(library, name)
     if shutil.which("nm"):
         command = ["nm", "-D", "--defined-only", str(binary)]
         lines = subprocess.run(command, capture_output=True, text=True).stdout.splitlines()
         seen = {line.split()[-1] for line in lines}
-        assert {name for name in seen if not name.startswith("_")} == set(FUNCTIONS)
-    assert written == set(FUNCTIONS)
+        own = {name for name in seen if not name.startswith("_")}
+        assert own == {*FUNCTIONS, *FUNCTIONS_3}
 
 
 #: Of FMI 2.0.4, for co-simulation (sections 2.1 and 4.2).
@@ -345,3 +463,23 @@ FUNCTIONS = [
     "fmi2GetBooleanStatus",
     "fmi2GetStringStatus",
 ]
+
+#: Of FMI 3.0: all of fmi3Functions.h, for importers look up those of other kinds of units too.
+NAMES_3 = """
+GetVersion SetDebugLogging InstantiateModelExchange InstantiateCoSimulation
+InstantiateScheduledExecution FreeInstance EnterInitializationMode ExitInitializationMode
+EnterEventMode Terminate Reset GetNumberOfVariableDependencies GetVariableDependencies
+GetFMUState SetFMUState FreeFMUState SerializedFMUStateSize SerializeFMUState
+DeserializeFMUState GetDirectionalDerivative GetAdjointDerivative EnterConfigurationMode
+ExitConfigurationMode GetIntervalDecimal GetIntervalFraction GetShiftDecimal GetShiftFraction
+SetIntervalDecimal SetIntervalFraction SetShiftDecimal SetShiftFraction EvaluateDiscreteStates
+UpdateDiscreteStates EnterStepMode GetOutputDerivatives DoStep EnterContinuousTimeMode
+SetContinuousStates GetContinuousStates GetContinuousStateDerivatives
+GetNominalsOfContinuousStates GetEventIndicators ActivateModelPartition SetTime
+CompletedIntegratorStep GetNumberOfEventIndicators GetNumberOfContinuousStates
+"""
+KINDS_3 = """
+Float32 Float64 Int8 UInt8 Int16 UInt16 Int32 UInt32 Int64 UInt64 Boolean String Binary Clock
+"""
+FUNCTIONS_3 = [f"fmi3{name}" for name in NAMES_3.split()]
+FUNCTIONS_3 += [f"fmi3{way}{kind}" for way in ("Get", "Set") for kind in KINDS_3.split()]

@@ -74,7 +74,10 @@ def others(image, seed=0):
 def test_an_image_is_laid_out_as_the_page_says(name):
     content = made(name).content
     words = np.frombuffer(content, dtype=np.int64)
-    assert len(content) % 8 == 0 and not words[13:16].any()
+    assert len(content) % 8 == 0 and not words[14:16].any()
+    plain = [int(word) % 2**64 for word in words]
+    plain[13] = 0
+    assert int(words[13]) % 2**64 == sum((2 * n + 1) * w for n, w in enumerate(plain)) % 2**64
     assert content[72:104].hex() == source_hash()
     moved = words[words[3] : words[3] + words[4]]
     assert len(set(moved.tolist())) == len(moved) and moved.min() >= 16

@@ -12,7 +12,7 @@ from typing import Any
 __all__ = ["all_kernels", "compile_libraries"]
 
 #: How programs without Python open images; what makes a unit of co-simulation of them.
-DOOR, UNIT = ("mbody.h", "mbody.c"), "fmi2.c"
+DOOR, UNIT = ("mbody.h", "mbody.c"), ("mbody.c", "fmi2.c", "fmi3.c", "fmu.c")
 
 
 def all_kernels() -> dict[str, Callable[..., Any]]:
@@ -66,7 +66,7 @@ def _for_machines(args: Any, targets: list[str]) -> int:
     first, *others = targets
     options = [word for other in others for word in ("--also", other)]
     if args.fmu:
-        options += ["--with", str(door / DOOR[1]), "--with", str(door / UNIT)]
+        options += [word for name in UNIT for word in ("--with", str(door / name))]
     elif args.images:
         options.append("--object")
     names = [place(one) for one in chosen]

@@ -152,7 +152,7 @@ def parser() -> argparse.ArgumentParser:
     forms.add_argument(
         "--fmu",
         action="store_true",
-        help="the binary of co-simulation units (FMI 2.0), one for all models",
+        help="the binary of co-simulation units (FMI 2.0 and 3.0), one for all models",
     )
     libraries.add_argument(
         "-o", "--out", default=".", metavar="FOLDER", help="where they go; for wasm32 a file, too"

@@ -39,6 +39,7 @@ from mbody.compiler.numba_callbacks import SYMBOL
 from mbody.compiler.targets import TARGETS, Target, link
 from mbody.core.interface import Array, signature
 from mbody.core.library import seal
+from mbody.core.sources import source_hash
 
 __all__ = ["Build", "main"]
 
@@ -179,7 +180,7 @@ def _seen_within(module: Any) -> None:
 
 def output_name(target: Target, object_: bool, parts: Sequence[Path]) -> str:
     """Name of what is made for a target: ``linux-x86-64-v3.so``, ``linux-x86-64-v3.o``, and with
-    C sources ``linux-x86-64-v3.fmi2.so``, by the last of them.
+    C sources ``linux-x86-64-v3.fmu.so``, by the last of them.
     """
     library = Path(target.file or "host.so")
     if parts:
@@ -247,6 +248,8 @@ def main() -> None:
     parser.add_argument("--object", action="store_true")
     parser.add_argument("--with", dest="parts", action="append", default=[], type=Path)
     options = parser.parse_args()
+    if options.sources and source_hash() != options.sources:
+        parser.error("the sources were edited while their kernels were to be built: begin again")
     if options.target != "host":  # numba's cache does not know of other targets
         cache.without_cache()
     functions = [_found(place) for place in options.kernels]

@@ -12,10 +12,12 @@ import numpy as np
 from mbody.core.bundle import Bundle, array_words
 from mbody.core.interface import KERNELS, Array, signature
 
-__all__ = ["ARRAY", "CALL", "FORMAT", "MEASURE", "NUMBER", "Arena", "ImageEntry"]
+__all__ = ["ARRAY", "CALL", "FORMAT", "MEASURE", "NUMBER", "Arena", "ImageEntry", "checksum"]
 
 #: The first word of an image, and the number of its format.
 MAGIC, FORMAT = b"mbodyimg", 1
+#: Word of the checksum.
+CHECKSUM = 13
 #: Words before the data; bytes on which every array begins.
 HEAD, LINE = 16, 64
 #: Kinds of entries: a changeable number, a measure, the arguments of a kernel, an array. 2 is kept
@@ -182,4 +184,14 @@ class Arena:
         words[table // 8 : moved // 8] = np.ravel(entries) if entries else []
         words[moved // 8 : told // 8] = [place // 8 for place in self.pointers]
         memory[told : told + len(manifest)] = np.frombuffer(manifest, dtype=np.uint8)
+        words[CHECKSUM] = checksum(memory.view(np.uint64)).view(np.int64)
         return memory.tobytes()
+
+
+def checksum(words: np.ndarray) -> np.uint64:
+    """Σ (2n + 1) word n, modulo 2⁶⁴, without the word of the checksum itself; never 0. No change of
+    one word leaves it.
+    """
+    weights = 2 * np.arange(words.size, dtype=np.uint64) + np.uint64(1)
+    weights[CHECKSUM] = 0
+    return max(np.sum(weights * words, dtype=np.uint64), np.uint64(1))

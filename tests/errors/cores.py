@@ -6,7 +6,6 @@ from unittest import mock
 
 from mbody.cli.compile import compile_libraries
 from mbody.core import library, selection
-from mbody.image import webassembly
 
 
 def chosen(patches=(), **settings):
@@ -45,24 +44,6 @@ def without_numba():
         compile_libraries(SimpleNamespace(target=None, out=".", images=False, fmu=False))
 
 
-def browsers(folder=None, packages=lambda name: None, status=1):
-    """The core for browsers where nothing is built yet."""
-
-    def go():
-        said = "LLVM ERROR: out of memory"
-        done = SimpleNamespace(returncode=status, stderr=said)
-        patches = (
-            mock.patch.object(webassembly, "PACKAGE", Path("nowhere")),
-            mock.patch.object(webassembly, "cache_folder", lambda stamp: folder),
-            mock.patch.object(webassembly, "find_spec", packages),
-            mock.patch.object(webassembly.subprocess, "run", lambda *a, **k: done),
-        )
-        with patches[0], patches[1], patches[2], patches[3]:
-            webassembly.browser_core()
-
-    return go
-
-
 CLONE = (selection, "PACKAGE", Path("nowhere"))
 NO_LINKER = (selection, "linker", lambda: None)
 NO_PACKAGE = (selection, "find_spec", lambda name: None)
@@ -74,7 +55,4 @@ SCENARIOS = {
     "a level that is not there": levels("x86-64-v9"),
     "a level that the processor has not": levels("x86-64-v3", "SSE42"),
     "libraries without numba": without_numba,
-    "a core for browsers without a folder": browsers(),
-    "a core for browsers without its builders": browsers(Path("nowhere")),
-    "a core for browsers whose builder fails": browsers(Path("nowhere"), bool),
 }

@@ -29,8 +29,10 @@ export const CODES = {
 export const BY_DRIVER = 1;
 // Part of the model length from which on wheels do not fit
 const MISFIT = 1e-6;
-// Steps of one call, between which a page can breathe
-const AT_ONCE = 10000n;
+// Steps of one call. Loads that jump to and fro keep steps short for ever: where the mean of so many
+// is below a tenth of the longest such mean, and more than PATIENT lie ahead, a motion ends.
+const AT_ONCE = 10000;
+const PATIENT = 300000;
 
 const STOPPED = {
   [CODES.STEP_VANISHED]: "the steps vanish: the loads jump there, grow without bound, or are too stiff",
@@ -449,7 +451,7 @@ export class Model {
     if (!(until > this.time)) throw new MbodyError(`the motion is at t = ${this.time} s already: give a time after that, not ${until}`);
     this._array(`${name}.times`).set(times);
     this._array(`${name}.until`)[0] = until;
-    this._view(BigInt64Array, this._entries.array.get(`${name}.steps`).place, 1)[0] = AT_ONCE;
+    this._view(BigInt64Array, this._entries.array.get(`${name}.steps`).place, 1)[0] = BigInt(AT_ONCE);
     let state = this._array("motion.state");
     state[SLOTS.DELIVERED] = state[SLOTS.LAST_STEP_ALLOWED] = 0;
     if (first && times[0] <= this.time) {
@@ -457,6 +459,7 @@ export class Model {
       state[SLOTS.DELIVERED] = 1;
     }
     const doubts = [];
+    let [count, since, longest] = [state[SLOTS.STEPS], state[SLOTS.TIME], 0];
     for (let code = CODES.MORE; code !== CODES.DONE; ) {
       code = Number(this._call(name)[0]);
       state = this._array("motion.state");
@@ -466,6 +469,14 @@ export class Model {
         doubts.push(`at t = ${state[SLOTS.TIME]} s bodies without mass carry energy: give them masses`);
       } else if (code > CODES.MORE) {
         throw new MbodyError(`the motion of '${this.manifest.model}' ends at t = ${state[SLOTS.TIME]} s: ${STOPPED[code]}`);
+      }
+      if (code === CODES.MORE && state[SLOTS.STEPS] - count >= AT_ONCE) {
+        const mean = (state[SLOTS.TIME] - since) / (state[SLOTS.STEPS] - count);
+        const left = (until - state[SLOTS.TIME]) / mean;
+        if (mean < 0.1 * longest && !(left < PATIENT)) {
+          throw new MbodyError(`the loads of '${this.manifest.model}' jump to and fro at t = ${state[SLOTS.TIME]} s: the last ${AT_ONCE} steps were ${mean.toPrecision(1)} s each, the end would take ${left.toPrecision(1)} more; smooth what jumps`);
+        }
+        [count, since, longest] = [state[SLOTS.STEPS], state[SLOTS.TIME], Math.max(longest, mean)];
       }
     }
     this._call(`${name}.measures`);
@@ -493,7 +504,7 @@ function check(bytes, sources) {
   const head = Array.from({ length: 16 }, (_, n) => view.getBigUint64(8 * n, true));
   if (head[0] !== MAGIC) throw new MbodyError("this is no image of mbody: make one with `mbody export MODEL --to image`");
   if (head[1] !== FORMAT) throw new MbodyError(`the image has format ${head[1]}, this module reads ${FORMAT}: export it again`);
-  if (head[2] !== BigInt(bytes.length)) throw damaged(`it has ${bytes.length} of ${head[2]} bytes`);
+  if (head[2] !== BigInt(bytes.length) || bytes.length % 8) throw damaged(`it has ${bytes.length} of ${head[2]} bytes`);
   const total = head[2];
   const inside = (first, count, size) => (first + count) * size <= total && count <= total;
   if (!inside(head[3], head[4], 8n) || !inside(head[5], 5n * head[6], 8n) || !inside(head[7], head[8], 1n)) throw damaged("its tables end beyond it");
@@ -503,5 +514,15 @@ function check(bytes, sources) {
   }
   const hash = [...bytes.subarray(72, 104)].map((byte) => byte.toString(16).padStart(2, "0")).join("");
   if (hash !== sources) throw new MbodyError(`the image was made for other kernels (${hash.slice(0, 8)} …) than these (${sources.slice(0, 8)} …): export it, or compile the core, again`);
+  if (head[13] !== checksum(view, bytes.length / 8)) throw damaged("its checksum is not that of its bytes");
   return head;
+}
+
+/** Σ (2n + 1) word n modulo 2⁶⁴ without word 13, which has it; never 0. */
+function checksum(view, words) {
+  let sum = 0n;
+  for (let n = 0; n < words; n++) {
+    if (n !== 13) sum = BigInt.asUintN(64, sum + BigInt(2 * n + 1) * view.getBigUint64(8 * n, true));
+  }
+  return sum || 1n;
 }

@@ -28,7 +28,7 @@ enum { FORMAT = 1, HEADER = 16, ENTRY = 5, HASH_BYTES = 32, LINE = 64, SENTENCE 
 /* words of the header */
 enum { MAGIC, VERSION, BYTES, MOVED, MOVED_COUNT, TABLE, TABLE_COUNT, TEXT, TEXT_BYTES, HASH, SUM = 13 };
 /* mbody/kernels/step_state.py: slots, and what the integrator returns */
-enum { TIME = 0, DELIVERED = 6, LAST_STEP_ALLOWED = 18, STAND_IN_ENERGY = 24, STAND_IN_LIMIT, SLOTS = 27 };
+enum { TIME = 0, STEPS = 2, DELIVERED = 6, LAST_STEP_ALLOWED = 18, STAND_IN_ENERGY = 24, STAND_IN_LIMIT, SLOTS = 27 };
 enum { DONE, MORE, STEP_VANISHED, NOT_FINITE, STIFF, LAST_STEP, SINGULAR_AHEAD, BRANCH_UNCERTAIN };
 /* mbody/kernels/continuation.py: progress, what `follow` returns, what the path parameter is */
 enum { INSTANTS, REACHED, UNBALANCED = 4, BRANCH_UNSURE = 6, PROGRESS = 7 };
@@ -123,6 +123,12 @@ static uint64_t sum_of(const char *data, int64_t count, int64_t without) {
   return sum ? sum : 1;
 }
 
+/* What no other check has seen: a number, or a text. */
+static int check_sum(mbody_model *model) {
+  if ((uint64_t)words(model)[SUM] == model->sum) return MBODY_GOOD;
+  return because(model, MBODY_REFUSED, "the image is damaged: its checksum is not that of its bytes");
+}
+
 /* Whether `count` words from a byte offset on lie within the image. */
 static int within(const mbody_model *model, int64_t offset, int64_t count) {
   return offset >= 0 && offset % 8 == 0 && offset <= model->bytes && count >= 0 &&
@@ -166,8 +172,6 @@ static int check_header(mbody_model *model, int64_t bytes) {
                    bytes, word[BYTES]);
   model->bytes = bytes;
   model->sum = sum_of(model->memory, bytes / 8, SUM);
-  if (word[SUM] && (uint64_t)word[SUM] != model->sum)
-    return because(model, MBODY_REFUSED, "the image is damaged: its checksum is not that of its bytes");
   for (int n = 0; n < HASH_BYTES; n++) snprintf(hash + 2 * n, 3, "%02x", made[n]);
   if (strncmp(hash, mbody_sources, sizeof hash - 1))
     return because(model, MBODY_REFUSED,
@@ -379,7 +383,8 @@ mbody_model *mbody_open(const void *image, size_t bytes, char *message, size_t r
   if (!image || bytes > (size_t)INT64_MAX / 4)
     code = because(model, MBODY_REFUSED, "there is no image");
   else if (!(code = take(model, image, (int64_t)bytes)) && !(code = check_header(model, (int64_t)bytes)) &&
-           !(code = relocate(model)) && !(code = check_entries(model)) && !(code = find_arrays(model)))
+           !(code = relocate(model)) && !(code = check_entries(model)) && !(code = find_arrays(model)) &&
+           !(code = check_sum(model)))
     code = remember(model);
   if (!code) return model;
   if (message && room) snprintf(message, room, "%s", model->message);
@@ -696,10 +701,15 @@ static int renew(mbody_model *model) {
   return code;
 }
 
+/* Loads that jump to and fro keep steps short for ever: where the mean of so many steps is below a
+   tenth of the longest such mean, and more than PATIENT steps lie ahead, a motion ends. */
+enum { JUDGED = 10000, PATIENT = 300000 };
+
 /* The integrator to the end of its instants. */
 static int integrate(mbody_model *model, int which) {
   double *state = model->state.at, until = model->until[which].at[0];
   int64_t found[3] = {MORE, 0, 0};
+  double count = state[STEPS], since = state[TIME], longest = 0.0;
   int doubt = 0, code;
   state[LAST_STEP_ALLOWED] = 0.0;
   while (found[0] == MORE || found[0] == LAST_STEP) {
@@ -710,6 +720,16 @@ static int integrate(mbody_model *model, int which) {
       doubt = because(model, MBODY_DOUBT,
                       "the inertia of the free motion nearly vanishes at t = %.6g s: how it goes on "
                       "is not determined; give mass to the bodies that move there", state[TIME]);
+    }
+    if (found[0] == MORE && state[STEPS] - count >= JUDGED) {
+      double mean = (state[TIME] - since) / (state[STEPS] - count), left = (until - state[TIME]) / mean;
+      if (mean < 0.1 * longest && !(left < PATIENT))
+        return because(model, MBODY_ENDED,
+                       "the loads jump to and fro at t = %.6g s: the last %d steps were %.1g s each, "
+                       "the end would take %.1g more; smooth what jumps", state[TIME], JUDGED, mean, left);
+      longest = mean > longest ? mean : longest;
+      count = state[STEPS];
+      since = state[TIME];
     }
   }
   switch (found[0]) {
