@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import io
-import re
+import functools
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mbody.errors import ModelError
 from mbody.files.writing import writing
-from mbody.views.style import FONTS, MATHS, SIZE
+from mbody.views.picture_content import content_of, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -20,39 +19,20 @@ __all__ = ["blank", "check_ending", "save", "styled"]
 ENDINGS = ("svg", "png", "pdf")
 
 
-def styled() -> Any:
-    """A context with the fonts and lines of our pictures, independent of the user's settings.
-
-    Raises
-    ------
-    ModelError
-        Where matplotlib is not installed.
-    """
-    try:
-        import matplotlib.style
-    except ImportError:
-        raise ModelError(
-            "a picture needs matplotlib, which is not installed: pip install matplotlib"
-        ) from None
-    ours: dict[str, Any] = {
-        "font.family": FONTS,
-        "font.size": SIZE["text"],
-        "mathtext.fontset": MATHS,
-        "svg.fonttype": "path",
-        "svg.hashsalt": "mbody",
-        "axes.unicode_minus": True,
-    }
-    return matplotlib.style.context(["default", ours])
-
-
 def blank() -> Figure:
     """An empty figure without a window; notebooks can show it."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(facecolor="white")
+    figure: Any = Figure(facecolor="white")
     FigureCanvasAgg(figure)
+    vars(figure)["_repr_mimebundle_"] = functools.partial(_in_a_notebook, figure)
     return figure
+
+
+def _in_a_notebook(figure: Figure, include: Any = None, exclude: Any = None) -> dict[str, str]:
+    """A drawing as SVG: sharp, and without a server."""
+    return {"image/svg+xml": content_of(figure, "svg").decode("utf-8")}
 
 
 def check_ending(path: Any) -> str:
@@ -90,30 +70,6 @@ def save(figure: Figure, path: Any) -> None:
         For another ending, or a place where no file can be written.
     """
     ending = check_ending(path)
-    nameless: dict[str, Any] = {
-        "svg": {"Date": None, "Creator": None},
-        "png": {"Software": None},
-        "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
-    }
-    content = io.BytesIO()
-    with styled():
-        figure.savefig(content, format=ending, dpi=200, metadata=nameless[ending])
-    whole = content.getvalue()
-    if ending == "svg":
-        whole = _shortened(whole.decode("utf-8")).encode("utf-8")
+    whole = content_of(figure, ending)
     with writing(path, binary=True) as file:
         file.write(whole)
-
-
-def _shortened(svg: str) -> str:
-    """The same drawing, a third smaller: outlines to a hundredth of a point, no superfluous spaces.
-
-    >>> _shortened('<path d="M 1.23456 0.5 z" transform="scale(0.012345)"/>')
-    '<path d="M1.23 0.5z" transform="scale(0.012345)"/>'
-    """
-
-    def shorter(path: re.Match[str]) -> str:
-        outline = re.sub(r"(\.\d\d)\d+", r"\1", path[1])
-        return 'd="' + re.sub(r"\s*([A-Za-z])\s*", r"\1", outline) + '"'
-
-    return re.sub(r'\bd="([^"]*)"', shorter, svg)
