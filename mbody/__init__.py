@@ -177,6 +177,7 @@ presentation.register(
 presentation.register(
     "data", Answer="mbody.files.answers:answer_data", Solution="mbody.files.results:data"
 )
+presentation.register("drawing", FreeBody="mbody.views.free_bodies:draw_free_body")
 presentation.register("equations", Solution="mbody.sheets.equations:system_of_equations")
 presentation.register("columns", Solution="mbody.files.tables:columns")
 presentation.register("dataframe", Solution="mbody.files.tables:dataframe")

@@ -27,6 +27,7 @@ examples:
   mbody crosscheck mine.toml --against pinocchio  a second opinion, by another engine
   mbody draw mine.toml --forces -o mine.svg       a picture with its forces
   mbody plot mine.toml motor.effort -o effort.png over the cycle
+  mbody freebody mine.toml --at crank=60          every link alone, with its forces
   mbody show norton_fourbar > mine.toml           a file to begin with
 """
 
@@ -120,6 +121,8 @@ def parser() -> argparse.ArgumentParser:
     _json(cross)
     _draw(command("draw", "a picture of the mechanism at one instant", "draw.draw"))
     _plot(command("plot", "diagrams of quantities over the cycle", "draw.plot"))
+    cut_free = "free-body diagrams: every link alone with its forces"
+    _freebody(command("freebody", cut_free, "freebody.freebody"))
     _export(command("export", "the model as a file of another program", "export.export"))
     _json(command("models", "the models of the gallery", "about.models"))
     show = command("show", "print the file of a model", "about.show")
@@ -213,6 +216,22 @@ def _draw(command: argparse.ArgumentParser) -> None:
         help="draw the path of a point, such as coupler.P",
     )
     _output(command)
+
+
+def _freebody(command: argparse.ArgumentParser) -> None:
+    _model(command)
+    _instants(command)
+    command.add_argument("--to", metavar="TIME", help="of the free motion until that time")
+    command.add_argument(
+        "--bodies",
+        action="append",
+        default=[],
+        metavar="NAMES",
+        help="which links, with commas between them; by default all",
+    )
+    command.add_argument(
+        "-o", "--output", metavar="FILE", help="ends in .svg, .png or .pdf (MODEL.svg)"
+    )
 
 
 def _export(command: argparse.ArgumentParser) -> None:

@@ -5,6 +5,7 @@ from unittest import mock
 
 from mbody import kinematics
 from mbody.views import draw, plot, save
+from mbody.views.free_bodies import draw_free_bodies
 from tests.errors.command import said
 from tests.errors.models import crank_alone, four_bar
 from tests.errors.results import batch, motion, run
@@ -28,6 +29,12 @@ SCENARIOS = {
     "a plot of one instant": lambda: plot(run(), "motor.effort"),
     "a plot of nothing": lambda: plot(kinematics(four_bar(), t=[0.0, 0.1])),
     "a plot of what is not there": lambda: plot(kinematics(four_bar(), t=[0.0, 0.1]), "C.force"),
+    "free-body diagrams of nothing": lambda: draw_free_bodies(run(), []),
+    "free-body diagrams of a body that is not there": lambda: draw_free_bodies(run(), ["rod"]),
+    "very many free-body diagrams": said(["freebody", "n_windows_40", "-o", "a.svg"]),
+    "free-body diagrams of a motion at a place": said(
+        ["freebody", "mud_pump", "--to", "1", "--at", "crank=3", "-o", "a.svg"]
+    ),
     "a picture to a place that is none": lambda: save(draw(run()), 3),
     "a picture in a folder that is not there": lambda: save(draw(run()), "/nowhere/a.svg"),
     "a picture in a format that is not there": said(["draw", "hoekens", "-o", "hoekens.gif"]),
