@@ -215,6 +215,23 @@ def _draw(command: argparse.ArgumentParser) -> None:
         metavar="POINT",
         help="draw the path of a point, such as coupler.P",
     )
+    command.add_argument("--to", metavar="TIME", help="the free motion until that time")
+    command.add_argument(
+        "--positions", metavar="N", help="N equal steps of the turn or of the motion"
+    )
+    command.add_argument(
+        "--strip", action="store_true", help="several positions beside each other, not overlaid"
+    )
+    command.add_argument(
+        "--series", action="store_true", help="a file for each position, at one scale"
+    )
+    command.add_argument(
+        "--only",
+        action="append",
+        default=[],
+        metavar="BODIES",
+        help="draw only these links, with commas between them",
+    )
     _output(command)
 
 
@@ -249,9 +266,27 @@ def _plot(command: argparse.ArgumentParser) -> None:
         nargs="*",
         metavar="QUANTITY",
         help="a measure of the model, or a formula such as motor.effort, B.force, coupler.P.y; "
-        "without any, all measures",
+        "without any, all measures; a unit in brackets behind it, as in 'B.force [kN]'",
     )
     _instants(command)
+    command.add_argument("--to", metavar="TIME", help="the free motion until that time")
+    command.add_argument("--x", metavar="QUANTITY", help="what it is plotted over")
+    command.add_argument("--log", metavar="AXES", help="logarithmic axes: x, y or xy")
+    command.add_argument(
+        "--vary",
+        action="append",
+        default=[],
+        metavar="NAME=LOW:HIGH:COUNT",
+        help="several designs, overlaid; more than six are a band",
+    )
+    for kind, text in (
+        ("polar", "magnitudes of joint forces over the angle of the crank"),
+        ("hodograph", "the curves of the tips of joint forces"),
+        ("path", "the path of a point, y over x"),
+    ):
+        names = "POINT" if kind == "path" else "JOINTS"
+        command.add_argument(f"--{kind}", action="append", default=[], metavar=names, help=text)
+    command.add_argument("--axes", metavar="BODY", help="the link in whose axes a hodograph is")
     _output(command)
 
 
