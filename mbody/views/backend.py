@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-__all__ = ["blank", "check_ending", "save", "styled"]
+__all__ = ["blank", "check_ending", "content", "save", "styled"]
 
 ENDINGS = ("svg", "png", "pdf")
 
@@ -90,19 +90,27 @@ def save(figure: Figure, path: Any) -> None:
         For another ending, or a place where no file can be written.
     """
     ending = check_ending(path)
+    whole = content(figure, ending)
+    with writing(path, binary=True) as file:
+        file.write(whole)
+
+
+def content(figure: Figure, ending: str) -> bytes:
+    """A picture as the content of a file, the same every time.
+
+    >>> content(blank(), "svg")[:5]
+    b'<?xml'
+    """
     nameless: dict[str, Any] = {
         "svg": {"Date": None, "Creator": None},
         "png": {"Software": None},
         "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
     }
-    content = io.BytesIO()
+    found = io.BytesIO()
     with styled():
-        figure.savefig(content, format=ending, dpi=200, metadata=nameless[ending])
-    whole = content.getvalue()
-    if ending == "svg":
-        whole = _shortened(whole.decode("utf-8")).encode("utf-8")
-    with writing(path, binary=True) as file:
-        file.write(whole)
+        figure.savefig(found, format=ending, dpi=200, metadata=nameless[ending])
+    whole = found.getvalue()
+    return _shortened(whole.decode("utf-8")).encode("utf-8") if ending == "svg" else whole
 
 
 def _shortened(svg: str) -> str:

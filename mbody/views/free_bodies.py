@@ -25,7 +25,7 @@ from mbody.views.lone_link import lone_link, scale_of
 from mbody.views.pose import Pose, heading
 from mbody.views.shapes import arc, direction
 from mbody.views.sketch import Sketch
-from mbody.views.style import INK, PAPER, SIZE, SOFT, Z
+from mbody.views.style import INK, SIZE, SOFT, Z
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -65,7 +65,11 @@ def draw_free_body(free: FreeBody) -> Figure:
 
 
 def draw_free_bodies(
-    run: Solution, bodies: Sequence[str] | None = None, instants: Sequence[int] = (0,)
+    run: Solution,
+    bodies: Sequence[str] | None = None,
+    instants: Sequence[int] = (0,),
+    *,
+    headed: bool = True,
 ) -> Figure:
     """Free-body diagrams, a row for each link: the link alone with all forces and torques, the
     force polygon at the same scale, and their numbers.
@@ -78,6 +82,8 @@ def draw_free_bodies(
         By default all moving bodies.
     instants : list of int
         Which instants of the result.
+    headed : bool
+        Whether the mechanism and the instant are named above.
 
     Returns
     -------
@@ -117,7 +123,7 @@ def draw_free_bodies(
             members = {member.body: member for member in member_forces(run, k)}
             pose = Pose(run, k)
             for n, name in enumerate(names):
-                heading = f"{run.mechanism.name}: {when(run, k)}" if n == 0 else ""
+                heading = f"{run.mechanism.name}: {when(run, k)}" if n == 0 and headed else ""
                 free = free_body(run, name, k)
                 rows.append((heading, _row(figure, pose, free, members[name])))
         _laid_out(figure, rows)
@@ -376,7 +382,7 @@ def _table(
         size, turn = one.value(units)
         where = _at(one, pose)
         if one.force is not None and float(np.hypot(*one.force)) < least:
-            where += " (too small to draw)"
+            where += " (not drawn)"
         rows.append((one.text, size, turn, one.color, where))
     if not rows:
         rows = [("no forces", "", "", SOFT, "")]
@@ -492,4 +498,3 @@ def _laid_out(figure: Figure, rows: Sequence[tuple[str, FreeBodyRow]]) -> None:
             rule = Line2D([EDGE / total, 1 - EDGE / total], [line / high] * 2, lw=0.6, color=SOFT)
             rule.set_alpha(0.5)
             figure.add_artist(rule)
-    figure.patch.set_facecolor(PAPER)

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from mbody.solution.solution import Solution
 
-__all__ = ["PlottedCurve", "all_measures", "curve_of", "plot", "spread"]
+__all__ = ["PlottedCurve", "all_measures", "curve_of", "plot", "plot_curves", "spread"]
 
 Array = np.ndarray
 
@@ -156,6 +156,12 @@ def plot(
     _check_log(log, panels, abscissa)
     with styled():
         return _figure(first, panels, abscissa[0], log, [] if x else _events(first))
+
+
+def plot_curves(run: Solution, panels: Sequence[list[PlottedCurve]]) -> Figure:
+    """Curves that are known already, a panel for each list, over the axis of `plot`."""
+    with styled():
+        return _figure(run, panels, _abscissa(run), "", [])
 
 
 def _alike(one: Array, other: Array) -> bool:
@@ -301,7 +307,7 @@ def _figure(
     title = cut(run.mechanism.name, 72).replace("$", r"\$")
     look: dict[str, Any] = {"ha": "left", "va": "baseline"}
     up = (tall - 0.3) / tall
-    figure.text(0.2 / wide, up, title, size=SIZE["title"], color=INK, **look)
+    figure.text(0.2 / wide, up, title, size=SIZE["title"], color=INK, gid="title", **look)
     figure.canvas.draw()
     return figure
 

@@ -283,7 +283,8 @@ def _legend(figure: Figure, run: Solution, names: Sequence[str], wide: float, ta
 
     title = cut(run.mechanism.name, 72).replace("$", r"\$")
     look: dict[str, Any] = {"ha": "left", "va": "baseline"}
-    figure.text(0.2 / wide, (tall - 0.3) / tall, title, size=SIZE["title"], color=INK, **look)
+    look |= {"size": SIZE["title"], "color": INK, "gid": "title"}
+    figure.text(0.2 / wide, (tall - 0.3) / tall, title, **look)
     entries = _entries(run, names)
     space = max(extent(text, SIZE["text"])[0] for text in entries) / 72.0
     left = wide - space - 0.12
