@@ -7,7 +7,7 @@
 10.0
 
 These names are for every user, with the folders `mbody.laws`, `mbody.makers`, `mbody.gallery`,
-`mbody.engineering`, `mbody.sweeps` and `mbody.testing`.
+`mbody.engineering`, `mbody.reports`, `mbody.sweeps` and `mbody.testing`.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from mbody import gallery as gallery
     from mbody import laws as laws
     from mbody import makers as makers
+    from mbody import reports as reports
     from mbody import sweeps as sweeps
     from mbody import testing as testing
     from mbody.analysis.driven.driver_range import driver_range
@@ -186,7 +187,7 @@ presentation.register("json", Solution="mbody.files.results:write_json")
 presentation.register("npz", Solution="mbody.files.results:write_npz")
 
 #: Folders that need no import of their own.
-_FOLDERS = ("engineering", "gallery", "laws", "makers", "sweeps", "testing")
+_FOLDERS = ("engineering", "gallery", "laws", "makers", "reports", "sweeps", "testing")
 _MODULES = {
     "analysis.driven.driver_range": "driver_range",
     "analysis.driven.free_body": "free_body member_forces",

@@ -16,8 +16,8 @@ __all__ = ["report"]
 
 def report(args: Any) -> int:
     """Write the report of a model; 1 where its result is in doubt."""
-    from mbody.reports.report import check_format
-    from mbody.reports.report import report as made
+    from mbody.reports.mechanism_report import check_format
+    from mbody.reports.mechanism_report import report as made
 
     output = args.output or f"{path_of(args.model).stem}.html"
     check_format(output)

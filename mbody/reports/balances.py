@@ -10,7 +10,7 @@ from mbody.engineering.fluctuation import fluctuation
 from mbody.engineering.shaking import shaking_force
 from mbody.errors import ModelError
 from mbody.quantities.units import DIMENSIONS
-from mbody.reports.document import Block, Cells, Grid, Picture, Text
+from mbody.reports.blocks import Block, Cells, Grid, Picture, Text
 from mbody.reports.figures import untitled
 from mbody.reports.peaks import peak, where_columns
 from mbody.sheets.text_table import number, numbers

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from mbody._version import __version__
 from mbody.errors import ModelError, brief
 from mbody.reports.balances import energy, shaking
+from mbody.reports.blocks import Block, Chapter, ReportDocument
 from mbody.reports.described import inputs, method, mobility, sketch
-from mbody.reports.document import Block, Chapter, Document
 from mbody.reports.evidence import checks, opinions, references, repeat
 from mbody.reports.figures import freebody, plots, polar
 from mbody.reports.peaks import joints, links, loads, summary
@@ -63,7 +63,7 @@ def check_sections(names: Sequence[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names))
 
 
-def document(subject: Subject, names: Sequence[str], title: str, about: Sequence[str]) -> Document:
+def document(subject: Subject, names: Sequence[str], title: str, author: str) -> ReportDocument:
     """The document of a subject, chapters without content left out."""
     run, chapters = subject.run, []
     for name in names:
@@ -72,9 +72,9 @@ def document(subject: Subject, names: Sequence[str], title: str, about: Sequence
         if blocks:
             chapters.append(Chapter(name, heading, blocks))
     lines = [("analysis", f"{run.analysis}, {len(run)} instant{'s' * subject.many}")]
-    lines += [("by", text) for text in about if text]
+    lines += [("by", author)] if author else []
     lines.append(("program", f"mbody {__version__}"))
     if subject.text:
         lines.append(("model, SHA-256", f"`{subject.digest[:16]}…`"))
     lines.append(("status", run.status))
-    return Document(title or subject.mechanism.name, lines, chapters)
+    return ReportDocument(title or subject.mechanism.name, lines, chapters)

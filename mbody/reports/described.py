@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from mbody.analysis.freedom.mobility import Count
 from mbody.errors import ModelError
 from mbody.files.model.write import as_data
-from mbody.reports.document import Block, Cells, Grid, Items, Notice, Picture, Text
+from mbody.reports.blocks import Block, Cells, Grid, Items, Notice, Picture, Text
 from mbody.sheets.text_table import number, numbers
 from mbody.views.drawing import draw
 from mbody.views.free_bodies import when

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from mbody._version import __version__
 from mbody.engines.opinion import Opinion
 from mbody.errors import ModelError, SolveError
-from mbody.reports.document import Block, Cells, FileText, Grid, Items, Notice, Text
+from mbody.reports.blocks import Block, Cells, FileText, Grid, Items, Notice, Text
 from mbody.sheets.text_table import number
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbody.reports.document import Block, Picture, Text
+from mbody.reports.blocks import Block, Picture, Text
 from mbody.views.free_bodies import MOST, draw_free_bodies, when
 from mbody.views.plotting import all_measures, plot
 from mbody.views.polar import hodograph

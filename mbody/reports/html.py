@@ -7,15 +7,15 @@ import re
 from collections.abc import Iterator
 
 from mbody._version import __version__
-from mbody.reports.document import (
+from mbody.reports.blocks import (
     Block,
     Chapter,
-    Document,
     FileText,
     Grid,
     Items,
     Notice,
     Picture,
+    ReportDocument,
     Text,
     parts_of,
 )
@@ -110,7 +110,7 @@ footer{grid-column:1/-1;margin-top:3rem;font-size:.85rem;color:var(--soft-text)}
 """
 
 
-def html_page(document: Document) -> str:
+def html_page(document: ReportDocument) -> str:
     """The whole page.
 
     Pictures are inline, their colours are variables of the page.

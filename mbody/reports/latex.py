@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from mbody.reports.document import Block, Document, Grid, Items, Notice, Picture, Text, parts_of
+from mbody.reports.blocks import Block, Grid, Items, Notice, Picture, ReportDocument, Text, parts_of
 
 __all__ = ["latex"]
 
@@ -33,7 +33,7 @@ SIGNS = {
 }
 
 
-def latex(document: Document, folder: str) -> str:
+def latex(document: ReportDocument, folder: str) -> str:
     """The text; pictures are named in `folder`, which the caller writes."""
     about = [f"{_rich(what)} & {_rich(value)} \\\\" for what, value in document.about]
     lines = [HEAD + rf"\title{{{_rich(document.title)}}}", r"\date{}", r"\begin{document}"]

@@ -5,14 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from mbody.reports.document import (
+from mbody.reports.blocks import (
     Block,
-    Document,
     FileText,
     Grid,
     Items,
     Notice,
     Picture,
+    ReportDocument,
     Text,
     parts_of,
 )
@@ -22,7 +22,7 @@ __all__ = ["markdown"]
 MARKS = {"good": "✓", "doubt": "⚠", "note": "Note:"}
 
 
-def markdown(document: Document, folder: str) -> str:
+def markdown(document: ReportDocument, folder: str) -> str:
     """The text; pictures are named in `folder`, which the caller writes."""
     lines = [f"# {_rich(document.title)}", ""]
     lines += [f"- {_rich(what)}: {_rich(value)}" for what, value in document.about]

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from mbody.errors import ModelError
-from mbody.reports.document import Block, Document, Grid, Items, Notice, Picture, Text, parts_of
+from mbody.reports.blocks import Block, Grid, Items, Notice, Picture, ReportDocument, Text, parts_of
 from mbody.views.backend import content
 
 __all__ = ["check_typst", "pdf", "typst_text"]
@@ -55,7 +55,7 @@ def check_typst() -> Any:
     return typst
 
 
-def pdf(document: Document) -> bytes:
+def pdf(document: ReportDocument) -> bytes:
     """The content of the file.
 
     Raises
@@ -74,7 +74,7 @@ def pdf(document: Document) -> bytes:
     return whole
 
 
-def typst_text(document: Document) -> str:
+def typst_text(document: ReportDocument) -> str:
     """The document in the language of Typst."""
     lines = [HEAD.format(title=_quoted(document.title))]
     lines.append(f'#text(size: 17pt, weight: "bold")[{_rich(document.title)}]\n')

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.quantities.units import DIMENSIONS
-from mbody.reports.document import Block, Cells, Grid, Notice, Text
+from mbody.reports.blocks import Block, Cells, Grid, Notice, Text
 from mbody.reports.subject import Subject, book
 from mbody.sheets.names import ROUNDING, remark, swiftness
 from mbody.sheets.text_table import angles, number, numbers

@@ -18,7 +18,7 @@ __all__ = [
     "Block",
     "Cells",
     "Chapter",
-    "Document",
+    "ReportDocument",
     "FileText",
     "Grid",
     "Items",
@@ -143,7 +143,7 @@ class Chapter:
 
 
 @dataclass(frozen=True)
-class Document:
+class ReportDocument:
     """A whole document.
 
     Attributes

@@ -13,8 +13,8 @@ from mbody.files.model import ReportSettings, report_settings
 from mbody.files.writing import writing
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import Instants
+from mbody.reports.blocks import ReportDocument
 from mbody.reports.chapters import SECTIONS, check_sections, document
-from mbody.reports.document import Document
 from mbody.reports.html import html_page
 from mbody.reports.latex import latex
 from mbody.reports.markdown import markdown
@@ -27,25 +27,29 @@ from mbody.views.backend import content
 from mbody.views.free_bodies import force_peak
 from mbody.views.plotting import curve_of
 
-__all__ = ["FORMATS", "Report", "check_format", "report"]
+__all__ = ["FORMATS", "MechanismReport", "check_format", "report"]
 
 FORMATS = (".html", ".md", ".tex", ".pdf")
 
 
-@dataclass(frozen=True)
-class Report:
+@dataclass(frozen=True, repr=False)
+class MechanismReport:
     """A report, to be saved or shown in a notebook.
 
     Attributes
     ----------
-    document : Document
+    document : ReportDocument
         Its chapters as plain blocks.
     run : Solution
         The result that it shows.
     """
 
-    document: Document
+    document: ReportDocument
     run: Solution
+
+    def __repr__(self) -> str:
+        count = len(self.document.chapters)
+        return f"MechanismReport({self.document.title!r}: {count} chapters, {self.status})"
 
     @property
     def status(self) -> str:
@@ -101,7 +105,13 @@ class Report:
         with writing(path) as file:
             file.write(write(self.document, folder.name))
         files = [str(path)]
-        folder.mkdir(exist_ok=True)
+        try:
+            folder.mkdir(exist_ok=True)
+        except OSError as error:
+            raise ModelError(
+                f"cannot make the folder '{folder}' for the pictures ({error.strerror}): choose "
+                "another name for the report"
+            ) from None
         for picture in self.document.pictures:
             files.append(str(folder / f"{picture.name}.{kind}"))
             with writing(files[-1], binary=True) as file:
@@ -155,7 +165,7 @@ def report(
     polar: Sequence[str] = (),
     against: str | Sequence[str] | None = None,
     command: str = "",
-) -> Report:
+) -> MechanismReport:
     """The engineer's document of a mechanism: sketch, inputs, method, forces, checks, and more.
 
     Parameters
@@ -186,7 +196,7 @@ def report(
 
     Returns
     -------
-    Report
+    MechanismReport
 
     Raises
     ------
@@ -231,4 +241,4 @@ def report(
         curve_of(run, name)  # refused before anything is drawn
     names = [name for name in chosen if name not in left_out]
     made = document(subject, names, title or own.title, author or own.author)
-    return Report(made, run)
+    return MechanismReport(made, run)
