@@ -7,7 +7,7 @@
 10.0
 
 These names are for every user, with the folders `mbody.laws`, `mbody.makers`, `mbody.gallery`,
-`mbody.engineering`, `mbody.reports`, `mbody.sweeps` and `mbody.testing`.
+`mbody.engineering`, `mbody.sweeps` and `mbody.testing`.
 """
 
 from __future__ import annotations
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from mbody import gallery as gallery
     from mbody import laws as laws
     from mbody import makers as makers
-    from mbody import reports as reports
     from mbody import sweeps as sweeps
     from mbody import testing as testing
     from mbody.analysis.driven.driver_range import driver_range
@@ -78,6 +77,7 @@ if TYPE_CHECKING:
     from mbody.model.mechanism import Mechanism
     from mbody.model.simulation import SimulationSettings
     from mbody.model.study import Instants
+    from mbody.reports.mechanism_report import report
     from mbody.solution.doubts import Doubt
     from mbody.solution.energy import Energy
     from mbody.solution.event_record import EventRecord
@@ -154,6 +154,7 @@ __all__ = [
     "modes",
     "number_field",
     "plot",
+    "report",
     "save",
     "save_run",
     "simulate",
@@ -187,7 +188,7 @@ presentation.register("json", Solution="mbody.files.results:write_json")
 presentation.register("npz", Solution="mbody.files.results:write_npz")
 
 #: Folders that need no import of their own.
-_FOLDERS = ("engineering", "gallery", "laws", "makers", "reports", "sweeps", "testing")
+_FOLDERS = ("engineering", "gallery", "laws", "makers", "sweeps", "testing")
 _MODULES = {
     "analysis.driven.driver_range": "driver_range",
     "analysis.driven.free_body": "free_body member_forces",
@@ -216,6 +217,7 @@ _MODULES = {
     "model.mechanism": "Mechanism",
     "model.simulation": "SimulationSettings",
     "model.study": "Instants",
+    "reports.mechanism_report": "report",
     "solution.doubts": "Doubt",
     "solution.energy": "Energy",
     "solution.event_record": "EventRecord",

@@ -8,7 +8,7 @@ from pathlib import Path
 import mbody
 
 PACKAGE = Path(mbody.__file__).parent
-MOST = 70
+MOST = 76
 
 
 def imported_for_type_checkers() -> set[str]:

@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import ModelError, cli, from_toml, gallery, kinetostatics
+from mbody import ModelError, cli, from_toml, gallery, kinetostatics, report
 from mbody.files.model import in_units, report_settings
 from mbody.model.study import Instants
-from mbody.reports import report
 from mbody.reports.blocks import Grid, Notice, Picture, typeset
 from mbody.reports.chapters import SECTIONS
 from mbody.reports.mechanism_report import FORMATS

@@ -2,12 +2,8 @@
 
 >>> import mbody
 >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 1, 1), speed=10.0)
->>> mbody.reports.report(machine, ["joints", "checks"])
+>>> mbody.report(machine, ["joints", "checks"])
 MechanismReport('four-bar': 2 chapters, completed)
 
 `chapters` is the template: each chapter is made of plain `blocks`, which every format writes.
 """
-
-from mbody.reports.mechanism_report import MechanismReport, report
-
-__all__ = ["MechanismReport", "report"]

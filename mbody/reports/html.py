@@ -20,7 +20,7 @@ from mbody.reports.blocks import (
     parts_of,
 )
 from mbody.views import style
-from mbody.views.backend import content
+from mbody.views.picture_content import content_of
 
 __all__ = ["html_page"]
 
@@ -236,7 +236,7 @@ def _rich(text: str) -> str:
 
 def picture_text(picture: Picture, number: int) -> str:
     """A picture as part of a page: ids of its own, colours of the page, a name that is read."""
-    text = content(picture.figure, "svg").decode("utf-8")
+    text = content_of(picture.figure, "svg").decode("utf-8")
     text = text[text.index("<svg") :]
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
     # what nothing refers to needs no id; glyphs and outlines that are used have one in each picture

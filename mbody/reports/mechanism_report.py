@@ -23,8 +23,8 @@ from mbody.reports.subject import Subject, run_of
 from mbody.solution.checks import check_forces, whole_instant
 from mbody.solution.doubts import Doubt
 from mbody.solution.solution import Solution
-from mbody.views.backend import content
 from mbody.views.free_bodies import force_peak
+from mbody.views.picture_content import content_of
 from mbody.views.plotting import curve_of
 
 __all__ = ["FORMATS", "MechanismReport", "check_format", "report"]
@@ -115,7 +115,7 @@ class MechanismReport:
         for picture in self.document.pictures:
             files.append(str(folder / f"{picture.name}.{kind}"))
             with writing(files[-1], binary=True) as file:
-                file.write(content(picture.figure, kind))
+                file.write(content_of(picture.figure, kind))
         return files
 
     def _repr_html_(self) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 
 from mbody.errors import ModelError
 from mbody.reports.blocks import Block, Grid, Items, Notice, Picture, ReportDocument, Text, parts_of
-from mbody.views.backend import content
+from mbody.views.picture_content import content_of
 
 __all__ = ["check_typst", "pdf", "typst_text"]
 
@@ -67,7 +67,7 @@ def pdf(document: ReportDocument) -> bytes:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for picture in document.pictures:
-            (folder / f"{picture.name}.svg").write_bytes(content(picture.figure, "svg"))
+            (folder / f"{picture.name}.svg").write_bytes(content_of(picture.figure, "svg"))
         source = folder / "report.typ"
         source.write_text(typst_text(document), encoding="utf-8")
         whole: bytes = typst.compile(str(source), root=str(folder))

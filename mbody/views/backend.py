@@ -2,47 +2,21 @@
 
 from __future__ import annotations
 
-import io
-import re
+import functools
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mbody.errors import ModelError
 from mbody.files.writing import writing
-from mbody.views.style import FONTS, MATHS, SIZE
+from mbody.views.picture_content import content_of, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-__all__ = ["blank", "check_ending", "content", "save", "styled"]
+__all__ = ["blank", "check_ending", "save", "styled"]
 
 ENDINGS = ("svg", "png", "pdf")
-
-
-def styled() -> Any:
-    """A context with the fonts and lines of our pictures, independent of the user's settings.
-
-    Raises
-    ------
-    ModelError
-        Where matplotlib is not installed.
-    """
-    try:
-        import matplotlib.style
-    except ImportError:
-        raise ModelError(
-            "a picture needs matplotlib, which is not installed: pip install matplotlib"
-        ) from None
-    ours: dict[str, Any] = {
-        "font.family": FONTS,
-        "font.size": SIZE["text"],
-        "mathtext.fontset": MATHS,
-        "svg.fonttype": "path",
-        "svg.hashsalt": "mbody",
-        "axes.unicode_minus": True,
-    }
-    return matplotlib.style.context(["default", ours])
 
 
 def blank() -> Figure:
@@ -50,9 +24,15 @@ def blank() -> Figure:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(facecolor="white")
+    figure: Any = Figure(facecolor="white")
     FigureCanvasAgg(figure)
+    figure._repr_mimebundle_ = functools.partial(_in_a_notebook, figure)
     return figure
+
+
+def _in_a_notebook(figure: Figure, include: Any = None, exclude: Any = None) -> dict[str, str]:
+    """A drawing as SVG: sharp, and without a server."""
+    return {"image/svg+xml": content_of(figure, "svg").decode("utf-8")}
 
 
 def check_ending(path: Any) -> str:
@@ -90,38 +70,6 @@ def save(figure: Figure, path: Any) -> None:
         For another ending, or a place where no file can be written.
     """
     ending = check_ending(path)
-    whole = content(figure, ending)
+    whole = content_of(figure, ending)
     with writing(path, binary=True) as file:
         file.write(whole)
-
-
-def content(figure: Figure, ending: str) -> bytes:
-    """A picture as the content of a file, the same every time.
-
-    >>> content(blank(), "svg")[:5]
-    b'<?xml'
-    """
-    nameless: dict[str, Any] = {
-        "svg": {"Date": None, "Creator": None},
-        "png": {"Software": None},
-        "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
-    }
-    found = io.BytesIO()
-    with styled():
-        figure.savefig(found, format=ending, dpi=200, metadata=nameless[ending])
-    whole = found.getvalue()
-    return _shortened(whole.decode("utf-8")).encode("utf-8") if ending == "svg" else whole
-
-
-def _shortened(svg: str) -> str:
-    """The same drawing, a third smaller: outlines to a hundredth of a point, no superfluous spaces.
-
-    >>> _shortened('<path d="M 1.23456 0.5 z" transform="scale(0.012345)"/>')
-    '<path d="M1.23 0.5z" transform="scale(0.012345)"/>'
-    """
-
-    def shorter(path: re.Match[str]) -> str:
-        outline = re.sub(r"(\.\d\d)\d+", r"\1", path[1])
-        return 'd="' + re.sub(r"\s*([A-Za-z])\s*", r"\1", outline) + '"'
-
-    return re.sub(r'\bd="([^"]*)"', shorter, svg)

@@ -117,11 +117,7 @@ def key_row(
     sketch: Sketch, axes: Any, y: float, wide: float, arrows: tuple[float, float, str] | None
 ) -> None:
     """Scale and key of a sketch on other axes of the same scale, from their left edge."""
-    own, sketch.axes = sketch.axes, axes
-    try:
-        _key(sketch, 0.0, y, wide, arrows)
-    finally:
-        sketch.axes = own
+    _key(type(sketch)(axes, sketch.pose, sketch.unit, sketch.small), 0.0, y, wide, arrows)
 
 
 def _key(

@@ -6,8 +6,7 @@ import tempfile
 from pathlib import Path
 from unittest import mock
 
-from mbody import Body, Mechanism, Revolute, gallery
-from mbody.reports import report
+from mbody import Body, Mechanism, Revolute, gallery, report
 from tests.errors.command import said
 from tests.errors.models import four_bar
 from tests.errors.results import batch, motion
