@@ -24,11 +24,11 @@ examples:
   mbody simulate mine.toml --to 10 --csv run.csv  free motion over time
   mbody sweep mine.toml --vary load=1:9:50 --measure 'peak(A.force)'
   mbody solve mine.toml brake                     the unknowns of its table [solve.brake]
+  mbody report mine.toml -o mine.html             the engineer's document
+  mbody freebody mine.toml --at crank=60          every link alone, with its forces
   mbody crosscheck mine.toml --against pinocchio  a second opinion, by another engine
   mbody draw mine.toml --forces -o mine.svg       a picture with its forces
   mbody plot mine.toml motor.effort -o effort.png over the cycle
-  mbody report mine.toml -o mine.html             the engineer's document
-  mbody freebody mine.toml --at crank=60          every link alone, with its forces
   mbody show norton_fourbar > mine.toml           a file to begin with
 """
 
@@ -108,6 +108,9 @@ def parser() -> argparse.ArgumentParser:
     )
     _resting(modes)
     _json(modes)
+    cut_free = "free-body diagrams: every link alone with its forces"
+    _freebody(command("freebody", cut_free, "freebody.freebody"))
+    _report(command("report", "the engineer's document, for screen and paper", "report.report"))
     cross = command(
         "crosscheck",
         "results compared with those of other engines",
@@ -122,9 +125,6 @@ def parser() -> argparse.ArgumentParser:
     _json(cross)
     _draw(command("draw", "a picture of the mechanism at one instant", "draw.draw"))
     _plot(command("plot", "diagrams of quantities over the cycle", "draw.plot"))
-    cut_free = "free-body diagrams: every link alone with its forces"
-    _freebody(command("freebody", cut_free, "freebody.freebody"))
-    _report(command("report", "the engineer's document, for screen and paper", "report.report"))
     _export(command("export", "the model as a file of another program", "export.export"))
     _json(command("models", "the models of the gallery", "about.models"))
     show = command("show", "print the file of a model", "about.show")
@@ -183,6 +183,41 @@ def _angle(command: argparse.ArgumentParser) -> None:
     )
 
 
+def _freebody(command: argparse.ArgumentParser) -> None:
+    _model(command)
+    _instants(command)
+    command.add_argument("--to", metavar="TIME", help="of the free motion until that time")
+    command.add_argument(
+        "--bodies",
+        action="append",
+        default=[],
+        metavar="NAMES",
+        help="which links, with commas between them; by default all",
+    )
+    command.add_argument(
+        "-o", "--output", metavar="FILE", help="ends in .svg, .png or .pdf (MODEL.svg)"
+    )
+
+
+def _report(command: argparse.ArgumentParser) -> None:
+    _model(command)
+    _instants(command)
+    command.add_argument("--to", metavar="TIME", help="of the free motion until that time")
+    for option, names, text in (
+        ("sections", "NAMES", "what it contains, in order, with commas; by default everything"),
+        ("without", "NAMES", "sections that are left out"),
+        ("plot", "QUANTITY", "what is plotted; by default efforts, forces and measures"),
+        ("polar", "JOINTS", "whose forces are drawn as vectors"),
+        ("against", "ENGINES", "of the second opinion; by default all that are installed"),
+    ):
+        command.add_argument(f"--{option}", action="append", default=[], metavar=names, help=text)
+    command.add_argument("--title", metavar="TEXT", help="of the document")
+    command.add_argument("--open", action="store_true", help="open it in the browser")
+    command.add_argument(
+        "-o", "--output", metavar="FILE", help="ends in .html, .md, .tex or .pdf (MODEL.html)"
+    )
+
+
 def _instants(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--at",
@@ -235,41 +270,6 @@ def _draw(command: argparse.ArgumentParser) -> None:
         help="draw only these links, with commas between them",
     )
     _output(command)
-
-
-def _freebody(command: argparse.ArgumentParser) -> None:
-    _model(command)
-    _instants(command)
-    command.add_argument("--to", metavar="TIME", help="of the free motion until that time")
-    command.add_argument(
-        "--bodies",
-        action="append",
-        default=[],
-        metavar="NAMES",
-        help="which links, with commas between them; by default all",
-    )
-    command.add_argument(
-        "-o", "--output", metavar="FILE", help="ends in .svg, .png or .pdf (MODEL.svg)"
-    )
-
-
-def _report(command: argparse.ArgumentParser) -> None:
-    _model(command)
-    _instants(command)
-    command.add_argument("--to", metavar="TIME", help="of the free motion until that time")
-    for option, names, text in (
-        ("sections", "NAMES", "what it contains, in order, with commas; by default everything"),
-        ("without", "NAMES", "sections that are left out"),
-        ("plot", "QUANTITY", "what is plotted; by default efforts, forces and measures"),
-        ("polar", "JOINTS", "whose forces are drawn as vectors"),
-        ("against", "ENGINES", "of the second opinion; by default all that are installed"),
-    ):
-        command.add_argument(f"--{option}", action="append", default=[], metavar=names, help=text)
-    command.add_argument("--title", metavar="TEXT", help="of the document")
-    command.add_argument("--open", action="store_true", help="open it in the browser")
-    command.add_argument(
-        "-o", "--output", metavar="FILE", help="ends in .html, .md, .tex or .pdf (MODEL.html)"
-    )
 
 
 def _export(command: argparse.ArgumentParser) -> None:
