@@ -70,12 +70,13 @@ bench: .venv/installed-bench
 bench-full: .venv/installed-bench
 	$(BIN)/python -m benchmarks --save --page
 
-# Wheels in dist/: one with libraries for Linux on x86-64, and one without any.
+# Wheels in dist/: one with libraries for Linux on x86-64, and one without any; the core for
+# browsers is in both.
 LEVELS := x86-64-v3 x86-64-v2 x86-64-v4
 wheel: .venv/installed-dev
 	$(PIP) --editable ".[wheel]"
 	rm -rf mbody/core_libraries dist
-	$(BIN)/mbody compile $(addprefix --target ,$(LEVELS)) -o mbody/core_libraries
+	$(BIN)/mbody compile $(addprefix --target ,$(LEVELS) wasm32) -o mbody/core_libraries
 	MBODY_WHEEL=manylinux_2_17_x86_64 $(BIN)/python -m build --wheel
 	$(BIN)/python -m build --wheel
 	rm -rf mbody/core_libraries

@@ -41,7 +41,7 @@ LAYERS = (
     ("files",),
     ("sheets",),
     ("gallery", "makers", "testing", "engineering"),
-    ("views", "engines", "sweeps"),
+    ("views", "engines", "sweeps", "image"),
     ("reports",),
     ("cli",),
     ("__main__", "__init__"),

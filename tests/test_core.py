@@ -70,6 +70,28 @@ print(json.dumps(found))
 """
 
 
+#: Analyses that plain Python does in a second; prints their numbers.
+NUMBERS = """
+import json
+import numpy as np
+import mbody
+from mbody.gallery import load
+
+def record(run):
+    return np.concatenate([block.ravel() for block in run.record.blocks]).tolist()
+
+fourbar, swing = load("norton_fourbar"), load("simple_pendulum")
+found = {
+    "position": record(mbody.kinetostatics(fourbar)),
+    "some instants": record(mbody.kinetostatics(fourbar, t=np.linspace(0.0, 0.1, 7))),
+    "statics": record(mbody.statics(load("static_fourbar"))),
+    "dop853": record(mbody.simulate(swing, 0.1)),
+    "rattle4": record(mbody.simulate(swing, 0.1, method="rattle4", step=0.02)),
+}
+print(json.dumps(found))
+"""
+
+
 def python(code, **settings):
     variables = os.environ | {"PYTHONPATH": str(PACKAGE.parent)} | settings
     return subprocess.run(
@@ -82,6 +104,16 @@ def test_two_cores_give_the_same_bits():
     here, there = python(DIGESTS), python(DIGESTS, MBODY_CORE="numba", MBODY_QUIET="1")
     assert here.returncode == there.returncode == 0, here.stderr + there.stderr
     assert json.loads(here.stdout) == json.loads(there.stdout)
+
+
+def test_plain_python_gives_the_same_to_rounding():
+    """Without fused products and with sums in another order: last digits differ."""
+    here, there = python(NUMBERS), python(NUMBERS, MBODY_CORE="plain")
+    assert here.returncode == there.returncode == 0, here.stderr + there.stderr
+    compiled, plain = json.loads(here.stdout), json.loads(there.stdout)
+    for name, numbers in compiled.items():
+        numbers = np.array(numbers)
+        np.testing.assert_allclose(plain[name], numbers, rtol=0, atol=1e-12 * abs(numbers).max())
 
 
 def test_every_compiled_function_has_a_symbol_of_its_own():

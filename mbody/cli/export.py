@@ -1,4 +1,4 @@
-"""`mbody export MODEL --to mjcf`."""
+"""`mbody export MODEL --to mjcf | image`."""
 
 from __future__ import annotations
 
@@ -6,12 +6,26 @@ from typing import Any
 
 from mbody.cli.models import model_of
 from mbody.cli.streams import message
+from mbody.cli.usage import UsageError
 
 __all__ = ["export"]
 
 
 def export(args: Any) -> int:
-    """Write a model as a file of another program; what it cannot express is reported."""
+    """Write a model for another program; what that lacks is reported."""
+    if args.to == "image":
+        return _image(args)
+    _refuse_instants(args)
+    return _mjcf(args)
+
+
+def _refuse_instants(args: Any) -> None:
+    if args.instants is not None:
+        raise UsageError("--instants goes with --to image: a file of MuJoCo has no instants")
+
+
+def _mjcf(args: Any) -> int:
+    """Write a model for MuJoCo."""
     from mbody.engines.mjcf import to_mjcf
     from mbody.files.writing import writing
 
@@ -27,4 +41,23 @@ def export(args: Any) -> int:
         message(f"mbody: {note}")
     if args.output is not None:
         message(f"wrote {args.output}")
+    return 0
+
+
+def _image(args: Any) -> int:
+    """Write the image of a model."""
+    if args.output is None:
+        raise UsageError("an image is binary, it cannot be printed: name its file with -o FILE")
+    instants = args.instants
+    if instants is not None and not (instants.isascii() and instants.isdigit()):
+        raise UsageError(f"--instants takes a whole number, not {instants[:40]!r}")
+    from mbody.files.writing import writing
+    from mbody.image.model_image import to_image
+
+    made = to_image(model_of(args), None if instants is None else int(instants))
+    with writing(args.output, binary=True) as file:
+        file.write(made.content)
+    for note in made.notes:
+        message(f"mbody: {note}")
+    message(f"wrote {args.output}: {len(made.content)} bytes")
     return 0

@@ -125,7 +125,7 @@ def parser() -> argparse.ArgumentParser:
     _json(cross)
     _draw(command("draw", "a picture of the mechanism at one instant", "draw.draw"))
     _plot(command("plot", "diagrams of quantities over the cycle", "draw.plot"))
-    _export(command("export", "the model as a file of another program", "export.export"))
+    _export(command("export", "the model for another program", "export.export"))
     _json(command("models", "the models of the gallery", "about.models"))
     show = command("show", "print the file of a model", "about.show")
     show.add_argument("model", metavar="MODEL", help=MODEL)
@@ -133,16 +133,31 @@ def parser() -> argparse.ArgumentParser:
     _json(command("doctor", "what is installed, and where the kernels are kept", "doctor.doctor"))
     command("demo", "a textbook four-bar: all forces, and the book's answers beside", "demo.demo")
     libraries = command(
-        "compile", "libraries of all kernels for other machines", "compile.compile_libraries"
+        "compile",
+        "the kernels as libraries: for other machines, C programs and co-simulation",
+        "compile.compile_libraries",
     )
     libraries.add_argument(
         "--target",
         action="append",
         metavar="NAME",
         help="host (default), x86-64-v2, x86-64-v3, x86-64-v4, aarch64, windows, macos; the first "
-        "decides how the kernels are optimised",
+        "decides how the kernels are optimised; wasm32: for browsers",
     )
-    libraries.add_argument("-o", "--out", default=".", metavar="FOLDER", help="where they go")
+    forms = libraries.add_mutually_exclusive_group()
+    forms.add_argument(
+        "--images",
+        action="store_true",
+        help="an object file of the kernels that images call, for C programs to link",
+    )
+    forms.add_argument(
+        "--fmu",
+        action="store_true",
+        help="the binary of co-simulation units (FMI 2.0 and 3.0), one for all models",
+    )
+    libraries.add_argument(
+        "-o", "--out", default=".", metavar="FOLDER", help="where they go; for wasm32 a file, too"
+    )
     command("warmup", "compile all kernels, once on a machine", "warmup.warmup")
     return root
 
@@ -275,9 +290,16 @@ def _draw(command: argparse.ArgumentParser) -> None:
 def _export(command: argparse.ArgumentParser) -> None:
     _model(command)
     command.add_argument(
-        "--to", choices=("mjcf",), required=True, help="mjcf: model files of MuJoCo, in SI units"
+        "--to",
+        choices=("mjcf", "image"),
+        required=True,
+        help="mjcf: model files of MuJoCo, in SI units; image: bytes on which the compiled core "
+        "runs without Python",
     )
-    command.add_argument("-o", "--output", metavar="FILE", help="by default it is printed")
+    command.add_argument("-o", "--output", metavar="FILE", help="by default text is printed")
+    command.add_argument(
+        "--instants", metavar="N", help="how many of a turn (361) and of a free motion in an image"
+    )
 
 
 def _plot(command: argparse.ArgumentParser) -> None:

@@ -6,7 +6,9 @@ Each kernel is compiled for its one signature as numba compiles a function that 
 and linked with all that it reaches, with no wrapper for Python. Then numba's own two passes of
 optimisation follow (the same bits as with numba as the core) and wrappers of plain C. All else
 becomes internal. ``--whole`` puts all kernels into one library, and ``--also TARGET`` makes machine
-code of the same module for another target with the same layout of data.
+code of the same module for another target with the same layout of data. ``--object`` makes an
+object file for programs to link, and ``--with FILE`` compiles C sources into the library, which
+then shows only what they show.
 """
 
 # mypy: disallow-any-unimported=False, disallow-subclassing-any=False
@@ -18,7 +20,7 @@ import argparse
 import json
 import os
 import tempfile
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -30,17 +32,22 @@ from numba.core import registry
 from numba.core.codegen import CPUCodegen, JITCodeLibrary
 
 from mbody.compiler import cache
-from mbody.compiler.c_interface import FORMS, common, wrapper
+from mbody.compiler.c_interface import FORMS, WORDS, common, wrapper
 from mbody.compiler.linking import Inner, called_libraries, link_into
 from mbody.compiler.numba_bundle import number_type
 from mbody.compiler.numba_callbacks import SYMBOL
 from mbody.compiler.targets import TARGETS, Target, link
 from mbody.core.interface import Array, signature
 from mbody.core.library import seal
+from mbody.core.sources import source_hash
 
 __all__ = ["Build", "main"]
 
 _SEEN = ("mbody_user_door", "mbody_object_head", "mbody_sources", "mbody_entries")
+#: Ending of an object file; all linkers know it.
+OBJECT = ".o"
+#: Endings of what a program without NumPy takes of a library.
+_FOR_IMAGES = ("_words", "_sources", "_entries")
 _PLAIN = {int: types.int64, float: types.float64, bool: types.boolean}
 
 
@@ -49,18 +56,20 @@ def machine_of(target: Target) -> Any:
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
     return llvm.Target.from_triple(target.triple).create_target_machine(
-        cpu=target.cpu, features=target.features, opt=3, reloc="pic", codemodel="default"
+        cpu=target.cpu, features=target.features, opt=3, reloc=target.reloc, codemodel="default"
     )
 
 
 class Build:
     """Machine code of kernels for one target: numba's code generator with its machine and layout.
 
-    One target a process: numba's generator is changed for good.
+    One target a process: numba's generator is changed for good. `forms`: which wrappers are made,
+    of `mbody.compiler.c_interface`.
     """
 
-    def __init__(self, target: Target) -> None:
+    def __init__(self, target: Target, forms: Sequence[str] = FORMS) -> None:
         self.target = target
+        self.forms = forms
         self.machine = machine_of(target)
         self.layout = str(self.machine.target_data)
         self.context = registry.cpu_target.target_context
@@ -95,7 +104,7 @@ class Build:
         name = plain.__name__
         outside = wrapper(self.context, self.target.triple, self.layout, name, found.fndesc)
         module.link_in(llvm.parse_assembly(str(outside)), preserve=True)
-        _hide(module, {f"mbody_{name}{form}" for form in FORMS} | {SYMBOL, *_SEEN})
+        _hide(module, {f"mbody_{name}{form}" for form in self.forms} | {SYMBOL, *_SEEN})
         # inline the kernel into its wrappers, drop what nobody reaches
         self._pass(module, opt=1, loop_vectorize=False, slp_vectorize=False)
         _rename(module, name)
@@ -124,21 +133,59 @@ class Build:
         table = json.dumps({"kernels": entries(functions), "needs": needs})
         text = str(common(self.target.triple, self.layout, sources, table))
         whole.link_in(llvm.parse_assembly(text))
-        _hide(whole, {f"mbody_{name}{form}" for name in names for form in FORMS} | {*_SEEN})
+        _hide(whole, {f"mbody_{name}{form}" for name in names for form in self.forms} | {*_SEEN})
         return whole
 
 
-def emit(target: Target, module: Any, file: Path, portable: bool = False) -> None:
-    """Machine code of a module, linked into a library; half a file is never left."""
+def emit(
+    target: Target,
+    module: Any,
+    file: Path,
+    portable: bool = False,
+    parts: Sequence[Path] = (),
+) -> None:
+    """Machine code of a module: an object file by its ending, else linked into a library, with C
+    sources where there are `parts`; half a file is never left.
+    """
     module = llvm.parse_bitcode(module.as_bitcode())
     machine = machine_of(target)
     module.triple, module.data_layout = target.triple, str(machine.target_data)
+    if parts or file.suffix == OBJECT:
+        _seen_within(module)
     with tempfile.TemporaryDirectory(dir=file.parent) as folder:
-        object_, made = Path(folder) / "kernels.o", Path(folder) / file.name
+        object_, made = Path(folder) / f"kernels{OBJECT}", Path(folder) / file.name
         object_.write_bytes(machine.emit_object(module))
-        link(target, [object_], made, portable)
-        seal(made)
+        if file.suffix == OBJECT:
+            made = object_
+        else:
+            link(target, [object_, *parts], made, _exported(module), portable)
+        if target.opened and not (parts or file.suffix == OBJECT):
+            seal(made)
         made.replace(file)
+
+
+def _exported(module: Any) -> list[str]:
+    """What a program that has no NumPy takes of a library."""
+    found = (thing for thing in (*module.functions, *module.global_variables))
+    names = (thing.name for thing in found if not thing.is_declaration)
+    return sorted(n for n in names if n.startswith("mbody_") and n.endswith(_FOR_IMAGES))
+
+
+def _seen_within(module: Any) -> None:
+    """Let only the program or library see the kernels that they are linked into."""
+    for thing in [*module.functions, *module.global_variables]:
+        if not thing.is_declaration and thing.linkage == llvm.Linkage.external:
+            thing.visibility = "hidden"
+
+
+def output_name(target: Target, object_: bool, parts: Sequence[Path]) -> str:
+    """Name of what is made for a target: ``linux-x86-64-v3.so``, ``linux-x86-64-v3.o``, and with
+    C sources ``linux-x86-64-v3.fmu.so``, by the last of them.
+    """
+    library = Path(target.file or "host.so")
+    if parts:
+        return f"{library.stem}.{parts[-1].stem}{library.suffix}"
+    return library.stem + OBJECT if object_ else library.name
 
 
 def _numba_type(kind: Any) -> Any:
@@ -198,18 +245,24 @@ def main() -> None:
     parser.add_argument("--sources", default="")
     parser.add_argument("--whole", action="store_true")
     parser.add_argument("--also", action="append", default=[], choices=list(TARGETS))
+    parser.add_argument("--object", action="store_true")
+    parser.add_argument("--with", dest="parts", action="append", default=[], type=Path)
     options = parser.parse_args()
+    if options.sources and source_hash() != options.sources:
+        parser.error("the sources were edited while their kernels were to be built: begin again")
     if options.target != "host":  # numba's cache does not know of other targets
         cache.without_cache()
     functions = [_found(place) for place in options.kernels]
     target = TARGETS[options.target]
-    build = Build(target)
+    linked = options.object or options.parts
+    build = Build(target, (WORDS,) if linked else FORMS)
     options.out.mkdir(parents=True, exist_ok=True)
     if options.whole:
         module = build.whole(functions, options.sources, _say)
         for one in (target, *(TARGETS[name] for name in options.also)):
-            _say(f"library for {one.name}{'' if one.tested else ', untested'}")
-            emit(one, module, options.out / (one.file or "host.so"), portable=True)
+            name = output_name(one, options.object, options.parts)
+            _say(f"{name}{'' if one.tested else ', untested'}")
+            emit(one, module, options.out / name, portable=True, parts=options.parts)
         return
     for function in functions:
         module = build.whole([function], options.sources, _say)

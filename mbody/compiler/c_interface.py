@@ -25,9 +25,11 @@ from numba import types
 
 from mbody.compiler.numba_callbacks import SYMBOL
 
-__all__ = ["FORMS", "common", "wrapper"]
+__all__ = ["FORMS", "WORDS", "common", "wrapper"]
 
-FORMS = ("", "_np", "_words")
+#: Endings of the names; programs in C need the last one alone.
+WORDS = "_words"
+FORMS = ("", "_np", WORDS)
 
 I8, I32, I64, DOUBLE = ir.IntType(8), ir.IntType(32), ir.IntType(64), ir.DoubleType()
 BYTES = I8.as_pointer()

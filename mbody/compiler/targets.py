@@ -30,6 +30,10 @@ class Target:
     file: str = ""
     #: Whether its libraries were run, not only made.
     tested: bool = True
+    #: Whether mbody itself opens its libraries; a browser takes nothing behind a module's end.
+    opened: bool = True
+    #: How machine code finds its data: at any address, or as it was linked.
+    reloc: str = "pic"
 
 
 def _host() -> Target:
@@ -77,12 +81,27 @@ TARGETS = {
             "macos-arm64.dylib",
             tested=False,
         ),
+        # 128-bit vectors; no fused multiply-add, of which browsers have their own
+        Target(
+            "wasm32",
+            "wasm32-unknown-wasi",
+            "generic",
+            "+simd128,+bulk-memory",
+            ("-target", "wasm32-wasi", "-mexec-model=reactor"),
+            "mbody.wasm",
+            opened=False,
+            reloc="static",
+        ),
     )
 }
 
 
-def link(target: Target, objects: list[Path], library: Path, portable: bool = False) -> None:
-    """Link objects into a shared library, a portable one against the oldest C library supported.
+def link(
+    target: Target, objects: list[Path], library: Path, exports: list[str], portable: bool = False
+) -> None:
+    """Link objects into a shared library, a portable one against the oldest C library supported, or
+    into a module of WebAssembly that has nothing but these exports, and needs nothing. C sources
+    among them are compiled; of these only what says so is seen outside.
 
     Raises
     ------
@@ -102,7 +121,13 @@ def link(target: Target, objects: list[Path], library: Path, portable: bool = Fa
     # libraries at the end: what an object needs is looked for behind it
     front = [part for part in command if part != "-lm"]
     back = [part for part in command if part == "-lm"]
-    whole = [*front, "-shared", "-s", "-o", str(library), *map(str, objects), *back]
+    kind = ["-shared", "-s"]
+    if not target.opened:
+        kind = ["-Wl,--no-entry", "-Wl,--strip-all", "-Wl,--gc-sections"]
+        kind += [f"-Wl,--export={name}" for name in (*exports, "__heap_base")]
+    if any(one.suffix == ".c" for one in objects):
+        kind += ["-std=c99", "-O2", "-fPIC", "-fvisibility=hidden"]
+    whole = [*front, *kind, "-o", str(library), *map(str, objects), *back]
     done = subprocess.run(whole, capture_output=True, text=True)
     if done.returncode:
         raise RuntimeError(f"{' '.join(whole)}: {done.stderr.strip()}")

@@ -2,7 +2,7 @@
 
 ``MBODY_WHEEL`` names the tag of the platform, such as ``manylinux_2_17_x86_64``; its libraries are
 those in ``mbody/core_libraries``, made by ``mbody compile``. Without it the wheel is pure: kernels
-run by numba where it is installed, else in plain Python.
+run by numba where it is installed, else in plain Python. The core for browsers is in every wheel.
 """
 
 from __future__ import annotations
@@ -22,16 +22,21 @@ class Libraries(BuildHookInterface):  # type: ignore[misc]
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         """See hatchling."""
+        if version == "editable":
+            return
+        folder = Path(self.root) / "mbody" / "core_libraries"
+        inside = build_data["force_include"]
+        for file in folder.glob("*.wasm"):
+            inside[str(file)] = f"mbody/core_libraries/{file.name}"
         tag = os.environ.get("MBODY_WHEEL")
-        if not tag or version == "editable":
+        if not tag:
             return
         system = next(name for start, name in SYSTEMS.items() if tag.startswith(start))
         machine = "aarch64" if tag.endswith("aarch64") else "x86-64" if "86" in tag else ""
-        folder = Path(self.root) / "mbody" / "core_libraries"
         files = sorted(folder.glob(f"{system}*{machine}*"))
         if not files:
             raise FileNotFoundError(f"{folder} has no libraries for {tag}: run mbody compile first")
         for file in files:
-            build_data["force_include"][str(file)] = f"mbody/core_libraries/{file.name}"
+            inside[str(file)] = f"mbody/core_libraries/{file.name}"
         build_data["pure_python"] = False
         build_data["tag"] = f"py3-none-{tag}"

@@ -8,9 +8,10 @@ import math
 
 from mbody.core.bundle import Bundle, Floats, Rows
 from mbody.core.decorators import kernel, njit
+from mbody.kernels.constraints import rows, turns
 from mbody.kernels.forces import signals
 from mbody.kernels.layout import LEAST_MASS, Layout, Work
-from mbody.kernels.loop_closure import close_from
+from mbody.kernels.loop_closure import close_from, gap
 from mbody.kernels.singularity_monitor import STAND_IN_PART
 from mbody.kernels.state_derivative import first_derivative
 from mbody.kernels.step_state import (
@@ -39,6 +40,8 @@ __all__ = [
 #: value there; a body has so little mass that its motion needs corrections, for which the image was
 #: not made.
 BEGUN, OPEN, NO_VALUE, MASSLESS = range(4)
+#: Loops are closed where their rows are violated by less, in model lengths and radians.
+GAP = 1e-8
 
 
 class MotionStart(Bundle):
@@ -64,14 +67,24 @@ def close_at(
     """Close the loops from W.q at time t: (closed, by the straight path, least pivot as a part of
     its diagonal).
 
-    given (drivers,): values of the drivers; where it is not a number, the law has the word.
+    given (drivers,): values of the drivers; where it is not a number, the law has the word. Where
+    rows are redundant Newton's method may rest at the smallest gap: then the loops are not closed.
     """
     W.time[0, 0] = t
     signals(L, W, 0.0, L.signal_law.shape[0])
     for d in range(L.driver_row.shape[0]):
         if given[d] == given[d]:
             W.signal[L.driver_row[d], 0] = given[d]
-    return close_from(L, W, regularization, tolerance)
+    good, straight, ratio = close_from(L, W, regularization, tolerance)
+    return good and is_closed(L, W), straight, ratio
+
+
+@njit
+def is_closed(L, W):
+    """Whether no row is open at W.q."""
+    turns(L, W, 0.0)
+    rows(L, W, 0.0, True, None)
+    return math.sqrt(2.0 * gap(L, W)) < GAP * W.size[0, 0]
 
 
 @njit
@@ -144,7 +157,7 @@ def begin_motion(
     state[TIME] = start.times[0]
     state[KNOWN_UNTIL] = state[SHORTENED_UNTIL] = state[CROSSING_TIME] = -math.inf
     state[LEAST_CONDITIONING], state[STAND_IN_LIMIT] = math.inf, STAND_IN_PART
-    if not first_derivative(L, W, S, T.full_refinements, page):
+    if not first_derivative(L, W, S, T.full_refinements, page) or not is_closed(L, W):
         return OPEN
     for n in range(2 * n3):
         if not abs(S.K[0, n]) < 1e300:

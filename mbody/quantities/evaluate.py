@@ -262,7 +262,8 @@ class _Evaluation:
                     f"the power of {dimension_text(dimension)} must be a literal number"
                 )
             dimension = dimension**fixed
-        return np.power(np.asarray(base, dtype=float), exponent)[()], dimension
+        # times 1.0: a power of whole numbers would be a whole number
+        return np.power(np.multiply(base, 1.0), exponent), dimension
 
     def call(self, function: str, given: list[tuple[Any, Dimension]]) -> tuple[Any, Dimension]:
         values, dimensions = [v for v, _ in given], [d for _, d in given]

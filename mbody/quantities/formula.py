@@ -7,6 +7,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -110,7 +111,7 @@ class Formula:
         if not np.isfinite(value).all():
             bad = np.ravel(value)[~np.isfinite(np.ravel(value))][0]
             raise FormulaError(f"{shown(self.text)} evaluates to {bad}, it must be finite")
-        return float(value) if np.ndim(value) == 0 else value
+        return float(value) if isinstance(value, Real) else value
 
     def _scaled(self, found: Valued, scope: Scope) -> float:
         """The scale; an error also names units that have the name of a parameter."""

@@ -14,7 +14,7 @@ from mbody.solution.histories import LoadHistory
 from mbody.solution.places import column
 from mbody.solution.result import Result
 
-__all__ = ["argument", "load_history"]
+__all__ = ["argument", "load_history", "stretched", "turned"]
 
 Array = np.ndarray
 
@@ -44,11 +44,11 @@ def load_history(solution: Result, name: str, on: str | None = None) -> LoadHist
         torque = _moved(solution, load, torque, fx, fy, moving, sides[moving])
     force, length, angle, rate = np.hypot(fx, fy), None, None, None
     if load.along_line:
-        length, rate, (ux, uy) = _stretched(solution, load)
+        length, rate, (ux, uy) = stretched(solution, load)
         sign = 1.0 if sides[body] == "i" else -1.0
         force, torque = sign * (fx * ux + fy * uy), np.zeros_like(torque)
     elif load.by_angle:
-        angle, rate = _turned(solution, load)
+        angle, rate = turned(solution, load)
     return LoadHistory(name, body, other, fx, fy, torque, force, length, angle, rate)
 
 
@@ -77,8 +77,8 @@ def _measured(solution: Result, element: Any) -> tuple[Array, Array] | None:
     if element.role != "load":
         return None
     if element.along_line:
-        return _stretched(solution, element)[:2]
-    return _turned(solution, element) if element.by_angle else None
+        return stretched(solution, element)[:2]
+    return turned(solution, element) if element.by_angle else None
 
 
 def _own(solution: Result, element: Element, key: str) -> Any:
@@ -138,17 +138,17 @@ def _end(solution: Result, load: Load, side: str) -> tuple[Array, Array, Array, 
     return body.x + px, body.y + py, body.vx - body.omega * py, body.vy + body.omega * px
 
 
-def _stretched(solution: Result, load: Load) -> tuple[Array, Array, tuple[Array, Array]]:
+def stretched(solution: Result, load: Load) -> tuple[Array, Array, tuple[Array, Array]]:
     """Distance of both ends, its rate, and the direction from i to j."""
     (ix, iy, ivx, ivy), (jx, jy, jvx, jvy) = (_end(solution, load, side) for side in "ij")
     dx, dy = jx - ix, jy - iy
     length = np.hypot(dx, dy)
-    safe = np.where(length > 0.0, length, 1.0)
+    safe = np.maximum(length, 1e-300)  # ends at one place have no direction
     ux, uy = dx / safe, dy / safe
     return length, ux * (jvx - ivx) + uy * (jvy - ivy), (ux, uy)
 
 
-def _turned(solution: Result, load: Any) -> tuple[Array, Array]:
+def turned(solution: Result, load: Any) -> tuple[Array, Array]:
     """Angle of a body from the one that carries the opposite torque, and its rate."""
     body, by = solution[load.body], solution[load.by]
     return body.angle - by.angle, body.omega - by.omega

@@ -25,7 +25,15 @@ from mbody.quantities import (
 from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, dimension_of
 from mbody.solution.result import Result
 
-__all__ = ["check_measure", "checked_sides", "found_by", "measured", "sides"]
+__all__ = [
+    "check_measure",
+    "checked_sides",
+    "found_by",
+    "measured",
+    "quantity",
+    "sides",
+    "valued",
+]
 
 #: What can be measured of a body, with its dimension; of a point all but the angles.
 MOTION = {
@@ -71,17 +79,31 @@ def measured(solution: Result, measure: Measure | str) -> tuple[np.ndarray, Dime
     (2.872281, 'm')
     """
     wanted = measure if isinstance(measure, Measure) else Measure(measure)
+    value, dimension, unit = valued(solution, wanted)
+    shape = solution.t.shape
+    if solution.record.batch:
+        shape = (solution.record.count, *shape)
+    return np.broadcast_to(np.asarray(value, dtype=float), shape), dimension, unit
+
+
+def valued(solution: Result, measure: Measure) -> tuple[Any, Dimension, str]:
+    """What a measure is, as its formula gives it: a number where it does not change, and of any
+    kind that the histories of the result are of.
+    """
     names = _Histories(solution.mechanism, lambda *name: _history(solution, *name))
     names["t"] = Valued(solution.t, DIMENSIONS["time"])
     for name in solution.mechanism.parameters:
         # as the system has it, a column where it differs between designs
         own = np.asarray(solution.system.values[name])
         names[name] = replace(names[name], value=own[:, None] if own.ndim else own[()])
-    value, dimension, unit = _valued(wanted, names)
-    shape = solution.t.shape
-    if solution.record.batch:
-        shape = (solution.record.count, *shape)
-    return np.broadcast_to(np.asarray(value, dtype=float), shape), dimension, unit
+    return _valued(measure, names)
+
+
+def quantity(solution: Result, owner: str, key: str) -> tuple[Any, Dimension]:
+    """The history of what a result has by name, such as x of a body or fx of a joint, and its
+    dimension.
+    """
+    return _history(solution, owner, key), _dimension(solution.mechanism, owner, key)
 
 
 def check_measure(mechanism: Mechanism, measure: Measure) -> str:

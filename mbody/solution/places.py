@@ -31,8 +31,7 @@ class _DesignColumns:
 
 def column(value: Any) -> Any:
     """A number, or one a design as a column (designs, 1)."""
-    array = np.asarray(value, dtype=float)
-    return array[:, None] if array.ndim else array
+    return value[:, None] if np.ndim(value) else value
 
 
 def place(solution: Result, element: Element, side: str) -> tuple[Array, Array]:

@@ -142,7 +142,7 @@ class Solution:
             raise ModelError(f"there is no body {body!r} (there are: {known})", str(body))
         n3, b = self.system.coordinates, self.system.bodies[body]
         if body == "ground":
-            zero = locked(np.zeros_like(self.record.take(0)))
+            zero = locked(np.zeros(np.shape(self.record.take(0))))
             return BodyHistory(body, *([zero] * 9))
         parts = [self.record.take(k * n3 + 3 * b + n) for k in range(3) for n in range(3)]
         return BodyHistory(body, *parts)

@@ -82,6 +82,7 @@ def assemble(mechanism: Mechanism) -> System:
         plans={},
         functions=compiler.functions(),
         _compile=compiler.compile,
+        _columns=compiler.columns,
     )
 
 
@@ -187,11 +188,18 @@ class _Compiler:
 
     def compile(self, numbers: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
         """Parameters (rows, batch) and masses (3·bodies + 3, batch) from the user's numbers."""
-        primitives, actions = self.primitives(numbers), self.actions(numbers)
-        columns: list[Any] = []
         at = self.read(numbers)
         for joint in self.mechanism.joints:
             joint.refuse(at, self.mechanism.units.length)
+        columns, masses = self.columns(numbers)
+        batch = max((np.size(value) for value in numbers.values() if np.ndim(value)), default=1)
+        return _stack(columns, batch), _stack(masses, batch)
+
+    def columns(self, numbers: dict[str, Any]) -> tuple[list[Any], list[Any]]:
+        """The rows of parameters and masses, each a number or an array (batch,)."""
+        primitives, actions = self.primitives(numbers), self.actions(numbers)
+        columns: list[Any] = []
+        at = self.read(numbers)
         for (element, _), primitive in zip(self.owners, primitives, strict=True):
             columns += [*primitive.parameters, *_arm(element, at)]
         for law in self.laws(primitives, actions):
@@ -205,8 +213,7 @@ class _Compiler:
             mass = numbers[f"{body.name}.mass"] if weight is None else weight / self.mechanism.g
             masses += [mass, mass, numbers[f"{body.name}.inertia"]]
         masses += [0.0] * 3
-        batch = max((np.size(value) for value in numbers.values() if np.ndim(value)), default=1)
-        return _stack(columns, batch), _stack(masses, batch)
+        return columns, masses
 
     def length(self, numbers: dict[str, Any]) -> float:
         """Model length: the longest arm on a moving body, else another distance, as between the

@@ -66,6 +66,7 @@ class System:
     plans: dict[str, Any]
     functions: tuple[tuple[str, Callable[..., Any] | None], ...]
     _compile: Callable[[dict[str, Any]], tuple[np.ndarray, np.ndarray]]
+    _columns: Callable[[dict[str, Any]], tuple[list[Any], list[Any]]]
 
     def __post_init__(self) -> None:
         for name in ("values", "formulas"):
@@ -246,7 +247,7 @@ class System:
         if bad.size:
             which = f"'{name}'[{bad[0]}]" if array.ndim else f"'{name}'"
             raise ModelError(f"{which} is {array.flat[bad[0]]}, it must be finite", name)
-        sign, unit = self._sign(name)
+        sign, unit = self.rule(name)
         if (sign == "positive" and (array <= 0.0).any()) or (sign and (array < 0.0).any()):
             rule = "not be negative: give 0 or more"
             if sign == "positive":
@@ -254,8 +255,8 @@ class System:
             raise ModelError(f"'{name}' is {array.min():g} {unit}, it must {rule}", name)
         return array[()]  # a float where it is one number
 
-    def _sign(self, name: str) -> tuple[str, str]:
-        """What the description requires of a number, "positive" or "not negative", and its unit."""
+    def rule(self, name: str) -> tuple[str, str]:
+        """What is required of a number, "positive", "not negative" or nothing, and its unit."""
         element, _, key = name.partition(".")
         unit = self.mechanism.units.of
         if not key:
@@ -265,6 +266,12 @@ class System:
             if part.name == key and data.get("sign", "any") != "any":
                 return str(data["sign"]), unit(data.get("dimension") or data["law"])
         return "", ""
+
+    def kernel_numbers(self, values: Mapping[str, Any]) -> tuple[list[Any], list[Any]]:
+        """The rows of `par` and `mass` that belong to numbers by dotted name, all of them, each of
+        any kind that computes as floats do; what joints refuse is not looked for.
+        """
+        return self._columns(dict(values))
 
     def design(self, index: int) -> System:
         """One set of a batch as a system of its own; a system of one set is its own design 0."""

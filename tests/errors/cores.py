@@ -41,7 +41,7 @@ def levels(name, *features):
 
 def without_numba():
     with mock.patch("importlib.util.find_spec", lambda name: None):
-        compile_libraries(SimpleNamespace(target=None, out="."))
+        compile_libraries(SimpleNamespace(target=None, out=".", images=False, fmu=False))
 
 
 CLONE = (selection, "PACKAGE", Path("nowhere"))

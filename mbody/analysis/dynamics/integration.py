@@ -111,7 +111,7 @@ class Integration:
         restart: Restart | None = None,
     ) -> Solution:
         """The motion at the times; from `restart` on as if it had not been interrupted."""
-        self._begin(first, q, v, float(times[-1]))
+        self.begin(first, q, v, float(times[-1]))
         code, status = MORE, "completed"
         if restart is not None:
             self._resume(restart)
@@ -130,7 +130,7 @@ class Integration:
             raise self._stopped(found, code)
         return found
 
-    def _begin(self, first: float, q: Array, v: Array, until: float) -> None:
+    def begin(self, first: float, q: Array, v: Array, until: float) -> None:
         """First state with its derivative, and the length of the first step."""
         n3 = self.system.coordinates
         self.first, self.until = first, until

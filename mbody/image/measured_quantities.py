@@ -1,0 +1,280 @@
+"""What is measured of an instant, as a program of what the kernels keep of it.
+
+The histories of a result are computed by mbody's own functions (`mbody.solution`), from a record of
+one instant whose numbers are traced. Drivers' motions are those of the bodies, and loads those of
+their formulas: neither is among what the kernels keep.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from mbody.image.changeable import Changeable
+from mbody.image.tracing import Recording, Rule, Untraceable
+from mbody.kernels.number_program import NumberProgram
+from mbody.kernels.output import PER_PRIMITIVE
+from mbody.laws import Expression
+from mbody.laws.postfix import CONSTANT, LOG, OPERATIONS, POWER_CONSTANT
+from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
+from mbody.model.joints import Joint
+from mbody.quantities.units import DIMENSIONS, Dimension
+from mbody.solution.histories import LoadHistory, Reaction
+from mbody.solution.load_histories import stretched, turned
+from mbody.solution.measures import quantity, valued
+from mbody.solution.places import ends, place
+from mbody.solution.solution import Solution
+
+__all__ = ["MeasuredProgram", "measured_quantities"]
+
+#: What a body has, in the order in which the kernels keep it.
+ORDER = ("x", "y", "angle", "vx", "vy", "omega", "ax", "ay", "alpha")
+#: What a measure of joints is that no result has: Python checks it when loops are closed.
+MISFIT = "distance of the places, less the one by the radii"
+#: Names of NumPy for operations of formulas.
+FUNCTIONS = {
+    **{"negative": np.negative, "sin": np.sin, "cos": np.cos, "tan": np.tan, "asin": np.arcsin},
+    **{"acos": np.arccos, "atan": np.arctan, "sqrt": np.sqrt, "abs": np.abs, "exp": np.exp},
+    **{"log": np.log, "+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide},
+    **{"^": np.power, "atan2": np.arctan2, "hypot": np.hypot, "min": np.minimum},
+    **{"max": np.maximum},
+}
+
+
+@dataclass
+class MeasuredProgram:
+    """MeasuredProgram quantities of an image.
+
+    Attributes
+    ----------
+    program : NumberProgram
+        From what is kept of an instant, the time and the changeable numbers.
+    names, units, of : list of str
+        Of every target.
+    notes : list of str
+        What could not be recorded.
+    """
+
+    program: NumberProgram
+    names: list[str] = field(default_factory=list)
+    units: list[str] = field(default_factory=list)
+    of: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+
+def measured_quantities(changeable: Changeable) -> MeasuredProgram:
+    """Of every body its motion; of joints, couplings, drivers and loads what results have of them;
+    and the measures of the mechanism.
+    """
+    system = changeable.system
+    rows = 3 * system.coordinates + PER_PRIMITIVE * len(system.owners)
+    inputs = {f"row {n}": Rule(0.0) for n in range(rows)} | {"time": Rule(0.0)}
+    # names of numbers, of which one may be that of a row
+    inputs |= {f"number {name}": rule for name, rule in changeable.rules.items()}
+    recording = Recording(inputs)
+    traced = list(recording.inputs.values())
+    numbers = dict(zip(changeable.rules, traced[rows + 1 :], strict=True))
+    instant = _TracedInstant(
+        system=replace(system, values=changeable.values(numbers), plans={}),
+        analysis="kinetostatics",
+        t=traced[rows],  # type: ignore[arg-type]
+        record=_TracedRecord(traced[:rows]),  # type: ignore[arg-type]
+        given=None,
+    )
+    found = MeasuredProgram(recording.program([]))
+    targets: list[Any] = []
+    for name, of, make in _wanted(instant):
+        try:
+            value, dimension, unit = make()
+            if isinstance(value, np.ndarray):
+                value = value[()]
+            recording.place_of(value)
+        except Exception as error:  # whatever Python does with a number that is none
+            why = str(error) if isinstance(error, Untraceable) else type(error).__name__
+            found.notes.append(f"'{name}' is not among the measures of the image: {why}")
+            continue
+        targets.append(value)
+        found.names.append(name)
+        found.units.append(unit or system.mechanism.units.of(dimension))
+        found.of.append(of)
+    found.program = recording.program(targets)
+    return found
+
+
+def _wanted(instant: Solution) -> Iterator[tuple[str, str, Any]]:
+    """Name, formula, and a function for value, dimension and unit (none for that of the system)."""
+    machine = instant.mechanism
+
+    def history(owner: str, key: str) -> Any:
+        return lambda: (*quantity(instant, owner, key), "")
+
+    for body in machine.bodies:
+        for key in ORDER:
+            yield f"{body.name}.{key}", f"{body.name}.{key}", history(body.name, key)
+    for element in (*machine.constraints, *machine.loads):
+        for key in element.quantities():
+            yield f"{element.name}.{key}", f"{element.name}.{key}", history(element.name, key)
+    for joint in machine.joints:
+        if joint.spaced:
+            yield f"{joint.name}.misfit", MISFIT, functools.partial(_misfit, instant, joint)
+    for name, measure in machine.measures.items():
+        yield name, measure.of, lambda own=measure: valued(instant, own)
+
+
+def _misfit(instant: Solution, joint: Joint) -> tuple[Any, Dimension, str]:
+    """How far a joint is from where it fits, which others decide."""
+    found, fitting = joint.fit(*ends(instant, joint))
+    return found - fitting, DIMENSIONS["length"], ""
+
+
+class _TracedRecord:
+    """The record of one instant (see `mbody.solution.histories.Record`), its rows traced."""
+
+    batch, count = False, 1
+
+    def __init__(self, rows: list[Any]) -> None:
+        self.rows = rows
+
+    def take(self, row: int) -> Any:
+        """One number."""
+        return self.rows[row]
+
+    def some(self, first: int, count: int) -> list[Any]:
+        """Numbers that follow each other."""
+        return self.rows[first : first + count]
+
+    def table(self, rows: slice) -> Any:
+        """What compiled code would take."""
+        raise Untraceable("compiled code computes it")
+
+
+class _Absent:
+    """A number that cannot be recorded, of a history whose other numbers can."""
+
+    def __init__(self, error: Untraceable) -> None:
+        self.error = error
+
+    def __float__(self) -> float:
+        raise self.error
+
+
+class _TracedInstant(Solution):
+    """One instant with traced numbers."""
+
+    def reaction(self, joint: str, on: str | None = None) -> Reaction:
+        """Force of a joint, and its torque where that can be recorded."""
+        try:
+            return super().reaction(joint, on)
+        except Untraceable as error:
+            torque: Any = _Absent(error)
+        first, fx, fy = 3 * self.system.coordinates + 2, None, None
+        for e in self.system.primitives_of[joint]:
+            x, y = self.record.some(first + PER_PRIMITIVE * e, 2)
+            fx, fy = (x, y) if fx is None or fy is None else (fx + x, fy + y)
+        own: Any = self.mechanism[joint]
+        assert fx is not None and fy is not None
+        return Reaction(joint, own.j.body, own.i.body, fx, fy, torque)
+
+    def driven(self, driver: str) -> tuple[Any, Any, Any]:
+        """Value, rate and acceleration of what a driver drives, by the motion of the bodies."""
+        own = self.mechanism[driver]
+        if isinstance(own, AngleDriver):
+            i, j = self[own.relative_to], self[own.body]
+            return j.angle - i.angle, j.omega - i.omega, j.alpha - i.alpha
+        if not isinstance(own, DistanceDriver | CoordinateDriver):
+            raise Untraceable(f"the motion of a {type(own).__name__}")
+        (x, y), (vx, vy), (ax, ay) = self._apart(own)
+        if isinstance(own, DistanceDriver):
+            length = np.hypot(x, y)
+            rate = (x * vx + y * vy) / length
+            return length, rate, (vx * vx + vy * vy + x * ax + y * ay - rate * rate) / length
+        body = self[own.i.body]
+        angle = body.angle + self.system.numbers.angle(own, "i")
+        c, s, w = np.cos(angle), np.sin(angle), body.omega
+        along, across = c * x + s * y, c * y - s * x
+        rate = c * vx + s * vy + w * across
+        turning = body.alpha * across - w * w * along + 2.0 * w * (c * vy - s * vx)
+        return along, rate, c * ax + s * ay + turning
+
+    def _apart(self, element: Any) -> list[tuple[Any, Any]]:
+        """The way from the place on i to that on j, with both derivatives, world axes."""
+        (ix, iy), (jx, jy) = (self._motion(element, side) for side in "ij")
+        return [(b - a, d - c) for a, b, c, d in zip(ix, jx, iy, jy, strict=True)]
+
+    def _motion(self, element: Any, side: str) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+        """x and y of a place, each with both derivatives."""
+        body = self[getattr(element, side).body]
+        x, y = place(self, element, side)
+        px, py, w, alpha = x - body.x, y - body.y, body.omega, body.alpha
+        return (
+            (x, body.vx - w * py, body.ax - alpha * py - w * w * px),
+            (y, body.vy + w * px, body.ay + alpha * px - w * w * py),
+        )
+
+    def load(self, name: str, on: str | None = None) -> LoadHistory:
+        """What a load does to body j, by its law."""
+        own: Any = self.mechanism[name]
+        actions = own.actions(self.system.numbers)
+        if len(actions) != 1 or actions[0].kind not in ("stretch", "twist", "force", "torque"):
+            raise Untraceable("compiled code computes it")
+        action = actions[0]
+        p = action.parameters
+        zero: Any = 0.0
+        if action.kind == "stretch":
+            length, rate, (ux, uy) = stretched(self, own)
+            f = _law(action.law, (1.0 - p[5]) * (length - p[4]) + p[5] * rate)
+            on_j = -f * ux, -f * uy
+            return LoadHistory(name, action.j, action.i, *on_j, zero, f, length, None, rate)
+        if action.kind == "twist":
+            angle, rate = turned(self, own)
+            f = _law(action.law, (1.0 - p[1]) * (angle - p[0]) + p[1] * rate)
+            parts: tuple[Any, ...] = (zero, zero, -f, zero, None, angle, rate)
+            return LoadHistory(name, action.j, action.i, *parts)
+        f = _law(action.signals[0], self.t)
+        if action.kind == "torque":
+            return LoadHistory(name, action.j, action.i, zero, zero, f, zero)
+        body = self[action.j]
+        turn = body.angle * p[4]
+        c, s = np.cos(turn), np.sin(turn)
+        fx, fy = f * (c * p[2] - s * p[3]), f * (s * p[2] + c * p[3])
+        size: Any = np.hypot(fx, fy)
+        return LoadHistory(name, action.j, action.i, fx, fy, zero, size)
+
+
+def _law(signal: Any, x: Any) -> Any:
+    """The value of a law at x, from its numbers."""
+    law, numbers = signal.law, signal.parameters
+    if law.kind == "polynomial":
+        value = 0.0
+        for number in reversed(numbers):
+            value = value * x + number
+        return value
+    if law.kind == "harmonic":
+        mean, amplitude, frequency, phase = numbers
+        return mean + amplitude * np.sin(frequency * x + phase)
+    if isinstance(law, Expression):
+        return _expression(law, list(numbers), x)
+    raise Untraceable(f"the value of a {type(law).__name__} law")
+
+
+def _expression(law: Expression, constants: list[Any], x: Any) -> Any:
+    """The value of a formula at x: see `mbody.laws.postfix`."""
+    stack: list[Any] = []
+    for code in law.program:
+        name = OPERATIONS[code]
+        if code < CONSTANT:
+            stack.append(x)
+        elif code == CONSTANT:
+            stack.append(constants.pop(0))
+        elif code <= POWER_CONSTANT:
+            stack.append(FUNCTIONS[name.partition(" ")[0]](stack.pop(), constants.pop(0)))
+        elif code <= LOG:
+            stack.append(FUNCTIONS[name](stack.pop()))
+        else:
+            b, a = stack.pop(), stack.pop()
+            stack.append(FUNCTIONS[name](a, b))
+    return stack[0]
