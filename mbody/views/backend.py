@@ -26,7 +26,7 @@ def blank() -> Figure:
 
     figure: Any = Figure(facecolor="white")
     FigureCanvasAgg(figure)
-    figure._repr_mimebundle_ = functools.partial(_in_a_notebook, figure)
+    vars(figure)["_repr_mimebundle_"] = functools.partial(_in_a_notebook, figure)
     return figure
 
 

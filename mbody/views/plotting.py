@@ -308,7 +308,6 @@ def _figure(
     look: dict[str, Any] = {"ha": "left", "va": "baseline"}
     up = (tall - 0.3) / tall
     figure.text(0.2 / wide, up, title, size=SIZE["title"], color=INK, gid="title", **look)
-    figure.canvas.draw()
     return figure
 
 
