@@ -52,7 +52,7 @@ def energy(subject: Subject) -> list[Block]:
         ]
     curves = [_curve("kinetic", kinetic(subject), unit)]
     blocks: list[Block] = []
-    for driver in subject.mechanism.drivers:
+    for driver in subject.mechanism.drivers if subject.loaded else ():
         if not driver.angular or not np.ptp(run.driven(driver.name)[0]) > 0.0:
             continue
         try:

@@ -45,7 +45,8 @@ def sketch(subject: Subject) -> list[Block]:
         step = max(1, (len(run) - 1) // (FADED + 1))
         instants += [(k + n * step) % len(run) for n in range(1, FADED + 1)]
     figure = draw(run, list(dict.fromkeys(instants)))
-    more = "; faded: other positions of the cycle" if len(instants) > 1 else ""
+    what = "motion" if run.analysis == "simulate" else "cycle"
+    more = f"; faded: other positions of the {what}" if len(instants) > 1 else ""
     caption = f"{subject.mechanism.name}: {when(run, k)}{more}"
     return [Picture("sketch", figure, caption)]
 
@@ -136,7 +137,7 @@ def _elements(title: str, given: dict[str, Any]) -> Grid:
         kind, *others = table
         kinds.append(kind.replace("_", " "))
         first = table[kind]
-        joined.append(", ".join(map(str, first)) if isinstance(first, list) else _flat(first))
+        joined.append(", ".join(map(_end, first)) if isinstance(first, list) else _flat(first))
         rest.append("; ".join(f"{name} = {_flat(table[name])}" for name in others))
     return Grid(
         title,
@@ -147,6 +148,21 @@ def _elements(title: str, given: dict[str, Any]) -> Grid:
             Cells("with", rest, text=True),
         ],
     )
+
+
+def _end(value: Any) -> str:
+    """A place as words.
+
+    >>> _end("crank.A"), _end({"body": "ground", "point": [0, 2], "angle": 90})
+    ('crank.A', 'ground (0, 2) at 90')
+    """
+    if not isinstance(value, dict):
+        return str(value)
+    point = value.get("point")
+    words = str(value.get("body", ""))
+    if point is not None:
+        words += f".{point}" if isinstance(point, str) else f" {_place(point)}"
+    return words + (f" at {value['angle']}" if "angle" in value else "")
 
 
 def _flat(value: Any) -> str:

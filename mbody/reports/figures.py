@@ -35,7 +35,8 @@ def plots(subject: Subject) -> list[Block]:
     if subject.plots:
         groups = _panels("Chosen quantities", list(subject.plots))
     else:
-        efforts = [f"{driver.name}.effort" for driver in subject.mechanism.drivers]
+        drivers = subject.mechanism.drivers if subject.loaded else ()
+        efforts = [f"{driver.name}.effort" for driver in drivers]
         joints = [f"{name}.force" for name in greatest(subject)]
         if efforts or joints:
             groups = [("Efforts and joint forces", [*efforts[:3], *joints])]
@@ -126,7 +127,7 @@ def _ends(subject: Subject, joint: str) -> set[str]:
 def freebody(subject: Subject) -> list[Block]:
     """Every link alone, at the chosen instants."""
     run = subject.run
-    if not run.has_forces or not subject.marked:
+    if not subject.marked or not (subject.loaded or run.analysis == "simulate"):
         return []
     bodies = [body.name for body in subject.mechanism.bodies]
     shown = bodies[:LINKS]

@@ -75,7 +75,7 @@ def _forces_of_all(subject: Subject) -> list[tuple[str, float, str, int]]:
 
 def _efforts(subject: Subject) -> list[tuple[str, float, str, int]]:
     run, rows = subject.run, []
-    for driver in subject.mechanism.drivers:
+    for driver in subject.mechanism.drivers if subject.loaded else ():
         effort = run.effort(driver.name)
         kind = "torque" if driver.angular else "force"
         k = peak(effort)
@@ -146,6 +146,9 @@ def links(subject: Subject) -> list[Block]:
 def joints(subject: Subject) -> list[Block]:
     """The peak force of every joint, with direction, components, torque and uniqueness."""
     run, found = subject.run, []
+    if subject.run.has_forces and not subject.loaded and subject.mechanism.joints:
+        words = "All forces are zero: no link has a mass, and no load acts."
+        return [Notice("note", words)]
     for joint in subject.mechanism.joints:
         name, on = subject.names[joint.name]
         found.append((name, joint.name, run.reaction(joint.name, on)))
@@ -188,7 +191,7 @@ def loads(subject: Subject) -> list[Block]:
     """Efforts of the drivers and the measures of the model: least, greatest, mean, and where."""
     rows: list[tuple[str, Array, str, float]] = []
     run = subject.run
-    if run.has_forces:
+    if subject.loaded:
         for driver in (*subject.mechanism.drivers, *subject.mechanism.couplings):
             kind = "torque" if driver.angular else "force"
             floor = subject.floor * (run.system.length if driver.angular else 1.0)

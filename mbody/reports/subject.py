@@ -111,6 +111,11 @@ class Subject:
         """What of a force is rounding."""
         return force_floor(self.run)
 
+    @property
+    def loaded(self) -> bool:
+        """Whether any force is more than rounding; without masses and loads there is none."""
+        return self.run.has_forces and self.floor > 0.0
+
     @functools.cached_property
     def text(self) -> str:
         """The model as a file; empty where it has Python code."""
