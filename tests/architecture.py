@@ -42,7 +42,7 @@ LAYERS = (
     ("sheets",),
     ("gallery", "makers", "testing", "engineering"),
     ("views", "engines", "sweeps", "image"),
-    ("live",),
+    ("live", "reports"),
     ("cli",),
     ("__main__", "__init__"),
 )
