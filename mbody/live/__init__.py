@@ -1,4 +1,4 @@
-"""Live pages: a view that solves its model again, by the core for browsers and the model's image."""
+"""Live pages: a view that solves its model again, by the core for browsers."""
 
 from mbody.live.live_view import live_view
 

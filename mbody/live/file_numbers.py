@@ -107,9 +107,10 @@ def file_numbers(mechanism: Mechanism, names: list[str]) -> FileText:
         if name not in before or first[name] == before[name]:
             continue
         ratio = (second[name] - before[name]) / (first[name] - before[name])
-        path = min(ratios, key=lambda one: abs(ratios[one] - ratio), default=None)
-        if path is None or abs(ratios[path] - ratio) > SAME:
+        near = [path for path in good if abs(ratios[path] - ratio) <= SAME]
+        if len(near) != 1:
             continue
+        path = near[0]
         value, x = _number(tree, path), changed[0][path]
         factor = before[name] / value if value else first[name] / x
         if abs(factor * x - first[name]) <= 1e-9 * abs(first[name]):

@@ -2,7 +2,7 @@
 // link, moves a number, or lets it run freely. It takes part in the viewer (viewer.mjs) as its
 // `solver`: a motion whose histories are those of the present numbers, and a panel.
 
-import { Viewer, Motion, shown } from "./viewer.mjs";
+import { Motion, shown } from "./viewer.mjs";
 
 const TURN = 2 * Math.PI;
 const DEG = Math.PI / 180;
@@ -512,7 +512,8 @@ class Solver {
       if (this.drives.length) this.home = this.#values(found, 0);
       this.motion.stand(null);
       this.motion.fill(found);
-      this.say(found.stats.doubts.join("; "));
+      const near = this.way.kind === "run" && names.some((name) => this.moving.has(name)) ? ["the free motion begins at the nearest position in which the loops close"] : [];
+      this.say([...found.stats.doubts, ...near].map((text) => `${text[0].toUpperCase()}${text.slice(1)}.`).join(" "));
     } catch (error) {
       model.restore(saved);
       this.changed = fresh;
@@ -546,11 +547,11 @@ class Solver {
     if (grown) for (const i of [0, 1]) { box.low[i] = Math.min(box.low[i], low[i]); box.high[i] = Math.max(box.high[i], high[i]); }
     return grown;
   }
-  /** Arrows of torques and drivers that turn the other way now are not shown. */
+  /** Arrows of drivers that turn the other way now are not shown. */
   #signs() {
-    for (const drawn of this.viewer.layers.world.querySelectorAll('[data-name^="torque:"], [data-name^="driver:"]')) {
-      const name = drawn.dataset.name.split(":")[1], own = this.part.numbers.filter((one) => Object.keys(one.factors).some((key) => key === `${name}.value` || key === `${name}.law.speed`));
-      drawn.style.display = own.some((one) => one.now * one.value <= 0 && one.value) ? "none" : "";
+    for (const drawn of this.viewer.layers.world.querySelectorAll('[data-name^="driver:"]')) {
+      const name = drawn.dataset.name.split(":")[1], rate = this.motion.history(`${name}.rate`)?.[0], old = this.motion.recorded.history(`${name}.rate`)?.[0];
+      drawn.style.display = rate * old < 0 ? "none" : "";
     }
   }
   /** Do something that mbody may refuse: its sentence is shown, and the last good state stays. */
@@ -795,7 +796,7 @@ class Solver {
 }
 
 /** Take part in the viewer. */
-export function begin(viewers, motions, number, api) {
+export function begin(viewers, api) {
   Solver.prototype.api = api;
   viewers.solver = async (viewer, content) => {
     try {

@@ -130,9 +130,8 @@ def _group(system: System, name: str) -> str:
 
 
 def _sign(changeable: Changeable, factors: dict[str, float]) -> str:
-    return next(
-        (changeable.rules[name].sign for name in factors if changeable.rules[name].sign), ""
-    )
+    signs = [changeable.rules[name].sign for name in factors]
+    return next((sign for sign in signs if sign), "")
 
 
 def _fixed(manifest: dict[str, Any], names: list[str]) -> dict[str, str]:
@@ -152,9 +151,8 @@ def live_module() -> str:
         ("mbodyLive", (folder / "live.mjs").read_text("utf-8")),
     ):
         exported = re.findall(r"^export (?:class|const|function) (\w+)", text, re.M)
-        plain = re.sub(r"^import .*?;\n", "", re.sub(r"^export ", "", text, flags=re.M), flags=re.M)
-        parts.append(
-            f"const {name} = (() => {{\n{plain}\nreturn {{ {', '.join(exported)} }};\n}})();"
-        )
-    parts.append("mbodyLive.begin(Viewer, Motion, shown, mbodyCore);")
+        plain = re.sub(r"^export |^import .*?;\n", "", text, flags=re.M)
+        names = ", ".join(exported)
+        parts.append(f"const {name} = (() => {{\n{plain}\nreturn {{ {names} }};\n}})();")
+    parts.append("mbodyLive.begin(Viewer, mbodyCore);")
     return "\n".join(parts)
