@@ -77,6 +77,7 @@ if TYPE_CHECKING:
     from mbody.model.mechanism import Mechanism
     from mbody.model.simulation import SimulationSettings
     from mbody.model.study import Instants
+    from mbody.reports.mechanism_report import report
     from mbody.solution.doubts import Doubt
     from mbody.solution.energy import Energy
     from mbody.solution.event_record import EventRecord
@@ -154,6 +155,7 @@ __all__ = [
     "modes",
     "number_field",
     "plot",
+    "report",
     "save",
     "save_run",
     "simulate",
@@ -179,6 +181,7 @@ presentation.register(
 presentation.register(
     "data", Answer="mbody.files.answers:answer_data", Solution="mbody.files.results:data"
 )
+presentation.register("drawing", FreeBody="mbody.views.free_bodies:draw_free_body")
 presentation.register("equations", Solution="mbody.sheets.equations:system_of_equations")
 presentation.register("columns", Solution="mbody.files.tables:columns")
 presentation.register("dataframe", Solution="mbody.files.tables:dataframe")
@@ -216,6 +219,7 @@ _MODULES = {
     "model.mechanism": "Mechanism",
     "model.simulation": "SimulationSettings",
     "model.study": "Instants",
+    "reports.mechanism_report": "report",
     "solution.doubts": "Doubt",
     "solution.energy": "Energy",
     "solution.event_record": "EventRecord",

@@ -42,6 +42,7 @@ LAYERS = (
     ("sheets",),
     ("gallery", "makers", "testing", "engineering"),
     ("views", "engines", "sweeps", "image"),
+    ("reports",),
     ("cli",),
     ("__main__", "__init__"),
 )

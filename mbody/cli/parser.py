@@ -24,6 +24,8 @@ examples:
   mbody simulate mine.toml --to 10 --csv run.csv  free motion over time
   mbody sweep mine.toml --vary load=1:9:50 --measure 'peak(A.force)'
   mbody solve mine.toml brake                     the unknowns of its table [solve.brake]
+  mbody report mine.toml -o mine.html             the engineer's document
+  mbody freebody mine.toml --at crank=60          every link alone, with its forces
   mbody crosscheck mine.toml --against pinocchio  a second opinion, by another engine
   mbody draw mine.toml --forces -o mine.svg       a picture with its forces
   mbody plot mine.toml motor.effort -o effort.png over the cycle
@@ -108,6 +110,9 @@ def parser() -> argparse.ArgumentParser:
     )
     _resting(modes)
     _json(modes)
+    cut_free = "free-body diagrams: every link alone with its forces"
+    _freebody(command("freebody", cut_free, "freebody.freebody"))
+    _report(command("report", "the engineer's document, for screen and paper", "report.report"))
     cross = command(
         "crosscheck",
         "results compared with those of other engines",
@@ -197,6 +202,41 @@ def _angle(command: argparse.ArgumentParser) -> None:
     )
 
 
+def _freebody(command: argparse.ArgumentParser) -> None:
+    _model(command)
+    _instants(command)
+    command.add_argument("--to", metavar="TIME", help="of the free motion until that time")
+    command.add_argument(
+        "--bodies",
+        action="append",
+        default=[],
+        metavar="NAMES",
+        help="which links, with commas between them; by default all",
+    )
+    command.add_argument(
+        "-o", "--output", metavar="FILE", help="ends in .svg, .png or .pdf (MODEL.svg)"
+    )
+
+
+def _report(command: argparse.ArgumentParser) -> None:
+    _model(command)
+    _instants(command)
+    command.add_argument("--to", metavar="TIME", help="of the free motion until that time")
+    for option, names, text in (
+        ("sections", "NAMES", "what it contains, in order, with commas; by default everything"),
+        ("without", "NAMES", "sections that are left out"),
+        ("plot", "QUANTITY", "what is plotted; by default efforts, forces and measures"),
+        ("polar", "JOINTS", "whose forces are drawn as vectors"),
+        ("against", "ENGINES", "of the second opinion; by default all that are installed"),
+    ):
+        command.add_argument(f"--{option}", action="append", default=[], metavar=names, help=text)
+    command.add_argument("--title", metavar="TEXT", help="of the document")
+    command.add_argument("--open", action="store_true", help="open it in the browser")
+    command.add_argument(
+        "-o", "--output", metavar="FILE", help="ends in .html, .md, .tex or .pdf (MODEL.html)"
+    )
+
+
 def _instants(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--at",
@@ -230,6 +270,23 @@ def _draw(command: argparse.ArgumentParser) -> None:
         default=[],
         metavar="POINT",
         help="draw the path of a point, such as coupler.P",
+    )
+    command.add_argument("--to", metavar="TIME", help="the free motion until that time")
+    command.add_argument(
+        "--positions", metavar="N", help="N equal steps of the turn or of the motion"
+    )
+    command.add_argument(
+        "--strip", action="store_true", help="several positions beside each other, not overlaid"
+    )
+    command.add_argument(
+        "--series", action="store_true", help="a file for each position, at one scale"
+    )
+    command.add_argument(
+        "--only",
+        action="append",
+        default=[],
+        metavar="BODIES",
+        help="draw only these links, with commas between them",
     )
     _output(command)
 
@@ -312,9 +369,27 @@ def _plot(command: argparse.ArgumentParser) -> None:
         nargs="*",
         metavar="QUANTITY",
         help="a measure of the model, or a formula such as motor.effort, B.force, coupler.P.y; "
-        "without any, all measures",
+        "without any, all measures; a unit in brackets behind it, as in 'B.force [kN]'",
     )
     _instants(command)
+    command.add_argument("--to", metavar="TIME", help="the free motion until that time")
+    command.add_argument("--x", metavar="QUANTITY", help="what it is plotted over")
+    command.add_argument("--log", metavar="AXES", help="logarithmic axes: x, y or xy")
+    command.add_argument(
+        "--vary",
+        action="append",
+        default=[],
+        metavar="NAME=LOW:HIGH:COUNT",
+        help="several designs, overlaid; more than six are a band",
+    )
+    for kind, text in (
+        ("polar", "magnitudes of joint forces over the angle of the crank"),
+        ("hodograph", "the curves of the tips of joint forces"),
+        ("path", "the path of a point, y over x"),
+    ):
+        names = "POINT" if kind == "path" else "JOINTS"
+        command.add_argument(f"--{kind}", action="append", default=[], metavar=names, help=text)
+    command.add_argument("--axes", metavar="BODY", help="the link in whose axes a hodograph is")
     _output(command)
 
 

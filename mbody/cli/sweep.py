@@ -17,7 +17,7 @@ from mbody.solution.heading import heading
 if TYPE_CHECKING:
     from mbody.sweeps import Sweep
 
-__all__ = ["sweep"]
+__all__ = ["sweep", "values_of"]
 
 
 def sweep(args: Any) -> int:
@@ -27,7 +27,7 @@ def sweep(args: Any) -> int:
     if not args.vary:
         raise UsageError("choose what differs between designs: --vary NAME=LOW:HIGH:COUNT")
     mechanism = model_of(args)
-    parameters = {n: _values(n, text) for n, text in named_values(args.vary, "--vary").items()}
+    parameters = {n: values_of(n, text) for n, text in named_values(args.vary, "--vary").items()}
     ask = question(args, mechanism.ask)
     options: dict[str, Any] = (
         {} if ask is None else {"at": ask.at, "over": ask.over, "instants": ask.instants}
@@ -44,7 +44,7 @@ def sweep(args: Any) -> int:
     return exit_status(found)
 
 
-def _values(name: str, text: str) -> Any:
+def values_of(name: str, text: str) -> Any:
     """What a parameter takes: from one value to another in so many, or one after the other."""
     from mbody.quantities import FormulaError, read
     from mbody.sweeps import Steps

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +27,7 @@ __all__ = [
     "closing",
     "force_floor",
     "force_names",
+    "forces_on",
     "heading",
     "link_names",
     "noted",
@@ -87,6 +89,38 @@ def force_names(mechanism: Mechanism) -> dict[str, tuple[str, str]]:
         element: (f"{name},{element}" if named or times[name] > 1 else name, on)
         for element, (name, on, named) in found.items()
     }
+
+
+def forces_on(mechanism: Mechanism, body: str) -> dict[str, str]:
+    """Textbook names of the forces and efforts that joints and drivers have on one body.
+
+    As `force_names`, but F_ij is always the force on this body: that on the other one has its
+    numbers exchanged.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> forces_on(mbody.makers.four_bar(1, 3, 2, 3.5), "coupler")
+    {'A': 'F23', 'B': 'F43'}
+    """
+    ends = {joint.name: (joint.i.body, joint.j.body) for joint in mechanism.joints}
+    ends |= {driver.name: driver.bodies for driver in mechanism.drivers}
+    return {
+        element: name if on == body else _exchanged(name)
+        for element, (name, on) in force_names(mechanism).items()
+        if body in ends[element]
+    }
+
+
+def _exchanged(name: str) -> str:
+    """The name of the opposite force.
+
+    >>> _exchanged("F32"), _exchanged("T(12,3),motor")
+    ('F23', 'T(3,12),motor')
+    """
+    # as `force_names` writes them: two digits, or two numbers in brackets
+    name = re.sub(r"^([A-Z])(\d)(\d)", r"\1\3\2", name)
+    return re.sub(r"^([A-Z])\((\d+),(\d+)\)", r"\1(\3,\2)", name)
 
 
 def heading(solution: Solution, when: str) -> list[str]:

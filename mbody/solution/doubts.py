@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeVar
+from typing import Any, Self, TypeVar
 
 __all__ = [
     "KINDS",
@@ -154,7 +154,7 @@ class Several(tuple[T, ...]):
     notes: tuple[str, ...]
 
     @classmethod
-    def of(cls, result: Any, items: Iterable[T]) -> Several[T]:
+    def of(cls, result: Any, items: Iterable[T]) -> Self:
         """The items, made of a result."""
         made = cls(items)
         for name, value in inherited(result).items():

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,8 +12,9 @@ from mbody.analysis.driven.kinematics import kinematics
 from mbody.analysis.driven.kinetostatics import kinetostatics
 from mbody.analysis.driven.requests import analyse_at
 from mbody.analysis.initial.close_loops import close_loops
-from mbody.errors import ModelError, SolveError
+from mbody.errors import ModelError, SolveError, brief
 from mbody.model.driver import Driver
+from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.sheets.names import force_floor, force_names
 from mbody.solution.checks import one_design
@@ -29,28 +31,35 @@ from mbody.views.links import link, link_label, points
 from mbody.views.load_symbols import driver_symbol, force_arrow, forces_shown, load_symbol
 from mbody.views.pose import Pose
 from mbody.views.sketch import Sketch
+from mbody.views.strips import in_strip
 from mbody.views.style import FORCE, LOAD, SIZE, SOFT, Z
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["draw"]
+__all__ = ["draw", "draw_series"]
 
 Array = np.ndarray
 
 #: With more bodies than this only joints and loads are named.
 NAMED = 24
+#: How strong the nearest of the other instants are.
+FADED = 0.45
+#: How large a drawing is in a strip, as a part of one alone.
+CELL = 0.6
 
 
 def draw(
     model: Solution | Mechanism | System,
-    instant: int = 0,
+    instant: int | Sequence[int] = 0,
     forces: bool = False,
     *,
     paths: Sequence[str] = (),
+    only: Sequence[str] = (),
+    strip: bool = False,
 ) -> Figure:
     """A picture of a mechanism at one instant: kinematic diagram, and with its forces a free view
-    of what each joint carries.
+    of what each joint carries; or at several, overlaid or as a strip, at one scale.
 
     Links are bars or plates through their places, ground is hatched, the arrow of a motor is the
     way that it turns. Applied forces are arrows to the scale of the key, torques are arcs.
@@ -60,13 +69,18 @@ def draw(
     model : Solution, Mechanism or System
         A result of any analysis of one design; or what is to be analysed first: driven at the
         instant that it asks for, else at t = 0, without a driver at its guess.
-    instant : int
-        Which instant of the result.
+    instant : int or list of int
+        Which instant of the result; of several the first is drawn in full, the others faded.
     forces : bool
         Whether the joint forces are drawn, as in the sheet: F_ij on link j by link i.
     paths : sequence of str
         Points such as ``"coupler.P"`` whose paths are drawn: over the instants of the result; where
         it has one only, over the times that the mechanism asks for, or a whole turn.
+    only : sequence of str
+        The bodies that are drawn, with the joints, drivers and loads between them and the ground;
+        by default all.
+    strip : bool
+        Whether several instants are beside each other, each in full.
 
     Returns
     -------
@@ -77,8 +91,8 @@ def draw(
     Raises
     ------
     ModelError
-        For a batch, an instant that there is not, forces of an analysis without forces; where
-        matplotlib is not installed.
+        For a batch, an instant that there is not, forces of an analysis without forces, a body that
+        there is not; where matplotlib is not installed.
     SolveError
         As of the analysis.
 
@@ -91,17 +105,169 @@ def draw(
     """
     run = model if isinstance(model, Solution) else _solved(model, forces)
     one_design(run, "a picture is of one design")
-    pose = Pose(run, instant)
+    several = isinstance(instant, (Sequence, np.ndarray)) and not isinstance(instant, str)
+    instants: list[Any] = list(instant) if several else [instant]  # type: ignore[arg-type]
+    poses = [Pose(run, one) for one in instants]
+    if not poses:
+        raise ModelError(f"a picture needs an instant, 0 to {len(run) - 1}: give at least one")
+    shown = Shown(run.mechanism, (only,) if isinstance(only, str) else only)
     if isinstance(paths, str):
         paths = (paths,)
     tracks = _paths(run, paths)
     with styled():
         figure = blank()
-        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        axes.set_axis_off()
-        sketch = Sketch(axes, pose, *_scale(pose, list(tracks.values())))
-        framed(figure, sketch, _mechanism(sketch, forces, tracks))
+        in_cells = strip and len(poses) > 1
+        scale = _scale(poses, shown, list(tracks.values()), CELL if in_cells else 1.0)
+        if in_cells:
+            sketches, longest = [], _longest(poses, forces, shown)
+            for pose in poses:
+                sketches.append(Sketch(_axes(figure), pose, *scale))
+                arrows = _mechanism(sketches[-1], forces, tracks, shown, longest)
+            in_strip(figure, sketches, arrows)
+            return figure
+        sketch = Sketch(_axes(figure), poses[0], *scale)
+        for n, pose in enumerate(poses[1:]):
+            _faded(sketch, pose, shown, FADED * (1.0 - 0.5 * n / len(poses)))
+        framed(figure, sketch, _mechanism(sketch, forces, tracks, shown))
     return figure
+
+
+def draw_series(
+    run: Solution,
+    instants: Sequence[int],
+    forces: bool = False,
+    *,
+    paths: Sequence[str] = (),
+    only: Sequence[str] = (),
+) -> list[Figure]:
+    """Pictures of several instants, all of one scale and one size, as of a film; see `draw`.
+
+    >>> import mbody
+    >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=1.0), t=[0.0, 1.0])
+    >>> first, second = draw_series(run, [0, 1])
+    >>> bool((first.get_size_inches() == second.get_size_inches()).all())
+    True
+    """
+    one_design(run, "a picture is of one design")
+    poses, tracks = [Pose(run, k) for k in instants], _paths(run, paths)
+    shown, sketches, arrows = Shown(run.mechanism, only), [], None
+    with styled():
+        scale = _scale(poses, shown, list(tracks.values()), 1.0)
+        longest, figures = _longest(poses, forces, shown), [blank() for _ in poses]
+        for pose, figure in zip(poses, figures, strict=True):
+            sketches.append(Sketch(_axes(figure), pose, *scale))
+            arrows = _mechanism(sketches[-1], forces, tracks, shown, longest)
+        low = np.min([sketch.low for sketch in sketches], axis=0)
+        high = np.max([sketch.high for sketch in sketches], axis=0)
+        for sketch in sketches:
+            sketch.low, sketch.high = low, high
+        for sketch, figure in zip(sketches, figures, strict=True):
+            framed(figure, sketch, arrows)
+        # titles of other instants may be wider: the limits of all are those of the widest
+        right = max(axes.get_xlim()[1] for axes in (sketch.axes for sketch in sketches))
+        for sketch, figure in zip(sketches, figures, strict=True):
+            left, _ = sketch.axes.get_xlim()
+            sketch.axes.set_xlim(left, right)
+            tall = figure.get_size_inches()[1]
+            figure.set_size_inches((right - left) / sketch.unit / 72.0, tall)
+    return figures
+
+
+@dataclass(frozen=True)
+class Shown:
+    """Which elements of a mechanism are drawn.
+
+    Attributes
+    ----------
+    mechanism : Mechanism
+    only : sequence of str
+        Bodies; all where there are none.
+    """
+
+    mechanism: Mechanism
+    only: Sequence[str]
+
+    def __post_init__(self) -> None:
+        known = [body.name for body in self.mechanism.bodies]
+        for name in self.only:
+            if name not in known:
+                raise ModelError(
+                    f"there is no moving body {brief(name)} to draw (there are: {listed(known)})",
+                    str(name),
+                )
+
+    @property
+    def bodies(self) -> list[str]:
+        """Names of the bodies."""
+        return list(self.only) or [body.name for body in self.mechanism.bodies]
+
+    def between(self, elements: Any) -> list[Any]:
+        """The elements that join only shown bodies and the ground, with one shown body at least."""
+        if not self.only:
+            return list(elements)
+        own, found = {*self.only}, []
+        for element in elements:
+            ends = {element.i.body, element.j.body} if element.role == "joint" else element.bodies
+            ends = {*ends}
+            if ends & own and ends <= own | {"ground"}:
+                found.append(element)
+        return found
+
+
+class Faded(Sketch):
+    """A sketch of another instant: links, pins and symbols, without ground and labels."""
+
+    def support(self, place: Array, others: list[Array], name: str) -> None:
+        """None: it is that of the instant in full."""
+
+    def rail(self, start: Array, end: Array, name: str, margin: float = 0.0) -> None:
+        """None, as `support`."""
+
+    def ground(self, start: Any, end: Any, *, name: str = "") -> None:
+        """None, as `support`."""
+
+    def write(self) -> None:
+        """None: labels are of the instant in full."""
+
+
+def _faded(sketch: Sketch, pose: Pose, shown: Shown, part: float) -> None:
+    """Draw another instant below, faded."""
+    axes = sketch.axes
+    before = {id(artist) for artist in axes.get_children()}
+    ghost = Faded(axes, pose, sketch.unit, sketch.small)
+    for order, body in enumerate(shown.bodies):
+        link(ghost, body, order)
+    for joint in shown.between(pose.mechanism.joints):
+        joint_symbol(joint, ghost)
+    for artist in axes.get_children():
+        if id(artist) not in before and artist.get_zorder() >= Z["ring"]:
+            artist.set_alpha(part)
+            artist.set_zorder(0.1 * artist.get_zorder())
+            gid = artist.get_gid()
+            artist.set_gid(f"at {pose.k}:{gid}" if gid else None)
+    sketch.low, sketch.high = np.fmin(sketch.low, ghost.low), np.fmax(sketch.high, ghost.high)
+
+
+def _axes(figure: Figure) -> Any:
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), label=f"part {len(figure.axes)}")
+    axes.set_axis_off()
+    return axes
+
+
+def _longest(poses: Sequence[Pose], forces: bool, shown: Shown) -> float:
+    """The greatest force of several instants, by which all their arrows are drawn."""
+    rows = [row for pose in poses for row in _shown_forces(pose, forces, shown)]
+    return max((float(np.hypot(*vector)) for _, _, vector, _, _ in rows), default=0.0)
+
+
+def _shown_forces(pose: Pose, forces: bool, shown: Shown) -> list[Any]:
+    every = forces_shown(pose, forces)
+    if not shown.only:
+        return every
+    own = {joint.name for joint in shown.between(pose.mechanism.joints)}
+    books = {force_names(pose.mechanism)[name][0] for name in own}
+    loads = {load.name for load in shown.between(pose.mechanism.loads)}
+    return [row for row in every if row[0] in books | loads]
 
 
 def _solved(model: Mechanism | System, forces: bool) -> Solution:
@@ -142,17 +308,26 @@ def _paths(run: Solution, names: Sequence[str]) -> dict[str, Array]:
     return {name: np.column_stack([h.x, h.y]) for name, h in histories.items()}
 
 
-def _scale(pose: Pose, tracks: list[Array]) -> tuple[float, float]:
+def _scale(
+    poses: Sequence[Pose], shown: Shown, tracks: list[Array], part: float
+) -> tuple[float, float]:
     """Length of a point (1/72 in) in the units of the mechanism, and how much smaller symbols are
     where the links are short."""
-    corners = np.vstack([bounds(pose), *tracks])
+    pose = poses[0]
+    if shown.only:
+        places = [node for one in poses for body in shown.bodies for node in one.nodes[body]]
+        places += [one.centre(body) for one in poses for body in shown.bodies]
+        corners = np.vstack([*places, *tracks])
+    else:
+        corners = np.vstack([*map(bounds, poses), *tracks])
     wide, high = corners.max(axis=0) - corners.min(axis=0)
-    unit = max(wide / SIZE["width"], high / SIZE["height"])
+    unit = max(wide / SIZE["width"], high / SIZE["height"]) / part
     if not unit > 1e-12 * pose.system.length:
         unit = pose.system.length / SIZE["width"]
-    lengths = [1.5 * radius for joint in pose.mechanism.joints for _, radius in wheels(joint, pose)]
+    joints = shown.between(pose.mechanism.joints)
+    lengths = [1.5 * radius for joint in joints for _, radius in wheels(joint, pose)]
     for name, nodes in pose.nodes.items():
-        if name != "ground" and len(nodes) > 1:
+        if name in shown.bodies and len(nodes) > 1:
             lengths.append(float(np.max(np.ptp(np.array(nodes), axis=0))))
     lengths = [length for length in lengths if length > unit]
     typical = float(np.median(lengths)) if lengths else 60.0 * unit
@@ -173,32 +348,37 @@ def _driven(pose: Pose, driver: Driver) -> str:
 
 
 def _mechanism(
-    sketch: Sketch, forces: bool, tracks: dict[str, Array]
+    sketch: Sketch,
+    forces: bool,
+    tracks: dict[str, Array],
+    shown: Shown,
+    longest: float | None = None,
 ) -> tuple[float, float, str] | None:
     """Draw everything from the lowest layer to the labels; returns the scale of the arrows."""
     pose, mechanism = sketch.pose, sketch.pose.mechanism
     for name, track in tracks.items():
         dashes = (0, (5, 3))
         sketch.line(track, 0.9, SOFT, Z["path"], name=f"path:{name}", dashes=dashes, weight=0.5)
-    for order, body in enumerate(mechanism.bodies):
-        link(sketch, body.name, order)
-    for joint in mechanism.joints:
+    for order, body in enumerate(shown.bodies):
+        link(sketch, body, order)
+    joints = shown.between(mechanism.joints)
+    for joint in joints:
         joint_symbol(joint, sketch)
-    for coupling in mechanism.couplings:
+    for coupling in shown.between(mechanism.couplings):
         coupling_symbol(coupling, sketch)
     sketch.lay()
-    for load in mechanism.loads:
+    for load in shown.between(mechanism.loads):
         load_symbol(load, sketch)
-    for driver in mechanism.drivers:
+    for driver in shown.between(mechanism.drivers):
         driver_symbol(driver, sketch, _driven(pose, driver) if forces else symbolic(driver.name))
-    for body in mechanism.bodies:
-        points(sketch, body.name)
-    if len(mechanism.joints) <= 2 * NAMED:
+    for body in shown.bodies:
+        points(sketch, body)
+    if len(joints) <= 2 * NAMED:
         _pin_labels(sketch)
-    arrows = _arrows(sketch, forces)
-    if len(mechanism.bodies) <= NAMED:
-        for body in mechanism.bodies:
-            link_label(sketch, body.name)
+    arrows = _arrows(sketch, _shown_forces(pose, forces, shown), forces, longest)
+    if len(shown.bodies) <= NAMED:
+        for body in shown.bodies:
+            link_label(sketch, body)
     sketch.write()
     return arrows
 
@@ -218,11 +398,12 @@ def _pin_labels(sketch: Sketch) -> None:
     sketch.labels.sort(key=lambda label: not label.name.startswith("name:"))
 
 
-def _arrows(sketch: Sketch, forces: bool) -> tuple[float, float, str] | None:
+def _arrows(
+    sketch: Sketch, shown: list[Any], forces: bool, longest: float | None
+) -> tuple[float, float, str] | None:
     """All forces at one scale: the length of a unit of force, the greatest one, and a colour."""
-    shown = forces_shown(sketch.pose, forces)
     sizes = [float(np.hypot(*vector)) for _, _, vector, _, _ in shown]
-    greatest = max(sizes, default=0.0)
+    greatest = max(sizes, default=0.0) if longest is None else longest
     if not greatest > 0.0:
         return None
     scale = SIZE["arrow"] * sketch.unit / greatest

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from mbody.views.sketch import Sketch
 
-__all__ = ["framed", "nice", "rounded_number"]
+__all__ = ["captions", "framed", "key_row", "nice", "rounded_number"]
 
 Array = np.ndarray
 
@@ -105,6 +105,19 @@ def _title(sketch: Sketch) -> list[tuple[str, float, str]]:
     values.append(f"t = {rounded_number(pose.t)} {pose.mechanism.units.of('time')}")
     lines = [(name, SIZE["title"], INK) for name in names]
     return [*lines, (", ".join(values).replace("$", r"\$"), 0.9 * SIZE["text"], SOFT)]
+
+
+def captions(sketch: Sketch) -> tuple[str, str]:
+    """The name of the mechanism in one line, and its instant."""
+    *names, (instant, _, _) = _title(sketch)
+    return " ".join(name for name, _, _ in names), instant
+
+
+def key_row(
+    sketch: Sketch, axes: Any, y: float, wide: float, arrows: tuple[float, float, str] | None
+) -> None:
+    """Scale and key of a sketch on other axes of the same scale, from their left edge."""
+    _key(type(sketch)(axes, sketch.pose, sketch.unit, sketch.small), 0.0, y, wide, arrows)
 
 
 def _key(

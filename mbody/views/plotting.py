@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.errors import ModelError
+from mbody.errors import ModelError, brief
 from mbody.model.driver import AngleDriver
+from mbody.model.study import Measure
 from mbody.quantities.units import DIMENSIONS, Dimension, name_of
 from mbody.sheets.text_table import cut
 from mbody.solution.checks import one_design
@@ -24,7 +26,7 @@ if TYPE_CHECKING:
 
     from mbody.solution.solution import Solution
 
-__all__ = ["plot"]
+__all__ = ["PlottedCurve", "all_measures", "curve_of", "plot", "plot_curves", "spread"]
 
 Array = np.ndarray
 
@@ -33,29 +35,65 @@ WIDE, ALONE, STACKED = 5.0, 2.9, 1.75
 LEFT, BELOW, ABOVE, BETWEEN, RIGHT = 0.85, 0.55, 0.62, 0.22, 0.2
 
 
+#: Results that have a curve each; more are a band.
+SEVERAL = 6
+#: A quantity with its unit in brackets.
+_UNIT = re.compile(r"(.+?)\s*\[([^\[\]]+)\]")
+
+
 @dataclass(frozen=True)
 class PlottedCurve:
-    """One quantity: its name, history, dimension and unit."""
+    """One curve: its name, history, dimension and unit; of several results what it is `of`, its
+    own places on the axis, and of a band the least and greatest values.
+    """
 
     name: str
     values: Array
     dimension: Dimension
     unit: str
+    of: str = ""
+    x: Array | None = None
+    band: tuple[Array, Array] | None = None
 
 
-def plot(run: Solution, *quantities: str) -> Figure:
-    """Quantities over the angle of the driver in degrees, or over time: diagrams of a cycle.
+@dataclass(frozen=True)
+class Abscissa:
+    """Values and label of the common axis, and whether it is an angle in degrees."""
+
+    values: Array
+    label: str
+    name: str = ""
+    turns: bool = False
+
+
+def plot(
+    run: Solution | Sequence[Solution],
+    *quantities: str,
+    x: str = "",
+    log: str = "",
+    labels: Sequence[str] = (),
+) -> Figure:
+    """Quantities over the angle of the driver in degrees, over time, or over any other quantity.
 
     Quantities of one unit share a panel, in which each has its name at its right end; panels are
-    stacked above one axis.
+    stacked above one axis. Of several results every quantity has its panel, and every result its
+    curve; more than `SEVERAL` are a band from the least to the greatest value, with the median.
+    Events of a motion are vertical lines.
 
     Parameters
     ----------
-    run : Solution
-        Of one design, with several instants.
+    run : Solution, or list of Solution
+        Of one design each, with several instants.
     *quantities : str
         Names of the mechanism's measures, or formulas of histories such as ``"motor.effort"``,
-        ``"B.force"``, ``"coupler.P.y"``; by default all measures, else all efforts.
+        ``"B.force"``, ``"coupler.P.y"``, with the wanted unit in brackets, as in ``"B.force
+        [kN]"``; by default all measures, else all efforts.
+    x : str
+        What they are plotted over, in the same form; by default the angle of the driver, or time.
+    log : str
+        Axes of a logarithmic scale: ``"x"``, ``"y"``, ``"xy"``.
+    labels : list of str
+        Names of several results.
 
     Returns
     -------
@@ -65,7 +103,9 @@ def plot(run: Solution, *quantities: str) -> Figure:
     Raises
     ------
     ModelError
-        For an unknown quantity, a result of one instant, a batch, or without matplotlib.
+        For an unknown quantity, a result of one instant, a batch, results of other instants than
+        the first where they are many, values that a logarithmic axis cannot show, or without
+        matplotlib.
 
     Notes
     -----
@@ -80,22 +120,63 @@ def plot(run: Solution, *quantities: str) -> Figure:
     >>> [panel.get_ylabel() for panel in axes], axes[1].get_xlabel()
     (['motor.effort [N·m]', 'rocker.angle [deg]'], 'angle of crank [deg]')
     """
-    one_design(run, "a picture is of one design")
-    if len(run) < 2:
-        raise ModelError(
-            "a plot needs several instants, this result has 1: analyse a turn (turn=True), or times"
-        )
-    curves = [_curve(run, name) for name in quantities or _all(run)]
-    panels: dict[str, list[PlottedCurve]] = {}
-    for curve in curves:
-        panels.setdefault(curve.unit, []).append(curve)
-    x, label, turns = _abscissa(run)
+    runs = [run] if not isinstance(run, Sequence) else list(run)
+    for one in runs:
+        one_design(one, "a picture is of one design")
+        if len(one) < 2:
+            raise ModelError(
+                "a plot needs several instants, this result has 1: analyse a turn (turn=True), or "
+                "times"
+            )
+    if log not in ("", "x", "y", "xy", "yx"):
+        raise ModelError(f"a logarithmic axis is 'x', 'y' or 'xy', not {brief(log)}")
+    first = runs[0]
+    names = list(quantities or all_measures(first))
+    abscissa = [_over(one, x) for one in runs]
+    panels: list[list[PlottedCurve]] = []
+    if len(runs) > 1:
+        titles = [*labels, *(f"design {n}" for n in range(len(labels) + 1, len(runs) + 1))]
+        for name in names:
+            found = [curve_of(one, name) for one in runs]
+            alike = all(_alike(abscissa[0].values, other.values) for other in abscissa)
+            if len(runs) > SEVERAL and alike:
+                panels.append([_band(found)])
+            else:
+                panels.append(
+                    [
+                        PlottedCurve(title, one.values, one.dimension, one.unit, name, xs.values)
+                        for title, one, xs in zip(titles, found, abscissa, strict=False)
+                    ]
+                )
+    else:
+        together: dict[str, list[PlottedCurve]] = {}
+        for curve in (curve_of(first, name) for name in names):
+            together.setdefault(curve.unit, []).append(curve)
+        panels = list(together.values())
+    _check_log(log, panels, abscissa)
     with styled():
-        return _figure(run, list(panels.values()), x, label, turns)
+        return _figure(first, panels, abscissa[0], log, [] if x else _events(first))
 
 
-def _all(run: Solution) -> list[str]:
-    """The default quantities."""
+def plot_curves(run: Solution, panels: Sequence[list[PlottedCurve]]) -> Figure:
+    """Curves that are known already, a panel for each list, over the axis of `plot`."""
+    with styled():
+        return _figure(run, panels, _abscissa(run), "", [])
+
+
+def _alike(one: Array, other: Array) -> bool:
+    """Whether two axes have the same places; laws of other speeds reach them to rounding."""
+    return one.shape == other.shape and bool(np.allclose(one, other, rtol=1e-9, atol=1e-9))
+
+
+def all_measures(run: Solution) -> list[str]:
+    """What is plotted where nobody says: all measures, else all efforts.
+
+    Raises
+    ------
+    ModelError
+        Where there are none.
+    """
     machine = run.mechanism
     names = [name for name, measure in machine.measures.items() if found_by(run, measure)]
     if not names and run.has_forces:
@@ -107,16 +188,67 @@ def _all(run: Solution) -> list[str]:
     return names
 
 
-def _curve(run: Solution, name: str) -> PlottedCurve:
-    measure = run.mechanism.measures.get(name, name)
+def curve_of(run: Solution, name: str) -> PlottedCurve:
+    """The history of a quantity, in the unit in brackets behind its name.
+
+    Raises
+    ------
+    ModelError
+        For an unknown quantity, or a unit that does not fit.
+    """
+    asked = _UNIT.fullmatch(name.strip())
+    of = asked[1].strip() if asked else name
+    measure: Any = run.mechanism.measures.get(of, of)
+    if asked:
+        measure = Measure(getattr(measure, "of", of), asked[2].strip())
     values, dimension, unit = measured(run, measure)
     if dimension == DIMENSIONS["angle"] and not getattr(measure, "unit", ""):
         values, unit = np.degrees(values), "deg"
-    return PlottedCurve(name, np.where(np.isfinite(values), values, np.nan), dimension, unit)
+    return PlottedCurve(of, np.where(np.isfinite(values), values, np.nan), dimension, unit)
 
 
-def _abscissa(run: Solution) -> tuple[Array, str, bool]:
-    """Values and name of the axis, and whether it is an angle."""
+def _band(curves: Sequence[PlottedCurve]) -> PlottedCurve:
+    """The median of many curves, with the least and the greatest value beside it."""
+    values = np.array([curve.values for curve in curves])
+    first = curves[0]
+    low, top = np.nanmin(values, axis=0), np.nanmax(values, axis=0)
+    name = f"median of {len(curves)}"
+    middle = np.nanmedian(values, axis=0)
+    return PlottedCurve(name, middle, first.dimension, first.unit, first.name, None, (low, top))
+
+
+def _check_log(
+    log: str, panels: Sequence[Sequence[PlottedCurve]], abscissa: Sequence[Abscissa]
+) -> None:
+    """Refuse a logarithmic axis of what has no positive value."""
+    rows = [(curve.of or curve.name, curve.values) for curves in panels for curve in curves]
+    shown = [("y", *row) for row in rows] + [("x", one.name, one.values) for one in abscissa]
+    for axis, name, values in shown:
+        if axis in log and not np.any(values > 0.0):
+            raise ModelError(
+                f"'{name}' has no positive value, which a logarithmic axis needs: plot another "
+                f"quantity, or leave '{axis}' linear"
+            )
+
+
+def _events(run: Solution) -> list[tuple[float, str]]:
+    """When events occurred, with their names."""
+    if run.mechanism.drivers and run.analysis != "simulate":
+        return []
+    return [(event.t, event.name) for event in run.events]
+
+
+def _over(run: Solution, x: str) -> Abscissa:
+    """What curves are plotted over."""
+    if not x:
+        return _abscissa(run)
+    curve = curve_of(run, x)
+    symbol = curve.unit.replace("*", "·")
+    return Abscissa(curve.values, _name(x if not symbol else f"{curve.name} [{symbol}]", 60), x)
+
+
+def _abscissa(run: Solution) -> Abscissa:
+    """The angle of the driver, time, or the number of the instant."""
     moving = []
     for driver in run.mechanism.drivers:
         value = run.driven(driver.name)[0]
@@ -127,18 +259,23 @@ def _abscissa(run: Solution) -> tuple[Array, str, bool]:
         steps = np.diff(value)
         if isinstance(driver, AngleDriver) and (np.all(steps > 0.0) or np.all(steps < 0.0)):
             rest = "" if driver.relative_to == "ground" else f" from {driver.relative_to}"
-            return np.degrees(value), f"angle of {driver.body}{rest} [deg]", True
+            label = f"angle of {driver.body}{rest} [deg]"
+            return Abscissa(np.degrees(value), label, driver.body, True)
     if np.ptp(run.t) == 0.0:
-        return np.arange(float(len(run))), "instant", False
-    return run.t, f"t [{run.mechanism.units.of('time')}]", False
+        return Abscissa(np.arange(float(len(run))), "instant", "instant")
+    return Abscissa(run.t, f"t [{run.mechanism.units.of('time')}]", "t")
 
 
 def _figure(
-    run: Solution, panels: Sequence[list[PlottedCurve]], x: Array, label: str, turns: bool
+    run: Solution,
+    panels: Sequence[list[PlottedCurve]],
+    abscissa: Abscissa,
+    log: str,
+    events: Sequence[tuple[float, str]],
 ) -> Figure:
     """Panels of equal height, with space for the names on the right."""
-    figure = blank()
-    names = [curve.name for curves in panels if len(curves) > 1 for curve in curves]
+    figure, x = blank(), abscissa.values
+    names = [curve.name for curves in panels if named(curves) for curve in curves]
     space = max((extent(_name(name), SIZE["text"])[0] for name in names), default=0.0) / 72.0
     high = ALONE if len(panels) == 1 else STACKED
     wide = LEFT + WIDE + RIGHT + (space + 0.1 if names else 0.0)
@@ -150,11 +287,17 @@ def _figure(
         place = (LEFT / wide, bottom / tall, WIDE / wide, high / tall)
         axes = figure.add_axes(place, sharex=first)
         first = first or axes
-        _panel(axes, curves, x, high)
+        _panel(axes, curves, x, high, log)
+        if abscissa.name == "t":
+            _marked(axes, events, x, names_them=n == 0)
         axes.tick_params(labelbottom=n == len(panels) - 1)
-    axes.set_xlabel(label, color=INK)
-    axes.set_xlim(float(x.min()), float(x.max()))
-    if turns:
+    axes.set_xlabel(abscissa.label, color=INK)
+    own = [curve.x for curves in panels for curve in curves if curve.x is not None]
+    every = np.concatenate([x, *own])
+    every = every[np.isfinite(every) & ((every > 0.0) | ("x" not in log))]
+    if np.ptp(every) > 0.0:
+        axes.set_xlim(float(every.min()), float(every.max()))
+    if abscissa.turns and "x" not in log:
         from matplotlib.ticker import MultipleLocator
 
         span = float(np.ptp(x))
@@ -164,12 +307,41 @@ def _figure(
     title = cut(run.mechanism.name, 72).replace("$", r"\$")
     look: dict[str, Any] = {"ha": "left", "va": "baseline"}
     up = (tall - 0.3) / tall
-    figure.text(0.2 / wide, up, title, size=SIZE["title"], color=INK, **look)
-    figure.canvas.draw()
+    figure.text(0.2 / wide, up, title, size=SIZE["title"], color=INK, gid="title", **look)
     return figure
 
 
-def _panel(axes: Axes, curves: Sequence[PlottedCurve], x: Array, high: float) -> None:
+def named(curves: Sequence[PlottedCurve]) -> bool:
+    """Whether the curves of a panel need their names beside it."""
+    return len(curves) > 1 or any(curve.of for curve in curves)
+
+
+def _marked(axes: Axes, events: Sequence[tuple[float, str]], x: Array, *, names_them: bool) -> None:
+    """Vertical lines at events, named above the first panel as far as there is space."""
+    last, before, span = -np.inf, -np.inf, float(np.ptp(x))
+    for t, name in sorted(events):
+        # many in a short time, as of a ball that comes to rest, would be a grey area
+        if not x.min() <= t <= x.max() or t - before < 0.012 * span:
+            continue
+        before = t
+        axes.axvline(t, color=SOFT, lw=0.8, ls=(0, (3, 2)), zorder=1.4, gid=f"event:{name}")
+        text = _name(name, 24)
+        wide = extent(text, 0.85 * SIZE["text"])[0] / 72.0 / WIDE * span
+        if names_them and t > last:
+            look: dict[str, Any] = {"color": SOFT, "size": 0.85 * SIZE["text"], "va": "bottom"}
+            at_end = t + wide > x.max()
+            place = (t, 1.01)
+            axes.text(
+                *place,
+                text,
+                transform=axes.get_xaxis_transform(),
+                **look,
+                ha="right" if at_end else "left",
+            )
+            last = t + 1.1 * wide
+
+
+def _panel(axes: Axes, curves: Sequence[PlottedCurve], x: Array, high: float, log: str) -> None:
     """Curves of one unit."""
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
@@ -180,14 +352,28 @@ def _panel(axes: Axes, curves: Sequence[PlottedCurve], x: Array, high: float) ->
     axes.set_axisbelow(True)
     for n, curve in enumerate(curves):
         color, dashes = CURVES[n % len(CURVES)]
-        axes.plot(x, curve.values, color=color, ls=dashes, lw=1.6, gid=f"curve:{curve.name}")
+        own = x if curve.x is None else curve.x
+        if curve.band is not None:
+            gid = f"band:{curve.of}"
+            axes.fill_between(own, *curve.band, color=color, alpha=0.2, lw=0.0, gid=gid)
+        gid = f"curve:{curve.of}:{curve.name}" if curve.of else f"curve:{curve.name}"
+        axes.plot(own, curve.values, color=color, ls=dashes, lw=1.6, gid=gid)
+    if "x" in log:
+        axes.set_xscale("log")
+    if "y" in log:
+        axes.set_yscale("log")
     low, top = axes.get_ylim()
-    if low < 0.0 < top:
+    if low < 0.0 < top and "y" not in log:
         axes.axhline(0.0, color=SOFT, lw=0.8, zorder=1.5)
-    axes.ticklabel_format(axis="y", scilimits=(-4, 5), useMathText=True)
+    if "y" not in log:
+        axes.ticklabel_format(axis="y", scilimits=(-4, 5), useMathText=True)
     axes.yaxis.set_label_coords(-0.66 / WIDE, 0.5)
     symbol = curves[0].unit.replace("*", "·")
     unit = f" [{symbol}]" if symbol else ""
+    if curves[0].of:
+        axes.set_ylabel(_name(curves[0].of, int(11 * high)) + unit, color=INK)
+        _names(axes, curves, high)
+        return
     if len(curves) == 1:
         axes.set_ylabel(_name(curves[0].name, int(11 * high)) + unit, color=INK)
         return
@@ -205,7 +391,12 @@ def _names(axes: Axes, curves: Sequence[PlottedCurve], high: float) -> None:
     ends = []
     for curve in curves:
         known = curve.values[np.isfinite(curve.values)]
-        ends.append(((known[-1] if known.size else low) - low) / (top - low))
+        end = known[-1] if known.size else low
+        if axes.get_yscale() == "log":
+            end = max(end, low)
+            ends.append(float(np.log(end / low) / np.log(top / low)))
+        else:
+            ends.append((end - low) / (top - low))
     apart = 1.25 * SIZE["text"] / 72.0 / high
     places = spread(ends, apart)
     for n, (curve, place) in enumerate(zip(curves, places, strict=True)):

@@ -1,10 +1,15 @@
 """Pictures: what is drawn and plotted, and the files that it is written to."""
 
+import functools
 import sys
 from unittest import mock
 
-from mbody import kinematics
+import numpy as np
+
+from mbody import Body, Mechanism, kinematics, kinetostatics, simulate
 from mbody.views import draw, plot, save
+from mbody.views.free_bodies import draw_free_bodies
+from mbody.views.polar import hodograph, polar
 from tests.errors.command import said
 from tests.errors.models import crank_alone, four_bar
 from tests.errors.results import batch, motion, run
@@ -13,6 +18,24 @@ from tests.errors.results import batch, motion, run
 def without_matplotlib():
     with mock.patch.dict(sys.modules, {"matplotlib": None, "matplotlib.style": None}):
         draw(run())
+
+
+@functools.cache
+def pair():
+    return kinetostatics(four_bar(), t=[0.0, 0.1])
+
+
+@functools.cache
+def still():
+    """A result of several instants at which nothing turns."""
+    return kinetostatics(four_bar(), drive={"motor": np.array([1.0, 1.0])})
+
+
+def loose():
+    """A body that flies, without joints."""
+    machine = Mechanism("a stone")
+    machine.add(Body("stone", mass=1.0, inertia=1.0))
+    return simulate(machine, 1.0, instants=3)
 
 
 SCENARIOS = {
@@ -28,6 +51,38 @@ SCENARIOS = {
     "a plot of one instant": lambda: plot(run(), "motor.effort"),
     "a plot of nothing": lambda: plot(kinematics(four_bar(), t=[0.0, 0.1])),
     "a plot of what is not there": lambda: plot(kinematics(four_bar(), t=[0.0, 0.1]), "C.force"),
+    "free-body diagrams of nothing": lambda: draw_free_bodies(run(), []),
+    "free-body diagrams of a body that is not there": lambda: draw_free_bodies(run(), ["rod"]),
+    "very many free-body diagrams": said(["freebody", "n_windows_40", "-o", "a.svg"]),
+    "free-body diagrams of a motion at a place": said(
+        ["freebody", "mud_pump", "--to", "1", "--at", "crank=3", "-o", "a.svg"]
+    ),
+    "a drawing of no instant": lambda: draw(run(), []),
+    "a drawing of a body that is not there": lambda: draw(run(), only=["rod"]),
+    "a plot over what is not there": lambda: plot(pair(), "A.force", x="crunk.angle"),
+    "a plot with an unknown axis": lambda: plot(pair(), "A.force", log="z"),
+    "a logarithm of what is negative": lambda: plot(pair(), "-A.force", log="y"),
+    "a plot in a unit that does not fit": lambda: plot(pair(), "A.force [mm]"),
+    "a polar diagram of a joint that is not there": lambda: polar(pair(), "C"),
+    "a polar diagram of what does not turn": lambda: polar(still()),
+    "a hodograph of one instant": lambda: hodograph(run(), "A"),
+    "a hodograph of a batch": lambda: hodograph(batch(), "A"),
+    "a hodograph without joints": lambda: hodograph(loose()),
+    "very many positions": said(["draw", "hoekens", "--positions", "1000", "-o", "a.svg"]),
+    "positions at places": said(
+        ["draw", "hoekens", "--positions", "3", "--at", "crank=3", "-o", "a.svg"]
+    ),
+    "very many named positions": said(
+        ["draw", "hoekens", "--at", f"crank={','.join(map(str, range(201)))}", "-o", "a.svg"]
+    ),
+    "two kinds of a figure": said(["plot", "hoekens", "height", "--polar", "A", "-o", "a.svg"]),
+    "axes of a plot": said(["plot", "hoekens", "height", "--axes", "crank", "-o", "a.svg"]),
+    "two numbers that differ in a plot": said(
+        ["plot", "hoekens", "height", "--vary", "a=1,2", "--vary", "b=1,2", "-o", "a.svg"]
+    ),
+    "very many designs in a plot": said(
+        ["plot", "mud_pump", "torque", "--vary", "speed=1:2:2000", "-o", "a.svg"]
+    ),
     "a picture to a place that is none": lambda: save(draw(run()), 3),
     "a picture in a folder that is not there": lambda: save(draw(run()), "/nowhere/a.svg"),
     "a picture in a format that is not there": said(["draw", "hoekens", "-o", "hoekens.gif"]),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,10 +13,14 @@ from mbody.kernels.output import PER_PRIMITIVE
 from mbody.model.element import listed
 from mbody.solution.checks import check_forces, each_load_of, loaded, whole_instant
 from mbody.solution.doubts import Several
+from mbody.solution.presentation import present
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.rank import jacobian
 
-__all__ = ["Member", "Wrench", "coupled", "driven", "free_body", "member_forces"]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["FreeBody", "Member", "Wrench", "coupled", "driven", "free_body", "member_forces"]
 
 #: What is below this part of the greatest force of the mechanism is none.
 NONE = 1e-9
@@ -91,7 +95,36 @@ class Member:
     words: str
 
 
-def free_body(solution: Solution, body: str, instant: int = 0) -> Several[Wrench]:
+class FreeBody(Several[Wrench]):
+    """The forces on one body at an instant: a tuple of `Wrench` that can be drawn.
+
+    Attributes
+    ----------
+    solution : Solution
+        Of which result.
+    body : str
+    instant : int
+        Which of its instants, counted from 0.
+    status, doubts, notes
+        As of the result.
+    """
+
+    solution: Solution
+    body: str
+    instant: int
+
+    def draw(self) -> Figure:
+        """The free-body diagram of the body alone, to scale, with its force polygon beside it.
+
+        Raises
+        ------
+        ModelError
+            Where matplotlib is not installed.
+        """
+        return present("drawing", self)  # a door for every form
+
+
+def free_body(solution: Solution, body: str, instant: int = 0) -> FreeBody:
     """Every force on one body at an instant: its free-body diagram; they are in equilibrium.
 
     Parameters
@@ -105,8 +138,9 @@ def free_body(solution: Solution, body: str, instant: int = 0) -> Several[Wrench
 
     Returns
     -------
-    tuple of Wrench, with `status`, `doubts` and `notes` of the solution
-        Of the joints at their places, of loads and drivers at the mass centre, then d'Alembert's
+    FreeBody
+        A tuple of `Wrench`, with `status`, `doubts` and `notes` of the solution, and `draw()`. Of
+        the joints at their places, of loads and drivers at the mass centre, then d'Alembert's
         inertia force and torque; those that are not there are zero.
 
     Raises
@@ -125,7 +159,9 @@ def free_body(solution: Solution, body: str, instant: int = 0) -> Several[Wrench
     True
     """
     k = _checked(solution, body, instant)
-    return Several.of(solution, _forces(solution, body, k, each_load_of(solution, k)))
+    found = FreeBody.of(solution, _forces(solution, body, k, each_load_of(solution, k)))
+    found.solution, found.body, found.instant = solution, body, k
+    return found
 
 
 def member_forces(solution: Solution, instant: int = 0) -> Several[Member]:

@@ -11,6 +11,7 @@ from mbody.analysis.inverse.conditions import check_question
 from mbody.errors import ModelError
 from mbody.files.model.kinds import SECTIONS
 from mbody.files.model.problems import ENOUGH, Path, Problem
+from mbody.files.model.report_table import keep_settings
 from mbody.model.body import Body
 from mbody.model.element import Element
 from mbody.model.event import Event, Stop
@@ -72,6 +73,7 @@ def build(given: Any) -> tuple[Mechanism | None, list[Problem]]:
     if given.gravity is not None:
         add(("gravity",), Gravity, _set(given.gravity))
     problems += _questions(given, mechanism)
+    keep_settings(mechanism, given.report)
     return mechanism, problems
 
 

@@ -12,6 +12,7 @@ from pydantic import Discriminator, Field, StrictBool, StrictInt, Tag, create_mo
 from mbody.files.model import fields as of
 from mbody.files.model.kinds import LAWS, SECTIONS
 from mbody.files.model.law_fields import law
+from mbody.files.model.report_table import ReportIn
 from mbody.model.body import Body
 from mbody.model.element import Element
 from mbody.model.simulation import METHODS
@@ -20,7 +21,10 @@ from mbody.quantities.units import DIMENSIONS, UNIT_SYSTEMS, dimension_of
 __all__ = ["Used", "everything", "json_schema", "model", "used_by"]
 
 
-TABLES = ("parameters", "bodies", *SECTIONS, "measures", "solve", "gravity", "ask", "simulate")
+TABLES = (
+    *("parameters", "bodies", *SECTIONS, "measures", "solve", "gravity", "ask", "simulate"),
+    "report",
+)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -301,6 +305,7 @@ def model(used: Used) -> Any:
         "gravity": _gravity(used.laws),
         "ask": AskIn,
         "simulate": SimulateIn,
+        "report": ReportIn,
     }
     sections = [section for section in SECTIONS if section in used.tables]
     tables |= {section: dict[of.name_in, _choice(section, used)] for section in sections}
@@ -330,6 +335,7 @@ def model(used: Used) -> Any:
         "gravity": (tables["gravity"], Field(None, description="Gravity on every body.")),
         "ask": (tables["ask"], Field(None, description="The instants to analyse.")),
         "simulate": (tables["simulate"], Field(None, description="The motion that is followed.")),
+        "report": (tables["report"], Field(None, description="What `mbody report` writes.")),
         "schema_": (str, Field(None, alias="$schema", description="Where this schema lies.")),
     }
     columns |= {

@@ -18,6 +18,7 @@ from mbody.files.model.cells import alike, plain, short_angle, word
 from mbody.files.model.kinds import LAWS, SECTIONS, kind_of, section_of
 from mbody.files.model.limits import Limits, limits_of
 from mbody.files.model.read import check_size
+from mbody.files.model.report_table import settings_table
 from mbody.files.model.toml import toml
 from mbody.files.model.write_studies import questions, requested_formulas
 from mbody.laws import Cam, Constant, Dwell, Law, Polynomial
@@ -170,7 +171,9 @@ class Writer:
                 data[section] = table
             if apart is not None:
                 data["gravity"] = self.gravity(apart)
-        return data | questions(self)
+        data |= questions(self)
+        table = settings_table(machine)
+        return data | {"report": table} if table else data
 
     def wanted(self, value: Any, dimension: Dimension) -> Any:
         """A number of a question, as it was written."""

@@ -1,0 +1,198 @@
+"""A document as plain blocks, which every format writes: text, tables, pictures, notices, files.
+
+Text may have an index, as in ``F_{32}``, **bold** words between two stars, and `code` between
+backticks; all else is taken as it is.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, TypeAlias
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = [
+    "Block",
+    "Cells",
+    "Chapter",
+    "ReportDocument",
+    "FileText",
+    "Grid",
+    "Items",
+    "Notice",
+    "Picture",
+    "Text",
+    "parts_of",
+    "typeset",
+]
+
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_RICH = re.compile(r"\*\*(?P<bold>.+?)\*\*|`(?P<code>[^`]+)`|(?P<base>\w+)_\{(?P<index>[^{}]*)\}")
+
+
+@dataclass(frozen=True)
+class Text:
+    """A paragraph."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Items:
+    """A list of sentences."""
+
+    items: Sequence[str]
+
+
+@dataclass(frozen=True)
+class Cells:
+    """A column of a table: its title, unit and cells; numbers stand on the right."""
+
+    title: str
+    cells: Sequence[str]
+    unit: str = ""
+    text: bool = False
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A table; columns without any cell are left out.
+
+    Attributes
+    ----------
+    title : str
+        What it shows.
+    columns : list of Cells
+        The first names the rows.
+    """
+
+    title: str
+    columns: Sequence[Cells]
+
+    @property
+    def shown(self) -> list[Cells]:
+        """The columns that have cells."""
+        return [column for column in self.columns if any(column.cells)]
+
+    @property
+    def rows(self) -> Iterator[tuple[str, ...]]:
+        """The cells of each row."""
+        columns = [
+            column.cells if column.text else [typeset(cell) for cell in column.cells]
+            for column in self.shown
+        ]
+        return zip(*columns, strict=True)
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure with its caption.
+
+    Attributes
+    ----------
+    name : str
+        Of its file, where a format has one.
+    figure : matplotlib.figure.Figure
+    caption : str
+        What it shows; read aloud where the picture cannot be seen.
+    """
+
+    name: str
+    figure: Figure
+    caption: str
+
+
+@dataclass(frozen=True)
+class Notice:
+    """A sentence that must be seen: "good", "doubt" or "note"."""
+
+    kind: str
+    text: str
+
+
+@dataclass(frozen=True)
+class FileText:
+    """The text of a file, as it is."""
+
+    title: str
+    text: str
+    language: str = ""
+
+
+Block: TypeAlias = Text | Items | Grid | Picture | Notice | FileText
+
+
+@dataclass(frozen=True)
+class Chapter:
+    """A part of a document under a heading.
+
+    Attributes
+    ----------
+    key : str
+        The name by which it is chosen.
+    title : str
+    blocks : list of blocks
+    """
+
+    key: str
+    title: str
+    blocks: Sequence[Block]
+
+
+@dataclass(frozen=True)
+class ReportDocument:
+    """A whole document.
+
+    Attributes
+    ----------
+    title : str
+    about : list of (what, value)
+        The lines below the title.
+    chapters : list of Chapter
+    """
+
+    title: str
+    about: Sequence[tuple[str, str]]
+    chapters: Sequence[Chapter] = field(default_factory=list)
+
+    @property
+    def pictures(self) -> list[Picture]:
+        """All pictures, in order."""
+        blocks = (block for chapter in self.chapters for block in chapter.blocks)
+        return [block for block in blocks if isinstance(block, Picture)]
+
+
+def typeset(number: str) -> str:
+    """A number with a minus sign and a power of ten, as it is printed.
+
+    >>> typeset("-4.75e+06"), typeset("1.2e-16"), typeset("rad")
+    ('−4.75·10⁶', '1.2·10⁻¹⁶', 'rad')
+    """
+    found = re.fullmatch(r"(-?[\d.]+)e([+-]\d+)(.*)", number)
+    if found:
+        power = str(int(found[2])).translate(_RAISED)
+        return f"{found[1].replace('-', '−')}·10{power}{found[3]}"
+    return re.sub(r"^-(?=[\d.])", "−", number)
+
+
+def parts_of(text: str) -> Iterator[tuple[str, str, str]]:
+    """A text in parts: (kind, text, index), the kinds "plain", "bold", "code" and "index".
+
+    >>> list(parts_of("F_{32} is `A.force`"))
+    [('index', 'F', '32'), ('plain', ' is ', ''), ('code', 'A.force', '')]
+    """
+    done = 0
+    for found in _RICH.finditer(text):
+        if found.start() > done:
+            yield "plain", text[done : found.start()], ""
+        if found["base"]:
+            yield "index", found["base"], found["index"]
+        else:
+            kind = "bold" if found["bold"] else "code"
+            yield kind, found[kind], ""
+        done = found.end()
+    if done < len(text):
+        yield "plain", text[done:], ""

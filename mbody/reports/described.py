@@ -1,0 +1,304 @@
+"""Chapters of what a report is of: the sketch, the inputs, assumptions and method, the mobility."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from mbody.analysis.freedom.mobility import Count
+from mbody.errors import ModelError
+from mbody.files.model.write import as_data
+from mbody.reports.blocks import Block, Cells, Grid, Items, Notice, Picture, Text
+from mbody.sheets.text_table import number, numbers
+from mbody.views.drawing import draw
+from mbody.views.free_bodies import when
+
+if TYPE_CHECKING:
+    from mbody.reports.subject import Subject
+
+__all__ = ["inputs", "method", "mobility", "sketch"]
+
+#: Free motions and parts of the input that are listed.
+SHOWN = 40
+#: Instants beside the first that a sketch of a whole turn shows, faded.
+FADED = 3
+#: Fields of a body that the table of links has.
+OWN = ("mass", "weight", "inertia", "cg", "points", "guess")
+
+METHODS = {
+    "dop853": "the explicit Runge–Kutta method of order 8 of Dormand and Prince, with its error "
+    "estimate and step control",
+    "dopri5": "the explicit Runge–Kutta method of order 5 of Dormand and Prince",
+    "radau5": "the implicit Runge–Kutta method Radau IIA of order 5, for stiff motions",
+    "generalized-alpha": "the generalized-α method",
+    "rattle": "the symplectic method RATTLE",
+    "rattle4": "the symplectic method RATTLE, composed to order 4",
+}
+
+
+def sketch(subject: Subject) -> list[Block]:
+    """The drawing of the mechanism, at the instant of the diagrams."""
+    run, k = subject.run, subject.marked[0] if subject.marked else 0
+    instants = [k]
+    if subject.many:
+        step = max(1, (len(run) - 1) // (FADED + 1))
+        instants += [(k + n * step) % len(run) for n in range(1, FADED + 1)]
+    figure = draw(run, list(dict.fromkeys(instants)))
+    what = "motion" if run.analysis == "simulate" else "cycle"
+    more = f"; faded: other positions of the {what}" if len(instants) > 1 else ""
+    caption = f"{subject.mechanism.name}: {when(run, k)}{more}"
+    return [Picture("sketch", figure, caption)]
+
+
+# -- inputs ------------------------------------------------------------------------------------
+
+
+def inputs(subject: Subject) -> list[Block]:
+    """Everything that was given, with units."""
+    machine = subject.mechanism
+    symbols = ", ".join(subject.unit(key) for key in ("length", "force", "time", "mass"))
+    blocks: list[Block] = [
+        Text(f"Units: {machine.units.name} ({symbols}). Numbers without a unit are in these.")
+    ]
+    try:
+        data = as_data(machine)
+    except ModelError as error:
+        return [*blocks, Notice("note", f"The inputs are Python code in part: {error}.")]
+    if data.get("parameters"):
+        blocks.append(_parameters(subject, data["parameters"]))
+    blocks.append(_bodies(subject, data))
+    for section, title in (
+        ("joints", "Joints"),
+        ("couplings", "Couplings"),
+        ("drivers", "Drivers"),
+        ("loads", "Loads"),
+    ):
+        if data.get(section):
+            blocks.append(_elements(title, data[section]))
+    if data.get("gravity"):
+        blocks.append(Text(f"Gravity: {_flat(data['gravity'])}."))
+    return blocks
+
+
+def _parameters(subject: Subject, given: dict[str, Any]) -> Grid:
+    """Parameters with their value in the units of the mechanism."""
+    scope = subject.mechanism.parameters.scope()
+    values, units = [], []
+    for name in given:
+        known = scope.names[name]
+        values.append(number(float(known.value)))
+        unit = "" if known.dimension is None else subject.mechanism.units.of(known.dimension)
+        units.append(unit.replace("*", "·"))
+    columns = [
+        Cells("parameter", list(given), text=True),
+        Cells("given as", [str(value) for value in given.values()], text=True),
+        Cells("value", values),
+        Cells("unit", units, text=True),
+    ]
+    return Grid("Parameters", columns)
+
+
+def _bodies(subject: Subject, data: dict[str, Any]) -> Grid:
+    """Mass, moment of inertia, mass centre and points of every link."""
+    machine, system = subject.mechanism, subject.run.system
+    mass = system.mass[:-3, 0].reshape(-1, 3)
+    names = ["1 ground", *(f"{n} {body.name}" for n, body in enumerate(machine.bodies, 2))]
+    centres, points = [""], [_points(data.get("ground", {}).get("points", {}))]
+    for body in machine.bodies:
+        own = data["bodies"].get(body.name, {})
+        centres.append(_place(own["cg"]) if "cg" in own else "")
+        points.append(_points(own.get("points", {})))
+    columns = [
+        Cells("link", names, text=True),
+        Cells("mass", ["", *numbers(mass[:, 0])], subject.unit("mass")),
+        Cells("I_{G}", ["", *numbers(mass[:, 2])], subject.unit("inertia")),
+        Cells("mass centre", centres, text=True),
+        Cells("points in link axes", points, text=True),
+    ]
+    return Grid("Links", columns)
+
+
+def _points(given: Any) -> str:
+    return "; ".join(f"{name} {_place(place)}" for name, place in given.items())
+
+
+def _place(given: Any) -> str:
+    """A place in link axes, as it was given."""
+    if isinstance(given, dict):
+        return f"{given.get('r')} @ {given.get('angle')}"
+    return f"({', '.join(map(str, given))})"
+
+
+def _elements(title: str, given: dict[str, Any]) -> Grid:
+    """Elements with their kind, what they join, and their numbers."""
+    kinds, joined, rest = [], [], []
+    for table in given.values():
+        kind, *others = table
+        kinds.append(kind.replace("_", " "))
+        first = table[kind]
+        joined.append(", ".join(map(_end, first)) if isinstance(first, list) else _flat(first))
+        rest.append("; ".join(f"{name} = {_flat(table[name])}" for name in others))
+    return Grid(
+        title,
+        [
+            Cells(title.lower().removesuffix("s"), list(given), text=True),
+            Cells("kind", kinds, text=True),
+            Cells("of", joined, text=True),
+            Cells("with", rest, text=True),
+        ],
+    )
+
+
+def _end(value: Any) -> str:
+    """A place as words.
+
+    >>> _end("crank.A"), _end({"body": "ground", "point": [0, 2], "angle": 90})
+    ('crank.A', 'ground (0, 2) at 90')
+    """
+    if not isinstance(value, dict):
+        return str(value)
+    point = value.get("point")
+    words = str(value.get("body", ""))
+    if point is not None:
+        words += f".{point}" if isinstance(point, str) else f" {_place(point)}"
+    return words + (f" at {value['angle']}" if "angle" in value else "")
+
+
+def _flat(value: Any) -> str:
+    """A table in a table as words."""
+    if isinstance(value, dict):
+        return ", ".join(
+            f"{name.replace('_', ' ')}: {_flat(part)}"
+            if isinstance(part, dict)
+            else f"{name} = {_flat(part)}"
+            for name, part in value.items()
+        )
+    if isinstance(value, list):
+        shown = ", ".join(_flat(part) for part in value[:SHOWN])
+        return f"({shown}{', …' if len(value) > SHOWN else ''})"
+    return re.sub(r"\s+", " ", str(value))
+
+
+# -- assumptions and method --------------------------------------------------------------------
+
+
+def method(subject: Subject) -> list[Block]:
+    """What is assumed, and how the numbers were computed."""
+    assumed = [
+        "All links are rigid, and the motion is plane.",
+        "Joints have no clearance and no friction, other than the loads above describe.",
+    ]
+    run = subject.run
+    if not any(type(load).__name__ == "Gravity" for load in subject.mechanism.loads):
+        assumed.append("Weights do not act: the model has no gravity.")
+    weightless = [
+        body.name
+        for n, body in enumerate(subject.mechanism.bodies)
+        if not float(run.system.mass[3 * n, 0])
+    ]
+    if weightless:
+        names = ", ".join(weightless[:12]) + (", …" if len(weightless) > 12 else "")
+        assumed.append(f"These links have no mass: {names}.")
+    return [
+        Text("**Assumptions**"),
+        Items(assumed),
+        Text("**Method**"),
+        Items(list(_steps(subject))),
+    ]
+
+
+def _steps(subject: Subject) -> Iterator[str]:
+    run = subject.run
+    yield (
+        "Every link has three coordinates (x, y of its mass centre, and its angle); joints and "
+        "drivers are equations Φ(q, t) = 0 between them (Nikravesh; Haug)."
+    )
+    if run.analysis == "simulate":
+        settings = subject.mechanism.simulation
+        name = settings.method if settings is not None else "dop853"
+        yield (
+            f"The motion is integrated from its beginning by {METHODS.get(name, name)}; "
+            "positions and velocities are projected onto the constraints."
+        )
+        yield "At every instant M·a + Φ_{q}ᵀ·λ = F is solved; λ are the forces of the joints."
+    else:
+        yield (
+            "Positions solve Φ = 0 by Newton's method, and are followed from the first instant, so "
+            "that they stay on one branch; velocities and accelerations follow from the "
+            "derivatives of Φ."
+        )
+        inertia = "" if run.analysis == "statics" else " − M·a"
+        yield (
+            f"Forces solve Φ_{{q}}ᵀ·λ = F{inertia}: inverse dynamics. λ are the forces of the "
+            "joints and the efforts of the drivers; no equation is left out."
+        )
+    yield (
+        "F_{ij} is the force of link i on link j, at the joint; the ground is link 1. Torques are "
+        "positive counter-clockwise, directions are from the x axis."
+    )
+    if run.regularization:
+        yield (
+            "Some joints hold the mechanism twice: their forces are not unique, those of least "
+            "norm are given."
+        )
+
+
+# -- mobility ----------------------------------------------------------------------------------
+
+
+def many(count: int, what: str) -> str:
+    """A number of things.
+
+    >>> many(1, "driver"), many(2, "joint")
+    ('1 driver', '2 joints')
+    """
+    return f"{count} {what}{'s' * (count != 1)}"
+
+
+def mobility(subject: Subject) -> list[Block]:
+    """Grübler's count, the rank, redundant joints, and what that says of the forces."""
+    found = subject.mobility
+    titles = [
+        "coordinates, 3 a link",
+        "rows of constraints",
+        "Grübler: coordinates − rows",
+        "rank of the rows",
+        "redundant rows: rows − rank",
+        "degrees of freedom: coordinates − rank",
+    ]
+
+    def cells(count: Count) -> list[str]:
+        rank, spare, free = count.rank, count.redundant, count.freedom
+        values = (3 * found.bodies, count.rows, count.gruebler, rank, spare, free)
+        return ["?" if value is None else str(value) for value in values]
+
+    columns = [Cells("count", titles, text=True), Cells("joints alone", cells(found.of_joints))]
+    if found.drivers:
+        columns.append(Cells("drivers fixed", cells(found.driven)))
+    blocks: list[Block] = [
+        Text(
+            f"{many(found.bodies, 'moving link')}, {many(found.joints, 'joint')}, "
+            f"{many(found.drivers, 'driver')}, {many(found.loops, 'independent loop')}."
+        ),
+        Grid("Mobility", columns),
+    ]
+    redundant = found.driven.redundant if found.drivers else found.of_joints.redundant
+    if redundant:
+        names = ", ".join(found.redundant) if found.redundant else "some joints"
+        blocks.append(
+            Notice(
+                "note",
+                f"{redundant} rows are redundant ({names}): the forces that they share are not "
+                "unique. Tables mark those that are not.",
+            )
+        )
+    elif redundant == 0:
+        blocks.append(Notice("good", "No row is redundant: every joint force is unique."))
+    motions = (found.motions or ())[:12]
+    if motions:
+        blocks.append(Text("Free motions without the drivers:" if found.drivers else "It is free:"))
+        blocks.append(Items([motion.words for motion in motions]))
+    known = {doubt.message for doubt in subject.run.doubts}
+    blocks += [Notice("note", note) for note in found.notes if note not in known]
+    return blocks

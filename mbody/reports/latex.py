@@ -1,0 +1,125 @@
+"""A report as LaTeX, its pictures as PDF files beside it; for one's own document too."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from mbody.reports.blocks import Block, Grid, Items, Notice, Picture, ReportDocument, Text, parts_of
+
+__all__ = ["latex"]
+
+HEAD = r"""\documentclass[11pt,a4paper]{article}
+\usepackage[T1]{fontenc}
+\usepackage[utf8]{inputenc}
+\usepackage{lmodern,amsmath,booktabs,longtable,array,graphicx,xcolor}
+\usepackage[margin=22mm]{geometry}
+\usepackage[hidelinks]{hyperref}
+\setlength{\parindent}{0pt}\setlength{\parskip}{4pt}
+\newcommand{\notice}[1]{\par\smallskip\fbox{\parbox{0.96\linewidth}{#1}}\par\smallskip}
+"""
+#: Signs that need a command of LaTeX.
+SIGNS = {
+    **{"\\": r"\textbackslash{}", "{": r"\{", "}": r"\}", "$": r"\$", "&": r"\&", "#": r"\#"},
+    **{"%": r"\%", "_": r"\_", "^": r"\textasciicircum{}", "~": r"\textasciitilde{}"},
+    **{"−": "$-$", "·": r"$\cdot$", "°": r"$^\circ$", "√": r"$\surd$", "∞": r"$\infty$"},
+    **{"½": r"$\tfrac12$", "≤": r"$\le$", "≥": r"$\ge$", "→": r"$\to$", "…": r"\ldots{}"},
+    **{"–": "--", "“": "``", "”": "''", "’": "'", "×": r"$\times$", "✓": "OK", "\u2009": r"\,"},
+    **{"Φ": r"$\Phi$", "λ": r"$\lambda$", "α": r"$\alpha$", "ω": r"$\omega$", "Δ": r"$\Delta$"},
+    **{"Σ": r"$\Sigma$", "θ": r"$\theta$", "β": r"$\beta$", "γ": r"$\gamma$", "δ": r"$\delta$"},
+    **{"π": r"$\pi$", "μ": r"$\mu$", "ρ": r"$\rho$", "ψ": r"$\psi$", "∂": r"$\partial$"},
+    **{"²": r"$^2$", "³": r"$^3$", "ᵀ": r"$^{\mathsf T}$", "⁻": r"$^-$", "∫": r"$\int$"},
+    **dict(zip("⁰¹⁴⁵⁶⁷⁸⁹", (f"$^{n}$" for n in "01456789"), strict=True)),
+}
+
+
+def latex(document: ReportDocument, folder: str) -> str:
+    """The text; pictures are named in `folder`, which the caller writes."""
+    about = [f"{_rich(what)} & {_rich(value)} \\\\" for what, value in document.about]
+    lines = [HEAD + rf"\title{{{_rich(document.title)}}}", r"\date{}", r"\begin{document}"]
+    lines += [r"\maketitle", r"\begin{tabular}{@{}ll@{}}", *about, r"\end{tabular}"]
+    numbered = iter(range(1, 1000))
+    for chapter in document.chapters:
+        lines += ["", rf"\section{{{_rich(chapter.title)}}}"]
+        for block in chapter.blocks:
+            lines += ["", *_block(block, folder, numbered)]
+    return "\n".join([*lines, r"\end{document}", ""])
+
+
+def _block(block: Block, folder: str, numbered: Iterator[int]) -> list[str]:
+    if isinstance(block, Text):
+        return [_rich(block.text)]
+    if isinstance(block, Items):
+        items = [rf"\item {_rich(item)}" for item in block.items]
+        return [r"\begin{itemize}", *items, r"\end{itemize}"]
+    if isinstance(block, Grid):
+        return _grid(block)
+    if isinstance(block, Picture):
+        n = next(numbered)
+        file = f"{folder}/{block.name}.pdf"
+        size = r"width=\linewidth,height=0.42\textheight,keepaspectratio"
+        picture = rf"\includegraphics[{size}]{{\detokenize{{{file}}}}}"
+        caption = rf"\\[2pt]{{\small\textbf{{Figure {n}.}} {_rich(block.caption)}}}"
+        return [r"\begin{center}", picture + caption, r"\end{center}"]
+    if isinstance(block, Notice):
+        return [rf"\notice{{{_rich(block.text)}}}"]
+    text = "\n".join(_plain(line) + r"\\" for line in block.text.splitlines())
+    return [rf"\textbf{{{_rich(block.title)}}}", r"{\ttfamily\scriptsize\obeyspaces", text, "}"]
+
+
+def _grid(grid: Grid) -> list[str]:
+    """A table that may go on on the next page; text columns share what is left."""
+    shown, texts = grid.shown, sum(column.text for column in grid.shown)
+    long = {n for n, column in enumerate(shown) if max(map(len, column.cells), default=0) > 28}
+    part = 0.62 / max(1, len(long)) if texts else 0.0
+    kinds = [
+        rf">{{\raggedright\arraybackslash}}p{{{part:.2f}\linewidth}}"
+        if n in long
+        else ("l" if n == 0 or column.text else "r")
+        for n, column in enumerate(shown)
+    ]
+    heads = [
+        _rich(column.title) + (rf" {{[{_rich(column.unit)}]}}" if column.unit else "")
+        for column in shown
+    ]
+    rows = [" & ".join(map(_rich, row)) + r" \\" for row in grid.rows]
+    size = r"\footnotesize" if len(shown) > 6 else r"\small"
+    return [
+        rf"\textbf{{{_rich(grid.title)}}}",
+        rf"{{{size}\setlength{{\tabcolsep}}{{4pt}}",
+        rf"\begin{{longtable}}[l]{{@{{}}{''.join(kinds)}@{{}}}}",
+        r"\toprule",
+        " & ".join(heads) + r" \\",
+        r"\midrule\endhead",
+        *rows,
+        r"\bottomrule",
+        r"\end{longtable}}",
+    ]
+
+
+def _rich(text: str) -> str:
+    r"""Text with its indices, bold words and code.
+
+    >>> _rich("F_{32} = 5% of **all** `a_b`")
+    '$F_{32}$ = 5\\% of \\textbf{all} \\texttt{a\\_b}'
+    """
+    found = []
+    for kind, part, index in parts_of(text):
+        if kind == "index":
+            base = SIGNS.get(part, part).strip("$")
+            inner = ",".join(
+                piece
+                if re.fullmatch(r"[0-9A-Za-z]{1,2}", piece)
+                else rf"\mathrm{{{_plain(piece)}}}"
+                for piece in index.split(",")
+            )
+            found.append(f"${base}_{{{inner}}}$")
+        elif kind == "bold":
+            found.append(rf"\textbf{{{_plain(part)}}}")
+        else:
+            found.append(rf"\texttt{{{_plain(part)}}}" if kind == "code" else _plain(part))
+    return "".join(found)
+
+
+def _plain(text: str) -> str:
+    return "".join(SIGNS.get(sign, sign) for sign in text)

@@ -1,0 +1,240 @@
+"""Chapters of results in tables: what matters most, links, joints, drivers and measures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mbody.quantities.units import DIMENSIONS
+from mbody.reports.blocks import Block, Cells, Grid, Notice, Text
+from mbody.reports.subject import Subject, book
+from mbody.sheets.names import ROUNDING, remark, swiftness
+from mbody.sheets.text_table import angles, number, numbers
+from mbody.solution.measures import found_by, measured
+
+if TYPE_CHECKING:
+    from mbody.solution.histories import Reaction
+
+__all__ = ["joints", "links", "loads", "summary"]
+
+Array = np.ndarray
+
+
+def where_columns(subject: Subject, instants: Sequence[int]) -> list[Cells]:
+    """Columns that say where something is."""
+    return [Cells(title, cells, unit) for title, cells, unit in subject.where(instants)]
+
+
+def peak(values: Array) -> int:
+    """The instant of the greatest amount, of what there is."""
+    return int(np.argmax(np.nan_to_num(np.abs(values), nan=-1.0)))
+
+
+# -- what matters most -------------------------------------------------------------------------
+
+
+def summary(subject: Subject) -> list[Block]:
+    """The greatest values with where they are, and whether the result is in doubt."""
+    rows = [*_forces_of_all(subject), *_efforts(subject), *_motion(subject)]
+    blocks: list[Block] = [_status(subject)]
+    if rows:
+        columns = [Cells("", [row[0] for row in rows], text=True)]
+        columns += [Cells("value", [number(row[1]) for row in rows])]
+        columns += [Cells("unit", [row[2] for row in rows], text=True)]
+        columns += where_columns(subject, [row[3] for row in rows])
+        title = "Greatest amounts of the cycle" if subject.many else "Greatest amounts"
+        blocks.append(Grid(title, columns))
+    note = subject.mechanism.note
+    return [*blocks, Text(note)] if note else blocks
+
+
+def _status(subject: Subject) -> Notice:
+    run = subject.run
+    count = f"{len(run)} instants" if subject.many else "one instant"
+    if run.doubts:
+        return Notice("doubt", f"The result is in doubt: {run.doubts[0].message}")
+    ended = "" if run.status == "completed" else f" ({run.status})"
+    return Notice(
+        "good", f"{run.analysis.capitalize()} of {count}: completed without doubt{ended}."
+    )
+
+
+def _forces_of_all(subject: Subject) -> list[tuple[str, float, str, int]]:
+    best: tuple[str, float, str, int] | None = None
+    for joint in subject.mechanism.joints:
+        name, on = subject.names[joint.name]
+        size = subject.run.reaction(joint.name, on).magnitude
+        k = peak(size)
+        if best is None or float(size[k]) > best[1]:
+            words = f"greatest joint force, {book(name)} at {joint.name}"
+            best = (words, float(size[k]), subject.unit("force"), k)
+    return [best] if best is not None and best[1] > subject.floor else []
+
+
+def _efforts(subject: Subject) -> list[tuple[str, float, str, int]]:
+    run, rows = subject.run, []
+    for driver in subject.mechanism.drivers if subject.loaded else ():
+        effort = run.effort(driver.name)
+        kind = "torque" if driver.angular else "force"
+        k = peak(effort)
+        rows.append((f"{kind} of {driver.name}", float(effort[k]), subject.unit(kind), k))
+        rate = run.driven(driver.name)[1]
+        if np.abs(rate).max() > 0.0:
+            power = effort * rate
+            k = peak(power)
+            rows.append((f"power of {driver.name}", float(power[k]), subject.unit("power"), k))
+    return rows
+
+
+def _motion(subject: Subject) -> list[tuple[str, float, str, int]]:
+    run = subject.run
+    if run.analysis == "statics":
+        return []
+    rows, swift = [], swiftness(run)
+    for what, keys, unit, floor in (
+        ("speed of a mass centre", ("vx", "vy"), "velocity", np.sqrt(swift)),
+        ("acceleration of a mass centre", ("ax", "ay"), "acceleration", swift),
+    ):
+        sizes = {
+            body: np.hypot(*(getattr(run[body], key) for key in keys))
+            for body in (one.name for one in subject.mechanism.bodies)
+        }
+        name = max(sizes, key=lambda body: float(np.nanmax(sizes[body])))
+        k = peak(sizes[name])
+        if float(sizes[name][k]) > ROUNDING * floor * run.system.length:
+            words = f"greatest {what}, {name}"
+            rows.append((words, float(sizes[name][k]), subject.unit(unit), k))
+    return rows
+
+
+# -- tables ------------------------------------------------------------------------------------
+
+
+def links(subject: Subject) -> list[Block]:
+    """The motion of every link: its range, and its peaks."""
+    run, names = subject.run, [body.name for body in subject.mechanism.bodies]
+    numbered = [f"{n} {name}" for n, name in enumerate(names, 2)]
+    histories, swift = [run[name] for name in names], swiftness(subject.run)
+    low = [f"{round(float(np.degrees(h.angle.min())), 3) + 0.0:.3f}" for h in histories]
+    high = [f"{round(float(np.degrees(h.angle.max())), 3) + 0.0:.3f}" for h in histories]
+    columns = [Cells("link", numbered, text=True)]
+    if subject.many:
+        columns += [Cells("angle from", low, "deg"), Cells("to", high, "deg")]
+    else:
+        columns.append(Cells("angle", low, "deg"))
+    if run.analysis == "statics":
+        return [Grid("Links", columns)]
+    word = "peak " if subject.many else ""
+    for title, values, unit, floor in (
+        ("ω", [h.omega for h in histories], "angular velocity", np.sqrt(swift)),
+        ("α", [h.alpha for h in histories], "angular acceleration", swift),
+        ("v_{G}", [np.hypot(h.vx, h.vy) for h in histories], "velocity", np.sqrt(swift)),
+        ("a_{G}", [np.hypot(h.ax, h.ay) for h in histories], "acceleration", swift),
+    ):
+        reach = 1.0 if unit.startswith("angular") else run.system.length
+        tops = [float(v[peak(v)]) for v in values]
+        cells = numbers(tops, ROUNDING * floor * reach)
+        columns.append(Cells(f"{word}{title}", cells, subject.unit(unit)))
+        if subject.many:
+            where = subject.where([peak(v) for v in values])[:1]
+            columns += [Cells(at, cells_at, unit_at) for at, cells_at, unit_at in where]
+    return [Grid("Motion of the links", columns)]
+
+
+def joints(subject: Subject) -> list[Block]:
+    """The peak force of every joint, with direction, components, torque and uniqueness."""
+    run, found = subject.run, []
+    if subject.run.has_forces and not subject.loaded and subject.mechanism.joints:
+        words = "All forces are zero: no link has a mass, and no load acts."
+        return [Notice("note", words)]
+    for joint in subject.mechanism.joints:
+        name, on = subject.names[joint.name]
+        found.append((name, joint.name, run.reaction(joint.name, on)))
+    if not found or not run.has_forces:
+        return []
+    at = [peak(r.magnitude) for *_, r in found]
+    fx, fy = (
+        np.array([getattr(r, key)[k] for k, (*_, r) in zip(at, found)]) for key in ("fx", "fy")
+    )
+    torque = np.array([r.torque[peak(r.torque)] for *_, r in found])
+    turning = subject.floor * run.system.length
+    columns = [
+        Cells("force", [book(name) for name, *_ in found], text=True),
+        Cells("joint", [joint for _, joint, _ in found], text=True),
+        Cells("i on j", [f"{r.by} on {r.on}" for *_, r in found], text=True),
+        Cells(
+            "peak" if subject.many else "force",
+            numbers(np.hypot(fx, fy), subject.floor),
+            subject.unit("force"),
+        ),
+        Cells("direction", angles(np.arctan2(fy, fx)), "deg"),
+        *where_columns(subject, at),
+        Cells("F_{x} there", numbers(fx, subject.floor), subject.unit("force")),
+        Cells("F_{y} there", numbers(fy, subject.floor), subject.unit("force")),
+    ]
+    if (np.abs(torque) > turning).any():
+        columns.append(Cells("peak torque", numbers(torque, turning), subject.unit("torque")))
+    columns.append(Cells("", [_unique(r) for *_, r in found], text=True))
+    blocks: list[Block] = [Grid("Forces of the joints", columns)]
+    if (np.abs(torque) > turning).any():
+        blocks.append(Text("Torques are about the joint's place on its body j."))
+    return blocks
+
+
+def _unique(reaction: Reaction) -> str:
+    return remark(reaction)
+
+
+def loads(subject: Subject) -> list[Block]:
+    """Efforts of the drivers and the measures of the model: least, greatest, mean, and where."""
+    rows: list[tuple[str, Array, str, float]] = []
+    run = subject.run
+    if subject.loaded:
+        for driver in (*subject.mechanism.drivers, *subject.mechanism.couplings):
+            kind = "torque" if driver.angular else "force"
+            floor = subject.floor * (run.system.length if driver.angular else 1.0)
+            book_name = subject.names.get(driver.name, ("", ""))[0]
+            named = f"{driver.name}, {book(book_name)}" if book_name else driver.name
+            rows.append((named, run.effort(driver.name), subject.unit(kind), floor))
+    for name, measure in subject.mechanism.measures.items():
+        if found_by(run, measure):
+            values, dimension, unit = measured(run, measure)
+            if dimension == DIMENSIONS["angle"] and not measure.unit:
+                values, unit = np.degrees(values), "deg"
+            floor = ROUNDING * float(np.nanmax(np.abs(values), initial=0.0))
+            rows.append((f"{name} (`{measure.of}`)", values, unit.replace("*", "·"), floor))
+    if not rows:
+        return []
+    return [Grid("Efforts and measures", _extremes(subject, rows))]
+
+
+def _extremes(subject: Subject, rows: Sequence[tuple[str, Array, str, float]]) -> list[Cells]:
+    """Columns of least, greatest and mean values."""
+    columns = [Cells("quantity", [row[0] for row in rows], text=True)]
+
+    def cells(values: Sequence[Any]) -> list[str]:
+        pairs = zip(values, rows, strict=True)
+        return [number(0.0 if abs(v) <= row[3] else v) for v, row in pairs]
+
+    clean = [np.where(np.isfinite(row[1]), row[1], np.nan) for row in rows]
+    if not subject.many:
+        columns.append(Cells("value", cells([v[0] for v in clean])))
+    else:
+        low, top = ([int(f(v)) for v in clean] for f in (np.nanargmin, np.nanargmax))
+        columns.append(Cells("least", cells([v[k] for v, k in zip(clean, low, strict=True)])))
+        columns += where_columns(subject, low)[:1]
+        columns.append(Cells("greatest", cells([v[k] for v, k in zip(clean, top, strict=True)])))
+        columns += where_columns(subject, top)[:1]
+        columns.append(Cells("mean", cells([_mean(subject, v) for v in clean])))
+    columns.append(Cells("unit", [row[2] for row in rows], text=True))
+    return columns
+
+
+def _mean(subject: Subject, values: Array) -> float:
+    """Over time by the trapezoidal rule; over the instants where time stands still."""
+    t = subject.run.t
+    if np.ptp(t) > 0.0 and bool((np.diff(t) > 0.0).all()):
+        return float(np.trapezoid(values, t) / np.ptp(t))
+    return float(np.nanmean(values))

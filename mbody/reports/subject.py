@@ -1,0 +1,233 @@
+"""What a report is of: a result over the cycle, its names and peaks, and what else it is asked."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mbody.analysis.driven.requests import analyse_at
+from mbody.analysis.dynamics.simulate import simulate
+from mbody.analysis.freedom.mobility import Mobility, mobility
+from mbody.engines.crosscheck import Crosscheck, crosscheck
+from mbody.errors import ModelError, SolveError
+from mbody.files.model import to_toml
+from mbody.model.mechanism import Mechanism
+from mbody.model.study import Instants
+from mbody.sheets.names import force_floor, force_names
+from mbody.sheets.text_table import number
+from mbody.solution.solution import Solution
+from mbody.views.cycle import cycle
+from mbody.views.free_bodies import force_peak
+
+__all__ = ["Subject", "book", "run_of"]
+
+Array = np.ndarray
+
+#: Instants of a cycle at which other engines are asked.
+COMPARED = 100
+
+
+@dataclass(eq=False)
+class Subject:
+    """A result with what chapters of a report need of it more than once.
+
+    Attributes
+    ----------
+    run : Solution
+        Over the cycle, over time, or at one instant.
+    described : Mechanism
+        The description, as it was given.
+    marked : list of int
+        Instants of its own at which free-body diagrams are drawn.
+    plots, polar : list of str
+        What is plotted; by default all measures, and the joints of the greatest forces.
+    against : str, list of str or None
+        Engines of the second opinion.
+    command : str
+        That repeats the report.
+    other : Subject or None
+        Another design that it is compared with.
+    label : str
+        Name of the design in a comparison.
+    """
+
+    run: Solution
+    marked: list[int]
+    described: Mechanism
+    plots: Sequence[str] = ()
+    polar: Sequence[str] = ()
+    against: Any = None
+    command: str = ""
+    other: Subject | None = None
+    label: str = ""
+    failed: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The description."""
+        return self.run.mechanism
+
+    @property
+    def many(self) -> bool:
+        """Whether there are several instants."""
+        return len(self.run) > 1
+
+    def unit(self, dimension: str) -> str:
+        """The unit of a dimension, as it is written."""
+        return self.mechanism.units.of(dimension).replace("*", "·")
+
+    @functools.cached_property
+    def mobility(self) -> Mobility:
+        """Degrees of freedom."""
+        return mobility(self.mechanism)
+
+    @functools.cached_property
+    def opinions(self) -> Crosscheck:
+        """The second opinions."""
+        return crosscheck(self.run.system, self.against, ours=self.compared)
+
+    @functools.cached_property
+    def compared(self) -> Solution:
+        """The result at as many instants as other engines are asked for: of a cycle enough."""
+        step = -(-len(self.run) // COMPARED)
+        if step < 2 or self.run.analysis == "simulate":
+            return self.run
+        return self.run.take(range(0, len(self.run), step))
+
+    @functools.cached_property
+    def names(self) -> dict[str, tuple[str, str]]:
+        """Textbook names of joint forces and efforts, with the body on which they act."""
+        return force_names(self.mechanism)
+
+    @functools.cached_property
+    def floor(self) -> float:
+        """What of a force is rounding."""
+        return force_floor(self.run)
+
+    @property
+    def loaded(self) -> bool:
+        """Whether any force is more than rounding; without masses and loads there is none."""
+        return self.run.has_forces and self.floor > 0.0
+
+    @functools.cached_property
+    def text(self) -> str:
+        """The model as a file; empty where it has Python code."""
+        try:
+            return to_toml(self.described)
+        except ModelError as error:
+            self.failed["text"] = str(error)
+            return ""
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the model's text."""
+        return hashlib.sha256(self.text.encode()).hexdigest()
+
+    def where(self, instants: Sequence[int]) -> list[tuple[str, list[str], str]]:
+        """Columns that say where instants are: title, cells, unit."""
+        if not self.many:
+            return []
+        columns = []
+        for driver in self.mechanism.drivers[:1]:
+            value = self.run.driven(driver.name)[0]
+            if np.ptp(value) > 0.0:
+                name = getattr(driver, "body", driver.name)
+                if driver.angular:
+                    degrees = np.degrees(value[list(instants)])
+                    cells = [f"{round(float(d), 2) + 0.0:g}" for d in degrees]
+                    columns.append((f"at {name}", cells, "deg"))
+                else:
+                    cells = [number(float(v)) for v in value[list(instants)]]
+                    columns.append((f"at {name}", cells, self.unit("length")))
+        if np.ptp(self.run.t) > 0.0:
+            cells = [number(float(self.run.t[k])) for k in instants]
+            columns.append(("at t", cells, self.unit("time")))
+        return columns
+
+    def place(self, instant: int) -> str:
+        """Where one instant is, in words."""
+        return ", ".join(
+            f"{title} = {cells[0]}{'°' if unit == 'deg' else f' {unit}'}"
+            for title, cells, unit in self.where([instant])
+        )
+
+
+def book(name: str) -> str:
+    """A name of `force_names` with its index.
+
+    >>> book("F32"), book("F(12,3)"), book("T12,motor"), book("F_P")
+    ('F_{32}', 'F_{12,3}', 'T_{12,motor}', 'F_P')
+    """
+    parts = re.fullmatch(r"([A-Z])(\d\d|\(\d+,\d+\))(?:,(.*))?", name)
+    if parts is None:
+        return name
+    rest = f",{parts[3]}" if parts[3] else ""
+    return f"{parts[1]}_{{{parts[2].strip('()')}{rest}}}"
+
+
+def run_of(mechanism: Mechanism, wanted: Instants | None, to: Any) -> tuple[Solution, list[int]]:
+    """The result that a report shows, and the instants that were asked for in it.
+
+    A mechanism that asks for single instants is analysed over its whole turn as well where it can
+    turn, so that peaks are those of the cycle; the instants are then marked in it.
+
+    Raises
+    ------
+    ModelError
+        For a model without anything that moves or is loaded.
+    SolveError
+        As of the analysis.
+    """
+    if to is not None or (mechanism.simulation is not None and wanted is None):
+        run = simulate(mechanism, to)
+        return run, [force_peak(run)] if len(run) else []
+    if not mechanism.drivers:
+        raise ModelError(
+            f"'{mechanism.name}' has no driver, and no table [simulate]: there is nothing to "
+            "report: drive a body, or say until when it moves (--to TIME)",
+            mechanism.name,
+        )
+    ask = wanted or mechanism.ask
+    single = ask is not None and not ask.over
+    alone = ask is not None and single and all(len(row) == 1 for row in ask.at.values())
+    if alone and _turns(mechanism):
+        try:
+            whole = analyse_at(mechanism, "kinetostatics", cycle(mechanism, ask))
+            asked = analyse_at(mechanism, "kinetostatics", ask)
+            return whole, [_nearest(whole, asked)]
+        except SolveError:
+            pass  # it cannot turn round: its own instants are reported
+    run = analyse_at(mechanism, "kinetostatics", ask or cycle(mechanism, None))
+    if single and len(run) <= 6:
+        return run, list(range(len(run)))
+    return run, [force_peak(run)]
+
+
+def _turns(mechanism: Mechanism) -> bool:
+    """Whether one driver of an angle moves by its law."""
+    from mbody.system.assembler import assemble
+
+    system, moving = assemble(mechanism), []
+    for driver in system.drivers:
+        _, rate, change = system.law_of(driver).derivatives(0.0)
+        if rate or change:
+            moving.append(driver.angular)
+    return moving == [True]
+
+
+def _nearest(whole: Solution, asked: Solution) -> int:
+    """The instant of the whole turn at which the driver is as nearly as it can be."""
+    for driver in whole.mechanism.drivers:
+        value = whole.driven(driver.name)[0]
+        if np.ptp(value) > 0.0:
+            away = value - float(asked.driven(driver.name)[0][0])
+            away = np.abs(np.remainder(away + math.pi, math.tau) - math.pi)
+            return int(np.argmin(away))
+    return 0

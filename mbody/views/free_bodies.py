@@ -1,0 +1,500 @@
+"""Free-body diagrams: every link alone, to scale, with its forces and its force polygon."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mbody.analysis.driven.free_body import FreeBody, Member, free_body, member_forces
+from mbody.errors import ModelError
+from mbody.model.element import listed
+from mbody.model.loads import Force, Gravity
+from mbody.solution.checks import check_forces, whole_instant
+from mbody.views.acting import Acting, acting_on
+from mbody.views.backend import blank, styled
+from mbody.views.force_polygon import arrow_scale, dashed_arrow, force_polygon
+from mbody.views.frame import nice, rounded_number
+from mbody.views.labels import Label, beside, drawable, extent
+from mbody.views.load_symbols import clear_arc, free_radius, outward_from
+from mbody.views.lone_link import lone_link, scale_of
+from mbody.views.pose import Pose, heading
+from mbody.views.shapes import arc, direction
+from mbody.views.sketch import Sketch
+from mbody.views.style import INK, SIZE, SOFT, Z
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from mbody.solution.solution import Solution
+
+__all__ = ["MOST", "draw_free_bodies", "draw_free_body", "force_peak", "when"]
+
+Array = np.ndarray
+
+#: Diagrams of one figure, so that it can be read.
+MOST = 40
+#: Points: the longest arrow, the longest side of a polygon, the gap of columns, of rows and at the
+#: edge, a line of a table.
+ARROW, SIDE, GAP, BETWEEN, EDGE, LINE = 62.0, 96.0, 26.0, 22.0, 14.0, 13.5
+#: Points: least width of a figure, so that sentences are not broken often.
+LEAST = 430.0
+
+
+@dataclass
+class FreeBodyRow:
+    """One link: its parts with their sizes in points, and the words above them."""
+
+    parts: list[tuple[Any, Array, Array, float]]
+    title: str
+    words: str
+
+    @property
+    def sizes(self) -> list[tuple[float, float]]:
+        """Width and height of the parts [points]."""
+        return [tuple(((high - low) / unit).tolist()) for _, low, high, unit in self.parts]
+
+
+def draw_free_body(free: FreeBody) -> Figure:
+    """The diagram of one body; see `mbody.free_body`."""
+    return draw_free_bodies(free.solution, [free.body], [free.instant])
+
+
+def draw_free_bodies(
+    run: Solution,
+    bodies: Sequence[str] | None = None,
+    instants: Sequence[int] = (0,),
+    *,
+    headed: bool = True,
+) -> Figure:
+    """Free-body diagrams, a row for each link: the link alone with all forces and torques, the
+    force polygon at the same scale, and their numbers.
+
+    Parameters
+    ----------
+    run : Solution
+        Of one design, with forces.
+    bodies : list of str, optional
+        By default all moving bodies.
+    instants : list of int
+        Which instants of the result.
+    headed : bool
+        Whether the mechanism and the instant are named above.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        D'Alembert's forces −m a_G and torques −I α are dashed. The lines of action of two-force and
+        three-force members are thin. Artists have names (``get_gid``) such as ``"force:F32"`` in
+        the diagram and ``"side:F32"`` in the polygon.
+
+    Raises
+    ------
+    ModelError
+        For a result without forces, a batch, a body or an instant that there is not, more than
+        `MOST` diagrams; where matplotlib is not installed.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> run = mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 1, 1), speed=2.0))
+    >>> len(draw_free_bodies(run, ["coupler"]).axes)
+    3
+    """
+    check_forces(run, "free bodies")
+    names = [body.name for body in run.mechanism.bodies] if bodies is None else list(bodies)
+    instants = [whole_instant(run, k) for k in instants]
+    if not names:
+        known = listed(body.name for body in run.mechanism.bodies)
+        raise ModelError(f"there is no body to cut free: name at least one (there are: {known})")
+    count = len(names) * len(instants)
+    if count > MOST:
+        raise ModelError(
+            f"a figure of {count} free-body diagrams cannot be read: choose at most {MOST}, by "
+            f"bodies (there are: {listed(names, 12)}) or by instants"
+        )
+    with styled():
+        figure, rows = blank(), []
+        for k in instants:
+            members = {member.body: member for member in member_forces(run, k)}
+            pose = Pose(run, k)
+            for n, name in enumerate(names):
+                heading = f"{run.mechanism.name}: {when(run, k)}" if n == 0 and headed else ""
+                free = free_body(run, name, k)
+                rows.append((heading, _row(figure, pose, free, members[name])))
+        _laid_out(figure, rows)
+    return figure
+
+
+def force_peak(run: Solution) -> int:
+    """The instant of the greatest joint force, by which diagrams are chosen where nobody says.
+
+    >>> import mbody
+    >>> run = mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=9.0))
+    >>> force_peak(run)
+    0
+    """
+    joints = [run.reaction(joint.name).magnitude for joint in run.mechanism.joints]
+    if not joints:
+        return 0
+    return int(np.argmax(np.max(np.nan_to_num(np.array(joints), nan=0.0), axis=0)))
+
+
+def when(run: Solution, instant: int) -> str:
+    """The instant in words: where the drivers are, and the time.
+
+    >>> import mbody
+    >>> when(mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5, start=0.5, speed=1.0)), 0)
+    'crank at 28.65°, t = 0 s'
+    """
+    words = []
+    for driver in run.mechanism.drivers:
+        value = float(run.driven(driver.name)[0][instant])
+        name = getattr(driver, "body", driver.name)
+        if driver.angular:
+            words.append(f"{name} at {rounded_number(round(math.degrees(value), 6) + 0.0)}°")
+        else:
+            length = run.mechanism.units.of("length")
+            words.append(f"{driver.name} at {rounded_number(value)} {length}")
+    time = f"t = {rounded_number(float(run.t[instant]))} {run.mechanism.units.of('time')}"
+    return ", ".join([*words[:3], time])
+
+
+# -- one link ----------------------------------------------------------------------------------
+
+
+def _row(figure: Figure, pose: Pose, free: FreeBody, member: Member) -> FreeBodyRow:
+    """The diagram, the polygon and the table of a link."""
+    acting = acting_on(free, pose)
+    forces = [one for one in acting if one.force is not None]
+    scale = arrow_scale(forces, ARROW)
+    sketch = Sketch(_axes(figure), pose, *scale_of(pose, free.body))
+    away = _diagram(sketch, free.body, acting, scale * sketch.unit, member)
+    parts = [(sketch.axes, sketch.low, sketch.high, sketch.unit)]
+    gap = 0.0
+    if forces:
+        polygon = Sketch(_axes(figure), pose, 1.0, 1.0)
+        gap = _polygon(polygon, forces)
+        parts.append((polygon.axes, polygon.low, polygon.high, 1.0))
+    parts.append(_table(figure, pose, free, acting, gap, 2.0 / scale if scale else 0.0))
+    number = 2 + [body.name for body in pose.mechanism.bodies].index(free.body)
+    # of a general one the table says all
+    words = member.words.replace(f"'{free.body}' ", "", 1) if member.kind != "general" else ""
+    return FreeBodyRow(parts, f"{number}  {free.body}", f"{words}{away}")
+
+
+def _polygon(sketch: Sketch, forces: Sequence[Acting]) -> float:
+    """The polygon with the scale of its forces below; the gap that is left [force]."""
+    scale = arrow_scale(forces, SIDE)
+    gap = force_polygon(sketch, forces, scale)
+    force = nice(40.0 / scale)
+    text = f"{rounded_number(force)} {sketch.pose.mechanism.units.of('force')}"
+    wide = scale * force + 4.0 + sketch.wide(text, 0.88 * SIZE["text"])
+    x, y = 0.5 * float(sketch.low[0] + sketch.high[0] - wide), float(sketch.low[1]) - 14.0
+    sketch.arrow((x, y), (x + scale * force, y), SOFT, width=1.4, name="key")
+    end = _said(sketch, x + scale * force + 4.0, y, text)
+    sketch.high = np.fmax(sketch.high, np.array([end, y]))
+    sketch.low = np.fmin(sketch.low, np.array([x, y - 5.0]))
+    return gap
+
+
+def _axes(figure: Figure) -> Any:
+    """Axes to draw on, placed later; an own label keeps matplotlib from taking two for one."""
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), label=f"part {len(figure.axes)}")
+    axes.set_axis_off()
+    return axes
+
+
+def _diagram(
+    sketch: Sketch, body: str, acting: Sequence[Acting], scale: float, member: Member
+) -> str:
+    """Draw a link with what acts on it; words about a point that is too far to be shown."""
+    lone_link(sketch, body)
+    size = max(90.0 * sketch.unit, float(np.hypot(*(sketch.high - sketch.low))))
+    for one in acting:
+        if one.force is not None:
+            others = [other.place for other in acting if other.force is not None]
+            _arrow(sketch, one, scale, others)
+    away = _lines_of_action(sketch, member, size)
+    for one in acting:
+        if one.force is None:
+            _turning(sketch, one, body)
+    for place, names in sketch.pins:
+        if names:
+            sketch.label(", ".join(names), place, -0.75, sketch.size("pin") + 2.0 * sketch.unit)
+            sketch.labels[-1].italic = True
+    sketch.write()
+    _key(sketch, acting, scale)
+    return away
+
+
+def _arrow(sketch: Sketch, one: Acting, scale: float, others: Sequence[Array]) -> None:
+    """The arrow of a force, from its place or to it, on the side where less is drawn and where the
+    places of other forces are not.
+    """
+    assert one.force is not None
+    way = scale * one.force
+    length = float(np.hypot(*way))
+    if length < 2.0 * sketch.unit:
+        return
+    u = way / length
+    clear = 1.5 * sketch.size("pin") * u
+    ends = [
+        (one.place + clear, one.place + clear + way),
+        (one.place - clear - way, one.place - clear),
+    ]
+    costs = []
+    for n, (tail, tip) in enumerate(ends):
+        places = [tail + p * (tip - tail) for p in (0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0)]
+        half = 8.0 * sketch.unit
+        crowd = sum(sketch.places.cost((float(x), float(y), 0.0), half, half) for x, y in places)
+        crowd += 40.0 * sum(_passes(tail, tip, other, 0.5 * half) for other in others)
+        costs.append(round(crowd + 0.5 * n, 6))
+    tail, tip = ends[int(np.argmin(costs))]
+    dashed_arrow(sketch, tail, tip, one, name=f"force:{one.gid}")
+    free = tip if int(np.argmin(costs)) == 0 else tail
+    label = Label(one.text, [], color=one.color, name=f"label:{one.gid}")
+    width, height = (sketch.unit * part for part in sketch.places.measured(label))
+    wanted = heading(free - one.place)
+    label.spots = beside(free, (width, height), 3.0 * sketch.unit, wanted, 0.8)
+    across = np.array([-u[1], u[0]])
+    for side in (across, -across):
+        far = 2.5 * sketch.unit + 0.5 * (width * abs(side[0]) + height * abs(side[1]))
+        for part in (0.5, 0.65, 0.35, 0.8):
+            x, y = tail + part * (tip - tail) + far * side
+            label.spots.append((float(x), float(y), 0.25))
+    sketch.labels.append(label)
+
+
+def _passes(tail: Array, tip: Array, place: Array, near: float) -> bool:
+    """Whether an arrow runs over a place."""
+    way = tip - tail
+    part = np.clip((place - tail) @ way / float(way @ way), 0.0, 1.0)
+    return float(np.hypot(*(tail + part * way - place))) < near
+
+
+def _turning(sketch: Sketch, one: Acting, body: str) -> None:
+    """The arc of a torque, dashed of d'Alembert's."""
+    radius = 0.9 * free_radius(sketch, one.place)
+    wanted = outward_from(sketch, one.place, body)
+    sense = math.copysign(1.0, one.torque)
+    choices = [
+        (wanted + a, wanted + a + 2.6 * sense)
+        for a in (sign * n * math.pi / 12.0 for n in range(1, 12) for sign in (1.0, -1.0))
+    ]
+    first, last = clear_arc(sketch, one.place, radius, choices)
+    if one.dashed:
+        line = arc(one.place, radius, first, last - 0.28 * sense)
+        dashes: Any = (0, (4.0, 2.2))
+        sketch.line(line, 1.6, one.color, Z["arrow"], name=f"torque:{one.gid}", dashes=dashes)
+        tip = one.place + radius * direction(last)
+        u = direction(last - 0.14 * sense + 0.5 * math.pi * sense)
+        n, head = np.array([-u[1], u[0]]), 7.0 * sketch.unit
+        corners = [tip, tip - head * u + 0.38 * head * n, tip - head * u - 0.38 * head * n]
+        sketch.shape(corners, one.color, one.color, 0.4, Z["arrow"] + 0.1)
+    else:
+        name = f"torque:{one.gid}"
+        sketch.curved(one.place, radius, first, last, one.color, name=name)
+    gap = radius + 2.5 * sketch.unit
+    look: dict[str, Any] = {"color": one.color, "name": f"label:{one.gid}"}
+    sketch.label(one.text, one.place, 0.5 * (first + last), gap, **look)
+
+
+def _lines_of_action(sketch: Sketch, member: Member, size: float) -> str:
+    """The common line of two forces, or the three lines that meet; words where that is far away."""
+    look: dict[str, Any] = {"dashes": (0, (9, 2.5, 2, 2.5)), "weight": 0.3}
+    if member.kind == "two-force":
+        a, b = (np.array(force.line) for force in member.forces)
+        u = np.array([member.forces[0].fx, member.forces[0].fy]) / member.forces[0].force
+        along = sorted([(a - a) @ u, (b - a) @ u])
+        more = 26.0 * sketch.unit
+        ends = [a + (along[0] - more) * u, a + (along[1] + more) * u]
+        sketch.line(ends, 0.7, SOFT, Z["path"] - 0.1, name="action", **look)
+        return ""
+    if member.kind != "three-force" or member.meeting is None:
+        return ""
+    meeting = np.array(member.meeting)
+    middle = 0.5 * (sketch.low + sketch.high)
+    if float(np.hypot(*(meeting - middle))) > 1.3 * size:
+        return ", outside this diagram"
+    for force in member.forces:
+        start = np.array([force.x, force.y])
+        on_line = np.array(force.line)
+        u = np.array([force.fx, force.fy]) / force.force
+        # the foot of the place on the line: they differ where a torque acts beside the force
+        start = on_line + float((start - on_line) @ u) * u
+        way = meeting - start
+        length = float(np.hypot(*way))
+        if length > sketch.unit:
+            end = meeting + 10.0 * sketch.unit * way / length
+            sketch.line([start, end], 0.7, SOFT, Z["path"] - 0.1, name="action", **look)
+    sketch.disc(meeting, 1.6 * sketch.unit, SOFT, SOFT, 0.4, Z["pin"], name="meeting")
+    sketch.label("$M$", meeting, 0.8, 3.0 * sketch.unit, color=SOFT)
+    return ""
+
+
+def _key(sketch: Sketch, acting: Sequence[Acting], scale: float) -> None:
+    """A bar of a length, and an arrow of a force."""
+    unit, units = sketch.unit, sketch.pose.mechanism.units
+    x, y = float(sketch.low[0]), float(sketch.low[1]) - 16.0 * unit
+    length, tick = nice(48.0 * unit), 2.5 * unit
+    bar = [(x, y + tick), (x, y - tick), (x, y), (x + length, y), (x + length, y + tick)]
+    sketch.line([*bar, (x + length, y - tick)], 1.0, SOFT, Z["text"], name="scale", weight=0.0)
+    x = _said(sketch, x + length + 4.0 * unit, y, f"{rounded_number(length)} {units.of('length')}")
+    if scale:
+        force = nice(48.0 * unit / scale)
+        x += 12.0 * unit
+        sketch.arrow((x, y), (x + scale * force, y), SOFT, width=1.4, name="key")
+        text = f"{rounded_number(force)} {units.of('force')}"
+        x = _said(sketch, x + scale * force + 4.0 * unit, y, text)
+    sketch.high = np.fmax(sketch.high, np.array([x, y]))
+    sketch.low = np.fmin(sketch.low, np.array([x, y - 5.0 * unit]))
+
+
+def _said(sketch: Sketch, x: float, y: float, text: str) -> float:
+    """A text of the key; returns its right end."""
+    label = Label(text, [], size=0.88 * SIZE["text"], color=SOFT)
+    sketch.text((x, y), label, ha="left", va="center_baseline")
+    return x + sketch.wide(text, label.size)
+
+
+# -- numbers -----------------------------------------------------------------------------------
+
+
+def _table(
+    figure: Figure,
+    pose: Pose,
+    free: FreeBody,
+    acting: Sequence[Acting],
+    gap: float,
+    least: float,
+) -> tuple[Any, Array, Array, float]:
+    """Names and values of everything that acts, and how well they close; forces below `least` have
+    no arrow.
+    """
+    axes, units = _axes(figure), pose.mechanism.units
+    rows = []
+    for one in acting:
+        size, turn = one.value(units)
+        where = _at(one, pose)
+        if one.force is not None and float(np.hypot(*one.force)) < least:
+            where += " (not drawn)"
+        rows.append((one.text, size, turn, one.color, where))
+    if not rows:
+        rows = [("no forces", "", "", SOFT, "")]
+    columns = [max(extent(row[k], SIZE["text"])[0] for row in rows) for k in (0, 1, 2, 4)]
+    starts = np.cumsum([0.0, columns[0] + 12.0, columns[1] + 8.0, columns[2] + 10.0])
+    y = 0.0
+    for text, size, turn, color, at in rows:
+        y -= LINE
+        put = {"size": SIZE["text"], "va": "baseline"}
+        axes.text(0.0, y, drawable(text), color=color, **put)
+        axes.text(starts[1] + columns[1], y, drawable(size), color=INK, ha="right", **put)
+        axes.text(starts[2] + columns[2], y, turn, color=INK, ha="right", **put)
+        axes.text(starts[3], y, at, color=SOFT, style="italic", **put)
+    wide = starts[3] + columns[3]
+    y -= 0.4 * LINE
+    for text in _closing(free, gap):
+        y -= 0.95 * LINE
+        axes.text(0.0, y, text, color=SOFT, size=0.88 * SIZE["text"], va="baseline")
+        wide = max(wide, extent(text, 0.88 * SIZE["text"])[0])
+    return axes, np.array([0.0, y - 4.0]), np.array([wide, 0.0]), 1.0
+
+
+def _at(one: Acting, pose: Pose) -> str:
+    """Where it acts, in a word."""
+    if one.dashed or one.wrench.kind == "coupling":
+        return "at G"
+    if one.wrench.kind == "joint":
+        return f"at {one.cause}"
+    element: Any = pose.mechanism[one.cause]
+    if isinstance(element, Gravity):
+        return "at G"
+    if isinstance(element, Force) and isinstance(element.at.point, str):
+        return f"at {element.at.point}"
+    return one.cause if one.gid != one.cause else ""
+
+
+def _closing(free: FreeBody, gap: float) -> list[str]:
+    """The sums that must vanish, as parts of the greatest force and of its moment."""
+    greatest = max((one.force for one in free), default=0.0)
+    if not greatest:
+        return []
+    x0, y0 = free.solution[free.body].x[free.instant], free.solution[free.body].y[free.instant]
+    moments = [one.torque + (one.x - x0) * one.fy - (one.y - y0) * one.fx for one in free]
+    # a force through G has no moment: its distance says how large the rounding may be
+    parts = [abs(one.torque) + math.hypot(one.x - x0, one.y - y0) * one.force for one in free]
+    turning = math.fsum(moments) / max(max(parts), 1e-300)
+    return [
+        f"ΣF = {rounded_number(float(f'{gap / greatest:.1e}'))} of the greatest force",
+        f"ΣM about G = {rounded_number(float(f'{abs(turning):.1e}'))} of the greatest moment",
+    ]
+
+
+# -- the whole ---------------------------------------------------------------------------------
+
+
+def _laid_out(figure: Figure, rows: Sequence[tuple[str, FreeBodyRow]]) -> None:
+    """Place the parts of all rows in columns, with their words above."""
+    columns = max(len(row.parts) for _, row in rows)
+    widths = np.zeros(columns)
+    for _, row in rows:
+        shift = columns - len(row.parts)  # without a polygon the table stays on the right
+        for n, (wide, _) in enumerate(row.sizes):
+            place = n if n == 0 else n + shift
+            widths[place] = max(widths[place], wide)
+    total = max(LEAST, float(widths.sum()) + GAP * (columns - 1)) + 2.0 * EDGE
+    letters = int((total - 2.0 * EDGE) / (0.47 * SIZE["text"]))
+    blocks, high = [], EDGE
+    for title, row in rows:
+        heads = textwrap.wrap(title, int(letters / 1.2)) if title else []
+        words = textwrap.wrap(row.words, letters)
+        tall = max(height for _, height in row.sizes)
+        above = (18.0 * len(heads) + 6.0 if heads else 0.0) + 16.0 + 12.5 * len(words) + 8.0
+        blocks.append((heads, words, row, tall, above))
+        high += above + tall + BETWEEN
+    high += EDGE - BETWEEN
+    figure.set_size_inches(total / 72.0, high / 72.0)
+    y = high - EDGE
+
+    def write(text: str, size: float, color: str, down: float, **more: Any) -> None:
+        nonlocal y
+        y -= down
+        figure.text(
+            EDGE / total, y / high, text.replace("$", r"\$"), size=size, color=color, **more
+        )
+
+    for heads, words, row, tall, _ in blocks:
+        for text in heads:
+            write(text, SIZE["title"], INK, 18.0)
+        y -= 6.0 if heads else 0.0
+        write(row.title, 1.08 * SIZE["text"], INK, 16.0, weight="bold")
+        for text in words:
+            write(text, SIZE["text"], SOFT, 12.5)
+        y -= 8.0
+        x, shift = EDGE, columns - len(row.parts)
+        spare = (total - 2.0 * EDGE - float(widths.sum()) - GAP * (columns - 1)) / columns
+        for n, ((axes, low, top, _), (wide, tall_part)) in enumerate(
+            zip(row.parts, row.sizes, strict=True)
+        ):
+            place = n if n == 0 else n + shift
+            left = x + float(widths[:place].sum()) + (GAP + max(spare, 0.0)) * place
+            inset = 0.5 * (widths[place] - wide) if place < columns - 1 else 0.0
+            bottom = y - 0.5 * (tall + tall_part)
+            axes.set_position(
+                ((left + inset) / total, bottom / high, wide / total, tall_part / high)
+            )
+            axes.set_xlim(low[0], top[0])
+            axes.set_ylim(low[1], top[1])
+        y -= tall + BETWEEN
+        if row is not blocks[-1][2]:
+            line = y + 0.5 * BETWEEN
+            from matplotlib.lines import Line2D
+
+            rule = Line2D([EDGE / total, 1 - EDGE / total], [line / high] * 2, lw=0.6, color=SOFT)
+            rule.set_alpha(0.5)
+            figure.add_artist(rule)
