@@ -19,7 +19,7 @@ from mbody.files.model.toml import toml
 from mbody.model.mechanism import Mechanism
 from mbody.system.assembler import assemble
 
-__all__ = ["FileNumber", "FileText", "file_numbers"]
+__all__ = ["FileNumber", "CutFile", "file_numbers"]
 
 #: Tables whose numbers describe the mechanism; others say what is asked of it.
 DESCRIBING = ("parameters", "ground", "bodies", "joints", "couplings", "drivers", "loads")
@@ -54,14 +54,14 @@ class FileNumber:
 
 
 @dataclass
-class FileText:
+class CutFile:
     """The text of a model file, cut at its numbers: text, number, text, …, text."""
 
     parts: list[str] = field(default_factory=list)
     numbers: list[FileNumber] = field(default_factory=list)
 
 
-def file_numbers(mechanism: Mechanism, names: list[str]) -> FileText:
+def file_numbers(mechanism: Mechanism, names: list[str]) -> CutFile:
     """The file of a mechanism, and which of its numbers give which of the mechanism's.
 
     Every number of the file is changed by a random part, twice; a number of the mechanism whose two
@@ -188,7 +188,7 @@ def _allowed(tree: Any, places: list[Path], changed: list[dict[Path, float]]) ->
     return places
 
 
-def _cut(tree: Any, found: dict[Path, dict[str, float]]) -> FileText:
+def _cut(tree: Any, found: dict[Path, dict[str, float]]) -> CutFile:
     """The text, cut at the numbers that were found."""
     marks: dict[str, Path] = {}
     new: dict[Path, Any] = {}
@@ -201,7 +201,7 @@ def _cut(tree: Any, found: dict[Path, dict[str, float]]) -> FileText:
             number = 1.5e200 + n * 1e190
             mark, new[path] = _written(number), number
         marks[mark] = path
-    made, cut = toml(_with(tree, new)), FileText()
+    made, cut = toml(_with(tree, new)), CutFile()
     at = sorted((made.index(mark), mark) for mark in marks)
     start = 0
     for place, mark in at:

@@ -324,7 +324,15 @@ class Solver {
     const { model, way } = this;
     if (way.kind === "run") return model.run({ until: way.until });
     if (way.kind === "time") return model.turn(way);
-    if (way.kind === "values") return this.#along();
+    if (way.kind === "values") {
+      try {
+        return this.#along();
+      } catch (error) { // an end of the recorded range is too near a dead centre to begin there
+        if (way.within || !(error instanceof this.api.MbodyError)) throw error;
+        way.within = 0.04;
+        return this.#along();
+      }
+    }
     let found = model.turn(), name = this.axisDriver;
     for (let n = 0; n < 4; n++) { // a whole turn at another speed takes another time
       const value = this.column(found, `${name}.value`), last = found.t.length - 1, ratio = TURN / Math.abs(value[last] - value[0]);
@@ -336,7 +344,11 @@ class Solver {
   /** The motion through the recorded values of the drivers. */
   #along() {
     const { model } = this, { scene } = this.content, names = model.manifest.drivers, count = this.content.data.t.length;
-    const of = (key, k) => Object.fromEntries(names.map((name) => [name, (scene.driven[name][key][k] ?? 0) * (key === "value" && scene.turns[name] ? DEG : 1)]));
+    const of = (key, k) => Object.fromEntries(names.map((name) => {
+      const q = scene.driven[name][key], middle = 0.5 * (q[0] + q[count - 1]), value = q[k] ?? 0;
+      if (key !== "value") return [name, value];
+      return [name, (this.way.within ? middle + (1 - 2 * this.way.within) * (value - middle) : value) * (scene.turns[name] ? DEG : 1)];
+    }));
     const pages = [], measured = [];
     let one = null;
     model.close({ drive: of("value", 0) });

@@ -13,7 +13,7 @@ from mbody.errors import ModelError, SolveError
 from mbody.image.changeable import Changeable, changeable_numbers
 from mbody.image.model_image import to_image
 from mbody.image.webassembly import MODULE, browser_core
-from mbody.live.file_numbers import FileText, file_numbers
+from mbody.live.file_numbers import CutFile, file_numbers
 from mbody.live.shape_places import shape_places
 from mbody.model.numbers import dimension_named
 from mbody.quantities.units import DIMENSIONS
@@ -69,7 +69,7 @@ def live_part(run: Solution) -> dict[str, Any]:
         text = file_numbers(system.mechanism, list(changeable.rules))
         why = ""
     except ModelError as error:
-        text, why = FileText(), str(error)
+        text, why = CutFile(), str(error)
     names = [name for one in text.numbers for name in one.factors]
     places: dict[str, Any] = {}
     try:
