@@ -164,6 +164,23 @@ def test_doubts_are_seen():
     assert made.status.startswith("doubtful") and "the energy grows" in made.html()
 
 
+def test_two_designs(tmp_path):
+    first, second = gallery.load("mud_pump"), gallery.load("mud_pump", {"p_d": "100 bar"})
+    made = report(first, ["comparison"], compare=second, labels=("150 bar", "100 bar"))
+    table = grids(made, "comparison")["Two designs"]
+    row = column(table, "quantity").index("peak torque of motor")
+    values = [float(column(table, title)[row]) for title in ("150 bar", "100 bar")]
+    for machine, value in zip((first, second), values, strict=True):
+        effort = kinetostatics(machine, turn=True).effort("motor")
+        assert value == pytest.approx(np.abs(effort).max(), rel=1e-5)
+    change = 100.0 * (values[1] - values[0]) / values[0]
+    assert float(column(table, "change")[row]) == pytest.approx(change, abs=0.06)
+    assert [one.name for one in made.document.pictures] == ["comparison"]
+    words = ["report", "mud_pump", "--compare", "p_d=100 bar", "--sections", "comparison"]
+    assert cli.main([*words, "-o", str(tmp_path / "a.html")]) == 0
+    assert "p_d=100 bar" in (tmp_path / "a.html").read_text("utf-8")
+
+
 def test_redundant_forces_are_marked():
     made = report(gallery.load("parallel_cranks"), ["mobility", "joints"])
     assert "are redundant" in made.html() and "not unique" in made.html()

@@ -10,6 +10,7 @@ from mbody._version import __version__
 from mbody.errors import ModelError, brief
 from mbody.reports.balances import energy, shaking
 from mbody.reports.blocks import Block, Chapter, ReportDocument
+from mbody.reports.comparison import comparison
 from mbody.reports.described import inputs, method, mobility, sketch
 from mbody.reports.evidence import checks, opinions, references, repeat
 from mbody.reports.figures import freebody, plots, polar
@@ -23,6 +24,7 @@ __all__ = ["SECTIONS", "check_sections", "document"]
 #: Every section by the name by which it is chosen: its title, and what makes it.
 SECTIONS: dict[str, tuple[str, Callable[[Subject], list[Block]]]] = {
     "summary": ("Summary", summary),
+    "comparison": ("Two designs", comparison),
     "sketch": ("Mechanism", sketch),
     "inputs": ("Inputs", inputs),
     "method": ("Assumptions and method", method),
