@@ -10,11 +10,11 @@ from mbody._version import __version__
 from mbody.errors import ModelError, brief
 from mbody.reports.balances import energy, shaking
 from mbody.reports.blocks import Block, Chapter, ReportDocument
-from mbody.reports.comparison import comparison
 from mbody.reports.described import inputs, method, mobility, sketch
 from mbody.reports.evidence import checks, opinions, references, repeat
 from mbody.reports.figures import freebody, plots, polar
 from mbody.reports.peaks import joints, links, loads, summary
+from mbody.reports.two_designs import comparison
 
 if TYPE_CHECKING:
     from mbody.reports.subject import Subject

@@ -62,7 +62,8 @@ def _change(here: float, there: float) -> str:
     """From this design to the other, in percent."""
     if not here:
         return ""
-    return f"{100.0 * (there - here) / abs(here):+.1f}"
+    part = round(100.0 * (there - here) / abs(here), 1)
+    return f"{part:+.1f}" if part else "0.0"
 
 
 def amounts(subject: Subject) -> dict[str, tuple[float, str]]:
