@@ -437,5 +437,6 @@ def _arrows(
     # a label on an arrow could be read as its name
     for line in sketch.axes.lines:
         if str(line.get_gid()).startswith("force:"):
-            sketch.places.stroke(line.get_xydata()[[0, -1]], 1.5 * sketch.unit, ARROW)
+            ends = np.asarray(line.get_xydata())[[0, -1]]
+            sketch.places.stroke(ends, 1.5 * sketch.unit, ARROW)
     return scale, greatest, FORCE if forces else LOAD
