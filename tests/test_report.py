@@ -4,6 +4,7 @@ import hashlib
 import re
 import sys
 from html.parser import HTMLParser
+from pathlib import Path
 from unittest import mock
 
 import numpy as np
@@ -349,3 +350,19 @@ def test_numbers_are_typeset():
         base, _, power = shown.partition("·10")
         lowered = power.translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789"))
         assert float(base) * 10.0 ** float(lowered or 0) == pytest.approx(value, rel=1e-5)
+
+
+# -- the page about reports -------------------------------------------------------------------
+
+
+def test_the_page_has_every_section_and_runs(tmp_path, monkeypatch):
+    text = (Path(__file__).parents[1] / "docs" / "reports.md").read_text("utf-8")
+    assert re.findall(r"^\| `(\w+)` \|", text, re.M) == list(SECTIONS)
+    table = re.search(r"```toml\n(.*?)```", text, re.DOTALL)[1]
+    machine = from_toml(gallery.path("mud_pump").read_text("utf-8") + table)
+    assert report_settings(machine).plots == ("motor.effort [kN*m]", "O.force [kN]")
+    assert report(machine, ["plots"]).document.pictures
+    monkeypatch.chdir(tmp_path)
+    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
+        exec(compile(block, "docs/reports.md", "exec"), {})
+    assert (tmp_path / "norton.html").exists()

@@ -216,3 +216,12 @@ def test_an_effort_against_the_motion_points_the_other_way(turn):
     assert effort[against] < 0.0 < effort[along] and turn["crank"].omega[against] > 0.0
     assert (sense(against, False), sense(against, True)) == (1.0, -1.0)
     assert (sense(along, False), sense(along, True)) == (1.0, 1.0)
+
+
+def test_events_are_named_at_their_instant():
+    run = mbody.simulate(gallery.load("bouncing_ball"), 1.0)
+    event = run.events[0]
+    k = int(np.argmin(np.abs(run.t - event.t)))
+    for instant, shown in ((k, True), (k + 3, False)):
+        texts = [text.get_text() for text in draw(run, instant).axes[0].texts]
+        assert any(event.name in text and "t = " in text for text in texts) == shown
