@@ -86,7 +86,7 @@ if TYPE_CHECKING:
     from mbody.sweeps.run import sweep
     from mbody.system.assembler import assemble
     from mbody.system.system import System
-    from mbody.views import draw, plot
+    from mbody.views import animate, draw, plot, view
 
 # Type checkers read the imports above and this list. At run time a name is loaded when it is first
 # used, so that `import mbody` takes no time. `tests/test_public_names.py` compares the three lists.
@@ -138,6 +138,7 @@ __all__ = [
     "Torque",
     "TorsionDamper",
     "TorsionSpring",
+    "animate",
     "assemble",
     "crosscheck",
     "draw",
@@ -162,6 +163,7 @@ __all__ = [
     "statics",
     "sweep",
     "to_toml",
+    "view",
 ]
 
 registered.compiler, registered.builder = "mbody.compiler.install", "mbody.compiler.builder"
@@ -226,7 +228,7 @@ _MODULES = {
     "sweeps.run": "sweep",
     "system.assembler": "assemble",
     "system.system": "System",
-    "views": "draw plot",
+    "views": "animate draw plot view",
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names.split()}
 

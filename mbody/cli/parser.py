@@ -29,6 +29,8 @@ examples:
   mbody crosscheck mine.toml --against pinocchio  a second opinion, by another engine
   mbody draw mine.toml --forces -o mine.svg       a picture with its forces
   mbody plot mine.toml motor.effort -o effort.png over the cycle
+  mbody view norton_fourbar --open                a page on which it moves
+  mbody animate mine.toml -o mine.gif             a film of it
   mbody show norton_fourbar > mine.toml           a file to begin with
 """
 
@@ -125,6 +127,8 @@ def parser() -> argparse.ArgumentParser:
     _json(cross)
     _draw(command("draw", "a picture of the mechanism at one instant", "draw.draw"))
     _plot(command("plot", "diagrams of quantities over the cycle", "draw.plot"))
+    _view(command("view", "a page on which the mechanism moves", "moving.view"))
+    _animate(command("animate", "a film of the mechanism in motion", "moving.animate"))
     _export(command("export", "the model for another program", "export.export"))
     _json(command("models", "the models of the gallery", "about.models"))
     show = command("show", "print the file of a model", "about.show")
@@ -286,6 +290,62 @@ def _draw(command: argparse.ArgumentParser) -> None:
         help="draw only these links, with commas between them",
     )
     _output(command)
+
+
+def _moving(command: argparse.ArgumentParser) -> None:
+    _model(command)
+    _instants(command)
+    command.add_argument("--to", metavar="TIME", help="the last time, such as 10 or '2 min'")
+    command.add_argument(
+        "--vary",
+        action="append",
+        default=[],
+        metavar="NAME=LOW:HIGH:COUNT",
+        help="designs that are shown with one another, or NAME=1,2,3",
+    )
+    command.add_argument(
+        "--show",
+        metavar="WHAT",
+        help="with commas: names, forces, velocities, accelerations, paths, centres, ghosts",
+    )
+    command.add_argument(
+        "--path",
+        action="append",
+        default=[],
+        metavar="POINT",
+        help="show the path of a point, such as coupler.P",
+    )
+
+
+def _view(command: argparse.ArgumentParser) -> None:
+    _moving(command)
+    command.add_argument(
+        "--plot",
+        action="append",
+        default=[],
+        metavar="QUANTITY",
+        help="a diagram of a measure or a formula, such as B.force; by default the measures",
+    )
+    command.add_argument("--open", action="store_true", help="open the page in the browser")
+    command.add_argument(
+        "-o",
+        "--output",
+        metavar="FILE",
+        help="ends in .html (MODEL.html by default), or in .json for the web component",
+    )
+
+
+def _animate(command: argparse.ArgumentParser) -> None:
+    _moving(command)
+    command.add_argument("--duration", metavar="S", help="seconds of the film")
+    command.add_argument("--rate", metavar="N", help="frames a second (25)")
+    command.add_argument("--width", metavar="PX", help="pixels (640)")
+    command.add_argument(
+        "-o",
+        "--output",
+        metavar="FILE",
+        help="ends in .gif (MODEL.gif by default), .webp, .apng, .svg or .mp4",
+    )
 
 
 def _export(command: argparse.ArgumentParser) -> None:

@@ -2,6 +2,8 @@
 
 from mbody.views.backend import save
 from mbody.views.drawing import draw
+from mbody.views.film import animate
+from mbody.views.page import view
 from mbody.views.plotting import plot
 
-__all__ = ["draw", "plot", "save"]
+__all__ = ["animate", "draw", "plot", "save", "view"]

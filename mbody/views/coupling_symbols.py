@@ -11,6 +11,7 @@ import numpy as np
 
 from mbody.model.coupling import Coupling
 from mbody.views.bounds import pulleys
+from mbody.views.carriers import between, on
 from mbody.views.labels import symbolic
 from mbody.views.pose import heading
 from mbody.views.shapes import direction
@@ -32,30 +33,40 @@ def coupling_symbol(coupling: Coupling, sketch: Sketch) -> None:
     """Ropes for distances, as many side by side as the factor says; wheels of the radii for angles
     among lengths, with a belt where they are two; thin lines between what else turns together.
     """
+    look: dict[str, Any]
     ends = _ropes(sketch, coupling)
     wheels = pulleys(coupling, sketch.pose)
+    turning = {n: coupling.parts[n].bodies[1] for n in wheels}
+    hubs = [sketch.pose.fixed(turning[n], centre) for n, (centre, _) in wheels.items()]
     for n, (centre, radius) in wheels.items():
         if radius > sketch.size("pin"):
             name = f"pulley:{coupling.name}.{n}"
-            sketch.disc(centre, radius, WHEEL, INK, 1.1, Z["wheel"], name=name, weight=0.5)
+            with sketch.carried(on(turning[n])):
+                sketch.disc(centre, radius, WHEEL, INK, 1.1, Z["wheel"], name=name, weight=0.5)
     named = f"belt:{coupling.name}"
     centres = [centre for centre, _ in wheels.values()]
     belt = _belt(sketch, coupling, list(wheels.values()))
     if belt:
         for n, side in enumerate(belt):
-            sketch.line(side, 1.3, INK, Z["wheel"] + 0.2, name=f"{named}:{n}" if n else named)
+            with sketch.carried(between(*hubs)):
+                sketch.line(side, 1.3, INK, Z["wheel"] + 0.2, name=f"{named}:{n}" if n else named)
     else:
-        apart = [pair for pair in itertools.pairwise(centres) if np.hypot(*(pair[1] - pair[0]))]
-        for n, pair in enumerate(apart):
-            dashes = (0, (5, 2))
-            sketch.line(pair, 0.9, SOFT, Z["path"], dashes=dashes, name="" if n else named)
+        n = 0
+        for pair, ends_of in zip(itertools.pairwise(centres), itertools.pairwise(hubs)):
+            if np.hypot(*(pair[1] - pair[0])):
+                look = {"dashes": (0, (5, 2)), "name": "" if n else named}
+                n += 1
+                with sketch.carried(between(*ends_of)):
+                    sketch.line(pair, 0.9, SOFT, Z["path"], **look)
     places = [*ends, *centres]
     if places:
         middle = np.mean(places[:2], axis=0)
         way = places[min(1, len(places) - 1)] - places[0]
         wanted, gap = heading(way) + math.pi / 2.0, 5.0 * sketch.unit
-        look: dict[str, Any] = {"italic": True, "name": f"coupling:{coupling.name}"}
-        sketch.label(symbolic(coupling.name), middle, wanted, gap, turn=0.3, **look)
+        look = {"italic": True, "name": f"coupling:{coupling.name}"}
+        body = next(name for term in coupling.parts for name in term.bodies if name != "ground")
+        with sketch.carried(on(body)):
+            sketch.label(symbolic(coupling.name), middle, wanted, gap, turn=0.3, **look)
 
 
 def _ropes(sketch: Sketch, coupling: Coupling) -> list[Array]:
@@ -69,19 +80,22 @@ def _ropes(sketch: Sketch, coupling: Coupling) -> list[Array]:
         if not np.hypot(*(j - i)):
             continue
         name = f"rope:{coupling.name}.{n}"
+        sites = [sketch.pose.site(coupling, f"{n}.{side}") for side in "ij"]
         if not term.distance:
             look: dict[str, Any] = {"dashes": (0, (7, 2, 1.5, 2)), "name": name}
-            sketch.line([i, j], 0.9, SOFT, Z["path"], **look)
+            with sketch.carried(between(*sites)):
+                sketch.line([i, j], 0.9, SOFT, Z["path"], **look)
             continue
         across = direction(heading(j - i) + math.pi / 2.0)
         parts = min(max(round(abs(sketch.pose.number(coupling, f"{n}.factor"))), 1), PARTS)
         for k in range(parts):
             aside = (k - 0.5 * (parts - 1)) * 2.8 * sketch.unit * across
-            sketch.line(
-                [i + aside, j + aside], 1.2, INK, Z["link"] - 0.1, name=f"{name}:{k}" if k else name
-            )
+            own = f"{name}:{k}" if k else name
+            with sketch.carried(between(*sites)):
+                sketch.line([i + aside, j + aside], 1.2, INK, Z["link"] - 0.1, name=own)
         for place, marker in zip((i, j), term.ends, strict=True):
-            sketch.disc(place, 0.6 * sketch.size("pin"), z=Z["pin"] - 0.1, weight=0.3)
+            with sketch.carried(on(marker.body)):
+                sketch.disc(place, 0.6 * sketch.size("pin"), z=Z["pin"] - 0.1, weight=0.3)
             if marker.body == "ground":
                 sketch.support(place, [i + j - place], f"{coupling.name}.{n}")
     return found

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mbody.model.loads import PistonPressure, ReciprocatingCylinder
+from mbody.views.carriers import on, placed
 from mbody.views.labels import symbolic
 from mbody.views.shapes import box, direction, hatching
 from mbody.views.style import INK, LINK, WHEEL, Z
@@ -101,23 +102,28 @@ def barrel_symbol(load: PistonPressure | ReciprocatingCylinder, sketch: Sketch) 
         n = -n
     length = float(np.hypot(*(own.head - own.mouth)))
     inside = box(0.5 * (own.head + own.mouth), 0.5 * length, half, own.angle)
-    sketch.shape(inside, WHEEL, "none", 0.0, z, weight=0.0)
+    fixed, moving = on(load.i.body), placed(sketch.pose.site(load, "j"), load.i.body)
+    with sketch.carried(fixed):
+        sketch.shape(inside, WHEEL, "none", 0.0, z, weight=0.0)
     walls = [own.mouth + half * n, own.head + half * n, own.head - half * n, own.mouth - half * n]
     if _double(load, sketch.pose):
         walls.append(walls[0])
-    sketch.line(walls, 1.5, INK, z + 0.1, name=f"cylinder:{load.name}")
+    with sketch.carried(fixed):
+        sketch.line(walls, 1.5, INK, z + 0.1, name=f"cylinder:{load.name}")
     if load.i.body == "ground":
         depth = sketch.size("hatch")
         ends = (own.mouth, own.head) if n @ (u[1], -u[0]) > 0.0 else (own.head, own.mouth)
         edge = [end + half * n for end in ends]
         sketch.strokes(hatching(edge[0], edge[1], depth, 1.05 * depth), Z["ground"])
-    sketch.line([own.place, own.piston], 2.6, INK, z + 0.2, name=f"rod:{load.name}")
     thick = 0.3 * sketch.size("block")
     disc = box(own.piston, thick, 0.92 * half, own.angle)
-    sketch.shape(disc, LINK, INK, 1.1, z + 0.3, name=f"piston:{load.name}")
+    with sketch.carried(moving):
+        sketch.line([own.place, own.piston], 2.6, INK, z + 0.2, name=f"rod:{load.name}")
+        sketch.shape(disc, LINK, INK, 1.1, z + 0.3, name=f"piston:{load.name}")
     wanted, gap = math.atan2(-n[1], -n[0]), half + 3.0 * sketch.unit
     middle = 0.5 * (own.head + own.mouth)
-    sketch.label(symbolic(load.name), middle, wanted, gap, turn=0.4, italic=True)
+    with sketch.carried(fixed):
+        sketch.label(symbolic(load.name), middle, wanted, gap, turn=0.4, italic=True)
 
 
 def _double(load: PistonPressure | ReciprocatingCylinder, pose: Pose) -> bool:

@@ -29,13 +29,13 @@ from mbody.model.joints import (
 )
 from mbody.views.bounds import wheels
 from mbody.views.cam_outlines import base_circle, face, outline
+from mbody.views.carriers import between, on, placed
 from mbody.views.guides import guide, travel
 from mbody.views.labels import symbolic
 from mbody.views.shapes import box, direction, rounded
 from mbody.views.style import INK, LINK, PAPER, PLATE, SOFT, WHEEL, Z
 
 if TYPE_CHECKING:
-    from mbody.model.element import Element
     from mbody.views.sketch import Sketch
 
 __all__ = ["joint_symbol", "outward"]
@@ -58,10 +58,11 @@ def outward(sketch: Sketch, place: Array, *bodies: str) -> float:
     return math.atan2(sum_of[1], sum_of[0])
 
 
-def named(sketch: Sketch, element: Element, place: Array, *bodies: str) -> None:
+def named(sketch: Sketch, element: Joint, place: Array, *bodies: str) -> None:
     """The name of a joint beside its symbol."""
     wanted = outward(sketch, place, *bodies)
-    sketch.label(symbolic(element.name), place, wanted, 1.9 * sketch.size("pin"), italic=True)
+    with sketch.carried(on(element.j.body)):
+        sketch.label(symbolic(element.name), place, wanted, 1.9 * sketch.size("pin"), italic=True)
 
 
 @singledispatch
@@ -69,17 +70,20 @@ def joint_symbol(joint: Joint, sketch: Sketch) -> None:
     """A joint of no known kind: a lozenge at its place on j, tied to the place on i."""
     i, j = sketch.pose.place(joint, "i"), sketch.pose.place(joint, "j")
     if np.hypot(*(j - i)) > sketch.size("pin"):
-        sketch.line([i, j], 1.0, INK, Z["block"], dashes=(0, (3, 2)))
+        with sketch.carried(between(sketch.pose.site(joint, "i"), sketch.pose.site(joint, "j"))):
+            sketch.line([i, j], 1.0, INK, Z["block"], dashes=(0, (3, 2)))
     half = 1.25 * sketch.size("pin")
     lozenge = box(j, half, half, math.pi / 4.0)
-    sketch.shape(lozenge, PAPER, INK, 1.2, Z["pin"], name=f"joint:{joint.name}")
+    with sketch.carried(on(joint.j.body)):
+        sketch.shape(lozenge, PAPER, INK, 1.2, Z["pin"], name=f"joint:{joint.name}")
     named(sketch, joint, j, joint.i.body, joint.j.body)
 
 
 @joint_symbol.register(Revolute)
 def _(joint: Revolute, sketch: Sketch) -> None:
     place = sketch.pose.place(joint, "j")
-    sketch.pin(place, joint.name)
+    with sketch.carried(on(joint.j.body)):
+        sketch.pin(place, joint.name)
     for here, there in (("i", "j"), ("j", "i")):
         if getattr(joint, here).body == "ground":
             sketch.support(place, sketch.pose.nodes[getattr(joint, there).body], joint.name)
@@ -93,11 +97,14 @@ def _(joint: Prismatic, sketch: Sketch) -> None:
     angle, place = pose.direction(joint, rail), pose.place(joint, slides)
     start, end = travel(sketch, joint)
     aside = _beyond_cam(sketch, joint, slides, angle)
+    sliding = on(getattr(joint, slides).body)
     if aside.any():
         stem = rounded([place, place + aside], 1.2 * sketch.size("link"))
-        sketch.shape(stem, LINK, INK, 1.1, Z["block"] - 0.25, name=f"stem:{joint.name}")
+        with sketch.carried(sliding):
+            sketch.shape(stem, LINK, INK, 1.1, Z["block"] - 0.25, name=f"stem:{joint.name}")
         place, start, end = place + aside, start + aside, end + aside
-    sketch.block(place, angle, joint.name)
+    with sketch.carried(sliding):
+        sketch.block(place, angle, joint.name)
     if body == "ground":
         u = direction(angle)
         n = np.array([-u[1], u[0]])
@@ -108,10 +115,12 @@ def _(joint: Prismatic, sketch: Sketch) -> None:
         ends = (start + away, end + away)
         sketch.rail(*(ends if side > 0.0 else ends[::-1]), f"rail:{joint.name}")
     else:
-        _slot(sketch, start, end, 0.5 * sketch.size("link"))
+        with sketch.carried(on(body)):
+            _slot(sketch, start, end, 0.5 * sketch.size("link"))
     wanted = angle + math.pi / 2.0
     gap = 0.75 * sketch.size("block")
-    sketch.label(symbolic(joint.name), place, wanted, gap, turn=0.3, italic=True)
+    with sketch.carried(sliding):
+        sketch.label(symbolic(joint.name), place, wanted, gap, turn=0.3, italic=True)
 
 
 def _beyond_cam(sketch: Sketch, joint: Prismatic, slides: str, angle: float) -> Array:
@@ -145,8 +154,10 @@ def _(joint: PinSlot, sketch: Sketch) -> None:
         sketch.ground(start - half * n, end - half * n, name=f"rail:{joint.name}")
         sketch.ground(end + half * n, start + half * n)
     else:
-        _slot(sketch, start, end, half)
-    sketch.pin(sketch.pose.place(joint, "j"), joint.name)
+        with sketch.carried(on(joint.i.body)):
+            _slot(sketch, start, end, half)
+    with sketch.carried(on(joint.j.body)):
+        sketch.pin(sketch.pose.place(joint, "j"), joint.name)
 
 
 @joint_symbol.register(Fixed)
@@ -155,7 +166,8 @@ def _(joint: Fixed, sketch: Sketch) -> None:
     place = sketch.pose.place(joint, "j")
     if "ground" not in (joint.i.body, joint.j.body):
         half = 0.75 * sketch.size("pin")
-        sketch.shape(box(place, half, half, 0.0), INK, INK, 0.8, Z["pin"], name=joint.name)
+        with sketch.carried(on(joint.j.body)):
+            sketch.shape(box(place, half, half, 0.0), INK, INK, 0.8, Z["pin"], name=joint.name)
     else:
         body = joint.j.body if joint.i.body == "ground" else joint.i.body
         into = direction(sketch.roomy(place, sketch.pose.nodes[body]))
@@ -169,28 +181,42 @@ def _(joint: Fixed, sketch: Sketch) -> None:
 def _(joint: Distance, sketch: Sketch) -> None:
     """A thin rod between two pins."""
     i, j = sketch.pose.place(joint, "i"), sketch.pose.place(joint, "j")
-    sketch.line([i, j], 2.2, INK, Z["block"], name=f"rod:{joint.name}")
+    rod = between(sketch.pose.site(joint, "i"), sketch.pose.site(joint, "j"))
+    with sketch.carried(rod):
+        sketch.line([i, j], 2.2, INK, Z["block"], name=f"rod:{joint.name}")
     for side, place in (("i", i), ("j", j)):
-        sketch.pin(place, "")
+        with sketch.carried(on(getattr(joint, side).body)):
+            sketch.pin(place, "")
         if getattr(joint, side).body == "ground":
             sketch.support(place, [i + j - place], f"{joint.name}.{side}")
     wanted = math.atan2(*(j - i)[::-1]) + math.pi / 2.0
-    sketch.label(symbolic(joint.name), 0.5 * (i + j), wanted, 4.0 * sketch.unit, italic=True)
+    with sketch.carried(rod):
+        sketch.label(symbolic(joint.name), 0.5 * (i + j), wanted, 4.0 * sketch.unit, italic=True)
 
 
 @joint_symbol.register(CamFollower)
 def _(joint: CamFollower, sketch: Sketch) -> None:
     """The cam with its base circle; on it a roller, an edge or a flat face."""
-    pose, z = sketch.pose, Z["block"] - 0.2
+    pose = sketch.pose
     centre, place, contact = (
         pose.place(joint, "i"),
         pose.place(joint, "j"),
         pose.reaction_point(joint),
     )
     cam = outline(joint, pose)
-    sketch.shape(cam, PLATE, INK, 1.3, Z["wheel"], name=f"cam:{joint.name}", weight=0.6)
-    look: dict[str, Any] = {"dashes": (0, (4, 3)), "name": f"base:{joint.name}", "weight": 0.2}
-    sketch.disc(centre, base_circle(joint, pose), "none", SOFT, 0.7, Z["wheel"] + 0.1, **look)
+    with sketch.carried(on(joint.i.body)):
+        sketch.shape(cam, PLATE, INK, 1.3, Z["wheel"], name=f"cam:{joint.name}", weight=0.6)
+        look: dict[str, Any] = {"dashes": (0, (4, 3)), "name": f"base:{joint.name}", "weight": 0.2}
+        sketch.disc(centre, base_circle(joint, pose), "none", SOFT, 0.7, Z["wheel"] + 0.1, **look)
+    with sketch.carried(on(joint.j.body)):
+        _follower(joint, sketch, place, centre)
+        across = math.atan2(*(contact - centre)[::-1]) - math.pi / 2.0
+        gap = max(pose.number(joint, "roller"), sketch.size("pin")) + 3.0 * sketch.unit
+        sketch.label(symbolic(joint.name), contact, across, gap, turn=0.3, italic=True)
+
+
+def _follower(joint: CamFollower, sketch: Sketch, place: Array, centre: Array) -> None:
+    pose, z = sketch.pose, Z["block"] - 0.2
     roller = pose.number(joint, "roller")
     if joint.flat:
         ends = face(joint, pose, 1.5 * sketch.size("pin"))
@@ -202,9 +228,6 @@ def _(joint: CamFollower, sketch: Sketch) -> None:
         away = math.atan2(*(place - centre)[::-1])
         wings = [place + 2.2 * sketch.size("pin") * direction(away + s) for s in (0.5, -0.5)]
         sketch.shape([place, *wings], LINK, INK, 1.1, z, name=f"edge:{joint.name}")
-    across = math.atan2(*(contact - centre)[::-1]) - math.pi / 2.0
-    gap = max(roller, sketch.size("pin")) + 3.0 * sketch.unit
-    sketch.label(symbolic(joint.name), contact, across, gap, turn=0.3, italic=True)
 
 
 @joint_symbol.register(Gear)
@@ -217,20 +240,41 @@ def _(joint: Gear | Rolling | RackPinion, sketch: Sketch) -> None:
     greatest = max(radius for _, radius in circles)
     for side, radius in circles:
         ring = bool(getattr(joint, "internal", False)) and radius == greatest
-        _wheel(sketch, joint, side, radius, ring, toothed)
+        with sketch.carried(on(getattr(joint, side).body)):
+            _wheel(sketch, joint, side, radius, ring, toothed)
     if len(circles) == 1:
         touch, along = pose.reaction_point(joint), pose.direction(joint, "i")
         u, half = direction(along), 1.7 * greatest
         start, end = touch - half * u, touch + half * u
+        if sketch.lasting:
+            start, end = _rolled(sketch, joint, start, end)
         if joint.i.body == "ground" and not toothed:
             sketch.rail(start, end, f"road:{joint.name}", math.inf)
-        elif toothed:
-            _rack(sketch, start, end, joint.name, joint.i.body == "ground")
         else:
-            sketch.line([start, end], 2.4, INK, Z["link"], name=f"road:{joint.name}")
+            with sketch.carried(on(joint.i.body)):
+                if toothed:
+                    _rack(sketch, start, end, joint.name, joint.i.body == "ground")
+                else:
+                    sketch.line([start, end], 2.4, INK, Z["link"], name=f"road:{joint.name}")
     contact = pose.reaction_point(joint)
     wanted = outward(sketch, contact, joint.i.body, joint.j.body)
-    sketch.label(symbolic(joint.name), contact, wanted, 4.0 * sketch.unit, turn=0.3, italic=True)
+    # of the contact, which moves on both bodies, the centre of the wheel is what stays near
+    with sketch.carried(placed(pose.site(joint, "j"), joint.i.body)):
+        sketch.label(
+            symbolic(joint.name), contact, wanted, 4.0 * sketch.unit, turn=0.3, italic=True
+        )
+
+
+def _rolled(sketch: Sketch, joint: Joint, start: Array, end: Array) -> tuple[Array, Array]:
+    """The ends of a road that is long enough for the whole motion."""
+    pose, u = sketch.pose, (end - start) / max(float(np.hypot(*(end - start))), 1e-300)
+    body = pose.run[joint.i.body]
+    way = np.column_stack(pose.run.reaction_point(joint.name)) - np.column_stack([body.x, body.y])
+    turned = pose.run[joint.i.body].angle - pose.angle(joint.i.body)
+    c, s = np.cos(turned), np.sin(turned)
+    along = (c * way[:, 0] + s * way[:, 1]) * u[0] + (c * way[:, 1] - s * way[:, 0]) * u[1]
+    along = along - along[pose.k]
+    return start + along.min() * u, end + along.max() * u
 
 
 def _wheel(

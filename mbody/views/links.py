@@ -9,6 +9,7 @@ import numpy as np
 
 from mbody.model.joints import CamFollower, Fixed, Joint, PinSlot, Prismatic
 from mbody.views.bounds import wheels
+from mbody.views.carriers import on
 from mbody.views.guides import guide, travel
 from mbody.views.labels import Label, Places, symbolic
 from mbody.views.pose import heading
@@ -28,6 +29,11 @@ PARTS = ((0.5, 0.0), (0.4, 0.1), (0.6, 0.1), (0.28, 0.4), (0.72, 0.4), (0.18, 0.
 
 def link(sketch: Sketch, body: str, order: int) -> None:
     """A body as a bar or plate through its nodes; later ones lie above."""
+    with sketch.carried(on(body)):
+        _link(sketch, body, order)
+
+
+def _link(sketch: Sketch, body: str, order: int) -> None:
     nodes = places(sketch, body)
     half = sketch.size("link")
     if len(nodes) < 2:
@@ -155,9 +161,10 @@ def points(sketch: Sketch, body: str) -> None:
         if pose.at_joint(place, sketch.size("pin")):
             continue
         radius = 0.42 * sketch.size("pin")
-        if not any(np.hypot(*(place - centre)) < radius for centre in sketch.centres):
-            sketch.disc(place, radius, INK, INK, 0.5, Z["pin"], name=f"point:{body}.{name}")
         away = place - pose.centre(body)
         wanted = math.atan2(away[1], away[0]) if np.hypot(*away) > sketch.unit else math.pi / 2.0
         gap = 1.6 * sketch.size("pin")
-        sketch.label(symbolic(name), place, wanted, gap, italic=True)
+        with sketch.carried(on(body)):
+            if not any(np.hypot(*(place - centre)) < radius for centre in sketch.centres):
+                sketch.disc(place, radius, INK, INK, 0.5, Z["pin"], name=f"point:{body}.{name}")
+            sketch.label(symbolic(name), place, wanted, gap, italic=True)

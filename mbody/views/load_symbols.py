@@ -28,6 +28,7 @@ from mbody.model.loads import (
     TorsionSpring,
 )
 from mbody.sheets.names import force_names
+from mbody.views.carriers import Carrier, between, on, placed
 from mbody.views.cylinders import barrel_symbol
 from mbody.views.frame import rounded_number
 from mbody.views.labels import symbolic
@@ -142,14 +143,18 @@ def load_symbol(load: Load, sketch: Sketch) -> None:
         ends = [pose.centre(name) for name in bodies]
     if not ends:
         return
+    on_bodies = [marker.body for marker in load.places().values()] or bodies
+    sites = [pose.fixed(*one) for one in zip(on_bodies, ends, strict=True)]
     if len(ends) > 1:
-        sketch.line(ends, 1.1, LOAD, Z["block"], dashes=(0, (1.2, 2)), name=f"load:{load.name}")
+        with sketch.carried(between(sites[0], sites[-1])):
+            sketch.line(ends, 1.1, LOAD, Z["block"], dashes=(0, (1.2, 2)), name=f"load:{load.name}")
     half = 1.1 * sketch.size("pin")
     lozenge = box(ends[-1], half, half, math.pi / 4.0)
-    sketch.shape(lozenge, PAPER, LOAD, 1.2, Z["pin"] + 0.1, name=f"at:{load.name}")
     middle = np.mean(ends, axis=0)
     look: dict[str, Any] = {"color": LOAD, "italic": True}
-    sketch.label(symbolic(load.name), middle, math.pi / 2.0, 6.0 * sketch.unit, **look)
+    with sketch.carried(on(on_bodies[-1])):
+        sketch.shape(lozenge, PAPER, LOAD, 1.2, Z["pin"] + 0.1, name=f"at:{load.name}")
+        sketch.label(symbolic(load.name), middle, math.pi / 2.0, 6.0 * sketch.unit, **look)
 
 
 @load_symbol.register(Force)
@@ -162,24 +167,36 @@ def _(load: Force | Gravity, sketch: Sketch) -> None:
 def _(load: Spring, sketch: Sketch) -> None:
     i, j = (sketch.pose.place(load, side) for side in "ij")
     _anchored(sketch, load, i, j)
-    coil = zigzag(i, j, 4.6 * sketch.unit * sketch.small, 9.0 * sketch.unit * sketch.small)
-    # below sliders, which it presses on
-    sketch.line(coil, 1.2, INK, Z["block"] - 0.3, name=f"spring:{load.name}")
-    _beside_middle(sketch, load.name, i, j)
+    lead = 9.0 * sketch.unit * sketch.small
+    if sketch.lasting:
+        lead = min(lead, 0.3 * _shortest(sketch, load))
+    coil = zigzag(i, j, 4.6 * sketch.unit * sketch.small, lead)
+    with sketch.carried(_way(sketch, load, lead=lead)):
+        # below sliders, which it presses on
+        sketch.line(coil, 1.2, INK, Z["block"] - 0.3, name=f"spring:{load.name}")
+        _beside_middle(sketch, load.name, i, j)
 
 
 @load_symbol.register(Damper)
 def _(load: Damper, sketch: Sketch) -> None:
     i, j = (sketch.pose.place(load, side) for side in "ij")
     _anchored(sketch, load, i, j)
-    _dashpot(sketch, i, j, f"damper:{load.name}", INK, 4.4)
-    _beside_middle(sketch, load.name, i, j)
+    with sketch.carried(_way(sketch, load)):
+        _dashpot(sketch, i, j, f"damper:{load.name}", INK, 4.4)
+        _beside_middle(sketch, load.name, i, j)
+
+
+def _way(sketch: Sketch, element: Any, *, stretches: bool = True, lead: float = 0.0) -> Carrier:
+    """The way from the place on i to that on j."""
+    i, j = (sketch.pose.site(element, side) for side in "ij")
+    return between(i, j, stretches=stretches, lead=lead)
 
 
 def _anchored(sketch: Sketch, load: Any, i: Array, j: Array) -> None:
     """Eyes at both ends, and a support where one is the ground."""
     for marker, place, other in ((load.i, i, j), (load.j, j, i)):
-        sketch.disc(place, 0.6 * sketch.size("pin"), z=Z["pin"] - 0.1)
+        with sketch.carried(on(marker.body)):
+            sketch.disc(place, 0.6 * sketch.size("pin"), z=Z["pin"] - 0.1)
         if marker.body == "ground":
             sketch.support(place, [other], load.name)
 
@@ -221,10 +238,11 @@ def _turning(sketch: Sketch, load: Torque, text: str, value: float) -> None:
     sense = math.copysign(1.0, value)
     choices = [(wanted + a, wanted + a + 2.4 * sense) for a in _STARTS]
     first, last = clear_arc(sketch, centre, radius, choices)
-    sketch.curved(centre, radius, first, last, LOAD, name=f"torque:{load.name}")
     wanted = 0.5 * (first + last)
     look: dict[str, Any] = {"color": LOAD, "name": f"label:{load.name}"}
-    sketch.label(text, centre, wanted, radius + 3.0 * sketch.unit, **look)
+    with sketch.carried(placed(sketch.pose.fixed(load.body, centre))):
+        sketch.curved(centre, radius, first, last, LOAD, name=f"torque:{load.name}")
+        sketch.label(text, centre, wanted, radius + 3.0 * sketch.unit, **look)
 
 
 @load_symbol.register(TorsionSpring)
@@ -233,15 +251,16 @@ def _(load: TorsionSpring | TorsionDamper, sketch: Sketch) -> None:
     """A spiral about the body's pin; a damper's is an arc in a cup."""
     centre = sketch.pose.pivot(load.by, load.body)
     start, radius = outward_from(sketch, centre, load.body), free_radius(sketch, centre)
-    if isinstance(load, TorsionSpring):
-        coil = spiral(centre, 1.3 * sketch.size("pin"), radius, start)
-        sketch.line(coil, 1.0, INK, Z["block"], name=f"spring:{load.name}", weight=0.5)
-    else:
-        for part in (0.8, 1.0):
-            wing = centre + part * radius * np.array([direction(start + a) for a in _CUP])
-            sketch.line(wing, 1.2, INK, Z["block"], name=f"damper:{load.name}")
     gap = radius + 3.0 * sketch.unit
-    sketch.label(symbolic(load.name), centre, start + math.pi, gap, italic=True)
+    with sketch.carried(on(load.body)):
+        if isinstance(load, TorsionSpring):
+            coil = spiral(centre, 1.3 * sketch.size("pin"), radius, start)
+            sketch.line(coil, 1.0, INK, Z["block"], name=f"spring:{load.name}", weight=0.5)
+        else:
+            for part in (0.8, 1.0):
+                wing = centre + part * radius * np.array([direction(start + a) for a in _CUP])
+                sketch.line(wing, 1.2, INK, Z["block"], name=f"damper:{load.name}")
+        sketch.label(symbolic(load.name), centre, start + math.pi, gap, italic=True)
 
 
 @load_symbol.register(PistonPressure)
@@ -253,6 +272,11 @@ def _(load: PistonPressure | ReciprocatingCylinder, sketch: Sketch) -> None:
 @load_symbol.register(CentrifugalField)
 def _(load: CentrifugalField, sketch: Sketch) -> None:
     """The axis, and at its end an arrow around it with ω, seen a little from above."""
+    with sketch.carried(on(load.places()["axis"].body)):
+        _field(load, sketch)
+
+
+def _field(load: CentrifugalField, sketch: Sketch) -> None:
     pose = sketch.pose
     origin, u = pose.place(load, "axis"), direction(pose.direction(load, "axis"))
     across = np.array([u[1], -u[0]])
@@ -316,19 +340,30 @@ def driver_symbol(driver: Driver, sketch: Sketch, text: str) -> None:
     """A driver between two places: a cylinder with its piston."""
     i, j = (sketch.pose.place(driver, side) for side in "ij")
     for marker, place, other in ((driver.places()["i"], i, j), (driver.places()["j"], j, i)):
-        sketch.pin(place, "")
+        with sketch.carried(on(marker.body)):
+            sketch.pin(place, "")
         if marker.body == "ground":
             sketch.support(place, [other], driver.name)
     way = j - i
     length = float(np.hypot(*way))
     if length > sketch.unit:
         half, u = 4.2 * sketch.unit * sketch.small, way / length
-        sketch.line([i, j], 2.0, DRIVE, Z["block"], name=f"driver:{driver.name}")
-        barrel = box(i + 0.36 * way, 0.26 * length, half, heading(u))
-        sketch.shape(barrel, PAPER, DRIVE, 1.2, Z["block"] + 0.1)
+        # a barrel keeps its length in the whole motion: that of the shortest way
+        part = _shortest(sketch, driver) / length if sketch.lasting else 1.0
+        with sketch.carried(_way(sketch, driver)):
+            sketch.line([i, j], 2.0, DRIVE, Z["block"], name=f"driver:{driver.name}")
+        barrel = box(i + 0.36 * part * way, 0.26 * part * length, half, heading(u))
+        with sketch.carried(_way(sketch, driver, stretches=False)):
+            sketch.shape(barrel, PAPER, DRIVE, 1.2, Z["block"] + 0.1)
     wanted = heading(way) + math.pi / 2.0
     gap = 7.0 * sketch.unit
-    sketch.label(text, 0.5 * (i + j), wanted, gap, turn=0.2, color=DRIVE)
+    with sketch.carried(_way(sketch, driver)):
+        sketch.label(text, 0.5 * (i + j), wanted, gap, turn=0.2, color=DRIVE)
+
+
+def _shortest(sketch: Sketch, element: Any) -> float:
+    """The least distance of the places of an element in this run."""
+    return float(_way(sketch, element).axes(sketch.pose.run)[2].min())
 
 
 @driver_symbol.register(AngleDriver)
@@ -340,9 +375,10 @@ def _(driver: AngleDriver, sketch: Sketch, text: str) -> None:
     ahead = [(start + a * sense, start + (a + b) * sense) for b in (1.6, 1.2) for a in (0.45, 0.6)]
     behind = [(start - a * sense, start - 0.45 * sense) for a in (2.05, 1.7)]
     first, last = clear_arc(sketch, centre, radius, [*ahead, *behind])
-    sketch.curved(centre, radius, first, last, DRIVE, name=f"driver:{driver.name}")
     gap = radius + 3.0 * sketch.unit
-    sketch.label(text, centre, 0.5 * (first + last), gap, turn=2.0, color=DRIVE)
+    with sketch.carried(placed(sketch.pose.fixed(driver.body, centre), driver.relative_to)):
+        sketch.curved(centre, radius, first, last, DRIVE, name=f"driver:{driver.name}")
+        sketch.label(text, centre, 0.5 * (first + last), gap, turn=2.0, color=DRIVE)
 
 
 @driver_symbol.register(CoordinateDriver)
@@ -353,5 +389,6 @@ def _(driver: CoordinateDriver, sketch: Sketch, text: str) -> None:
     sense = math.copysign(1.0, pose.rate(driver.name))
     first = 1.5 * sketch.size("block")
     tail, tip = place + sense * first * u, place + sense * 3.6 * first * u
-    sketch.arrow(tail, tip, DRIVE, name=f"driver:{driver.name}")
-    sketch.label(text, tip, heading(tip - tail), 4.0 * sketch.unit, color=DRIVE)
+    with sketch.carried(placed(pose.site(driver, "j"), driver.places()["i"].body)):
+        sketch.arrow(tail, tip, DRIVE, name=f"driver:{driver.name}")
+        sketch.label(text, tip, heading(tip - tail), 4.0 * sketch.unit, color=DRIVE)

@@ -10,6 +10,7 @@ import numpy as np
 
 from mbody.model.joints import Joint, Revolute
 from mbody.solution.checks import whole_instant
+from mbody.views.carriers import Place, on
 
 if TYPE_CHECKING:
     from mbody.model.element import Element
@@ -79,6 +80,16 @@ class Pose:
     def place(self, element: Element, field: str) -> Array:
         """The place of an element's marker."""
         return np.array(self.track(element, field)[self.k])
+
+    def site(self, element: Element, field: str) -> Place:
+        """The place of an element's marker on its body."""
+        x, y = self.system.numbers.arm(element, field)
+        return element.places()[field].body, float(x), float(y)
+
+    def fixed(self, body: str, place: Any) -> Place:
+        """A place of this instant on a body."""
+        x, y = on(body).kept(np.array([place]), self.run, self.k)[0]
+        return body, float(x), float(y)
 
     def direction(self, element: Element, field: str) -> float:
         """The direction of a marker's x axis [rad]."""

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.views.labels import Label, Places, beside, drawable, extent
+from mbody.views.carriers import Carrier
+from mbody.views.labels import Label, Places, beside, extent
 from mbody.views.shapes import arc, box, direction, hatching, unique
 from mbody.views.style import GROUND, INK, LINK, PAPER, SIZE, Z
+from mbody.views.surface import Look, PaperSurface, Surface
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from mbody.views.pose import Pose
 
 __all__ = ["Sketch"]
@@ -44,8 +46,19 @@ class Sketch:
         Factor by which symbols are smaller, where the links are short.
     """
 
-    def __init__(self, axes: Axes, pose: Pose, unit: float, small: float) -> None:
+    #: Whether the whole motion is drawn, not one instant of it.
+    lasting = False
+
+    def __init__(
+        self,
+        axes: Any,
+        pose: Pose,
+        unit: float,
+        small: float,
+        surface: Surface | None = None,
+    ) -> None:
         self.axes, self.pose, self.unit, self.small = axes, pose, unit, small
+        self.surface: Surface = surface or PaperSurface(axes)
         self.places = Places(unit)
         self.labels: list[Label] = []
         self.pins: list[tuple[Array, list[str]]] = []
@@ -60,6 +73,19 @@ class Sketch:
     def size(self, name: str) -> float:
         """A size of the style, in the units of the mechanism."""
         return SIZE[name] * self.small * self.unit
+
+    # -- what carries the shapes ----------------------------------------------------------------
+
+    @contextmanager
+    def carried(self, carrier: Carrier) -> Iterator[None]:
+        """What is drawn within moves with a body, or between two; a picture of one instant does
+        not need it, one of the whole motion does.
+        """
+        before, self.surface.carrier = self.surface.carrier, carrier
+        try:
+            yield
+        finally:
+            self.surface.carrier = before
 
     # -- shapes -------------------------------------------------------------------------------
 
@@ -76,16 +102,9 @@ class Sketch:
         halo: bool = False,
     ) -> None:
         """A line through points; labels keep clear of it by its `weight`."""
-        from matplotlib.lines import Line2D
-
         points = np.asarray(points, dtype=float)
-        common: dict[str, Any] = {"solid_capstyle": "round", "solid_joinstyle": "round"}
-        if halo:
-            under = Line2D(*points.T, lw=width + 2.4, color=PAPER, zorder=z, **common)
-            self.axes.add_line(under)
-        drawn = Line2D(*points.T, lw=width, color=color, ls=dashes, zorder=z, **common)
-        self._keep(drawn, name)
-        self.axes.add_line(drawn)
+        look = Look(width=width, edge=color, z=z, name=name, dashes=dashes, halo=halo)
+        self.surface.line(points, look)
         self._seen(points)
         if weight:
             self.places.stroke(points, 0.5 * width * self.unit, weight)
@@ -110,14 +129,8 @@ class Sketch:
         weight: float = 1.0,
     ) -> None:
         """A closed outline, filled."""
-        from matplotlib.patches import Polygon
-
         corners = np.asarray(corners, dtype=float)
-        drawn = Polygon(
-            corners, closed=True, fc=fill, ec=edge, lw=width, zorder=z, joinstyle="round"
-        )
-        self._keep(drawn, name)
-        self.axes.add_patch(drawn)
+        self.surface.polygon(corners, Look(width=width, edge=edge, fill=fill, z=z, name=name))
         self._seen(corners)
         if weight:
             self.places.stroke(np.vstack([corners, corners[:1]]), 0.5 * width * self.unit, weight)
@@ -136,11 +149,8 @@ class Sketch:
         weight: float = 1.0,
     ) -> None:
         """A circle of a radius in the units of the mechanism."""
-        from matplotlib.patches import Circle
-
-        drawn = Circle(tuple(centre), radius, fc=fill, ec=edge, lw=width, zorder=z, ls=dashes)
-        self._keep(drawn, name)
-        self.axes.add_patch(drawn)
+        look = Look(width=width, edge=edge, fill=fill, z=z, name=name, dashes=dashes)
+        self.surface.circle(np.asarray(centre, dtype=float), radius, look)
         self._seen(np.array([np.asarray(centre) - radius, np.asarray(centre) + radius]))
         if weight:
             outline = arc(centre, radius, 0.0, math.tau)
@@ -301,33 +311,11 @@ class Sketch:
 
     def text(self, at: Any, label: Label, **more: Any) -> None:
         """A text at a place, on white where it covers something."""
-        drawn = self.axes.text(
-            float(at[0]),
-            float(at[1]),
-            drawable(label.text),
-            **{
-                "size": label.size,
-                "color": label.color,
-                "style": "italic" if label.italic else "normal",
-                "ha": "center",
-                "va": "center",
-                "zorder": Z["text"],
-                **more,
-            },
-        )
-        if label.covers:
-            drawn.set_bbox({"fc": PAPER, "ec": "none", "alpha": 0.8, "pad": 0.6})
-        self._keep(drawn, label.name)
+        self.surface.text(at, label, **more)
 
     def wide(self, text: str, size: float) -> float:
         """The width of a text in the units of the mechanism."""
         return self.unit * extent(text, size)[0]
-
-    def _keep(self, artist: Any, name: str) -> None:
-        """A name by which the artist is found in the figure and in an SVG file."""
-        artist.set_clip_on(False)  # nothing lies outside, and files are shorter without
-        if name:
-            artist.set_gid(name)
 
     def _seen(self, points: Array) -> None:
         self.low = np.fmin(self.low, np.nanmin(points, axis=0))

@@ -53,15 +53,15 @@ typedef struct mbody_model mbody_model;
 /* ---- opening and closing ----------------------------------------------------------------------
  *
  * mbody_open        A model from the bytes of an image, which are copied.  The magic word, the
- *                   format, the length, every offset, the checksum (where the image has one) and
- *                   the hash of the kernels' sources are checked.  NULL where something is wrong;
- *                   then the sentence is in `message`, which has `room` bytes.
+ *                   format, the length, every offset, the hash of the kernels' sources and the
+ *                   checksum are checked.  NULL where something is wrong; then the sentence is in
+ *                   `message`, which has `room` bytes.
  * mbody_open_file   The same, from a file; `path` is UTF-8.
  * mbody_free        Ends a model; NULL is allowed.
  * mbody_message     The sentence of the last call that returned another code than MBODY_GOOD.
  * mbody_manifest    The description of the model: JSON in UTF-8, `*bytes` long, not ended by a
  *                   zero.  It names numbers, measures, bodies and rows of pages in order.
- * mbody_checksum    The checksum of the image as exported, or 0 where it has none.
+ * mbody_checksum    The checksum of the image as exported.
  */
 mbody_model *mbody_open(const void *image, size_t bytes, char *message, size_t room);
 mbody_model *mbody_open_file(const char *path, char *message, size_t room);

@@ -1,0 +1,347 @@
+"""A scene and its numbers as the JSON of a page."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from mbody.errors import ModelError
+from mbody.model.driver import AngleDriver
+from mbody.model.loads import Force
+from mbody.quantities.units import DIMENSIONS
+from mbody.sheets.names import force_floor, force_names
+from mbody.solution.measures import found_by, measured
+from mbody.solution.solution import Solution
+from mbody.views.carriers import Carrier, Place, moved
+from mbody.views.labels import symbolic
+from mbody.views.pose import Pose
+from mbody.views.scene import Scene
+from mbody.views.style import (
+    DRIVE,
+    FORCE,
+    GROUND,
+    INK,
+    LINK,
+    LOAD,
+    PAPER,
+    PLATE,
+    SOFT,
+    WHEEL,
+)
+
+__all__ = ["SECONDS", "coupler_points", "numbers", "scene_data", "text_runs"]
+
+Array = np.ndarray
+
+#: What a colour of the paper is for; the page has a light and a dark one for each.
+ROLES = {
+    INK: "ink",
+    LINK: "link",
+    PLATE: "plate",
+    WHEEL: "wheel",
+    GROUND: "ground",
+    SOFT: "soft",
+    LOAD: "load",
+    FORCE: "force",
+    DRIVE: "drive",
+    PAPER: "paper",
+    "none": "none",
+}
+#: Digits of a history, counted from its peak: an error of 5e-8 of the peak, where the page promises
+#: 1e-6, and a file a third shorter than with all digits.
+KEPT = 8
+#: Seconds of the units of time, for the speed at which a motion is played.
+SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0}
+#: With more points than this only mass centres move with arrows and paths.
+POINTS = 60
+
+
+def numbers(tree: Any) -> Any:
+    """Data with every history rounded to a part of its peak, so that a page is short.
+
+    >>> numbers({"x": [1.0, 0.333333333333], "n": 3})
+    {'x': [1.0, 0.3333333], 'n': 3}
+    """
+    if isinstance(tree, dict):
+        return {key: numbers(value) for key, value in tree.items()}
+    if isinstance(tree, list) and tree and isinstance(tree[0], (float, type(None))):
+        values = np.array(tree, dtype=float)
+        finite = np.abs(values[np.isfinite(values)])
+        peak = float(finite.max()) if finite.size else 0.0
+        if not peak:
+            return tree
+        places = KEPT - 1 - math.floor(math.log10(peak))
+        rounded = np.round(values, min(places, 300)) + 0.0
+        return [None if v != v else v for v in rounded.tolist()]
+    return tree
+
+
+def text_runs(text: str) -> list[list[str]]:
+    r"""A name with its indices as parts (text, "" or "sub").
+
+    >>> text_runs(symbolic("O2")), text_runs("$A_{1,2}$"), text_runs("motor")
+    ([['O', ''], ['2', 'sub']], [['A', ''], ['1,2', 'sub']], [['motor', '']])
+    """
+    found: list[list[str]] = []
+    for part in re.split(r"(_\{[^}]*\})", re.sub(r"(?<!\\)\$", "", text)):
+        if part.startswith("_{"):
+            found.append([part[2:-1], "sub"])
+        elif part:
+            found.append([part.replace(r"\$", "$").replace(r"\omega", "ω"), ""])
+    return found
+
+
+def coupler_points(run: Solution) -> list[str]:
+    """Named points that are at no joint: those whose paths are shown."""
+    pose, found = Pose(run, 0), []
+    for body in run.mechanism.bodies:
+        for name in body.points:
+            full = f"{body.name}.{name}"
+            if not pose.at_joint(pose.point(full), 1e-6 * run.system.length):
+                found.append(full)
+    return found
+
+
+def scene_data(
+    scene: Scene,
+    plots: Sequence[str],
+    paths: Sequence[str] | None = None,
+    on: Sequence[str] | None = None,
+) -> dict[str, Any]:
+    """The scene as plain lists and texts.
+
+    Parameters
+    ----------
+    scene : Scene
+    plots : sequence of str
+        Quantities of the diagrams.
+    paths : sequence of str, optional
+        Points whose paths are shown; by default those that are at no joint.
+    on : sequence of str, optional
+        What is shown in the beginning.
+
+    Raises
+    ------
+    ModelError
+        For a quantity or a point that there is not.
+    """
+    run = scene.run
+    machine, units = run.mechanism, run.mechanism.units
+    bodies = ["ground", *(body.name for body in machine.bodies)]
+    carriers = {carrier: n for n, carrier in enumerate(scene.carriers)}
+    digits = max(0, 3 - math.floor(math.log10(scene.unit)))
+    movers = _movers(run, bodies, paths or ())
+    return {
+        "bodies": bodies,
+        "unit": scene.unit,
+        "second": SECONDS.get(units.of("time"), 1.0),
+        "box": {"low": scene.low.tolist(), "high": scene.high.tolist()},
+        "carriers": [_carrier(one, bodies) for one in carriers],
+        "shapes": [_shape(one, carriers, digits) for one in scene.shapes],
+        "labels": [_label(one, carriers) for one in scene.labels],
+        "axis": axis(run),
+        "forces": _forces(run, bodies),
+        "movers": movers,
+        "rates": run.analysis != "close_loops",
+        "paths": list(_known_paths(run, paths)),
+        "plots": [_plot(run, name) for name in plots],
+        "measures": {
+            name: measured(run, one)[2] or ""
+            for name, one in machine.measures.items()
+            if found_by(run, one)
+        },
+        "driven": {driver.name: _driven(run, driver) for driver in machine.drivers},
+        "turns": {driver.name: driver.angular for driver in machine.drivers}
+        | {coupling.name: not coupling.lengths for coupling in machine.couplings},
+        "units": {
+            "length": units.of("length"),
+            "time": units.of("time"),
+            "force": units.of("force"),
+            "torque": units.of("torque"),
+            "v": units.of("velocity"),
+            "a": units.of("acceleration"),
+            "omega": units.of("angular velocity"),
+            "alpha": units.of("angular acceleration"),
+        },
+        "floors": _floors(run),
+        "notes": scene.notes,
+        **({"on": list(on)} if on is not None else {}),
+    }
+
+
+def axis(run: Solution) -> dict[str, Any]:
+    """What the diagrams go over: the angle of the one driver that turns, else time."""
+    moving = []
+    for driver in run.mechanism.drivers:
+        value = run.driven(driver.name)[0]
+        if np.ptp(value) > 0.0:
+            moving.append((driver, value))
+    still = len(run) < 2 or np.ptp(run.t) == 0.0
+    if len(moving) == 1:
+        driver, value = moving[0]
+        steps = np.diff(value)
+        one_way = bool(np.all(steps > 0.0) or np.all(steps < 0.0))
+        if one_way and isinstance(driver, AngleDriver):
+            rest = "" if driver.relative_to == "ground" else f" from {driver.relative_to}"
+            label = f"angle of {driver.body}{rest}"
+            return {"label": label, "unit": "deg", "values": np.degrees(value).tolist()}
+        if one_way and still:
+            unit = run.mechanism.units.of("length")
+            return {"label": driver.name, "unit": unit, "values": value.tolist()}
+    if still:
+        return {"label": "instant", "unit": "", "values": list(range(1, len(run) + 1))}
+    return {"label": "t", "unit": run.mechanism.units.of("time"), "values": None}
+
+
+def _floors(run: Solution) -> dict[str, float]:
+    """What is smaller than these is rounding."""
+    if not run.has_forces:
+        return {}
+    floor = force_floor(run)
+    return {"force": floor, "torque": floor * run.system.length}
+
+
+def _place(place: Place, bodies: Sequence[str]) -> list[float]:
+    name, x, y = place
+    return [bodies.index(name), x, y]
+
+
+def _carrier(one: Carrier, bodies: Sequence[str]) -> dict[str, Any]:
+    if one.end is None:
+        return {"s": _place(one.start, bodies), "t": bodies.index(one.turn)}
+    stretched: dict[str, Any] = {"x": 1} if one.stretches else {}
+    return {"s": _place(one.start, bodies), "e": _place(one.end, bodies), **stretched}
+
+
+def _flat(points: Array, digits: int) -> list[float | None]:
+    rounded = np.round(points, digits) + 0.0
+    return [None if v != v else v for v in rounded.reshape(-1).tolist()]
+
+
+def _shape(one: Any, carriers: dict[Carrier, int], digits: int) -> dict[str, Any]:
+    look = one.look
+    dashes = [] if look.dashes == "-" else list(look.dashes[1])
+    found = {
+        "k": one.kind[0],
+        "c": carriers[one.carrier],
+        "p": _flat(one.points, digits),
+        "w": look.width,
+        "e": ROLES.get(look.edge, "ink") if look.width else "none",
+        "f": ROLES.get(look.fill, "paper"),
+        "d": dashes,
+        "n": look.name.removesuffix(".head"),
+    }
+    return found | ({"r": one.radius} if one.kind == "circle" else {})
+
+
+def _label(one: Any, carriers: dict[Carrier, int]) -> dict[str, Any]:
+    found = {
+        "t": text_runs(one.text),
+        "c": carriers[one.carrier],
+        "a": one.anchor[0].tolist(),
+        "u": np.round(one.way, 4).tolist(),
+        "g": one.gap,
+        "e": ROLES.get(one.color, "ink"),
+        "i": one.italic or one.text.startswith("$"),
+    }
+    return found | ({"turns": 1} if one.turns else {})
+
+
+def _forces(run: Solution, bodies: Sequence[str]) -> list[dict[str, Any]]:
+    """Forces that can be shown as arrows: of joints by the names of the books, and applied ones."""
+    pose, found = Pose(run, 0), []
+    for load in run.mechanism.loads:
+        if isinstance(load, Force):
+            where = {"at": _place(pose.site(load, "at"), bodies)}
+            shown = {"n": f"force:{load.name}", "of": load.name, "sign": 1, "load": 1}
+            found.append({**shown, "t": text_runs(symbolic(load.name)), **where})
+    if not run.has_forces:
+        return found
+    names = force_names(run.mechanism)
+    for joint in run.mechanism.joints:
+        name, on = names[joint.name]
+        sign = -1 if on == joint.i.body and on != joint.j.body else 1
+        x, y = run.reaction_point(joint.name)
+        site = pose.site(joint, "j")
+        fixed = moved(run, site)
+        where = {"at": _place(site, bodies)}
+        if max(np.abs(fixed[:, 0] - x).max(), np.abs(fixed[:, 1] - y).max()) > (
+            1e-9 * run.system.length
+        ):
+            where["places"] = {"x": x.tolist(), "y": y.tolist()}  # type: ignore[assignment]  # a contact
+        text = text_runs(symbolic(name) if "(" not in name else name)
+        if re.fullmatch(r"F\d\d", name):
+            text = [["F", ""], [name[1:], "sub"]]
+        found.append({"n": f"force:{name}", "of": joint.name, "sign": sign, "t": text, **where})
+    return found
+
+
+def _movers(run: Solution, bodies: Sequence[str], more: Sequence[str]) -> list[dict[str, Any]]:
+    """Points and mass centres that move, those at one place once."""
+    pose = Pose(run, 0)
+    found: list[dict[str, Any]] = []
+    seen: list[tuple[Array, Array]] = []
+    size = run.system.length
+    count = sum(len(body.points) for body in run.mechanism.bodies)
+    named = [f"{body.name}.{name}" for body in run.mechanism.bodies for name in body.points]
+    centres = [body.name for body in run.mechanism.bodies]
+    k = len(run) // 3
+    for name in [*coupler_points(run), *named, *centres] if count <= POINTS else [*more, *centres]:
+        owner, _, point = name.partition(".")
+        history = run.point(name) if point else run[owner]
+        if max(np.ptp(history.x), np.ptp(history.y)) < 1e-9 * size:
+            continue
+        ends = np.array([history.x[0], history.y[0]]), np.array([history.x[k], history.y[k]])
+        near = 1e-6 * size
+        if name not in more and any(
+            np.hypot(*(ends[0] - a)) < near and np.hypot(*(ends[1] - b)) < near for a, b in seen
+        ):
+            continue
+        if any(one["n"] == name for one in found):
+            continue
+        seen.append(ends)
+        local = pose.fixed(owner, ends[0])
+        found.append({"n": name, "at": _place(local, bodies)})
+    return found
+
+
+def _known_paths(run: Solution, paths: Sequence[str] | None) -> Sequence[str]:
+    if paths is None:
+        return coupler_points(run)
+    for name in paths:
+        if name not in run.system.bodies:
+            run.point(name)
+    return paths
+
+
+def _driven(run: Solution, driver: Any) -> dict[str, list[float]]:
+    value, rate, change = run.driven(driver.name)
+    turn = math.degrees(1.0) if driver.angular else 1.0
+    plain = {"value": value * turn, "rate": rate, "acceleration": change}
+    return {key: numbers(np.asarray(own, dtype=float).tolist()) for key, own in plain.items()}
+
+
+def _plot(run: Solution, name: str) -> dict[str, Any]:
+    """The history of a diagram, in the unit that people read."""
+    measure = run.mechanism.measures.get(name, name)
+    try:
+        values, dimension, unit = measured(run, measure)
+    except ModelError as error:
+        known = [*run.mechanism.measures]
+        raise ModelError(
+            f"{error}"
+            + (f"; measures of '{run.mechanism.name}' are: {', '.join(known)}" if known else "")
+        ) from None
+    if dimension == DIMENSIONS["angle"] and not getattr(measure, "unit", ""):
+        values, unit = np.degrees(values), "deg"
+    floors = _floors(run)
+    for kind in floors:
+        rounding = np.nanmax(np.abs(values), initial=0.0) <= floors[kind]
+        same = dimension == DIMENSIONS[kind] and unit == run.mechanism.units.of(kind)
+        values = np.zeros_like(values) if same and rounding else values
+    plain = [v if math.isfinite(v) else None for v in np.asarray(values, dtype=float).tolist()]
+    return {"name": name, "unit": unit.replace("*", "·"), "values": numbers(plain)}
