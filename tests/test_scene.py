@@ -5,6 +5,7 @@ import pytest
 
 import mbody
 from mbody import gallery
+from mbody.views.film_frames import FilmSet
 from mbody.views.motions import motion
 from mbody.views.pose import Pose
 from mbody.views.record import SceneSketch
@@ -133,6 +134,27 @@ def test_short_motions_are_kept_whole(runs):
 def test_free_motion_has_a_scene(runs):
     found = scene(runs["free_fourbar"])
     assert found.run.analysis == "simulate" and len(found.carriers) >= 4
+
+
+def test_arrows_turn_round_with_what_they_show():
+    machine = mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 1, 1), speed=10.0)
+    swing = mbody.laws.Harmonic(mean=0.0, amplitude=2.0, frequency=10.0)
+    machine.add(mbody.Torque("load", "rocker", value=swing))
+    run = mbody.kinetostatics(machine, turn=True)
+    found = scene(run)
+    arcs = [s for s in found.shapes if s.look.name == "torque:load"]
+    assert {s.sense for s in arcs} == {("load.torque", 1.0), ("load.torque", -1.0)}
+    # a motor that turns one way has one arrow, always
+    assert {s.sense for s in found.shapes if s.look.name == "driver:motor"} == {None}
+    film = FilmSet({"": run}, 40, 320, (), ())
+    torque = film.stretches[0].value(run.load("load").torque)
+    for arc in arcs:
+        assert np.array_equal(film.there(arc, 0), arc.sense[1] * torque > 0.0)
+    turning = {}
+    for arc in arcs:
+        x, y = (world(found, arc, 0) - world(found, arc, 0)[0]).T
+        turning[arc.sense[1]] = float(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]))
+    assert turning[1.0] > 0.0 > turning[-1.0]
 
 
 @pytest.mark.parametrize("name", ["norton_fourbar", "static_fourbar", "slider_crank"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import re
 import shlex
 import sys
@@ -81,9 +82,11 @@ def animate(args: Any) -> int:
 def _runs(args: Any) -> dict[str, Solution]:
     """The motion of the model, or of each of its designs by name."""
     from mbody.views.motions import motion
+    from mbody.views.page import check_designs
 
     varied = named_values(args.vary, "--vary")
     choices = [[(name, value) for value in _values(text)] for name, text in varied.items()]
+    check_designs(math.prod(len(one) for one in choices))
     own, found = list(args.set), {}
     for design in itertools.product(*choices):
         name = ", ".join(f"{key} = {value}" for key, value in design)

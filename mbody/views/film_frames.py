@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from mbody.sheets.names import force_names
+from mbody.solution.measures import measured
 from mbody.solution.solution import Solution
 from mbody.views.carriers import Carrier, Place, moved
 from mbody.views.frame import nice, rounded_number
@@ -140,6 +141,7 @@ class FilmSet:
         self.notes = self.scenes[0].notes
         self.main = self.scenes[0]
         self.show, self.names = set(show), list(runs)
+        self._signs: dict[tuple[int, str], Array] = {}
         self.at = [places(one.run, count) for one in self.scenes]
         self.stretches = [
             Stretch(one.run, at) for one, at in zip(self.scenes, self.at, strict=True)
@@ -199,8 +201,18 @@ class FilmSet:
         for shape in self.scenes[n].shapes:
             if "centres" not in self.show and shape.look.name.startswith(("cg:", "tie:")):
                 continue
+            if shape.sense and not self.there(shape, n)[frame]:
+                continue
             axes = self.carried[n][shape.carrier]
             yield shape, self.pixels(shape.carrier.shown(shape.points, axes, frame))
+
+    def there(self, shape: KeptShape, n: int) -> Array:
+        """In which frames a shape is there that depends on the sign of a quantity."""
+        quantity, sign = shape.sense or ("t", 1.0)
+        if (n, quantity) not in self._signs:
+            history = measured(self.scenes[n].run, quantity)[0]
+            self._signs[n, quantity] = self.stretches[n].value(history)
+        return np.asarray(sign * self._signs[n, quantity] > 0.0)
 
     def labels(self, frame: int) -> Iterator[tuple[Any, Array, Array]]:
         """Names with the anchor in pixels, and the way from there."""

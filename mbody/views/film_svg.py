@@ -119,13 +119,19 @@ def _shapes(film: FilmSet, n: int, order: list[int], timing: str) -> list[str]:
                 found.append("</g></g>")
             found.append(_carried(film, axes, order, timing))
             last = carrier
+        shown = ""
+        if shape.sense:
+            states = ";".join("visible" if film.there(shape, n)[k] else "hidden" for k in order)
+            shown = f'<animate attributeName="visibility" values="{states}" {timing}/>'
         # in the axes of the carrier, y down
         own = shape.points * (film.scale, -film.scale)
         if shape.kind == "circle":
             (x, y), r = own[0], shape.radius * film.scale
-            found.append(f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{r:.2f}" {_look(film, shape)}/>')
+            at = f'cx="{x:.2f}" cy="{y:.2f}" r="{r:.2f}"'
+            found.append(f"<circle {at} {_look(film, shape)}>{shown}</circle>")
         else:
-            found.append(f'<path d="{_path(own, shape.kind == "polygon")}" {_look(film, shape)}/>')
+            line = _path(own, shape.kind == "polygon")
+            found.append(f'<path d="{line}" {_look(film, shape)}>{shown}</path>')
     if last is not None:
         found.append("</g></g>")
     return found

@@ -28,6 +28,7 @@ from mbody.model.loads import (
     TorsionSpring,
 )
 from mbody.sheets.names import force_names
+from mbody.solution.measures import measured
 from mbody.views.carriers import Carrier, between, on, placed
 from mbody.views.cylinders import barrel_symbol
 from mbody.views.frame import rounded_number
@@ -226,22 +227,37 @@ def _beside_middle(sketch: Sketch, name: str, i: Array, j: Array, color: str = I
 def _(load: Torque, sketch: Sketch) -> None:
     """An arc about the body's pin, in the direction of the torque; none where it is zero."""
     value, unit = sketch.pose.law(load, "value"), sketch.pose.mechanism.units.of("torque")
-    if not value:
+    senses = _senses(sketch, f"{load.name}.torque", value)
+    if not senses or (not value and not sketch.lasting):
         return
-    _turning(sketch, load, f"{symbolic(load.name)} = {rounded_number(value)} {unit}", value)
+    _turning(sketch, load, f"{symbolic(load.name)} = {rounded_number(value)} {unit}", senses)
 
 
-def _turning(sketch: Sketch, load: Torque, text: str, value: float) -> None:
+def _senses(sketch: Sketch, quantity: str, value: float) -> list[tuple[str, float]]:
+    """The senses that an arrow has, and the quantity by which each is chosen; "" where there is
+    nothing to choose.
+    """
+    if not sketch.lasting:
+        return [("", math.copysign(1.0, value))]
+    history = measured(sketch.pose.run, quantity)[0]
+    floor = 1e-9 * float(np.abs(history).max(initial=0.0))
+    found = [sign for sign in (1.0, -1.0) if bool((sign * history > floor).any())]
+    whole = len(found) == 1 and bool((found[0] * history > floor).all())
+    return [("" if whole else quantity, sign) for sign in found]
+
+
+def _turning(sketch: Sketch, load: Torque, text: str, senses: list[tuple[str, float]]) -> None:
     centre = sketch.pose.pivot(load.by, load.body)
     radius = free_radius(sketch, centre)
     wanted = outward_from(sketch, centre, load.body)
-    sense = math.copysign(1.0, value)
-    choices = [(wanted + a, wanted + a + 2.4 * sense) for a in _STARTS]
-    first, last = clear_arc(sketch, centre, radius, choices)
-    wanted = 0.5 * (first + last)
     look: dict[str, Any] = {"color": LOAD, "name": f"label:{load.name}"}
     with sketch.carried(placed(sketch.pose.fixed(load.body, centre))):
-        sketch.curved(centre, radius, first, last, LOAD, name=f"torque:{load.name}")
+        for quantity, sense in senses[::-1]:
+            choices = [(wanted + a, wanted + a + 2.4 * sense) for a in _STARTS]
+            first, last = clear_arc(sketch, centre, radius, choices)
+            with sketch.sensed(quantity, sense):
+                sketch.curved(centre, radius, first, last, LOAD, name=f"torque:{load.name}")
+        wanted = 0.5 * (first + last)
         sketch.label(text, centre, wanted, radius + 3.0 * sketch.unit, **look)
 
 
@@ -371,13 +387,19 @@ def _(driver: AngleDriver, sketch: Sketch, text: str) -> None:
     """A curved arrow that runs ahead of the driven link."""
     centre = sketch.pose.pivot(driver.relative_to, driver.body)
     start, radius = outward_from(sketch, centre, driver.body), free_radius(sketch, centre)
-    sense = math.copysign(1.0, sketch.pose.rate(driver.name))
-    ahead = [(start + a * sense, start + (a + b) * sense) for b in (1.6, 1.2) for a in (0.45, 0.6)]
-    behind = [(start - a * sense, start - 0.45 * sense) for a in (2.05, 1.7)]
-    first, last = clear_arc(sketch, centre, radius, [*ahead, *behind])
     gap = radius + 3.0 * sketch.unit
+    senses = _senses(sketch, f"{driver.name}.rate", sketch.pose.rate(driver.name))
     with sketch.carried(placed(sketch.pose.fixed(driver.body, centre), driver.relative_to)):
-        sketch.curved(centre, radius, first, last, DRIVE, name=f"driver:{driver.name}")
+        for quantity, sense in senses[::-1] or [("", 1.0)]:
+            ahead = [
+                (start + a * sense, start + (a + b) * sense)
+                for b in (1.6, 1.2)
+                for a in (0.45, 0.6)
+            ]
+            behind = [(start - a * sense, start - 0.45 * sense) for a in (2.05, 1.7)]
+            first, last = clear_arc(sketch, centre, radius, [*ahead, *behind])
+            with sketch.sensed(quantity, sense):
+                sketch.curved(centre, radius, first, last, DRIVE, name=f"driver:{driver.name}")
         sketch.label(text, centre, 0.5 * (first + last), gap, turn=2.0, color=DRIVE)
 
 
@@ -386,9 +408,11 @@ def _(driver: CoordinateDriver, sketch: Sketch, text: str) -> None:
     """An arrow along the driven direction."""
     pose = sketch.pose
     place, u = pose.place(driver, "j"), direction(pose.direction(driver, "i"))
-    sense = math.copysign(1.0, pose.rate(driver.name))
     first = 1.5 * sketch.size("block")
-    tail, tip = place + sense * first * u, place + sense * 3.6 * first * u
+    senses = _senses(sketch, f"{driver.name}.rate", pose.rate(driver.name))
     with sketch.carried(placed(pose.site(driver, "j"), driver.places()["i"].body)):
-        sketch.arrow(tail, tip, DRIVE, name=f"driver:{driver.name}")
+        for quantity, sense in senses[::-1] or [("", 1.0)]:
+            tail, tip = place + sense * first * u, place + sense * 3.6 * first * u
+            with sketch.sensed(quantity, sense):
+                sketch.arrow(tail, tip, DRIVE, name=f"driver:{driver.name}")
         sketch.label(text, tip, heading(tip - tail), 4.0 * sketch.unit, color=DRIVE)

@@ -12,7 +12,7 @@ from mbody.analysis.driven.driver_range import driver_range
 from mbody.analysis.driven.kinetostatics import kinetostatics
 from mbody.analysis.driven.requests import analyse_at
 from mbody.analysis.dynamics.simulate import simulate
-from mbody.errors import ModelError, SolveError
+from mbody.errors import ModelError, SolveError, remedy
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
 from mbody.model.study import Instants
@@ -62,7 +62,11 @@ def motion(
     if to is not None and not free:
         last = number_in(mechanism, to, "time", "view", "to")
         if not last > 0.0 or not math.isfinite(last):
-            raise ModelError(f"view: the last time must be positive and finite, not {last:g}")
+            unit = mechanism.units.of("time")
+            raise ModelError(
+                f"the last time of a motion must be positive and finite, not {last:g} {unit}: "
+                + remedy(python="give a later one", command="give --to another TIME")
+            )
         try:
             return kinetostatics(mechanism, t=np.linspace(0.0, last, 2 * SMOOTH - 1))
         except ModelError:

@@ -28,7 +28,16 @@ from mbody.views.motions import motion
 from mbody.views.page_data import numbers, scene_data
 from mbody.views.scene import scene
 
-__all__ = ["MODULE", "Viewer", "digest_of", "module_text", "runs_of", "shown_names", "view"]
+__all__ = [
+    "MODULE",
+    "Viewer",
+    "check_designs",
+    "digest_of",
+    "module_text",
+    "runs_of",
+    "shown_names",
+    "view",
+]
 
 #: Diagrams of a page.
 PLOTS = 3
@@ -98,11 +107,7 @@ def runs_of(model: Any) -> dict[str, Solution]:
     several = model if isinstance(model, Mapping) else {"": model}
     if not several:
         raise ModelError("a view needs a motion, the mapping has none: give it one")
-    if len(several) > DESIGNS:
-        raise ModelError(
-            f"a view shows {DESIGNS} designs at most, so that they can be told apart, not "
-            f"{len(several)}: choose some of them"
-        )
+    check_designs(len(several))
     found = {}
     for name, one in several.items():
         if isinstance(one, System):
@@ -116,6 +121,15 @@ def runs_of(model: Any) -> dict[str, Solution]:
             )
         found[str(name)] = one
     return found
+
+
+def check_designs(count: int) -> None:
+    """Refuse more designs than can be told apart."""
+    if count > DESIGNS:
+        raise ModelError(
+            f"a view shows {DESIGNS} designs at most, so that they can be told apart, not "
+            f"{count}: choose some of them"
+        )
 
 
 def shown_names(show: Sequence[str]) -> None:

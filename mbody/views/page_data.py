@@ -235,6 +235,7 @@ def _shape(one: Any, carriers: dict[Carrier, int], digits: int) -> dict[str, Any
         "d": dashes,
         "n": look.name.removesuffix(".head"),
     }
+    found |= {"s": list(one.sense)} if one.sense else {}
     return found | ({"r": one.radius} if one.kind == "circle" else {})
 
 

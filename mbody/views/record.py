@@ -36,6 +36,8 @@ class KeptShape:
         Of a circle its centre.
     radius : float
         Of a circle.
+    sense : (quantity, sign) or None
+        The shape is there while the quantity has that sign.
     """
 
     kind: str
@@ -43,6 +45,7 @@ class KeptShape:
     points: Array
     look: Look
     radius: float = 0.0
+    sense: tuple[str, float] | None = None
 
 
 @dataclass
@@ -79,6 +82,7 @@ class ShapeRecord:
 
     pose: Pose
     carrier: Carrier = GROUND_CARRIER
+    sense: tuple[str, float] | None = None
     shapes: list[KeptShape] = field(default_factory=list)
 
     def line(self, points: Array, look: Look) -> None:
@@ -98,7 +102,7 @@ class ShapeRecord:
 
     def _keep(self, kind: str, points: Array, look: Look, radius: float = 0.0) -> None:
         kept = self.carrier.kept(points, self.pose.run, self.pose.k)
-        self.shapes.append(KeptShape(kind, self.carrier, kept, look, radius))
+        self.shapes.append(KeptShape(kind, self.carrier, kept, look, radius, self.sense))
 
 
 class _Anywhere(Places):

@@ -87,6 +87,18 @@ class Sketch:
         finally:
             self.surface.carrier = before
 
+    @contextmanager
+    def sensed(self, quantity: str, sign: float) -> Iterator[None]:
+        """What is drawn within is shown while a quantity has that sign, in a moving picture; always
+        where it is "".
+        """
+        before = self.surface.sense
+        self.surface.sense = (quantity, sign) if quantity else None
+        try:
+            yield
+        finally:
+            self.surface.sense = before
+
     # -- shapes -------------------------------------------------------------------------------
 
     def line(

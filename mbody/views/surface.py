@@ -52,6 +52,7 @@ class Surface(Protocol):
     """The four shapes of which every picture is made, in the units of the mechanism."""
 
     carrier: Carrier
+    sense: tuple[str, float] | None
 
     def line(self, points: Array, look: Look) -> None:
         """A line through points (n, 2); NaN interrupts it."""
@@ -72,6 +73,7 @@ class PaperSurface:
     def __init__(self, axes: Any) -> None:
         self.axes: Axes = axes
         self.carrier = GROUND_CARRIER
+        self.sense: tuple[str, float] | None = None
 
     def line(self, points: Array, look: Look) -> None:
         """A line through points."""

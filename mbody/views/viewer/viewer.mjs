@@ -157,7 +157,7 @@ function between(a, b, va, vb, h, f) {
 /** The shapes of one motion as SVG, in points of the paper; moved by transforms. */
 class Drawing {
   constructor(motion, layer, ghost, unit) {
-    Object.assign(this, { motion, unit, groups: [], stretched: [], strokes: [] });
+    Object.assign(this, { motion, unit, groups: [], stretched: [], strokes: [], sensed: [] });
     let last = null;
     for (const shape of motion.scene.shapes) {
       const carrier = motion.scene.carriers[shape.c];
@@ -169,6 +169,7 @@ class Drawing {
       drawn.setAttribute("vector-effect", "non-scaling-stroke");
       if (shape.n && !ghost) drawn.dataset.name = shape.n;
       this.strokes.push([drawn, shape.w, shape.d]);
+      if (shape.s) this.sensed.push([drawn, ...shape.s]);
       if (carrier.x) {
         layer.append(drawn);
         this.stretched.push([drawn, shape]);
@@ -201,6 +202,7 @@ class Drawing {
       const o = 5 * c, a = frames[o + 2], b = frames[o + 3];
       g.setAttribute("transform", `matrix(${a} ${b} ${-b} ${a} ${frames[o] / u} ${frames[o + 1] / u})`);
     }
+    for (const [drawn, quantity, sign] of this.sensed) drawn.style.display = sign * this.motion.value(quantity) > 0 ? "" : "none";
     for (const [drawn, shape] of this.stretched) {
       drawn.setAttribute("d", path(shape, (k) => this.motion.carried(shape.c, shape.p, k, 3), 3, u));
     }
@@ -337,6 +339,12 @@ const SWITCHES = [
 export class Viewer extends HTMLElement {
   /** What solves the model again while the user drags: set by the core for the browser, null where the motion is recorded. */
   live = null;
+
+  /** Attach what solves the model again; the page no longer says that it shows a recorded motion. */
+  attach(live) {
+    this.live = live;
+    if (this.recorded) this.recorded.hidden = Boolean(live);
+  }
 
   async connectedCallback() {
     if (this.shadowRoot) return;
@@ -584,7 +592,9 @@ export class Viewer extends HTMLElement {
     const { data, scene } = this.main, made = this.made, lines = [];
     const notes = el("ul", { class: "notes" });
     for (const text of [...(data.doubts ?? []).map((d) => `In doubt: ${d.message ?? d}`), ...(data.notes ?? []), ...(scene.notes ?? [])]) notes.append(el("li", {}, text));
-    notes.append(el("li", {}, `This page shows the recorded motion, ${this.main.count} instants; it does not solve the model again.`));
+    this.recorded = el("li", {}, `This page shows the recorded motion, ${this.main.count} instants; it does not solve the model again.`);
+    this.recorded.hidden = Boolean(this.live);
+    notes.append(this.recorded);
     lines.push(`${data.analysis} by mbody ${data.mbody}: ${data.status}.`);
     if (made.command) lines.push("Made by: ", el("code", {}, made.command));
     const about = el("details", {}, el("summary", {}, "How this was made"), el("p", {}, ...lines.flatMap((l) => [l, " "])));
