@@ -178,7 +178,7 @@ class Arena:
         words[1:5] = FORMAT, total, moved // 8, len(self.pointers)
         words[5:9] = table // 8, len(entries), about, len(manifest)
         memory[72:104] = np.frombuffer(bytes.fromhex(sources), dtype=np.uint8)
-        memory[first:table] = np.frombuffer(bytes(abouts), dtype=np.uint8)
+        memory[first:table] = np.frombuffer(bytes(texts), dtype=np.uint8)
         words[table // 8 : moved // 8] = np.ravel(entries) if entries else []
         words[moved // 8 : about // 8] = [place // 8 for place in self.pointers]
         memory[about : about + len(manifest)] = np.frombuffer(manifest, dtype=np.uint8)
