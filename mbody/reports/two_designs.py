@@ -43,10 +43,8 @@ def comparison(subject: Subject) -> list[Block]:
     ]
     efforts = [f"{driver.name}.effort" for driver in subject.mechanism.drivers[:2]]
     known = {joint.name for joint in other.mechanism.joints}
-    drawn = [
-        *(name for name in efforts if name.partition(".")[0] in _drivers(other)),
-        *(f"{name}.force" for name in greatest(subject)[:2] if name in known),
-    ]
+    drawn = [name for name in efforts if name.partition(".")[0] in _drivers(other)]
+    drawn += [f"{name}.force" for name in greatest(subject)[:2] if name in known]
     if subject.many and other.many and drawn and subject.loaded:
         labels = [subject.label or "this design", other.label or "other design"]
         figure = untitled(plot([subject.run, other.run], *drawn, labels=labels))
