@@ -87,6 +87,7 @@ def test_the_command_draws_positions(tmp_path, capsys, monkeypatch):
     assert (tmp_path / "b.svg").read_text("utf-8").count('id="link:crank"') == 2
     assert cli.main(["draw", "double_pendulum", "--to", "1", "--series", "-o", "c.png"]) == 0
     assert sorted(path.name for path in tmp_path.glob("c*")) == [f"c-{n}.png" for n in range(1, 6)]
+    assert cli.main(["draw", "simple_pendulum", "--to", "1", "--strip", "-o", "e.svg"]) == 0
     words = ["draw", "norton_fourbar", "--only", "crank,coupler", "-o", "d.svg"]
     assert cli.main(words) == 0
     assert 'id="link:rocker"' not in (tmp_path / "d.svg").read_text("utf-8")
