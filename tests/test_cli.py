@@ -46,7 +46,8 @@ def test_demo_prints_the_book_and_ours(capsys):
     assert cli.main(["demo"]) == 0
     text = capsys.readouterr().out
     book, _, sheet = text.partition("THE BOOK")[2].partition("With the exact masses")
-    assert sheet.splitlines()[-1].startswith("RESIDUALS   constraint")
+    assert sheet.splitlines()[-3].startswith("RESIDUALS   constraint")
+    assert sheet.splitlines()[-1].endswith("view norton_fourbar --open")
     assert "F12      -117.560   -107.459   159.272 @ 222.430°" in sheet
     assert "243.238" in sheet
     lines = book.splitlines()

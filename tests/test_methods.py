@@ -69,7 +69,7 @@ def even_steps(method, count, until, machine):
         run = simulate(system, until, start=start, method=method, step=h, instants=2)
         return np.array([run[name].angle[-1] for name in run])
     integration = Integration(system, start, Way(method, 0.1, 0.1))
-    integration._begin(0.0, *(start_of(system, start)), until)
+    integration.begin(0.0, *(start_of(system, start)), until)
     tolerances = integration.motion.tolerances.replaced(relative=1e6, absolute=1e6)
     integration.motion.tolerances = tolerances
     none, gained = np.empty(0), np.zeros((1, integration.causes))

@@ -4,6 +4,7 @@ import hashlib
 import re
 import sys
 from html.parser import HTMLParser
+from pathlib import Path
 from unittest import mock
 
 import numpy as np
@@ -164,9 +165,26 @@ def test_doubts_are_seen():
     assert made.status.startswith("doubtful") and "the energy grows" in made.html()
 
 
+def test_two_designs(tmp_path):
+    first, second = gallery.load("mud_pump"), gallery.load("mud_pump", {"p_d": "100 bar"})
+    made = report(first, ["comparison"], compare=second, labels=("150 bar", "100 bar"))
+    table = grids(made, "comparison")["Two designs"]
+    row = column(table, "quantity").index("peak torque of motor")
+    values = [float(column(table, title)[row]) for title in ("150 bar", "100 bar")]
+    for machine, value in zip((first, second), values, strict=True):
+        effort = kinetostatics(machine, turn=True).effort("motor")
+        assert value == pytest.approx(np.abs(effort).max(), rel=1e-5)
+    change = 100.0 * (values[1] - values[0]) / values[0]
+    assert float(column(table, "change")[row]) == pytest.approx(change, abs=0.06)
+    assert [one.name for one in made.document.pictures] == ["comparison"]
+    words = ["report", "mud_pump", "--compare", "p_d=100 bar", "--sections", "comparison"]
+    assert cli.main([*words, "-o", str(tmp_path / "a.html")]) == 0
+    assert "p_d=100 bar" in (tmp_path / "a.html").read_text("utf-8")
+
+
 def test_redundant_forces_are_marked():
     made = report(gallery.load("parallel_cranks"), ["mobility", "joints"])
-    assert "are redundant" in made.html() and "not unique" in made.html()
+    assert "1 redundant row (" in made.html() and "not unique" in made.html()
 
 
 def test_second_opinions_have_a_verdict():
@@ -332,3 +350,19 @@ def test_numbers_are_typeset():
         base, _, power = shown.partition("·10")
         lowered = power.translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789"))
         assert float(base) * 10.0 ** float(lowered or 0) == pytest.approx(value, rel=1e-5)
+
+
+# -- the page about reports -------------------------------------------------------------------
+
+
+def test_the_page_has_every_section_and_runs(tmp_path, monkeypatch):
+    text = (Path(__file__).parents[1] / "docs" / "reports.md").read_text("utf-8")
+    assert re.findall(r"^\| `(\w+)` \|", text, re.M) == list(SECTIONS)
+    table = re.search(r"```toml\n(.*?)```", text, re.DOTALL)[1]
+    machine = from_toml(gallery.path("mud_pump").read_text("utf-8") + table)
+    assert report_settings(machine).plots == ("motor.effort [kN*m]", "O.force [kN]")
+    assert report(machine, ["plots"]).document.pictures
+    monkeypatch.chdir(tmp_path)
+    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
+        exec(compile(block, "docs/reports.md", "exec"), {})
+    assert (tmp_path / "norton.html").exists()

@@ -7,8 +7,10 @@ import mbody
 from mbody import cli, gallery, kinetostatics
 from mbody.views import draw, plot
 from mbody.views.drawing import draw_series
+from mbody.views.free_bodies import force_peak
 from mbody.views.plotting import SEVERAL
 from mbody.views.polar import hodograph, path_plot, polar
+from tests.gallery_runs import run as asked
 from tests.picture_reader import artists, inside
 
 
@@ -85,6 +87,7 @@ def test_the_command_draws_positions(tmp_path, capsys, monkeypatch):
     assert (tmp_path / "b.svg").read_text("utf-8").count('id="link:crank"') == 2
     assert cli.main(["draw", "double_pendulum", "--to", "1", "--series", "-o", "c.png"]) == 0
     assert sorted(path.name for path in tmp_path.glob("c*")) == [f"c-{n}.png" for n in range(1, 6)]
+    assert cli.main(["draw", "simple_pendulum", "--to", "1", "--strip", "-o", "e.svg"]) == 0
     words = ["draw", "norton_fourbar", "--only", "crank,coupler", "-o", "d.svg"]
     assert cli.main(words) == 0
     assert 'id="link:rocker"' not in (tmp_path / "d.svg").read_text("utf-8")
@@ -178,3 +181,48 @@ def test_the_command_plots(tmp_path, monkeypatch):
     words = ["plot", "simple_pendulum", "pendulum.angle", "--to", "0.5", "-o", "b.svg"]
     assert cli.main(words) == 0
     assert 'id="curve:pendulum.angle"' in (tmp_path / "b.svg").read_text("utf-8")
+
+
+# -- what is read beside arrows ---------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", gallery.names())
+def test_labels_keep_off_arrows(name):
+    """As boxes of the drawn text against the lines of arrows, in sixty points of each."""
+    run = asked(name)
+    figure = draw(run, force_peak(run), True)
+    figure.canvas.draw()
+    renderer, axes = figure.canvas.get_renderer(), figure.axes[0]
+    drawn = {a.get_gid(): a for a in (*axes.patches, *axes.lines) if a.get_gid()}
+    heads = [gid for gid in drawn if gid.startswith("force:") and gid.endswith(".head")]
+    for gid in heads:
+        line = drawn[gid.removesuffix(".head")].get_xydata()
+        tail, tip = axes.transData.transform(np.vstack([line[0], drawn[gid].get_xy()[0]]))
+        points = [tail + p * (tip - tail) for p in np.linspace(0.0, 1.0, 60)]
+        for text in axes.texts:
+            box = text.get_window_extent(renderer)
+            covered = sum(box.x0 < x < box.x1 and box.y0 < y < box.y1 for x, y in points)
+            assert covered <= 3, (text.get_text(), gid, covered)
+
+
+def test_an_effort_against_the_motion_points_the_other_way(turn):
+    def sense(k, forces):
+        drawn = artists(draw(turn, k, forces))
+        points = drawn["driver:motor"].get_xydata() - drawn["pin:O2"].center
+        (x, y), (u, v) = points[:-1].T, points[1:].T
+        return np.sign((x * v - y * u).sum())
+
+    effort = turn.effort("motor")
+    against, along = int(np.argmin(effort)), int(np.argmax(effort))
+    assert effort[against] < 0.0 < effort[along] and turn["crank"].omega[against] > 0.0
+    assert (sense(against, False), sense(against, True)) == (1.0, -1.0)
+    assert (sense(along, False), sense(along, True)) == (1.0, 1.0)
+
+
+def test_events_are_named_at_their_instant():
+    run = mbody.simulate(gallery.load("bouncing_ball"), 1.0)
+    event = run.events[0]
+    k = int(np.argmin(np.abs(run.t - event.t)))
+    for instant, shown in ((k, True), (k + 3, False)):
+        texts = [text.get_text() for text in draw(run, instant).axes[0].texts]
+        assert any(event.name in text and "t = " in text for text in texts) == shown

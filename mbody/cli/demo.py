@@ -29,7 +29,23 @@ def demo(args: Any = None) -> int:
     print(*_comparison(kinetostatics(load("norton_fourbar_printed"))), "", sep="\n")
     print("With the exact masses, weight by g = 386 in/s²:\n")
     print(kinetostatics(load("norton_fourbar")))
+    print(f"\nSee it move, in a browser:  {_command()} view norton_fourbar --open")
     return 0
+
+
+def _command() -> str:
+    """How this command is called here."""
+    import shutil
+    import sys
+    from pathlib import Path
+
+    if shutil.which("mbody"):
+        return "mbody"
+    beside = Path(sys.executable).parent / "mbody"
+    if not beside.exists():
+        return f"{sys.executable} -m mbody"
+    here = Path.cwd()
+    return str(beside.relative_to(here) if beside.is_relative_to(here) else beside)
 
 
 def _comparison(run: Solution) -> list[str]:

@@ -88,7 +88,8 @@ def _instants(args: Any, run: Solution, count: int | None) -> list[int]:
     last = len(run) - 1
     # after a whole turn the first position comes again; of a motion the last is in full
     steps = [round(n * last / (count if turn else max(count - 1, 1))) for n in range(count)]
-    return list(dict.fromkeys(steps if turn else steps[::-1]))
+    forward = turn or args.strip or args.series
+    return list(dict.fromkeys(steps if forward else steps[::-1]))
 
 
 def _series(args: Any, run: Solution, instants: list[int], shown: Any) -> int:

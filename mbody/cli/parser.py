@@ -228,6 +228,7 @@ def _report(command: argparse.ArgumentParser) -> None:
         ("plot", "QUANTITY", "what is plotted; by default efforts, forces and measures"),
         ("polar", "JOINTS", "whose forces are drawn as vectors"),
         ("against", "ENGINES", "of the second opinion; by default all that are installed"),
+        ("compare", "NAME=VALUE", "another design, beside this one, as of --set"),
     ):
         command.add_argument(f"--{option}", action="append", default=[], metavar=names, help=text)
     command.add_argument("--title", metavar="TEXT", help="of the document")

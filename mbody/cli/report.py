@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from argparse import Namespace
 from typing import Any
 
 from mbody.cli.analyse import exit_status, question
@@ -24,6 +25,11 @@ def report(args: Any) -> int:
     if args.to is not None and (args.at or args.over):
         raise UsageError("--to follows the free motion, --at and --over are driven: give one")
     mechanism = model_of(args)
+    other = None
+    if args.compare:
+        changed = {one.partition("=")[0].strip() for one in args.compare}
+        kept = [one for one in args.set if one.partition("=")[0].strip() not in changed]
+        other = model_of(Namespace(model=args.model, set=kept + args.compare, units=args.units))
     wanted = question(args, mechanism.ask)
     against = named_bodies(args.against)
     found = made(
@@ -36,6 +42,8 @@ def report(args: Any) -> int:
         plots=args.plot,
         polar=named_bodies(args.polar) or (),
         against=against,
+        compare=other,
+        labels=_labels(args),
         command=_command(args),
     )
     files = found.save(output)
@@ -48,10 +56,15 @@ def report(args: Any) -> int:
     return exit_status(found, shown=False)
 
 
+def _labels(args: Any) -> tuple[str, str]:
+    """What two designs are called."""
+    return ", ".join(args.set) or "as given", ", ".join(args.compare)
+
+
 def _command(args: Any) -> str:
     """The command that makes the same report."""
     words = ["mbody", "report", args.model]
-    for option in ("set", "at", "sections", "without", "plot", "polar", "against"):
+    for option in ("set", "at", "sections", "without", "plot", "polar", "against", "compare"):
         words += [word for value in getattr(args, option) for word in (f"--{option}", value)]
     for option in ("units", "over", "instants", "to", "title"):
         if getattr(args, option) is not None:

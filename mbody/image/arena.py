@@ -167,23 +167,21 @@ class Arena:
         ]
         table = first + len(texts)
         moved = table + 40 * len(entries)
-        told = moved + 8 * len(self.pointers)
-        total = told + len(manifest) + -len(manifest) % 8
+        about = moved + 8 * len(self.pointers)
+        total = about + len(manifest) + -len(manifest) % 8
         memory = np.zeros(total, dtype=np.uint8)
         for place, array in self.parts:
             flat = np.ascontiguousarray(array).reshape(-1).view(np.uint8)
             memory[place : place + array.nbytes] = flat
         words = memory.view(np.int64)
         memory[:8] = np.frombuffer(MAGIC, dtype=np.uint8)
-        words[1:9] = (
-            *(FORMAT, total, moved // 8, len(self.pointers), table // 8, len(entries)),
-            *(told, len(manifest)),
-        )
+        words[1:5] = FORMAT, total, moved // 8, len(self.pointers)
+        words[5:9] = table // 8, len(entries), about, len(manifest)
         memory[72:104] = np.frombuffer(bytes.fromhex(sources), dtype=np.uint8)
         memory[first:table] = np.frombuffer(bytes(texts), dtype=np.uint8)
         words[table // 8 : moved // 8] = np.ravel(entries) if entries else []
-        words[moved // 8 : told // 8] = [place // 8 for place in self.pointers]
-        memory[told : told + len(manifest)] = np.frombuffer(manifest, dtype=np.uint8)
+        words[moved // 8 : about // 8] = [place // 8 for place in self.pointers]
+        memory[about : about + len(manifest)] = np.frombuffer(manifest, dtype=np.uint8)
         words[CHECKSUM] = checksum(memory.view(np.uint64)).view(np.int64)
         return memory.tobytes()
 

@@ -59,10 +59,8 @@ def enter_driven(
     arena.call("numbers.driven", "set_numbers", numbers, system.layout, work)
     tolerance = float(rounding(system, work.q[:, 0]))
     given = np.full(drivers, np.nan)
-    at = arena.call(
-        *("close", "close_at", system.layout, work, float(grid.t[0]), given),
-        *(start.regularization, tolerance),
-    )
+    where = float(grid.t[0]), given, start.regularization, tolerance
+    at = arena.call("close", "close_at", system.layout, work, *where)
     arena.word("driven.q", arena.place(work, "q"), system.coordinates)
     arena.word("close.t", at["t"])
     arena.array("close.given", given)
@@ -136,10 +134,8 @@ def _enter_path(
     arena.call(name, "follow", system.layout, start.work, path, found)
     measures = np.zeros((count, len(programs.measured.names)))
     program = programs.measured.program
-    arena.call(
-        f"{name}.measures",
-        *("measures", program, programs.numbers, path.t, found.output, measures),
-    )
+    values = program, programs.numbers, path.t, found.output, measures
+    arena.call(f"{name}.measures", "measures", *values)
     for key in ("s", "t", "given", "chords"):
         arena.array(f"{name}.{key}", getattr(path, key))
     for key in ("output", "progress", "nearest", "passed"):

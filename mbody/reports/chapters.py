@@ -14,6 +14,7 @@ from mbody.reports.described import inputs, method, mobility, sketch
 from mbody.reports.evidence import checks, opinions, references, repeat
 from mbody.reports.figures import freebody, plots, polar
 from mbody.reports.peaks import joints, links, loads, summary
+from mbody.reports.two_designs import comparison
 
 if TYPE_CHECKING:
     from mbody.reports.subject import Subject
@@ -23,6 +24,7 @@ __all__ = ["SECTIONS", "check_sections", "document"]
 #: Every section by the name by which it is chosen: its title, and what makes it.
 SECTIONS: dict[str, tuple[str, Callable[[Subject], list[Block]]]] = {
     "summary": ("Summary", summary),
+    "comparison": ("Two designs", comparison),
     "sketch": ("Mechanism", sketch),
     "inputs": ("Inputs", inputs),
     "method": ("Assumptions and method", method),

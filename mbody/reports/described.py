@@ -289,8 +289,8 @@ def mobility(subject: Subject) -> list[Block]:
         blocks.append(
             Notice(
                 "note",
-                f"{redundant} rows are redundant ({names}): the forces that they share are not "
-                "unique. Tables mark those that are not.",
+                f"{many(redundant, 'redundant row')} ({names}): the forces that these share are "
+                "not unique. Tables mark those that are not.",
             )
         )
     elif redundant == 0:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -67,7 +67,8 @@ def untitled(figure: Figure) -> Figure:
         axes.set_position((box.x0, ratio * box.y0, box.width, ratio * box.height))
     for text in figure.texts:
         text.set_y(ratio * text.get_position()[1])
-    for line in figure.lines:
+    drawn: list[Any] = [*figure.lines, *figure.artists]
+    for line in drawn:  # those of the legend
         line.set_ydata(ratio * np.asarray(line.get_ydata()))
     figure.set_size_inches(wide, tall - TITLE)
     return figure

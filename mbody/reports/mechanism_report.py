@@ -164,6 +164,8 @@ def report(
     plots: Sequence[str] = (),
     polar: Sequence[str] = (),
     against: str | Sequence[str] | None = None,
+    compare: Mechanism | Solution | None = None,
+    labels: Sequence[str] = ("this design", "other design"),
     command: str = "",
 ) -> MechanismReport:
     """The engineer's document of a mechanism: sketch, inputs, method, forces, checks, and more.
@@ -191,6 +193,10 @@ def report(
         Quantities that are plotted, and joints whose forces are drawn as vectors.
     against : str or list of str, optional
         Engines of the second opinion, as of `crosscheck`.
+    compare : Mechanism or Solution, optional
+        Another design, which is analysed as this one; a chapter compares both.
+    labels : pair of str
+        What the two designs are called there.
     command : str
         That repeats the report.
 
@@ -214,18 +220,11 @@ def report(
     ['Joints', 'Checks']
     """
     mechanism = model.mechanism if isinstance(model, Solution) else model
-    if not isinstance(mechanism, Mechanism):
-        raise ModelError(
-            f"a report is of a mechanism or of what an analysis found, not of {brief(model)}"
-        )
-    own = report_settings(mechanism) or ReportSettings()
+    kept = report_settings(mechanism) if isinstance(mechanism, Mechanism) else None
+    own = kept or ReportSettings()
     chosen = check_sections(sections or own.sections or tuple(SECTIONS))
     left_out = check_sections(without or (() if sections else own.without))
-    if isinstance(model, Solution):
-        check_forces(model, "reports")
-        run, marked = model, [force_peak(model)]
-    else:
-        run, marked = run_of(mechanism, at, to)
+    run, marked = _analysed(model, at, to)
     if instants:
         marked = [whole_instant(run, k) for k in instants]
     subject = Subject(
@@ -237,8 +236,27 @@ def report(
         against=against,
         command=command,
     )
+    if compare is not None:
+        second, at_second = _analysed(compare, at, to)
+        described = compare.mechanism if isinstance(compare, Solution) else compare
+        subject.label, other = labels
+        subject.other = Subject(second, at_second, described, label=other)
     for name in subject.plots:
         curve_of(run, name)  # refused before anything is drawn
     names = [name for name in chosen if name not in left_out]
     made = document(subject, names, title or own.title, author or own.author)
     return MechanismReport(made, run)
+
+
+def _analysed(
+    model: Mechanism | Solution, at: Instants | None, to: Any
+) -> tuple[Solution, list[int]]:
+    """The result of a design, and the instants at which its links are drawn alone."""
+    if isinstance(model, Solution):
+        check_forces(model, "reports")
+        return model, [force_peak(model)]
+    if not isinstance(model, Mechanism):
+        raise ModelError(
+            f"a report is of a mechanism or of what an analysis found, not of {brief(model)}"
+        )
+    return run_of(model, at, to)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,9 +13,6 @@ from mbody.reports.subject import Subject, book
 from mbody.sheets.names import ROUNDING, remark, swiftness
 from mbody.sheets.text_table import angles, number, numbers
 from mbody.solution.measures import found_by, measured
-
-if TYPE_CHECKING:
-    from mbody.solution.histories import Reaction
 
 __all__ = ["joints", "links", "loads", "summary"]
 
@@ -176,15 +173,11 @@ def joints(subject: Subject) -> list[Block]:
     ]
     if (np.abs(torque) > turning).any():
         columns.append(Cells("peak torque", numbers(torque, turning), subject.unit("torque")))
-    columns.append(Cells("", [_unique(r) for *_, r in found], text=True))
+    columns.append(Cells("uniqueness", [remark(r) for *_, r in found], text=True))
     blocks: list[Block] = [Grid("Forces of the joints", columns)]
     if (np.abs(torque) > turning).any():
         blocks.append(Text("Torques are about the joint's place on its body j."))
     return blocks
-
-
-def _unique(reaction: Reaction) -> str:
-    return remark(reaction)
 
 
 def loads(subject: Subject) -> list[Block]:

@@ -45,6 +45,8 @@ Array = np.ndarray
 NAMED = 24
 #: How strong the nearest of the other instants are.
 FADED = 0.45
+#: How much worse a label is on an arrow than on another line.
+ARROW = 8.0
 #: How large a drawing is in a strip, as a part of one alone.
 CELL = 0.6
 
@@ -107,7 +109,7 @@ def draw(
     one_design(run, "a picture is of one design")
     several = isinstance(instant, (Sequence, np.ndarray)) and not isinstance(instant, str)
     instants: list[Any] = list(instant) if several else [instant]  # type: ignore[arg-type]
-    poses = [Pose(run, one) for one in instants]
+    poses = [_posed(run, one, forces) for one in instants]
     if not poses:
         raise ModelError(f"a picture needs an instant, 0 to {len(run) - 1}: give at least one")
     shown = Shown(run.mechanism, (only,) if isinstance(only, str) else only)
@@ -149,7 +151,7 @@ def draw_series(
     True
     """
     one_design(run, "a picture is of one design")
-    poses, tracks = [Pose(run, k) for k in instants], _paths(run, paths)
+    poses, tracks = [_posed(run, k, forces) for k in instants], _paths(run, paths)
     shown, sketches, arrows = Shown(run.mechanism, only), [], None
     with styled():
         scale = _scale(poses, shown, list(tracks.values()), 1.0)
@@ -214,6 +216,19 @@ class Shown:
         return found
 
 
+class LoadedPose(Pose):
+    """An instant that is drawn with its forces: a driver's arrow is the way that its effort acts,
+    which may be against its motion.
+    """
+
+    def rate(self, driver: str) -> float:
+        """The effort of a driver; where it has none the rate."""
+        effort, floor = float(self.run.effort(driver)[self.k]), force_floor(self.run)
+        angular = self.mechanism[driver].angular  # type: ignore[attr-defined]  # a driver
+        floor *= self.system.length if angular else 1.0
+        return effort if abs(effort) > floor else super().rate(driver)
+
+
 class Faded(Sketch):
     """A sketch of another instant: links, pins and symbols, without ground and labels."""
 
@@ -228,6 +243,11 @@ class Faded(Sketch):
 
     def write(self) -> None:
         """None: labels are of the instant in full."""
+
+
+def _posed(run: Solution, instant: int, forces: bool) -> Pose:
+    """An instant, with its forces where they are drawn and there are any."""
+    return LoadedPose(run, instant) if forces and run.has_forces else Pose(run, instant)
 
 
 def _faded(sketch: Sketch, pose: Pose, shown: Shown, part: float) -> None:
@@ -409,6 +429,14 @@ def _arrows(
     scale = SIZE["arrow"] * sketch.unit / greatest
     unit = sketch.pose.mechanism.units.of("force")
     for (name, place, vector, color, _), size in zip(shown, sizes, strict=True):
-        text = f"{symbolic(name)} = {rounded_number(size)} {unit}"
+        # of very many the arrows alone can be read
+        text = (
+            f"{symbolic(name)} = {rounded_number(size)} {unit}" if len(shown) <= 2 * NAMED else ""
+        )
         force_arrow(sketch, name, place, vector, color, text, scale)
+    # a label on an arrow could be read as its name
+    for line in sketch.axes.lines:
+        if str(line.get_gid()).startswith("force:"):
+            ends = np.asarray(line.get_xydata())[[0, -1]]
+            sketch.places.stroke(ends, 1.5 * sketch.unit, ARROW)
     return scale, greatest, FORCE if forces else LOAD

@@ -16,6 +16,7 @@ from mbody.views.style import INK, LOAD, SIZE, SOFT, Z
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from mbody.views.pose import Pose
     from mbody.views.sketch import Sketch
 
 __all__ = ["captions", "framed", "key_row", "nice", "rounded_number"]
@@ -103,8 +104,15 @@ def _title(sketch: Sketch) -> list[tuple[str, float, str]]:
             length = pose.mechanism.units.of("length")
             values.append(f"{driver.name} at {rounded_number(value)} {length}")
     values.append(f"t = {rounded_number(pose.t)} {pose.mechanism.units.of('time')}")
+    near = [one.name for one in pose.run.events if _nearest(pose, one.t)]
+    values += list(dict.fromkeys(near))[:3]
     lines = [(name, SIZE["title"], INK) for name in names]
     return [*lines, (", ".join(values).replace("$", r"\$"), 0.9 * SIZE["text"], SOFT)]
+
+
+def _nearest(pose: Pose, t: float) -> bool:
+    """Whether no other instant of the run is nearer to a time, as that of an event."""
+    return len(pose.run) > 1 and int(np.argmin(np.abs(pose.run.t - t))) == pose.k
 
 
 def captions(sketch: Sketch) -> tuple[str, str]:

@@ -37,6 +37,8 @@ LEFT, BELOW, ABOVE, BETWEEN, RIGHT = 0.85, 0.55, 0.62, 0.22, 0.2
 
 #: Results that have a curve each; more are a band.
 SEVERAL = 6
+#: Part of its size by which a constant may differ.
+STEADY = 1e-8
 #: A quantity with its unit in brackets.
 _UNIT = re.compile(r"(.+?)\s*\[([^\[\]]+)\]")
 
@@ -358,6 +360,7 @@ def _panel(axes: Axes, curves: Sequence[PlottedCurve], x: Array, high: float, lo
             axes.fill_between(own, *curve.band, color=color, alpha=0.2, lw=0.0, gid=gid)
         gid = f"curve:{curve.of}:{curve.name}" if curve.of else f"curve:{curve.name}"
         axes.plot(own, curve.values, color=color, ls=dashes, lw=1.6, gid=gid)
+    _steady(axes, curves)
     if "x" in log:
         axes.set_xscale("log")
     if "y" in log:
@@ -383,6 +386,15 @@ def _panel(axes: Axes, curves: Sequence[PlottedCurve], x: Array, high: float, lo
         what = _name(", ".join(curve.name for curve in curves), int(11 * high))
     axes.set_ylabel(f"{what}{unit}".strip(), color=INK)
     _names(axes, curves, high)
+
+
+def _steady(axes: Axes, curves: Sequence[PlottedCurve]) -> None:
+    """Limits around values that are constant but for rounding, which would fill the panel."""
+    values = np.concatenate([curve.values for curve in curves])
+    values = values[np.isfinite(values)]
+    size = float(np.abs(values).max(initial=0.0))
+    if values.size and size and float(np.ptp(values)) < STEADY * size:
+        axes.set_ylim(*sorted((0.0, 1.25 * float(values[0]))))
 
 
 def _names(axes: Axes, curves: Sequence[PlottedCurve], high: float) -> None:

@@ -21,10 +21,8 @@ from mbody.quantities.units import DIMENSIONS, UNIT_SYSTEMS, dimension_of
 __all__ = ["Used", "everything", "json_schema", "model", "used_by"]
 
 
-TABLES = (
-    *("parameters", "bodies", *SECTIONS, "measures", "solve", "gravity", "ask", "simulate"),
-    "report",
-)
+STUDIES = ("measures", "solve", "gravity", "ask", "simulate", "report")
+TABLES = ("parameters", "bodies", *SECTIONS, *STUDIES)
 
 
 @dataclasses.dataclass(frozen=True)
