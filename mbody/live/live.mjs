@@ -31,6 +31,7 @@ const STYLE = `
 .live input[type="range"] { width: 100%; min-width: 0; accent-color: var(--strong); }
 .live input[type="number"] { font: inherit; width: 100%; min-width: 0; color: var(--text); background: var(--panel); border: 1px solid var(--line); border-radius: 5px; padding: 0.1rem 0.3rem; }
 .live .drives { display: grid; gap: 0.2rem; max-width: 44rem; }
+.live .table h2 { margin-top: 0.6rem; }
 .live .why { font-size: 0.88rem; color: var(--soft); margin: 0.2rem 0; padding-left: 1.1rem; }
 .live td.num, .live th.num { text-align: right; }
 .stage svg .can { cursor: pointer; }
@@ -221,7 +222,7 @@ class LiveMotion extends Motion {
       for (let k = 0; k < this.count; k++) to[k] = found.pages[k * rows + from];
     }
     if (this.x !== this.t) {
-      if (drive) { const value = this.solver.column(found, `${drive}.value`); for (let k = 0; k < this.count; k++) this.x[k] = value[k] * this.solver.axisFactor; } else for (let k = 0; k < this.count; k++) this.x[k] = k + 1;
+      if (drive) { const value = this.solver.column(found, `${drive}.value`); for (let k = 0; k < this.count; k++) this.x[k] = Math.abs(value[k]) < 1e-12 ? 0 : value[k] * this.solver.axisFactor; } else for (let k = 0; k < this.count; k++) this.x[k] = k + 1;
     }
     for (const [name, q] of this.kept) if (q) q.set(this.#compute(name, found));
   }
@@ -284,7 +285,9 @@ class LiveMotion extends Motion {
     if (!this.here) return super.value2(q);
     if (q === this.x) return this.here.x;
     if (q === this.t) return this.here.t;
-    return this.names.has(q) ? this.#now(this.names.get(q)) : super.value2(q);
+    if (this.names.has(q)) return this.#now(this.names.get(q));
+    const at = this.find(this.here.x), k = Math.floor(at), f = at - k; // where contacts are, as recorded
+    return f && k + 1 < q.length ? q[k] + f * (q[k + 1] - q[k]) : q[k];
   }
 }
 
@@ -534,7 +537,7 @@ class Solver {
     this.drive = null;
     this.shapes?.follow(model, this.motion);
     this.#signs();
-    for (const one of this.viewer.arrows) if (one.places) one.places = null;
+    this.#contacts();
     if (keep) this.guarded(() => this.to(keep));
     this.viewer.renew(this.#grown());
     if (!this.viewer.on.ghosts && !fresh) this.viewer.toggle("ghosts");
@@ -558,6 +561,18 @@ class Solver {
     const grown = [0, 1].some((i) => low[i] < box.low[i] - room || high[i] > box.high[i] + room);
     if (grown) for (const i of [0, 1]) { box.low[i] = Math.min(box.low[i], low[i]); box.high[i] = Math.max(box.high[i], high[i]); }
     return grown;
+  }
+  /** Places of contacts are recorded: with other lengths their forces have no arrows. */
+  #contacts() {
+    const lengths = this.part.numbers.some((one) => one.now !== one.value && Object.keys(one.factors).some((name) => this.moving.has(name)));
+    let hidden = false;
+    for (const one of this.viewer.arrows) {
+      if (!one.places) continue;
+      one.own ??= one.x;
+      one.x = lengths ? null : one.own;
+      hidden ||= lengths;
+    }
+    if (hidden && !this.message.textContent) this.say("Where lengths have changed, forces of contacts have no arrows; diagrams have them.");
   }
   /** Arrows of drivers that turn the other way now are not shown. */
   #signs() {
@@ -633,9 +648,11 @@ class Solver {
   begin() {
     const { viewer, part, content } = this;
     viewer.shadowRoot.append(el("style", {}, STYLE));
-    viewer.on.ghosts = false;
-    viewer.switches.ghosts?.setAttribute("aria-pressed", "false");
-    if (viewer.switches.ghosts && content.others.length === 1) viewer.switches.ghosts.textContent = "Recorded";
+    if (content.others.length === 1) { // the recorded motion alone, which is the same as yet
+      viewer.on.ghosts = false;
+      viewer.switches.ghosts.setAttribute("aria-pressed", "false");
+      viewer.switches.ghosts.textContent = "Recorded";
+    }
     this.message = el("p", { class: "message", role: "status", "aria-live": "polite" });
     const panel = el("section", { class: "live", "aria-label": "live" }, el("h2", {}, "Change it"));
     const can = this.drives.length ? "Drag a link or a pin in the picture, or use the sliders: position and forces are solved again as you go."
@@ -693,7 +710,7 @@ class Solver {
       one.now = one.value;
       const names = Object.keys(one.factors);
       if (one.why) { for (const name of names) fixed.set(name, one.why); continue; }
-      if (["lengths and places", "parameters", "drivers"].includes(one.group)) names.forEach((name) => this.moving.add(name));
+      if (one.moves) names.forEach((name) => this.moving.add(name));
       const row = this.#row(one, names.join(", "));
       if (one.value === 0 && one.group !== "loads") zeros.push(row);
       else groups.set(one.group, [...(groups.get(one.group) ?? []), row]);
@@ -772,7 +789,8 @@ class Solver {
     this.started = false;
     this.changed = false;
     if (Object.keys(given).length) { this.motion.fill(this.motion.found); this.viewer.renew(); }
-    if (this.viewer.on.ghosts) this.viewer.toggle("ghosts");
+    if (this.viewer.on.ghosts && this.content.others.length === 1) this.viewer.toggle("ghosts");
+    this.#contacts();
     this.peakBox.hidden = true;
     this.viewer.goTo(0);
     this.#showDrives();

@@ -90,6 +90,7 @@ def live_part(run: Solution) -> dict[str, Any]:
                 "unit": one.unit or _unit(image.manifest, one.factors),
                 "group": _group(system, next(iter(one.factors))),
                 "why": next((unmoved[name] for name in one.factors if name in unmoved), ""),
+                "moves": any(_shapes(system, name) for name in one.factors),
                 "sign": _sign(changeable, one.factors),
             }
             for one in text.numbers
