@@ -70,7 +70,13 @@ def runs():
         "pump": mbody.kinetostatics(gallery.load("mud_pump_sixbar"), turn=True, instants=720),
         **{
             name: motion(gallery.load(name))
-            for name in ("norton_fourbar", "free_fourbar", "slider_crank", "peaucellier")
+            for name in (
+                "norton_fourbar",
+                "free_fourbar",
+                "slider_crank",
+                "peaucellier",
+                "quick_return",
+            )
         },
     }
 
@@ -184,6 +190,18 @@ def test_a_dragged_crank_has_the_forces_of_mbody(page, runs):
     # a pixel of the screen is half a degree of this crank
     assert np.degrees(values) == pytest.approx(range(15, 91, 15), abs=1.5)
     assert browser.read("mbody.viewer.live.message.textContent") == ""
+
+
+@marked
+def test_loads_that_follow_time_are_those_of_the_instant(page, runs):
+    """The force on the ram of the shaper goes by time: a dragged crank takes that of its angle."""
+    browser, run = page("quick_return"), runs["quick_return"]
+    effort, value = run.effort("motor"), run.driven("motor")[0]
+    assert np.ptp(run.load("cutting").force) > 0.0
+    for k in (40, 120, 200, 310):
+        browser.read(f"mbody.viewer.live.walk({{motor: {float(value[k])!r}}})")
+        there = browser.read("mbody.viewer.main.value('motor.effort')")
+        assert abs(there - effort[k]) <= CLOSE * np.abs(effort).max()
 
 
 @marked

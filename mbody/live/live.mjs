@@ -401,7 +401,7 @@ class Solver {
     while (high - low > 1) { const middle = (low + high) >> 1; if (up ? value[middle] <= wanted : value[middle] >= wanted) low = middle; else high = middle; }
     const part = value[high] === value[low] ? 0 : clamp((wanted - value[low]) / (value[high] - value[low]), 0, 1);
     for (const [key, to] of [["rate", rate], ["acceleration", acceleration]]) { const q = this.column(found, `${name}.${key}`); to[name] = q[low] === q[high] ? q[low] : q[low] + part * (q[high] - q[low]); }
-    return { rate, acceleration };
+    return { rate, acceleration, t: found.t[low] + part * (found.t[high] - found.t[low]) };
   }
   #axis(drive, t) {
     if (!this.axisDriver) return this.motion.x === this.motion.t ? t : this.motion.value2(this.motion.x);

@@ -264,16 +264,17 @@ export class Model {
   /**
    * Move drivers to these values along the branch, with all forces there; the mechanism stays there.
    * @param {Object<string, number>} drive  values by driver
-   * @param {{rate?: Object<string, number>, acceleration?: Object<string, number>}} [motion]  of the drivers there; 0 where none is given
+   * @param {{rate?: Object<string, number>, acceleration?: Object<string, number>, t?: number}} [motion]  of the drivers there, 0 where none is given; the time of loads
    * @returns {Motion}  of one instant
    */
-  step(drive, { rate = {}, acceleration = {} } = {}) {
+  step(drive, { rate = {}, acceleration = {}, t } = {}) {
     this._needs("step");
     this._knows(drive, rate, acceleration);
     const names = this.manifest.drivers, there = { ...this._drive, ...drive };
     const before = this._array("driven.q").slice();
     if (!this._closed || names.some((name) => !(name in this._drive))) this.close({ drive: there });
     const [first, last] = [names.map((name) => this._drive[name]), names.map((name) => there[name])];
+    if (t !== undefined) this._array("step.t").fill(t);
     const given = this._array("step.given"); // (2, drivers, 3): value, rate, acceleration
     names.forEach((name, n) => {
       given.set([first[n], rate[name] ?? 0, acceleration[name] ?? 0], 3 * n);
