@@ -12,7 +12,7 @@ from mbody.analysis.driven.driver_range import driver_range
 from mbody.analysis.driven.kinetostatics import kinetostatics
 from mbody.analysis.driven.requests import analyse_at
 from mbody.analysis.dynamics.simulate import simulate
-from mbody.errors import ModelError, SolveError, remedy
+from mbody.errors import ModelError, SolveError
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
 from mbody.model.study import Instants
@@ -65,7 +65,7 @@ def motion(
             unit = mechanism.units.of("time")
             raise ModelError(
                 f"the last time of a motion must be positive and finite, not {last:g} {unit}: "
-                + remedy(python="give a later one", command="give --to another TIME")
+                "give a later one"
             )
         try:
             return kinetostatics(mechanism, t=np.linspace(0.0, last, 2 * SMOOTH - 1))
