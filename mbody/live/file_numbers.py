@@ -55,7 +55,9 @@ class FileNumber:
 
 @dataclass
 class CutFile:
-    """The text of a model file, cut at its numbers: text, number, text, …, text."""
+    """The text of a model file, cut at its numbers: text, number, text, …, text; empty where that
+    text would not give the model.
+    """
 
     parts: list[str] = field(default_factory=list)
     numbers: list[FileNumber] = field(default_factory=list)
@@ -215,7 +217,7 @@ def _cut(tree: Any, found: dict[Path, dict[str, float]]) -> CutFile:
         for part, number in itertools.zip_longest(cut.parts, cut.numbers)
     )
     if _values(tomllib.loads(whole), {}) != _values(tree, {}):
-        raise ModelError("the text of the model does not give the model again")
+        return CutFile()  # rather no numbers than others
     return cut
 
 
