@@ -31,10 +31,9 @@ Array = np.ndarray
 
 
 #: Shapes that have dimensions of the mechanism; others are signs, which go with a place.
-MEASURED = (
-    *("link:", "wheel:", "cam:", "base:", "roller:", "face:", "rail:", "road:", "rack:", "pulley:"),
-    *("belt:", "rope:", "cylinder:", "rod:", "piston:", "stem:", "block:", "cg:", "edge:"),
-)
+SOLID = ("link:", "wheel:", "cam:", "base:", "roller:", "face:", "rail:", "road:", "rack:")
+JOINED = ("pulley:", "belt:", "rope:", "cylinder:", "rod:", "piston:", "stem:", "block:")
+MEASURED = (*SOLID, *JOINED, "cg:", "edge:")
 #: The greatest extent of a sign, in points of the paper.
 SMALL = 70.0
 #: Hatching about a wheel leans less where the wheel is larger: this part is not followed.
@@ -346,10 +345,8 @@ class _Follower(Anchors):
             return {}
         found: dict[str, str] = {}
         everything = range(len(self.base.record.shapes))
-        tested = [
-            *((name, loose) for name in self.steps),
-            *((name, everything) for name in self.turns),
-        ]
+        tested: list[tuple[str, Sequence[int]]] = [(name, loose) for name in self.steps]
+        tested += [(name, everything) for name in self.turns]
         for name, moves in tested:
             step = self.steps.get(name) or self.turns[name]
             try:
