@@ -59,7 +59,7 @@ errors: .venv/installed-dev
 counts: .venv/installed-dev
 	$(BIN)/python -m tests.work_counts
 
-# The pictures of the gallery, docs/pictures, and the table of them in the README.
+# The pictures of the README, docs/pictures: a film, a free-body diagram, the gallery with its table.
 pictures: .venv/installed-dev
 	$(BIN)/python -m tests.pictures
 
@@ -71,12 +71,14 @@ bench-full: .venv/installed-bench
 	$(BIN)/python -m benchmarks --save --page
 
 # Wheels in dist/: one with libraries for Linux on x86-64, and one without any; the core for
-# browsers is in both.
+# browsers and the binaries of co-simulation units are in both.
 LEVELS := x86-64-v3 x86-64-v2 x86-64-v4
+UNITS := x86-64-v2 aarch64 windows macos
 wheel: .venv/installed-dev
 	$(PIP) --editable ".[wheel]"
 	rm -rf mbody/core_libraries dist
 	$(BIN)/mbody compile $(addprefix --target ,$(LEVELS) wasm32) -o mbody/core_libraries
+	$(BIN)/mbody compile --fmu $(addprefix --target ,$(UNITS)) -o mbody/core_libraries
 	MBODY_WHEEL=manylinux_2_17_x86_64 $(BIN)/python -m build --wheel
 	$(BIN)/python -m build --wheel
 	rm -rf mbody/core_libraries

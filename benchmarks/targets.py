@@ -196,6 +196,16 @@ def goals() -> list[Goal]:
         ),
         *both,
         *linear,
+        Goal(
+            "a step of 1 ms of the four-bar",
+            15,
+            False,
+            " µs",
+            median("free_fourbar, one step", 1e-6),
+        ),
+        Goal(
+            "a period of 1 ms with a PID in Python", 20, False, " µs", median("PID at 1 kHz", 1e-6)
+        ),
         Goal("hub of 1000 by chain of 1000, time", 3, False, "×", hub_by_chain),
         Goal("hub of 1000 by chain of 1000, memory", 3, False, "×", hub_memory),
         Goal("memory a body, chain of 10 000 by 1000", 1.2, False, "×", chain_memory),

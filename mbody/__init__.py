@@ -7,7 +7,7 @@
 10.0
 
 These names are for every user, with the folders `mbody.laws`, `mbody.makers`, `mbody.gallery`,
-`mbody.engineering`, `mbody.sweeps` and `mbody.testing`.
+`mbody.engineering`, `mbody.envs`, `mbody.sweeps` and `mbody.testing`.
 """
 
 from __future__ import annotations
@@ -15,8 +15,7 @@ from __future__ import annotations
 import importlib
 
 from mbody._version import __version__ as __version__
-from mbody.core import registered
-from mbody.solution import presentation
+from mbody.core import presentation, registered
 
 #: As that of `typing`, which takes time to load.
 TYPE_CHECKING = False
@@ -25,6 +24,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from mbody import engineering as engineering
+    from mbody import envs as envs
     from mbody import gallery as gallery
     from mbody import laws as laws
     from mbody import makers as makers
@@ -46,10 +46,12 @@ if TYPE_CHECKING:
     from mbody.files.model import from_toml, load, save, to_toml
     from mbody.files.saved import load_run, save_run
     from mbody.model.body import Body, SlenderRod
+    from mbody.model.controller import Controller
     from mbody.model.coupling import AngleCoupling, CouplingTerm, LengthCoupling
     from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
     from mbody.model.element import Marker, number_field
     from mbody.model.event import Event, Stop
+    from mbody.model.inputs import Input
     from mbody.model.joints import (
         CamFollower,
         CustomJoint,
@@ -63,11 +65,15 @@ if TYPE_CHECKING:
         Rolling,
     )
     from mbody.model.loads import (
+        Actuator,
         CentrifugalField,
         CustomLoad,
         Damper,
+        DCMotor,
         Force,
         Gravity,
+        HydraulicCylinder,
+        InductionMotor,
         ReciprocatingCylinder,
         Spring,
         Torque,
@@ -76,6 +82,7 @@ if TYPE_CHECKING:
     )
     from mbody.model.mechanism import Mechanism
     from mbody.model.simulation import SimulationSettings
+    from mbody.model.states import State
     from mbody.model.study import Instants
     from mbody.reports.mechanism_report import report
     from mbody.solution.doubts import Doubt
@@ -83,6 +90,8 @@ if TYPE_CHECKING:
     from mbody.solution.event_record import EventRecord
     from mbody.solution.histories import BodyHistory, Reaction
     from mbody.solution.solution import Solution
+    from mbody.stepping.simulator import Simulator
+    from mbody.stepping.simulators import Simulators
     from mbody.sweeps.run import sweep
     from mbody.system.assembler import assemble
     from mbody.system.system import System
@@ -91,6 +100,7 @@ if TYPE_CHECKING:
 # Type checkers read the imports above and this list. At run time a name is loaded when it is first
 # used, so that `import mbody` takes no time. `tests/test_public_names.py` compares the three lists.
 __all__ = [
+    "Actuator",
     "AngleCoupling",
     "AngleDriver",
     "Answer",
@@ -98,10 +108,12 @@ __all__ = [
     "BodyHistory",
     "CamFollower",
     "CentrifugalField",
+    "Controller",
     "CoordinateDriver",
     "CouplingTerm",
     "CustomJoint",
     "CustomLoad",
+    "DCMotor",
     "Damper",
     "Distance",
     "DistanceDriver",
@@ -114,6 +126,9 @@ __all__ = [
     "Force",
     "Gear",
     "Gravity",
+    "HydraulicCylinder",
+    "InductionMotor",
+    "Input",
     "Instants",
     "LengthCoupling",
     "Marker",
@@ -129,10 +144,13 @@ __all__ = [
     "Revolute",
     "Rolling",
     "SimulationSettings",
+    "Simulator",
+    "Simulators",
     "SlenderRod",
     "Solution",
     "SolveError",
     "Spring",
+    "State",
     "Stop",
     "System",
     "Torque",
@@ -181,16 +199,29 @@ presentation.register(
 presentation.register(
     "data", Answer="mbody.files.answers:answer_data", Solution="mbody.files.results:data"
 )
+presentation.register(
+    "notebook",
+    Crosscheck="mbody.views.notebook_html:shown",
+    Equilibria="mbody.views.notebook_html:shown",
+    Mechanism="mbody.views.notebook_html:shown",
+    Modes="mbody.views.notebook_html:shown",
+    Solution="mbody.views.notebook_html:shown",
+    Sweep="mbody.views.notebook_html:shown",
+    System="mbody.views.notebook_html:shown",
+)
 presentation.register("drawing", FreeBody="mbody.views.free_bodies:draw_free_body")
 presentation.register("equations", Solution="mbody.sheets.equations:system_of_equations")
 presentation.register("columns", Solution="mbody.files.tables:columns")
 presentation.register("dataframe", Solution="mbody.files.tables:dataframe")
+presentation.register("at", Solution="mbody.analysis.dynamics.repeated:repeated_at")
+presentation.register("then", Solution="mbody.analysis.dynamics.joining:then")
+presentation.register("xarray", Solution="mbody.files.tables:dataset")
 presentation.register("csv", Solution="mbody.files.tables:write_csv")
 presentation.register("json", Solution="mbody.files.results:write_json")
 presentation.register("npz", Solution="mbody.files.results:write_npz")
 
 #: Folders that need no import of their own.
-_FOLDERS = ("engineering", "gallery", "laws", "makers", "sweeps", "testing")
+_FOLDERS = ("engineering", "envs", "gallery", "laws", "makers", "sweeps", "testing")
 _MODULES = {
     "analysis.driven.driver_range": "driver_range",
     "analysis.driven.free_body": "free_body member_forces",
@@ -208,16 +239,20 @@ _MODULES = {
     "files.model": "from_toml load save to_toml",
     "files.saved": "load_run save_run",
     "model.body": "Body SlenderRod",
+    "model.controller": "Controller",
     "model.coupling": "AngleCoupling CouplingTerm LengthCoupling",
     "model.driver": "AngleDriver CoordinateDriver DistanceDriver",
     "model.element": "Marker number_field",
     "model.event": "Event Stop",
+    "model.inputs": "Input",
     "model.joints": "CamFollower CustomJoint Distance Fixed Gear PinSlot Prismatic RackPinion "
     "Revolute Rolling",
-    "model.loads": "CentrifugalField CustomLoad Damper Force Gravity ReciprocatingCylinder Spring "
-    "Torque TorsionDamper TorsionSpring",
+    "model.loads": "Actuator CentrifugalField CustomLoad DCMotor Damper Force Gravity "
+    "HydraulicCylinder InductionMotor ReciprocatingCylinder Spring Torque TorsionDamper "
+    "TorsionSpring",
     "model.mechanism": "Mechanism",
     "model.simulation": "SimulationSettings",
+    "model.states": "State",
     "model.study": "Instants",
     "reports.mechanism_report": "report",
     "solution.doubts": "Doubt",
@@ -225,6 +260,8 @@ _MODULES = {
     "solution.event_record": "EventRecord",
     "solution.histories": "BodyHistory Reaction",
     "solution.solution": "Solution",
+    "stepping.simulator": "Simulator",
+    "stepping.simulators": "Simulators",
     "sweeps.run": "sweep",
     "system.assembler": "assemble",
     "system.system": "System",

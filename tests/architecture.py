@@ -7,6 +7,7 @@ that is named in a string. The sources are parsed, not imported, so that nothing
 from __future__ import annotations
 
 import ast
+import functools
 import re
 import sys
 from collections import Counter
@@ -42,7 +43,8 @@ LAYERS = (
     ("sheets",),
     ("gallery", "makers", "testing", "engineering"),
     ("views", "engines", "sweeps", "image"),
-    ("live", "reports"),
+    ("live", "reports", "stepping"),
+    ("envs",),
     ("cli",),
     ("__main__", "__init__"),
 )
@@ -68,9 +70,10 @@ def sources(package: Path = PACKAGE) -> dict[str, str]:
     return {file.relative_to(package.parent).as_posix(): file.read_text("utf-8") for file in found}
 
 
-def imports(path: str, source: str) -> Iterator[Import]:
-    """All imports of one file, `path` relative to the root."""
-    yield from _below(path, ast.parse(source, path), True)
+@functools.cache
+def imports(path: str, source: str) -> tuple[Import, ...]:
+    """All imports of one file, `path` relative to the root; several tests ask for them."""
+    return tuple(_below(path, ast.parse(source, path), True))
 
 
 def _below(path: str, node: ast.AST, at_load: bool) -> Iterator[Import]:

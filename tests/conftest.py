@@ -1,3 +1,10 @@
+import gc
+import os
+
+# As the command does: matrices are small here, and further threads of BLAS, one for each core in
+# each worker, only wait for work. Read when numpy is loaded.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import pytest
 from hypothesis import settings
 
@@ -16,6 +23,12 @@ settings.load_profile("mbody")
 def pytest_report_header():
     """Which core all results are of."""
     return f"core: {chosen().name}, {chosen().reason}"
+
+
+def pytest_collection_finish():
+    """Thousands of tests are many objects: tests that collect garbage need not look at them."""
+    gc.collect()
+    gc.freeze()
 
 
 def pytest_collection_modifyitems(items):

@@ -1,6 +1,7 @@
-"""The pictures of the gallery in docs/pictures, and the table of them in the README, made anew.
+"""The pictures of the README in docs/pictures, and its table of the gallery, made anew.
 
-``make pictures`` (``python -m tests.pictures``) does it for every model that the gallery has.
+``make pictures`` (``python -m tests.pictures``) does it for every model that the gallery has, with
+a film and a free-body diagram of the textbook's four-bar.
 """
 
 from pathlib import Path
@@ -10,6 +11,8 @@ from mbody import gallery
 from mbody.analysis.driven.requests import analyse_at
 from mbody.model.study import Instants
 from mbody.views import draw, save
+from mbody.views.free_bodies import draw_free_bodies
+from mbody.views.motions import motion
 
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "docs" / "pictures"
@@ -24,6 +27,7 @@ SHOWN = {
     "flyball_governor": {"at": {"arm_l": "60 deg"}},
     "hoekens": {"paths": ["coupler.P"]},
     "mud_pump": {"at": {"crank": "60 deg"}},
+    "mud_pump_motor": {"after": 12.15},
     "norton_fourbar": {"forces": True},
     "peaucellier": {"at": {"crank": "60 deg"}, "paths": ["QA.Q"]},
     "planetary_train": {"at": {"sun": "90 deg"}},
@@ -47,11 +51,26 @@ def picture(name):
     return draw(run, forces=shown.get("forces", False), paths=shown.get("paths", ()))
 
 
+def film(folder):
+    """The textbook's four-bar in motion, with its forces; the name of the file."""
+    shown = ("names", "forces", "paths", "centres")
+    run = motion(gallery.load("norton_fourbar"))
+    mbody.animate(run, folder / "fourbar.gif", duration=4.0, rate=14.0, width=480, show=shown)
+    return "fourbar.gif"
+
+
+def diagram(folder):
+    """A link of it alone, with its force polygon; the name of the file."""
+    run = mbody.kinetostatics(gallery.load("norton_fourbar"))
+    save(draw_free_bodies(run, ["coupler"], headed=False), folder / "coupler.svg")
+    return "coupler.svg"
+
+
 def make(folder):
     """Write all pictures into a folder; their names."""
     for name in gallery.names():
         save(picture(name), folder / f"{name}.svg")
-    return [f"{name}.svg" for name in gallery.names()]
+    return sorted([film(folder), diagram(folder), *(f"{name}.svg" for name in gallery.names())])
 
 
 def table():

@@ -8,9 +8,10 @@ from types import SimpleNamespace
 import pytest
 
 from mbody.cli import compile as command
-from mbody.cli.compile import DOOR, UNIT, all_kernels, compile_libraries
+from mbody.cli.compile import DOOR, all_kernels, compile_libraries
 from mbody.core.library import LEVELS
 from mbody.core.native import builder_command, place
+from mbody.image.fmu_binaries import SOURCES
 from mbody.image.image_kernels import IMAGE_KERNELS
 
 KERNEL = "set_numbers"
@@ -173,7 +174,7 @@ def test_object_files_link_into_programs(tmp_path):
     [
         ({}, []),
         ({"images": True}, ["--object"]),
-        ({"fmu": True}, [word for name in UNIT for word in ("--with", name)]),
+        ({"fmu": True}, [word for name in SOURCES for word in ("--with", name)]),
     ],
 )
 def test_what_the_command_builds(tmp_path, monkeypatch, form, options):

@@ -59,7 +59,7 @@ def test_every_model_of_the_gallery_agrees_as_the_page_tells(name):
     page = PAGE.read_text("utf-8")
     for engine in (*ALWAYS, "pinocchio"):
         opinion = report.opinions[engine]
-        assert opinion.rows
+        assert opinion.rows or opinion.not_expressible  # motors and formulas are ours alone
         line = row(name, engine, opinion)
         assert line in page, f"python -m validation.crosschecks writes the page anew: {line}"
 

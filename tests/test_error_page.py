@@ -13,6 +13,9 @@ from tests.errors.page import PAGE, page
 
 #: Texts in functions that make errors, which are none of a sentence.
 OTHERWISE = {
+    " bytes, with binaries for ": "what the command has written",
+    "mbody: building the binaries of co-simulation units (once) ...": "what the command does",
+    "singular start": "the mark of one",
     "stopped: after ": "the status of the solution that the error carries",
     r" \(at (?:line (\d+), column \d+|end of document)\)$": "a pattern",
 }

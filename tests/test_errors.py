@@ -13,6 +13,7 @@ from mbody import (
     AngleDriver,
     Body,
     CamFollower,
+    Controller,
     CoordinateDriver,
     CouplingTerm,
     Damper,
@@ -22,6 +23,7 @@ from mbody import (
     Force,
     Gear,
     Gravity,
+    Input,
     LengthCoupling,
     Marker,
     ModelError,
@@ -31,6 +33,7 @@ from mbody import (
     Revolute,
     Rolling,
     Spring,
+    State,
     Torque,
     TorsionDamper,
     TorsionSpring,
@@ -38,7 +41,16 @@ from mbody import (
 from mbody.model import joints, loads
 from mbody.model.element import Element
 from mbody.model.joints import CustomJoint
-from mbody.model.loads import CentrifugalField, CustomLoad, PistonPressure, ReciprocatingCylinder
+from mbody.model.loads import (
+    Actuator,
+    CentrifugalField,
+    CustomLoad,
+    DCMotor,
+    HydraulicCylinder,
+    InductionMotor,
+    PistonPressure,
+    ReciprocatingCylinder,
+)
 from tests.errors import describing
 from tests.errors.catalogue import told
 from tests.errors.models import crank_alone
@@ -94,6 +106,23 @@ EXAMPLES = {
         **{"bulk_modulus": 100.0, "ambient": 1.0},
     },
     CustomLoad: PLACES,
+    DCMotor: {
+        "body": "a",
+        **{"voltage": 1.0, "resistance": 1.0, "inductance": 1.0, "constant": 1.0},
+    },
+    InductionMotor: {
+        "body": "a",
+        **{"breakdown_torque": 1.0, "breakdown_slip": 0.2, "synchronous": 100.0},
+    },
+    Actuator: {**PLACES, "push": 1.0},
+    HydraulicCylinder: {
+        **PLACES,
+        **{"bore": 0.05, "rod": 0.03, "closed": 0.3, "stroke": 0.2, "flow": 1e-3, "drop": 1e5},
+        **{"supply": 1e7, "bulk_modulus": 1e9, "dead_volume": 1e-5},
+    },
+    Input: {},
+    State: {"rate": "1"},
+    Controller: {"function": max, "every": 1.0, "sets": ["u"]},
 }
 
 

@@ -63,6 +63,8 @@ BY_HAND = {
     "hypot(t, 2)": ((4 + X**2) ** 0.5, X * (4 + X**2) ** -0.5, 4 * (4 + X**2) ** -1.5),
     "min(sin(3*t), 2)": (S, 3 * C, -9 * S),
     "max(2, exp(3*t) + 2)": (E + 2, 3 * E, 9 * E),
+    "sign(sin(3*t) - 2)*exp(3*t)": (-E, -3 * E, -9 * E),
+    "step(sin(3*t) - 2) + exp(3*t)": (E, 3 * E, 9 * E),
 }  # fmt: skip
 
 
@@ -208,6 +210,30 @@ def test_corners_take_what_holds_to_the_right():
     assert program("min(0, t - 1)").derivatives(1.0) == (0.0, 0.0, 0.0)
     assert program("hypot(3*t, 4*t)").derivatives(0.0) == (0.0, 5.0, 0.0)
     assert program("hypot(3*t^2, 4*t^2)").derivatives(0.0) == (0.0, 0.0, 10.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "places", "expected"),
+    [
+        ("clamp(2*t, -1, 4)", (-1.0, 1.0, 3.0), ((-1, 0, 0), (2, 2, 0), (4, 0, 0))),
+        ("clamp(t^2, 1, 4)", (0.5, 1.5, 3.0), ((1, 0, 0), (2.25, 3, 2), (4, 0, 0))),
+        ("deadband(t^2, 4)", (1.0, 3.0), ((0, 0, 0), (5, 6, 2))),
+        ("deadband(-t^3, 1)", (0.5, 2.0), ((0, 0, 0), (-7, -12, -12))),
+        ("sign(t)*(2 + t)", (-1.0, 0.0, 3.0), ((-1, -1, 0), (0, 0, 0), (5, 1, 0))),
+        ("step(t - 1)*t^2", (0.5, 1.0, 2.0), ((0, 0, 0), (1, 2, 2), (4, 4, 2))),
+    ],
+)
+def test_saturation_dead_band_and_steps(text, places, expected):
+    """By hand, left of the corners, between them and right of them; sign(0) = 0, step(0) = 1."""
+    example = program(text)
+    for place, three in zip(places, expected, strict=True):
+        assert example.derivatives(place) == three
+
+
+def test_a_step_of_no_number_is_none():
+    for text in ("sign(sqrt(t))", "step(log(t))"):
+        with pytest.raises(ModelError, match="has no value at -1"):
+            program(text)(-1.0)
 
 
 def test_powers_of_zero():

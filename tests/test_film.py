@@ -1,7 +1,9 @@
 """Films: as many frames as requested on one canvas, and everything in them where it belongs."""
 
 import re
+import sys
 import xml.etree.ElementTree as ET
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -146,3 +148,11 @@ def test_mp4_needs_its_package(four_bar, tmp_path):
     else:
         mbody.animate(four_bar, tmp_path / "turn.mp4", duration=0.2)
         assert (tmp_path / "turn.mp4").stat().st_size > 1000
+
+
+def test_a_film_that_cannot_be_made_leaves_no_file(tmp_path):
+    file = tmp_path / "turn.webp"
+    run = mbody.kinetostatics(mbody.gallery.load("norton_fourbar"), turn=True)
+    with mock.patch.dict(sys.modules, {"PIL": None}), pytest.raises(mbody.ModelError):
+        mbody.animate(run, file, duration=0.1)
+    assert not file.exists()

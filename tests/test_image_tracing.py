@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mbody.image.tracing import FUNCTIONS, Recording, Rule, Untraceable
-from mbody.laws.postfix import OPERATIONS
+from mbody.laws.postfix import LOG, OPERATIONS
 
-UNARY = [name for name, code in FUNCTIONS.items() if OPERATIONS.index(code) <= 16]
+UNARY = [name for name, code in FUNCTIONS.items() if OPERATIONS.index(code) <= LOG]
 BINARY = [name for name in FUNCTIONS if name not in UNARY]
 #: What is made of several operations.
 MADE = ("square", "reciprocal", "sign")

@@ -143,7 +143,7 @@ def test_measures_are_arithmetic_of_histories(of, unit, expected):
         ("coupler.Q.x", "", "'coupler' has no point 'Q' (it has: 'A', 'B', 'P')"),
         ("coupler.P.angle", "", "has no 'angle' (it has: x, y, vx, vy, ax, ay)"),
         ("crank.z", "", "has no 'z' (it has: x, y, vx"),
-        ("B.x", "", "has no 'x' (it has: fx, fy, force, torque)"),
+        ("B.x", "", "has no 'x' (it has: fx, fy, force, torque, angle, rate)"),
         ("motor.x", "", "has no 'x' (it has: effort, power, value, rate, acceleration)"),
         ("s.effort", "", "'s' has no 'effort' (it has: fx, fy, force, length, rate)"),
         ("gravity.y", "", "acts on every body, it has no history of its own"),

@@ -112,7 +112,7 @@ def chain(n, m=0.5, k=200.0, *, ends=True):
     return machine
 
 
-@pytest.mark.parametrize("n", [1, 2, 5])
+@pytest.mark.parametrize("n", [1, 3, 5])
 def test_a_chain_of_masses(n):
     """ω_k = 2 √(k/m) sin(k π/(2 n + 2)), shapes sin(i k π/(n + 1)): Rayleigh."""
     machine = chain(n)
@@ -135,7 +135,8 @@ def test_a_chain_of_masses(n):
 def test_a_chain_that_nothing_holds():
     """One mode without frequency, and √2 √(k/m) of two equal masses."""
     machine = chain(2, ends=False)
-    one = modes(machine, at=equilibrium(machine)[0])[0]
+    # it rests where it starts, its spring unloaded
+    one = modes(machine, at=simulate(machine, 0.1))[0]
     assert one.stability == "neutral"
     rigid, swing = one
     assert (rigid.words, swing.words) == ("free", "oscillates")
@@ -287,14 +288,15 @@ def test_massless_parts_follow():
         Spring("s1", "ground.O", "knot", stiffness=30.0, free_length=1.0),
         Spring("s2", "knot", "block", stiffness=70.0, free_length=1.0),
     )
-    one = modes(machine, at=equilibrium(machine).stable[0])[0]
+    rest = equilibrium(machine).stable[0]
+    one = modes(machine, at=rest)[0]
     (mode,) = one
     assert_allclose(mode.frequency, math.sqrt(30.0 * 70.0 / (100.0 * 2.0)), rtol=CLOSE)
     assert_allclose(mode.shape["knot"][0], 70.0 / 100.0, rtol=1e-9)
     assert any("without inertia" in note for note in one.notes)
     # a dashpot on the knot: (m s² + k₂) (c s + k₁ + k₂) = k₂²
     machine.add(Damper("c", "ground.O", "knot", coefficient=5.0))
-    one = modes(machine, at=equilibrium(machine).stable[0])[0]
+    one = modes(machine, at=rest)[0]  # a dashpot moves no rest
     cubic = np.roots([2.0 * 5.0, 2.0 * 100.0, 70.0 * 5.0, 30.0 * 70.0])
     mine = [m.eigenvalue for m in one]
     wanted = [root for root in cubic if root.imag >= 0.0]

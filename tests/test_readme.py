@@ -61,10 +61,13 @@ def differences(output, shown):
     ]
 
 
-def test_the_code_of_the_readme_prints_what_it_shows():
+@pytest.mark.parametrize(
+    ("page", "least"), [("README.md", 6), ("docs/control.md", 4), ("docs/motors.md", 4)]
+)
+def test_the_code_of_a_page_prints_what_it_shows(page, least):
     namespace = {"__name__": "readme"}
-    done = steps(README.read_text("utf-8"))
-    assert len(done) >= 6
+    done = steps((ROOT / page).read_text("utf-8"))
+    assert len(done) >= least
     for code, shown in done:
         output = printed(code, namespace)
         if shown is None:

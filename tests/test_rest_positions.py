@@ -34,7 +34,8 @@ from mbody.engineering import equilibrium_curve
 from mbody.makers import makers
 from mbody.model.loads import CentrifugalField
 from tests import rest_scan
-from tests.rest_scan import FAMILIES, judge, summary
+from tests.rest_linkages import FAMILIES
+from tests.rest_scan import judge, summary
 from validation.porter_governor import build as porter
 
 UPRIGHT = Marker("ground", (0.0, 0.0), 0.5 * math.pi)
@@ -389,7 +390,7 @@ import json
 import numpy as np
 from mbody import Spring, equilibrium
 from mbody.engineering import equilibrium_curve
-from tests.rest_scan import four_bar
+from tests.rest_linkages import four_bar
 from tests.test_rest_positions import rope, whirling
 
 told = []

@@ -264,18 +264,21 @@ def test_a_folder_keeps_the_same_numbers(tmp_path):
     assert_array_equal(frame["peak(A.force)"], inside["peak(A.force)"])
 
 
+#: Of many designs: with more instants they go in lanes, which takes a fifth of the time.
+MANY = QUESTION | {"instants": 37}
+
 KILLED = """
 import os, signal, sys
 sys.path.insert(0, {root!r})
 import mbody
 from tests.sweep_designs import four_bar, scattered
-from tests.test_sweep import QUESTION
+from tests.test_sweep import MANY
 
 def kill(done, of):
     if done >= 4096:
         os.kill(os.getpid(), signal.SIGKILL)
 
-mbody.sweep(four_bar(), scattered(10_000), to={folder!r}, progress=kill, **QUESTION)
+mbody.sweep(four_bar(), scattered(10_000), to={folder!r}, progress=kill, **MANY)
 """
 
 
@@ -294,10 +297,10 @@ def test_a_killed_sweep_goes_on_without_loss(tmp_path):
         scattered(10_000),
         to=folder,
         progress=lambda done, of: calls.append(done),
-        **QUESTION,
+        **MANY,
     )
     assert len(calls) < 3  # of three files one was there
-    same(mbody.sweep(four_bar(), scattered(10_000), **QUESTION), found)
+    same(mbody.sweep(four_bar(), scattered(10_000), **MANY), found)
 
 
 def test_a_folder_is_of_one_sweep(tmp_path):
@@ -426,3 +429,16 @@ def test_the_command_tells_what_failed(capsys):
     assert told["A.force"][1] is None and "do not close" in told["error"][1]
     assert cli.main([*words, "--measure", "A.force"]) == 0
     assert "1 of 2 designs failed" in capsys.readouterr().out
+
+
+def test_progress_is_shown_of_long_sweeps(monkeypatch, capsys):
+    """After a while, on standard error, written over at the end."""
+    from mbody.analysis.dynamics import progress
+
+    monkeypatch.setattr(progress, "PATIENCE", -1.0)
+    monkeypatch.setattr(progress, "BETWEEN", -1.0)
+    show = progress.counted("designs")
+    show(50, 200)
+    assert "25 %" in capsys.readouterr().err
+    show(200, 200)
+    assert capsys.readouterr().err.strip() == ""

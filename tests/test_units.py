@@ -48,6 +48,9 @@ SAID = {
     **{"rev": "revolution"},
     **{"ozf": "ounce_force", "Nm": "N*m", "Nmm": "N*mm", "kNm": "kN*m", "mph": "mile/hour"},
     **{"hp": "550*foot*pound_force/second", "um": "micrometer"},
+    **{"uH": "microhenry", "uF": "microfarad", "mohm": "milliohm", "kohm": "kiloohm"},
+    **{"m\u03a9": "milliohm", "k\u03a9": "kiloohm", "m\u2126": "milliohm", "k\u2126": "kiloohm"},
+    **{"\u03a9": "ohm", "\u2126": "ohm"},
 }
 SYSTEMS = [*UNIT_SYSTEMS, "cm-kN-s", "mm-kgf-ms", "yd-ozf-min"]
 
@@ -66,6 +69,7 @@ def test_ratios_are_those_of_pint(symbol):
     theirs = PINT(SAID.get(symbol, symbol)) * Fraction(1)
     powers = dict(theirs.dimensionality)
     names = {"[length]": "meter", "[mass]": "kilogram", "[time]": "second"}
+    names |= {"[current]": "ampere", "[temperature]": "kelvin"}
     theirs = theirs.to({names[key]: power for key, power in powers.items()} or "radian")
     if unit.pi:  # pint has π to fifty digits
         assert float(theirs.m) == pytest.approx(unit.factor, rel=2 * ROUNDED)
@@ -73,6 +77,7 @@ def test_ratios_are_those_of_pint(symbol):
         assert Fraction(theirs.m) == unit.ratio
     d = unit.dimension
     ours = {"[length]": d.length, "[mass]": d.mass, "[time]": d.time}
+    ours |= {"[current]": d.current, "[temperature]": d.temperature}
     assert {key: power for key, power in ours.items() if power} == powers
     # a radian is one for pint: ours is an angle where pint's has a radian
     root = dict(PINT(SAID.get(symbol, symbol)).to_root_units().unit_items())
@@ -83,7 +88,7 @@ def test_a_unit_is_known_by_its_symbol():
     assert known("kN").factor == 1000.0
     assert known("stone") is None
     assert pint_unit("stone").ratio == 14 * Fraction("0.45359237")
-    for text in ("nonsense", "", "a b", "1", "x" * 41, "kelvin", "ampere", "mm^2", "µ"):
+    for text in ("nonsense", "", "a b", "1", "x" * 41, "candela", "mole", "degC", "mm^2", "µ"):
         assert pint_unit(text) is None
 
 
@@ -110,6 +115,22 @@ def test_a_unit_is_known_by_its_symbol():
         ("2 kg*m⁻", "inertia", None),
         ("8 N·s²/m⁴", "density", 8.0),
         ("90°", "angle", math.pi / 2),
+        ("5 A", "current", 5.0),
+        ("1.5 kV", "voltage", 1500.0),
+        ("2 \u03a9", "resistance", 2.0),
+        ("2 \u2126", "resistance", 2.0),
+        ("3 V/A", "resistance", 3.0),
+        ("40 mH", "inductance", 0.04),
+        ("4 V*s/A", "inductance", 4.0),
+        ("7 µF", "capacitance", 7e-6),
+        ("0.2 N*m/A", "motor constant", 0.2),
+        ("0.2 V*s/rad", "motor constant", 0.2),
+        ("0.2 V s", "motor constant", 0.2),
+        ("12 V / (1000 rpm)", "motor constant", 12.0 * 3.0 / (100.0 * math.pi)),
+        ("300 K", "temperature", 300.0),
+        ("5 millivolt", "voltage", 0.005),
+        ("5 degR", "temperature", 5.0 * 5.0 / 9.0),
+        ("3 l/min", "volume flow", 5e-5),
     ],
 )
 def test_texts_of_quantities(text, dimension, expected):
@@ -131,7 +152,11 @@ def test_systems_are_consistent(name):
     assert ratio["torque"] == ratio["force"] * ratio["length"]
     assert ratio["inertia"] == ratio["mass"] * ratio["length"] ** 2
     assert ratio["power"] == ratio["torque"] / ratio["time"]
-    assert ratio["angle"] == ratio["number"] == 1
+    assert ratio["angle"] == ratio["number"] == ratio["current"] == ratio["temperature"] == 1
+    assert ratio["voltage"] == ratio["power"]
+    assert ratio["inductance"] == ratio["resistance"] * ratio["time"] == ratio["torque"]
+    assert ratio["capacitance"] * ratio["resistance"] == ratio["time"]
+    assert ratio["motor constant"] == ratio["torque"]
     for key, symbol in (("length", system.length), ("force", system.force), ("time", system.time)):
         assert ratio[key] == SYMBOLS[symbol].ratio
     g = Fraction("9.80665") * ratio["time"] ** 2 / ratio["length"]
@@ -324,4 +349,42 @@ def test_dimensions_are_a_group():
     for a, b in itertools.product(DIMENSIONS.values(), repeat=2):
         assert (a * b) / b == a and a * b == b * a
     assert DIMENSIONS["angle"].mechanical == NUMBER
-    assert dataclasses.astuple(DIMENSIONS["area"] ** Fraction(1, 2)) == (1, 0, 0, 0)
+    assert dataclasses.astuple(DIMENSIONS["area"] ** Fraction(1, 2)) == (1, 0, 0, 0, 0, 0)
+    voltage, current = DIMENSIONS["voltage"], DIMENSIONS["current"]
+    assert voltage * current == DIMENSIONS["power"]
+    assert voltage / current == DIMENSIONS["resistance"]
+    assert DIMENSIONS["motor constant"] * current == DIMENSIONS["torque"]
+    assert (voltage / DIMENSIONS["angular velocity"]).mechanical == DIMENSIONS["motor constant"]
+
+
+@pytest.mark.parametrize(
+    ("system", "dimension", "symbol"),
+    [
+        ("SI", "voltage", "V"),
+        ("SI", "resistance", "\u03a9"),
+        ("m-N-s", "inductance", "H"),
+        ("SI", "capacitance", "F"),
+        ("SI", "motor constant", "N·m/A"),
+        ("in-lbf-s", "current", "A"),
+        ("in-lbf-s", "voltage", "lbf·in/s/A"),
+        ("mm-N-s", "resistance", "N·mm/s/A²"),
+        ("ft-lbf-s", "temperature", "K"),
+    ],
+)
+def test_symbols_of_electrical_quantities(system, dimension, symbol):
+    """A volt is a watt per ampere; where the unit of power is no watt, it is written out."""
+    assert unit_system(system).of(dimension) == symbol
+
+
+def test_a_voltage_in_inches_and_pounds():
+    """1 lbf·in/s = 4.4482216152605 · 0.0254 W (NIST SP 811), exact ratios."""
+    found = value("24 V", "voltage", "in-lbf-s")
+    assert found == pytest.approx(24.0 / (4.4482216152605 * 0.0254), rel=2 * ROUNDED)
+    assert value("24 V", "voltage", "mm-N-s") == 24000.0
+
+
+def test_a_frequency_is_no_angular_velocity_but_a_motor_constant_has_no_angle():
+    """Only mechanical literals must say whether they are by the radian."""
+    with pytest.raises(FormulaError, match="angular velocity"):
+        value("5 Hz", "angular velocity")
+    assert value("0.05 V*s/rad", "motor constant") == value("0.05 N*m/A", "motor constant")

@@ -151,7 +151,7 @@ def assert_turns_agree(browser, run):
 def middle(browser, name):
     """Where a shape is on the screen."""
     return browser.read(
-        "(() => { const b = mbody.viewer.layers.world.querySelector("
+        "(() => { const b = mbody.viewer.picture.layers.world.querySelector("
         f"'[data-name=\"{name}\"]').getBoundingClientRect();"
         "return [b.left + b.width / 2, b.top + b.height / 2]; })()"
     )

@@ -283,12 +283,16 @@ def anew(tmp_path_factory):
 def test_the_pictures_are_those_of_the_gallery(anew):
     folder, made = anew
     assert sorted(path.name for path in pictures.FOLDER.iterdir()) == made
-    for name in made:
+    for name in (one for one in made if one.endswith(".svg")):
         mine, kept = ((where / name).read_text("utf-8") for where in (folder, pictures.FOLDER))
         # the same things in the same order; digits may differ with matplotlib's version
         assert re.findall(r'id="([a-z]+:[^"]+)"', mine) == re.findall(r'id="([a-z]+:[^"]+)"', kept)
-        links = len(gallery.load(name.removesuffix(".svg")).bodies)
-        assert len(kept) < 60_000 + 2_500 * max(0, links - 20), name
+        stem = name.removesuffix(".svg")
+        if stem in gallery.names():
+            links = len(gallery.load(stem).bodies)
+            assert len(kept) < 65_000 + 2_500 * max(0, links - 20), name
+        else:  # a free-body diagram has a polygon and a table beside its picture
+            assert len(kept) < 80_000, name
 
 
 def test_the_readme_shows_them():

@@ -2,8 +2,33 @@
 
 import base64
 
+import numpy as np
+
 KEYS = {" ": "Space"}
 CODES = {"Tab": 9, "ArrowRight": 39, "ArrowLeft": 37, " ": 32}
+
+#: At 24 instants: the greatest part of one that another covers, and the part that is seen.
+COVERED = """((of) => [...Array(24).keys()].map((n) => {
+  const v = mbody.viewer;
+  mbody.seek({ instant: Math.round(n / 24 * (v.main.count - 1)) });
+  const seen = (e) => e.style.visibility !== "hidden" && e.style.display !== "none";
+  const texts = of(v), boxes = texts.filter(seen).map((e) => e.getBoundingClientRect());
+  // lines of text stand 14 px high, their boxes have room for accents
+  const high = 14 * (texts[0]?.ownerSVGElement.getScreenCTM().a ?? 1);
+  let worst = 0;
+  boxes.forEach((a, i) => boxes.slice(0, i).forEach((b) => {
+    const wide = Math.min(a.right, b.right) - Math.max(a.left, b.left);
+    const tall = high - Math.abs(a.top + a.bottom - b.top - b.bottom) / 2;
+    const part = wide * tall / high / Math.min(a.width, b.width);
+    if (wide > 0 && tall > 0) worst = Math.max(worst, part);
+  }));
+  return [worst, boxes.length / texts.length];
+}))"""
+#: All names of a picture.
+NAMES = """(v) => {{
+  const {{ names, arrows }} = v.pictures[{n}].layers;
+  return [...names.children, ...arrows.querySelectorAll("text")];
+}}"""
 
 
 class ViewerPage:
@@ -63,6 +88,10 @@ class ViewerPage:
         """Another window."""
         size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
         self.call("Emulation.setDeviceMetricsOverride", **size)
+
+    def covered(self, texts=None, picture=0):
+        """Of names at 24 instants, the most that is covered of one, and the part that is seen."""
+        return np.array(self.read(f"{COVERED}({texts or NAMES.format(n=picture)})")).T
 
     def picture(self):
         """What the page looks like, as PNG."""

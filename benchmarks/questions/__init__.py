@@ -11,6 +11,8 @@ QUESTIONS = (
     "long_chain",
     "bodies",
     "evaluations",
+    "control_loop",
+    "many_at_once",
     "positions",
     "sweeps",
     "cold_start",

@@ -9,10 +9,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-__all__ = ["all_kernels", "compile_libraries"]
+__all__ = ["DOOR", "all_kernels", "compile_libraries"]
 
-#: How programs without Python open images; what makes a unit of co-simulation of them.
-DOOR, UNIT = ("mbody.h", "mbody.c"), ("mbody.c", "fmi2.c", "fmi3.c", "fmu.c")
+#: How programs without Python open images.
+DOOR = ("mbody.h", "mbody.c")
 
 
 def all_kernels() -> dict[str, Callable[..., Any]]:
@@ -56,17 +56,16 @@ def _for_machines(args: Any, targets: list[str]) -> int:
     import shutil
 
     from mbody.core.native import builder_command, place
-    from mbody.core.sources import PACKAGE
+    from mbody.image.fmu_binaries import SHELL, SOURCES
     from mbody.image.image_kernels import IMAGE_KERNELS
 
-    door = PACKAGE / "image" / "c"
     chosen: Any = IMAGE_KERNELS
     if not (args.images or args.fmu):
         chosen = [one for _, one in sorted(all_kernels().items())]
     first, *others = targets
     options = [word for other in others for word in ("--also", other)]
     if args.fmu:
-        options += [word for name in UNIT for word in ("--with", str(door / name))]
+        options += [word for name in SOURCES for word in ("--with", str(SHELL / name))]
     elif args.images:
         options.append("--object")
     names = [place(one) for one in chosen]
@@ -74,7 +73,7 @@ def _for_machines(args: Any, targets: list[str]) -> int:
     status = subprocess.run(command, env=settings).returncode
     if status == 0 and not args.fmu:
         for name in DOOR:
-            shutil.copyfile(door / name, Path(args.out) / name)
+            shutil.copyfile(SHELL / name, Path(args.out) / name)
     return status
 
 

@@ -1,4 +1,4 @@
-"""`mbody export MODEL --to mjcf | image`."""
+"""`mbody export MODEL --to mjcf | image | fmu`."""
 
 from __future__ import annotations
 
@@ -13,15 +13,18 @@ __all__ = ["export"]
 
 def export(args: Any) -> int:
     """Write a model for another program; what that lacks is reported."""
+    if args.fmi is not None and args.to != "fmu":
+        raise UsageError(f"--fmi goes with --to fmu, not with --to {args.to}: leave it out")
     if args.to == "image":
         return _image(args)
     _refuse_instants(args)
-    return _mjcf(args)
+    return _fmu(args) if args.to == "fmu" else _mjcf(args)
 
 
 def _refuse_instants(args: Any) -> None:
     if args.instants is not None:
-        raise UsageError("--instants goes with --to image: a file of MuJoCo has no instants")
+        what = "a unit" if args.to == "fmu" else "a file of MuJoCo"
+        raise UsageError(f"--instants goes with --to image: {what} has no instants")
 
 
 def _mjcf(args: Any) -> int:
@@ -60,4 +63,23 @@ def _image(args: Any) -> int:
     for note in made.notes:
         message(f"mbody: {note}")
     message(f"wrote {args.output}: {len(made.content)} bytes")
+    return 0
+
+
+def _fmu(args: Any) -> int:
+    """Write a unit of co-simulation."""
+    if args.output is None:
+        raise UsageError("a unit is binary, it cannot be printed: name its file with -o FILE")
+    from pathlib import Path
+
+    from mbody.files.writing import writing
+    from mbody.image.fmu import VERSIONS, to_fmu
+
+    made = to_fmu(model_of(args), args.fmi or VERSIONS[0], name=Path(args.output).stem)
+    with writing(args.output, binary=True) as file:
+        file.write(made.content)
+    for note in made.notes:
+        message(f"mbody: {note}")
+    machines = ", ".join(made.platforms)
+    message(f"wrote {args.output}: {len(made.content)} bytes, with binaries for {machines}")
     return 0

@@ -79,6 +79,14 @@ def parser() -> argparse.ArgumentParser:
     run.add_argument("--step", metavar="H", help="length of the steps of methods that have one")
     run.add_argument("--instants", metavar="N", help="how many instants are kept (201)")
     run.add_argument("--every", metavar="DT", help="or how far they are apart")
+    run.add_argument(
+        "--input",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="history of an input, again for more: '2 N*m', '3 N*m*sin(2 rad/s*t)' or @FILE.csv "
+        "with columns t and u",
+    )
     run.add_argument("--from", dest="begun", metavar="FILE", help="go on from a saved result")
     run.add_argument("--save", metavar="FILE", help="keep the whole result, to go on from")
     _angle(run)
@@ -362,11 +370,13 @@ def _export(command: argparse.ArgumentParser) -> None:
     _model(command)
     command.add_argument(
         "--to",
-        choices=("mjcf", "image"),
+        choices=("mjcf", "image", "fmu"),
         required=True,
         help="mjcf: model files of MuJoCo, in SI units; image: bytes on which the compiled core "
-        "runs without Python",
+        "runs without Python; fmu: a unit of co-simulation, in SI units and rad; builds its "
+        "binaries where they are missing (once)",
     )
+    command.add_argument("--fmi", choices=("3.0", "2.0"), help="the version of FMI of a unit (3.0)")
     command.add_argument("-o", "--output", metavar="FILE", help="by default text is printed")
     command.add_argument(
         "--instants", metavar="N", help="how many of a turn (361) and of a free motion in an image"

@@ -5,14 +5,16 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from mbody.analysis.dynamics.progress import shown
 from mbody.cli.analyse import check_forms, exit_status, write
 from mbody.cli.interrupts import interrupt
-from mbody.cli.models import model_of
+from mbody.cli.models import model_of, named_values
 from mbody.cli.streams import message
 from mbody.cli.usage import UsageError
+from mbody.errors import ModelError
 from mbody.model.numbers import number_in
 
 __all__ = ["simulate"]
@@ -37,6 +39,9 @@ def simulate(args: Any) -> int:
         if not (args.instants.isascii() and args.instants.isdigit()):
             raise UsageError(f"--instants takes a whole number, not {args.instants[:40]!r}")
         options["instants"] = int(args.instants)
+    if args.input:
+        given = named_values(args.input, "--input")
+        options["inputs"] = {name: _history(name, text) for name, text in given.items()}
     if args.begun is not None:
         from mbody.files.saved import load_run
 
@@ -54,6 +59,20 @@ def simulate(args: Any) -> int:
     elif args.csv != "-":
         print(run)
     return exit_status(run, shown=args.json or args.csv != "-")
+
+
+def _history(name: str, text: str) -> Any:
+    """A history as text, or the rows t and u of a file."""
+    if not text.startswith("@"):
+        return text
+    from mbody.files.model.beside import columns
+
+    path = Path(text[1:])
+    try:
+        return columns(path.name, path.parent)
+    except ModelError as error:
+        why = str(error).replace(" beside the model", "")
+        raise ModelError(f"--input {name}: {why}", name) from None
 
 
 def _last(mechanism: Any, to: Any) -> float:

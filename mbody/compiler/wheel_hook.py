@@ -2,7 +2,8 @@
 
 ``MBODY_WHEEL`` names the tag of the platform, such as ``manylinux_2_17_x86_64``; its libraries are
 those in ``mbody/core_libraries``, made by ``mbody compile``. Without it the wheel is pure: kernels
-run by numba where it is installed, else in plain Python. The core for browsers is in every wheel.
+run by numba where it is installed, else in plain Python. The core for browsers and
+the binaries of co-simulation units are in every wheel.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ class Libraries(BuildHookInterface):  # type: ignore[misc]
             return
         folder = Path(self.root) / "mbody" / "core_libraries"
         inside = build_data["force_include"]
-        for file in folder.glob("*.wasm"):
+        for file in (*folder.glob("*.wasm"), *folder.glob("*.fmu.*")):
             inside[str(file)] = f"mbody/core_libraries/{file.name}"
         tag = os.environ.get("MBODY_WHEEL")
         if not tag:

@@ -12,9 +12,10 @@ import numpy as np
 
 from mbody.analysis.driven.free_body import coupled, driven
 from mbody.engines.comparison import Comparison
+from mbody.engines.formula_loads import follows_formula
 from mbody.engines.gear_contacts import MESHING, constraint_rates
 from mbody.engines.independent_reading import laws_of, reading
-from mbody.engines.load_forces import NATIVE, BodyState, gravity_of, wrenches
+from mbody.engines.load_forces import BodyState, gravity_of, has_force_law, wrenches
 from mbody.engines.opinion import Opinion
 from mbody.model.driver import AngleDriver
 from mbody.model.element import listed
@@ -57,7 +58,7 @@ def opinion(system: System, run: Solution) -> Opinion:
             kind = "torque" if part == 2 else "force"
             comparison.add(kind, f"{body.name}: sum of {key}", np.zeros(count), left[:, b, part])
     if run.analysis != "statics":
-        _power(system, run, loads - inertia, motion[1], comparison)
+        _power(system, run, (loads, inertia), motion[1], comparison)
     _laws(system, run, comparison)
     _meshing(system, run, comparison)
     why = "residual of Newton's method, and rounding of sums"
@@ -75,7 +76,11 @@ def _loads(system: System, run: Solution) -> tuple[Array, list[str]]:
     loads, names = system.mechanism.loads, [body.name for body in system.mechanism.bodies]
     mass = reading(system).masses[:, 0]
     found = np.zeros((len(run), len(names), 3))
-    taken = [one.name for one in loads if type(one) not in (*NATIVE, Gravity)]
+    taken = [
+        one.name
+        for one in loads
+        if not has_force_law(one) and (type(one) is not Gravity or follows_formula(one))
+    ]
     for k in range(len(run)):
         t = float(run.t[k])
         found[k, :, :2] = mass[:, None] * gravity_of(system, t)
@@ -86,7 +91,7 @@ def _loads(system: System, run: Solution) -> tuple[Array, list[str]]:
             rates = np.array([one.vx[k], one.vy[k], one.omega[k]])
             poses[name] = BodyState(place, float(one.angle[k]), rates)
         for load in loads:
-            if type(load) in NATIVE:
+            if has_force_law(load):
                 for body, wrench in wrenches(system, load, poses, t).items():
                     found[k, names.index(body)] += wrench
         if taken:
@@ -167,13 +172,19 @@ def _meshing(system: System, run: Solution, comparison: Comparison) -> None:
 
 
 def _power(
-    system: System, run: Solution, left: Array, rates: Array, comparison: Comparison
+    system: System,
+    run: Solution,
+    forces: tuple[Array, Array],
+    rates: Array,
+    comparison: Comparison,
 ) -> None:
     """Power of loads, inertia and drivers: their sum is 0, since ideal joints do no work."""
-    terms = left * rates
+    loads, inertia = forces
+    terms = (loads - inertia) * rates
     given = [run.effort(d.name) * run.driven(d.name)[1] for d in system.drivers]
     whole = terms.sum(axis=(1, 2)) + sum(given, np.zeros(len(run)))
-    comparison.size("power", terms)
+    for one in forces:  # where a body is free, one is the other to rounding
+        comparison.size("power", one * rates)
     for part in given:
         comparison.size("power", part)
     if comparison.sizes["power"] > 0.0:

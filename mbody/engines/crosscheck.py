@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Any
 from mbody.analysis.driven.requests import analyse_system_at
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.position.assembly_analysis import as_system
+from mbody.core.presentation import present
+from mbody.engines.formula_loads import without_counterpart
 from mbody.engines.opinion import AGREES, Engine, Opinion
 from mbody.errors import ModelError, brief
 from mbody.model.element import listed
@@ -100,6 +102,10 @@ class Crosscheck:
         )
         return f"Crosscheck({self.run.mechanism.name!r}: {engines})"
 
+    def _repr_html_(self) -> str:
+        # what a notebook shows
+        return str(present("notebook", self))
+
     def __str__(self) -> str:
         from mbody.sheets.crosscheck import sheet
 
@@ -164,7 +170,11 @@ def crosscheck(
     found = {}
     for name in names:
         why = _loading_error(name) if against is None else ""
-        found[name] = Opinion(name, (), (), (why,)) if why else _engine(name)(system, run)
+        missing = () if name in ALWAYS else without_counterpart(system.mechanism)
+        if why or missing:
+            found[name] = Opinion(name, (), missing, (why,) if why else ())
+        else:
+            found[name] = _engine(name)(system, run)
     return Crosscheck(run, found)
 
 

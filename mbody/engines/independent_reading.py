@@ -301,6 +301,10 @@ _FUNCTIONS: dict[str, Any] = {
     "hypot": np.hypot,
     "min": min,
     "max": max,
+    "sign": lambda x: (x > 0.0) - (x < 0.0) + 0.0,
+    "step": lambda x: 1.0 if x >= 0.0 else 0.0,
+    "clamp": lambda x, low, high: low if x < low else high if x > high else x,
+    "deadband": lambda x, width: x - width if x > width else x + width if x < -width else 0.0 * x,
 }
 
 

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.engines.formula_loads import follows_formula
 from mbody.engines.independent_reading import reading
 from mbody.engines.spanning_tree import MarkerFrame, marker_frame
 from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
@@ -38,6 +39,7 @@ __all__ = [
     "applied_forces",
     "geometry_of",
     "gravity_of",
+    "has_force_law",
     "turning",
     "wrenches",
 ]
@@ -46,6 +48,11 @@ Array = np.ndarray
 
 #: Loads with force laws here; gravity is that of each engine.
 NATIVE = (Force, Torque, Spring, Damper, TorsionSpring, TorsionDamper)
+
+
+def has_force_law(load: Load) -> bool:
+    """Whether the force law of a load is here; a formula of measured quantities is not."""
+    return type(load) in NATIVE and not follows_formula(load)
 
 
 @dataclass(frozen=True)
@@ -101,7 +108,7 @@ def gravity_of(system: System, t: float) -> Array:
     """The acceleration of all gravity at a time (2,)."""
     found, at = np.zeros(2), reading(system)
     for load in system.mechanism.loads:
-        if type(load) is Gravity:
+        if type(load) is Gravity and not follows_formula(load):
             found += at.law(load, "x")(t), at.law(load, "y")(t)
     return found
 

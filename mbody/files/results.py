@@ -1,7 +1,8 @@
 """Results as data: one form for every analysis, the same in Python, JSON and on the command line.
 
 ``{"mbody", "model", "analysis", "units", "status", "doubts", "notes", "t", "bodies", "points",
-"reactions", "efforts", "unique_efforts", "loads", "measures", "checks"}``. Every list has one
+"reactions", "efforts", "unique_efforts", "loads", "inputs", "states", "measures", "checks"}``, of
+which "inputs" and "states" are those of mechanisms that have some. Every list has one
 entry an instant. x and y of a body are its mass centre. Reactions act on body j by body i, in world
 axes, at the joint's place on j. omega and alpha are in rad and the time unit always, angles in the
 unit that "units" says.
@@ -16,12 +17,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.files.tables import own_column
 from mbody.files.writing import writing
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.checks import one_design
 from mbody.solution.doubts import certificate
 from mbody.solution.heading import heading, unit_symbols
 from mbody.solution.measures import found_by, measured
+from mbody.solution.own_histories import shown_states
 
 if TYPE_CHECKING:
     from mbody.solution.solution import Solution
@@ -80,6 +83,7 @@ def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
         "efforts": {each.name: _list(solution.effort(each.name)) for each in giving},
         "unique_efforts": {each.name: solution.unique_effort(each.name) for each in giving},
         "loads": _loads(solution, turned),
+        **_signals(solution, angle),
         "measures": measures,
         "checks": {
             "constraint": _number(solution.checks.constraint),
@@ -151,6 +155,21 @@ def _loads(solution: Solution, turned: float) -> dict[str, Any]:
                 own["angle"] = _list(np.asarray(history.angle) * turned)
             found[load.name] = {"on": history.on, "by": history.by, **own}
     return found
+
+
+def _signals(solution: Solution, angle: str) -> dict[str, Any]:
+    """Histories of inputs and of own states, with their units, where there are some."""
+    machine = solution.mechanism
+    own = {"inputs": machine.inputs, "states": shown_states(machine)}
+    return {
+        key: {
+            one.name: {"unit": unit, "values": _list(values)}
+            for one in elements
+            for values, unit in [own_column(solution, one, angle)]
+        }
+        for key, elements in own.items()
+        if elements
+    }
 
 
 def _measure(solution: Solution, measure: Any, turned: float) -> list[float | None] | None:

@@ -55,7 +55,9 @@ NEEDED = (
     "released_at",
 )
 ENERGIES = tuple(part.name for part in fields(Energy) if part.name != "by")
-ARRAYS = tuple(part.name for part in fields(Restart) if part.name not in ("way", "own"))
+#: What a motion with controllers or inputs that jump goes on with; a file does not keep it.
+SAMPLED = ("inputs", "sampled")
+ARRAYS = tuple(part.name for part in fields(Restart) if part.name not in ("way", "own", *SAMPLED))
 
 
 def save_run(run: Solution, path: str | os.PathLike[str]) -> None:
@@ -116,7 +118,8 @@ def save_run(run: Solution, path: str | os.PathLike[str]) -> None:
         arrays[f"event.{n}"] = one.state.record.table(slice(None))
         if one.after is not None:
             arrays[f"after.{n}"] = one.after.record.table(slice(None))
-    if run.restart is not None:
+    # controllers are Python, which a file does not keep: it goes on from its last instant
+    if run.restart is not None and not run.restart.sampled and not run.restart.inputs:
         way = run.restart.way
         header["way"] = [way.method, way.rtol, way.atol, way.step]
         arrays |= {f"restart.{name}": getattr(run.restart, name) for name in ARRAYS}
@@ -210,7 +213,8 @@ def _solution(
         fits = len(parts["state"]) == PROGRESS and np.isfinite(finite(parts["state"])).all()
         want(bool(fits), "'restart.state' holds what is no finite number")
         way = Way(header["way"][0], *map(float, header["way"][1:]))
-        restart = Restart(way, **parts, own=own)
+        fixed: dict[str, Any] = {**parts, "own": own}
+        restart = Restart(way, **fixed)
         _check_restart(system, list(header["released_at"]), restart, float(t[-1]))
     if "given" in arrays:
         given = array(arrays, "given", (n, len(system.drivers), 3), open=True)

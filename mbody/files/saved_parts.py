@@ -9,7 +9,6 @@ import numpy as np
 
 from mbody.analysis.driven.requests import ANALYSES
 from mbody.files.arrays import Unreadable
-from mbody.kernels.output import PER_PRIMITIVE
 from mbody.solution.doubts import KINDS
 from mbody.system.system import System
 
@@ -50,7 +49,7 @@ def pages(
     arrays: Mapping[str, np.ndarray], name: str, system: System, count: int, analysis: str
 ) -> np.ndarray:
     """What was kept of so many instants: (instants, rows)."""
-    rows = 3 * system.coordinates + PER_PRIMITIVE * len(system.owners)
+    rows = system.page_rows
     return array(arrays, name, (count, rows), open=analysis != "simulate")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 import os
 from typing import TYPE_CHECKING, Any
 
@@ -14,11 +15,12 @@ from mbody.quantities.units import DIMENSIONS
 from mbody.solution.checks import one_design
 from mbody.solution.doubts import certificate
 from mbody.solution.measures import found_by, measured
+from mbody.solution.own_histories import own_history, shown_states
 
 if TYPE_CHECKING:
     from mbody.solution.solution import Solution
 
-__all__ = ["columns", "dataframe", "print_csv", "write_csv"]
+__all__ = ["columns", "dataframe", "own_column", "print_csv", "write_csv"]
 
 MOTION = {
     "x": "length",
@@ -37,8 +39,9 @@ def columns(solution: Solution, angle: str = "rad") -> dict[str, np.ndarray]:
     """All histories of one motion by column name, each with its unit.
 
     Time first, then nine columns a body (mass centre and angle), three a joint (force and torque
-    on its body j), one a coupling, a driver and a measure; kinematics has no forces. Where forces
-    are not determined, each joint, coupling and driver has a column ``"A.unique"``, 1 or 0.
+    on its body j), one a coupling, a driver, an input, an own state and a measure; kinematics has
+    no forces. Where forces are not determined, each joint, coupling and driver has a column
+    ``"A.unique"``, 1 or 0.
 
     Parameters
     ----------
@@ -79,7 +82,7 @@ def columns(solution: Solution, angle: str = "rad") -> dict[str, np.ndarray]:
             else:
                 table[f"{body.name}.{key} [{unit(dimension)}]"] = values
     if not solution.has_forces:
-        return table | _measures(solution, angle)
+        return table | _signals(solution, angle) | _measures(solution, angle)
     unique = uniqueness(solution)
     for joint in mechanism.joints:
         reaction = solution.reaction(joint.name)
@@ -91,7 +94,24 @@ def columns(solution: Solution, angle: str = "rad") -> dict[str, np.ndarray]:
         effort = unit(each.effort_dimension)
         table[f"{each.name}.effort [{effort}]"] = solution.effort(each.name)
         table |= unique.get(each.name, {})
-    return table | _measures(solution, angle)
+    return table | _signals(solution, angle) | _measures(solution, angle)
+
+
+def own_column(solution: Solution, element: Any, angle: str = "rad") -> tuple[np.ndarray, str]:
+    """The history of an input or an own state, and its unit, empty for a plain number."""
+    values, dimension = own_history(solution, element.name), element.dimension
+    if dimension == DIMENSIONS["angle"] and angle == "deg":
+        return np.degrees(values), "deg"
+    return values, "" if dimension is None else solution.mechanism.units.of(dimension)
+
+
+def _signals(solution: Solution, angle: str) -> dict[str, np.ndarray]:
+    """Inputs and own states."""
+    found = {}
+    for one in (*solution.mechanism.inputs, *shown_states(solution.mechanism)):
+        values, unit = own_column(solution, one, angle)
+        found[f"{one.name} [{unit}]" if unit else one.name] = values
+    return found
 
 
 def uniqueness(solution: Solution) -> dict[str, dict[str, np.ndarray]]:
@@ -163,6 +183,48 @@ def dataframe(solution: Solution) -> Any:
     frame = pandas.DataFrame(table)
     frame.attrs |= certificate(solution)
     return frame
+
+
+def dataset(solution: Solution) -> Any:
+    """The columns as a Dataset of xarray over the coordinate ``t``.
+
+    Parameters
+    ----------
+    solution : Solution
+        Of one design.
+
+    Returns
+    -------
+    xarray.Dataset
+        A variable a column, named without its unit, which is its attribute "units"; status, doubts
+        and notes are attributes of the whole, doubts as JSON.
+
+    Raises
+    ------
+    ModelError
+        Where xarray is not installed, or for a batch of designs.
+    """
+    table = columns(solution)
+    try:
+        import xarray  # type: ignore[import-not-found, unused-ignore]
+    except ImportError:
+        raise ModelError(
+            "a Dataset needs xarray, which is not installed: pip install xarray; "
+            "columns() and to_npz() need nothing"
+        ) from None
+    parts = {}
+    for column, values in table.items():
+        name, _, unit = column.partition(" [")
+        parts[name] = ("t", np.array(values), {"units": unit.removesuffix("]")} if unit else {})
+    said = certificate(solution)
+    attributes = {
+        "model": solution.mechanism.name,
+        "analysis": solution.analysis,
+        "status": said["status"],
+        "doubts": json.dumps(said["doubts"], ensure_ascii=False),
+        "notes": list(said["notes"]),
+    }
+    return xarray.Dataset(parts, coords={"t": parts.pop("t")}, attrs=attributes)
 
 
 def write_csv(solution: Solution, path: str | os.PathLike[str], angle: str = "rad") -> None:

@@ -12,7 +12,18 @@ import numpy as np
 from mbody.core.bundle import Bundle, array_words
 from mbody.core.interface import KERNELS, Array, signature
 
-__all__ = ["ARRAY", "CALL", "FORMAT", "MEASURE", "NUMBER", "Arena", "ImageEntry", "checksum"]
+__all__ = [
+    "ARRAY",
+    "CALL",
+    "FORMAT",
+    "INPUT",
+    "MEASURE",
+    "NUMBER",
+    "STATE",
+    "Arena",
+    "ImageEntry",
+    "checksum",
+]
 
 #: The first word of an image, and the number of its format.
 MAGIC, FORMAT = b"mbodyimg", 1
@@ -20,9 +31,9 @@ MAGIC, FORMAT = b"mbodyimg", 1
 CHECKSUM = 13
 #: Words before the data; bytes on which every array begins.
 HEAD, LINE = 16, 64
-#: Kinds of entries: a changeable number, a measure, the arguments of a kernel, an array. 2 is kept
-#: for inputs.
-NUMBER, MEASURE, CALL, ARRAY = 1, 3, 4, 5
+#: Kinds of entries: a changeable number, an input (such a number that may change while a motion
+#: goes on), a measure, the arguments of a kernel, an array, where a state of a user's own begins.
+NUMBER, INPUT, MEASURE, CALL, ARRAY, STATE = range(1, 7)
 
 
 @dataclass(frozen=True)

@@ -13,13 +13,16 @@ import numpy as np
 
 from mbody.image.tracing import Recording, Rule, Untraceable
 from mbody.kernels.number_program import NumberProgram
+from mbody.laws import Constant
 from mbody.model.element import Element, Numbers, listed
 from mbody.model.joints import Joint
 from mbody.system.system import System, polar_points
 
-__all__ = ["Changeable", "changeable_numbers"]
+__all__ = ["Changeable", "changeable_numbers", "input_numbers"]
 
 FIXED = "it is used in a table, a program, a guess or g, which an image cannot change"
+BEGINNING = "a motion begins there: the start of the state is set by the name of the state"
+SIZE = "the error of a state is relative to it, which an image cannot change"
 
 
 @dataclass
@@ -85,7 +88,14 @@ def changeable_numbers(system: System) -> Changeable:
     parameters = machine.parameters
     found = Changeable(system)
     found.fixed = {name: FIXED for name in sorted(machine.fixed_parameters)}
+    own = {state.start_number: BEGINNING for state in machine.states}
+    own |= {f"{state.name}.size": SIZE for state in machine.states}
+    own = {name: why for name, why in own.items() if name in system.values}
+    found.fixed |= own
+    free = {*own, *input_numbers(system)}
     for name, formula in system.formulas.items():
+        if name in free:  # a number of its own, whatever it was made of
+            continue
         found.follows[name] = _parameters_of(system, parameters.used_by(formula))
     for joint in machine.joints:
         if type(joint).refuse is not Joint.refuse:
@@ -103,6 +113,12 @@ def changeable_numbers(system: System) -> Changeable:
         if problem is None:
             return found
         _fix(found, *problem)
+
+
+def input_numbers(system: System) -> dict[str, str]:
+    """Of every input that is a constant, and so may be set, the name by that of its number."""
+    constant = [one.name for one in system.mechanism.inputs if isinstance(one.value, Constant)]
+    return {f"{name}.value": name for name in constant}
 
 
 def _parameters_of(system: System, names: Iterable[str]) -> frozenset[str]:

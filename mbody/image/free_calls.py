@@ -8,18 +8,20 @@ import numpy as np
 
 from mbody.analysis.dynamics.integration import Integration
 from mbody.analysis.dynamics.integrators import ExplicitSteps
+from mbody.analysis.dynamics.interruptions import holds
 from mbody.analysis.dynamics.options import MotionRequest, last_time, motion_request, tolerances
 from mbody.analysis.dynamics.singular_start import singular_start
 from mbody.analysis.initial.close_loops import close_loops
 from mbody.analysis.initial.initial_state import initial_state_of, state_of
 from mbody.errors import ModelError
-from mbody.image.arena import Arena
+from mbody.image.arena import STATE, Arena, ImageEntry
 from mbody.image.measured_quantities import MeasuredProgram
 from mbody.kernels.image_calls import MotionStart
 from mbody.kernels.number_program import NumberProgram
 from mbody.kernels.step_state import Outputs
 from mbody.model.event import Stop
-from mbody.model.simulation import METHODS
+from mbody.model.numbers import number_in
+from mbody.model.simulation import INSTANTS, METHODS
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
@@ -60,9 +62,11 @@ def enter_free(
     stepping, errors = integration.stepping, integration.motion.tolerances
     page, rows, causes = integration.page, integration.rows, integration.causes
     program = measured.program
-    begin = MotionStart(times=np.array([first, last]), q=q, v=v)
+    own = integration.y[2 * system.coordinates :].copy()
+    begin = MotionStart(times=np.array([first, last]), q=q, v=v, own=own)
     arena.call("numbers.free", "set_numbers", numbers, layout, work)
-    arena.call("begin", "begin_motion", layout, work, stepping, errors, begin, page)
+    at = arena.call("begin", "begin_motion", layout, work, stepping, errors, begin, page, False)
+    arena.word("begin.goes_on", at["goes_on"])
     for name, times in (("advance", np.array([first])), ("run", request.times.copy())):
         outputs = Outputs(
             times=times,
@@ -79,12 +83,25 @@ def enter_free(
         for key in ("until", "steps"):
             arena.word(f"{name}.{key}", at[key])
         arena.array(f"{name}.measured", found)
-    for key in ("times", "q", "v"):
+    for key in ("times", "q", "v", "own"):
         arena.array(f"start.{key}", getattr(begin, key))
+    for n, one in enumerate(system.mechanism.states):
+        # its count is the column of its measure
+        place = arena.put(begin.own) + 8 * n
+        column = measured.names.index(one.name)
+        unit = measured.units[column]
+        arena.entries.append(ImageEntry(STATE, place, column, one.name, unit))
+    for key in ("relative", "absolute"):
+        arena.word(f"motion.{key}", arena.field_place(errors, key))
     arena.array("begin.page", page)
     arena.array("motion.state", stepping.state)
     arena.array("motion.y", stepping.y)
-    return {"notes": [*_notes(system), *integration.notes], "rtol": request.way.rtol}
+    return {
+        "notes": [*_notes(system), *integration.notes],
+        "rtol": request.way.rtol,
+        "times": [first, last],
+        "every": _apart(system, last - first),
+    }
 
 
 def _request(
@@ -108,8 +125,23 @@ def _request(
     return start, state, request
 
 
+def _apart(system: System, whole: float) -> float:
+    """How far apart the instants of the description are, however many the image keeps."""
+    own = system.mechanism.simulation
+    if own is not None and own.every is not None:
+        return number_in(system.mechanism, own.every, "time", "simulate", "every")
+    return whole / ((INSTANTS if own is None else own.instants) - 1)
+
+
 def _refuse_another_motion(system: System) -> None:
     """Refuse a motion that would be another one in the image."""
+    for one in system.mechanism.inputs:
+        if holds(one.value):
+            raise ModelError(
+                f"input '{one.name}' follows a table that holds its values, which an image cannot: "
+                "give it a number, and let the program set it",
+                one.name,
+            )
     own = system.mechanism.simulation
     if own is None:
         return

@@ -10,6 +10,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -18,31 +19,28 @@ from mbody.image.changeable import Changeable
 from mbody.image.tracing import Recording, Rule, Untraceable
 from mbody.kernels.number_program import NumberProgram
 from mbody.kernels.output import PER_PRIMITIVE
-from mbody.laws import Expression
+from mbody.laws import Expression, MeasuredFormula, Table
 from mbody.laws.postfix import CONSTANT, LOG, OPERATIONS, POWER_CONSTANT
 from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
 from mbody.model.joints import Joint
-from mbody.quantities.units import DIMENSIONS, Dimension
+from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension
+from mbody.solution.formula_histories import ONE, TWO
 from mbody.solution.histories import LoadHistory, Reaction
 from mbody.solution.load_histories import stretched, turned
 from mbody.solution.measures import quantity, valued
+from mbody.solution.own_histories import own_history
 from mbody.solution.places import ends, place
 from mbody.solution.solution import Solution
+from mbody.system.formula_steps import record_formula
 
-__all__ = ["MeasuredProgram", "measured_quantities"]
+__all__ = ["MeasuredProgram", "TracedInstant", "TracedRecord", "measured_quantities"]
 
 #: What a body has, in the order in which the kernels keep it.
 ORDER = ("x", "y", "angle", "vx", "vy", "omega", "ax", "ay", "alpha")
 #: What a measure of joints is that no result has: Python checks it when loops are closed.
 MISFIT = "distance of the places, less the one by the radii"
-#: Names of NumPy for operations of formulas.
-FUNCTIONS = {
-    **{"negative": np.negative, "sin": np.sin, "cos": np.cos, "tan": np.tan, "asin": np.arcsin},
-    **{"acos": np.arccos, "atan": np.arctan, "sqrt": np.sqrt, "abs": np.abs, "exp": np.exp},
-    **{"log": np.log, "+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide},
-    **{"^": np.power, "atan2": np.arctan2, "hypot": np.hypot, "min": np.minimum},
-    **{"max": np.maximum},
-}
+#: Functions of NumPy for operations of formulas; a step by a comparison that is recorded.
+FUNCTIONS: dict[str, Any] = ONE | TWO | {"step": lambda x: 1.0 - np.less(x, 0.0)}
 
 
 @dataclass
@@ -71,18 +69,18 @@ def measured_quantities(changeable: Changeable) -> MeasuredProgram:
     and the measures of the mechanism.
     """
     system = changeable.system
-    rows = 3 * system.coordinates + PER_PRIMITIVE * len(system.owners)
+    rows = system.page_rows
     inputs = {f"row {n}": Rule(0.0) for n in range(rows)} | {"time": Rule(0.0)}
     # names of numbers, of which one may be that of a row
     inputs |= {f"number {name}": rule for name, rule in changeable.rules.items()}
     recording = Recording(inputs)
     traced = list(recording.inputs.values())
     numbers = dict(zip(changeable.rules, traced[rows + 1 :], strict=True))
-    instant = _TracedInstant(
+    instant = TracedInstant(
         system=replace(system, values=changeable.values(numbers), plans={}),
         analysis="kinetostatics",
         t=traced[rows],  # type: ignore[arg-type]
-        record=_TracedRecord(traced[:rows]),  # type: ignore[arg-type]
+        record=TracedRecord(traced[:rows]),  # type: ignore[arg-type]
         given=None,
     )
     found = MeasuredProgram(recording.program([]))
@@ -115,8 +113,19 @@ def _wanted(instant: Solution) -> Iterator[tuple[str, str, Any]]:
     for body in machine.bodies:
         for key in ORDER:
             yield f"{body.name}.{key}", f"{body.name}.{key}", history(body.name, key)
+    own: tuple[Any, ...] = (*machine.states, *machine.inputs)
+    for one in own:
+        plain = one.dimension or NUMBER
+        yield (
+            one.name,
+            one.name,
+            lambda name=one.name, unit=plain: (own_history(instant, name), unit, ""),
+        )
+    known = {one.name for one in own}
     for element in (*machine.constraints, *machine.loads):
         for key in element.quantities():
+            if f"{element.name}.{key}" in known:
+                continue
             yield f"{element.name}.{key}", f"{element.name}.{key}", history(element.name, key)
     for joint in machine.joints:
         if joint.spaced:
@@ -131,7 +140,7 @@ def _misfit(instant: Solution, joint: Joint) -> tuple[Any, Dimension, str]:
     return found - fitting, DIMENSIONS["length"], ""
 
 
-class _TracedRecord:
+class TracedRecord:
     """The record of one instant (see `mbody.solution.histories.Record`), its rows traced."""
 
     batch, count = False, 1
@@ -152,6 +161,11 @@ class _TracedRecord:
         raise Untraceable("compiled code computes it")
 
 
+#: Steps of formulas that read the instant, and what those of positions and velocities read.
+READ = ("position", "velocity", "turn", "time", "signal", "own")
+MOTIONS = {"position": ORDER[:3], "velocity": ORDER[3:6]}
+
+
 class _Absent:
     """A number that cannot be recorded, of a history whose other numbers can."""
 
@@ -162,7 +176,7 @@ class _Absent:
         raise self.error
 
 
-class _TracedInstant(Solution):
+class TracedInstant(Solution):
     """One instant with traced numbers."""
 
     def reaction(self, joint: str, on: str | None = None) -> Reaction:
@@ -226,23 +240,60 @@ class _TracedInstant(Solution):
         zero: Any = 0.0
         if action.kind == "stretch":
             length, rate, (ux, uy) = stretched(self, own)
-            f = _law(action.law, (1.0 - p[5]) * (length - p[4]) + p[5] * rate)
+            f = self._value(own, action.law, (1.0 - p[5]) * (length - p[4]) + p[5] * rate)
             on_j = -f * ux, -f * uy
             return LoadHistory(name, action.j, action.i, *on_j, zero, f, length, None, rate)
         if action.kind == "twist":
             angle, rate = turned(self, own)
-            f = _law(action.law, (1.0 - p[1]) * (angle - p[0]) + p[1] * rate)
+            f = self._value(own, action.law, (1.0 - p[1]) * (angle - p[0]) + p[1] * rate)
             parts: tuple[Any, ...] = (zero, zero, -f, zero, None, angle, rate)
             return LoadHistory(name, action.j, action.i, *parts)
-        f = _law(action.signals[0], self.t)
+        f = self._value(own, action.signals[0], self.t)
         if action.kind == "torque":
-            return LoadHistory(name, action.j, action.i, zero, zero, f, zero)
+            turn: tuple[Any, Any] = turned(self, own) if own.by_angle else (None, None)
+            return LoadHistory(name, action.j, action.i, zero, zero, f, zero, None, *turn)
         body = self[action.j]
-        turn = body.angle * p[4]
-        c, s = np.cos(turn), np.sin(turn)
+        angle = body.angle * p[4]
+        c, s = np.cos(angle), np.sin(angle)
         fx, fy = f * (c * p[2] - s * p[3]), f * (s * p[2] + c * p[3])
         size: Any = np.hypot(fx, fy)
         return LoadHistory(name, action.j, action.i, fx, fy, zero, size)
+
+    def _value(self, load: Any, signal: Any, x: Any) -> Any:
+        """The value of a load's law at x, or of its formula of measured quantities."""
+        if isinstance(signal.law, MeasuredFormula):
+            return self._formula(signal.law, signal.parameters, load)
+        return _law(signal, x)
+
+    def _formula(self, law: MeasuredFormula, constants: list[Any], load: Any) -> Any:
+        """The value of a formula of measured quantities, step by step as the kernels take them."""
+        system = self.system
+        found = record_formula(law, list(constants), system.mechanism, system.numbers, load)
+        values: list[Any] = []
+        for kind, *rest in found.steps:
+            if kind == "parameter":
+                values.append(found.numbers[rest[0]])
+            elif kind in READ:
+                values.append(self._read(kind, *rest))
+            elif kind == "law":
+                if len(rest) > 2:
+                    raise Untraceable("the value of a table of two variables")
+                values.append(_law(found.laws[rest[0]], values[rest[1]]))
+            else:
+                values.append(FUNCTIONS[kind](*(values[place] for place in rest)))
+        return values[found.value]
+
+    def _read(self, kind: str, owner: str = "", axis: int = 0) -> Any:
+        """A number of the instant, as `mbody.system.formula_steps.StepList` names it."""
+        if kind == "time":
+            return self.t
+        if kind in ("signal", "own"):
+            return own_history(self, owner)
+        if owner == "ground":
+            return 1.0 if (kind, axis) == ("turn", 0) else 0.0
+        if kind == "turn":
+            return (np.cos, np.sin)[axis](self[owner].angle)
+        return getattr(self[owner], MOTIONS[kind][axis])
 
 
 def _law(signal: Any, x: Any) -> Any:
@@ -258,6 +309,12 @@ def _law(signal: Any, x: Any) -> Any:
         return mean + amplitude * np.sin(frequency * x + phase)
     if isinstance(law, Expression):
         return _expression(law, list(numbers), x)
+    if isinstance(law, Table) and (law.interpolation, law.outside) == ("linear", "hold"):
+        # each straight part adds what it rises between its ends
+        value = law.y[0]
+        for (a, b), (c, d) in zip(pairwise(law.x), pairwise(law.y), strict=True):
+            value = value + (d - c) / (b - a) * np.maximum(np.minimum(x - a, b - a), 0.0)
+        return value
     raise Untraceable(f"the value of a {type(law).__name__} law")
 
 

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
 
 from mbody._version import __version__
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core.sources import source_hash
 from mbody.errors import ModelError, SolveError
-from mbody.image.arena import FORMAT, MEASURE, NUMBER, Arena, ImageEntry
-from mbody.image.changeable import Changeable, changeable_numbers
+from mbody.image.arena import FORMAT, INPUT, MEASURE, NUMBER, Arena, ImageEntry
+from mbody.image.changeable import Changeable, changeable_numbers, input_numbers
 from mbody.image.driven_calls import enter_driven
 from mbody.image.free_calls import enter_free
 from mbody.image.measured_quantities import MeasuredProgram, measured_quantities
+from mbody.image.si_units import si_unit
 from mbody.kernels.number_program import NumberProgram
-from mbody.kernels.output import PER_PRIMITIVE
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import dimension_named
@@ -24,6 +27,9 @@ from mbody.system.system import System
 
 __all__ = ["ModelImage", "to_image"]
 
+#: What an image can do, and what puts it in.
+ENTER = {"driven": enter_driven, "free": enter_free}
+ANALYSES = tuple(ENTER)
 #: Bases of units that the manifest names.
 UNITS = ("length", "mass", "time", "angle", "force", "torque")
 
@@ -38,10 +44,13 @@ class ModelImage:
         All of it, as `docs/images.md` describes it.
     manifest : dict
         What it says of itself.
+    entries : tuple of ImageEntry
+        What it offers by name, in order.
     """
 
     content: bytes
     manifest: dict[str, Any]
+    entries: tuple[ImageEntry, ...] = ()
 
     @property
     def notes(self) -> list[str]:
@@ -50,7 +59,11 @@ class ModelImage:
         return found
 
 
-def to_image(model: Mechanism | System, instants: int | None = None) -> ModelImage:
+def to_image(
+    model: Mechanism | System,
+    instants: int | None = None,
+    analyses: Sequence[str] = ANALYSES,
+) -> ModelImage:
     """The image of a mechanism, on which the compiled core runs without Python.
 
     Parameters
@@ -59,6 +72,8 @@ def to_image(model: Mechanism | System, instants: int | None = None) -> ModelIma
         Whose loops close; the position and all numbers are those of the description.
     instants : int, optional
         Of a turn, by default 361, and of a free motion, by default those of the description.
+    analyses : sequence of str
+        "driven", "free" or both: what the image shall do.
 
     Raises
     ------
@@ -86,6 +101,13 @@ def to_image(model: Mechanism | System, instants: int | None = None) -> ModelIma
             "a table instead",
             own[0],
         )
+    if system.mechanism.controllers:
+        controller = system.mechanism.controllers[0]
+        raise ModelError(
+            f"'{controller.name}' is a controller in Python, which an image runs without: leave it "
+            f"out, and let the program set {listed(controller.sets)}",
+            controller.name,
+        )
     changeable = changeable_numbers(system)
     numbers, measured = changeable.program(), measured_quantities(changeable)
     arena = Arena()
@@ -94,18 +116,29 @@ def to_image(model: Mechanism | System, instants: int | None = None) -> ModelIma
         arena.entries.append(ImageEntry(NUMBER, place, 1, input_name, _unit(system, input_name)))
     for n, (one, unit) in enumerate(zip(measured.names, measured.units, strict=True)):
         arena.entries.append(ImageEntry(MEASURE, 0, n, one, unit))
-    rows = 3 * system.coordinates + PER_PRIMITIVE * len(system.owners)
+    slots = list(changeable.rules)
+    for number_name, input_name in input_numbers(system).items():
+        if number_name in changeable.rules:
+            place = arena.put(numbers.slots) + 8 * slots.index(number_name)
+            unit = measured.units[measured.names.index(input_name)]
+            arena.entries.append(ImageEntry(INPUT, place, 1, input_name, unit))
+    rows = system.page_rows
     arena.word("page.rows", 0, rows)
     about: dict[str, Any] = {}
     notes = [*measured.notes, *_fits(system)]
     known = len(notes)
-    for analysis, enter in (("driven", enter_driven), ("free", enter_free)):
+    for analysis in analyses:
         try:
-            about[analysis] = enter(arena, system, numbers, measured, instants)
+            about[analysis] = ENTER[analysis](arena, system, numbers, measured, instants)
         except (ModelError, SolveError) as error:
+            if len(analyses) == 1:
+                raise
             notes.append(f"no {analysis} motion: {error}")
     if not about:
         raise ModelError(f"an image of '{name}' could do nothing; " + "; ".join(notes[known:]))
+    factors = [si_unit(entry.unit).factor for entry in arena.entries]
+    arena.array("si.factors", np.array(factors))
+    arena.array("si.second", np.array([si_unit(system.mechanism.units.time).factor]))
     notes += about.get("free", {}).pop("notes", [])
     manifest = _manifest(system, changeable, measured, numbers) | {
         "analyses": list(about),
@@ -116,7 +149,7 @@ def to_image(model: Mechanism | System, instants: int | None = None) -> ModelIma
     sources = source_hash() or "00" * 32
     manifest["sources"] = sources
     content = arena.image(json.dumps(manifest, ensure_ascii=False).encode(), sources)
-    return ModelImage(content, manifest)
+    return ModelImage(content, manifest, tuple(arena.entries))
 
 
 def _fits(system: System) -> list[str]:
@@ -160,6 +193,8 @@ def _manifest(
             {"name": name, "unit": unit, "of": of}
             for name, unit, of in zip(measured.names, measured.units, measured.of, strict=True)
         ],
+        "inputs": list(input_numbers(system).values()),
+        "states": [state.name for state in machine.states],
         "bodies": [body.name for body in machine.bodies],
         "drivers": [driver.name for driver in machine.drivers],
         "coordinates": system.coordinates,

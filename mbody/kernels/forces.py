@@ -12,6 +12,7 @@ from mbody.core.decorators import inline, njit
 from mbody.core.lanes import count, ld, st
 from mbody.kernels.constraints import side, user_state
 from mbody.kernels.law_values import law_at
+from mbody.kernels.measured_formulas import measured_formulas
 from mbody.laws.kernels import POLYNOMIAL
 from mbody.model.loads import LOADS
 from mbody.model.loads.centrifugal_field import centrifugal, spin
@@ -59,7 +60,11 @@ def polynomial(L, W, w, m, o):
 
 @njit
 def forces(L, W, w, cause):
-    """Sum of all loads on the coordinates (or of the one of that cause, if it is not negative)."""
+    """Sum of all loads on the coordinates; of the one of that cause, if it is not negative, with
+    the formulas of measured quantities as they were evaluated last.
+    """
+    if cause < 0:
+        measured_formulas(L, W, w)
     for n in range(3 * (L.bodies + 1)):
         st(W.force, n, 0.0, w)
     for e in range(L.action_kind.shape[0]):
@@ -113,8 +118,12 @@ def press(L, W, w, e, kind):
         st(W.scratch, 2, rate, w)
         chamber(L, W, L.action_par[e] + 6, count(w))
     else:
-        st(W.scratch, 0, ld(W.q, 3 * L.action_by[e] + 2, w) + p[5], w)
-        cycle_law(L, W, L.action_law[e], count(w))
+        n = L.action_law[e]
+        if n < 0:
+            st(W.scratch, 1, ld(W.signal, signal_of(n), w), w)
+        else:
+            st(W.scratch, 0, ld(W.q, 3 * L.action_by[e] + 2, w) + p[5], w)
+            cycle_law(L, W, n, count(w))
     f = p[4] * ld(W.scratch, 1, w)
     fx, fy = f * u[0], f * u[1]
     add(W, w, i, -fx, -fy, d[1] * fx - d[0] * fy)
@@ -182,10 +191,21 @@ def parameters(L, W, w, e):
 
 @inline
 def own_law(L, W, w, e, x):
-    """The element's own law at x, lane by lane."""
+    """The element's own law at x, lane by lane; a formula of measured quantities has its value."""
+    n = L.action_law[e]
+    if n < 0:
+        return ld(W.signal, signal_of(n), w)
     st(W.scratch, 0, x, w)
-    lanes_law(L, W, L.action_law[e], count(w))
+    lanes_law(L, W, n, count(w))
     return ld(W.scratch, 1, w)
+
+
+@inline
+def signal_of(n):
+    """The signal row of an own law that is a formula of measured quantities, whose number is
+    −1 less the row.
+    """
+    return -1 - n
 
 
 @inline

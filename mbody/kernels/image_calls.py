@@ -15,6 +15,7 @@ from mbody.kernels.loop_closure import close_from, gap
 from mbody.kernels.singularity_monitor import STAND_IN_PART
 from mbody.kernels.state_derivative import first_derivative
 from mbody.kernels.step_state import (
+    BEST_CONDITIONING,
     CROSSING_TIME,
     KNOWN_UNTIL,
     LEAST_CONDITIONING,
@@ -53,11 +54,14 @@ class MotionStart(Bundle):
         First and last time.
     q, v : arrays (coordinates,)
         Position and velocity near which it begins.
+    own : array (owns,)
+        States of a user's own.
     """
 
     times: Floats
     q: Floats
     v: Floats
+    own: Floats
 
 
 @kernel
@@ -109,7 +113,7 @@ def store_inverse_masses(L, W):
 @njit
 def store_sizes(L, W, S, v):
     """S.scale: sizes of coordinates and of their rates at the start, to which absolute errors are
-    relative; as simulations of batches has it for many motions.
+    relative; as simulations of batches has it for many motions. Those of own states stay.
     """
     n3, length = 3 * L.bodies, W.size[0, 0]
     speed, bend = 0.0, 0.0
@@ -140,18 +144,42 @@ def first_length(S, T, whole):
     return min(step, 0.1 * whole)
 
 
+@njit
+def has_values(S):
+    """Whether the derivative of the state is finite."""
+    good = True
+    for n in range(S.y.shape[0]):
+        good = good and abs(S.K[0, n]) < 1e300
+    return good
+
+
+@njit
+def again(L, W, S, T, page):
+    """The derivative of the present state anew, with other inputs: the steps go on as they were."""
+    best = S.state[BEST_CONDITIONING]
+    if not first_derivative(L, W, S, T.full_refinements, page):
+        return OPEN
+    S.state[BEST_CONDITIONING] = max(S.state[BEST_CONDITIONING], best)
+    return BEGUN if has_values(S) else NO_VALUE
+
+
 @kernel
 def begin_motion(
-    L: Layout, W: Work, S: Stepping, T: Tolerances, start: MotionStart, page: Rows
+    L: Layout, W: Work, S: Stepping, T: Tolerances, start: MotionStart, page: Rows, goes_on: bool
 ) -> int:
     """First state of a free motion, its derivative and the length of the first step; page (rows, 1)
-    is what is kept of it. Returns BEGUN, OPEN, NO_VALUE or MASSLESS.
+    is what is kept of it. Where a motion `goes_on`, only inputs have changed: the present state
+    stays, and its derivative is evaluated anew. Returns BEGUN, OPEN, NO_VALUE or MASSLESS.
     """
     n3, state = 3 * L.bodies, S.state
+    if goes_on:
+        return again(L, W, S, T, page)
     if not store_inverse_masses(L, W) and T.refinements == 0:
         return MASSLESS
     for n in range(n3):
         S.y[n], S.y[n3 + n] = start.q[n], start.v[n]
+    for n in range(L.owns):
+        S.y[2 * n3 + n] = start.own[n]
     for n in range(state.shape[0]):
         state[n] = 0.0
     state[TIME] = start.times[0]
@@ -159,9 +187,8 @@ def begin_motion(
     state[LEAST_CONDITIONING], state[STAND_IN_LIMIT] = math.inf, STAND_IN_PART
     if not first_derivative(L, W, S, T.full_refinements, page) or not is_closed(L, W):
         return OPEN
-    for n in range(2 * n3):
-        if not abs(S.K[0, n]) < 1e300:
-            return NO_VALUE
+    if not has_values(S):
+        return NO_VALUE
     store_sizes(L, W, S, start.v)
     state[NEXT] = first_length(S, T, start.times[1] - start.times[0])
     return BEGUN

@@ -41,6 +41,9 @@ class Layout(Bundle):
     bodies: int
     slots: int
     nodes: int
+    # states of a user's own; numbers that formulas of measured quantities compute on their way
+    owns: int
+    formula_numbers: int
     # primitives, sorted by kind: physics, body of either side, first parameter and how many, arm of
     # the marker on j, first signal row, node, own law, user's function
     primitive_kind: Ints
@@ -86,6 +89,10 @@ class Layout(Bundle):
     signal_law: Ints
     signal_row: Ints
     varying: int
+    # formulas of measured quantities: see `mbody.kernels.measured_formulas`, (steps, 4)
+    formula_step: Tables
+    # signal row of every input, in the order of the description
+    input_row: Ints
     # signal row and node of every driver, in the order of the description
     driver_row: Ints
     driver_node: Ints
@@ -120,7 +127,10 @@ class Work(Bundle):
     v: Rows
     a: Rows
     turn: Rows  # (cos θ, sin θ) of each body
-    signal: Rows  # (f, f′, f″) of each law of time
+    signal: Rows  # (f, f′, f″) of each law of time; f of each formula of measured quantities
+    formula: Rows  # numbers of the formulas of measured quantities
+    own: Rows  # states of a user's own
+    own_rate: Rows  # their rates
     block: Rows  # 2×3 numbers of each side, both sides of each node, then further sides
     phi: Rows
     nu: Rows
@@ -222,21 +232,13 @@ class Frame:
 def frame_of(layout: Layout, parameters: int, signals: int, lanes: int) -> Frame:
     """The frame of the workspaces of a system."""
     L = layout
-    shape = L.bodies, L.slots, L.nodes, len(L.block_row), len(L.more)
-    return _frame(*shape, parameters, signals, lanes)
+    shape = L.bodies, L.slots, L.nodes, len(L.block_row), len(L.more), L.owns, L.formula_numbers
+    return _frame(shape, parameters, signals, lanes)
 
 
 @functools.lru_cache(maxsize=256)
-def _frame(
-    bodies: int,
-    slots: int,
-    nodes: int,
-    blocks: int,
-    more: int,
-    parameters: int,
-    signals: int,
-    lanes: int,
-) -> Frame:
+def _frame(shape: tuple[int, ...], parameters: int, signals: int, lanes: int) -> Frame:
+    bodies, slots, nodes, blocks, more, owns, formulas = shape
     coordinates, columns = 3 * (bodies + 1), 3 * (slots + 1)
     rows = {
         "par": parameters,
@@ -248,6 +250,9 @@ def _frame(
         "time": 1,
         "turn": 2 * (bodies + 1),
         "signal": 3 * signals,
+        "formula": formulas,
+        "own": owns,
+        "own_rate": owns,
         "block": 12 * nodes + 6 * more,
         "cross": nodes,
         "pivot": 3 * nodes,

@@ -12,6 +12,7 @@ from mbody.core.lanes import st
 from mbody.kernels.constraints import rows, turns
 from mbody.kernels.forces import forces, signals
 from mbody.kernels.layout import Layout, Work
+from mbody.kernels.measured_formulas import measured_formulas, own_numbers
 from mbody.kernels.output import keep_primitives
 from mbody.kernels.position_velocity import clear, multipliers
 from mbody.kernels.schur_ldl import VANISHED, factor
@@ -25,7 +26,8 @@ def breakdown(
 ) -> None:
     """Fill output (instants, causes + 1, PER_PRIMITIVE·primitives, 1): inertia, then every load.
 
-    motion (instants, 9·bodies): q, v, a of each instant; t (instants,).
+    motion (instants, 9·bodies + owns + inputs): q, v, a of each instant, and own states
+    and inputs unless these are in W; t (instants,).
     """
     w = 0.0
     signals(L, W, w, L.signal_law.shape[0])
@@ -63,10 +65,12 @@ def each_load(L: Layout, W: Work, motion: Rows, t: Floats, output: Stacks) -> No
 
 @inline
 def at_instant(L, W, w, motion, t, k):
-    """Time, signals, positions and rates of instant k."""
+    """Time, signals, positions, rates, own states and formulas of instant k."""
     W.time[0, 0] = t[k]
     signals(L, W, w, L.varying)
     n3 = 3 * L.bodies
     for n in range(n3):
         W.q[n, 0], W.v[n, 0] = motion[k, n], motion[k, n3 + n]
+    own_numbers(L, W, motion[k], 3 * n3)
     turns(L, W, w)
+    measured_formulas(L, W, w)

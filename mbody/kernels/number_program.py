@@ -26,9 +26,9 @@ class NumberProgram(Bundle):
     lowest, strict : arrays (inputs,)
         What an input must not fall below, and where it must not reach it (1) or may (0).
     operations : array (operations, 4)
-        Code, slots of the operands, slot of the result; one operand stands twice.
+        Code, slots of the operands, slot of the result; of one operand both are the same.
     targets : array (outputs,)
-        The slots that are asked for.
+        The slots of the results that are wanted.
     """
 
     slots: Floats

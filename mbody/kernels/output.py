@@ -13,13 +13,18 @@ PER_PRIMITIVE = 5
 
 @njit
 def keep(L, W, w, page):
-    """Rows of page: q, v, a of all bodies, then `PER_PRIMITIVE` rows a primitive."""
+    """Rows of page: q, v, a of all bodies, `PER_PRIMITIVE` rows a primitive, own states, inputs."""
     n3 = 3 * L.bodies
     for n in range(n3):
         st(page, n, ld(W.q, n, w), w)
         st(page, n3 + n, ld(W.v, n, w), w)
         st(page, 2 * n3 + n, ld(W.a, n, w), w)
     keep_primitives(L, W, w, page, 3 * n3)
+    first = 3 * n3 + PER_PRIMITIVE * L.primitive_node.shape[0]
+    for n in range(L.owns):
+        st(page, first + n, ld(W.own, n, w), w)
+    for n in range(L.input_row.shape[0]):
+        st(page, first + L.owns + n, ld(W.signal, L.input_row[n], w), w)
 
 
 @njit
@@ -52,6 +57,7 @@ def keep_primitive(L, W, w, e, page, row):
 def keep_some(L, W, w, rows, page):
     """Only these rows (numbered as in `keep`, ascending), one after the other."""
     n3 = 3 * L.bodies
+    owns = 3 * n3 + PER_PRIMITIVE * L.primitive_node.shape[0]
     last = -1
     for n in range(rows.shape[0]):
         row = rows[n]
@@ -61,6 +67,10 @@ def keep_some(L, W, w, rows, page):
             st(page, n, ld(W.v, row - n3, w), w)
         elif row < 3 * n3:
             st(page, n, ld(W.a, row - 2 * n3, w), w)
+        elif row >= owns + L.owns:
+            st(page, n, ld(W.signal, L.input_row[row - owns - L.owns], w), w)
+        elif row >= owns:
+            st(page, n, ld(W.own, row - owns, w), w)
         else:
             e = (row - 3 * n3) // PER_PRIMITIVE
             spare = rows.shape[0]

@@ -9,6 +9,7 @@ from mbody.core.decorators import kernel
 from mbody.kernels.constraints import rows, turns
 from mbody.kernels.forces import forces, signals
 from mbody.kernels.layout import Layout, Work
+from mbody.kernels.measured_formulas import own_numbers
 from mbody.kernels.position_velocity import clear
 from mbody.kernels.schur_ldl import apply_gt
 
@@ -24,7 +25,8 @@ RESIDUALS = 5
 class Finished(Bundle):
     """Stored instants."""
 
-    motion: Rows  # (instants, 9·bodies): q, v, a
+    # (instants, 9·bodies + owns + inputs): q, v, a; own states and inputs unless these are in W
+    motion: Rows
     t: Floats  # (instants,)
     lam: Rows  # (instants, 2·primitives): multipliers
     driven: Ints  # primitives of the drivers
@@ -54,6 +56,7 @@ def residuals_of(L: Layout, W: Work, found: Finished, output: Rows) -> None:
                 W.signal[o + 1, 0] = 0.0
         for n in range(n3):
             W.q[n, 0], W.v[n, 0] = motion[k, n], motion[k, n3 + n]
+        own_numbers(L, W, motion[k], 3 * n3)
         turns(L, W, w)
         rows(L, W, w, True, None)
         worst = 0.0

@@ -167,7 +167,7 @@ def runge_kutta(
     end_row = B.shape[0]
     # whether the error takes the derivative at the end
     early = E.shape[1] > end_row
-    w, n6, causes = 0.0, 6 * L.bodies, P.shape[1]
+    w, size, causes = 0.0, y.shape[0], P.shape[1]
     n3, swift = 3 * L.bodies, scale[6 * L.bodies - 1]
     rtol, atol, regular = T.relative, T.absolute, T.refinements
     for _ in range(steps):
@@ -223,7 +223,7 @@ def runge_kutta(
             continue
         # ---- the end: y₁ = y + h Σ b_r K_r, projected
         stage_state(B, end_row, K, y, h, end, w)
-        for n in range(n6):
+        for n in range(size):
             last[n] = y[n]
         now = until if clipped else t + h
         if near_singular or early:
@@ -241,10 +241,10 @@ def runge_kutta(
             noise = ROUNDING * h * swift / max(least / state[BEST_CONDITIONING], NEAREST)
         # both norms in one loop: with one at a time, as in `radau`, the compiler fuses products in
         # another way, to other last digits
-        for n in range(n6):
-            size = (atol + noise) * scale[n] + rtol * max(abs(y[n]), abs(end[n]))
-            e3 += (low_error[n] / size) ** 2
-            e5 += (error_row[n] / size) ** 2
+        for n in range(size):
+            unit = (atol + noise) * scale[n] + rtol * max(abs(y[n]), abs(end[n]))
+            e3 += (low_error[n] / unit) ** 2
+            e5 += (error_row[n] / unit) ** 2
         if not (e5 < 1e300) or not good:
             state[NEXT] = (BACK if over else 0.5 if near_singular else 0.25) * h
             state[REJECTED] += 1
@@ -252,7 +252,7 @@ def runge_kutta(
                 return NOT_FINITE
             continue
         safety = SAFETY_NEAR_SINGULAR if near_singular else SAFETY
-        error, growth = next_length(h, e3, e5, n6, method.order, safety)
+        error, growth = next_length(h, e3, e5, size, method.order, safety)
         if error > 1.0:
             state[REJECTED] += 1
             state[NEXT] = h * (BACK if over else max(0.2, growth))
@@ -283,7 +283,7 @@ def runge_kutta(
             state[NEXT] = h * (1.2 if state[END_TRIES] < 5.0 else 0.5)
             continue
         # ---- the step is accepted
-        for n in range(n6):
+        for n in range(size):
             y[n] = end[n]
         state[CONDITIONING] = part
         state[BEST_CONDITIONING] = max(part, state[BEST_CONDITIONING])
@@ -302,7 +302,7 @@ def runge_kutta(
             S.G[0, c] = h * mean_power(B, P, c)
         if has_instant(S, O, now):
             dense_output(L, W, method, S, h, regular)
-        for n in range(n6):
+        for n in range(size):
             K[0, n] = K[end_row, n]
         for c in range(causes):
             P[0, c] = P[end_row, c]

@@ -66,7 +66,7 @@ from mbody.kernels.state_derivative import load_state, store_derivative
 from mbody.kernels.step_state import CONDITIONING, DELIVERED, Tolerances
 from mbody.kernels.tableaus import Explicit
 
-__all__ = ["runge_kutta_lanes"]
+__all__ = ["go_on", "off_manifold_derivative", "runge_kutta_lanes", "take_steps"]
 
 
 @kernel
@@ -85,53 +85,73 @@ def runge_kutta_lanes(
     method: an `Explicit`; T: a `Tolerances`; batch: a `Batch`; lanes: a `LaneWorkspace`, that of
     the last call where the designs are gone on with. Returns whether all designs are done.
     """
+    w, S = wide(), lanes.state
+    for _ in range(rounds):
+        if not refill_lanes(L, W, batch, lanes, until):
+            return True
+        if not take_steps(L, W, method, T, batch, lanes):
+            continue
+        if any_instant(lanes, batch.times):
+            t, h = ld(S, STEP_START, w), ld(S, STEP_LENGTH, w)
+            dense_output_lanes(L, W, method, T.refinements, lanes, t, h)
+        go_on(method, lanes)
+        deliver_lanes(L, W, T.full_refinements, batch, lanes)
+    return False
+
+
+@njit
+def take_steps(L, W, method, T, batch, lanes):
+    """The steps that the lanes have before them; whether any is accepted. In these y becomes the
+    end, `last` what y was, and the last row of K is the derivative there (see `go_on`).
+    """
     B, C = method.B, method.C
     end_row = B.shape[0]
     early = method.E.shape[1] > end_row
     w, S, K, regular = wide(), lanes.state, lanes.K, T.refinements
-    for _ in range(rounds):
-        if not refill_lanes(L, W, batch, lanes, until):
-            return True
-        t, h = ld(S, STEP_START, w), ld(S, STEP_LENGTH, w)
-        least = ld(S, CONDITIONING, w)
-        for s in range(1, end_row):
-            stage_state(method.A[s], s, K, lanes.y, h, lanes.stage, w)
-            off_manifold_derivative(L, W, lanes.stage, t + C[s] * h, K[s], regular)
-            n = method.sample[s]
-            if n == 0:
-                least = smaller(least, least_conditioning(L, W, w))
-            else:
-                least = smaller(least, sample_conditioning(L, W, w, n))
-        st(S, STAGE_CONDITIONING, least, w)
-        stage_state(B, end_row, K, lanes.y, h, lanes.end, w)
-        st(W.time, 0, t + h, w)
-        if early:
-            project_end(L, W, regular, lanes, end_row, method.sample[end_row])
-        error_norms(method.E, T, lanes)
-        if not accept_or_reject(lanes, batch, method.order):
-            continue
-        if not early:
-            project_end(L, W, regular, lanes, end_row, method.sample[end_row])
-        stiffness = stiffness_estimate(
-            h, lanes.end, lanes.stage, K[end_row], K[end_row - 1], lanes.scale, w
-        )
-        st(S, STIFFNESS, stiffness, w)
-        turned = largest_rotation(L, w, lanes.y, lanes.end)
-        st(S, RISK, singularity_risk(L, W, w, method.at, STEEPER, turned), w)
-        st(S, STAND_INS, stand_in_energy(L, W, w, W.v) if regular > 0 else 0.0 * turned, w)
-        finish_steps(lanes, batch, until, T.patience, method.stable)
-        accepted = ld(S, ACCEPTED, w)
-        keep_last_sample(L, W, w, method.sample[end_row], accepted)
-        for n in range(lanes.y.shape[0]):
-            y = ld(lanes.y, n, w)
-            st(lanes.last, n, y, w)
-            st(lanes.y, n, select_le(1.0, accepted, ld(lanes.end, n, w), y), w)
-        if any_instant(lanes, batch.times):
-            dense_output_lanes(L, W, method, regular, lanes, t, h)
-        for n in range(lanes.y.shape[0]):
-            st(K[0], n, select_le(1.0, accepted, ld(K[end_row], n, w), ld(K[0], n, w)), w)
-        deliver_lanes(L, W, T.full_refinements, batch, lanes)
-    return False
+    t, h = ld(S, STEP_START, w), ld(S, STEP_LENGTH, w)
+    least = ld(S, CONDITIONING, w)
+    for s in range(1, end_row):
+        stage_state(method.A[s], s, K, lanes.y, h, lanes.stage, w)
+        off_manifold_derivative(L, W, lanes.stage, t + C[s] * h, K[s], regular)
+        n = method.sample[s]
+        if n == 0:
+            least = smaller(least, least_conditioning(L, W, w))
+        else:
+            least = smaller(least, sample_conditioning(L, W, w, n))
+    st(S, STAGE_CONDITIONING, least, w)
+    stage_state(B, end_row, K, lanes.y, h, lanes.end, w)
+    st(W.time, 0, t + h, w)
+    if early:
+        project_end(L, W, regular, lanes, end_row, method.sample[end_row])
+    error_norms(method.E, T, lanes)
+    if not accept_or_reject(lanes, batch, method.order):
+        return False
+    if not early:
+        project_end(L, W, regular, lanes, end_row, method.sample[end_row])
+    stiffness = stiffness_estimate(
+        h, lanes.end, lanes.stage, K[end_row], K[end_row - 1], lanes.scale, w
+    )
+    st(S, STIFFNESS, stiffness, w)
+    turned = largest_rotation(L, w, lanes.y, lanes.end)
+    st(S, RISK, singularity_risk(L, W, w, method.at, STEEPER, turned), w)
+    st(S, STAND_INS, stand_in_energy(L, W, w, W.v) if regular > 0 else 0.0 * turned, w)
+    finish_steps(lanes, batch, T.patience, method.stable)
+    accepted = ld(S, ACCEPTED, w)
+    keep_last_sample(L, W, w, method.sample[end_row], accepted)
+    for n in range(lanes.y.shape[0]):
+        y = ld(lanes.y, n, w)
+        st(lanes.last, n, y, w)
+        st(lanes.y, n, select_le(1.0, accepted, ld(lanes.end, n, w), y), w)
+    return True
+
+
+@njit
+def go_on(method, lanes):
+    """The derivative at the end of an accepted step becomes the first one of the next."""
+    K, w, end_row = lanes.K, wide(), method.B.shape[0]
+    accepted = ld(lanes.state, ACCEPTED, w)
+    for n in range(lanes.y.shape[0]):
+        st(K[0], n, select_le(1.0, accepted, ld(K[end_row], n, w), ld(K[0], n, w)), w)
 
 
 @njit

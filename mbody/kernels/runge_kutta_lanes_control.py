@@ -42,10 +42,12 @@ __all__ = [
     "STEP_LENGTH",
     "STEP_START",
     "STIFFNESS",
+    "UNTIL",
     "LaneWorkspace",
     "accept_or_reject",
-    "finish_steps",
     "any_instant",
+    "begin_step",
+    "finish_steps",
     "leave_design",
     "next_instants",
     "refill_lanes",
@@ -63,7 +65,9 @@ HAS_INSTANT, INSTANT, FRACTION = range(PROGRESS + 12, PROGRESS + 15)
 #: Steps and time when the mean length was last judged; whether the step may have met a singular
 #: position; kinetic energy of masses that replace missing ones.
 JUDGED_STEPS, JUDGED_TIME, RISK, STAND_INS = range(PROGRESS + 15, PROGRESS + 19)
-CONTROLS = PROGRESS + 19
+#: The time that the lane goes on to.
+UNTIL = PROGRESS + 19
+CONTROLS = PROGRESS + 20
 #: Of so many steps the mean length is judged.
 MANY_STEPS = 10_000
 
@@ -111,22 +115,31 @@ def refill_lanes(L, W, batch, lanes, until):
             if batch.bad[following] == 0.0:
                 load_design(L, W, batch, lanes, lane, following)
                 fresh = True
-        t, h = S[TIME, lane], S[NEXT, lane]
-        S[ACCEPTED, lane] = 0.0
-        if design[lane] >= 0:
-            busy = True
-            S[ACCEPTED, lane] = 1.0
-            S[CLIPPED, lane] = 1.0 if t + h >= until - 1e-14 * abs(until) else 0.0
-            if S[CLIPPED, lane] > 0.5:
-                h = until - t
-            elif h < 1e-13 * max(abs(t), abs(until)):
-                leave_design(lanes, batch, lane)
-        # a lane without a design does not move
-        S[STEP_START, lane], S[STEP_LENGTH, lane] = t, h if S[ACCEPTED, lane] > 0.5 else 0.0
-        S[STEP_END, lane] = until if S[CLIPPED, lane] > 0.5 else t + S[STEP_LENGTH, lane]
+        S[UNTIL, lane] = until
+        busy = begin_step(lanes, batch, lane) or busy
     if fresh:
         st(W.time, 0, ld(S, TIME, wide()), wide())
         signals(L, W, wide(), L.signal_law.shape[0])
+    return busy
+
+
+@inline
+def begin_step(lanes, batch, lane):
+    """Start and length of the next step of a lane; whether it has a design, and so one to make."""
+    S = lanes.state
+    t, h, until = S[TIME, lane], S[NEXT, lane], S[UNTIL, lane]
+    S[ACCEPTED, lane] = 0.0
+    busy = lanes.design[lane] >= 0
+    if busy:
+        S[ACCEPTED, lane] = 1.0
+        S[CLIPPED, lane] = 1.0 if t + h >= until - 1e-14 * abs(until) else 0.0
+        if S[CLIPPED, lane] > 0.5:
+            h = until - t
+        elif h < 1e-13 * max(abs(t), abs(until)):
+            leave_design(lanes, batch, lane)
+    # a lane without a design does not move
+    S[STEP_START, lane], S[STEP_LENGTH, lane] = t, h if S[ACCEPTED, lane] > 0.5 else 0.0
+    S[STEP_END, lane] = until if S[CLIPPED, lane] > 0.5 else t + S[STEP_LENGTH, lane]
     return busy
 
 
@@ -184,7 +197,7 @@ def accept_or_reject(lanes, batch, order):
 
 
 @njit
-def finish_steps(lanes, batch, until, patience, stable):
+def finish_steps(lanes, batch, patience, stable):
     """Lengths of the next steps of lanes that accept theirs; some leave their design instead."""
     S = lanes.state
     for lane in range(lanes.design.shape[0] - 1):
@@ -199,8 +212,10 @@ def finish_steps(lanes, batch, until, patience, stable):
         S[BEST_CONDITIONING, lane] = max(end, best)
         S[STEPS, lane] += 1.0
         S[TIME, lane] = S[STEP_END, lane]
-        S[NEXT, lane] = S[STEP_LENGTH, lane] * S[GROWTH, lane]
-        left = until - S[STEP_END, lane]
+        wanted = S[STEP_LENGTH, lane] * S[GROWTH, lane]
+        # a step that is cut to end in time says nothing against longer ones
+        S[NEXT, lane] = max(wanted, S[NEXT, lane]) if S[CLIPPED, lane] > 0.5 else wanted
+        left = S[UNTIL, lane] - S[STEP_END, lane]
         if S[CLIPPED, lane] < 0.5:
             count_stiff(S[:, lane], S[STIFFNESS, lane] > stable)
         stiff = S[STIFF_COUNT, lane] >= STIFF_LIMIT and left > patience * S[NEXT, lane]

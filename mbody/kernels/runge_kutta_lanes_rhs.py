@@ -103,6 +103,8 @@ def initial_derivatives(L: Layout, W: Work, refinements: int, batch: Batch, page
             W.time[0, lane] = t
             for n in range(n3):
                 W.q[n, lane], W.v[n, lane] = batch.y[n, design], batch.y[n3 + n, design]
+            for n in range(L.owns):
+                W.own[n, lane] = batch.y[2 * n3 + n, design]
         signals(L, W, w, L.signal_law.shape[0])
         _, _, failed = projected_accelerations(L, W, w, 0.0, refinements, 1.0 + 0.0 * wide())
         conditioning = sample_conditioning(L, W, w, 0)
@@ -119,6 +121,8 @@ def initial_derivatives(L: Layout, W: Work, refinements: int, batch: Batch, page
                 batch.y[n, design], batch.y[n3 + n, design] = W.q[n, lane], W.v[n, lane]
                 batch.derivative[n, design] = W.v[n, lane]
                 batch.derivative[n3 + n, design] = W.a[n, lane]
+            for n in range(L.owns):
+                batch.derivative[2 * n3 + n, design] = W.own_rate[n, lane]
         st(page, 0, conditioning, w)
         st(page, 1, failed, w)
         for lane in range(many):

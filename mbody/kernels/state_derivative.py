@@ -1,6 +1,7 @@
 """Right-hand side of the equations of motion: the derivative of the state, and powers.
 
-    ẏ = (v, a) of y = (q, v), with  M a + Gᵀ λ = f,  G a = γ.
+    ẏ = (v, a, ż) of y = (q, v, z), with  M a + Gᵀ λ = f,  G a = γ  and the rates ż of a user's own
+    states z (`mbody.kernels.measured_formulas`).
 
 The accelerations are those of `mbody.kernels.accelerations`. A load of generalised force f_c has
 the power f_c · v; a driver, whose effort is −λ and whose rate is ν = ∂/∂t of its law, has −λ ν.
@@ -30,16 +31,18 @@ __all__ = [
 
 @inline
 def load_state(L, W, w, y):
-    """(q, v) ← the state y (2·coordinates, ·)."""
+    """(q, v) and own states ← the state y (2·coordinates + owns, ·)."""
     n3 = 3 * L.bodies
     for n in range(n3):
         st(W.q, n, ld(y, n, w), w)
         st(W.v, n, ld(y, n3 + n, w), w)
+    for n in range(L.owns):
+        st(W.own, n, ld(y, 2 * n3 + n, w), w)
 
 
 @inline
 def store_state(L, W, w, y):
-    """The state y ← (q, v)."""
+    """The state y ← (q, v); own states are not projected."""
     n3 = 3 * L.bodies
     for n in range(n3):
         st(y, n, ld(W.q, n, w), w)
@@ -48,11 +51,13 @@ def store_state(L, W, w, y):
 
 @inline
 def store_derivative(L, W, w, K):
-    """The derivative K (2·coordinates, ·) ← (v, a)."""
+    """The derivative K (2·coordinates + owns, ·) ← (v, a) and the rates of own states."""
     n3 = 3 * L.bodies
     for n in range(n3):
         st(K, n, ld(W.v, n, w), w)
         st(K, n3 + n, ld(W.a, n, w), w)
+    for n in range(L.owns):
+        st(K, 2 * n3 + n, ld(W.own_rate, n, w), w)
 
 
 @njit
@@ -76,7 +81,7 @@ def powers(L, W, P):
 
 @njit
 def state_derivative(L, W, S, t, y, row, refinements, projected):
-    """Row `row` of K and P ← the derivative of the state y (2·coordinates,) at t and its powers;
+    """Row `row` of K and P ← the derivative of the state y at t and its powers;
     `projected`: of the projection of y onto the constraints, which y becomes.
 
     S: a `Stepping`. Returns how far the projection moves position and velocity, and whether it

@@ -30,7 +30,9 @@ from mbody.laws.expression import Expression
 from mbody.laws.from_formula import compile_formula
 from mbody.laws.function import Function
 from mbody.laws.kernels import LAW_KINDS, SHAPES, evaluate, law
+from mbody.laws.measured_formula import MeasuredFormula, compile_measured
 from mbody.laws.table import Table
+from mbody.laws.table2 import Table2
 from mbody.laws.times import times_of
 from mbody.quantities import VARIABLES, Formula, FormulaError, dimension_text, read
 from mbody.quantities.units import DIMENSIONS, Dimension
@@ -45,13 +47,16 @@ __all__ = [
     "Polynomial",
     "Harmonic",
     "Table",
+    "Table2",
     "Rise",
     "Dwell",
     "Cam",
     "Expression",
     "Function",
     "as_law",
+    "MeasuredFormula",
     "compile_formula",
+    "compile_measured",
     "law",
     "evaluate",
     "times_of",
@@ -90,7 +95,7 @@ def as_law(
         if isinstance(value, Law):
             return value if dimension is None else value.dimensioned(dimension, argument)
         if isinstance(value, str | Formula) or hasattr(value, "dimensionality"):
-            return _as_formula(read(value, dimension), argument)
+            return _as_formula(read(value, dimension, curves=True), argument)
     except FormulaError as error:
         raise ModelError(str(error)) from None
     if isinstance(value, Real) and not isinstance(value, bool | np.bool_):
@@ -100,6 +105,8 @@ def as_law(
             f"a law is made from its numbers: {value.__name__}(...), not the class "
             f"{value.__name__} itself"
         )
+    if type(value).__name__ == "LowLevelCallable":  # of SciPy: a function of C that it wraps
+        value = value.function
     if callable(value) and not isinstance(value, type):
         return Function(value)
     raise ModelError(

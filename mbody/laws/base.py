@@ -198,9 +198,17 @@ class Law:
         """Fixed data for the kernel, (m,); empty for most laws."""
         return np.empty(0)
 
-    def hook(self) -> Callable[[FloatArray, FloatArray], None] | None:
-        """The Python function to register for a law of kind "user": fills y (3,) from x (1,)."""
+    def hook(self, derivatives: bool = True) -> Callable[[FloatArray, FloatArray], None] | None:
+        """The Python function to register for a law of kind "user": fills y (3,) from x (1,), the
+        derivatives only where they are wanted.
+        """
         return None
+
+    def corners(self, first: float, last: float) -> FloatArray:
+        """Where it jumps, or its rate or second derivative does, between two values of x,
+        ascending, (k,): steps of motions that follow it end there.
+        """
+        return np.empty(0)
 
     def turns(self, x: float) -> FloatArray:
         """Ascending places after x, (k,), between which the law is monotonic.

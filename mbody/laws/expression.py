@@ -115,7 +115,7 @@ def stack_depth(program: tuple[int, ...]) -> int:
     ModelError
         When it uses values that are not on the stack, or leaves more than one.
 
-    >>> stack_depth((0, 0, 18))
+    >>> stack_depth((0, 0, 19))
     2
     """
     depth = deepest = 0

@@ -9,11 +9,13 @@ from mbody.laws.base import Law
 from mbody.laws.elementary import Polynomial
 from mbody.laws.expression import Expression, stack_depth
 from mbody.laws.postfix import MAX_OPERATIONS, MAX_STACK, OPERATIONS
+from mbody.laws.postfix_program import PostfixProgram
 from mbody.quantities.evaluate import Scope, Valued, evaluate, literal_exponent, misplaced_variable
+from mbody.quantities.expansions import expanded
 from mbody.quantities.formula import Formula
 from mbody.quantities.parse import FormulaError, shown
 from mbody.quantities.text import text_of
-from mbody.quantities.tree import Binary, Call, Measured, Name, Negative, Node, Plain
+from mbody.quantities.tree import Binary, Measured, Name, Negative, Node, Plain
 from mbody.quantities.units import DIMENSIONS, Dimension
 
 __all__ = ["compile_formula"]
@@ -72,8 +74,8 @@ def compile_formula(
     if other in formula.names:
         raise FormulaError(misplaced_variable(other))
     whole = Scope(scope.system, {**scope.names, variable: Valued(1.0, argument)})
-    tree = formula.tree
-    if formula.scale(evaluate(tree, whole)) != 1.0:
+    tree = expanded(formula.tree)
+    if formula.scale(evaluate(formula.tree, whole)) != 1.0:
         tree = Binary("*", tree, DEGREE)
     law: Law
     terms = _terms(tree, variable)
@@ -81,7 +83,7 @@ def compile_formula(
         parts = _numbers([ZERO if term is None else term for term in terms])
         law = Polynomial([part.value(scope) for part in parts])
     else:
-        program = _Program(variable)
+        program = PostfixProgram(frozenset((variable,)))
         program.add(tree)
         codes = tuple(OPERATIONS.index(operation) for operation in program.operations)
         if len(codes) > MAX_OPERATIONS or stack_depth(codes) > MAX_STACK:
@@ -180,61 +182,3 @@ def _raised(terms: list[Node | None] | None, power: Fraction | None) -> list[Nod
 
 def _times(a: Node, b: Node) -> Node:
     return b if a == ONE else a if b == ONE else Binary("*", a, b)
-
-
-# -- programs -------------------------------------------------------------------------------------
-
-
-class _Program:
-    """Operations in postfix order, and the constants: the parts without the variable."""
-
-    def __init__(self, variable: str) -> None:
-        self.variable = variable
-        self.operations: list[str] = []
-        self.constants: list[Node] = []
-
-    def free(self, node: Node) -> bool:
-        return self.variable not in node.names
-
-    def put(self, operation: str, constant: Node | None = None) -> None:
-        self.operations.append(operation)
-        if constant is not None:
-            self.constants.append(constant)
-
-    def add(self, node: Node) -> None:
-        """Append the operations that put the value of a node on the stack."""
-        if self.free(node):
-            self.put("constant", node)
-        else:
-            self.varying(node)
-
-    def varying(self, node: Node) -> None:
-        match node:
-            case Name():
-                self.put("variable")
-            case Negative(of=below):
-                self.add(below)
-                self.put("negative")
-            case Measured(of=below, unit=unit, symbols=symbols):
-                self.add(below)
-                self.put("* constant", Measured(ONE, unit, symbols))
-            case Call(function=function, arguments=arguments):
-                for argument in arguments:
-                    self.add(argument)
-                self.put(function)
-            case Binary(operator=operator, a=a, b=b):
-                self.binary(operator, a, b)
-
-    def binary(self, operator: str, a: Node, b: Node) -> None:
-        if operator == "-" and self.free(b):
-            operator, b = "+", Negative(b)
-        elif operator == "-" and self.free(a):
-            operator, a, b = "+", Negative(b), a
-        elif operator in "+*" and self.free(a):
-            a, b = b, a
-        self.add(a)
-        if self.free(b):
-            self.put(f"{operator} constant", b)
-        else:
-            self.add(b)
-            self.put(operator)

@@ -95,9 +95,14 @@ class Function(Law):
         """None."""
         return []
 
-    def hook(self) -> Callable[[FloatArray, FloatArray], None]:
-        """The function to register: y (3,) = f, f′, f″ at x[0]; pickles if the law does."""
-        return self._fill
+    def hook(self, derivatives: bool = True) -> Callable[[FloatArray, FloatArray], None]:
+        """The function to register: y (3,) = f, f′, f″ at x[0], or f, 0, 0 where the derivatives
+        are not wanted, as of a force; pickles if the law does.
+        """
+        return self._fill if derivatives else self._fill_value
+
+    def _fill_value(self, x: FloatArray, y: FloatArray) -> None:
+        y[:] = finite_value(self.function, float(x[0])), 0.0, 0.0
 
     def _fill(self, x: FloatArray, y: FloatArray) -> None:
         y[:] = self._at(float(x[0]))

@@ -229,8 +229,9 @@ KERNELS: dict[str, LawKernel] = {
     "pieces": pieces,
     "expression": formula,
 }
-LAW_KINDS = (*KERNELS, "user")
-"""Kinds of laws; the integer code of a law is the index of its kind."""
+LAW_KINDS = (*KERNELS, "user", "measured", "surface")
+"""Kinds of laws; the integer code of a law is the index of its kind. One that is "measured" or a
+"surface" is no function of one number: `mbody.kernels.measured_formulas` has its value."""
 POLYNOMIAL, USER = LAW_KINDS.index("polynomial"), LAW_KINDS.index("user")
 
 

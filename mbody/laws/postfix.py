@@ -20,8 +20,8 @@ __all__ = ["MAX_STACK", "MAX_OPERATIONS", "OPERATIONS", "expression"]
 
 VARIABLE, CONSTANT = 0, 1
 ADD_CONSTANT, MULTIPLY_CONSTANT, DIVIDE_CONSTANT, POWER_CONSTANT = 2, 3, 4, 5
-NEGATIVE, SIN, COS, TAN, ASIN, ACOS, ATAN, SQRT, ABS, EXP, LOG = range(6, 17)
-ADD, SUBTRACT, MULTIPLY, DIVIDE, POWER, ATAN2, HYPOT, MIN, MAX = range(17, 26)
+NEGATIVE, SIN, COS, TAN, ASIN, ACOS, ATAN, SQRT, ABS, EXP, SIGN, STEP, LOG = range(6, 19)
+ADD, SUBTRACT, MULTIPLY, DIVIDE, POWER, ATAN2, HYPOT, MIN, MAX = range(19, 28)
 
 OPERATIONS = (
     # put a number on the stack
@@ -43,6 +43,8 @@ OPERATIONS = (
     "sqrt",
     "abs",
     "exp",
+    "sign",
+    "step",
     "log",
     # of two numbers
     "+",
@@ -125,6 +127,10 @@ def unary(code: int, a: float, a1: float, a2: float) -> Three:
         return -a, -a1, -a2
     if code == ABS:
         return (-a, -a1, -a2) if less(a, a1, a2, 0.0, 0.0, 0.0) else (a, a1, a2)
+    if code == SIGN:  # a NaN remains one
+        return (1.0 if a > 0.0 else -1.0 if a < 0.0 else a), 0.0, 0.0
+    if code == STEP:
+        return (1.0 if a >= 0.0 else 0.0 if a < 0.0 else a), 0.0, 0.0
     if code == SIN:
         g, g1 = np.sin(a), np.cos(a)
         g2 = -g

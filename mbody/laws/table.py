@@ -19,7 +19,7 @@ from mbody.quantities.units import DIMENSIONS, Dimension
 
 __all__ = ["End", "Interpolation", "Outside", "Table"]
 
-Interpolation = Literal["linear", "pchip", "spline"]
+Interpolation = Literal["hold", "linear", "pchip", "spline"]
 End = Literal["natural", "not-a-knot", "clamped"]
 Outside = Literal["error", "hold", "line"]
 
@@ -48,9 +48,11 @@ class Table(Law):
     outside : {"error", "hold", "line"}
         Outside the range: an error, the end value, or the end's tangent. A margin of 1e-9 of the
         range is always allowed. A result that used "hold" or "line" has a doubt.
-    interpolation : {"linear", "pchip", "spline"}, optional
+    interpolation : {"hold", "linear", "pchip", "spline"}, optional
         Between the points:
 
+        * "hold", steps: f keeps the value of the last point (zero-order hold, as of a sampled
+          signal), f′ = 0; the last value lasts as long as the one before it;
         * "linear", straight lines: f is continuous, f′ jumps at the points;
         * "pchip", a piecewise cubic that is monotone wherever the points are, so that it never
           leaves their range: f′ is continuous, f″ jumps at the points;
@@ -174,7 +176,12 @@ class Table(Law):
         x, y = np.asarray(self.x), np.asarray(self.y)
         h = np.diff(x)
         chord = np.diff(y) / h
-        if self._between == "linear":
+        if self._between == "hold":
+            # the last value, for as long as the one before
+            x, y, h = np.append(x, 2.0 * x[-1] - x[-2]), np.append(y, y[-1]), np.append(h, h[-1])
+            nothing = np.zeros(h.size)
+            rows = np.column_stack([y[:-1], nothing, nothing, nothing])
+        elif self._between == "linear":
             nothing = np.zeros(h.size)
             rows = np.column_stack([y[:-1], chord, nothing, nothing])
         else:
@@ -194,10 +201,25 @@ class Table(Law):
             else of_spline(h, chord, self.end or "not-a-knot")
         )
 
+    def corners(self, first: float, last: float) -> FloatArray:
+        """The points of the argument, between two values of it, at which f or a derivative that
+        motions depend on jumps: none of a spline.
+        """
+        if self._between == "spline":
+            return np.empty(0)
+        knots = np.asarray(self.x)
+        if self.periodic:
+            period = knots[-1] - knots[0]
+            low, high = (math.floor((end - knots[0]) / period) for end in (first, last))
+            knots = np.concatenate([knots + n * period for n in range(low, high + 1)])
+        return np.unique(knots[(knots > first) & (knots < last)])
+
     @cached_property
     def _extremes(self) -> tuple[FloatArray, FloatArray]:
         """Places within the intervals at which f′ = 0, and f there."""
         knots = np.asarray(self.x)
+        if self._between == "hold":
+            return np.empty(0), np.empty(0)
         c = self._table[2 + knots.size :].reshape(-1, 4)
         with np.errstate(all="ignore"):  # roots of c1 + 2 c2 w + 3 c3 w², of equal sign first
             q = -(c[:, 2] + np.copysign(np.sqrt(c[:, 2] ** 2 - 3.0 * c[:, 1] * c[:, 3]), c[:, 2]))

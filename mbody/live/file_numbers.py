@@ -22,7 +22,17 @@ from mbody.system.assembler import assemble
 __all__ = ["FileNumber", "CutFile", "file_numbers"]
 
 #: Tables whose numbers describe the mechanism; others say what is asked of it.
-DESCRIBING = ("parameters", "ground", "bodies", "joints", "couplings", "drivers", "loads")
+DESCRIBING = (
+    "parameters",
+    "inputs",
+    "ground",
+    "bodies",
+    "joints",
+    "couplings",
+    "drivers",
+    "states",
+    "loads",
+)
 #: A number with its unit, or without one; formulas have further signs.
 NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*((?:[A-Za-zµ°%][^+()]*)?)")
 #: Change of a number, as its part, by which the numbers of the mechanism that follow are found:
@@ -173,7 +183,8 @@ def _values(tree: Any, numbers: dict[Path, float]) -> dict[str, float]:
     new: dict[Path, Any] = {}
     for path, number in numbers.items():
         old = _at(tree, path)
-        new[path] = f"{number!r} {_parsed(old)[1]}" if isinstance(old, str) else number  # type: ignore[index]
+        parsed = _parsed(old) if isinstance(old, str) else None
+        new[path] = number if parsed is None else f"{number!r} {parsed[1]}"
     return dict(assemble(built(_with(tree, new))).values)
 
 

@@ -27,6 +27,8 @@ __all__ = ["live_view"]
 
 #: Dimensions of numbers that shapes follow, or do not.
 SHAPES = (DIMENSIONS["length"], DIMENSIONS["angle"])
+#: The files of the live part, each after those that it imports.
+PARTS = ("live_shapes", "live_motion", "live_model", "live")
 #: Words of the names of masses.
 MASSES = ("mass", "weight", "inertia")
 
@@ -146,11 +148,9 @@ def _fixed(manifest: dict[str, Any], names: list[str]) -> dict[str, str]:
 def live_module() -> str:
     """The core's module and that of live pages, as the end of the viewer's module."""
     folder = resources.files(__package__)
+    live = "\n".join((folder / f"{name}.mjs").read_text("utf-8") for name in PARTS)
     parts = []
-    for name, text in (
-        ("mbodyCore", MODULE.read_text("utf-8")),
-        ("mbodyLive", (folder / "live.mjs").read_text("utf-8")),
-    ):
+    for name, text in (("mbodyCore", MODULE.read_text("utf-8")), ("mbodyLive", live)):
         exported = re.findall(r"^export (?:class|const|function) (\w+)", text, re.M)
         plain = re.sub(r"^export |^import .*?;\n", "", text, flags=re.M)
         names = ", ".join(exported)

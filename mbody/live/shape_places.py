@@ -110,6 +110,7 @@ class _Follower(Anchors):
             "movers": [self._mover(one["n"]) for one in self.data["movers"]],
             "forces": [self._force(one["of"], one.get("load")) for one in self.data["forces"]],
             "guides": self.guides,
+            "places": {one.key: n for n, one in enumerate(self.anchors) if self._is_arm(one.key)},
             "points": {one.key: n for n, one in enumerate(self.anchors) if self._is_point(one.key)},
         }
         return ShapePlaces(self._program(rules), rules, unmoved)
@@ -310,6 +311,11 @@ class _Follower(Anchors):
         if any(min(np.hypot(*(self.anchors[n].shown - at)) for n in own) > near for at in kept):
             return "loose"
         return {"nodes": own, "half": half}
+
+    def _is_arm(self, key: str) -> bool:
+        machine = self.system.mechanism
+        owners = {one.name for one in (*machine.loads, *machine.drivers)}
+        return key.partition(".")[0] in owners and ":" not in key
 
     def _is_point(self, key: str) -> bool:
         body, _, point = key.partition(".")

@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from numbers import Real
-from typing import Any, ClassVar, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, cast
 
 import numpy as np
 
@@ -33,6 +33,9 @@ from mbody.quantities.types import (
     required,
 )
 from mbody.quantities.units import dimension_of
+
+if TYPE_CHECKING:
+    from mbody.model.own_equations import OwnState
 
 __all__ = [
     "Element",
@@ -314,9 +317,20 @@ class Element:
         if isinstance(value, Real) and not isinstance(value, bool):
             value = number(value, dimension, self.name, field.name)
         try:
-            return as_law(value, dimension, of)
+            law = as_law(value, dimension, of)
         except ModelError as error:
             raise ModelError(f"'{self.name}': {field.name}: {error}", self.name) from None
+        if getattr(law, "interpolation", None) == "hold":
+            raise ModelError(
+                f"'{self.name}': {field.name} is a table that holds its values, which jump: give "
+                "it to an Input, which formulas name, or choose another interpolation",
+                self.name,
+            )
+        return law
+
+    def own_states(self) -> tuple[OwnState, ...]:
+        """The states that it brings, which are integrated with the motion."""
+        return ()
 
     def quantities(self) -> dict[str, str]:
         """The histories that a result has of it by its name, with the dimension of each."""
@@ -387,6 +401,10 @@ class Numbers:
 
     def __getitem__(self, name: str) -> Value:
         return self._values[name]
+
+    def has_point(self, name: str) -> bool:
+        """Whether there is a point of that dotted name."""
+        return name in self._polar or f"{name}.x" in self._values
 
     def point(self, name: str) -> tuple[Value, Value]:
         """(x, y) [length] of the point of that dotted name, in link axes."""

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any, TypeVar
+from collections.abc import Callable, Mapping
+from typing import Any, TypeAlias, TypeVar
 
-from mbody.errors import ModelError
-from mbody.laws import Law, compile_formula
+from mbody.errors import ModelError, brief
+from mbody.laws import Constant, Law, compile_formula, compile_measured
 from mbody.model.element import Element
-from mbody.quantities import Formula, FormulaError, Scope
+from mbody.quantities import FUNCTIONS, Formula, FormulaError, Scope
 from mbody.quantities.deferred import formulas_in, substituted
-from mbody.quantities.units import DIMENSIONS
+from mbody.quantities.tree import called
+from mbody.quantities.units import DIMENSIONS, Dimension, dimension_of
 
 __all__ = ["resolved"]
 
@@ -19,8 +21,15 @@ TIME = DIMENSIONS["time"]
 E = TypeVar("E", bound=Element)
 
 
-def resolved(element: E, scope: Scope) -> tuple[E, dict[str, Formula], set[str]]:
-    """The element with floats for all its text, in the units of the scope.
+#: Dimensions of those of the names in a formula that are measured in a motion.
+Measured: TypeAlias = "Callable[[frozenset[str]], Mapping[str, Dimension | None]]"
+
+
+def resolved(
+    element: E, scope: Scope, measured: Measured
+) -> tuple[E, dict[str, Formula], set[str]]:
+    """The element with floats for all its text, in the units of the scope; laws by formulas of
+    what is `measured` in a motion.
 
     Returns
     -------
@@ -42,15 +51,30 @@ def resolved(element: E, scope: Scope) -> tuple[E, dict[str, Formula], set[str]]
     laws: dict[str, Law] = {}
     for field in dataclasses.fields(element):
         value = getattr(element, field.name)
+        if isinstance(value, Constant) and isinstance(value.value, Formula):
+            # without a variable of its own: perhaps of measured quantities
+            value = value.value
         if isinstance(value, Formula) and "law" in field.metadata:
             name = f"{element.name}.{field.name}"
             try:
-                laws[field.name], numbers = compile_formula(value, scope, value.argument or TIME)
+                quantities = measured(value.names)
+                calls = called(value.tree) - FUNCTIONS.keys()
+                if quantities or (calls and value.variable):
+                    laws[field.name], numbers = _of_measured(
+                        element, field, value, scope, quantities
+                    )
+                elif value.variable:
+                    of = value.argument or TIME
+                    laws[field.name], numbers = compile_formula(value, scope, of)
+                else:
+                    continue
             except FormulaError as error:
                 raise ModelError(f"'{element.name}': {field.name}: {error}", element.name) from None
             formulas |= {f"{name}.{key}": formula for key, formula in numbers.items()}
             formulas[name] = value
-    named = {k: v for k, v in element.numbers().items() if isinstance(v, Formula)}
+    changes: dict[str, Any] = dict(laws)
+    with_laws = dataclasses.replace(element, **changes) if laws else element
+    named = {k: v for k, v in with_laws.numbers().items() if isinstance(v, Formula)}
     formulas |= named
     for name, formula in named.items():
         try:
@@ -59,8 +83,6 @@ def resolved(element: E, scope: Scope) -> tuple[E, dict[str, Formula], set[str]]
             field_name = name.removeprefix(f"{element.name}.")
             raise ModelError(f"'{element.name}': {field_name}: {error}", element.name) from None
     open_numbers = {id(formula) for formula in named.values()}
-    changes: dict[str, Any] = dict(laws)
-    with_laws = dataclasses.replace(element, **changes) if laws else element
     parts: dict[str, Any] = {}
     for field in dataclasses.fields(element):
         value = getattr(with_laws, field.name)
@@ -73,3 +95,35 @@ def resolved(element: E, scope: Scope) -> tuple[E, dict[str, Formula], set[str]]
     fixed = set().union(*(formula.names for formula in rest.values()))
     formulas |= rest
     return made, formulas, fixed
+
+
+def _of_measured(
+    element: Element,
+    field: dataclasses.Field[Any],
+    formula: Formula,
+    scope: Scope,
+    quantities: Mapping[str, Dimension | None],
+) -> tuple[Law, dict[str, Formula]]:
+    """The law of a formula of measured quantities, where the element can follow one."""
+    measured = next(iter(quantities), "t")
+    if element.role != "load":
+        raise ModelError(
+            f"'{element.name}': {field.name} is {brief(formula.text)}, a formula of '{measured}', "
+            f"which a {element.role} cannot follow: a load may, such as a Torque or a Force; for "
+            "coordinates that follow each other use a Coupling, a Gear, a Cam or a CustomJoint",
+            element.name,
+        )
+    own = f"{element.name}.{field.name}"
+    if own in quantities:
+        raise ModelError(
+            f"'{element.name}': {field.name}: '{own}' depends on itself: measure what it follows "
+            "from, or filter it with a state of your own",
+            element.name,
+        )
+    names = dict(quantities)
+    if "t" in formula.names:
+        names["t"] = TIME
+    if "x" in formula.names:
+        names["x"] = dimension_of(field.metadata["of"])
+    wanted = dimension_of(field.metadata["law"])
+    return compile_measured(formula.of(wanted), scope, names, wanted)

@@ -2,31 +2,40 @@
 
 from __future__ import annotations
 
-import contextlib
 import copy
+import itertools
 import reprlib
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
+from mbody.core.presentation import present
 from mbody.errors import ModelError, brief
+from mbody.laws import Law
 from mbody.model.body import Body
 from mbody.model.constraint import Constraint
+from mbody.model.control_checks import check_formula_name, check_sets
+from mbody.model.controller import Controller
 from mbody.model.coupling import Coupling
+from mbody.model.curves import as_curves
 from mbody.model.driver import Driver
 from mbody.model.element import Element, Marker, PointLike, check_name, listed
+from mbody.model.equality import whole
 from mbody.model.evaluation import resolved
-from mbody.model.event import Stop
+from mbody.model.inputs import Input
 from mbody.model.joints import Joint
 from mbody.model.loads import Load
+from mbody.model.own_equations import OwnState
 from mbody.model.simulation import SimulationSettings
+from mbody.model.state_quantities import measured_names
+from mbody.model.states import State, check_unmeasured
 from mbody.model.study import Instants, Measure, Question
 from mbody.quantities import Formula, FormulaError, Parameters, read
+from mbody.quantities.deferred import formulas_in
 from mbody.quantities.number import evaluated, number
 from mbody.quantities.types import Number
-from mbody.quantities.units import DIMENSIONS, Dimension, UnitSystem, unit_system
+from mbody.quantities.units import Dimension, UnitSystem, unit_system
 
-__all__ = ["Mechanism", "snapshot", "whole", "with_element"]
+__all__ = ["Mechanism", "compiled_state", "snapshot", "with_element"]
 
 E = TypeVar("E", bound=Element)
 
@@ -60,6 +69,9 @@ class Mechanism:
         The motion that `simulate` follows where nobody says otherwise.
     source, note : str
         Where it comes from, and what to look at.
+    curves : dict, optional
+        Tables and other laws that formulas call by name: ``{"torque": Table(…)}`` as
+        ``"torque(crank.omega)"``, a `Table2` with two numbers.
 
     Examples
     --------
@@ -85,6 +97,7 @@ class Mechanism:
         simulation: SimulationSettings | None = None,
         source: str = "",
         note: str = "",
+        curves: Mapping[str, Law] | None = None,
     ) -> None:
         for key, text in (("title", name), ("source", source), ("note", note)):
             if not isinstance(text, str):
@@ -99,6 +112,12 @@ class Mechanism:
         self.formulas: dict[str, Formula] = {}
         #: Parameters used where a system cannot change them, as in a table or a guess.
         self.fixed_parameters: set[str] = set()
+        #: Curves that formulas call, by name.
+        self.curves = as_curves(curves or {}, self.parameters.scope())
+        self.parameters.with_curves({key: one.valued() for key, one in self.curves.items()})
+        for one in self.curves.values():
+            for _, formula in formulas_in(one.given):
+                self.fixed_parameters |= self.parameters.used_by(formula)
         #: What was perhaps meant otherwise in the file it was read from, for the notes of results.
         self.file_remarks: tuple[str, ...] = ()
         self.g = self.units.g if g is None else self._turning(g)
@@ -111,6 +130,8 @@ class Mechanism:
         self.ground = self._taken(Body("ground", points={} if ground is None else ground))
         self._elements: dict[str, Element] = {}
         self._sorted: dict[type, tuple[Any, ...]] | None = None
+        #: States that elements bring, kept when the mechanism is closed.
+        self._brought: tuple[OwnState, ...] | None = None
 
     def _turning(self, g: Any) -> float:
         """The number that turns weights into masses; its parameters cannot be changed later."""
@@ -131,6 +152,7 @@ class Mechanism:
         made._elements, made.formulas = dict(self._elements), dict(self.formulas)
         made.fixed_parameters, made.measures = set(self.fixed_parameters), dict(self.measures)
         made.questions = dict(self.questions)
+        made._brought = None
         return made
 
     def add(self, *elements: Element) -> None:
@@ -168,7 +190,7 @@ class Mechanism:
         Raises
         ------
         ModelError
-            For a driver that is not there.
+            For a driver that is not there, or that the formula of a load or a state measures.
         """
         known = [driver.name for driver in self.drivers]
         for name in drivers:
@@ -177,6 +199,7 @@ class Mechanism:
                     f"there is no driver {brief(name)} to release (there are: {listed(known)})",
                     str(name),
                 )
+        check_unmeasured((*self.loads, *self.described_states), self.formulas, set(drivers))
         made = copy.copy(self)
         made._sorted, gone = None, set(drivers)
         driven = gone.union(*(driver.bodies for driver in self.drivers if driver.name in gone))
@@ -186,7 +209,9 @@ class Mechanism:
         made.measures = {
             key: measure
             for key, measure in self.measures.items()
-            if gone.isdisjoint(name.partition(".")[0] for name in read(measure.of, None).names)
+            if gone.isdisjoint(
+                name.partition(".")[0] for name in read(measure.of, None, curves=True).names
+            )
         }
         gone |= self.measures.keys() - made.measures.keys()
         made.questions = {
@@ -201,15 +226,15 @@ class Mechanism:
         return made
 
     def _add(self, element: Element) -> None:
-        if not isinstance(element, (Body, Constraint, Load)):
+        if not isinstance(element, (Body, Constraint, Load, Input, State, Controller)):
             remedy = ""
             if isinstance(element, (list, tuple)):
                 remedy = ": give them one by one, add(*elements)"
             elif isinstance(element, type):
                 remedy = f": make one, {element.__name__}(...)"
             raise ModelError(
-                "a mechanism takes bodies, joints, couplings, drivers and loads, not "
-                f"{reprlib.repr(element)}{remedy}"
+                "a mechanism takes bodies, joints, couplings, drivers, loads, inputs, states and "
+                f"controllers, not {reprlib.repr(element)}{remedy}"
             )
         name = element.name
         if name in self._elements or name == "ground":
@@ -217,19 +242,41 @@ class Mechanism:
             raise ModelError(
                 f"the name '{name}' is taken by a {what}: names are unique, choose another", name
             )
+        if element.role in ("input", "state"):
+            check_formula_name(element, self.parameters)
+        if isinstance(element, Controller):
+            check_sets(element, self.inputs, self.controllers)
         if element.role != "body":
             for marker in element.places().values():
                 self._find(marker, name)
             for body in getattr(element, "bodies", ()):
                 self._find(Marker(body, (0.0, 0.0)), name)
-        self._elements[name] = self._taken(element)
+        self._elements[name] = element  # its own formulas may measure it
+        try:
+            self._elements[name] = self._taken(element)
+        except ModelError:
+            del self._elements[name]
+            raise
 
     def _taken(self, element: E) -> E:
         """The element with floats for its text; what they were made of is kept."""
-        made, formulas, fixed = resolved(element, self.parameters.scope())
+        scope = self.parameters.scope()
+        whole: Any = element
+        if isinstance(element, State):
+            whole, formulas = element.entered(scope)
+            self.formulas |= formulas
+            return cast(E, whole)
+        if isinstance(element, Input):
+            whole = element.measured(scope)
+        made: E
+        made, formulas, fixed = resolved(whole, scope, self._measured)
         self.formulas |= formulas
         self.fixed_parameters |= fixed & self.parameters.keys()
         return made
+
+    def _measured(self, names: frozenset[str]) -> dict[str, Dimension | None]:
+        """Those of the names in a formula that are measured in a motion."""
+        return measured_names(self, names)
 
     def _find(self, marker: Marker, element: str) -> None:
         body = self.ground if marker.body == "ground" else self._elements.get(marker.body)
@@ -286,6 +333,31 @@ class Mechanism:
         """The loads, in the order of the description."""
         return self._of(Load)
 
+    @property
+    def inputs(self) -> tuple[Input, ...]:
+        """The inputs, in the order of the description."""
+        return self._of(Input)
+
+    @property
+    def controllers(self) -> tuple[Controller, ...]:
+        """The sampled controllers, in the order of the description."""
+        return self._of(Controller)
+
+    @property
+    def described_states(self) -> tuple[State, ...]:
+        """The states of the user's own, in the order of the description."""
+        return self._of(State)
+
+    @property
+    def states(self) -> tuple[State | OwnState, ...]:
+        """The states that are integrated with the motion: those that the user described, then
+        those that elements bring, in the order of the description.
+        """
+        if self._brought is None or self._sorted is None:
+            found = (element.own_states() for element in self._elements.values())
+            self._brought = tuple(itertools.chain.from_iterable(found))
+        return (*self._of(State), *self._brought)
+
     def __getitem__(self, name: str) -> Element:
         if isinstance(name, str) and name in self._elements:
             return self._elements[name]
@@ -301,14 +373,24 @@ class Mechanism:
     def __iter__(self) -> Iterator[Element]:
         return iter(self._elements.values())
 
+    def _repr_html_(self) -> str:
+        # what a notebook shows
+        return str(present("notebook", self))
+
     def __repr__(self) -> str:
         parts = (
             (len(self.bodies), "body", "bodies"),
             (len(self.joints), "joint", "joints"),
             (len(self.drivers), "driver", "drivers"),
             (len(self.loads), "load", "loads"),
+            (len(self.inputs), "input", "inputs"),
+            (len(self.described_states), "state", "states"),
         )
-        counts = ", ".join(f"{n} {one if n == 1 else more}" for n, one, more in parts)
+        counts = ", ".join(
+            f"{n} {one if n == 1 else more}"
+            for k, (n, one, more) in enumerate(parts)
+            if n or k < 4  # most mechanisms have no inputs and no states of their own
+        )
         return f"Mechanism({self.name!r}: {counts}, {self.units.name})"
 
     def __eq__(self, other: object) -> bool:
@@ -333,8 +415,28 @@ def snapshot(machine: Mechanism) -> Mechanism:
     if machine._sorted is not None:
         return machine
     kept = copy.copy(machine)
+    kept._brought = None
+    for state in machine.described_states:
+        kept._elements[state.name], formulas = compiled_state(machine, state)
+        kept.formulas |= formulas
     kept._sorted = {}
     return kept
+
+
+def compiled_state(machine: Mechanism, state: State) -> tuple[State, dict[str, Formula]]:
+    """An own state with its rate as a law, and what the numbers of that were made of.
+
+    Raises
+    ------
+    ModelError
+        For a rate that measures what is not there, or whose units do not fit.
+    """
+    names = state.rate.names if isinstance(state.rate, Formula) else frozenset[str]()
+    try:
+        quantities = measured_names(machine, names)
+    except FormulaError as error:
+        raise ModelError(f"'{state.name}': rate: {error}", state.name) from None
+    return state.compiled(machine.parameters.scope(), quantities)
 
 
 def with_element(machine: Mechanism, element: Element) -> Mechanism:
@@ -351,83 +453,3 @@ def with_element(machine: Mechanism, element: Element) -> Mechanism:
     }
     kept._sorted = {}
     return kept
-
-
-# -- equality: all that a mechanism describes ------------------------------------------------------
-
-
-def _stated(machine: Mechanism, value: Any) -> Any:
-    """A number or formula; the unit of plain angles only where it is one."""
-    if not isinstance(value, Formula):
-        return value
-    scope = machine.parameters.scope()
-    angle = value.dimension == DIMENSIONS["angle"] and not value.has_units(scope)
-    return value if angle else replace(value, angle="")
-
-
-def _worth(machine: Mechanism, value: Any, dimension: Dimension | None) -> Any:
-    """The same, as a number where it follows no parameters."""
-    if not isinstance(value, Formula):
-        return value
-    own = replace(value, dimension=dimension)
-    with contextlib.suppress(FormulaError):
-        if not machine.parameters.used_by(own):
-            return own.value(machine.parameters.scope())
-    return _stated(machine, own)
-
-
-def _simulated(machine: Mechanism) -> Any:
-    """The motion that `simulate` is set to."""
-    settings = machine.simulation
-    if settings is None:
-        return None
-    angle = DIMENSIONS["angle"]
-    start = {
-        body: {k: _worth(machine, v, angle if k == "angle" else None) for k, v in given.items()}
-        for body, given in settings.start.items()
-    }
-    number = DIMENSIONS["number"]
-    events = [
-        replace(one, restitution=0.0) if isinstance(one, Stop) else one for one in settings.events
-    ]
-    # a file has a table of events and one of stops: their order among each other is lost
-    conditions = sorted(events, key=lambda one: isinstance(one, Stop))
-    given = [
-        _worth(machine, one.restitution, number) for one in settings.events if isinstance(one, Stop)
-    ]
-    until = _worth(machine, settings.until, None)
-    return settings.rtol, settings.instants, until, start, conditions, given
-
-
-def whole(machine: Mechanism) -> tuple[Any, ...]:
-    """All that it describes: every number to the last digit, what follows parameters, the order."""
-    following = {
-        name: _stated(machine, formula)
-        for name, formula in machine.formulas.items()
-        if machine.parameters.used_by(formula)
-    }
-    turning = [d for d in machine.drivers if d.angular]
-    angles = {name for d in turning for name in (d.name, getattr(d, "body", d.name))}
-    given = [machine.ask.at if machine.ask else {}]
-    given += [question.at for question in machine.questions.values()]
-    positions = [
-        {
-            name: [_worth(machine, v, DIMENSIONS["angle"] if name in angles else None) for v in row]
-            for name, row in at.items()
-        }
-        for at in given
-    ]
-    sought = {
-        name: [
-            (one.name, one.unit, [_worth(machine, p, None) for p in (one.start, one.low, one.high)])
-            for one in question.unknowns
-        ]
-        for name, question in machine.questions.items()
-    }
-    title = machine.name, machine.units, machine.g, machine.ground, machine.source, machine.note
-    elements = machine.bodies, machine.joints, machine.couplings, machine.drivers, machine.loads
-    parameters = {name: _stated(machine, value) for name, value in machine.parameters.items()}
-    instants = machine.ask and replace(machine.ask, at={})
-    questions = {n: replace(q, unknowns="x", at={}) for n, q in machine.questions.items()}
-    studies = machine.measures, instants, positions, sought, _simulated(machine), questions
-    return (*title, *elements, parameters, following, *studies)

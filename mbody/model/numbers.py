@@ -17,7 +17,7 @@ from mbody.model.mechanism import Mechanism
 from mbody.model.user_physics import is_plain_field, plain_field
 from mbody.quantities import Formula, FormulaError
 from mbody.quantities.number import evaluated, number
-from mbody.quantities.units import DIMENSIONS, Dimension, dimension_of
+from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, dimension_of
 
 __all__ = ["dimension_named", "meant", "moves_nothing", "number_in", "plain", "varied"]
 
@@ -93,8 +93,9 @@ def meant(mechanism: Mechanism, name: str) -> tuple[str, Dimension | None]:
 
 
 def _often_found(mechanism: Mechanism) -> list[str]:
-    """Parameters, accelerations of drivers, and loads of one number."""
-    loads = [load.name for load in mechanism.loads if f"{load.name}.value" in load.numbers()]
+    """Parameters, accelerations of drivers, and loads and inputs of one number."""
+    forces = (*mechanism.loads, *mechanism.inputs)
+    loads = [load.name for load in forces if f"{load.name}.value" in load.numbers()]
     return [*mechanism.parameters, *(f"{d.name}.acceleration" for d in mechanism.drivers), *loads]
 
 
@@ -111,6 +112,8 @@ def dimension_named(mechanism: Mechanism, name: str) -> Dimension | None:
         return mechanism.parameters.scope().names[name].dimension
     owner, _, key = name.partition(".")
     element: Any = mechanism[owner]
+    if element.role in ("input", "state"):
+        return _of_signal(element, key)
     for field in dataclasses.fields(element):
         if key == field.name and "dimension" in field.metadata:
             return dimension_of(field.metadata["dimension"])
@@ -125,9 +128,26 @@ def dimension_named(mechanism: Mechanism, name: str) -> Dimension | None:
     return DIMENSIONS["angle" if key.endswith(".angle") else "length"]
 
 
+def _of_signal(element: Any, key: str) -> Dimension | None:
+    """The dimension of a number of an input or an own state; None of a plain number, and of the
+    parts of a rate.
+    """
+    field, _, part = key.partition(".")
+    if field == "value" and part:
+        value = element.dimension or NUMBER
+        return _of_numbers(element.value, value, DIMENSIONS["time"], part)
+    found: Dimension | None = element.dimension if field != "rate" else None
+    return found
+
+
 def _of_law(law: Law, field: Any, key: str) -> Dimension | None:
-    """The dimension of one number of a law."""
+    """The dimension of one number of a law of an element."""
     value, of = (dimension_of(field.metadata[part]) for part in ("law", "of"))
+    return _of_numbers(law, value, of, key)
+
+
+def _of_numbers(law: Law, value: Dimension, of: Dimension, key: str) -> Dimension | None:
+    """The dimension of one number of a law."""
     if not key:
         return value
     for part in dataclasses.fields(law):
@@ -140,7 +160,7 @@ def _of_law(law: Law, field: Any, key: str) -> Dimension | None:
 
 
 def moves_nothing(mechanism: Mechanism, name: str) -> bool:
-    """Whether no position depends on a number: one of a load, or a mass.
+    """Whether no position depends on a number: one of a load, an input or a state, or a mass.
 
     >>> from mbody import makers
     >>> machine = makers.four_bar(1, 3, 2, 3.5, masses=(1, 1, 1))
@@ -150,7 +170,8 @@ def moves_nothing(mechanism: Mechanism, name: str) -> bool:
     if name not in mechanism.parameters:
         owner, _, key = name.partition(".")
         element: Element = mechanism[owner]
-        return element.role == "load" or (element.role == "body" and key in MASS)
+        own = element.role in ("load", "input", "state")
+        return own or (element.role == "body" and key in MASS)
     if name in mechanism.fixed_parameters:
         return False
     scope = mechanism.parameters

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from mbody.laws import Table
 from mbody.model.element import Element, listed
 from mbody.model.mechanism import Mechanism
+from mbody.model.state_quantities import measured_names
+from mbody.model.states import STEADY, rate_names
+from mbody.quantities import Formula, FormulaError, Scope, Valued, read
+from mbody.quantities.evaluate import has_units
 from mbody.quantities.units import DIMENSIONS, Dimension, UnitSystem, dimension_of
 
-__all__ = ["remarks"]
+__all__ = ["kept_states", "remarks"]
 
 #: A unit of mass above so many kilograms, and the plain masses in it that are seldom meant.
 HEAVY, MUCH = 100, 0.1
@@ -38,6 +42,7 @@ def remarks(mechanism: Mechanism, kept: dict[str, Any] | None = None) -> tuple[s
             *_formulas(mechanism),
             *_masses(mechanism),
             *_no_length(mechanism),
+            *_unused_inputs(mechanism),
         )
     found: tuple[str, ...] = kept["remarks"]
     return found
@@ -77,9 +82,15 @@ def _formulas(mechanism: Mechanism) -> Iterator[str]:
     """Formulas without units where degrees and radians meet."""
     unit, scope = mechanism.units.time, mechanism.parameters.scope()
     for name, formula in mechanism.formulas.items():
+        owner = name.partition(".")[0]
+        if formula.angle == "deg" and _of_plain_angles(mechanism, formula):
+            yield (
+                f"'{owner}': in {formula.text!r}, which has no units, measured angles are in rad, "
+                "while plain angles are in degrees: write units, as '-3 N*m/rad*(crank.angle - "
+                "30 deg)'"
+            )
         if formula.angle != "deg" or formula.has_units(scope) or not formula.variable:
             continue
-        owner = name.partition(".")[0]
         if formula.dimension == DIMENSIONS["angle"]:
             yield (
                 f"'{owner}': {formula.text!r} has no units, so that its value is in degrees and "
@@ -90,6 +101,21 @@ def _formulas(mechanism: Mechanism) -> Iterator[str]:
                 f"'{owner}': in {formula.text!r}, which has no units, x is in rad, while plain "
                 "angles, as of a table, are in degrees: write units, as '3 N*m/rad * x'"
             )
+
+
+def _of_plain_angles(mechanism: Mechanism, formula: Formula) -> bool:
+    """Whether a formula adds plain numbers to measured angles: it has no units."""
+    if not any("." in name for name in formula.names):
+        return False
+    try:
+        measured = measured_names(mechanism, formula.names)
+    except FormulaError:  # of a state, which is refused where it is assembled
+        return False
+    scope = mechanism.parameters.scope()
+    plain = {name: Valued(1.0) for name in measured}
+    return DIMENSIONS["angle"] in measured.values() and not has_units(
+        formula.tree, Scope(scope.system, {**scope.names, **plain})
+    )
 
 
 def _masses(mechanism: Mechanism) -> Iterator[str]:
@@ -131,6 +157,43 @@ def _no_length(mechanism: Mechanism) -> Iterator[str]:
             f"body '{name}' has no length: its joints {joints} are at one point of it; give its "
             "points their places"
         )
+
+
+def _unused_inputs(mechanism: Mechanism) -> Iterator[str]:
+    """Inputs that no formula of a load, a state, a measure or a controller names."""
+    used = {name for formula in mechanism.formulas.values() for name in formula.names}
+    used |= {name for one in mechanism.described_states for name in rate_names(one)}
+    texts = [measure.of for measure in mechanism.measures.values()]
+    texts += [text for one in mechanism.controllers for text in one.reads]
+    used |= {name for text in texts for name in read(text, None).names}
+    for one in mechanism.inputs:
+        if one.name not in used:
+            yield (
+                f"nothing uses input '{one.name}': name it in the formula of a load or a state, or "
+                "leave it out"
+            )
+
+
+def kept_states(
+    mechanism: Mechanism, starts: Mapping[str, float], analysis: str
+) -> tuple[str, ...]:
+    """Notes of an analysis that integrates nothing: the values that own states have in it.
+
+    >>> from mbody import State, makers
+    >>> machine = makers.four_bar(1, 3, 2, 3.5)
+    >>> machine.add(State("heat", rate="1 W - 2 W*heat", start=3.0))
+    >>> kept_states(machine, {"heat": 3.0}, "statics")
+    ("state 'heat' keeps its start, 3, in statics: simulate integrates it",)
+    """
+    found = []
+    for one in mechanism.states:
+        if one.name not in starts or getattr(one, "accounts", False):
+            continue
+        unit = "" if one.dimension is None else mechanism.units.of(one.dimension)
+        value = f"{starts[one.name]:.6g} {unit}".strip()
+        what = "is not made steady" if one.start == STEADY else "keeps its start"
+        found.append(f"state '{one.name}' {what}, {value}, in {analysis}: simulate integrates it")
+    return tuple(found)
 
 
 def _number(value: float, dimension: Dimension, units: UnitSystem) -> str:

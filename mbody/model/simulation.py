@@ -20,7 +20,7 @@ from mbody.quantities.types import (
     required,
 )
 
-__all__ = ["ADAPTIVE", "EVEN", "METHODS", "STATE", "SimulationSettings", "check_method"]
+__all__ = ["ADAPTIVE", "EVEN", "INSTANTS", "METHODS", "STATE", "SimulationSettings", "check_method"]
 
 #: Methods whose steps adapt themselves, and those whose steps are of one length.
 ADAPTIVE = ("dop853", "dopri5", "radau5")
@@ -122,7 +122,9 @@ class SimulationSettings:
         kept = [
             event
             for event in self.events
-            if gone.isdisjoint(name.partition(".")[0] for name in read(event.of, None).names)
+            if gone.isdisjoint(
+                name.partition(".")[0] for name in read(event.of, None, curves=True).names
+            )
         ]
         times = {name: t for name, t in self.release.items() if name not in gone}
         return replace(self, events=kept, release=times)

@@ -121,7 +121,7 @@ class Measure:
             if not isinstance(getattr(self, key), str):
                 raise ModelError(f"measure: {key} must be text, not {getattr(self, key)!r}")
         try:
-            read(self.of, None)
+            read(self.of, None, curves=True)
             if self.unit:
                 parse_unit(self.unit)
         except FormulaError as error:

@@ -6,14 +6,14 @@ its value is in the unit that plain numbers of its field have.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
-from mbody.quantities.parse import VARIABLES, FormulaError
+from mbody.quantities.parse import FUNCTIONS, VARIABLES, FormulaError
 from mbody.quantities.tree import Binary, Call, Measured, Name, Negative, Node, Plain, walk
 from mbody.quantities.units import (
     DIMENSIONS,
@@ -28,6 +28,7 @@ from mbody.quantities.units import (
 )
 
 __all__ = [
+    "Curve",
     "Scope",
     "Valued",
     "evaluate",
@@ -39,8 +40,12 @@ __all__ = [
 ]
 
 ANGLE = DIMENSIONS["angle"]
+#: Quantities of which a rate by another one is written in words.
+PER = ("length", "mass", "angle", "force", "torque", "power", "current", "voltage", "temperature")
 LONG_NAME = 4  # letters of a unit of pint that is allowed without a number
 TURNING = ("sin", "cos", "tan")
+#: Functions that give a plain number, whatever the units of their arguments.
+APART = (*TURNING, "sign", "step")
 INVERSE = ("asin", "acos", "atan", "atan2")
 SI = unit_system("SI")
 
@@ -51,6 +56,22 @@ class Valued:
 
     value: Any
     dimension: Dimension | None = None
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A function that a mechanism has by name, as formulas call it.
+
+    Attributes
+    ----------
+    values : callable
+        Of one or two numbers or arrays; NaN where it has no value.
+    arguments : tuple
+        Dimension of each number that it takes; None where it is not known.
+    """
+
+    values: Callable[..., Any]
+    arguments: tuple[Dimension | None, ...]
 
 
 @dataclass(frozen=True)
@@ -88,11 +109,10 @@ def dimension_text(dimension: Dimension) -> str:
         return "a plain number"
     symbol = SI.of(dimension)
     if not name:
-        per = (("length", "length"), ("time", "time"), ("angle", "angle"))
-        for key, word in per:
+        for key in ("length", "time", "angle", "current", "temperature"):
             above = name_of(dimension * DIMENSIONS[key])
-            if above in ("length", "mass", "angle", "force", "torque", "power"):
-                name = f"{above} per {word}"
+            if above in PER:
+                name = f"{above} per {key}"
                 symbol = f"{SI.of(above)}/{SI.of(key)}"
                 break
     if not name:
@@ -110,13 +130,17 @@ def misplaced_variable(variable: str) -> str:
 def has_units(node: Node, scope: Scope) -> bool:
     """Whether a formula has units, of its own or of its parameters.
 
-    Arguments of sin, cos and tan do not count: ``9*cos(45 deg)`` is a plain number.
+    Arguments of sin, cos, tan, sign and step do not count: ``9*cos(45 deg)`` is a plain number.
     """
-    for part in walk(node, except_in=TURNING):
+    for part in walk(node, except_in=APART):
         if isinstance(part, Measured):
             return True
         if isinstance(part, Call) and part.function in INVERSE:
             return True
+        if isinstance(part, Call) and part.function not in _COMPUTE:
+            curve = scope.names.get(part.function)
+            if curve is not None and curve.dimension is not None:
+                return True
         if isinstance(part, Name):
             valued = scope.names.get(part.name)
             if valued is not None and part.name not in VARIABLES:
@@ -127,8 +151,9 @@ def has_units(node: Node, scope: Scope) -> bool:
     return False
 
 
-def evaluate(node: Node, scope: Scope, *, with_units: bool = False) -> Valued:
-    """Value of a formula with its dimension; None for a plain number, unless `with_units`.
+def evaluate(node: Node, scope: Scope, *, with_units: bool = False, checked: bool = True) -> Valued:
+    """Value of a formula with its dimension; None for a plain number, unless `with_units`, and
+    where units are not `checked`.
 
     Raises
     ------
@@ -136,9 +161,9 @@ def evaluate(node: Node, scope: Scope, *, with_units: bool = False) -> Valued:
         For an unknown name, or units that do not fit together.
     """
     _check_names(node, scope)
-    with_units = with_units or has_units(node, scope)
+    with_units = checked and (with_units or has_units(node, scope))
     with np.errstate(all="ignore"):  # callers check for values that are not finite
-        value, dimension = _Evaluation(scope, with_units).of(node)
+        value, dimension = _Evaluation(scope, with_units, checked).of(node)
     return Valued(value, dimension if with_units else None)
 
 
@@ -169,8 +194,8 @@ def parameters_read_as_units(node: Node, scope: Scope) -> Iterator[tuple[str, Me
 class _Evaluation:
     """Recursive evaluation of a tree: every value with its dimension."""
 
-    def __init__(self, scope: Scope, with_units: bool) -> None:
-        self.scope, self.with_units = scope, with_units
+    def __init__(self, scope: Scope, with_units: bool, checked: bool = True) -> None:
+        self.scope, self.with_units, self.checked = scope, with_units, checked
 
     def of(self, node: Node) -> tuple[Any, Dimension]:
         """Value and dimension of a node."""
@@ -188,9 +213,10 @@ class _Evaluation:
                 return self.power(node)
             case Binary(operator=operator, a=a, b=b):
                 return self.binary(operator, self.of(a), self.of(b))
-            case Call(function=function, arguments=(angle,)) if function in TURNING:
-                inside = _Evaluation(self.scope, has_units(angle, self.scope))
-                return self.call(function, [inside.of(angle)])
+            case Call(function=function, arguments=(below,)) if function in APART:
+                units = self.checked and has_units(below, self.scope)
+                inside = _Evaluation(self.scope, units, self.checked)
+                return self.call(function, [inside.of(below)])
             case Call(function=function, arguments=arguments):
                 return self.call(function, [self.of(argument) for argument in arguments])
 
@@ -198,19 +224,25 @@ class _Evaluation:
         valued = self.scope.names.get(name)
         if valued is not None:
             plain = valued.dimension is None or not self.with_units
+            if isinstance(valued.value, Curve):
+                raise FormulaError(f"'{name}' is a curve: give it a number, as in '{name}(2)'")
             return valued.value, NUMBER if plain else valued.dimension or NUMBER
         if name == "pi":
             return np.pi, NUMBER
         unit = self.scope.unit(name)
         if unit is not None:
-            return self.scaled(Fraction(1), unit), unit.dimension
+            return self.scaled(Fraction(1), unit), self._known(unit)
         if name in VARIABLES:
             raise FormulaError(misplaced_variable(name))
-        known = ", ".join(repr(known) for known in list(self.scope.names)[:12] if known not in "tx")
+        known = ", ".join(repr(known) for known in self._numbers()[:12] if known not in "tx")
         raise FormulaError(
             f"there is no parameter '{name[:60]}' "
             + (f"(there are: {known})" if known else "(there are none)")
         )
+
+    def _numbers(self) -> list[str]:
+        """The names that are numbers."""
+        return [n for n, own in self.scope.names.items() if not isinstance(own.value, Curve)]
 
     def scaled(self, value: Any, unit: Unit) -> Any:
         """A value in `unit`, converted to the unit system of the scope; exact where possible."""
@@ -223,14 +255,18 @@ class _Evaluation:
 
     def measure(self, node: Measured) -> tuple[Any, Dimension]:
         if isinstance(node.of, Plain):
-            return self.scaled(node.of.value, node.unit), node.unit.dimension
+            return self.scaled(node.of.value, node.unit), self._known(node.unit)
         value, dimension = self.of(node.of)
         if dimension != NUMBER:
             raise FormulaError(
                 f"the part before '{node.unit.symbol}' is {dimension_text(dimension)} already: "
                 "leave the unit out"
             )
-        return self.scaled(value, node.unit), node.unit.dimension
+        return self.scaled(value, node.unit), self._known(node.unit)
+
+    def _known(self, unit: Unit) -> Dimension:
+        """The dimension of a unit; a plain number where units are not checked."""
+        return unit.dimension if self.checked else NUMBER
 
     def binary(
         self, operator: str, a: tuple[Any, Dimension], b: tuple[Any, Dimension]
@@ -240,10 +276,16 @@ class _Evaluation:
         if operator == "/":
             return np.divide(a[0], b[0]), a[1] / b[1]
         self.alike("adds" if operator == "+" else "subtracts", a[1], b[1])
-        return (a[0] + b[0] if operator == "+" else a[0] - b[0]), a[1]
+        found = a[1] if name_of(a[1]) else b[1]
+        return (a[0] + b[0] if operator == "+" else a[0] - b[0]), found
 
     def alike(self, does: str, a: Dimension, b: Dimension) -> None:
-        if a != b:
+        """Refuse what does not measure the same. A product has a radian as one: N·m·rad/s of a
+        torque and a rate is a power; but two that have names, as a frequency and an angular
+        velocity, differ.
+        """
+        product = a.mechanical == b.mechanical and not (name_of(a) and name_of(b))
+        if a != b and not product:
             remedy = ""
             if NUMBER in (a, b):
                 remedy = ": give every number its unit"
@@ -267,24 +309,53 @@ class _Evaluation:
 
     def call(self, function: str, given: list[tuple[Any, Dimension]]) -> tuple[Any, Dimension]:
         values, dimensions = [v for v, _ in given], [d for _, d in given]
+        if function not in _COMPUTE:
+            return self.curve(function, values, dimensions)
         first = dimensions[0]
-        if len(given) == 2:
-            self.alike(f"gives '{function}'", *dimensions)
+        for other in dimensions[1:]:
+            self.alike(f"gives '{function}'", first, other)
         if function in TURNING:
             if first not in (NUMBER, ANGLE):
                 raise FormulaError(f"'{function}' takes an angle, not {dimension_text(first)}")
+            result = NUMBER
+        elif function in APART:
             result = NUMBER
         elif function in ("asin", "acos", "atan", "exp", "log"):
             if first != NUMBER:
                 raise FormulaError(
                     f"'{function}' takes a plain number, not {dimension_text(first)}"
                 )
-            result = ANGLE if function in INVERSE else NUMBER
+            result = ANGLE if function in INVERSE and self.checked else NUMBER
         elif function == "atan2":
-            result = ANGLE
+            result = ANGLE if self.checked else NUMBER
         else:
             result = first ** Fraction(1, 2) if function == "sqrt" else first
         return _COMPUTE[function](*values), result
+
+    def curve(
+        self, name: str, values: list[Any], dimensions: list[Dimension]
+    ) -> tuple[Any, Dimension]:
+        """What a curve of the mechanism gives."""
+        valued = self.scope.names.get(name)
+        if valued is None or not isinstance(valued.value, Curve):
+            curves = [n for n, v in self.scope.names.items() if isinstance(v.value, Curve)]
+            raise FormulaError(
+                f"there is no function {name[:40]!r} (there are: {', '.join(FUNCTIONS)}"
+                + (f", and the curves {', '.join(curves[:12])})" if curves else ")")
+            )
+        wanted = valued.value.arguments
+        if len(values) != len(wanted):
+            numbers = "one number" if len(wanted) == 1 else "two numbers"
+            raise FormulaError(f"the curve '{name}' takes {numbers}, not {len(values)}")
+        for found, of in zip(dimensions, wanted, strict=True):
+            fits = of is None or found.mechanical == of.mechanical
+            if self.with_units and self.checked and not fits:
+                assert of is not None
+                raise FormulaError(
+                    f"the curve '{name}' is of {dimension_text(of)}, not of {dimension_text(found)}"
+                )
+        plain = valued.dimension is None or not (self.with_units and self.checked)
+        return valued.value.values(*values), NUMBER if plain else valued.dimension or NUMBER
 
 
 _COMPUTE: dict[str, Any] = {
@@ -302,6 +373,10 @@ _COMPUTE: dict[str, Any] = {
     "hypot": np.hypot,
     "min": np.minimum,
     "max": np.maximum,
+    "sign": np.sign,
+    "step": lambda x: 1.0 - np.less(x, 0.0),
+    "clamp": lambda x, low, high: np.maximum(np.minimum(x, high), low),
+    "deadband": lambda x, width: x - np.maximum(np.minimum(x, width), -width),
 }
 
 

@@ -20,8 +20,8 @@ from mbody.quantities.evaluate import (
     has_units,
     parameters_read_as_units,
 )
-from mbody.quantities.parse import VARIABLES, FormulaError, parse, shown
-from mbody.quantities.tree import Measured, Negative, Node, Plain
+from mbody.quantities.parse import FUNCTIONS, VARIABLES, FormulaError, parse, shown
+from mbody.quantities.tree import Measured, Negative, Node, Plain, called
 from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, of_quantity
 
 __all__ = ["Formula", "verified", "read"]
@@ -140,7 +140,8 @@ class Formula:
         if got is None or wanted is None:
             degrees = got is None and wanted == DIMENSIONS["angle"] and self.angle == "deg"
             return np.pi / 180.0 if degrees else 1.0
-        if got == wanted or (not self.literal and got.mechanical == wanted.mechanical):
+        exact = self.literal and not wanted.current
+        if got == wanted or (not exact and got.mechanical == wanted.mechanical):
             return 1.0
         raise FormulaError(
             f"{shown(self.text)} is {dimension_text(got)}, where {dimension_text(wanted)} is "
@@ -163,8 +164,10 @@ class Formula:
         return ""
 
 
-def read(value: Any, dimension: Dimension | None, angle: str = "rad") -> Formula:
-    """A formula from text or from a quantity of pint.
+def read(
+    value: Any, dimension: Dimension | None, angle: str = "rad", *, curves: bool = False
+) -> Formula:
+    """A formula from text or from a quantity of pint; `curves` as of `parse`.
 
     Raises
     ------
@@ -178,11 +181,12 @@ def read(value: Any, dimension: Dimension | None, angle: str = "rad") -> Formula
         return value if dimension is None else verified(value.of(dimension))
     if isinstance(value, str):
         text = value.strip()
-        return verified(Formula(text, dimension, angle, tree=parse(text)))
+        return verified(Formula(text, dimension, angle, tree=parse(text, curves=curves)))
     unit = of_quantity(value)
     if unit is None:
         raise FormulaError(
-            f"{shown(str(value))} is not a quantity of mechanics: of length, mass, time and angle"
+            f"{shown(str(value))} is not a quantity of length, mass, time, angle, current or "
+            "absolute temperature (K)"
         )
     tree = Plain(unit.ratio) if unit.dimension == NUMBER else Measured(_ONE, unit, ())
     return verified(Formula(str(value), dimension, angle, tree=tree))
@@ -193,6 +197,7 @@ _ONE = Plain(Fraction(1))
 
 def verified(formula: Formula) -> Formula:
     """The formula; one without names is evaluated at once, to raise its errors early."""
-    if formula.dimension is not None and not formula.names:
+    curves = called(formula.tree) - FUNCTIONS.keys()
+    if formula.dimension is not None and not formula.names and not curves:
         formula.value(Scope())
     return formula

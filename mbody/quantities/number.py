@@ -13,7 +13,7 @@ from mbody.quantities.formula import Formula, read
 from mbody.quantities.parse import FormulaError
 from mbody.quantities.units import Dimension, dimension_of
 
-__all__ = ["evaluated", "float_or_formula", "number", "one_number"]
+__all__ = ["constant_or_formula", "evaluated", "float_or_formula", "number", "one_number"]
 
 
 class NotANumber(FormulaError):

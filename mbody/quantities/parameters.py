@@ -45,6 +45,8 @@ class Parameters(Mapping[str, "float | Formula"]):
         if not isinstance(given, Mapping):
             raise ModelError(f'parameters must be a dict such as {{"a": 2.0}}, not {given!r}')
         self.system = system
+        #: Curves of the mechanism, which formulas call by name.
+        self.curves: dict[str, Valued] = {}
         self._given = {name: parameter_value(name, value) for name, value in given.items()}
         self._order = self._ordered()
         self._base = self.scope()
@@ -90,7 +92,12 @@ class Parameters(Mapping[str, "float | Formula"]):
             except FormulaError as error:
                 raise ModelError(f"parameter '{name}': {error}", name) from None
             found[name] = made
-        return Scope(self.system, found)
+        return Scope(self.system, {**found, **self.curves})
+
+    def with_curves(self, curves: Mapping[str, Valued]) -> None:
+        """Let formulas call these curves."""
+        self.curves = dict(curves)
+        self._base = Scope(self.system, {**self._base.names, **self.curves})
 
     def _ordered(self) -> list[str]:
         """The parameters in an order in which each follows those that it depends on."""

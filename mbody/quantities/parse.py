@@ -26,8 +26,9 @@ __all__ = ["FUNCTIONS", "VARIABLES", "FormulaError", "parse", "parse_unit"]
 #: Functions of a formula, and how many numbers each takes.
 FUNCTIONS = {
     **dict.fromkeys(("sin", "cos", "tan", "asin", "acos", "atan"), 1),
-    **dict.fromkeys(("sqrt", "abs", "exp", "log"), 1),
-    **dict.fromkeys(("atan2", "hypot", "min", "max"), 2),
+    **dict.fromkeys(("sqrt", "abs", "exp", "log", "sign", "step"), 1),
+    **dict.fromkeys(("atan2", "hypot", "min", "max", "deadband"), 2),
+    "clamp": 3,
 }
 #: Variables of laws: time, and the argument of a spring's or damper's law.
 VARIABLES = ("t", "x")
@@ -67,8 +68,15 @@ def shown(text: str) -> str:
     return repr(text if len(text) <= 60 else text[:57] + "...")
 
 
-def parse(text: str) -> Node:
+def parse(text: str, *, curves: bool = False) -> Node:
     """The tree of a formula.
+
+    Parameters
+    ----------
+    text : str
+        The formula.
+    curves : bool
+        Whether functions may be called that are not known here: curves of a mechanism.
 
     Raises
     ------
@@ -86,7 +94,7 @@ def parse(text: str) -> Node:
         raise FormulaError(
             f"{shown(text)} has {operations} operations, at most {MAX_OPERATIONS} are read"
         )
-    return _Reader(tokens, text).whole()
+    return _Reader(tokens, text, curves).whole()
 
 
 def parse_unit(text: str) -> Node:
@@ -129,8 +137,8 @@ def _tokens(text: str) -> list[_Token]:
 class _Reader:
     """Recursive descent over the tokens."""
 
-    def __init__(self, tokens: list[_Token], text: str) -> None:
-        self.tokens, self.text = tokens, text
+    def __init__(self, tokens: list[_Token], text: str, curves: bool) -> None:
+        self.tokens, self.text, self.curves = tokens, text, curves
         self.at, self.depth = 0, 0
 
     def peek(self, ahead: int = 0) -> _Token:
@@ -253,7 +261,8 @@ class _Reader:
         return Fraction(text)
 
     def call(self, token: _Token) -> Node:
-        if token.text not in FUNCTIONS:
+        known = token.text in FUNCTIONS
+        if not known and not (self.curves and token.text.isidentifier()):
             self.at += 1
             raise FormulaError(
                 f"{shown(self.text)}: there is no function {token.text[:40]!r} (there are: "
@@ -265,9 +274,9 @@ class _Reader:
             arguments.append(self.nested(self.sum))
         if not self.operator(")"):
             raise FormulaError(f"{shown(self.text)} lacks a ')'")
-        wanted = FUNCTIONS[token.text]
-        if len(arguments) != wanted:
-            number = "one number" if wanted == 1 else "two numbers"
+        wanted = FUNCTIONS.get(token.text, 0)
+        if known and len(arguments) != wanted:
+            number = ("one number", "two numbers", "three numbers")[wanted - 1]
             raise FormulaError(
                 f"{shown(self.text)}: {token.text} takes {number}, not {len(arguments)}"
             )

@@ -12,7 +12,7 @@ from typing import ClassVar, TypeAlias
 
 from mbody.quantities.units import Unit
 
-__all__ = ["Binary", "Call", "Measured", "Name", "Negative", "Node", "Plain", "walk"]
+__all__ = ["Binary", "Call", "Measured", "Name", "Negative", "Node", "Plain", "called", "walk"]
 
 
 def _names() -> frozenset[str]:
@@ -77,7 +77,7 @@ class Binary:
 
 @dataclass(frozen=True)
 class Call:
-    """A function of one or two numbers."""
+    """A function of one to three numbers, or a curve of a mechanism."""
 
     function: str
     arguments: tuple[Node, ...]
@@ -104,3 +104,8 @@ def walk(node: Node, except_in: tuple[str, ...] = ()) -> Iterator[Node]:
                 left += (b, a)
             case Call(function=function, arguments=arguments) if function not in except_in:
                 left += reversed(arguments)
+
+
+def called(node: Node) -> frozenset[str]:
+    """The functions in a formula."""
+    return frozenset(part.function for part in walk(node) if isinstance(part, Call))

@@ -60,12 +60,15 @@ def energy(subject: Subject) -> list[Block]:
         except ModelError:  # of part of a turn, or of a cycle that does not close
             continue
         curves.append(_curve(f"fed by {driver.name} less its mean", found.energy, unit))
+        # a mean of equal instants is no closer than that where the torque has corners
+        works = abs(found.mean) > float(np.max(np.abs(found.torque))) / len(run) ** 2
         rows_of = [
-            ("work of the cycle", found.work, unit),
-            ("mean torque", found.mean, subject.unit("torque")),
+            ("work of the cycle", found.work * works, unit),
+            ("mean torque", found.mean * works, subject.unit("torque")),
             ("greatest fluctuation of energy ΔE", found.fluctuation, unit),
-            ("coefficient of fluctuation of energy", found.energy_coefficient, ""),
         ]
+        if works:
+            rows_of.append(("coefficient of fluctuation of energy", found.energy_coefficient, ""))
         columns = [
             Cells("quantity", [row[0] for row in rows_of], text=True),
             Cells("value", [number(row[1]) for row in rows_of]),
@@ -104,13 +107,16 @@ def shaking(subject: Subject) -> list[Block]:
     moment = float(np.nanmax(np.abs(found.moment)))
     if greatest <= subject.floor and moment <= subject.floor * run.system.length:
         return []
-    at = [peak(size), peak(found.moment)]
+    turns = moment > subject.floor * run.system.length
+    at = [peak(size), *([peak(found.moment)] * turns)]
     force, torque = subject.unit("force"), subject.unit("torque")
     differ = np.hypot(found.fx - found.fx_inertia, found.fy - found.fy_inertia)
     columns = [
-        Cells("quantity", ["shaking force", "shaking moment about the origin"], text=True),
-        Cells("peak", [number(greatest), number(float(found.moment[at[1]]))]),
-        Cells("unit", [force, torque], text=True),
+        Cells(
+            "quantity", ["shaking force", *(["shaking moment about the origin"] * turns)], text=True
+        ),
+        Cells("peak", [number(greatest), *(number(float(found.moment[k])) for k in at[1:])]),
+        Cells("unit", [force, *([torque] * turns)], text=True),
         *where_columns(subject, at),
     ]
     part = float(np.nanmax(differ)) / (greatest or 1.0)
@@ -129,12 +135,12 @@ def shaking(subject: Subject) -> list[Block]:
         kind, turning = DIMENSIONS["force"], DIMENSIONS["torque"]
         panels = [
             [
-                PlottedCurve("F_x", found.fx, kind, force, of="force on the frame"),
-                PlottedCurve("F_y", found.fy, kind, force, of="force on the frame"),
+                PlottedCurve("along x", found.fx, kind, force, of="force on the frame"),
+                PlottedCurve("along y", found.fy, kind, force, of="force on the frame"),
                 PlottedCurve("magnitude", size, kind, force, of="force on the frame"),
-            ],
-            [PlottedCurve("moment", found.moment, turning, torque)],
+            ]
         ]
-        caption = "Shaking force and shaking moment"
+        panels += [[PlottedCurve("moment", found.moment, turning, torque)]] * turns
+        caption = "Shaking force and shaking moment" if turns else "Shaking force"
         blocks.append(Picture("shaking", untitled(plot_curves(run, panels)), caption))
     return blocks

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
@@ -25,11 +25,17 @@ __all__ = [
     "Notice",
     "Picture",
     "Text",
+    "ROWS",
+    "first_rows",
     "parts_of",
+    "printed",
     "typeset",
 ]
 
+#: Rows of a table of links or joints: more of them are not read.
+ROWS = 40
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_POWERS = str.maketrans("23456789", "²³⁴⁵⁶⁷⁸⁹")
 _RICH = re.compile(r"\*\*(?P<bold>.+?)\*\*|`(?P<code>[^`]+)`|(?P<base>\w+)_\{(?P<index>[^{}]*)\}")
 
 
@@ -78,6 +84,16 @@ class Grid:
         return [column for column in self.columns if any(column.cells)]
 
     @property
+    def widths(self) -> list[int]:
+        """Letters of the longest cell of each column, of its title and unit."""
+        heads = [max(len(_bare(one.title)), len(_bare(one.unit))) for one in self.shown]
+        cells = zip(*self.rows, strict=True)
+        return [
+            max(head, *(len(_bare(cell)) for cell in own))
+            for head, own in zip(heads, cells, strict=True)
+        ]
+
+    @property
     def rows(self) -> Iterator[tuple[str, ...]]:
         """The cells of each row."""
         columns = [
@@ -85,6 +101,10 @@ class Grid:
             for column in self.shown
         ]
         return zip(*columns, strict=True)
+
+
+def _bare(text: str) -> str:
+    return "".join(part + index for _, part, index in parts_of(text))
 
 
 @dataclass(frozen=True)
@@ -165,6 +185,16 @@ class ReportDocument:
         return [block for block in blocks if isinstance(block, Picture)]
 
 
+def first_rows(grid: Grid) -> list[Block]:
+    """A table with its first rows, and a sentence that says so where it has more."""
+    count = max((len(column.cells) for column in grid.columns), default=0)
+    if count <= ROWS:
+        return [grid]
+    columns = [replace(column, cells=column.cells[:ROWS]) for column in grid.columns]
+    note = f"The first {ROWS} of {count}; the model file and the results have all."
+    return [Grid(grid.title, columns), Text(note)]
+
+
 def typeset(number: str) -> str:
     """A number with a minus sign and a power of ten, as it is printed.
 
@@ -178,6 +208,20 @@ def typeset(number: str) -> str:
     return re.sub(r"^-(?=[\d.])", "−", number)
 
 
+def printed(text: str) -> str:
+    """Words with the signs of print: minus, powers of ten, powers, and dots of products.
+
+    >>> printed("at -40 rad/s^2, 2*half, (-1, 3-4-5), 2.5e-16 of it")
+    'at −40 rad/s², 2·half, (−1, 3-4-5), 2.5·10⁻¹⁶ of it'
+    """
+    text = re.sub(r"(?<![\w.])-?\d+(?:\.\d+)?e[+-]\d+\b", lambda found: typeset(found[0]), text)
+    text = re.sub(r"(?<![\w.)\]-])-(?=\.?\d)|(?:(?<=\()|(?<== ))-(?=\w)", "−", text)
+    text = re.sub(
+        r"(?<=[\w)])\^([2-9])(?!\d|\.\d)", lambda found: found[1].translate(_POWERS), text
+    )
+    return re.sub(r"(?<=[\w)²³])\*(?=[\w(])", "·", text)
+
+
 def parts_of(text: str) -> Iterator[tuple[str, str, str]]:
     """A text in parts: (kind, text, index), the kinds "plain", "bold", "code" and "index".
 
@@ -187,7 +231,7 @@ def parts_of(text: str) -> Iterator[tuple[str, str, str]]:
     done = 0
     for found in _RICH.finditer(text):
         if found.start() > done:
-            yield "plain", text[done : found.start()], ""
+            yield "plain", printed(text[done : found.start()]), ""
         if found["base"]:
             yield "index", found["base"], found["index"]
         else:
@@ -195,4 +239,4 @@ def parts_of(text: str) -> Iterator[tuple[str, str, str]]:
             yield kind, found[kind], ""
         done = found.end()
     if done < len(text):
-        yield "plain", text[done:], ""
+        yield "plain", printed(text[done:]), ""

@@ -70,6 +70,8 @@ def document(subject: Subject, names: Sequence[str], title: str, author: str) ->
     run, chapters = subject.run, []
     for name in names:
         heading, make = SECTIONS[name]
+        if name == "plots":
+            heading = f"Over the {subject.course}"
         blocks = make(subject)
         if blocks:
             chapters.append(Chapter(name, heading, blocks))

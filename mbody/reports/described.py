@@ -6,11 +6,11 @@ import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from mbody.analysis.freedom.mobility import Count
 from mbody.errors import ModelError
 from mbody.files.model.write import as_data
-from mbody.reports.blocks import Block, Cells, Grid, Items, Notice, Picture, Text
-from mbody.sheets.text_table import number, numbers
+from mbody.reports.blocks import Block, Cells, Grid, Items, Notice, Picture, Text, first_rows
+from mbody.sheets.mobility import constituents, counts, many
+from mbody.sheets.text_table import number, numbers, unit_text
 from mbody.views.drawing import draw
 from mbody.views.free_bodies import when
 
@@ -45,8 +45,7 @@ def sketch(subject: Subject) -> list[Block]:
         step = max(1, (len(run) - 1) // (FADED + 1))
         instants += [(k + n * step) % len(run) for n in range(1, FADED + 1)]
     figure = draw(run, list(dict.fromkeys(instants)))
-    what = "motion" if run.analysis == "simulate" else "cycle"
-    more = f"; faded: other positions of the {what}" if len(instants) > 1 else ""
+    more = f"; faded: other positions of the {subject.course}" if len(instants) > 1 else ""
     caption = f"{subject.mechanism.name}: {when(run, k)}{more}"
     return [Picture("sketch", figure, caption)]
 
@@ -67,15 +66,20 @@ def inputs(subject: Subject) -> list[Block]:
         return [*blocks, Notice("note", f"The inputs are Python code in part: {error}.")]
     if data.get("parameters"):
         blocks.append(_parameters(subject, data["parameters"]))
-    blocks.append(_bodies(subject, data))
+    if data.get("inputs"):
+        blocks.append(_signals(subject, data["inputs"]))
+    blocks += first_rows(_bodies(subject, data))
     for section, title in (
         ("joints", "Joints"),
         ("couplings", "Couplings"),
         ("drivers", "Drivers"),
+        ("states", "States"),
         ("loads", "Loads"),
     ):
-        if data.get(section):
-            blocks.append(_elements(title, data[section]))
+        if data.get(section) and section == "states":
+            blocks.append(_states(data[section]))
+        elif data.get(section):
+            blocks += first_rows(_elements(title, data[section]))
     if data.get("gravity"):
         blocks.append(Text(f"Gravity: {_flat(data['gravity'])}."))
     return blocks
@@ -89,7 +93,7 @@ def _parameters(subject: Subject, given: dict[str, Any]) -> Grid:
         known = scope.names[name]
         values.append(number(float(known.value)))
         unit = "" if known.dimension is None else subject.mechanism.units.of(known.dimension)
-        units.append(unit.replace("*", "·"))
+        units.append(unit_text(unit))
     columns = [
         Cells("parameter", list(given), text=True),
         Cells("given as", [str(value) for value in given.values()], text=True),
@@ -97,6 +101,30 @@ def _parameters(subject: Subject, given: dict[str, Any]) -> Grid:
         Cells("unit", units, text=True),
     ]
     return Grid("Parameters", columns)
+
+
+def _signals(subject: Subject, given: dict[str, Any]) -> Grid:
+    """Inputs with their values where nobody gives others, and their units."""
+    units = [
+        "" if one.dimension is None else subject.mechanism.units.of(one.dimension)
+        for one in subject.mechanism.inputs
+    ]
+    columns = [
+        Cells("input", list(given), text=True),
+        Cells("given as", [_flat(value) for value in given.values()], text=True),
+        Cells("unit", units, text=True),
+    ]
+    return Grid("Inputs", columns)
+
+
+def _states(given: dict[str, Any]) -> Grid:
+    """Own states with their rates and starts."""
+    columns = [
+        Cells("state", list(given), text=True),
+        Cells("rate", [_flat(table["rate"]) for table in given.values()], text=True),
+        Cells("start", [_flat(table.get("start", 0)) for table in given.values()], text=True),
+    ]
+    return Grid("States", columns)
 
 
 def _bodies(subject: Subject, data: dict[str, Any]) -> Grid:
@@ -247,40 +275,15 @@ def _steps(subject: Subject) -> Iterator[str]:
 # -- mobility ----------------------------------------------------------------------------------
 
 
-def many(count: int, what: str) -> str:
-    """A number of things.
-
-    >>> many(1, "driver"), many(2, "joint")
-    ('1 driver', '2 joints')
-    """
-    return f"{count} {what}{'s' * (count != 1)}"
-
-
 def mobility(subject: Subject) -> list[Block]:
     """Grübler's count, the rank, redundant joints, and what that says of the forces."""
     found = subject.mobility
-    titles = [
-        "coordinates, 3 a link",
-        "rows of constraints",
-        "Grübler: coordinates − rows",
-        "rank of the rows",
-        "redundant rows: rows − rank",
-        "degrees of freedom: coordinates − rank",
-    ]
-
-    def cells(count: Count) -> list[str]:
-        rank, spare, free = count.rank, count.redundant, count.freedom
-        values = (3 * found.bodies, count.rows, count.gruebler, rank, spare, free)
-        return ["?" if value is None else str(value) for value in values]
-
-    columns = [Cells("count", titles, text=True), Cells("joints alone", cells(found.of_joints))]
-    if found.drivers:
-        columns.append(Cells("drivers fixed", cells(found.driven)))
+    titles, found_counts = counts(found)
+    titles = [title.replace(" - ", " − ") for title in titles]
+    columns = [Cells("count", titles, text=True)]
+    columns += [Cells(title, cells) for title, cells in found_counts.items()]
     blocks: list[Block] = [
-        Text(
-            f"{many(found.bodies, 'moving link')}, {many(found.joints, 'joint')}, "
-            f"{many(found.drivers, 'driver')}, {many(found.loops, 'independent loop')}."
-        ),
+        Text(f"{constituents(found)}."),
         Grid("Mobility", columns),
     ]
     redundant = found.driven.redundant if found.drivers else found.of_joints.redundant
@@ -297,7 +300,9 @@ def mobility(subject: Subject) -> list[Block]:
         blocks.append(Notice("good", "No row is redundant: every joint force is unique."))
     motions = (found.motions or ())[:12]
     if motions:
-        blocks.append(Text("Free motions without the drivers:" if found.drivers else "It is free:"))
+        blocks.append(
+            Text("Free motions without the drivers:" if found.drivers else "Free motions:")
+        )
         blocks.append(Items([motion.words for motion in motions]))
     known = {doubt.message for doubt in subject.run.doubts}
     blocks += [Notice("note", note) for note in found.notes if note not in known]

@@ -60,7 +60,7 @@ def checks(subject: Subject) -> list[Block]:
         blocks.append(
             Text(
                 "The least distance from a position at which branches meet was "
-                f"{found.branch.least:.1e} (0 where they meet), at t = {number(found.branch.t)} "
+                f"{found.branch.least:.2g} (0 where they meet), at t = {number(found.branch.t)} "
                 f"{subject.unit('time')}."
             )
         )
@@ -112,6 +112,13 @@ def opinions(subject: Subject) -> list[Block]:
     ]
     if absent:
         blocks += [Text("Not checked:"), Items(absent[:20])]
+    how = [
+        note if note.startswith(name) else f"{name}: {note}"
+        for name, opinion in found.opinions.items()
+        for note in opinion.notes
+    ]
+    if how:
+        blocks += [Text("How they were compared, and at which instants:"), Items(how)]
     return blocks
 
 

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from mbody._version import __version__
 from mbody.reports.blocks import (
     Block,
+    Cells,
     Chapter,
     FileText,
     Grid,
@@ -55,6 +56,8 @@ DARK = {
     "fifth": "#e9a9cc",
     "sixth": "#f4c04e",
 }
+#: Columns of a table that a narrow screen shows beside each other.
+NARROW = 3
 MARKS = {"good": "✓", "doubt": "!", "note": "i"}
 
 CSS = """
@@ -63,7 +66,7 @@ html{color-scheme:light dark;-webkit-text-size-adjust:100%}
 body{margin:0;background:var(--paper);color:var(--ink);
  font:16px/1.55 system-ui,"Segoe UI",Roboto,Helvetica,Arial,sans-serif}
 .page{max-width:72rem;margin:0 auto;padding:1.5rem 1.25rem 4rem;display:grid;
- grid-template-columns:13rem minmax(0,1fr);gap:0 2.5rem}
+ grid-template-columns:12rem minmax(0,1fr);gap:0 2rem}
 header{grid-column:1/-1;border-bottom:2px solid var(--ink);padding-bottom:1rem;margin-bottom:1.5rem}
 h1{font-size:1.75rem;line-height:1.2;margin:.2rem 0 .6rem}
 h2{font-size:1.25rem;margin:2.4rem 0 .7rem;padding-top:.3rem;border-top:1px solid var(--line)}
@@ -81,7 +84,7 @@ code{font:.88em ui-monospace,Menlo,Consolas,monospace;background:var(--plate);
 .table{overflow-x:auto;margin:.9rem 0}
 table{border-collapse:collapse;font-size:.875rem;font-variant-numeric:tabular-nums}
 caption{text-align:left;font-weight:600;padding:.2rem 0 .4rem}
-th,td{padding:.28rem .8rem .28rem 0;text-align:right;vertical-align:top;white-space:nowrap}
+th,td{padding:.28rem .65rem .28rem 0;text-align:right;vertical-align:top;white-space:nowrap}
 th.text,td.text{text-align:left;white-space:normal;min-width:4rem}
 tbody th{text-align:left;font-weight:400;white-space:normal;min-width:6rem}
 thead th{border-bottom:1.5px solid var(--ink);font-weight:600;vertical-align:bottom}
@@ -95,12 +98,24 @@ figcaption{font-size:.875rem;color:var(--soft-text);margin-top:.35rem;max-width:
 .notice b{flex:none}.good{border-color:var(--drive)}.doubt{border-color:var(--load)}
 .note{border-color:var(--soft)}
 details{margin:.8rem 0}summary{cursor:pointer;font-weight:600}
-pre{background:var(--plate);padding:.8rem 1rem;overflow-x:auto;border-radius:4px;
+pre{background:var(--plate);padding:.8rem 1rem;overflow-wrap:anywhere;border-radius:4px;
+ white-space:pre-wrap;
  font:.8rem/1.45 ui-monospace,Menlo,Consolas,monospace;tab-size:4}
 footer{grid-column:1/-1;margin-top:3rem;font-size:.85rem;color:var(--soft-text)}
 .skip{position:absolute;left:-99rem}.skip:focus{left:1rem;top:.5rem;background:var(--paper)}
 @media (max-width:56rem){.page{display:block}nav{position:static;max-height:none;
  margin-bottom:1.5rem}nav ol{columns:2}}
+@media screen and (max-width:40rem){
+ .wide :is(table,tbody,tr,th,td,caption){display:block}.wide table{width:100%}
+ .wide thead{position:absolute;width:1px;height:1px;overflow:hidden;clip-path:inset(50%)}
+ .wide tbody tr{border-top:1px solid var(--line);padding:.35rem 0}
+ .wide tbody tr:last-child{border-bottom:1.5px solid var(--ink)}
+ .wide tbody tr>*{border:0!important;padding:.08rem 0;white-space:normal}
+ .wide tbody th{font-weight:600}.wide td:empty{display:none}
+ .wide td{display:flex;justify-content:space-between;gap:1rem;text-align:right;
+  overflow-wrap:anywhere}
+ .wide td::before{content:attr(data-label);color:var(--soft-text);text-align:left;flex:none}
+ .table td{overflow-wrap:anywhere}}
 @media print{@page{margin:16mm 14mm}body{font-size:10pt}
  .page{display:block;padding:0;max-width:none}
  nav,.skip{display:none}h2{break-after:avoid;margin-top:1.4rem}figure,.notice,tr{break-inside:avoid}
@@ -188,7 +203,8 @@ def _grid(grid: Grid) -> str:
     """A table; the first column names the rows, a column without a title says what the rows are."""
     shown = grid.shown
     heads = "".join(
-        f'<th scope="col"{_class(column.text)}>{_rich(column.title) or "<span>what</span>"}'
+        f'<th role="columnheader" scope="col"{_class(column.text)}>'
+        f"{_rich(column.title) or '<span>what</span>'}"
         f"{f'<span class=unit>{html.escape(column.unit)}</span>' if column.unit else ''}</th>"
         for column in shown
     )
@@ -196,15 +212,26 @@ def _grid(grid: Grid) -> str:
     for row in grid.rows:
         first, *rest = row
         cells = "".join(
-            f"<td{_class(column.text)}>{_rich(cell)}</td>"
+            f'<td role="cell" data-label="{_label(column)}"{_class(column.text)}>{_rich(cell)}</td>'
             for column, cell in zip(shown[1:], rest, strict=True)
         )
-        rows.append(f'<tr><th scope="row">{_rich(first)}</th>{cells}</tr>')
+        rows.append(
+            f'<tr role="row"><th role="rowheader" scope="row">{_rich(first)}</th>{cells}</tr>'
+        )
     caption = f"<caption>{_rich(grid.title)}</caption>"
     body = "".join(rows)
-    table = f"<table>{caption}<thead><tr>{heads}</tr></thead><tbody>{body}</tbody></table>"
-    name = html.escape(grid.title)
-    return f'<div class="table" tabindex="0" role="region" aria-label="{name}">{table}</div>'
+    head = f'<thead role="rowgroup"><tr role="row">{heads}</tr></thead>'
+    # roles are named, as a narrow screen shows rows as blocks, which would lose them
+    table = f'<table role="table">{caption}{head}<tbody role="rowgroup">{body}</tbody></table>'
+    name = html.escape(f"Table: {grid.title}")  # another name than that of its chapter
+    kind = "table wide" if len(shown) > NARROW else "table"
+    return f'<div class="{kind}" tabindex="0" role="region" aria-label="{name}">{table}</div>'
+
+
+def _label(column: Cells) -> str:
+    """The title of a column as plain text, with its unit."""
+    words = _plain(column.title) + (f" [{column.unit}]" if column.unit else "")
+    return html.escape(words, quote=True)
 
 
 def _class(text: bool) -> str:

@@ -12,12 +12,17 @@ __all__ = ["latex"]
 HEAD = r"""\documentclass[11pt,a4paper]{article}
 \usepackage[T1]{fontenc}
 \usepackage[utf8]{inputenc}
-\usepackage{lmodern,amsmath,booktabs,longtable,array,graphicx,xcolor}
+\IfFileExists{lmodern.sty}{\usepackage{lmodern}}{}
+\usepackage{amsmath,booktabs,longtable,array,graphicx,xcolor}
 \usepackage[margin=22mm]{geometry}
 \usepackage[hidelinks]{hyperref}
 \setlength{\parindent}{0pt}\setlength{\parskip}{4pt}
 \newcommand{\notice}[1]{\par\smallskip\fbox{\parbox{0.96\linewidth}{#1}}\par\smallskip}
 """
+#: Sizes of the type of tables, with the letters of a line in each, beside its gaps.
+SIZES = ((r"\small", 88), (r"\footnotesize", 98), (r"\scriptsize", 112))
+#: Letters of a column from which on it may be broken into lines.
+LONG = 22
 #: Signs that need a command of LaTeX.
 SIGNS = {
     **{"\\": r"\textbackslash{}", "{": r"\{", "}": r"\}", "$": r"\$", "&": r"\&", "#": r"\#"},
@@ -63,34 +68,45 @@ def _block(block: Block, folder: str, numbered: Iterator[int]) -> list[str]:
         return [r"\begin{center}", picture + caption, r"\end{center}"]
     if isinstance(block, Notice):
         return [rf"\notice{{{_rich(block.text)}}}"]
-    text = "\n".join(_plain(line) + r"\\" for line in block.text.splitlines())
-    return [rf"\textbf{{{_rich(block.title)}}}", r"{\ttfamily\scriptsize\obeyspaces", text, "}"]
+    # the empty box keeps a line that begins with a bracket from being an option of the break
+    text = "\n".join(r"\mbox{}" + _plain(line) + r"\\" for line in block.text.splitlines())
+    return [
+        rf"\textbf{{{_rich(block.title)}}}",
+        r"{\ttfamily\scriptsize\raggedright\obeyspaces",
+        text,
+        "}",
+    ]
 
 
 def _grid(grid: Grid) -> list[str]:
     """A table that may go on on the next page; text columns share what is left."""
-    shown, texts = grid.shown, sum(column.text for column in grid.shown)
-    long = {n for n, column in enumerate(shown) if max(map(len, column.cells), default=0) > 28}
-    part = 0.62 / max(1, len(long)) if texts else 0.0
+    shown, widths = grid.shown, grid.widths
+    size, letters = next((one for one in SIZES if sum(widths) + len(widths) <= one[1]), SIZES[-1])
+    left = letters - len(widths) - sum(w for w in widths if w <= LONG)
+    long = [n for n, w in enumerate(widths) if w > LONG] if sum(widths) > letters else []
+    share = max(LONG, left / max(1, len(long)))
     kinds = [
-        rf">{{\raggedright\arraybackslash}}p{{{part:.2f}\linewidth}}"
+        rf">{{\raggedright\arraybackslash}}p{{{share / letters:.2f}\linewidth}}"
         if n in long
         else ("l" if n == 0 or column.text else "r")
         for n, column in enumerate(shown)
     ]
-    heads = [
-        _rich(column.title) + (rf" {{[{_rich(column.unit)}]}}" if column.unit else "")
-        for column in shown
-    ]
+    heads = [_rich(column.title) for column in shown]
+    units = [_rich(column.unit) for column in shown]
     rows = [" & ".join(map(_rich, row)) + r" \\" for row in grid.rows]
-    size = r"\footnotesize" if len(shown) > 6 else r"\small"
+    head = [r"\toprule", " & ".join(heads) + r" \\"]
+    if any(units):
+        head.append(" & ".join(units) + r" \\")
+    head.append(r"\midrule")
     return [
-        rf"\textbf{{{_rich(grid.title)}}}",
-        rf"{{{size}\setlength{{\tabcolsep}}{{4pt}}",
+        rf"{{{size}\setlength{{\tabcolsep}}{{3pt}}",
         rf"\begin{{longtable}}[l]{{@{{}}{''.join(kinds)}@{{}}}}",
-        r"\toprule",
-        " & ".join(heads) + r" \\",
-        r"\midrule\endhead",
+        # the title is a row, so that no page ends with it
+        rf"\multicolumn{{{len(shown)}}}{{@{{}}l@{{}}}}{{\textbf{{{_rich(grid.title)}}}}} \\",
+        *head,
+        r"\endfirsthead",
+        *head,
+        r"\endhead",
         *rows,
         r"\bottomrule",
         r"\end{longtable}}",
@@ -122,4 +138,9 @@ def _rich(text: str) -> str:
 
 
 def _plain(text: str) -> str:
-    return "".join(SIGNS.get(sign, sign) for sign in text)
+    # two hyphens, as of an option, would become a dash
+    parts = re.split(r"(-(?=-))", text)
+    return "".join(
+        "-{}" if part == "-" and n % 2 else "".join(SIGNS.get(sign, sign) for sign in part)
+        for n, part in enumerate(parts)
+    )

@@ -34,6 +34,8 @@ HEAD = """#set document(title: {title})
 COLORS = {"good": "#00795a", "doubt": "#d55e00", "note": "#7d8894"}
 #: Points: a picture is drawn in its own size, or as wide as the text.
 WIDTH = 490.0
+#: Letters that a line of a table has.
+LETTERS = 118
 #: Part of its own size that a picture has, as the text is smaller than on a screen.
 PART = 0.86
 
@@ -114,7 +116,12 @@ def _block(block: Block, numbered: Iterator[int]) -> str:
 def _grid(grid: Grid) -> str:
     """A table; columns of long text share the width that is left."""
     shown = grid.shown
-    long = [max(map(len, column.cells), default=0) > 22 and column.text for column in shown]
+    # only where the table is wider than the page, and columns of text alone
+    full = sum(grid.widths) + 2 * len(shown) > LETTERS
+    long = [
+        full and width > 22 and column.text
+        for column, width in zip(shown, grid.widths, strict=True)
+    ]
     widths = ", ".join("1fr" if wide else "auto" for wide in long)
     sides = ", ".join(
         "left" if n == 0 or column.text else "right" for n, column in enumerate(shown)

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from mbody.quantities.units import DIMENSIONS
-from mbody.reports.blocks import Block, Cells, Grid, Notice, Text
+from mbody.reports.blocks import ROWS, Block, Cells, Grid, Notice, Text, first_rows
 from mbody.reports.subject import Subject, book
 from mbody.sheets.names import ROUNDING, remark, swiftness
-from mbody.sheets.text_table import angles, number, numbers
+from mbody.sheets.text_table import angles, number, numbers, unit_text
 from mbody.solution.measures import found_by, measured
 
 __all__ = ["joints", "links", "loads", "summary"]
@@ -22,6 +22,18 @@ Array = np.ndarray
 def where_columns(subject: Subject, instants: Sequence[int]) -> list[Cells]:
     """Columns that say where something is."""
     return [Cells(title, cells, unit) for title, cells, unit in subject.where(instants)]
+
+
+def _where_there(subject: Subject, instants: Sequence[int], there: Sequence[bool]) -> list[Cells]:
+    """The first of these columns; blank of what is zero, or the same, all the time."""
+    return [
+        Cells(
+            title,
+            [cell if is_there else "" for cell, is_there in zip(cells, there, strict=True)],
+            unit,
+        )
+        for title, cells, unit in subject.where(instants)[:1]
+    ]
 
 
 def peak(values: Array) -> int:
@@ -41,7 +53,7 @@ def summary(subject: Subject) -> list[Block]:
         columns += [Cells("value", [number(row[1]) for row in rows])]
         columns += [Cells("unit", [row[2] for row in rows], text=True)]
         columns += where_columns(subject, [row[3] for row in rows])
-        title = "Greatest amounts of the cycle" if subject.many else "Greatest amounts"
+        title = f"Greatest amounts of the {subject.course}" if subject.many else "Greatest amounts"
         blocks.append(Grid(title, columns))
     note = subject.mechanism.note
     return [*blocks, Text(note)] if note else blocks
@@ -53,9 +65,8 @@ def _status(subject: Subject) -> Notice:
     if run.doubts:
         return Notice("doubt", f"The result is in doubt: {run.doubts[0].message}")
     ended = "" if run.status == "completed" else f" ({run.status})"
-    return Notice(
-        "good", f"{run.analysis.capitalize()} of {count}: completed without doubt{ended}."
-    )
+    what = "Free motion" if run.analysis == "simulate" else run.analysis.capitalize()
+    return Notice("good", f"{what}, {count}: completed without doubt{ended}.")
 
 
 def _forces_of_all(subject: Subject) -> list[tuple[str, float, str, int]]:
@@ -76,6 +87,8 @@ def _efforts(subject: Subject) -> list[tuple[str, float, str, int]]:
         effort = run.effort(driver.name)
         kind = "torque" if driver.angular else "force"
         k = peak(effort)
+        if abs(float(effort[k])) <= subject.floor_of(kind):
+            continue
         rows.append((f"{kind} of {driver.name}", float(effort[k]), subject.unit(kind), k))
         rate = run.driven(driver.name)[1]
         if np.abs(rate).max() > 0.0:
@@ -116,13 +129,15 @@ def links(subject: Subject) -> list[Block]:
     histories, swift = [run[name] for name in names], swiftness(subject.run)
     low = [f"{round(float(np.degrees(h.angle.min())), 3) + 0.0:.3f}" for h in histories]
     high = [f"{round(float(np.degrees(h.angle.max())), 3) + 0.0:.3f}" for h in histories]
-    columns = [Cells("link", numbered, text=True)]
+    named = Cells("link", numbered, text=True)
+    columns = [named]
     if subject.many:
         columns += [Cells("angle from", low, "deg"), Cells("to", high, "deg")]
     else:
         columns.append(Cells("angle", low, "deg"))
     if run.analysis == "statics":
-        return [Grid("Links", columns)]
+        return first_rows(Grid("Links", columns))
+    centres = [named] if subject.many else columns  # one table of all would be too wide
     word = "peak " if subject.many else ""
     for title, values, unit, floor in (
         ("ω", [h.omega for h in histories], "angular velocity", np.sqrt(swift)),
@@ -133,11 +148,13 @@ def links(subject: Subject) -> list[Block]:
         reach = 1.0 if unit.startswith("angular") else run.system.length
         tops = [float(v[peak(v)]) for v in values]
         cells = numbers(tops, ROUNDING * floor * reach)
-        columns.append(Cells(f"{word}{title}", cells, subject.unit(unit)))
+        own = columns if unit.startswith("angular") else centres
+        own.append(Cells(f"{word}{title}", cells, subject.unit(unit)))
         if subject.many:
-            where = subject.where([peak(v) for v in values])[:1]
-            columns += [Cells(at, cells_at, unit_at) for at, cells_at, unit_at in where]
-    return [Grid("Motion of the links", columns)]
+            there = [abs(top) > ROUNDING * floor * reach for top in tops]
+            own += _where_there(subject, [peak(v) for v in values], there)
+    found = first_rows(Grid("Motion of the links", columns))
+    return found + first_rows(Grid("Motion of the mass centres", centres)) * subject.many
 
 
 def joints(subject: Subject) -> list[Block]:
@@ -151,6 +168,12 @@ def joints(subject: Subject) -> list[Block]:
         found.append((name, joint.name, run.reaction(joint.name, on)))
     if not found or not run.has_forces:
         return []
+    note, count = "", len(found)
+    if count > ROWS:
+        tops = np.array([r.magnitude[peak(r.magnitude)] for *_, r in found])
+        kept = set(np.argsort(-np.round(tops / max(tops.max(), 1e-300), 9), kind="stable")[:ROWS])
+        found = [one for n, one in enumerate(found) if n in kept]
+        note = f"The {ROWS} joints with the greatest forces, of {count}; the results have all."
     at = [peak(r.magnitude) for *_, r in found]
     fx, fy = (
         np.array([getattr(r, key)[k] for k, (*_, r) in zip(at, found)]) for key in ("fx", "fy")
@@ -167,7 +190,7 @@ def joints(subject: Subject) -> list[Block]:
             subject.unit("force"),
         ),
         Cells("direction", angles(np.arctan2(fy, fx)), "deg"),
-        *where_columns(subject, at),
+        *_where_there(subject, at, (np.hypot(fx, fy) > subject.floor).tolist()),
         Cells("F_{x} there", numbers(fx, subject.floor), subject.unit("force")),
         Cells("F_{y} there", numbers(fy, subject.floor), subject.unit("force")),
     ]
@@ -175,6 +198,7 @@ def joints(subject: Subject) -> list[Block]:
         columns.append(Cells("peak torque", numbers(torque, turning), subject.unit("torque")))
     columns.append(Cells("uniqueness", [remark(r) for *_, r in found], text=True))
     blocks: list[Block] = [Grid("Forces of the joints", columns)]
+    blocks += [Text(note)] if note else []
     if (np.abs(torque) > turning).any():
         blocks.append(Text("Torques are about the joint's place on its body j."))
     return blocks
@@ -197,7 +221,10 @@ def loads(subject: Subject) -> list[Block]:
             if dimension == DIMENSIONS["angle"] and not measure.unit:
                 values, unit = np.degrees(values), "deg"
             floor = ROUNDING * float(np.nanmax(np.abs(values), initial=0.0))
-            rows.append((f"{name} (`{measure.of}`)", values, unit.replace("*", "·"), floor))
+            for kind in ("force", "torque") if run.has_forces else ():
+                own = dimension == DIMENSIONS[kind] and unit == subject.mechanism.units.of(kind)
+                floor = max(floor, subject.floor_of(kind)) if own else floor
+            rows.append((f"{name} (`{measure.of}`)", values, unit_text(unit), floor))
     if not rows:
         return []
     return [Grid("Efforts and measures", _extremes(subject, rows))]
@@ -217,17 +244,26 @@ def _extremes(subject: Subject, rows: Sequence[tuple[str, Array, str, float]]) -
     else:
         low, top = ([int(f(v)) for v in clean] for f in (np.nanargmin, np.nanargmax))
         columns.append(Cells("least", cells([v[k] for v, k in zip(clean, low, strict=True)])))
-        columns += where_columns(subject, low)[:1]
+        vary = [
+            float(np.ptp(v[np.isfinite(v)])) > row[3] for v, row in zip(clean, rows, strict=True)
+        ]
+        columns += _where_there(subject, low, vary)
         columns.append(Cells("greatest", cells([v[k] for v, k in zip(clean, top, strict=True)])))
-        columns += where_columns(subject, top)[:1]
+        columns += _where_there(subject, top, vary)
         columns.append(Cells("mean", cells([_mean(subject, v) for v in clean])))
     columns.append(Cells("unit", [row[2] for row in rows], text=True))
     return columns
 
 
 def _mean(subject: Subject, values: Array) -> float:
-    """Over time by the trapezoidal rule; over the instants where time stands still."""
+    """Over time by the trapezoidal rule; over the instants where time stands still.
+
+    What the rule cannot tell from zero where a history has corners is zero.
+    """
     t = subject.run.t
     if np.ptp(t) > 0.0 and bool((np.diff(t) > 0.0).all()):
-        return float(np.trapezoid(values, t) / np.ptp(t))
-    return float(np.nanmean(values))
+        mean = float(np.trapezoid(values, t) / np.ptp(t))
+    else:
+        mean = float(np.nanmean(values))
+    error = float(np.nanmax(np.abs(values), initial=0.0)) / len(t) ** 2
+    return mean if abs(mean) > error else 0.0

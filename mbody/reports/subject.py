@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import hashlib
 import math
 import re
 from collections.abc import Sequence
@@ -17,19 +16,21 @@ from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.freedom.mobility import Mobility, mobility
 from mbody.engines.crosscheck import Crosscheck, crosscheck
 from mbody.errors import ModelError, SolveError
-from mbody.files.model import to_toml
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import Instants
 from mbody.sheets.names import force_floor, force_names
-from mbody.sheets.text_table import number
+from mbody.sheets.text_table import number, unit_text
 from mbody.solution.solution import Solution
 from mbody.views.cycle import cycle
 from mbody.views.free_bodies import force_peak
+from mbody.views.page import digest_of
 
 __all__ = ["Subject", "book", "run_of"]
 
 Array = np.ndarray
 
+#: So few instants of a model are marked, each with its free-body diagrams.
+FEW = 6
 #: Instants of a cycle at which other engines are asked.
 COMPARED = 100
 
@@ -79,9 +80,14 @@ class Subject:
         """Whether there are several instants."""
         return len(self.run) > 1
 
+    @property
+    def course(self) -> str:
+        """What the instants are of, in a word."""
+        return "motion" if self.run.analysis == "simulate" else "cycle"
+
     def unit(self, dimension: str) -> str:
         """The unit of a dimension, as it is written."""
-        return self.mechanism.units.of(dimension).replace("*", "·")
+        return unit_text(self.mechanism.units.of(dimension))
 
     @functools.cached_property
     def mobility(self) -> Mobility:
@@ -111,24 +117,31 @@ class Subject:
         """What of a force is rounding."""
         return force_floor(self.run)
 
+    def floor_of(self, kind: str) -> float:
+        """What of a force or of a torque is rounding."""
+        return self.floor * (self.run.system.length if kind == "torque" else 1.0)
+
     @property
     def loaded(self) -> bool:
         """Whether any force is more than rounding; without masses and loads there is none."""
         return self.run.has_forces and self.floor > 0.0
 
     @functools.cached_property
+    def _file(self) -> tuple[str, str]:
+        text, digest, why = digest_of(self.described)
+        if why:
+            self.failed["text"] = why
+        return text, digest
+
+    @property
     def text(self) -> str:
         """The model as a file; empty where it has Python code."""
-        try:
-            return to_toml(self.described)
-        except ModelError as error:
-            self.failed["text"] = str(error)
-            return ""
+        return self._file[0]
 
     @property
     def digest(self) -> str:
-        """SHA-256 of the model's text."""
-        return hashlib.sha256(self.text.encode()).hexdigest()
+        """SHA-256 of the model's text; empty where it has none."""
+        return self._file[1]
 
     def where(self, instants: Sequence[int]) -> list[tuple[str, list[str], str]]:
         """Columns that say where instants are: title, cells, unit."""
@@ -205,9 +218,27 @@ def run_of(mechanism: Mechanism, wanted: Instants | None, to: Any) -> tuple[Solu
         except SolveError:
             pass  # it cannot turn round: its own instants are reported
     run = analyse_at(mechanism, "kinetostatics", ask or cycle(mechanism, None))
-    if single and len(run) <= 6:
-        return run, list(range(len(run)))
+    if single and len(run) <= FEW:
+        return _between(mechanism, run, ask, wanted)
     return run, [force_peak(run)]
+
+
+def _between(
+    mechanism: Mechanism, run: Solution, ask: Instants | None, wanted: Instants | None
+) -> tuple[Solution, list[int]]:
+    """The few instants of a model with as many between as make smooth curves, and where they are;
+    instants that the user chose stay alone.
+    """
+    count = len(run)
+    smooth = cycle(mechanism, ask)
+    if wanted is not None or smooth is ask or count < 2 or smooth.over:
+        return run, list(range(count))
+    try:
+        whole = analyse_at(mechanism, "kinetostatics", smooth)
+    except SolveError:
+        return run, list(range(count))
+    # of equal steps from one to the next
+    return whole, [round(n * (len(whole) - 1) / (count - 1)) for n in range(count)]
 
 
 def _turns(mechanism: Mechanism) -> bool:

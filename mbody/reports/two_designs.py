@@ -9,7 +9,7 @@ import numpy as np
 from mbody.quantities.units import DIMENSIONS
 from mbody.reports.blocks import Block, Cells, Grid, Picture, Text
 from mbody.reports.figures import greatest, untitled
-from mbody.sheets.text_table import number
+from mbody.sheets.text_table import number, unit_text
 from mbody.solution.measures import found_by, measured
 from mbody.views.plotting import plot
 
@@ -90,5 +90,5 @@ def amounts(subject: Subject) -> dict[str, tuple[float, str]]:
         for word, extreme in (("least", np.nanmin), ("greatest", np.nanmax)):
             value = float(extreme(values))
             value = 0.0 if abs(value) <= ROUNDING * top else value
-            found[f"{name}, {word}"] = (value, unit.replace("*", "·"))
+            found[f"{name}, {word}"] = (value, unit_text(unit))
     return found

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.analysis.driven.free_body import member_forces
+from mbody.laws import MeasuredFormula
 from mbody.sheets.couplings import couplings
 from mbody.sheets.measured import measures
 from mbody.sheets.names import (
@@ -22,6 +23,7 @@ from mbody.sheets.names import (
     swiftness,
     torque_cells,
 )
+from mbody.sheets.signals import signals
 from mbody.sheets.summary import summary
 from mbody.sheets.text_table import Column, angles, even, number, numbers, paragraph, polars, table
 
@@ -92,6 +94,7 @@ class _Instant:
             parts.append(self._loads())
         if not self.moves:
             parts.append(self._members())
+        parts += signals(self.solution)
         parts.append(measures(self.solution))
         lines = heading(self.solution, when)
         for part in parts:
@@ -234,7 +237,10 @@ class _Instant:
         return float(law.derivatives(self.t)[0])
 
     def value(self, load: Element, field: str) -> str:
-        """Value of a law, as text."""
+        """Value of a law, as text; of a formula of measured quantities the formula."""
+        law = getattr(load, field)
+        if isinstance(law, MeasuredFormula):
+            return f"({law.text})"
         return number(self._law(load, field))
 
     def degrees(self, load: Element, field: str) -> str:
@@ -254,7 +260,9 @@ class _Instant:
                 dimension, label = field.metadata["dimension"], field.name.replace("_", " ")
                 words.append(f"{label} {number(values[name])} {unit(dimension)}")
             elif field.name == "value":
-                words.append(f"{number(self._law(load, 'value'))} {unit(field.metadata['law'])}")
+                words.append(f"{self.value(load, 'value')} {unit(field.metadata['law'])}")
+            elif isinstance(measured := getattr(load, field.name), MeasuredFormula):
+                words.append(f"{field.name} {measured.text}")
             elif field.name == "law" and load.law is not None:
                 words.append("by a law")
             elif "law" in field.metadata and field.metadata["of"] != "time" and field.name != "law":

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from mbody.analysis.freedom.free_motions import FreeMotion
     from mbody.analysis.freedom.mobility import Count, Mobility
 
-__all__ = ["sheet"]
+__all__ = ["constituents", "counts", "many", "sheet"]
 
 #: Free motions and joints that are shown.
 SHOWN = 12
@@ -39,8 +39,8 @@ def sheet(report: Mobility) -> str:
     return "\n".join(even([*lines, *noted(report.notes)]))
 
 
-def _counts(report: Mobility) -> list[str]:
-    """Parts beside the two counts."""
+def counts(report: Mobility) -> tuple[list[str], dict[str, list[str]]]:
+    """What is counted, and the counts by the title of their column."""
     titles = [
         "coordinates, 3 a link",
         "rows of constraints",
@@ -55,18 +55,35 @@ def _counts(report: Mobility) -> list[str]:
         values = (3 * report.bodies, count.rows, count.gruebler, rank, spare, free)
         return ["?" if value is None else str(value) for value in values]
 
-    columns = [Column("MOBILITY", titles, text=True, whole=True)]
-    columns.append(Column("joints alone", cells(report.of_joints)))
+    columns = {"joints alone": cells(report.of_joints)}
     if report.drivers:
-        columns.append(Column("drivers fixed", cells(report.driven)))
-    parts = [_counted(report.bodies, "moving link"), _counted(report.joints, "joint")]
+        columns["drivers fixed"] = cells(report.driven)
+    return titles, columns
+
+
+def constituents(report: Mobility) -> str:
+    """Links, joints, couplings, drivers and loops in a line."""
+    parts = [many(report.bodies, "moving link"), many(report.joints, "joint")]
     if report.couplings:
-        parts.append(_counted(report.couplings, "coupling"))
-    parts += [_counted(report.drivers, "driver"), _counted(report.loops, "independent loop")]
-    return [*table(columns), ", ".join(parts)]
+        parts.append(many(report.couplings, "coupling"))
+    parts += [many(report.drivers, "driver"), many(report.loops, "independent loop")]
+    return ", ".join(parts)
 
 
-def _counted(count: int, what: str) -> str:
+def _counts(report: Mobility) -> list[str]:
+    """Parts beside the two counts."""
+    titles, found = counts(report)
+    columns = [Column("MOBILITY", titles, text=True, whole=True)]
+    columns += [Column(title, cells) for title, cells in found.items()]
+    return [*table(columns), constituents(report)]
+
+
+def many(count: int, what: str) -> str:
+    """A number of things.
+
+    >>> many(1, "driver"), many(2, "joint")
+    ('1 driver', '2 joints')
+    """
     return f"{count} {what}{'' if count == 1 else 's'}"
 
 
@@ -80,7 +97,7 @@ def _redundant(report: Mobility) -> list[str]:
     ]
     if len(words) > SHOWN:
         words[SHOWN:] = [f"{len(words) - SHOWN} joints more"]
-    rows = _counted(report.of_joints.redundant or 0, "row")
+    rows = many(report.of_joints.redundant or 0, "row")
     where = " at this position" if report.of_joints.singular else ""
     names = " or ".join([", ".join(words[:-1]), words[-1]])
     text = f"{rows} can be removed{where} and nothing is set free, from {names}"

@@ -20,6 +20,7 @@ from mbody.sheets.names import (
     swiftness,
     torque_cells,
 )
+from mbody.sheets.signals import signals
 from mbody.sheets.text_table import Column, angles, cut, number, numbers, paragraph, polars, table
 
 if TYPE_CHECKING:
@@ -63,6 +64,7 @@ class _Summary:
             parts.append(self._joints())
         parts.append(couplings(self.solution))
         parts += [self._drivers(turns) for turns in (True, False)]
+        parts += signals(self.solution)
         parts.append(measures(self.solution))
         lines = heading(self.solution, self._when())
         if self.batch:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import textwrap
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -22,6 +23,7 @@ __all__ = [
     "polars",
     "table",
     "there",
+    "unit_text",
 ]
 
 WIDTH = 100
@@ -39,6 +41,15 @@ def there(values: Any) -> np.ndarray:
     array = np.asarray(values, dtype=float).reshape(-1)
     finite = np.isfinite(array)
     return array[finite] if finite.any() else array[:1]
+
+
+def unit_text(unit: str) -> str:
+    """A unit as it is printed: products with a dot, whether it was given with a star or a space.
+
+    >>> unit_text("lbf*in"), unit_text("lbf in"), unit_text("rad/s")
+    ('lbf·in', 'lbf·in', 'rad/s')
+    """
+    return re.sub(r"\s*\*\s*|\s+", "·", unit.strip())
 
 
 def numbers(values: Any, floor: float = 0.0) -> list[str]:

@@ -16,6 +16,7 @@ from mbody.kernels.residuals import RESIDUALS, Finished, residuals_of
 from mbody.model.element import listed
 from mbody.model.joints import Joint
 from mbody.solution.histories import Checks, Reaction
+from mbody.solution.own_histories import motion_rows
 from mbody.solution.places import reaction_torque
 from mbody.solution.result import Result
 
@@ -113,7 +114,7 @@ def checks(solution: Result) -> Checks:
 
 
 def _motion(solution: Result, design: int) -> np.ndarray:
-    motion = solution.record.table(slice(0, 3 * solution.system.coordinates))
+    motion = motion_rows(solution)
     return motion[design] if solution.record.batch else motion
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from mbody.system.read_only import lock
 
 if TYPE_CHECKING:
+    from mbody.model.own_equations import AccountedEnergy
     from mbody.system.system import System
 
 __all__ = ["Energy", "account", "causes"]
@@ -31,17 +32,20 @@ class Energy:
         ½ vᵀ M v of all bodies.
     potential : array
         Of loads that have one (constant gravity, springs, a plane that turns at constant speed), as
-        the negative of the work that they have done: zero at the beginning.
+        the negative of the work that they have done, and of the magnetic fields of motors: zero at
+        the beginning.
     work : array
-        Done by all other loads and by the drivers since the beginning.
+        Done by all other loads and by the drivers since the beginning; of electric motors what
+        they took from their terminals.
     dissipated : array
-        Taken by dampers, and by impacts on stops, since the beginning.
+        Taken by dampers, by resistances of motors and by impacts on stops, since the beginning.
     balance : array
         kinetic + potential + dissipated − work, less what it was at the beginning: the error of the
         motion, by a route that its steps did not take.
     by : dict
         Work of every load and driver since the beginning, by name; of very many loads "loads"; of
-        every stop what its impacts gave, below zero where they took.
+        every stop what its impacts gave, below zero where they took; of a motor also what it was
+        "supplied", what it "lost" and what its "field" took, as "motor.lost".
     """
 
     kinetic: Array
@@ -96,26 +100,46 @@ def causes(system: System, stops: Sequence[str] = ()) -> list[str]:
     return [*(loads if 0 < len(loads) <= ACCOUNTED else ["loads"]), *drivers, *stops]
 
 
-def account(system: System, motion: Array, gained: Array, stops: Sequence[str] = ()) -> Energy:
+def _named(system: System, pages: Array) -> dict[str, dict[str, AccountedEnergy]]:
+    """The parts of the account that loads name beside their work."""
+    states = system.mechanism.states
+    own = pages[:, system.own_rows]
+    found = {}
+    for load in system.mechanism.loads:
+        first = f"{load.name}."
+        mine = {
+            one.name.removeprefix(first): own[:, n]
+            for n, one in enumerate(states)
+            if one.name.startswith(first)
+        }
+        if mine and (parts := load.energies(mine, system.values)):
+            found[load.name] = parts
+    return found
+
+
+def account(system: System, pages: Array, gained: Array, stops: Sequence[str] = ()) -> Energy:
     """The account of a motion.
 
     Parameters
     ----------
-    motion : array (instants, 2·coordinates)
-        q, then v.
+    pages : array (instants, rows)
+        What is kept of every instant: q, then v, …, own states (`mbody.kernels.output`).
     gained : array (instants, causes)
         Work of every load, or of all together, then of every driver, then of every stop.
     stops : list of str
         Their names.
     """
     machine, n = system.mechanism, system.coordinates
-    kinetic = 0.5 * (motion[:, n : 2 * n] ** 2) @ system.mass[:n, 0]
+    kinetic = 0.5 * (pages[:, n : 2 * n] ** 2) @ system.mass[:n, 0]
     loads = {load.name: load for load in machine.loads}
     names = causes(system, stops)
     together = not 0 < len(loads) <= ACCOUNTED
     by = {name: gained[:, k] for k, name in enumerate(names)}
-    potential, work, lost = (np.zeros(len(motion)) for _ in range(3))
+    potential, work, lost = (np.zeros(len(pages)) for _ in range(3))
+    named = {} if together else _named(system, pages)
     for name, part in by.items():
+        if name in named:
+            continue  # it passes from one named part to the others
         load = None if together else loads.get(name)
         if name in stops or (load is not None and load.dissipative):
             lost -= part
@@ -125,6 +149,11 @@ def account(system: System, motion: Array, gained: Array, stops: Sequence[str] =
             work += part
     if together and not loads:
         by.pop("loads")
+    for name, parts in named.items():
+        for key, one in parts.items():
+            by[f"{name}.{key}"] = one.values if one.kind == "work" else -one.values
+            total = {"work": work, "lost": lost, "stored": potential}[one.kind]
+            total += one.values
     whole = kinetic + potential + lost - work
     balance = whole - whole[:1]
     return Energy(kinetic, potential, work, lost, balance, by)

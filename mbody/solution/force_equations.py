@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.solution.presentation import present
+from mbody.core.presentation import present
 from mbody.system.read_only import lock
 
 __all__ = ["Equations"]

@@ -11,6 +11,7 @@ from mbody.kernels.load_breakdown import each_load
 from mbody.model.element import Element, listed
 from mbody.model.loads import Load
 from mbody.solution.histories import LoadHistory
+from mbody.solution.own_histories import motion_rows
 from mbody.solution.places import column
 from mbody.solution.result import Result
 
@@ -101,8 +102,7 @@ def _on_all(solution: Result, load: Load, on: str | None) -> LoadHistory:
 def _forces(solution: Result, load: Load, body: str) -> tuple[Array, Array, Array]:
     """Force and torque about the mass centre on a moving body, as the kernels have them."""
     system = solution.system
-    n = 3 * system.coordinates
-    motion, batch = solution.record.table(slice(0, n)), solution.record.batch
+    motion, batch = motion_rows(solution), solution.record.batch
     pages = motion if batch else motion[None]
     cause = [each.name for each in system.mechanism.loads].index(load.name)
     column = 3 * system.bodies[body]

@@ -11,7 +11,10 @@ import numpy as np
 from mbody.errors import ModelError, brief
 from mbody.model.driver import DRIVEN
 from mbody.model.element import listed
+from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
+from mbody.model.own_equations import owned
+from mbody.model.state_quantities import MOTION, ORIGIN, TURNING
 from mbody.model.study import Measure
 from mbody.quantities import (
     FormulaError,
@@ -23,9 +26,12 @@ from mbody.quantities import (
     parse_unit,
 )
 from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, dimension_of
+from mbody.solution.own_histories import own_history
+from mbody.solution.places import column, ends, velocity
 from mbody.solution.result import Result
 
 __all__ = [
+    "ORIGIN",
     "check_measure",
     "checked_sides",
     "found_by",
@@ -35,15 +41,8 @@ __all__ = [
     "valued",
 ]
 
-#: What can be measured of a body, with its dimension; of a point all but the angles.
-MOTION = {
-    **dict.fromkeys(("x", "y"), "length"),
-    **dict.fromkeys(("vx", "vy"), "velocity"),
-    **dict.fromkeys(("ax", "ay"), "acceleration"),
-}
-TURNING = {"angle": "angle", "omega": "angular velocity", "alpha": "angular acceleration"}
-#: The origin of a link's axes, unless it has a point of that name.
-ORIGIN = "origin"
+#: What joints have of forces.
+REACTION = ("fx", "fy", "force", "torque")
 
 
 def measured(solution: Result, measure: Measure | str) -> tuple[np.ndarray, Dimension, str]:
@@ -90,7 +89,11 @@ def valued(solution: Result, measure: Measure) -> tuple[Any, Dimension, str]:
     """What a measure is, as its formula gives it: a number where it does not change, and of any
     kind that the histories of the result are of.
     """
-    names = _Histories(solution.mechanism, lambda *name: _history(solution, *name))
+    names = _Histories(
+        solution.mechanism,
+        lambda *name: _history(solution, *name),
+        lambda name, _: column(solution.system.values[name]),
+    )
     names["t"] = Valued(solution.t, DIMENSIONS["time"])
     for name in solution.mechanism.parameters:
         # as the system has it, a column where it differs between designs
@@ -166,9 +169,11 @@ def found_by(solution: Result, measure: Measure) -> bool:
     joints = {joint.name for joint in solution.mechanism.joints}
     machine = solution.mechanism
     drivers = {element.name for element in (*machine.drivers, *machine.couplings)}
-    for name in parse(measure.of).names:
+    for name in parse(measure.of, curves=True).names:
         owner, _, key = name.rpartition(".")
-        if owner in joints or (owner in drivers and key in ("effort", "power")):
+        if (owner in joints and key in REACTION) or (
+            owner in drivers and key in ("effort", "power")
+        ):
             return False
     return True
 
@@ -177,7 +182,7 @@ def _valued(measure: Measure, names: _Histories) -> tuple[Any, Dimension, str]:
     """Value of a measure, its dimension and its unit."""
     scope = Scope(names.mechanism.units, names)
     try:
-        tree = parse(measure.of)
+        tree = parse(measure.of, curves=True)
         for name in sorted(tree.names):
             if name in names.mechanism and names.get(name) is None and scope.unit(name) is None:
                 raise FormulaError(f"'{name}' has many histories: name one, as in '{name}.x'")
@@ -200,18 +205,74 @@ def _valued(measure: Measure, names: _Histories) -> tuple[Any, Dimension, str]:
 class _Histories(dict[str, Valued]):
     """Names in a measure: parameters, time, and histories by name."""
 
-    def __init__(self, mechanism: Mechanism, history: Callable[[str, str], Any]) -> None:
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        history: Callable[[str, str], Any],
+        number: Callable[[str, Any], Any] = lambda name, value: value,
+    ) -> None:
         super().__init__(mechanism.parameters.scope().names)
+        self.number = number
         self.mechanism, self.history = mechanism, history
+        #: Inputs and own states with what they measure.
+        self.own = {one.name: one.dimension for one in mechanism.inputs}
+        self.own |= {one.name: one.dimension for one in mechanism.states}
         self["t"] = Valued(1.0, DIMENSIONS["time"])
 
     def get(self, name: str, default: Any = None) -> Any:
         """The history of that name; `default` where it is none, a unit perhaps."""
-        if name not in self and "." in name:
+        if name not in self and "." in name and name not in self.own:
             owner, _, key = name.rpartition(".")
+            whole, fixed = _output(self.mechanism, owner, key), _fixed(self.mechanism, owner, key)
+            if whole is not None:
+                self[name] = self._of_output(owner, *whole)
+                return self[name]
+            if fixed is not None:
+                self[name] = Valued(self._part(owner, name), fixed)
+                return self[name]
             dimension = _dimension(self.mechanism, owner, key)
             self[name] = Valued(self.history(owner, key), dimension)
+        elif name in self.own and name not in self:
+            self[name] = Valued(self.history("", name), self.own[name])
         return super().get(name, default)
+
+    def _of_output(self, owner: str, text: str, of: str) -> Valued:
+        """A quantity that a load makes of its numbers, its rate and its states."""
+        tree = owned(parse(text), owner)
+        system = self.mechanism.units
+        known = {name: self._part(owner, name) for name in tree.names}
+        found = evaluate(tree, Scope(system, {key: Valued(part) for key, part in known.items()}))
+        return Valued(found.value, dimension_of(of))
+
+    def _part(self, owner: str, name: str) -> Any:
+        """A number of a load, or one of its histories, by dotted name."""
+        numbers = self.mechanism[owner].numbers()
+        key = name.removeprefix(f"{owner}.")
+        if name == "t":
+            return self["t"].value
+        if name in numbers:
+            return self.number(name, numbers[name])
+        return self.history(owner, key) if name not in self.own else self.history("", name)
+
+
+def _output(mechanism: Mechanism, owner: str, key: str) -> tuple[str, str] | None:
+    """The formula of a quantity that a load makes, and what it measures; None of any other."""
+    if owner not in mechanism or mechanism[owner].role != "load":
+        return None
+    load: Any = mechanism[owner]
+    found: tuple[str, str] | None = load.outputs().get(key)
+    return found
+
+
+def _fixed(mechanism: Mechanism, owner: str, key: str) -> Dimension | None:
+    """What a number of a load measures, as its resistance; None of any other quantity."""
+    if owner not in mechanism or mechanism[owner].role != "load":
+        return None
+    load: Any = mechanism[owner]
+    if key in load.quantities() or getattr(load, key, None) is None:
+        return None
+    meta = load.__dataclass_fields__[key].metadata if key in load.__dataclass_fields__ else {}
+    return dimension_of(meta["dimension"]) if "dimension" in meta else None
 
 
 def _dimension(mechanism: Mechanism, owner: str, key: str) -> Dimension:
@@ -231,6 +292,7 @@ def _dimension(mechanism: Mechanism, owner: str, key: str) -> Dimension:
         raise FormulaError(f"there is no body '{element}' (there are: {_bodies(mechanism)})")
     else:
         known = owned.quantities()
+        known |= {one.name.rpartition(".")[2]: one.measure for one in owned.own_states()}
         if not known:
             raise FormulaError(
                 f"'{element}' acts on every body, it has no history of its own: measure what "
@@ -245,8 +307,26 @@ def _bodies(mechanism: Mechanism) -> str:
     return listed(["ground", *(body.name for body in mechanism.bodies)])
 
 
+def _coordinate(run: Result, joint: Joint, key: str) -> np.ndarray:
+    """The history of what measures the freedom of a joint."""
+    i, j = (run[body] for body in joint.bodies)
+    _, (dx, dy), angle_i, angle_j = ends(run, joint)
+    if "angle" in joint.coordinates:
+        return np.asarray(angle_j - angle_i if key == "angle" else j.omega - i.omega)
+    ux, uy = np.cos(angle_i), np.sin(angle_i)
+    if key == "travel":
+        return np.asarray(ux * dx + uy * dy)
+    (vix, viy), (vjx, vjy) = (velocity(run, joint, side) for side in ("i", "j"))
+    turning = i.omega * (ux * dy - uy * dx)
+    return np.asarray(ux * (vjx - vix) + uy * (vjy - viy) + turning)
+
+
 def _history(run: Result, owner: str, key: str) -> np.ndarray:
-    """The history of a body, a point, a joint, a load or a driver."""
+    """The history of a body, a point, a joint, a load or a driver; of an input or an own state,
+    which has no owner.
+    """
+    if not owner:
+        return np.asarray(own_history(run, key))
     element, _, point = owner.partition(".")
     if point:
         body: Any = run.mechanism[element]
@@ -254,10 +334,15 @@ def _history(run: Result, owner: str, key: str) -> np.ndarray:
         return np.asarray(getattr(run.point(element if at_origin else owner), key))
     if element in run.system.bodies:
         return np.asarray(getattr(run[element], key))
-    if any(joint.name == element for joint in run.mechanism.joints):
+    owned: Any = run.mechanism[element]
+    if owned.role == "joint" and key in owned.coordinates:
+        return _coordinate(run, owned, key)
+    if owned.role == "joint":
         reaction = run.reaction(element)
         return np.asarray(reaction.magnitude if key == "force" else getattr(reaction, key))
-    if run.mechanism[element].role == "load":
+    if owned.role == "load" and any(one.name == f"{element}.{key}" for one in owned.own_states()):
+        return np.asarray(own_history(run, f"{element}.{key}"))
+    if owned.role == "load":
         return np.asarray(getattr(run.load(element), key))
     if key in DRIVEN:
         return run.driven(element)[DRIVEN.index(key)]

@@ -14,7 +14,15 @@ from mbody.model.element import Element, Marker, Numbers
 from mbody.model.joints import Joint
 from mbody.solution.result import Result
 
-__all__ = ["column", "ends", "link_poses", "place", "reaction_point", "reaction_torque"]
+__all__ = [
+    "column",
+    "ends",
+    "link_poses",
+    "place",
+    "reaction_point",
+    "reaction_torque",
+    "velocity",
+]
 
 Array = np.ndarray
 
@@ -40,6 +48,13 @@ def place(solution: Result, element: Element, side: str) -> tuple[Array, Array]:
     ax, ay = (column(part) for part in solution.system.numbers.arm(element, side))
     c, s = np.cos(body.angle), np.sin(body.angle)
     return body.x + c * ax - s * ay, body.y + s * ax + c * ay
+
+
+def velocity(solution: Result, element: Element, side: str) -> tuple[Array, Array]:
+    """History of the velocity of an end, ``"i"`` or ``"j"``, in world axes."""
+    body = solution[getattr(element, side).body]
+    x, y = place(solution, element, side)
+    return body.vx - body.omega * (y - body.y), body.vy + body.omega * (x - body.x)
 
 
 def ends(solution: Result, element: Element) -> tuple[Any, Any, Any, Any]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -29,7 +30,7 @@ class Restart:
     ----------
     way : Way
         How the motion was followed.
-    scale, y, slope : arrays (2·coordinates,)
+    scale, y, slope : arrays (2·coordinates + own states,)
         Sizes of the coordinates, the state, its slope.
     powers, gained : arrays (causes,)
         Powers there, and the work done since the last instant of the result (before it: negative).
@@ -37,6 +38,10 @@ class Restart:
         See `mbody.kernels.step_state`.
     own : tuple of arrays
         What the method itself carries on.
+    inputs : dict
+        Values of the inputs that are kept between set times.
+    sampled : tuple
+        The controllers with their memories (`mbody.analysis.dynamics.interruptions`).
     """
 
     way: Way
@@ -47,3 +52,5 @@ class Restart:
     gained: Array
     state: Array
     own: tuple[Array, ...]
+    inputs: dict[str, float] = field(default_factory=dict)
+    sampled: tuple[Any, ...] = ()

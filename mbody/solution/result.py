@@ -63,6 +63,10 @@ class Result(Protocol):
         """Regularisation of redundant constraints; 0 where there are none."""
 
     @property
+    def drive_states(self) -> Array | None:
+        """Value, rate and acceleration of the drivers (instants, drivers, 3)."""
+
+    @property
     def released(self) -> Mapping[str, float]:
         """Times at which drivers were released."""
 

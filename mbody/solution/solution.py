@@ -10,16 +10,19 @@ from typing import Any
 
 import numpy as np
 
+from mbody.core.presentation import present
 from mbody.errors import ModelError
 from mbody.kernels.output import PER_PRIMITIVE
-from mbody.model.element import Marker, as_marker, listed
+from mbody.model.element import Marker, listed
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
-from mbody.model.numbers import varied
 from mbody.model.study import Measure
+from mbody.quantities.types import PlainNumbers
+from mbody.solution.beginning import Beginning
 from mbody.solution.certificate import Certified, as_reported, changed
 from mbody.solution.checks import breakdown, checks, one_design, residuals
 from mbody.solution.doubts import Doubt
+from mbody.solution.drive_histories import drive_states, driven
 from mbody.solution.energy import Energy
 from mbody.solution.event_record import EventRecord
 from mbody.solution.force_equations import Equations
@@ -35,8 +38,8 @@ from mbody.solution.histories import (
 from mbody.solution.load_histories import load_history
 from mbody.solution.measures import measured
 from mbody.solution.momentum import Momentum, PlaceLike, momentum
-from mbody.solution.places import column, ends, reaction_point, reaction_torque
-from mbody.solution.presentation import present
+from mbody.solution.places import ends, reaction_point, reaction_torque
+from mbody.solution.point_histories import point_history
 from mbody.solution.restart import Restart
 from mbody.system.read_only import locked
 from mbody.system.system import System
@@ -88,6 +91,8 @@ class Solution:
     restart: Restart | None = None
     released: Mapping[str, float] = field(default_factory=dict)
     branch: BranchDistance | None = None
+    #: How a motion began, one of each part of a motion of several.
+    begun: tuple[Beginning, ...] = ()
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
@@ -117,6 +122,62 @@ class Solution:
             energy=None if self.energy is None else self.energy.take(index),
             restart=None,
         )
+
+    def at(self, t: PlainNumbers) -> Solution:
+        """The motion at other instants than those that were kept: followed again from its
+        beginning by the same steps, so that it is what `simulate` would have kept there, bit for
+        bit (where stops are struck, to the accuracy with which impacts are located).
+
+        Parameters
+        ----------
+        t : float or array
+            Times within the motion, in any order.
+
+        Raises
+        ------
+        ModelError
+            For what is no motion of `simulate`, or was read from a file, and for other times.
+
+        Notes
+        -----
+        It takes as long as the motion did up to the last of the times, and controllers are called
+        again.
+
+        Examples
+        --------
+        >>> import mbody
+        >>> run = mbody.simulate(mbody.gallery.load("simple_pendulum"), 1.0, instants=2)
+        >>> round(float(run.at(0.5)["pendulum"].omega[0]), 6)
+        4.24943
+        """
+        found: Solution = present("at", self, t)
+        return found
+
+    def then(self, *later: Solution) -> Solution:
+        """The motion with those that go on from it, as one result.
+
+        Parameters
+        ----------
+        *later : Solution
+            Motions of `simulate` of the same mechanism, each begun with ``start=`` the one before;
+            their inputs may follow other histories.
+
+        Raises
+        ------
+        ModelError
+            For other mechanisms, and a motion that does not begin where the one before ended.
+
+        Examples
+        --------
+        >>> import mbody
+        >>> machine = mbody.gallery.load("simple_pendulum")
+        >>> first = mbody.simulate(machine, 1.0)
+        >>> whole = first.then(mbody.simulate(machine, 2.0, start=first))
+        >>> len(whole), float(whole.t[-1])
+        (401, 2.0)
+        """
+        found: Solution = present("then", self, *later)
+        return found
 
     @property
     def mechanism(self) -> Mechanism:
@@ -149,44 +210,7 @@ class Solution:
 
     def point(self, place: Marker | str) -> PointHistory:
         """Motion of a place on a body, such as ``"coupler.P"`` or ``coupler.at(1.0, 2.0)``."""
-        marker = as_marker(place, "point", "place")
-        body = self[marker.body]
-        x, y = self._local(marker)
-        c, s = np.cos(body.angle), np.sin(body.angle)
-        px, py = c * x - s * y, s * x + c * y
-        w, alpha = body.omega, body.alpha
-        return PointHistory(
-            str(marker),
-            body.x + px,
-            body.y + py,
-            body.vx - w * py,
-            body.vy + w * px,
-            body.ax - alpha * py - w * w * px,
-            body.ay + alpha * px - w * w * py,
-        )
-
-    def _local(self, marker: Marker) -> tuple[Any, Any]:
-        """Place of a marker from the mass centre in link axes, a column a design in a batch."""
-        at = self.system.numbers
-        if isinstance(marker.point, str):
-            name = f"{marker.body}.{marker.point}"
-            if f"{name}.x" not in self.system.values and f"{name}.r" not in self.system.values:
-                element: Any = self.mechanism[marker.body]
-                raise ModelError(
-                    f"body '{marker.body}' has no point '{marker.point}' (it has: "
-                    f"{listed(element.points)})",
-                    marker.body,
-                )
-            x, y = at.point(name)
-        elif isinstance(marker.point, tuple):
-            x, y = marker.point
-        else:
-            x, y = (
-                marker.point.r * np.cos(marker.point.angle),
-                marker.point.r * np.sin(marker.point.angle),
-            )
-        cx, cy = at.point(f"{marker.body}.cg")
-        return column(x - cx), column(y - cy)
+        return point_history(self, place)
 
     def _primitive(self, e: int, n: int) -> Array:
         """History of number n of a primitive (see `mbody.kernels.output`)."""
@@ -354,36 +378,12 @@ class Solution:
         ModelError
             For a driver that does not exist.
         """
-        names = [d.name for d in self.mechanism.drivers]
-        if driver not in names:
-            raise ModelError(
-                f"there is no driver {driver!r} (there are: {listed(names)})", str(driver)
-            )
-        states = self.drive_states
-        if states is None:
-            element = self.mechanism.drivers[names.index(driver)]
-            designs = range(self.record.count if varied(self.system.values, element) else 1)
-            laws = [self.system.law_of(element, design=n) for n in designs]
-            parts = np.array([law.derivatives(self.t) for law in laws]).swapaxes(0, 1)
-            value, rate, change = np.broadcast_to(parts, (3, self.record.count, len(self.t)))
-        else:
-            value, rate, change = states[:, names.index(driver)].T
-        return value, rate, change
+        return driven(self, driver)
 
     @functools.cached_property
     def drive_states(self) -> Array | None:
         """Value, rate, acceleration (instants, drivers, 3), None where designs differ in them."""
-        drivers = self.mechanism.drivers
-        if self.given is not None:
-            return self.given
-        if self.record.batch:
-            return None
-        states = np.zeros((len(self), len(drivers), 3))
-        for n, driver in enumerate(drivers):
-            for k, part in enumerate(self.system.law_of(driver).derivatives(self.t)):
-                states[:, n, k] = part
-        read: Array = locked(states)
-        return read
+        return drive_states(self)
 
     def measure(self, of: str | Measure) -> Array:
         """History (instants,) of a measured quantity: one of the mechanism's measures by name, a
@@ -446,6 +446,12 @@ class Solution:
         """The columns as a pandas DataFrame; pandas is needed only here."""
         return present("dataframe", self)
 
+    def to_xarray(self) -> Any:
+        """The columns as a Dataset of xarray over the coordinate ``t``, with units as attributes;
+        xarray is needed only here.
+        """
+        return present("xarray", self)
+
     def to_csv(self, path: str | os.PathLike[str], angle: str = "rad") -> None:
         """Write the columns as comma-separated values, numbers in full precision, angles in
         ``"rad"`` or ``"deg"``.
@@ -479,6 +485,10 @@ class Solution:
         instants = "1 instant" if len(self) == 1 else f"{len(self)} instants"
         name = self.mechanism.name
         return f"Solution({name!r}: {self.analysis}, {designs}{instants}, {self.status})"
+
+    def _repr_html_(self) -> str:
+        # what a notebook shows
+        return str(present("notebook", self))
 
     def __str__(self) -> str:
         return str(present("sheet", self))

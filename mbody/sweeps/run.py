@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable
 from typing import Any
 
+from mbody.analysis.dynamics.progress import counted
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.errors import ModelError
 from mbody.model.mechanism import Mechanism
@@ -34,7 +35,7 @@ def sweep(
     threads: int | None = None,
     to: str | os.PathLike[str] | None = None,
     scheduler: str | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Callable[[int, int], None] | bool | None = None,
     **options: Any,
 ) -> Sweep:
     """Measured quantities of many designs: parameter study, tolerance study, Monte Carlo.
@@ -63,8 +64,9 @@ def sweep(
         killed continues when it is called again.
     scheduler : str, optional
         Address of a Dask scheduler, such as ``"tcp://10.0.0.5:8786"``, whose workers are used.
-    progress : callable, optional
-        Called from time to time with the number of finished designs and of all.
+    progress : callable or bool, optional
+        Called from time to time with the number of finished designs and of all; True shows on
+        standard error how far it is.
     **options
         The instants: ``t``, ``drive``, ``turn``, ``instants``, ``guess`` as of the analysis, or
         ``at``, ``over`` as of `Instants`, by default those of the mechanism itself; of simulate its
@@ -118,13 +120,14 @@ def sweep(
         source = on_threads(job, samples.values, pieces, size, _threads(system, threads))
     else:
         source = on_cluster(job, samples.values, pieces, size, connected(scheduler))
+    seen = counted("designs") if progress is True else progress or None
     done, status = count - sum(min(size, count - low) for low in pieces), "completed"
     try:
         for low, part in source:
             kept.keep(low, part)
             done += len(part.columns[0])
-            if progress is not None:
-                progress(done, count)
+            if seen is not None:
+                seen(done, count)
     except KeyboardInterrupt:
         status = f"stopped: after {done} of {count} designs"
     finally:

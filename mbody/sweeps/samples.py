@@ -199,10 +199,7 @@ def drawn(system: System, given: Samples | Values) -> DesignNumbers:
 
 def _changeable(system: System, name: str) -> str:
     """The dotted name of a number; a load of one number is called by its own name."""
-    for whole in (name, f"{name}.value"):
-        if whole in system.values:
-            name = whole
-            break
+    name = system.number_name(name)
     system.with_values(
         {name: system.values.get(name, 0.0)}
     )  # raises for numbers that cannot be changed

@@ -9,6 +9,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from mbody.core.presentation import present
 from mbody.errors import ModelError
 from mbody.model.element import listed
 from mbody.sheets.text_table import Column, number, paragraph, table
@@ -206,6 +207,10 @@ class Sweep:
             f"Sweep({self.system.mechanism.name!r}: {', '.join(self.names)} of {len(self)} "
             f"designs, {self.status})"
         )
+
+    def _repr_html_(self) -> str:
+        # what a notebook shows
+        return str(present("notebook", self))
 
     def __str__(self) -> str:
         machine, failed = self.system.mechanism, self.failures

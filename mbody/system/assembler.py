@@ -21,9 +21,12 @@ from mbody.kernels.layout import Layout, integers
 from mbody.laws import LAW_KINDS, Constant, Law
 from mbody.model.element import Element, Numbers
 from mbody.model.mechanism import Mechanism, snapshot
+from mbody.model.own_equations import OwnState, signal_of
 from mbody.model.primitives import ConstraintPrimitive, ForcePrimitive, Signal
+from mbody.model.states import State
 from mbody.quantities import Formula
 from mbody.system.elimination_order import Elimination, eliminate, split
+from mbody.system.formula_rows import FormulaRows, RecordedLaw, recorded
 from mbody.system.hooks import action_hook, law_hook, primitive_hook
 from mbody.system.system import System, polar_points
 
@@ -78,7 +81,7 @@ def assemble(mechanism: Mechanism) -> System:
         length=compiler.length(numbers),
         owners=tuple(compiler.owners),
         row_kinds=tuple(primitive.rows for primitive in compiler.primitives(numbers)),
-        signals=len(compiler.signal_laws),
+        signals=len(compiler.signal_laws) + compiler.formula_signals,
         plans={},
         functions=compiler.functions(),
         _compile=compiler.compile,
@@ -100,6 +103,11 @@ def with_numbers_of(system: System, values: Mapping[str, Any]) -> System:
     return system
 
 
+def _rate(state: State | OwnState, at: Numbers) -> Signal:
+    """The rate of a state."""
+    return signal_of(state.rate) if isinstance(state, OwnState) else at.law(state, "rate")
+
+
 class _Compiler:
     """Works out, once for a topology, where every number of a mechanism goes."""
 
@@ -108,6 +116,7 @@ class _Compiler:
         self.bodies = (*mechanism.bodies, mechanism.ground)
         self.index = {body.name: n for n, body in enumerate(self.bodies)}
         self.polar = polar_points(mechanism)
+        self.loads = mechanism.loads
         at = self.read(self.numbers())
         found = [
             (PRIMITIVE_KINDS.index(primitive.kind), element, part, primitive)
@@ -132,6 +141,11 @@ class _Compiler:
             self._signals((primitive.signal,)) for primitive in self.first_primitives
         ]
         self.action_signal = [self._signals(action.signals) for action in self.first_actions]
+        #: Signals of elements' own laws that are formulas of measured quantities.
+        self.formula_signals = 0
+        first = len(self.signal_laws)
+        self.input_row = {one.name: 3 * (first + n) for n, one in enumerate(mechanism.inputs)}
+        self.signal_laws += [one.value for one in mechanism.inputs]
 
     def _signals(self, signals: tuple[Signal | None, ...]) -> int:
         if not signals or signals[0] is None:
@@ -177,14 +191,24 @@ class _Compiler:
         return [made[cause][part] for cause, part in self.action_owners]
 
     def laws(
-        self, primitives: list[ConstraintPrimitive], actions: list[ForcePrimitive]
-    ) -> list[Signal]:
-        """All laws: those of time in the order of the signals, then the elements' own."""
-        of_time = [Signal(Constant(0.0), [0.0])]
-        of_time += [primitive.signal for primitive in primitives if primitive.signal is not None]
-        of_time += [signal for action in actions for signal in action.signals]
-        of_time += [action.law for action in actions if action.law is not None]
-        return of_time + [primitive.law for primitive in primitives if primitive.law is not None]
+        self, primitives: list[ConstraintPrimitive], actions: list[ForcePrimitive], at: Numbers
+    ) -> list[RecordedLaw]:
+        """All laws: those of time in the order of the signals, inputs last among them; the
+        elements' own; the rates of own states; those that formulas evaluate.
+        """
+        machine = self.mechanism
+        found = [RecordedLaw(Signal(Constant(0.0), [0.0]))]
+        signals = [one.signal for one in primitives if one.signal is not None]
+        found += [RecordedLaw(signal, derivatives=True) for signal in signals]
+        found += [recorded(signal, machine, at) for action in actions for signal in action.signals]
+        found += [RecordedLaw(at.law(one, "value")) for one in machine.inputs]
+        for (cause, _), action in zip(self.action_owners, actions, strict=True):
+            if action.law is not None:
+                found.append(recorded(action.law, machine, at, self.loads[cause]))
+        own = [one.law for one in primitives if one.law is not None]
+        found += [RecordedLaw(law, derivatives=True) for law in own]
+        found += [recorded(_rate(one, at), machine, at) for one in machine.states]
+        return found + [RecordedLaw(signal) for law in found for signal in law.laws]
 
     def compile(self, numbers: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
         """Parameters (rows, batch) and masses (3·bodies + 3, batch) from the user's numbers."""
@@ -202,7 +226,7 @@ class _Compiler:
         at = self.read(numbers)
         for (element, _), primitive in zip(self.owners, primitives, strict=True):
             columns += [*primitive.parameters, *_arm(element, at)]
-        for law in self.laws(primitives, actions):
+        for law in self.laws(primitives, actions, at):
             columns.extend(law.parameters)
         for action in actions:
             columns.extend(action.parameters)
@@ -236,12 +260,14 @@ class _Compiler:
         causes = self.mechanism.loads
         for (cause, _), action in zip(self.action_owners, self.first_actions, strict=True):
             found.append((causes[cause].name, action_hook(action)))
-        names = self._law_names()
-        laws = self.laws(self.first_primitives, self.first_actions)
-        found += [(n, law_hook(law.law)) for n, law in zip(names, laws, strict=True)]
+        laws = self.laws(self.first_primitives, self.first_actions, self.read(self.numbers()))
+        names = self._law_names(laws)
+        found += [
+            (n, law_hook(law.law, law.derivatives)) for n, law in zip(names, laws, strict=True)
+        ]
         return tuple(found)
 
-    def _law_names(self) -> list[str]:
+    def _law_names(self, laws: list[RecordedLaw]) -> list[str]:
         """Name of the element that each law belongs to."""
         names = [""]
         pairs = zip(self.owners, self.first_primitives, strict=True)
@@ -249,11 +275,13 @@ class _Compiler:
         loads = self.mechanism.loads
         actions = list(zip(self.action_owners, self.first_actions, strict=True))
         names += [loads[c].name for (c, _), action in actions for _ in action.signals]
+        names += [one.name for one in self.mechanism.inputs]
         names += [loads[c].name for (c, _), action in actions if action.law is not None]
         pairs = zip(self.owners, self.first_primitives, strict=True)
-        return names + [
-            element.name for (element, _), primitive in pairs if primitive.law is not None
-        ]
+        names += [element.name for (element, _), primitive in pairs if primitive.law is not None]
+        names += [one.name for one in self.mechanism.states]
+        own = [name for name, law in zip(names, laws, strict=False) for _ in law.laws]
+        return names + own
 
     def layout(self) -> Layout:
         """The index lists of the kernels: the symbolic phase."""
@@ -265,7 +293,7 @@ class _Compiler:
         plan = eliminate(slots)
         place = {node: k for k, node in enumerate(plan.order)}
         columns = [3 * s for node in plan.order for s in slots.sides[node][:2]]
-        laws = self.laws(primitives, actions)
+        laws = self.laws(primitives, actions, self.read(self.numbers()))
         sizes = [len(primitive.parameters) + 2 for primitive in primitives]
         sizes += [len(law.parameters) for law in laws]
         sizes += [len(action.parameters) for action in actions]
@@ -274,12 +302,30 @@ class _Compiler:
         table_start = np.concatenate([[0], np.cumsum([len(table) for table in tables])]).astype(int)
         a, b = len(primitives), len(primitives) + len(laws)
         of_time = len(self.signal_laws)
-        order = sorted(range(of_time), key=lambda n: isinstance(self.signal_laws[n], Constant))
+        timed = [n for n in range(of_time) if laws[n].steps is None]
+        order = sorted(timed, key=lambda n: isinstance(self.signal_laws[n], Constant))
         own = iter(range(of_time, len(laws)))
         action_law, primitive_law = (
             integers([-1 if part.law is None else next(own) for part in parts])
             for parts in (actions, primitives)
         )
+        formulas = FormulaRows(index, self.input_row, [one.name for one in self.mechanism.states])
+        # number of the first law that each formula evaluates
+        called = [len(law.laws) for law in laws]
+        first = (len(laws) - sum(called) + np.cumsum([0, *called])).tolist()
+        for n, law in enumerate(laws[:of_time]):
+            formulas.add(law, offset[a + n], laws=first[n], signal=3 * n)
+        for action in np.flatnonzero(action_law >= 0):
+            n = action_law[action]
+            if laws[n].steps is not None:
+                row = 3 * (of_time + self.formula_signals)
+                self.formula_signals += 1
+                formulas.add(laws[n], offset[a + n], laws=first[n], signal=row)
+                action_law[action] = -1 - row
+        states = self.mechanism.states
+        for n in range(len(states)):
+            k = len(laws) - sum(called) - len(states) + n
+            formulas.add(laws[k], offset[a + k], laws=first[k], rate=n)
         primitive_of = {element.name: e for e, (element, _) in enumerate(self.owners)}
         driven = [primitive_of[driver.name] for driver in self.mechanism.drivers]
         return Layout(
@@ -319,7 +365,11 @@ class _Compiler:
             law_handle=integers([-1] * len(laws)),
             signal_law=integers(order),
             signal_row=integers([3 * n for n in order]),
-            varying=sum(not isinstance(law, Constant) for law in self.signal_laws),
+            varying=sum(not isinstance(self.signal_laws[n], Constant) for n in timed),
+            owns=len(states),
+            formula_numbers=formulas.count,
+            formula_step=formulas.table(),
+            input_row=integers(list(self.input_row.values())),
             driver_row=integers([self.primitive_signal[e] for e in driven]),
             driver_node=integers([place[e] for e in driven]),
             action_kind=integers([ACTION_KINDS.index(action.kind) for action in actions]),

@@ -28,9 +28,9 @@ def action_hook(action: ForcePrimitive) -> Hook | None:
     return None if action.function is None else _Hook(action.function, 6)
 
 
-def law_hook(law: Law) -> Hook | None:
+def law_hook(law: Law, derivatives: bool) -> Hook | None:
     """A law that is a Python function: y = (f, f′, f″)."""
-    return law.hook()
+    return law.hook(derivatives)
 
 
 class _Hook:
@@ -45,8 +45,7 @@ class _Hook:
         result = self.function(*sides, x[17:].copy(), float(x[0]))
         if result is None:
             raise ValueError("physics returned nothing")
-        flat = np.concatenate([np.ravel(part) for part in result]) if self.size == 18 else result
-        values = np.asarray(flat, dtype=np.float64)
+        values = np.concatenate([np.ravel(part) for part in result]).astype(np.float64)
         if values.shape != (self.size,):
             raise ValueError(f"physics gave {values.size} numbers, {self.size} are wanted")
         if not np.isfinite(values).all():

@@ -11,9 +11,11 @@ from typing import Any
 import numpy as np
 
 from mbody.core.callbacks import register, release
+from mbody.core.presentation import present
 from mbody.errors import ModelError
 from mbody.kernels.layout import Layout, Work, frame_of, integers, inverse_masses
 from mbody.kernels.loop_closure import violation
+from mbody.kernels.output import PER_PRIMITIVE
 from mbody.laws import Law
 from mbody.model.driver import Driver
 from mbody.model.element import Element, Numbers, Polar, listed, place_name
@@ -71,6 +73,10 @@ class System:
     def __post_init__(self) -> None:
         for name in ("values", "formulas"):
             object.__setattr__(self, name, locked(getattr(self, name)))
+
+    def _repr_html_(self) -> str:
+        # what a notebook shows
+        return str(present("notebook", self))
 
     def __repr__(self) -> str:
         designs = "" if self.batch is None else f", {self.batch} designs"
@@ -164,7 +170,8 @@ class System:
         values : mapping
             Dotted names (``"crank.mass"``, ``"coupler.B.x"``, ``"motor.law.speed"``) and parameters
             to floats or to arrays (batch,), all of one length. Parameters may be given as keywords;
-            what is made of them follows.
+            what is made of them follows. The name of an input, or of a load of one number, means
+            its value.
 
         Returns
         -------
@@ -179,7 +186,7 @@ class System:
         """
         if values is not None and not isinstance(values, Mapping):
             raise ModelError(f'values must be a dict such as {{"crank.mass": 2.0}}, not {values!r}')
-        given = {**(values or {}), **more}
+        given = {self.number_name(k): v for k, v in {**(values or {}), **more}.items()}
         merged = dict(self.values)
         batch = self.batch
         for name, value in given.items():
@@ -196,6 +203,11 @@ class System:
         merged |= self._following(given, merged, formulas)
         par, mass = self._compile(merged)
         return replace(self, values=merged, formulas=formulas, par=par, mass=mass, batch=batch)
+
+    def number_name(self, name: str) -> str:
+        """The dotted name of a number; the name of an element of one value is that of the value."""
+        value = f"{name}.value"
+        return value if name not in self.values and value in self.values else name
 
     def _following(
         self, given: Mapping[str, Any], values: Mapping[str, Any], formulas: Mapping[str, Formula]
@@ -267,6 +279,35 @@ class System:
                 return str(data["sign"]), unit(data.get("dimension") or data["law"])
         return "", ""
 
+    @property
+    def page_rows(self) -> int:
+        """How many numbers are kept of an instant (`mbody.kernels.output`)."""
+        L = self.layout
+        own = L.owns + len(L.input_row)
+        return 3 * self.coordinates + PER_PRIMITIVE * len(self.owners) + own
+
+    @property
+    def own_rows(self) -> slice:
+        """Where own states, then inputs, are among the numbers that are kept of an instant."""
+        last = self.page_rows
+        return slice(last - self.layout.owns - len(self.layout.input_row), last)
+
+    @property
+    def state_count(self) -> int:
+        """Coordinates, their rates and own states: the numbers that a free motion integrates."""
+        return 2 * self.coordinates + self.layout.owns
+
+    @functools.cached_property
+    def first_states(self) -> np.ndarray:
+        """Starts of the own states, (states, sets); zero of those that begin where they are
+        steady, until that is found.
+        """
+        rows = [self.values.get(one.start_number, 0.0) for one in self.mechanism.states]
+        found = np.zeros((len(rows), self.batch or 1))
+        for row, value in zip(found, rows, strict=True):
+            row[:] = value
+        return found
+
     def kernel_numbers(self, values: Mapping[str, Any]) -> tuple[list[Any], list[Any]]:
         """The rows of `par` and `mass` that belong to numbers by dotted name, all of them, each of
         any kind that computes as floats do; what joints refuse is not looked for.
@@ -297,6 +338,8 @@ class System:
         if self.batch is not None:
             work.par[:] = self.par[:, np.broadcast_to(designs, lanes)]
             work.mass[:] = self.mass[:, np.broadcast_to(designs, lanes)]
+            if L.owns:
+                work.own[:] = self.first_states[:, np.broadcast_to(designs, lanes)]
         if masses:
             work.weight[: 3 * L.slots] = inverse_masses(L, work.mass, self.length)
         return work
@@ -312,6 +355,8 @@ class System:
         frame = frame_of(L, self.par.shape[0], self.signals, lanes)
         work = Work(frame, frame.blank())
         work.par[:], work.mass[:] = self.par[:, :1], self.mass[:, :1]
+        if L.owns:
+            work.own[:] = self.first_states[:, :1]
         work.size[:] = self.length
         work.turn[2 * L.bodies] = 1.0
         shares = np.bincount(L.slot_body, minlength=L.bodies)

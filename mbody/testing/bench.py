@@ -32,7 +32,7 @@ __all__ = [
     "Bench",
     "Frame",
     "ElementRows",
-    "State",
+    "BenchState",
     "check_value",
     "make_bench",
     "mentioned",
@@ -47,7 +47,7 @@ Shifts = Mapping[str, Array]
 STILL: Frame = (0.0, 0.0, 0.0)
 
 
-class State(NamedTuple):
+class BenchState(NamedTuple):
     """An instant: its time, coordinates of the mass centres (3·bodies,), and their rates."""
 
     t: float
@@ -115,15 +115,15 @@ class Bench:
         """Size of each coordinate: a length, a length, a radian."""
         return np.tile([self.length, self.length, 1.0], len(self.bodies))
 
-    def state(self, rng: np.random.Generator, times: tuple[float, float]) -> State:
+    def state(self, rng: np.random.Generator, times: tuple[float, float]) -> BenchState:
         """Random positions and velocities, at a time well inside the interval."""
         span = times[1] - times[0]
         t = times[0] + span * rng.uniform(0.01, 0.99)
         q, v = rng.normal(size=(2, len(self.unit))) * self.unit
         q[2::3] = rng.uniform(-math.pi, math.pi, size=len(self.bodies))
-        return State(float(t), q, v / span)
+        return BenchState(float(t), q, v / span)
 
-    def words(self, number: int, seed: int, state: State) -> str:
+    def words(self, number: int, seed: int, state: BenchState) -> str:
         """The state for a sentence."""
         q, v = state.q.reshape(-1, 3), state.v.reshape(-1, 3)
         words = [f"; at state {number} of seed {seed}: t = {state.t:.4g}"]
@@ -134,13 +134,13 @@ class Bench:
 
     # -- what the kernels compute
 
-    def _set(self, state: State) -> tuple[Any, Any]:
+    def _set(self, state: BenchState) -> tuple[Any, Any]:
         L, W, size = self.system.runtime(), self.work, len(state.q)
         W.time[:] = state.t
         W.q[:size, 0], W.v[:size, 0] = state.q, state.v
         return L, W
 
-    def rows(self, state: State) -> ElementRows:
+    def rows(self, state: BenchState) -> ElementRows:
         """The element's rows."""
         L, W = self._set(state)
         laws_of_time(L, W)
@@ -162,7 +162,7 @@ class Bench:
         table = np.array(lines)
         return ElementRows(table[:, -3], table[:, :-6], table[:, -2], table[:, -1], padding)
 
-    def reactions(self, state: State) -> tuple[Array, Array, Array, Array]:
+    def reactions(self, state: BenchState) -> tuple[Array, Array, Array, Array]:
         """By primitive, under the pushes: λ (·, 2); force and torque on j at the place on j, as a
         solution reports them (·, 3); those on i at its mass centre (·, 3); the place on j (·, 2).
         """
@@ -182,7 +182,7 @@ class Bench:
         place = pose[:, :2] + np.array([rotation(angle) @ arm for angle in pose[:, 2]])
         return parts[:, :2], parts[:, 2:], on_i, place
 
-    def forces(self, state: State) -> Array:
+    def forces(self, state: BenchState) -> Array:
         """(Fx, Fy, T) of all loads on every body, then on the ground: (bodies + 1, 3)."""
         L, W = self._set(state)
         motion = np.concatenate([state.q, state.v, 0.0 * state.q])[None, :]
@@ -199,19 +199,19 @@ class Bench:
         raise_user_error(self.system)
         return np.array(W.force[:, 0]).reshape(-1, 3)
 
-    def closed(self, state: State, rng: np.random.Generator) -> State | None:
+    def closed(self, state: BenchState, rng: np.random.Generator) -> BenchState | None:
         """A state with Φ = 0, near this one or near another; None where none is found."""
         q = state.q
         for _ in range(10):
             for _ in range(100):
-                r = self.rows(State(state.t, q, state.v))
+                r = self.rows(BenchState(state.t, q, state.v))
                 if not (np.isfinite(r.phi).all() and np.isfinite(r.G).all()):
                     break
                 step = np.linalg.lstsq(r.G * self.unit, -r.phi, rcond=None)[0]
                 size = float(np.abs(step).max())
                 q = q + self.unit * step * min(1.0, 0.5 / max(size, 1e-300))
                 if size <= 1e-12 * max(1.0, float(np.abs(q / self.unit).max())):
-                    return State(state.t, q, state.v)
+                    return BenchState(state.t, q, state.v)
             q = rng.normal(size=len(q)) * self.unit
         return None
 
@@ -250,7 +250,7 @@ class Bench:
         pushes = tuple(_replaced(push, axes) for push in self.pushes)
         return Bench(_replaced(self.element, axes), tuple(bodies), ground, pushes, self.length)
 
-    def carried(self, state: State, axes: Frames, centres: Shifts | None = None) -> State:
+    def carried(self, state: BenchState, axes: Frames, centres: Shifts | None = None) -> BenchState:
         """The same state in the coordinates of the redrawn bench."""
         world = axes.get("ground", STILL)
         turn = rotation(world[0])
@@ -260,7 +260,7 @@ class Bench:
             q[n, :2] = turn @ (q[n, :2] + (x, y)) + world[1:]
             v[n, :2] = turn @ (v[n, :2] + v[n, 2] * np.array([-y, x]))
             q[n, 2] += world[0] - axes.get(body.name, STILL)[0]
-        return State(state.t, q.ravel(), v.ravel())
+        return BenchState(state.t, q.ravel(), v.ravel())
 
 
 def mentioned(element: Any) -> list[str]:

@@ -10,10 +10,10 @@ from mbody.model.driver import Driver
 from mbody.model.joints import Joint
 from mbody.testing.bench import (
     Bench,
+    BenchState,
     ElementRows,
     Frames,
     Shifts,
-    State,
     about_origin,
     check_value,
     make_bench,
@@ -118,7 +118,7 @@ def check_joint(
 
 
 def _derivatives(
-    ledger: Ledger, bench: Bench, state: State, rng: np.random.Generator, span: float
+    ledger: Ledger, bench: Bench, state: BenchState, rng: np.random.Generator, span: float
 ) -> None:
     """Φ_q, ν and γ against differences of Φ and of dΦ/dt = Φ_q v − ν."""
     t, q, v = state
@@ -127,7 +127,7 @@ def _derivatives(
         ledger.finite(part, name)
     text = "beyond its own rows Φ, Φ_q, ν and γ must be zeros"
     ledger.require("padding", r.padding, text)
-    rest = bench.rows(State(t, q, 0.0 * v))
+    rest = bench.rows(BenchState(t, q, 0.0 * v))
     drift = np.abs(np.column_stack([r.phi - rest.phi, r.nu - rest.nu, r.G - rest.G])).max(axis=1)
     text = "Φ, Φ_q and ν of row {row} change with velocities; rows are of position"
     ledger.require("position only", drift, text)
@@ -138,13 +138,13 @@ def _derivatives(
         move[m] = unit[m]
 
         def shifted(s: float, move: Array = move) -> Array:
-            return bench.rows(State(t, q + s * move, v)).phi
+            return bench.rows(BenchState(t, q + s * move, v)).phi
 
         what = f"∂Φ/∂{'xyθ'[m % 3]} of '{bench.bodies[m // 3].name}'"
         ledger.differ("Φ_q", what, r.G[:, m] * unit[m], shifted, size, unit[m])
 
     def later(s: float) -> Array:
-        there: Array = bench.rows(State(t + span * s, q, v)).phi
+        there: Array = bench.rows(BenchState(t + span * s, q, v)).phi
         return -there
 
     ledger.differ("ν", "−∂Φ/∂t", r.nu * span, later, size, span)
@@ -153,7 +153,7 @@ def _derivatives(
 
     def rate(s: float) -> Array:
         s = span * s
-        there = bench.rows(State(t + s, q + s * v + 0.5 * s * s * a, v + s * a))
+        there = bench.rows(BenchState(t + s, q + s * v + 0.5 * s * s * a, v + s * a))
         left: Array = span * (r.G @ a * s - there.G @ (v + s * a) + there.nu)
         return left
 
@@ -163,7 +163,7 @@ def _derivatives(
 
 
 def _description(
-    ledger: Ledger, bench: Bench, state: State, redrawn: Bench, axes: Frames, centres: Shifts
+    ledger: Ledger, bench: Bench, state: BenchState, redrawn: Bench, axes: Frames, centres: Shifts
 ) -> None:
     """Other link axes and mass centres of the same bodies: Φ, ν and the forces of λ = 1 stay."""
     there = bench.carried(state, axes, centres)
@@ -181,7 +181,7 @@ def _description(
     ledger.require("description", change / size, "the reaction" + text)
 
 
-def _units(ledger: Ledger, bench: Bench, state: State, units: OtherUnits) -> None:
+def _units(ledger: Ledger, bench: Bench, state: BenchState, units: OtherUnits) -> None:
     """Φ with all numbers in other units."""
     r, there = bench.rows(state), units.bench.rows(units.state(state))
     kinds = "".join(bench.system.row_kinds)
@@ -200,7 +200,7 @@ def _rank(ledger: Ledger, bench: Bench, r: ElementRows) -> None:
     ledger.require("full rank", float(len(r.G) - rank), text)
 
 
-def _reactions(ledger: Ledger, bench: Bench, state: State) -> None:
+def _reactions(ledger: Ledger, bench: Bench, state: BenchState) -> None:
     """The reaction reported on j at its place, and that on i: together nothing."""
     _, on_j, on_i, place = bench.reactions(state)
     L = bench.system.layout
@@ -225,7 +225,7 @@ def unbalanced(ledger: Ledger, forces: Array, length: float) -> None:
 
 
 def _power(
-    ledger: Ledger, bench: Bench, state: State, r: ElementRows, rng: np.random.Generator
+    ledger: Ledger, bench: Bench, state: BenchState, r: ElementRows, rng: np.random.Generator
 ) -> None:
     """No work on velocities with Φ_q v = 0; that of a driver's effort where Φ_q v = ν."""
     lam, on_j, _, place = bench.reactions(state)
@@ -257,7 +257,7 @@ def _power(
         ledger.require("power of effort", abs(given - effort) / whole, text)
 
 
-def _world(ledger: Ledger, bench: Bench, state: State, moved: Bench, world: Frames) -> None:
+def _world(ledger: Ledger, bench: Bench, state: BenchState, moved: Bench, world: Frames) -> None:
     """The whole world elsewhere: still closed, and the reactions have gone along."""
     there, turn = bench.carried(state, world), world["ground"][0]
     note = "" if turn else "moved, not turned: it measures angles from the world's x axis"

@@ -9,8 +9,8 @@ import numpy as np
 from mbody.model.loads import Load
 from mbody.testing.bench import (
     Bench,
+    BenchState,
     Frames,
-    State,
     about_origin,
     check_value,
     make_bench,
@@ -111,7 +111,7 @@ def _change(bench: Bench, before: Array, after: Array) -> float:
 
 
 def _world(
-    ledger: Ledger, bench: Bench, state: State, forces: Array, moved: Bench, world: Frames
+    ledger: Ledger, bench: Bench, state: BenchState, forces: Array, moved: Bench, world: Frames
 ) -> None:
     """The whole world elsewhere: the forces have gone along."""
     turn = world["ground"][0]
@@ -122,12 +122,12 @@ def _world(
     ledger.require("world", error, text, note)
 
 
-def _energy(ledger: Ledger, bench: Bench, state: State, forces: Array) -> None:
+def _energy(ledger: Ledger, bench: Bench, state: BenchState, forces: Array) -> None:
     """Dependence on velocity, symmetric stiffness, power."""
     t, q, v = state
     unit = bench.unit
     element: Any = ledger.element
-    moving = _change(bench, forces, bench.forces(State(t, q, 0.0 * v)))
+    moving = _change(bench, forces, bench.forces(BenchState(t, q, 0.0 * v)))
     good, bad = "its forces do not depend on velocities", "its forces depend on velocities"
     ledger.record("velocity", moving, good, bad)
 
@@ -139,7 +139,7 @@ def _energy(ledger: Ledger, bench: Bench, state: State, forces: Array) -> None:
             move[m] = unit[m]
 
             def shifted(s: float, move: Array = move) -> Array:
-                there: Array = bench.forces(State(t, q + s * move, v))[:-1].ravel() * unit
+                there: Array = bench.forces(BenchState(t, q + s * move, v))[:-1].ravel() * unit
                 return there
 
             lines.append(slope(shifted, step))

@@ -11,7 +11,7 @@ from mbody.laws import Cam, Function, Law, Table
 from mbody.model.element import Element
 from mbody.model.numbers import dimension_named
 from mbody.quantities.units import DIMENSIONS, Dimension
-from mbody.testing.bench import Bench, State
+from mbody.testing.bench import Bench, BenchState
 from mbody.testing.report import Array, Ledger
 
 __all__ = ["OtherUnits"]
@@ -54,11 +54,11 @@ class OtherUnits:
         else:
             ledger.record(name, error, "it is right in any units", "it is right in one unit system")
 
-    def state(self, state: State) -> State:
+    def state(self, state: BenchState) -> BenchState:
         """The same state in the other units."""
         length, time = _size(DIMENSIONS["length"]), _size(DIMENSIONS["time"])
         unit = np.tile([length, length, 1.0], len(state.q) // 3)
-        return State(state.t / time, state.q / unit, state.v / unit * time)
+        return BenchState(state.t / time, state.q / unit, state.v / unit * time)
 
     def forces(self, forces: Array) -> Array:
         """Forces (bodies, 3) in the other units."""

@@ -19,7 +19,7 @@ from mbody.views.style import DRIVE, FORCE, INK, LOAD
 if TYPE_CHECKING:
     from mbody.views.pose import Pose
 
-__all__ = ["Acting", "acting_on", "notation"]
+__all__ = ["ROUNDING", "Acting", "acting_on", "notation", "wrench_names"]
 
 Array = np.ndarray
 
@@ -95,7 +95,7 @@ def acting_on(free: FreeBody, pose: Pose) -> list[Acting]:
     for wrench in free:
         x, y, torque = _placed(wrench, pose, free.body)
         force = np.array([wrench.fx, wrench.fy])
-        name, twist = _names(wrench, names, number, pose)
+        name, twist = wrench_names(wrench, names, number, pose)
         look = (COLORS[wrench.kind], wrench.kind == "inertia", wrench)
         if wrench.force > max(floor, 0.0):
             gid, text = name
@@ -129,7 +129,7 @@ def _pivot(wrench: Wrench, pose: Pose, body: str, place: Array) -> Array:
     return pose.pivot(ends[0] if ends else "", body)
 
 
-def _names(
+def wrench_names(
     wrench: Wrench, names: dict[str, str], number: int, pose: Pose
 ) -> tuple[tuple[str, str], tuple[str, str]]:
     """The plain name and that of books, of the force and of the torque."""

@@ -12,12 +12,30 @@ from mbody.model.numbers import number_in
 from mbody.model.study import Instants
 
 if TYPE_CHECKING:
+    from mbody.model.driver import AngleDriver, Driver
     from mbody.model.mechanism import Mechanism
+    from mbody.solution.solution import Solution
 
-__all__ = ["SMOOTH", "cycle", "times"]
+__all__ = ["SMOOTH", "cycle", "label_of_angle", "one_way", "times"]
 
 #: Instants of a smooth curve.
 SMOOTH = 181
+
+
+def one_way(run: Solution) -> tuple[Driver, np.ndarray] | None:
+    """The one driver that moves, where it goes one way, and its values (instants,)."""
+    values = [(driver, run.driven(driver.name)[0]) for driver in run.mechanism.drivers]
+    moving = [(driver, value) for driver, value in values if np.ptp(value) > 0.0]
+    if len(moving) != 1:
+        return None
+    steps = np.diff(moving[0][1])
+    return moving[0] if np.all(steps > 0.0) or np.all(steps < 0.0) else None
+
+
+def label_of_angle(driver: AngleDriver) -> str:
+    """What a diagram over the angle of a driver is over."""
+    rest = "" if driver.relative_to == "ground" else f" from {driver.relative_to}"
+    return f"angle of {driver.body}{rest}"
 
 
 def times(mechanism: Mechanism, ask: Instants | None) -> np.ndarray | None:

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.analysis.dynamics.progress import counted
 from mbody.errors import ModelError, brief
 from mbody.files.writing import writing
 from mbody.views.backend import styled
@@ -41,7 +42,7 @@ def animate(
     width: int = 640,
     show: Sequence[str] = ("names", "paths", "centres", "ghosts"),
     paths: Sequence[str] | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Callable[[int, int], None] | bool | None = None,
 ) -> list[str]:
     """Write a film of a mechanism in motion; all frames have one scale and one canvas.
 
@@ -62,8 +63,8 @@ def animate(
         As of `mbody.view`: "names", "forces", "velocities", "accelerations", "paths", "centres".
     paths : sequence of str, optional
         Points whose paths are shown; by default those at no joint.
-    progress : function, optional
-        Takes the frames that are done, and all.
+    progress : function or bool, optional
+        Takes the frames that are done, and all; True shows on standard error how far it is.
 
     Returns
     -------
@@ -115,7 +116,8 @@ def animate(
             with writing(path) as file:
                 file.write(film_svg(film, lasts))
         else:
-            frames = _frames(film, count, progress)
+            seen = counted("frames") if progress is True else progress or None
+            frames = _frames(film, count, seen)
             WRITERS[ending](frames, path, lasts / count, film, count)
     return film.notes
 
@@ -150,13 +152,19 @@ def _frames(
             progress(frame + 1, count)
 
 
-def _pictures(frames: Iterator[Any], ending: str) -> list[Any]:
+def _image_library(ending: str) -> Any:
+    """Pillow's images; a sentence where it is not installed."""
     try:
         from PIL import Image
     except ImportError:
         raise ModelError(
             f"a film in .{ending} needs pillow, which is not installed: pip install pillow"
         ) from None
+    return Image
+
+
+def _pictures(frames: Iterator[Any], ending: str, film: FilmSet) -> list[Any]:
+    Image = _image_library(ending)
     if ending != "gif":
         return [Image.fromarray(frame) for frame in frames]
     found: list[Any] = []
@@ -164,7 +172,8 @@ def _pictures(frames: Iterator[Any], ending: str) -> list[Any]:
     for frame in frames:
         picture = Image.fromarray(frame)
         if palette is None:
-            palette = picture.quantize(COLORS, method=Image.Quantize.MEDIANCUT)
+            samples = Image.fromarray(np.vstack([frame, _ramps(film)]))
+            palette = samples.quantize(COLORS, method=Image.Quantize.MEDIANCUT)
             shades = np.array(palette.getpalette(), dtype=np.int64).reshape(-1, 3)
             shades[shades.min(axis=1) >= NEARLY_WHITE] = 255
             palette.putpalette(shades.reshape(-1).tolist())
@@ -173,11 +182,32 @@ def _pictures(frames: Iterator[Any], ending: str) -> list[Any]:
     return found
 
 
+def _ramps(film: FilmSet) -> np.ndarray[Any, Any]:
+    """Bands (rows, width, 3) of every colour of a film with its shades: the first frame, from which
+    the colours of all are chosen, need not have an arrow that appears later.
+    """
+    from matplotlib.colors import to_rgb
+
+    shapes = [shape.look for one in film.scenes for shape in one.shapes]
+    names = {*(one.color for one in film.arrows), *(look.edge for look in shapes)}
+    names |= {look.fill for look in shapes}
+    colors = np.array([to_rgb(name) for name in sorted(names - {"none", ""})])
+    shade = np.linspace(1.0, 0.0, 8)[:, None]
+    bands = [shade * color + (1.0 - shade) for color in colors]
+    row = np.repeat(np.concatenate(bands), -(-film.width // 8), axis=0)
+    rows = -(-len(row) // film.width)
+    whole = np.ones((rows * film.width, 3))
+    whole[: len(row)] = row
+    tall = np.repeat(whole.reshape(rows, film.width, 3), 4, axis=0)
+    return np.asarray(np.round(255.0 * tall), dtype=np.uint8)
+
+
 def _pillow(ending: str, **options: Any) -> Callable[..., None]:
     def write(frames: Iterator[Any], path: Any, seconds: float, film: FilmSet, count: int) -> None:
+        _image_library(ending)
         # the file first: where none can be written, nothing is painted
         with writing(path, binary=True) as file:
-            first, *rest = _pictures(frames, ending)
+            first, *rest = _pictures(frames, ending, film)
             first.save(
                 file,
                 format={"apng": "PNG", "png": "PNG"}.get(ending, ending.upper()),

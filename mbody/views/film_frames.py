@@ -12,6 +12,7 @@ import numpy as np
 from mbody.sheets.names import force_names
 from mbody.solution.measures import measured
 from mbody.solution.solution import Solution
+from mbody.views.acting import notation
 from mbody.views.carriers import Carrier, Place, moved
 from mbody.views.frame import nice, rounded_number
 from mbody.views.labels import symbolic
@@ -22,7 +23,7 @@ from mbody.views.record import KeptShape
 from mbody.views.scene import Scene, scene
 from mbody.views.style import FORCE, LOAD, SIZE
 
-__all__ = ["FilmArrow", "FilmSet", "Stretch", "lasting"]
+__all__ = ["CENTRES", "FilmArrow", "FilmSet", "Stretch", "lasting"]
 
 Array = np.ndarray
 
@@ -30,6 +31,10 @@ Array = np.ndarray
 SHORTEST, LONGEST, USUAL = 2.0, 20.0, 6.0
 #: Pixels: the margin, the title above and the scales below.
 MARGIN, ABOVE, BELOW = 26, 46, 30
+#: With more joints than this their forces have no names, which could not be read.
+FORCES = 30
+#: Names of the shapes of mass centres.
+CENTRES = ("cg:", "centre:", "tie:")
 #: Length of the longest arrow, in points of the paper.
 ARROW = SIZE["arrow"]
 VELOCITY, ACCELERATION = "#8a3ab9", "#a8650a"
@@ -199,7 +204,7 @@ class FilmSet:
     def shapes(self, frame: int, n: int = 0) -> Iterator[tuple[KeptShape, Array]]:
         """The shapes of a frame from the lowest to the highest, with their points in pixels."""
         for shape in self.scenes[n].shapes:
-            if "centres" not in self.show and shape.look.name.startswith(("cg:", "tie:")):
+            if "centres" not in self.show and shape.look.name.startswith(CENTRES):
                 continue
             if shape.sense and not self.there(shape, n)[frame]:
                 continue
@@ -288,7 +293,8 @@ class FilmSet:
                 own, at = run.reaction(joint.name, on), run.reaction_point(joint.name)
                 place = np.column_stack([stretch.value(part) for part in at])
                 vector = np.column_stack([stretch.value(own.fx), stretch.value(own.fy)])
-                found.append(FilmArrow("forces", symbolic(name), FORCE, place, vector))
+                text = notation(name) if len(run.mechanism.joints) <= FORCES else ""
+                found.append(FilmArrow("forces", text, FORCE, place, vector))
         return found
 
     def _rates(self, kind: str, color: str, keys: tuple[str, str]) -> list[FilmArrow]:

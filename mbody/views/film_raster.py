@@ -9,15 +9,13 @@ from typing import Any
 import numpy as np
 
 from mbody.views.film_frames import ABOVE, MARGIN, FilmSet
+from mbody.views.film_names import film_names
 from mbody.views.labels import drawable
 from mbody.views.style import FONTS, INK, MATHS, PAPER, SIZE, SOFT
 
 __all__ = ["arrow_corners", "painted"]
 
 Array = np.ndarray
-
-#: Text beside a picture, in pixels a point of the paper.
-TEXT = 1.35
 
 
 def painted(film: FilmSet, frame: int) -> Array:
@@ -39,25 +37,13 @@ def painted(film: FilmSet, frame: int) -> Array:
             canvas.shape(
                 points, look.fill if closed else "none", edge, width, dashes, closed, faded
             )
-    size = TEXT * min(film.point, 1.15)
     for one in film.arrows:
         place, vector = film.pixels(one.place[frame]), one.vector[frame]
         if np.hypot(*vector) > 2.5 and np.isfinite(vector).all():
             canvas.shape(arrow_corners(place, vector, film.point), one.color, PAPER, 0.8, (), True)
-            if one.text:
-                u = vector / np.hypot(*vector)
-                canvas.text(one.text, place + vector + 11.0 * film.point * u, one.color, size)
-    for label, anchor, way in film.labels(frame):
-        half = 0.5 * np.array(_text(label.text, size, label.italic)[1])
-        gap = label.gap * film.scale + 1.5 * film.point
-        if not way.any():
-            reach = 0.0
-        elif label.turns:
-            reach = gap + float(half @ np.abs(way))
-        else:
-            reach = gap + float(np.min(half / np.maximum(np.abs(way), 1e-9)))
-        color = label.color or INK
-        canvas.text(label.text, anchor + reach * way, color, size, italic=label.italic)
+    for name in film_names(film):
+        if np.isfinite(name.at[frame, 0]):
+            canvas.text(name.text, name.at[frame], name.color, name.size, italic=name.italic)
     top = film.height - MARGIN
     canvas.text(drawable_title(film.title()), (MARGIN, top), INK, 1.7, left=True)
     canvas.text(film.instant(frame), (MARGIN, top - 0.5 * ABOVE), SOFT, 1.4, left=True)

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from mbody.views.film_frames import MARGIN, FilmSet
+from mbody.views.film_frames import CENTRES, MARGIN, FilmSet
+from mbody.views.film_names import FilmName, film_names
 from mbody.views.film_raster import arrow_corners
 from mbody.views.page_data import text_runs
 from mbody.views.style import INK, PAPER, SOFT
@@ -54,8 +55,8 @@ def film_svg(film: FilmSet, seconds: float) -> str:
         parts.append("</g>")
     for one in film.arrows:
         parts += _arrow(film, one, order, timing)
-    for label in film.main.labels if "names" in film.show else ():
-        parts.append(_label(film, label, order, timing))
+    for name in film_names(film):
+        parts.append(_name(film, name, order, timing))
     parts += _scales(film)
     parts.append("</svg>\n")
     return "\n".join(parts)
@@ -93,7 +94,7 @@ def _shapes(film: FilmSet, n: int, order: list[int], timing: str) -> list[str]:
     scene, found = film.scenes[n], []
     last: Any = None
     for shape in scene.shapes:
-        if "centres" not in film.show and shape.look.name.startswith(("cg:", "tie:")):
+        if "centres" not in film.show and shape.look.name.startswith(CENTRES):
             continue
         carrier = shape.carrier
         axes = film.carried[n][carrier]
@@ -155,7 +156,7 @@ def _carried(film: FilmSet, axes: tuple[Array, Array, Array], order: list[int], 
 
 
 def _arrow(film: FilmSet, one: Any, order: list[int], timing: str) -> list[str]:
-    lines, tips = [], []
+    lines = []
     for k in order:
         place, vector = film.pixels(one.place[k]), one.vector[k]
         long = float(np.hypot(*vector))
@@ -163,23 +164,20 @@ def _arrow(film: FilmSet, one: Any, order: list[int], timing: str) -> list[str]:
         vector = vector if np.isfinite(long) and long > 1e-3 else np.array([1e-3, 0.0])
         corners = arrow_corners(place, vector, film.point)
         lines.append(_path(_down(film, corners), True))
-        u = vector / max(long, 1e-3)
-        tips.append(_down(film, (place + vector + 11.0 * film.point * u)[None])[0])
     found = [
         f'<path fill="{one.color}"><animate attributeName="d" values="{";".join(lines)}" '
         f"{timing}/></path>"
     ]
-    if one.text:
-        moves = ";".join(f"{x:.1f} {y + 4:.1f}" for x, y in np.array(tips).tolist())
-        found.append(_moving_text(one.text, moves, one.color, 13, True, timing))
     return found
 
 
-def _moving_text(text: str, moves: str, color: str, size: int, italic: bool, timing: str) -> str:
+def _moving_text(
+    text: str, moves: str, color: str, size: int, italic: bool, timing: str, shown: str
+) -> str:
     style = "italic" if italic else "normal"
     return (
         f'<g><animateTransform attributeName="transform" type="translate" values="{moves}" '
-        f'{timing}/><text font-family="{SERIF}" font-size="{size}" font-style="{style}" '
+        f'{timing}/>{shown}<text font-family="{SERIF}" font-size="{size}" font-style="{style}" '
         f'fill="{color}" text-anchor="middle" stroke="{PAPER}" stroke-width="3" '
         f'paint-order="stroke">{_runs(text)}</text></g>'
     )
@@ -194,26 +192,20 @@ def _runs(text: str) -> str:
     )
 
 
-def _label(film: FilmSet, label: Any, order: list[int], timing: str) -> str:
-    axes = film.carried[0][label.carrier]
-    letters = sum(len(part) for part, _ in text_runs(label.text))
-    half = np.array([3.6 * letters + 2.0, 7.0])
-    gap, moves = label.gap * film.scale + 2.0, []
-    for k in order:
-        way = label.way
-        if label.turns:
-            u = axes[1][k]
-            way = np.array([u[0] * way[0] - u[1] * way[1], u[1] * way[0] + u[0] * way[1]])
-        if not way.any():
-            reach = 0.0
-        elif label.turns:
-            reach = gap + float(half @ np.abs(way))
-        else:
-            reach = gap + float(np.min(half / np.maximum(np.abs(way), 1e-9)))
-        place = film.pixels(label.carrier.shown(label.anchor, axes, k)[0]) + reach * way
-        moves.append(f"{place[0]:.1f} {film.height - place[1] + 4.5:.1f}")
-    italic = label.italic or label.text.startswith("$")
-    return _moving_text(label.text, ";".join(moves), label.color or INK, 14, italic, timing)
+def _name(film: FilmSet, name: FilmName, order: list[int], timing: str) -> str:
+    """A name that moves; in frames without room for it, it is hidden where it was."""
+    there = np.isfinite(name.at[:, 0])
+    if not there.any():
+        return ""
+    near = np.flatnonzero(there)
+    at = name.at[near[np.clip(np.searchsorted(near, order, "right") - 1, 0, None)]]
+    moves = ";".join(f"{x:.1f} {film.height - y + 4.5:.1f}" for x, y in at.tolist())
+    italic = name.italic or name.text.startswith("$")
+    shown = ""
+    if not there.all():
+        states = ";".join("visible" if there[k] else "hidden" for k in order)
+        shown = f'<animate attributeName="visibility" values="{states}" {timing}/>'
+    return _moving_text(name.text, moves, name.color, 14, italic, timing, shown)
 
 
 def _text(text: str, x: float, y: float, color: str, size: int, anchor: str, family: str) -> str:

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mbody.views.acting import ROUNDING
+from mbody.views.frame import rounded_number
 from mbody.views.labels import Label
 from mbody.views.pose import heading
 from mbody.views.style import PAPER, SIZE, Z
@@ -14,10 +16,11 @@ from mbody.views.style import PAPER, SIZE, Z
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from mbody.analysis.driven.free_body import FreeBody
     from mbody.views.acting import Acting
     from mbody.views.sketch import Sketch
 
-__all__ = ["arrow_scale", "dashed_arrow", "force_polygon", "in_order"]
+__all__ = ["closing_words", "arrow_scale", "dashed_arrow", "force_polygon", "in_order"]
 
 Array = np.ndarray
 
@@ -67,7 +70,7 @@ def force_polygon(sketch: Sketch, forces: Sequence[Acting], scale: float) -> flo
         half = 0.5 * (tail + tip)
         out = n_side if float(n_side @ (half - middle)) >= 0.0 else -n_side
         if flat:
-            out = across if shift @ across > 0.0 else -across
+            out = _free_side(corners, seen, n, across)
         _label(sketch, force, tail, way, out)
     if not flat:
         sketch.disc(corners[0], 1.5, PAPER, weight=0.0)
@@ -88,6 +91,18 @@ def _label(sketch: Sketch, force: Acting, tail: Array, way: Array, out: Array) -
                 own = cost + 0.6 * ring + 0.5 * abs(part - 0.5)
                 label.spots.append((float(x), float(y), own))
     sketch.labels.append(label)
+
+
+def _free_side(corners: Array, seen: list[int], n: int, across: Array) -> Array:
+    """The side of an arrow among parallel ones on which fewer lie beside its middle."""
+    along = np.array([across[1], -across[0]])
+    half = 0.5 * float((corners[n] + corners[n + 1]) @ along)
+    beside = {1.0: 0, -1.0: 0}
+    for other in seen:
+        ends = sorted(float(corners[k] @ along) for k in (other, other + 1))
+        if other != n and ends[0] <= half <= ends[1]:
+            beside[1.0 if other > n else -1.0] += 1
+    return across if beside[1.0] < beside[-1.0] or n == max(seen) else -across
 
 
 def _flat(corners: Array) -> tuple[bool, Array]:
@@ -117,6 +132,22 @@ def dashed_arrow(
     sketch.line([tail, end], width, force.color, z, name=name, dashes=dashes, weight=2.0)
     corners = [tip, tip - head * u + 0.38 * head * n, tip - head * u - 0.38 * head * n]
     sketch.shape(corners, force.color, force.color, 0.4, z + 0.1, name=f"{name}.head", weight=2.0)
+
+
+def closing_words(free: FreeBody, gap: float) -> list[str]:
+    """The sums that must vanish, as parts of the greatest force and of its moment."""
+    greatest = max((one.force for one in free), default=0.0)
+    if not greatest:
+        return []
+    x0, y0 = free.solution[free.body].x[free.instant], free.solution[free.body].y[free.instant]
+    moments = [one.torque + (one.x - x0) * one.fy - (one.y - y0) * one.fx for one in free]
+    # a force through G has no moment: its distance says how large rounding may be
+    parts = [abs(one.torque) + math.hypot(one.x - x0, one.y - y0) * one.force for one in free]
+    force = f"ΣF = {rounded_number(float(f'{gap / greatest:.1e}'))} of the greatest force"
+    turning = f"{abs(math.fsum(moments)) / max(max(parts), 1e-300):.1e}"
+    said = f"ΣM about G = {rounded_number(float(turning))} of the greatest moment"
+    through = max(parts) <= ROUNDING * greatest * free.solution.system.length
+    return [force, "ΣM about G = 0: all forces pass through G" if through else said]
 
 
 def arrow_scale(forces: Sequence[Acting], longest: float = SIZE["arrow"]) -> float:

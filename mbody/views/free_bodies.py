@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,7 +18,7 @@ from mbody.model.loads import Force, Gravity
 from mbody.solution.checks import check_forces, whole_instant
 from mbody.views.acting import Acting, acting_on
 from mbody.views.backend import blank, styled
-from mbody.views.force_polygon import arrow_scale, dashed_arrow, force_polygon
+from mbody.views.force_polygon import arrow_scale, closing_words, dashed_arrow, force_polygon
 from mbody.views.frame import nice, rounded_number
 from mbody.views.labels import Label, beside, drawable, extent
 from mbody.views.load_symbols import clear_arc, free_radius, outward_from
@@ -38,11 +39,12 @@ Array = np.ndarray
 
 #: Diagrams of one figure, so that it can be read.
 MOST = 40
-#: Points: the longest arrow, the longest side of a polygon, the gap of columns, of rows and at the
-#: edge, a line of a table.
+#: Points: longest arrow, longest side of a polygon, gap of columns, of rows, at the edge, a line.
 ARROW, SIDE, GAP, BETWEEN, EDGE, LINE = 62.0, 96.0, 26.0, 22.0, 14.0, 13.5
 #: Points: least width of a figure, so that sentences are not broken often.
 LEAST = 430.0
+#: A number in a sentence; names are between quotes.
+NUMBER = re.compile(r"(?<![\w.'])-?\d+\.?\d*(?:e[-+]\d+)?\b(?!')")
 
 
 @dataclass
@@ -134,8 +136,7 @@ def force_peak(run: Solution) -> int:
     """The instant of the greatest joint force, by which diagrams are chosen where nobody says.
 
     >>> import mbody
-    >>> run = mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=9.0))
-    >>> force_peak(run)
+    >>> force_peak(mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2))))
     0
     """
     joints = [run.reaction(joint.name).magnitude for joint in run.mechanism.joints]
@@ -154,8 +155,8 @@ def when(run: Solution, instant: int) -> str:
     words = []
     for driver in run.mechanism.drivers:
         value = float(run.driven(driver.name)[0][instant])
-        name = getattr(driver, "body", driver.name)
         if driver.angular:
+            name = getattr(driver, "body", driver.name)
             words.append(f"{name} at {rounded_number(round(math.degrees(value), 6) + 0.0)}°")
         else:
             length = run.mechanism.units.of("length")
@@ -184,6 +185,8 @@ def _row(figure: Figure, pose: Pose, free: FreeBody, member: Member) -> FreeBody
     number = 2 + [body.name for body in pose.mechanism.bodies].index(free.body)
     # of a general one the table says all
     words = member.words.replace(f"'{free.body}' ", "", 1) if member.kind != "general" else ""
+    # as many digits as the table has
+    words = NUMBER.sub(lambda found: rounded_number(float(found[0])), words)
     return FreeBodyRow(parts, f"{number}  {free.body}", f"{words}{away}")
 
 
@@ -251,7 +254,7 @@ def _arrow(sketch: Sketch, one: Acting, scale: float, others: Sequence[Array]) -
     for n, (tail, tip) in enumerate(ends):
         places = [tail + p * (tip - tail) for p in (0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0)]
         half = 8.0 * sketch.unit
-        crowd = sum(sketch.places.cost((float(x), float(y), 0.0), half, half) for x, y in places)
+        crowd = sketch.places.crowd(places, half)
         crowd += 40.0 * sum(_passes(tail, tip, other, 0.5 * half) for other in others)
         costs.append(round(crowd + 0.5 * n, 6))
     tail, tip = ends[int(np.argmin(costs))]
@@ -398,7 +401,7 @@ def _table(
         axes.text(starts[3], y, at, color=SOFT, style="italic", **put)
     wide = starts[3] + columns[3]
     y -= 0.4 * LINE
-    for text in _closing(free, gap):
+    for text in closing_words(free, gap):
         y -= 0.95 * LINE
         axes.text(0.0, y, text, color=SOFT, size=0.88 * SIZE["text"], va="baseline")
         wide = max(wide, extent(text, 0.88 * SIZE["text"])[0])
@@ -417,22 +420,6 @@ def _at(one: Acting, pose: Pose) -> str:
     if isinstance(element, Force) and isinstance(element.at.point, str):
         return f"at {element.at.point}"
     return one.cause if one.gid != one.cause else ""
-
-
-def _closing(free: FreeBody, gap: float) -> list[str]:
-    """The sums that must vanish, as parts of the greatest force and of its moment."""
-    greatest = max((one.force for one in free), default=0.0)
-    if not greatest:
-        return []
-    x0, y0 = free.solution[free.body].x[free.instant], free.solution[free.body].y[free.instant]
-    moments = [one.torque + (one.x - x0) * one.fy - (one.y - y0) * one.fx for one in free]
-    # a force through G has no moment: its distance says how large the rounding may be
-    parts = [abs(one.torque) + math.hypot(one.x - x0, one.y - y0) * one.force for one in free]
-    turning = math.fsum(moments) / max(max(parts), 1e-300)
-    return [
-        f"ΣF = {rounded_number(float(f'{gap / greatest:.1e}'))} of the greatest force",
-        f"ΣM about G = {rounded_number(float(f'{abs(turning):.1e}'))} of the greatest moment",
-    ]
 
 
 # -- the whole ---------------------------------------------------------------------------------

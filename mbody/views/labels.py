@@ -62,8 +62,28 @@ def extent(text: str, size: float, italic: bool = False) -> tuple[float, float]:
     )
     if not text.strip():
         return 0.0, 0.0
-    bounds = TextPath((0, 0), drawable(text), size=size, prop=font).get_extents()
-    return float(bounds.width), max(float(bounds.height), 0.7 * size)
+    width, height = _outlined(TextPath((0, 0), drawable(text), size=size, prop=font))
+    return width, max(height, 0.7 * size)
+
+
+def _outlined(path: Any) -> tuple[float, float]:
+    """Width and height of a path of matplotlib: its `get_extents`, for all curves at once."""
+    points, codes = np.asarray(path.vertices), np.asarray(path.codes)
+    curved = np.flatnonzero(codes == path.CURVE3)
+    if not len(points) or (codes == path.CURVE4).any():
+        box = path.get_extents()
+        return float(box.width), float(box.height)
+    control, end = curved[::2], curved[1::2]
+    a, b, c = points[control - 1], points[control], points[end]
+    bend = a - 2.0 * b + c
+    t = (a - b) / np.where(bend == 0.0, np.inf, bend)  # where the curve turns back, by axis
+    t = np.clip(t, 0.0, 1.0)
+    turned = (1.0 - t) ** 2 * a + 2.0 * t * (1.0 - t) * b + t**2 * c
+    on_line = codes != path.CLOSEPOLY
+    on_line[control] = False
+    all_points = np.concatenate([points[on_line], turned])
+    width, height = np.ptp(all_points, axis=0).tolist()
+    return width, height
 
 
 def symbolic(name: str) -> str:
@@ -151,7 +171,7 @@ class Places:
         for label in labels:
             width, height = (self.unit * part for part in self.measured(label))
             # rounded, so that rounding errors do not decide between equal costs
-            costs = [round(self.cost(spot, width, height), 6) for spot in label.spots]
+            costs = np.round(self.costs(np.array(label.spots), width, height), 6)
             x, y, own = label.spots[best := int(np.argmin(costs))]
             label.at, label.covers = (x, y), costs[best] > own + 0.05
             self.boxes.append((x, y, 0.5 * width, 0.5 * height))
@@ -162,13 +182,13 @@ class Places:
         width, height = extent(label.text, label.size, label.italic)
         return width + 4.0, height + 2.0
 
-    def cost(self, spot: tuple[float, float, float], width: float, height: float) -> float:
-        """The cost of a place: the lines and labels that the text would cover."""
-        x, y, total = spot
+    def costs(self, spots: Array, width: float, height: float) -> Array:
+        """The costs of places (spots, 3): the lines and labels that the text would cover."""
+        x, y, total = spots[:, :1], spots[:, 1:2], spots[:, 2].copy()
         if self.strokes:
             lines = self._lines()
             along = _inside(lines, x, y, 0.5 * width + lines[:, 4], 0.5 * height + lines[:, 4])
-            total += ON_LINE * float(np.sum(lines[:, 5] * along)) / height
+            total += ON_LINE * np.sum(lines[:, 5] * along, axis=1) / height
         if self.boxes:
             boxes = np.array(self.boxes)
             dx = np.minimum(x + 0.5 * width, boxes[:, 0] + boxes[:, 2])
@@ -176,8 +196,12 @@ class Places:
             dy = np.minimum(y + 0.5 * height, boxes[:, 1] + boxes[:, 3])
             dy -= np.maximum(y - 0.5 * height, boxes[:, 1] - boxes[:, 3])
             covered = np.clip(dx, 0.0, None) * np.clip(dy, 0.0, None) / (width * height)
-            total += ON_LABEL * float(covered.sum())
+            total += ON_LABEL * covered.sum(axis=1)
         return total
+
+    def crowd(self, places: Sequence[Array], size: float) -> float:
+        """The cost of squares of a size about some places, as a sum."""
+        return float(self.costs(np.array([(*at, 0.0) for at in places]), size, size).sum())
 
     def _lines(self) -> Array:
         if len(self.strokes) != len(self._kept):
@@ -187,16 +211,19 @@ class Places:
     _kept: Array = field(default_factory=lambda: np.zeros((0, 6)), repr=False)
 
 
-def _inside(lines: Array, x: float, y: float, half_x: Array, half_y: Array) -> Array:
-    """How much of each line lies within a rectangle about (x, y) (Liang and Barsky 1984)."""
-    start, way = lines[:, :2] - (x, y), lines[:, 2:4] - lines[:, :2]
-    enter, leave = np.zeros(len(lines)), np.ones(len(lines))
-    for k, half in enumerate((half_x, half_y)):
+def _inside(lines: Array, x: Array, y: Array, half_x: Array, half_y: Array) -> Array:
+    """How much of each line lies within rectangles about (x, y), each (places, 1): (places, lines)
+    (Liang and Barsky 1984).
+    """
+    way = lines[:, 2:4] - lines[:, :2]
+    enter, leave = np.zeros(1), np.ones(1)
+    for k, (middle, half) in enumerate(((x, half_x), (y, half_y))):
+        start = lines[:, k] - middle
         rests = np.abs(way[:, k]) < 1e-300
         slope = np.where(rests, 1.0, way[:, k])
-        near, far = (-half - start[:, k]) / slope, (half - start[:, k]) / slope
+        near, far = (-half - start) / slope, (half - start) / slope
         near, far = np.minimum(near, far), np.maximum(near, far)
-        outside = rests & (np.abs(start[:, k]) > half)
+        outside = rests & (np.abs(start) > half)
         near, far = np.where(rests, -np.inf, near), np.where(rests, np.inf, far)
         near = np.where(outside, np.inf, near)
         enter, leave = np.maximum(enter, near), np.minimum(leave, far)

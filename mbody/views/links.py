@@ -89,7 +89,7 @@ def mass_centre(sketch: Sketch, body: str) -> None:
     sketch.disc(centre, radius, PAPER, INK, 0.8, Z["pin"] - 0.5, name=f"cg:{body}", weight=0.5)
     for start in (0.0, math.pi):
         quarter = np.vstack([centre, arc(centre, radius, start, start + math.pi / 2.0)])
-        sketch.shape(quarter, INK, INK, 0.3, Z["pin"] - 0.4, weight=0.0)
+        sketch.shape(quarter, INK, INK, 0.3, Z["pin"] - 0.4, name=f"centre:{body}", weight=0.0)
 
 
 def _line_to_centre(sketch: Sketch, body: str, centre: Array) -> None:

@@ -8,6 +8,7 @@ As `joint_symbols`: another kind is one function, registered for its class with
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import singledispatch
 from typing import TYPE_CHECKING, Any
 
@@ -109,13 +110,12 @@ def _clear(sketch: Sketch, place: Array, u: Array) -> float:
 def _covered(sketch: Sketch, fixed: Array, free: Array) -> float:
     """How much an arrow would cover what is already drawn."""
     places = [fixed + p * (free - fixed) for p in (0.25, 0.4, 0.55, 0.7, 0.85, 1.0)]
-    return sum(_crowded(sketch, place) for place in places)
+    return _crowded(sketch, places)
 
 
-def _crowded(sketch: Sketch, place: Array) -> float:
-    """How much is drawn within a few points of a place."""
-    size = 7.0 * sketch.unit
-    return sketch.places.cost((float(place[0]), float(place[1]), 0.0), size, size)
+def _crowded(sketch: Sketch, places: Sequence[Array]) -> float:
+    """How much is drawn within a few points of places, as a sum."""
+    return sketch.places.crowd(places, 7.0 * sketch.unit)
 
 
 def clear_arc(sketch: Sketch, centre: Array, radius: float, choices: Any) -> tuple[float, float]:
@@ -123,7 +123,7 @@ def clear_arc(sketch: Sketch, centre: Array, radius: float, choices: Any) -> tup
 
     def crowd(ends: tuple[float, float]) -> float:
         angles = np.linspace(*ends, 9)
-        return sum(_crowded(sketch, centre + radius * direction(angle)) for angle in angles)
+        return _crowded(sketch, [centre + radius * direction(angle) for angle in angles])
 
     costs = [round(crowd(ends), 6) + 0.04 * n for n, ends in enumerate(choices)]
     return choices[int(np.argmin(costs))]

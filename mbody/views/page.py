@@ -6,6 +6,7 @@ import hashlib
 import html
 import json
 import os
+import re
 from collections.abc import Mapping, Sequence
 from functools import cache, cached_property
 from importlib import resources
@@ -26,6 +27,7 @@ from mbody.views.film_frames import FilmSet
 from mbody.views.film_svg import film_svg
 from mbody.views.motions import motion
 from mbody.views.page_data import numbers, scene_data
+from mbody.views.page_free_bodies import free_bodies_data
 from mbody.views.scene import scene
 
 __all__ = [
@@ -47,6 +49,8 @@ DESIGNS = 6
 STILL = 48
 #: The file of the web component that is written beside a document in JSON.
 MODULE = "mbody-viewer.mjs"
+#: The files of the web component, each after those that it imports.
+PARTS = ("elements", "motion", "drawing", "names", "picture", "plot", "free_body", "viewer")
 #: What a page shows in the beginning beside what it always shows.
 SHOWN = ("names", "forces", "velocities", "accelerations", "paths", "centres", "ghosts")
 
@@ -160,7 +164,8 @@ def default_plots(run: Solution) -> list[str]:
 def module_text() -> str:
     """The web component as one module, with its style."""
     folder = resources.files(__package__) / "viewer"
-    module = (folder / "viewer.mjs").read_text("utf-8")
+    parts = [(folder / f"{name}.mjs").read_text("utf-8") for name in PARTS]
+    module = "\n".join(re.sub(r"^import .*?;\n", "", part, flags=re.M) for part in parts)
     style = (folder / "viewer.css").read_text("utf-8")
     return module.replace('/*css*/""', json.dumps(style, ensure_ascii=False), 1)
 
@@ -195,7 +200,7 @@ class Viewer:
     ) -> None:
         self.runs, self._show, self._paths = runs, show, paths
         first, *others = runs.items()
-        main, self.notes = self._document(first[1], first[0], plots, paths, show)
+        main, self.notes = self._document(first[1], first[0], plots, paths, show, free=True)
         text, digest, why = digest_of(first[1].mechanism)
         main["data"]["digest"] = digest
         made = {"command": command, "name": f"{_slug(first[1].mechanism.name)}.toml"}
@@ -211,11 +216,15 @@ class Viewer:
         plots: tuple[str, ...],
         paths: tuple[str, ...] | None,
         show: tuple[str, ...],
+        *,
+        free: bool = False,
     ) -> tuple[dict[str, Any], list[str]]:
         found = scene(run)
         shown = scene_data(found, plots or default_plots(found.run), paths, show)
-        document = {"data": numbers(found.run.data()), "scene": {**shown, "design": name}}
-        return document, found.notes
+        data = found.run.data()
+        if free and (forces := free_bodies_data(found.run, data, shown)):
+            shown["free"] = forces
+        return {"data": numbers(data), "scene": {**shown, "design": name}}, found.notes
 
     @property
     def document(self) -> dict[str, Any]:
@@ -246,7 +255,8 @@ class Viewer:
                 # no icon: a browser would ask for one
                 '<link rel="icon" href="data:,">',
                 "<style>html{background:#fff}@media (prefers-color-scheme:dark)"
-                "{html{background:#151b21}}body{margin:0}</style>",
+                "{html{background:#151b21}}@media print{html{background:#fff!important}}"
+                "body{margin:0}</style>",
                 "</head>",
                 "<body>",
                 "<main>",

@@ -14,9 +14,12 @@ from mbody.model.driver import AngleDriver
 from mbody.model.loads import Force
 from mbody.quantities.units import DIMENSIONS
 from mbody.sheets.names import force_floor, force_names
+from mbody.sheets.text_table import unit_text
 from mbody.solution.measures import found_by, measured
 from mbody.solution.solution import Solution
+from mbody.views.acting import notation
 from mbody.views.carriers import Carrier, Place, moved
+from mbody.views.cycle import label_of_angle, one_way
 from mbody.views.labels import symbolic
 from mbody.views.pose import Pose
 from mbody.views.scene import Scene
@@ -85,8 +88,11 @@ def text_runs(text: str) -> list[list[str]]:
 
     >>> text_runs(symbolic("O2")), text_runs("$A_{1,2}$"), text_runs("motor")
     ([['O', ''], ['2', 'sub']], [['A', ''], ['1,2', 'sub']], [['motor', '']])
+    >>> text_runs(notation("F12,left"))
+    [['F', ''], ['12,left', 'sub']]
     """
     found: list[list[str]] = []
+    text = re.sub(r"\\mathrm\{([^}]*)\}", lambda inner: re.sub(r"\\(.)", r"\1", inner[1]), text)
     for part in re.split(r"(_\{[^}]*\})", re.sub(r"(?<!\\)\$", "", text)):
         if part.startswith("_{"):
             found.append([part[2:-1], "sub"])
@@ -150,7 +156,7 @@ def scene_data(
         "paths": list(_known_paths(run, paths)),
         "plots": [_plot(run, name) for name in plots],
         "measures": {
-            name: measured(run, one)[2] or ""
+            name: unit_text(measured(run, one)[2] or "")
             for name, one in machine.measures.items()
             if found_by(run, one)
         },
@@ -175,21 +181,14 @@ def scene_data(
 
 def axis(run: Solution) -> dict[str, Any]:
     """What the diagrams go over: the angle of the one driver that turns, else time."""
-    moving = []
-    for driver in run.mechanism.drivers:
-        value = run.driven(driver.name)[0]
-        if np.ptp(value) > 0.0:
-            moving.append((driver, value))
+    found = one_way(run)
     still = len(run) < 2 or np.ptp(run.t) == 0.0
-    if len(moving) == 1:
-        driver, value = moving[0]
-        steps = np.diff(value)
-        one_way = bool(np.all(steps > 0.0) or np.all(steps < 0.0))
-        if one_way and isinstance(driver, AngleDriver):
-            rest = "" if driver.relative_to == "ground" else f" from {driver.relative_to}"
-            label = f"angle of {driver.body}{rest}"
-            return {"label": label, "unit": "deg", "values": np.degrees(value).tolist()}
-        if one_way and still:
+    if found is not None:
+        driver, value = found
+        if isinstance(driver, AngleDriver):
+            values = np.degrees(value).tolist()
+            return {"label": label_of_angle(driver), "unit": "deg", "values": values}
+        if still:
             unit = run.mechanism.units.of("length")
             return {"label": driver.name, "unit": unit, "values": value.tolist()}
     if still:
@@ -274,9 +273,7 @@ def _forces(run: Solution, bodies: Sequence[str]) -> list[dict[str, Any]]:
             1e-9 * run.system.length
         ):
             where["places"] = {"x": x.tolist(), "y": y.tolist()}  # type: ignore[assignment]  # a contact
-        text = text_runs(symbolic(name) if "(" not in name else name)
-        if re.fullmatch(r"F\d\d", name):
-            text = [["F", ""], [name[1:], "sub"]]
+        text = text_runs(notation(name))
         found.append({"n": f"force:{name}", "of": joint.name, "sign": sign, "t": text, **where})
     return found
 
@@ -345,4 +342,4 @@ def _plot(run: Solution, name: str) -> dict[str, Any]:
         same = dimension == DIMENSIONS[kind] and unit == run.mechanism.units.of(kind)
         values = np.zeros_like(values) if same and rounding else values
     plain = [v if math.isfinite(v) else None for v in np.asarray(values, dtype=float).tolist()]
-    return {"name": name, "unit": unit.replace("*", "·"), "values": numbers(plain)}
+    return {"name": name, "unit": unit_text(unit), "values": numbers(plain)}

@@ -13,10 +13,11 @@ from mbody.errors import ModelError, brief
 from mbody.model.driver import AngleDriver
 from mbody.model.study import Measure
 from mbody.quantities.units import DIMENSIONS, Dimension, name_of
-from mbody.sheets.text_table import cut
+from mbody.sheets.text_table import cut, unit_text
 from mbody.solution.checks import one_design
 from mbody.solution.measures import found_by, measured
 from mbody.views.backend import blank, styled
+from mbody.views.cycle import label_of_angle, one_way
 from mbody.views.labels import extent
 from mbody.views.style import CURVES, INK, PAPER, SIZE, SOFT
 
@@ -245,23 +246,17 @@ def _over(run: Solution, x: str) -> Abscissa:
     if not x:
         return _abscissa(run)
     curve = curve_of(run, x)
-    symbol = curve.unit.replace("*", "·")
+    symbol = unit_text(curve.unit)
     return Abscissa(curve.values, _name(x if not symbol else f"{curve.name} [{symbol}]", 60), x)
 
 
 def _abscissa(run: Solution) -> Abscissa:
     """The angle of the driver, time, or the number of the instant."""
-    moving = []
-    for driver in run.mechanism.drivers:
-        value = run.driven(driver.name)[0]
-        if np.ptp(value) > 0.0:
-            moving.append((driver, value))
-    if len(moving) == 1:
-        driver, value = moving[0]
-        steps = np.diff(value)
-        if isinstance(driver, AngleDriver) and (np.all(steps > 0.0) or np.all(steps < 0.0)):
-            rest = "" if driver.relative_to == "ground" else f" from {driver.relative_to}"
-            label = f"angle of {driver.body}{rest} [deg]"
+    found = one_way(run)
+    if found is not None:
+        driver, value = found
+        if isinstance(driver, AngleDriver):
+            label = f"{label_of_angle(driver)} [deg]"
             return Abscissa(np.degrees(value), label, driver.body, True)
     if np.ptp(run.t) == 0.0:
         return Abscissa(np.arange(float(len(run))), "instant", "instant")
@@ -371,7 +366,7 @@ def _panel(axes: Axes, curves: Sequence[PlottedCurve], x: Array, high: float, lo
     if "y" not in log:
         axes.ticklabel_format(axis="y", scilimits=(-4, 5), useMathText=True)
     axes.yaxis.set_label_coords(-0.66 / WIDE, 0.5)
-    symbol = curves[0].unit.replace("*", "·")
+    symbol = unit_text(curves[0].unit)
     unit = f" [{symbol}]" if symbol else ""
     if curves[0].of:
         axes.set_ylabel(_name(curves[0].of, int(11 * high)) + unit, color=INK)

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.laws import MeasuredFormula
 from mbody.model.joints import Joint, Revolute
 from mbody.solution.checks import whole_instant
+from mbody.solution.formula_histories import formula_history
 from mbody.views.carriers import Place, on
 
 if TYPE_CHECKING:
@@ -106,7 +108,10 @@ class Pose:
         return float(self.system.values[f"{element.name}.{field}"])
 
     def law(self, element: Element, field: str) -> float:
-        """The value of one of an element's laws of time."""
+        """The value of one of an element's laws of time, or of a formula of measured quantities."""
+        law = getattr(element, field)
+        if isinstance(law, MeasuredFormula):
+            return float(formula_history(self.run, law, f"{element.name}.{field}")[self.k])
         return float(self.system.law_of(element, field).derivatives(self.t)[0])
 
     def rate(self, driver: str) -> float:

@@ -34,6 +34,7 @@ TEXTS = {
     "a huge number": "1e999",
     "a function of two numbers": "sin(1, 2)",
     "a function of one number": "atan2(1)",
+    "a function of three numbers": "clamp(1, 2)",
     "a power of a unit": "3 m^12",
 }
 
@@ -138,7 +139,7 @@ SCENARIOS = {
     "a law of time by itself": lambda: by_itself("2*x", "time"),
     "a law of a stretch by itself": lambda: by_itself("2*t", "length"),
     "no parameters": lambda: scaled()("2*q"),
-    "a quantity of nothing mechanical": lambda: Body("b", mass=pint.UnitRegistry()("3 kelvin")),
+    "a quantity of nothing mechanical": lambda: Body("b", mass=pint.UnitRegistry()("3 candela")),
     **{f"a law of {name}": lambda text=text: motor(text) for name, text in LAWS.items()},
     "time in the law of a spring": lambda: spring("2 N/m*t"),
     "a force for a stretch": lambda: spring("20 N/m^2*x"),

@@ -1,22 +1,29 @@
-"""Images of models: what they cannot contain, words of the command, the core for browsers."""
+"""Images of models and units of co-simulation: what they cannot contain, words of the command, what
+is built for them.
+"""
 
 import math
+import tempfile
 from pathlib import Path
 from unittest import mock
 
 from mbody import (
     AngleDriver,
     Body,
+    Controller,
     Event,
+    Input,
     Mechanism,
     Revolute,
     SimulationSettings,
+    Torque,
     assemble,
     gallery,
 )
-from mbody.image import webassembly
+from mbody.image import fmu_binaries, webassembly
+from mbody.image.fmu import to_fmu
 from mbody.image.model_image import to_image
-from mbody.laws import Function
+from mbody.laws import Function, Table
 from tests import folded
 from tests.errors.command import said
 from tests.errors.models import by_law, four_bar
@@ -64,6 +71,50 @@ def by_a_builder_that_fails():
         webassembly.build_browser_core(Path("/no"), quiet=True)
 
 
+def with_input(value="0 N*m"):
+    """A four-bar with a torque that follows an input."""
+    made = four_bar(motor=False)
+    made.add(Input("u", value), Torque("drive", "crank", value="u"))
+    return made
+
+
+def controlled():
+    made = with_input()
+    made.add(Controller("pid", lambda t, angle: -angle, 0.01, ["crank.angle"], ["u"]))
+    return made
+
+
+def binaries_nowhere():
+    """The binaries of units, where they are not kept and cannot be."""
+    here = mock.patch.object(fmu_binaries, "PACKAGE", Path("/no"))
+    with here, mock.patch.object(fmu_binaries, "cache_folder", lambda _: None):
+        fmu_binaries.fmu_binaries()
+
+
+def binaries_without_a_builder():
+    """Neither kept nor to be built."""
+    with (
+        mock.patch.object(fmu_binaries, "PACKAGE", Path("/no")),
+        mock.patch.object(fmu_binaries, "cache_folder", lambda _: Path("/no")),
+        mock.patch.object(fmu_binaries, "find_spec", lambda _: None),
+        mock.patch.object(fmu_binaries, "_here", lambda: None),
+    ):
+        fmu_binaries.fmu_binaries()
+
+
+def binaries_by_a_builder_that_fails():
+    words = ["sh", "-c", "echo no room left on the disk >&2; exit 1"], {}
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        mock.patch.object(fmu_binaries, "PACKAGE", Path("/no")),
+        mock.patch.object(fmu_binaries, "cache_folder", lambda _: Path(folder)),
+        mock.patch.object(fmu_binaries, "find_spec", lambda name: name),
+        mock.patch.object(fmu_binaries, "builder_command", lambda *_: words),
+        mock.patch.dict("os.environ", {"MBODY_QUIET": "1"}),
+    ):
+        fmu_binaries.fmu_binaries()
+
+
 SCENARIOS = {
     "an image of a batch": lambda: to_image(
         assemble(four_bar()).with_values({"crank.mass": [1.0, 2.0]})
@@ -75,6 +126,24 @@ SCENARIOS = {
     ),
     "an image of a driver that is released": lambda: to_image(released()),
     "an image of a motion that begins where branches meet": lambda: to_image(in_line()),
+    "an image of a controller in Python": lambda: to_image(controlled()),
+    "an image of an input that holds the values of a table": lambda: to_image(
+        with_input(Table([0.0, 1.0], [0.0, 1.0], interpolation="hold")), 2, ("free",)
+    ),
+    "a unit of a motion that ends": lambda: to_fmu(
+        free(events=[Event("crank.omega", stop=True)]), binaries={}
+    ),
+    "a unit of another version": lambda: to_fmu(four_bar(motor=False), "1.0", binaries={}),
+    "a unit without a file": said(["export", "simple_pendulum", "--to", "fmu"]),
+    "instants of a unit": said(
+        ["export", "simple_pendulum", "--to", "fmu", "-o", "a.fmu", "--instants", "3"]
+    ),
+    "a version of FMI of an image": said(
+        ["export", "simple_pendulum", "--to", "image", "-o", "a.img", "--fmi", "2.0"]
+    ),
+    "binaries of units without a place": binaries_nowhere,
+    "binaries of units without their builder": binaries_without_a_builder,
+    "binaries of units that are not built": binaries_by_a_builder_that_fails,
     "a core for browsers without a place": nowhere,
     "a core for browsers without its builder": without_a_builder,
     "a core for browsers that is not built": by_a_builder_that_fails,

@@ -106,7 +106,7 @@ SCENARIOS = {
     "an empty program": lambda: Expression("t", (), ()),
     "another operation": lambda: Expression("t", (99,), ()),
     "too few constants": lambda: Expression("t", (0, 1), ()),
-    "too few numbers": lambda: Expression("t", (0, 17), ()),
+    "too few numbers": lambda: Expression("t", (0, 19), ()),
     "no numbers": lambda: Expression("t", (7,), ()),
     "numbers left": lambda: Expression("t", (0, 0), ()),
     "too many operations": lambda: Expression("t", (0,) + (7,) * 200, ()),

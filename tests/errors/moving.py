@@ -26,7 +26,7 @@ def without(name, path):
 SCENARIOS = {
     "a view of nothing that moves": lambda: view(run()),
     "a view of nothing that moves, at the command": said(
-        ["view", "norton_fourbar", "--at", "t=0", "-o", "/tmp/none.html"]
+        ["view", "norton_fourbar", "--at", "t=0", "-o", "none.html"]
     ),
     "a view of a batch": lambda: view(batch()),
     "a view of a name": lambda: view("hoekens"),
@@ -35,7 +35,7 @@ SCENARIOS = {
     "a view that shows what there is not": lambda: view(turn(), show=["shadows"]),
     "a diagram of what is not there": lambda: view(turn(), plots=["Q.force"]),
     "a diagram of what is not there, where there are measures": said(
-        ["view", "norton_fourbar", "--plot", "F99", "-o", "/tmp/none.html"]
+        ["view", "norton_fourbar", "--plot", "F99", "-o", "none.html"]
     ),
     "a moving path of a point that is not there": lambda: view(turn(), paths=["coupler.Q"]),
     "a page with another ending": lambda: view(turn()).save("turn.pdf"),
@@ -50,8 +50,8 @@ SCENARIOS = {
     "a film of no duration": lambda: animate(turn(), "turn.gif", duration=0.0),
     "a film of too many frames": lambda: animate(turn(), "turn.gif", duration=600.0),
     "a film too wide": lambda: animate(turn(), "turn.gif", width=100_000),
-    "a film without pillow": without("PIL", "/tmp/mbody-none.webp"),
-    "a film without its coder": without("imageio_ffmpeg", "/tmp/mbody-none.mp4"),
+    "a film without pillow": without("PIL", "film.webp"),
+    "a film without its coder": without("imageio_ffmpeg", "film.mp4"),
     "to and over": said(["view", "norton_fourbar", "--to", "1", "--over", "turn"]),
     "steps of a design in two units": said(["view", "mud_pump", "--vary", "r=5 in:6 cm:2"]),
     "a duration that is a word": said(["animate", "norton_fourbar", "--duration", "long"]),

@@ -11,7 +11,19 @@ NAMES = ("a", "b", "crank", "coupler", "rocker", "ground", "A", "B", "motor", "p
 UNITS = (*SYMBOLS, "furlong", "nonsense", "kelvin", "mW", "µrad", "%", "")
 FUNCTIONS = (
     *("sin", "cos", "tan", "asin", "acos", "atan", "sqrt", "abs", "exp", "log"),
-    *("atan2", "hypot", "min", "max", "eval", "__import__", "int"),
+    *(
+        "atan2",
+        "hypot",
+        "min",
+        "max",
+        "sign",
+        "step",
+        "clamp",
+        "deadband",
+        "eval",
+        "__import__",
+        "int",
+    ),
 )
 NUMBERS = (
     *("0", "1", "2", "-1", "0.5", ".5", "3.", "1e3", "1e-3", "1E400", "1e-400", "1e308", "5e-324"),

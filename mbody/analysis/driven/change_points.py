@@ -151,11 +151,13 @@ def _without_limit(runner: Runner, around: np.ndarray, error: SolveError) -> lis
     """
     near, far = np.abs(around[4] - around[3]), np.abs(around[5] - around[2])
     size = np.empty_like(near)
-    n = runner.system.coordinates
+    n, primitives = runner.system.coordinates, len(runner.system.owners)
     # rounding is distinguished from growth by the greatest number of the same sort
     for rows in (slice(0, n), slice(n, 2 * n), slice(2 * n, 3 * n), slice(3 * n, None)):
         size[rows] = np.abs(around[:, rows]).max(initial=0.0)
     growing = (near > 0.8 * far + 1e-5 * size)[:, 0]
     if growing[: 3 * n].any():
         raise error
-    return np.flatnonzero(growing[3 * n :].reshape(-1, PER_PRIMITIVE).any(axis=1)).tolist()
+    return np.flatnonzero(
+        growing[3 * n :][: PER_PRIMITIVE * primitives].reshape(-1, PER_PRIMITIVE).any(axis=1)
+    ).tolist()

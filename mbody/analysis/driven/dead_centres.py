@@ -28,7 +28,6 @@ from mbody.kernels.continuation import (
     FollowedPath,
     follow,
 )
-from mbody.kernels.output import PER_PRIMITIVE
 from mbody.system.rank import dense, jacobian
 from mbody.system.system import System
 
@@ -175,7 +174,7 @@ class _Curve:
             reach=1.0 + reach + abs(change) / self.unit,
         )
         followed = FollowedPath(
-            output=np.empty((len(steps), 3 * n + PER_PRIMITIVE * len(system.owners), 1)),
+            output=np.empty((len(steps), system.page_rows, 1)),
             progress=np.zeros(PROGRESS),
             nearest=np.zeros(3),
             passed=np.empty((0, 1 + n)),

@@ -25,6 +25,7 @@ __all__ = [
     "adjusted",
     "branching",
     "inertialess",
+    "load_forces",
     "stuck",
     "undetermined",
     "valueless",
@@ -58,7 +59,7 @@ ROUNDED = 1e-12
 def valueless(system: System, work: Work, t: float, q: Array, v: Array) -> SolveError:
     """The sentence of a load that has no value at an instant: q, v (coordinates,)."""
     loads = system.mechanism.loads
-    found = _loads(system, work, t, q, v)
+    found = load_forces(system, work, t, q, v)
     bad = [load.name for load, force in zip(loads, found, strict=True) if np.isnan(force).any()]
     name = bad[0] if bad else "?"
     why = "its law does not reach so far; extend it, or let it hold its last value"
@@ -139,14 +140,14 @@ def _pushed(system: System, t: float, q: Array, v: Array, way: Array) -> bool:
     """Whether loads drive a motion without inertia, here or a little along it."""
     places, scale, work = [(q, v)], system.coordinate_units, system.work()
     if not system.user_handles():  # users' functions may know no such places
-        whole = _loads(system, work, t, q, v).sum(axis=0) * scale
+        whole = load_forces(system, work, t, q, v).sum(axis=0) * scale
         mass = float((system.mass[: system.coordinates, 0] * scale**2).max())
         rate = TRIED * np.sqrt(np.abs(whole).max() / mass) if mass else 0.0
         places += [
             (q + sign * TRIED * scale * way, v + sign * rate * scale * way) for sign in (1.0, -1.0)
         ]
     for place, rates in places:
-        forces = _loads(system, work, t, place, rates) * scale
+        forces = load_forces(system, work, t, place, rates) * scale
         if np.abs(forces @ way).max(initial=0.0) > NO_PUSH * np.abs(forces).max(initial=0.0):
             return True
     return False
@@ -249,10 +250,15 @@ def _at(system: System, t: float, q: Array) -> Work:
     return work
 
 
-def _loads(system: System, work: Work, t: float, q: Array, v: Array) -> Array:
-    """Each load alone on the coordinates: (loads, coordinates)."""
+def load_forces(
+    system: System, work: Work, t: float, q: Array, v: Array, own: Array | None = None
+) -> Array:
+    """Each load alone on the coordinates: (loads, coordinates); `own`: own states, then inputs, by
+    default those at the beginning.
+    """
     found = np.empty((1, len(system.mechanism.loads), system.coordinates))
-    motion = np.concatenate([q, v, np.zeros(len(q))])[None]
+    more = np.zeros(0) if own is None else own
+    motion = np.concatenate([q, v, np.zeros(len(q)), more])[None]
     each_load(system.runtime(), work, motion, np.array([t]), found)
     raise_user_error(system)
     return np.asarray(found[0])

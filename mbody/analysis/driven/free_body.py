@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.core.presentation import present
 from mbody.errors import ModelError
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.model.element import listed
 from mbody.solution.checks import check_forces, each_load_of, loaded, whole_instant
 from mbody.solution.doubts import Several
-from mbody.solution.presentation import present
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.rank import jacobian
 

@@ -7,7 +7,6 @@ import os
 from pathlib import Path
 
 from mbody.errors import ModelError
-from mbody.kernels.output import PER_PRIMITIVE
 from mbody.system.system import System
 
 __all__ = ["check_room", "memory"]
@@ -38,7 +37,7 @@ def check_room(system: System, instants: int) -> None:
     ModelError
         With the size that they would have.
     """
-    rows = 3 * system.coordinates + PER_PRIMITIVE * len(system.owners)
+    rows = system.page_rows
     wanted = int(instants) * (NUMBER * rows * int(system.batch or 1) + BESIDE)
     if wanted < SMALL:
         return

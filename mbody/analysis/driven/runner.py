@@ -57,8 +57,7 @@ from mbody.kernels.continuation_lanes import (
 )
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import violation
-from mbody.kernels.output import PER_PRIMITIVE
-from mbody.model.remarks import remarks
+from mbody.model.remarks import kept_states, remarks
 from mbody.solution.certificate import changed
 from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
@@ -106,7 +105,7 @@ class Runner:
         self.with_forces = analysis != "kinematics"
         self.at_rest = analysis == "statics"
         self.layout = system.runtime()
-        self.rows = 3 * system.coordinates + PER_PRIMITIVE * len(system.owners)
+        self.rows = system.page_rows
         self.branches = BranchRecord(system)
         #: Steps of the last motion on the scalar path.
         self.steps = 0
@@ -304,7 +303,11 @@ class Runner:
     ) -> Solution:
         """What was computed, as the user gets it; wheels that do not fit are an error."""
         dependencies = open_reactions(self.system, start.rank) if start.regularization else None
-        notes = [*start.notes, *remarks(self.system.mechanism, self.system.plans)]
+        machine, own = self.system.mechanism, self.system.first_states[:, 0]
+        notes = [*start.notes, *remarks(machine, self.system.plans)]
+        if machine.states and self.analysis != "kinematics":
+            starts = {one.name: float(z) for one, z in zip(machine.states, own, strict=True)}
+            notes += kept_states(machine, starts, self.analysis)
         notes += open_note(dependencies) if start.regularization and self.with_forces else ()
         found = Solution(
             system=self.system,

@@ -15,7 +15,7 @@ from mbody.solution.doubts import Doubt
 from mbody.solution.load_histories import argument, argument_rate
 from mbody.solution.solution import Solution
 
-__all__ = ["extrapolated"]
+__all__ = ["extrapolated", "open_tables"]
 
 Array = np.ndarray
 #: Part of a table's range by which it may be left: what rounding may put beyond its ends.
@@ -30,7 +30,7 @@ def extrapolated(solution: Solution) -> list[Doubt]:
     its values and rates.
     """
     found = []
-    for element, field, table in _open_tables(solution.mechanism):
+    for element, field, table in open_tables(solution.mechanism):
         if solution.given is not None and any(d is element for d in solution.system.drivers):
             continue  # its motion was given instead of the law
         x = argument(solution, element, field)
@@ -53,7 +53,7 @@ def extrapolated(solution: Solution) -> list[Doubt]:
     return found
 
 
-def _open_tables(mechanism: Mechanism) -> Iterator[tuple[Element, str, Table]]:
+def open_tables(mechanism: Mechanism) -> Iterator[tuple[Element, str, Table]]:
     """Tables that give numbers outside the range of their points."""
     for element in (*mechanism.drivers, *mechanism.loads):
         for field in dataclasses.fields(element):

@@ -22,15 +22,16 @@ from mbody.analysis.driven.diagnosis import undetermined, weightless
 from mbody.analysis.dynamics.initial_step import REFINEMENTS, coordinate_sizes, first_step
 from mbody.analysis.dynamics.integrators import PATIENT
 from mbody.analysis.dynamics.options import MotionRequest, last_time, motion_request, tolerances
+from mbody.analysis.dynamics.own_states import own_sizes
 from mbody.analysis.initial.initial_state_batch import BatchStart, batch_start, initial_states
 from mbody.core.lanes import LANES, aligned
 from mbody.kernels.layout import inverse_masses, stand_ins
-from mbody.kernels.output import PER_PRIMITIVE
 from mbody.kernels.runge_kutta_lanes import runge_kutta_lanes
 from mbody.kernels.runge_kutta_lanes_control import CONTROLS, LaneWorkspace
 from mbody.kernels.runge_kutta_lanes_rhs import Batch, initial_derivatives
 from mbody.kernels.step_state import Tolerances
 from mbody.kernels.tableaus import Explicit, order_5, order_8
+from mbody.model.states import STEADY
 from mbody.system.system import System
 
 __all__ = ["LaneMotions", "integrate_lanes", "lane_motions"]
@@ -78,7 +79,7 @@ def lane_motions(
     ModelError, SolveError
         As `simulate`, of the system itself.
     """
-    if system.has_user_code:
+    if system.has_user_code or any(one.start == STEADY for one in system.mechanism.states):
         return None
     get = how.get
     last, errors = last_time(system, get("until")), tolerances(system, get("rtol"), get("atol"))
@@ -127,7 +128,9 @@ def integrate_lanes(
     rows = np.full((len(wanted), len(q), len(motions.request.times)), np.nan)
     which = np.flatnonzero(good)
     if len(which):
-        found, sound = _integrated(system, motions, which, np.hstack([q, v])[which], wanted)
+        own = np.broadcast_to(system.first_states, (system.layout.owns, len(q))).T
+        first = np.hstack([q, v, own])[which]
+        found, sound = _integrated(system, motions, which, first, wanted)
         rows[:, which], good[which] = found, sound
     return rows, good
 
@@ -147,15 +150,15 @@ def _integrated(
     request, n, n3 = motions.request, len(which), system.coordinates
     way, times, table = request.way, request.times, TABLES[request.way.method]()
     work, mass = system.work(LANES), system.mass[:, which]
-    count = 3 * n3 + PER_PRIMITIVE * len(system.owners)
+    count = system.page_rows
     page = aligned(max(2, count), LANES)
     batch = Batch(
         par=system.par[:, which],
         mass=mass,
         weight=inverse_masses(system.layout, mass, system.length),
         y=y.T.copy(),
-        derivative=np.empty((2 * n3, n)),
-        scale=np.empty((2 * n3, n)),
+        derivative=np.empty((system.state_count, n)),
+        scale=np.empty((system.state_count, n)),
         near=np.empty((max(1, system.layout.nodes), n)),
         step=np.empty(n),
         conditioning=np.empty(n),
@@ -169,7 +172,9 @@ def _integrated(
     if batch.bad.all():
         return batch.output, batch.bad == 0.0
     whole, derivative = float(times[-1]) - request.first, np.ascontiguousarray(batch.derivative.T)
-    scale = coordinate_sizes(system.length, y[:, n3:], derivative[:, n3:])
+    sizes = coordinate_sizes(system.length, y[:, n3 : 2 * n3], derivative[:, n3 : 2 * n3])
+    own = np.broadcast_to(own_sizes(system)[:, None], (system.layout.owns, n))
+    scale = np.hstack([sizes, own.T])
     batch.scale[:] = scale.T
     batch.step[:] = first_step(way, np.ascontiguousarray(batch.y.T), derivative, scale, whole)
     lanes = _workspace(batch, table, page, int(np.flatnonzero(batch.bad == 0.0)[0]), work)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbody.analysis.dynamics.integrators import stepping
+from mbody.analysis.dynamics.own_states import first_own_states
 from mbody.analysis.position.tangent_space import Manifold
 from mbody.analysis.singular.branch_sentences import nearest_words, place_words, undecided
 from mbody.analysis.singular.branches import SAID, along, fits, frame, nearest, norm, onto, still
@@ -21,7 +22,6 @@ from mbody.analysis.singular.singular_positions import SUSPECT, Singular, singul
 from mbody.errors import SolveError
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import laws_of_time
-from mbody.kernels.output import PER_PRIMITIVE
 from mbody.kernels.state_derivative import initial_derivative
 from mbody.kernels.step_state import BEST_CONDITIONING, TIME
 from mbody.solution.doubts import Doubt
@@ -80,9 +80,10 @@ def is_suspect(system: System, start: Solution, t: float, q: Array, v: Array) ->
     if start.regularization:
         return True
     work, n = system.work(masses=True), system.coordinates
-    page = np.empty((3 * n + PER_PRIMITIVE * len(system.owners), 1))
-    S = stepping(n, len(causes(system)), 0.0)
-    S.y[:n], S.y[n:], S.state[TIME] = q, v, t
+    page = np.empty((system.page_rows, 1))
+    S = stepping(system.state_count, len(causes(system)), 0.0)
+    S.y[:n], S.y[n : 2 * n], S.state[TIME] = q, v, t
+    S.y[2 * n :] = first_own_states(system, start)
     initial_derivative(system.runtime(), work, S, 0, page)
     return not S.state[BEST_CONDITIONING] > SUSPECT
 

@@ -75,7 +75,13 @@ class BranchPassage:
         state, n = self.state, len(y) // 2
         t, step = float(state[TIME]), 2.0 * float(state[NEXT])
         ahead = look_ahead(
-            self.system, t, y[:n], y[n:], derivative[n:], step / FIRST, self.regularized
+            self.system,
+            t,
+            y[:n],
+            y[n : 2 * n],
+            derivative[n : 2 * n],
+            step / FIRST,
+            self.regularized,
         )
         if ahead.clear:
             state[KNOWN_UNTIL], state[NEXT] = t, 0.99 * ahead.clear
@@ -116,7 +122,7 @@ class BranchPassage:
         n = len(y) // 2
         scale = self.system.coordinate_units
         for one in self.open:
-            found = one.passed(t, y[:n] / scale, y[n:] / scale)
+            found = one.passed(t, y[:n] / scale, y[n : 2 * n] / scale)
             if found is not None:
                 self.crossings += (found,)
         self.open = ()
@@ -133,7 +139,7 @@ class BranchPassage:
         if inertialess(self.system, t, y[:n]) <= always:
             return
         state[STAND_IN_LIMIT] = np.inf
-        names = _without_mass(self.system, y[n:])
+        names = _without_mass(self.system, y[n : 2 * n])
         who = f"{listed(names, 4)} {'has' if len(names) == 1 else 'have'} no mass"
         message = (
             f"at t = {t:.6g} {self.system.mechanism.units.time} the inertia of the free motion "

@@ -185,10 +185,12 @@ class EventIntegration(Integration):
         t = float(state[TIME])
         if t >= self.until:
             return DONE, ""
+        if t >= self.target:
+            self._interrupt(t)
         saved, h = self._save(), float(state[NEXT])
         end = t + h
-        if end >= self.until - self.steps.slack(self.until):  # as the kernel clips it
-            h, end = self.until - t, self.until
+        if end >= self.target - self.steps.slack(self.target):  # as the kernel clips it
+            h, end = self.target - t, self.target
         self.step = (t, end)
         first, last = np.searchsorted(self.wanted, [t, end], side="right")
         wanted = self.wanted[first:last]
@@ -197,7 +199,7 @@ class EventIntegration(Integration):
         times = np.unique(np.concatenate([even, wanted, [end]]))
         times = np.append(t, times[(times > t) & (times <= end)])
         marks = self._marks(times[1:], times)
-        code, pages, work_done = self._run(self.until, 1, marks)
+        code, pages, work_done = self._run(self.target, 1, marks)
         if state[TIME] == t:
             return code, ""
         self.page = pages[-1].copy()
@@ -340,7 +342,7 @@ class EventIntegration(Integration):
         order = np.argsort(times, kind="stable")
         marks = self._marks(times[order], times)
         self._restore(saved)
-        _, pages, _ = self._run(self.until, 1, marks)
+        _, pages, _ = self._run(self.target, 1, marks)
         found, rising = self._sampled(times[order], marks, pages)
         back = np.argsort(order, kind="stable")
         return found[k][back], rising[k][back]
@@ -358,7 +360,7 @@ class EventIntegration(Integration):
         def value(t: float, within: bool) -> float:
             self._restore(saved)
             # steps of one length have another error where they are cut
-            until, steps = (self.until, 1) if within else (t, AT_ONCE)
+            until, steps = (self.target, 1) if within else (t, AT_ONCE)
             code, pages, _ = self._run(until, steps, np.array([t]))
             if code != DONE and not within:
                 raise self._stopped(self._solution(""), code)
@@ -398,9 +400,9 @@ class EventIntegration(Integration):
         """
         n, state = self.system.coordinates, self.state
         stops = [event for event in self.events if isinstance(event, Stop)]
-        swift = float((self.scale[n:] / self.scale[:n]).max())
+        swift = float((self.scale[n : 2 * n] / self.scale[:n]).max())
         for _ in range(STRIKES):
-            v = self.y[n:]
+            v = self.y[n : 2 * n]
             touched = []
             for stop in stops:
                 at = self._coordinate_of(stop)
@@ -434,8 +436,8 @@ class EventIntegration(Integration):
         """One impact: the velocities after it, their derivative, the energy that it took."""
         n, t = self.system.coordinates, float(self.state[TIME])
         before, best = self.page.copy(), float(self.state[BEST_CONDITIONING])
-        self._evaluate()
-        v = self.y[n:].copy()
+        self.evaluate()
+        v = self.y[n : 2 * n].copy()
         way = velocity_jump(self.system, self.work, at)
         if way is None:
             raise SolveError(
@@ -444,10 +446,12 @@ class EventIntegration(Integration):
                 stop.name,
                 self._solution(""),
             )
-        self.y[n:] = v - (1.0 + self.restitution[stop]) * at.rate(v) * way
+        self.y[n : 2 * n] = v - (1.0 + self.restitution[stop]) * at.rate(v) * way
         mass = self.system.mass[:n, 0]
-        self.lost[self.stops.index(stop.name)] += 0.5 * float(mass @ (self.y[n:] ** 2 - v**2))
-        self._evaluate()
+        self.lost[self.stops.index(stop.name)] += 0.5 * float(
+            mass @ (self.y[n : 2 * n] ** 2 - v**2)
+        )
+        self.evaluate()
         self._check_finite(self.K, t)
         self.state[NEAR_SINGULAR] = 0.0
         self.state[BEST_CONDITIONING] = max(self.state[BEST_CONDITIONING], best)

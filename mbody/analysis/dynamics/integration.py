@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,13 +21,26 @@ from mbody.analysis.driven.uniqueness import open_note, open_reactions
 from mbody.analysis.dynamics.branch_passage import BranchPassage
 from mbody.analysis.dynamics.initial_step import REFINEMENTS, coordinate_sizes, first_step
 from mbody.analysis.dynamics.integrators import PATIENT, Motion, integrator, stepping
+from mbody.analysis.dynamics.interruptions import (
+    Interruptions,
+    SampledState,
+    held_inputs,
+    without_held,
+)
+from mbody.analysis.dynamics.own_states import (
+    find_steady,
+    first_own_states,
+    own_sizes,
+    refuse_own_states,
+    unresolved_states,
+)
 from mbody.analysis.position.assembly_analysis import SOFT, raise_user_error
 from mbody.analysis.position.vanishing_distances import GONE, vanishing
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.layout import stand_ins
-from mbody.kernels.output import PER_PRIMITIVE
 from mbody.kernels.state_derivative import initial_derivative
 from mbody.kernels.step_state import (
+    BEST_CONDITIONING,
     BRANCH_UNCERTAIN,
     DELIVERED,
     DONE,
@@ -45,12 +58,15 @@ from mbody.kernels.step_state import (
     Outputs,
     Tolerances,
 )
+from mbody.model.controller import Controller
+from mbody.model.element import listed
 from mbody.model.simulation import EVEN
 from mbody.solution.certificate import as_reported, changed
 from mbody.solution.doubts import doubted
 from mbody.solution.energy import account, causes
 from mbody.solution.event_record import EventRecord
 from mbody.solution.histories import Record
+from mbody.solution.measures import measured
 from mbody.solution.restart import Restart, Way
 from mbody.solution.solution import Solution
 from mbody.system.rank import dense, rank_of, too_large
@@ -72,34 +88,38 @@ class Integration:
 
     def __init__(self, system: System, start: Solution, way: Way) -> None:
         self.system, self.start, self.way = system, start, way
-        self.layout = system.runtime()
+        refuse_own_states(system, way.method)
+        self.layout = without_held(system.runtime(), held_inputs(system))
         self.work = system.work(masses=True)
         self.regularization = (
             start.regularization if start.system is system else SOFT * bool(start.regularization)
         )
-        # a small mass replaces a missing one: refinement takes its effect back
-        light = stand_ins(self.layout, system.mass, system.length).any()
-        regular = REFINEMENTS if light or self.regularization else 0
         self.causes = len(causes(system))
         self.steps = integrator(way.method, self.layout, self.work, way.step)
         self.stepping = stepping(
-            system.coordinates, self.causes, self.regularization, self.steps.rows, self.steps.terms
+            system.state_count, self.causes, self.regularization, self.steps.rows, self.steps.terms
         )
         self.y, self.state = self.stepping.y, self.stepping.state
         self.K, self.P, self.scale = self.stepping.K, self.stepping.P, self.stepping.scale
-        tolerances = Tolerances(
-            relative=way.rtol,
-            absolute=way.atol,
-            refinements=regular,
-            full_refinements=REFINEMENTS,
-            patience=PATIENT,
-        )
-        self.motion = Motion(self.layout, self.work, self.stepping, tolerances)
+        self.motion = self._motion()
         self.initial_work = np.zeros(self.causes)
         self.restart_point: Restart | None = None
         self.judged, self.longest = (0.0, 0.0), 0.0
         self.occurred: list[EventRecord] = []
         self.stops: list[str] = []
+
+    def _motion(self) -> Motion:
+        """All that the kernel works on."""
+        # a small mass replaces a missing one: refinement takes its effect back
+        light = stand_ins(self.layout, self.system.mass, self.system.length).any()
+        tolerances = Tolerances(
+            relative=self.way.rtol,
+            absolute=self.way.atol,
+            refinements=REFINEMENTS if light or self.regularization else 0,
+            full_refinements=REFINEMENTS,
+            patience=PATIENT,
+        )
+        return Motion(self.layout, self.work, self.stepping, tolerances)
 
     def run(
         self,
@@ -109,13 +129,21 @@ class Integration:
         times: Array,
         progress: Callable[[float], None] | None,
         restart: Restart | None = None,
+        carried: tuple[dict[str, float], Sequence[SampledState]] | None = None,
     ) -> Solution:
-        """The motion at the times; from `restart` on as if it had not been interrupted."""
+        """The motion at the times; from `restart` on as if it had not been interrupted. `carried`:
+        held inputs and controllers as the motion before left them.
+        """
         self.begin(first, q, v, float(times[-1]))
         code, status = MORE, "completed"
+        if carried is not None:
+            self.interruptions.restore(*carried)
         if restart is not None:
             self._resume(restart)
         try:
+            if restart is None and self.interruptions.any:
+                self._interrupt(first)
+            self.target = min(self.until, self.interruptions.next(float(self.state[TIME])))
             code, status = self._integrate(times, progress)
         except KeyboardInterrupt:
             unit = self.system.mechanism.units.time
@@ -130,37 +158,56 @@ class Integration:
             raise self._stopped(found, code)
         return found
 
-    def begin(self, first: float, q: Array, v: Array, until: float) -> None:
-        """First state with its derivative, and the length of the first step."""
+    def begin(
+        self, first: float, q: Array, v: Array, until: float, own: Array | None = None
+    ) -> None:
+        """First state with its derivative, and the length of the first step; `own`: own states, by
+        default those that the start has.
+        """
         n3 = self.system.coordinates
         self.first, self.until = first, until
-        self.rows = 3 * n3 + PER_PRIMITIVE * len(self.system.owners)
-        self.y[:n3], self.y[n3:] = q, v
+        self.rows = self.system.page_rows
+        self.y[:n3], self.y[n3 : 2 * n3] = q, v
+        self.y[2 * n3 :] = first_own_states(self.system, self.start) if own is None else own
         self.page = np.empty((self.rows, 1))
         self.state[TIME] = first
+        self.interruptions = Interruptions(self.system, self.work, first, until)
+        self.target = until
         self.passage = BranchPassage(
             self.system, bool(self.regularization), self.state, until - first
         )
-        if not self._evaluate():
+        closes = self.evaluate()
+        if closes and own is None and find_steady(self):
+            self.evaluate()
+        if not closes:
             raise SolveError(
                 f"the start does not fit '{self.system.mechanism.name}': its loops do not close "
                 "near it; give a motion of this mechanism, or its own guesses"
             )
-        problem = undetermined(self.system, first, self.y[:n3], self.y[n3:])
+        problem = undetermined(self.system, first, self.y[:n3], self.y[n3 : 2 * n3])
         problem = problem or weightless(self.system)
         if problem is not None:
             raise problem
-        self.notes = adjusted(self.system, np.concatenate([q, v]), self.y, until - first)
+        whole = np.concatenate([q, v])
+        self.notes = adjusted(self.system, whole, self.y[: 2 * n3], until - first)
         if self.regularization:
-            self.notes += branching(self.system, first, self.y[:n3], self.y[n3:])
+            self.notes += branching(self.system, first, self.y[:n3], self.y[n3 : 2 * n3])
         self._check_finite(self.K, first)
         self.passage.first_position = self.y[:n3].copy()
-        self.scale[:] = coordinate_sizes(self.system.length, v, self.K[0, n3:])
-        first_one = first_step(self.way, self.y, self.K[0], self.scale, until - first)
-        self.state[NEXT] = self.way.step or first_one
+        own = own_sizes(self.system)
+        sizes = coordinate_sizes(self.system.length, v, self.K[0, n3 : 2 * n3])
+        self.scale[:] = np.concatenate([sizes, own])
+        self._begin_steps()
         self.judged, self.longest = (0.0, first), 0.0
 
-    def _evaluate(self) -> bool:
+    def _begin_steps(self) -> None:
+        """The length of the first step of a motion that goes on to `until`."""
+        whole = self.until - self.first
+        self.state[NEXT] = self.way.step or first_step(
+            self.way, self.y, self.K[0], self.scale, whole
+        )
+
+    def evaluate(self) -> bool:
         """Project the state, evaluate its derivative and its page; whether the loops close."""
         closes = initial_derivative(self.layout, self.work, self.stepping, REFINEMENTS, self.page)
         raise_user_error(self.system)
@@ -197,11 +244,40 @@ class Integration:
         outputs = Outputs(times=times, pages=self.output, work=self.work_done)
         code = MORE
         while code == MORE:
-            code = self._advance(self.until, AT_ONCE, outputs)
+            code = self._advance(self.target, AT_ONCE, outputs)
+            if code == DONE and self.target < self.until:
+                self._interrupt(self.target)
+                code = MORE
             self._check_progress()
             if progress is not None:
                 progress(float(self.state[TIME]))
         return code, "completed"
+
+    def _interrupt(self, t: float) -> None:
+        """Do what is due at a set time, and find the next one."""
+        best = float(self.state[BEST_CONDITIONING])
+        if self.interruptions.sampled or self.interruptions.tables:
+            self.evaluate()
+            if self.interruptions.at(t, self._read):
+                self.evaluate()
+                self._check_finite(self.K, t)
+            self.state[BEST_CONDITIONING] = max(self.state[BEST_CONDITIONING], best)
+        self.target = min(self.until, self.interruptions.next(t))
+
+    def _read(self, controller: Controller, changed: bool) -> list[float]:
+        """What a controller reads, measured at the present instant, anew where inputs changed."""
+        if changed:
+            self.evaluate()
+        record = Record([self.page[None].copy()], 1, batch=False)
+        now = Solution(
+            self.system,
+            "simulate",
+            np.array([self.state[TIME]]),
+            record,
+            None,
+            regularization=self.regularization,
+        )
+        return [float(measured(now, text)[0][0]) for text in controller.reads]
 
     def _check_progress(self) -> None:
         """Refuse to go on where loads that jump to and fro keep steps short for ever, or where a
@@ -218,8 +294,8 @@ class Integration:
         mean = float(t - since) / float(done - count)
         self.judged, self.longest = (float(done), float(t)), max(self.longest, mean)
         left = (self.until - t) / max(mean, 1e-300)
-        rate = float(np.abs(self.y[n:] / self.scale[:n]).max())
-        rate = max(rate, float(np.sqrt(np.abs(self.K[0, n:] / self.scale[:n]).max())))
+        rate = float(np.abs(self.y[n : 2 * n] / self.scale[:n]).max())
+        rate = max(rate, float(np.sqrt(np.abs(self.K[0, n : 2 * n] / self.scale[:n]).max())))
         if mean < SHRUNK * self.longest and mean * rate < SLOW and left > PATIENT:
             raise SolveError(
                 f"the loads jump to and fro at t = {t:.6g} {unit}: the last {JUDGED} steps were "
@@ -241,18 +317,26 @@ class Integration:
             gained=work_done.copy(),
             state=self.state.copy(),
             own=tuple(part.copy() for part in self.steps.own),
+            inputs=self.interruptions.inputs(),
+            sampled=tuple(one.copied() for one in self.interruptions.sampled),
         )
 
     def _resume(self, restart: Restart) -> None:
         """Continue from a restart state."""
         self.y[:], self.state[TIME] = restart.y, restart.state[TIME]
+        self.interruptions.restore(restart.inputs, restart.sampled)
         page = self.page.copy()
         # for the distances from singular positions with which the next step begins
-        self._evaluate()
+        self.evaluate()
         self.page = page
+        self._take(restart)
+        self.initial_work[:] = restart.gained
+
+    def _take(self, restart: Restart) -> None:
+        """Set all that the next step depends on, the work but."""
         self.scale[:] = restart.scale
         self.y[:], self.K[0], self.P[0] = restart.y, restart.slope, restart.powers
-        self.initial_work[:], self.state[:] = restart.gained, restart.state
+        self.state[:] = restart.state
         self.state[DELIVERED] = 0.0
         self.judged = float(self.state[STEPS]), float(self.state[TIME])
         for own, part in zip(self.steps.own, restart.own, strict=True):
@@ -272,7 +356,7 @@ class Integration:
             return
         self.restart_point = self._restart_state(self.work_done[-1])
         met, done = int(self.state[DELIVERED]), self.work_done[-1].copy()
-        self._evaluate()
+        self.evaluate()
         if met and self.times[met - 1] == self.state[TIME]:
             met -= 1
         self.times = np.append(self.times[:met], self.state[TIME])
@@ -289,7 +373,7 @@ class Integration:
         if np.isfinite(K[0]).all():
             return
         n = self.system.coordinates
-        raise valueless(self.system, self.work, t, self.y[:n], self.y[n:])
+        raise valueless(self.system, self.work, t, self.y[:n], self.y[n : 2 * n])
 
     def _stopped(self, found: Solution, code: int) -> SolveError:
         """The sentence of a motion that cannot be integrated."""
@@ -323,9 +407,15 @@ class Integration:
                 "bound; take shorter steps, or the method 'dop853'",
                 solution=found,
             )
+        curves = [
+            name
+            for name, curve in self.system.mechanism.curves.items()
+            if getattr(curve.law, "outside", "") == "error"
+        ]
+        ended = f", or are beyond the points of the curves {listed(curves)}" if curves else ""
         return SolveError(
             f"the steps vanish at {when}: the loads jump there, grow without bound, or are too "
-            "stiff; smooth them, or ask for less accuracy",
+            f"stiff{ended}; smooth them, or ask for less accuracy",
             solution=found,
         )
 
@@ -351,13 +441,14 @@ class Integration:
             notes=as_reported(self.start).notes if self.start.analysis == "close_loops" else (),
             status=status,
             stats=stats,
-            energy=account(self.system, output[:, : 2 * n, 0], work_done, self.stops),
+            energy=account(self.system, output[:, :, 0], work_done, self.stops),
             events=tuple(self.occurred),
             restart=self._restart(work_done),
         )
         last = float(times[-1]) if len(times) else self.first
         notes = (*as_reported(found).notes, *self.notes, *self.passage.notes(last))
         notes += tuple(pulled(found, self._between()))
+        notes += unresolved_states(found)
         if self.regularization:
             notes += open_note(found.dependencies)
         found = changed(found, notes=notes, branch=self.passage.least(last))

@@ -52,14 +52,16 @@ DENSE = 300
 
 
 def stepping(
-    coordinates: int, causes: int, regularization: float, rows: int = 1, terms: int = 1
+    states: int, causes: int, regularization: float, rows: int = 1, terms: int = 1
 ) -> Stepping:
-    """Memory of a motion with so many derivatives (`rows`) and terms of its polynomials."""
-    n = 2 * coordinates
+    """Memory of a motion of so many states, coordinates, their rates and own ones, with so many
+    derivatives (`rows`) and terms of its polynomials.
+    """
+    n = states
     # in the order of the fields: five states, errors, K, P, F, G and the slots
-    states = ((n,),) * 5
+    arrays = ((n,),) * 5
     tables = ((2, n), (rows, n), (rows, causes), (terms, n), (terms, causes), (PROGRESS,))
-    found = Stepping.zeros((*states, *tables), regularization=regularization)
+    found = Stepping.zeros((*arrays, *tables), regularization=regularization)
     found.scale[:] = 1.0
     return found
 

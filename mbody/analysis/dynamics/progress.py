@@ -7,7 +7,7 @@ import sys
 import time
 from collections.abc import Callable
 
-__all__ = ["bar", "shown"]
+__all__ = ["bar", "counted", "shown"]
 
 #: Seconds after which a long run shows how far it is, and between two such lines.
 PATIENCE, BETWEEN = 1.0, 0.2
@@ -30,6 +30,24 @@ def shown(until: float) -> Callable[[float], None]:
             last = now
             done = (t - first) / (until - first) if until > first else 1.0
             _over(f"\r{bar(done)}  t = {t:.6g} of {until:.6g}  ")
+
+    return show
+
+
+def counted(what: str) -> Callable[[int, int], None]:
+    """What is called with how many of a thing are done, and of how many, and shows it after a
+    while, in a terminal and in a notebook.
+    """
+    begun = last = time.monotonic()
+
+    def show(done: int, of: int) -> None:
+        nonlocal last
+        now = time.monotonic()
+        if done >= of and last > begun:
+            _over(f"\r{'':{WIDTH + 40}}\r")
+        elif now - begun > PATIENCE and now - last > BETWEEN:
+            last = now
+            _over(f"\r{bar(done / of)}  {done} of {of} {what}  ")
 
     return show
 

@@ -52,7 +52,7 @@ def finite(state: np.ndarray) -> np.ndarray:
 
 def _unfit(system: System, restart: Restart, last: float) -> str | None:
     """What is wrong with it."""
-    way, width = restart.way, 2 * system.coordinates
+    way, width = restart.way, system.state_count
     if way.method not in METHODS:
         return f"there is no method {str(way.method)[:40]!r}"
     numbers = (way.rtol, way.atol, way.step)

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 from mbody.analysis.driven.table_extrapolation import extrapolated
 from mbody.analysis.dynamics.energy_balance import energy_doubts
-from mbody.analysis.dynamics.options import MotionRequest, last_time, motion_request, tolerances
+from mbody.analysis.dynamics.input_histories import with_inputs
+from mbody.analysis.dynamics.options import last_time, motion_request, tolerances
 from mbody.analysis.dynamics.release import integrate_phases
+from mbody.analysis.dynamics.repeated import beginning
 from mbody.analysis.initial.close_loops import close_loops
 from mbody.analysis.initial.initial_state import initial_state_of, state_of
 from mbody.analysis.position.assembly_analysis import as_system
@@ -18,11 +21,12 @@ from mbody.model.mechanism import Mechanism
 from mbody.model.remarks import remarks
 from mbody.quantities.types import Number, PlainNumbers
 from mbody.solution.certificate import as_reported, changed
-from mbody.solution.doubts import doubted
+from mbody.solution.doubts import Doubt, doubted
+from mbody.solution.restart import Way
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
-__all__ = ["simulate"]
+__all__ = ["first_instant", "judged", "simulate"]
 
 
 def simulate(
@@ -41,6 +45,7 @@ def simulate(
     times: PlainNumbers | None = None,
     events: Sequence[Event | Stop] | None = None,
     release: Mapping[str, Number] | None = None,
+    inputs: Mapping[str, Any] | None = None,
     stops: Sequence[Stop] | None = None,
     progress: Callable[[float], None] | bool | None = None,
 ) -> Solution:
@@ -85,6 +90,11 @@ def simulate(
         those of the mechanism's `simulation`.
     release : mapping, optional
         When drivers are released, by name: from then on they have no effort.
+    inputs : mapping, optional
+        Histories of inputs by name: a number or text such as ``"2 N*m"`` or ``"3 N*m*sin(2 rad/s
+        *t)"``, a law of time (a `Table` with ``interpolation="hold"`` for a sampled signal), a
+        function of time, a pair (t, u) of rows joined by straight lines, or one row spread evenly
+        over the motion. Steps end at the corners of tables.
     stops : list of Stop, optional
         More stops, besides those among the events.
     progress : callable or bool, optional
@@ -138,12 +148,9 @@ def simulate(
         raise ModelError("simulate takes one design: choose one of the batch with design(n)")
     own = system.mechanism.simulation
     last, errors = last_time(system, until), tolerances(system, rtol, atol)
-    if start is None and own is not None and guess is None and rates is None:
-        start = initial_state_of(system, own)
-    elif start is None:
-        start = close_loops(system, guess=guess, rates=rates)
-    elif guess is not None or rates is not None:
-        raise ModelError("start says positions and rates: leave out guess and rates")
+    start = first_instant(system, start, guess, rates)
+    if inputs:
+        system = with_inputs(system, inputs, float(start.t[-1]), last)
     state = state_of(system, start)
     if stops is not None:
         if events is None:
@@ -168,16 +175,38 @@ def simulate(
         run = integrate_phases(system, start, state, request, progress or None)
     except SolveError as error:
         if isinstance(error.solution, Solution):
-            error.solution = _judged(error.solution, request)
+            error.solution = judged(error.solution, request.way)
         raise
-    return _judged(run, request)
+    return changed(judged(run, request.way), begun=(beginning(system, start, request),))
 
 
-def _judged(run: Solution, request: MotionRequest) -> Solution:
-    """The motion with notes and doubts of its description, its laws and its energy."""
+def first_instant(
+    system: System,
+    start: Solution | None,
+    guess: Guesses | None,
+    rates: Mapping[str, Number] | None,
+) -> Solution:
+    """Whose last instant a motion begins with: `start`, else what the mechanism's own `simulation`
+    says, else the loops closed from guesses.
+    """
+    own = system.mechanism.simulation
+    if start is not None:
+        if guess is not None or rates is not None:
+            raise ModelError("start says positions and rates: leave out guess and rates")
+        return start
+    if own is not None and guess is None and rates is None:
+        return initial_state_of(system, own)
+    return close_loops(system, guess=guess, rates=rates)
+
+
+def judged(run: Solution, way: Way, beyond: Sequence[Doubt] | None = None) -> Solution:
+    """The motion with notes and doubts of its description, its laws and its energy; `beyond`: of
+    tables that it left, where these are known already.
+    """
     system = run.system
     notes = as_reported(run).notes
     added = [note for note in remarks(system.mechanism, system.plans) if note not in notes]
     found = changed(run, notes=(*notes, *added)) if added else run
-    doubts = [*extrapolated(found), *energy_doubts(found, request.way.method, request.way.rtol)]
+    left = extrapolated(found) if beyond is None else beyond
+    doubts = [*left, *energy_doubts(found, way.method, way.rtol)]
     return doubted(found, doubts)

@@ -19,6 +19,7 @@ from mbody.analysis.dynamics.branch_choice import BranchStart, choose_branch
 from mbody.analysis.dynamics.initial_step import REFINEMENTS
 from mbody.analysis.dynamics.integrators import stepping
 from mbody.analysis.dynamics.options import MotionRequest
+from mbody.analysis.dynamics.own_states import refuse_own_states
 from mbody.analysis.initial.initial_state import event_measure
 from mbody.analysis.position.assembly_analysis import SOFT, raise_user_error
 from mbody.analysis.position.tangent_space import Manifold
@@ -152,6 +153,7 @@ def singular_start(
     found = choose_branch(system, start, state)
     if found is None:
         return None
+    refuse_own_states(system, "singular start")
     return _SingularStart(system, start, found, request, until).solution()
 
 
@@ -170,9 +172,9 @@ class _SingularStart:
         self.work: Work = system.work(masses=True)
         free = len(first.T0)
         self.regularization = SOFT * (system.rows > system.coordinates - free)
-        self.stepping = stepping(system.coordinates, len(causes(system)), self.regularization)
+        self.stepping = stepping(system.state_count, len(causes(system)), self.regularization)
         self.K, self.y, self.P = self.stepping.K, self.stepping.y, self.stepping.P
-        self.page = np.empty((3 * system.coordinates + PER_PRIMITIVE * len(system.owners), 1))
+        self.page = np.empty((system.page_rows, 1))
         self.stops = [event.name for event in request.events if isinstance(event, Stop)]
 
     def solution(self) -> Solution:
@@ -258,7 +260,7 @@ class _SingularStart:
                     and projected > 0.05 * np.abs((q[node] - first.q) / first.scale).max()
                 ):
                     return None
-                new[node], powers[node] = self.K[0, n:], self.P[0]
+                new[node], powers[node] = self.K[0, n : 2 * n], self.P[0]
                 reactions[node] = self.page[3 * n :, 0]
             change = np.abs((new - a) / first.scale).max()
             a = new
@@ -273,11 +275,11 @@ class _SingularStart:
     def _at(self, t: float, q: Array, v: Array) -> bool:
         """Slope, powers and page at a state, projected; whether the loops close there."""
         n = self.system.coordinates
-        self.y[:n], self.y[n:], self.stepping.state[TIME] = q, v, t
+        self.y[:n], self.y[n : 2 * n], self.stepping.state[TIME] = q, v, t
         good = initial_derivative(self.layout, self.work, self.stepping, REFINEMENTS, self.page)
         raise_user_error(self.system)
         if good and not np.isfinite(self.K).all():
-            raise valueless(self.system, self.system.work(), t, self.y[:n], self.y[n:])
+            raise valueless(self.system, self.system.work(), t, self.y[:n], self.y[n : 2 * n])
         return bool(good)
 
     # -- what is kept -------------------------------------------------------------------------
@@ -318,7 +320,7 @@ class _SingularStart:
             notes=before,
             doubts=first.doubts,
             stats={"steps": 1, "rejected": 0, "careful": 1, "evaluations": part.evaluations},
-            energy=account(system, output[:, : 2 * n, 0], gained, self.stops),
+            energy=account(system, output[:, :, 0], gained, self.stops),
         )
 
     def _balanced(self, t: float, page: Array) -> Array:

@@ -21,6 +21,7 @@ from mbody.analysis.position.tangent_space import Array, Manifold, Place
 from mbody.errors import ModelError, SolveError, remedy
 from mbody.model.body import Guesses
 from mbody.model.mechanism import Mechanism
+from mbody.model.remarks import kept_states
 from mbody.solution.doubts import doubted
 from mbody.solution.heading import heading, unit_symbols
 from mbody.solution.histories import BodyHistory, Reaction, Record
@@ -234,7 +235,9 @@ def search(system: System, starts: Sequence[Guesses | None], t: float) -> _RestR
             found = _RestResults(system, t, RestSearch(manifold))
         found.search.around(here)
     assert found is not None
-    found.notes = notes
+    machine, own = system.mechanism, system.first_states[:, 0]
+    values = {one.name: float(z) for one, z in zip(machine.states, own, strict=True)}
+    found.notes = [*notes, *kept_states(machine, values, "equilibrium")]
     return found
 
 

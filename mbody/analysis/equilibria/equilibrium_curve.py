@@ -20,13 +20,13 @@ from mbody.analysis.equilibria.sentences import Words
 from mbody.analysis.freedom.single_design import single_design
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
+from mbody.core.presentation import present
 from mbody.errors import ModelError, SolveError
 from mbody.model.body import Guesses
 from mbody.model.mechanism import Mechanism
 from mbody.solution.doubts import Doubt, Inherited, doubted
 from mbody.solution.heading import heading, unit_symbols
 from mbody.solution.histories import BodyHistory, PointHistory, Reaction, Record
-from mbody.solution.presentation import present
 from mbody.solution.solution import Solution
 from mbody.system.read_only import lock
 from mbody.system.system import System

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Generic, TypeVar
 
+from mbody.core.presentation import present
 from mbody.quantities.units import UnitSystem
 from mbody.solution.doubts import Inherited
-from mbody.solution.presentation import present
 
 __all__ = ["AtRestPositions"]
 
@@ -45,6 +45,10 @@ class AtRestPositions(Inherited, Generic[T]):
 
     def __getitem__(self, index: int) -> T:
         return self.positions[index]
+
+    def _repr_html_(self) -> str:
+        # what a notebook shows
+        return str(present("notebook", self))
 
     def __str__(self) -> str:
         return str(present("sheet", self))

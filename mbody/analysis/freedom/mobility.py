@@ -13,6 +13,7 @@ from mbody.analysis.freedom.free_motions import FreeMotion, components, free_mot
 from mbody.analysis.freedom.single_design import single_design, single_time
 from mbody.analysis.position.assembly_analysis import DEAD, closed
 from mbody.analysis.position.closed_position import ClosedPosition
+from mbody.core.presentation import present
 from mbody.kernels.layout import Work
 from mbody.model.body import Guesses
 from mbody.model.element import listed
@@ -20,7 +21,6 @@ from mbody.model.mechanism import Mechanism
 from mbody.model.remarks import remarks
 from mbody.quantities.units import UnitSystem
 from mbody.solution.heading import heading, unit_symbols
-from mbody.solution.presentation import present
 from mbody.system.rank import DENSE, Rank, dense, rank_of, too_large
 from mbody.system.system import System
 

@@ -16,7 +16,6 @@ from mbody.analysis.singular.singular_positions import SUSPECT, Singular, singul
 from mbody.errors import ModelError
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import project
-from mbody.kernels.output import PER_PRIMITIVE
 from mbody.model.body import Guesses
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
@@ -111,7 +110,7 @@ def close_loops(
         work.v[: len(v), 0] = v
         notes = [*start.notes, *more]
     n3 = system.coordinates
-    block = np.zeros((1, 3 * n3 + PER_PRIMITIVE * len(system.owners), 1))
+    block = np.zeros((1, system.page_rows, 1))
     block[0, :n3], block[0, n3 : 2 * n3] = work.q[:n3], work.v[:n3]
     return Solution(
         system=system,

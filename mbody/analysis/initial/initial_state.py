@@ -18,7 +18,6 @@ from mbody.analysis.singular.branches import BESIDE
 from mbody.analysis.singular.prescribed_values import Prescribed
 from mbody.analysis.singular.singular_positions import SUSPECT, singular
 from mbody.errors import ModelError
-from mbody.kernels.output import PER_PRIMITIVE
 from mbody.model.driver import AngleDriver, CoordinateDriver
 from mbody.model.element import Marker, listed
 from mbody.model.event import Event, Stop, check_restitution
@@ -131,7 +130,8 @@ def _check_coordinate(mechanism: Mechanism, stop: Stop) -> None:
     """Refuse a stop of what an impact does not leave as it is."""
     coordinates = []
     for name in sorted(
-        read(event_measure(mechanism, stop).of, None).names - mechanism.parameters.keys()
+        read(event_measure(mechanism, stop).of, None, curves=True).names
+        - mechanism.parameters.keys()
     ):
         owner, _, key = name.rpartition(".")
         if not owner:
@@ -195,7 +195,7 @@ def _first_instant(system: System, simulation: SimulationSettings) -> Solution:
     else:
         v, more = branch_rates(system, here, t, work.q[: system.coordinates, 0], rates)
     n = system.coordinates
-    page = np.zeros((1, 3 * n + PER_PRIMITIVE * len(system.owners), 1))
+    page = np.zeros((1, system.page_rows, 1))
     page[0, :n], page[0, n : 2 * n, 0] = work.q[:n], v
     record = Record([page], 1, batch=False)
     every = (*notes, *start.notes, *more)

@@ -25,7 +25,7 @@ from mbody.model.element import listed
 from mbody.system.rank import dense, dense_rates, shortest
 from mbody.system.system import System
 
-__all__ = ["branch_rates", "fitting_rates", "no_velocities"]
+__all__ = ["branch_rates", "fitting_rates", "nearest_rates", "no_velocities"]
 
 Array = np.ndarray
 
@@ -49,6 +49,29 @@ class Rates:
         """All but one."""
         left = [k for k in range(len(self.p)) if k != n]
         return Rates([self.prescribed[k] for k in left], self.P[left], self.p[left])
+
+
+@dataclass(frozen=True, eq=False)
+class NearestRates:
+    """Velocities that are as near to rates as joints and drivers allow, without units of length.
+
+    Attributes
+    ----------
+    v : array (coordinates,)
+    given : Rates
+    met : array (rates,)
+        What the rates are; those that are given, where all agree.
+    rows : array (rows,)
+        What the rates as they are given leave of the rows; zero where all agree.
+    fast : float
+        The fastest rate.
+    """
+
+    v: Array
+    given: Rates
+    met: Array
+    rows: Array
+    fast: float
 
 
 def rates_of(system: System, q: Array, prescribed: Sequence[Prescribed]) -> Rates:
@@ -75,29 +98,15 @@ def fitting_rates(
     SolveError
         Where joints and drivers do not allow the rates.
     """
-    q = work.q[: system.coordinates, 0].copy()
-    given = rates_of(system, q, prescribed)
-    G = dense(system, work)[1]
-    nu, scale = dense_rates(system, work), system.coordinate_units
-    A, b = np.vstack([G, given.P]), np.append(nu, given.p)
-    v = np.linalg.lstsq(A, b, rcond=ZERO)[0]
-    off = A @ v - b
-    fast = max(float(np.abs(b).max(initial=0.0)), float(np.abs(v).max(initial=0.0)))
-    if np.abs(off).max(initial=0.0) <= AGREES * fast:
-        return scale * v, ()
-    # what joints and drivers impose holds, rates as nearly as may be
-    own = np.linalg.lstsq(G, nu, rcond=ZERO)[0]
-    _, sizes, vt = np.linalg.svd(G)
-    free = vt[int((sizes > ZERO * sizes.max(initial=1e-300)).sum()) :]
-    way = shortest(given.P @ free.T, given.p - given.P @ own, ZERO)
-    v = own + way @ free
-    if np.abs(G @ v - nu).max(initial=0.0) > 1e-6 * fast:  # drivers themselves do not agree
-        raise no_velocities(system, nu)
-    met = given.P @ v
-    changed = [n for n in range(len(prescribed)) if abs(met[n] - given.p[n]) > AGREES * fast]
-    if np.abs(met - given.p).max() <= ROUNDED * fast:
-        return scale * v, _fitted(system, prescribed, met - given.p)
-    part = np.abs(off[: len(G)])
+    near = nearest_rates(system, work, prescribed)
+    scale, off, met = system.coordinate_units, near.rows, near.met
+    if met is near.given.p:
+        return scale * near.v, ()
+    asked, fast = near.given.p, near.fast
+    changed = [n for n in range(len(prescribed)) if abs(met[n] - asked[n]) > AGREES * fast]
+    if np.abs(met - asked).max() <= ROUNDED * fast:
+        return scale * near.v, _fitted(system, prescribed, met - asked)
+    part = np.abs(off)
     part /= part.max(initial=1e-300)
     # equal parts in the order of the rows: their last digits are the processor's
     taking = dict.fromkeys(
@@ -112,6 +121,36 @@ def fitting_rates(
         f"fit have {fitted}, not {shown}; give those, or leave out rates that follow from others",
         next(iter(taking), None),
     )
+
+
+def nearest_rates(system: System, work: Work, prescribed: Sequence[Prescribed]) -> NearestRates:
+    """Velocities that joints and drivers allow, as near to the rates as may be, that move least
+    beside.
+
+    Raises
+    ------
+    SolveError
+        Where drivers themselves do not agree.
+    """
+    q = work.q[: system.coordinates, 0].copy()
+    given = rates_of(system, q, prescribed)
+    G = dense(system, work)[1]
+    nu = dense_rates(system, work)
+    A, b = np.vstack([G, given.P]), np.append(nu, given.p)
+    v = np.linalg.lstsq(A, b, rcond=ZERO)[0]
+    off = A @ v - b
+    fast = max(float(np.abs(b).max(initial=0.0)), float(np.abs(v).max(initial=0.0)))
+    if np.abs(off).max(initial=0.0) <= AGREES * fast:
+        return NearestRates(v, given, given.p, np.zeros(len(G)), fast)
+    # what joints and drivers impose holds, rates as nearly as may be
+    own = np.linalg.lstsq(G, nu, rcond=ZERO)[0]
+    _, sizes, vt = np.linalg.svd(G)
+    free = vt[int((sizes > ZERO * sizes.max(initial=1e-300)).sum()) :]
+    way = shortest(given.P @ free.T, given.p - given.P @ own, ZERO)
+    v = own + way @ free
+    if np.abs(G @ v - nu).max(initial=0.0) > 1e-6 * fast:  # drivers themselves do not agree
+        raise no_velocities(system, nu)
+    return NearestRates(v, given, given.P @ v, off[: len(G)], fast)
 
 
 def branch_rates(

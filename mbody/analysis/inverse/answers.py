@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from mbody.core.presentation import present
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import Question
 from mbody.solution.doubts import Doubt
-from mbody.solution.presentation import present
 from mbody.solution.solution import Solution
 from mbody.system.read_only import lock
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import functools
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,10 +14,12 @@ from mbody.analysis.equilibria.search import ZERO
 from mbody.analysis.freedom.free_motions import FreeMotion, free_motions, leading, rates_of
 from mbody.analysis.freedom.single_design import single_design
 from mbody.analysis.linear.about_motion import Moving
+from mbody.analysis.linear.state_matrices import StateMatrices, state_matrices
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
 from mbody.errors import ModelError, SolveError
 from mbody.model.mechanism import Mechanism
+from mbody.model.study import Measure
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.heading import heading, unit_symbols
 from mbody.solution.solution import Solution
@@ -65,6 +68,8 @@ class Linearization(Inherited):
         The free motions: the leader of each, and the rates of all bodies for its unit rate.
     solution : Solution
         The instant.
+    nearby : callable
+        The motions near it, of which measures are taken.
     status, doubts, notes
         As of `Inherited`: those of the instant, and what differences cannot show.
     """
@@ -77,6 +82,7 @@ class Linearization(Inherited):
     drive: Array
     motions: tuple[FreeMotion, ...]
     solution: Solution = field(repr=False)
+    nearby: Callable[[], Moving] = field(repr=False)
 
     def __post_init__(self) -> None:
         lock(self)
@@ -108,6 +114,39 @@ class Linearization(Inherited):
             )
         below = -np.linalg.solve(self.mass, np.hstack([self.stiffness, self.damping]))
         return np.vstack([np.hstack([np.zeros((free, free)), np.eye(free)]), below])
+
+    def state_matrices(
+        self, measures: str | Measure | Sequence[str | Measure] = ()
+    ) -> StateMatrices:
+        """A, B, C, D of the first order: ẋ = A x + B u, z = C x + D u, of small changes x of
+        what the leaders do and of its rates, u of inputs, z of measures.
+
+        Parameters
+        ----------
+        measures : str, Measure, or a list of them
+            The outputs, as of `Solution.measure`.
+
+        Raises
+        ------
+        ModelError
+            For a measure of what the mechanism has not.
+        SolveError
+            As `state_matrix`; and for measures at rest positions that drivers do not hold.
+
+        Notes
+        -----
+        C is of differences of fourth order of the measures on Φ = 0 and Φ_q v = ν, with the forces
+        of each instant: a part of 1e-10 of the measure's size.
+
+        Examples
+        --------
+        >>> import mbody
+        >>> machine = mbody.gallery.load("double_pendulum")
+        >>> found = linearize(machine, at=mbody.equilibrium(machine)[0])
+        >>> found.state_matrices("lower.angle - upper.angle").C.round(9) + 0.0
+        array([[-1.,  1.,  0.,  0.]])
+        """
+        return state_matrices(self, measures)
 
     def data(self) -> dict[str, Any]:
         """The same as lists and texts, ready for JSON."""
@@ -198,7 +237,7 @@ def linearize(
     q, v = _state(system, given)
     t = float(given.t[-1])
     start = closed(system, t, {}, None, pose=np.append(q, np.zeros(3)))
-    manifold = Manifold(system, start.work, t)
+    manifold = Manifold(system, start.work, t, _own_numbers(system, given))
     here = manifold.place(start.work.q[: system.coordinates, 0].copy())
     if here is None or manifold.apart(here.q, q) > FITS:
         raise ModelError(
@@ -226,17 +265,18 @@ def linearize(
     M = np.asarray(basis @ mass @ basis.T)
     rest = resting or (balanced and fast <= STILL * natural)
     notes: list[str] = []
+    parts = leading(system, motions, ways)
+    near = manifold, here, v, start.regularization, ways, parts, resting
+    nearby = functools.partial(Moving, *near)
     if rest:
         C, K, notes = _at_rest(manifold, here, natural, top)
         C, K, drive = basis @ C @ basis.T, basis @ K @ basis.T, np.zeros(len(M))
     else:
-        moving = Moving(
-            manifold, here, v, start.regularization, ways, leading(system, motions, ways)
-        )
-        C, K, drive = moving.matrices(M)
+        C, K, drive = nearby().matrices(M)
     notes += branches
     about = "rest" if rest else "motion"
-    return Linearization(about, t, M, C, K, drive, motions, given, **inherited(given, notes=notes))
+    said = inherited(given, notes=notes)
+    return Linearization(about, t, M, C, K, drive, motions, given, nearby, **said)
 
 
 def _instant(at: Any) -> tuple[Solution, bool]:
@@ -250,6 +290,17 @@ def _instant(at: Any) -> tuple[Solution, bool]:
     if at.record.batch:
         raise ModelError("at is a batch of designs: give one, of system.design(n)")
     return at.take([len(at) - 1]), at.analysis == "statics"
+
+
+def _own_numbers(system: System, given: Solution) -> Array | None:
+    """Own states and inputs of an instant; None where it has none, or not found."""
+    own = given.system.own_rows
+    if (
+        own.start == own.stop
+        or own.stop - own.start != system.own_rows.stop - system.own_rows.start
+    ):
+        return None
+    return np.asarray(given.record.table(own)[-1]) if given.has_forces else None
 
 
 def _state(system: System, given: Solution) -> tuple[Array, Array]:

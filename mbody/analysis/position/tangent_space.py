@@ -89,14 +89,19 @@ class Manifold:
     ----------
     work : Work
         Closed, its signals set: a workspace of its own.
+    own : array (own states + inputs,), optional
+        By default those at the beginning.
     """
 
-    def __init__(self, system: System, work: Work, t: float) -> None:
+    def __init__(self, system: System, work: Work, t: float, own: Array | None = None) -> None:
         self.system, self.work, self.layout = system, work, system.runtime()
         self.size = system.coordinates
         self.scale = system.coordinate_units
         self.time = np.array([t])
-        self.motion = np.zeros((1, 3 * self.size))
+        self.own = own
+        self.motion = np.zeros((1, 3 * self.size + (0 if own is None else len(own))))
+        if own is not None:
+            self.motion[0, 3 * self.size :] = own
         self.instant = Finished(
             motion=self.motion,
             t=self.time,
@@ -114,7 +119,7 @@ class Manifold:
         work.time[:] = self.time[0]
         laws_of_time(system.runtime(), work)
         raise_user_error(system)
-        return Manifold(system, work, float(self.time[0]))
+        return Manifold(system, work, float(self.time[0]), self.own)
 
     def force(self, q: Array, v: Array | None = None) -> Array:
         """All loads on the coordinates (coordinates,), lengths by the model length; at rest, or at

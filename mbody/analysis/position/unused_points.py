@@ -21,7 +21,7 @@ def unused_points(mechanism: Mechanism) -> list[str]:
         if isinstance(marker.point, str)
     }
     for measure in mechanism.measures.values():
-        used |= {name.rpartition(".")[0] for name in read(measure.of, None).names}
+        used |= {name.rpartition(".")[0] for name in read(measure.of, None, curves=True).names}
     bodies = [mechanism.ground, *mechanism.bodies]
     names = [f"{body.name}.{point}" for body in bodies for point in body.points]
     return [name for name in names if name not in used]

@@ -126,7 +126,7 @@ def _check_pure(name: str, hook: Hook, questions: list[Array], size: int) -> Non
                 f"the function of '{name}' keeps a memory: called twice with the same arguments at "
                 f"t = {question[0]:g} it returned {a[n]:g} and then {b[n]:g}; it is called several "
                 "times an instant, and at times that go back: its result must depend on its "
-                "arguments alone",
+                "arguments alone; for a memory use a State, for a sampled controller a Controller",
                 name,
             )
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.engines.formula_loads import follows_formula
 from mbody.engines.mjcf.elements import SAME, ClosureWriter
 from mbody.engines.mjcf.exported import numbers
 from mbody.engines.spanning_tree import marker_frame
@@ -43,7 +44,9 @@ class ElementWriter(ClosureWriter):
 
     def _load(self, load: Any) -> None:
         kind, name, at = type(load), load.name, self.system.numbers
-        if kind is Gravity and not self.varies(load, ("x", "y")):
+        if follows_formula(load):
+            self._no(load, "its law is a formula of measured quantities, which MJCF has not")
+        elif kind is Gravity and not self.varies(load, ("x", "y")):
             self.built.add(name)
         elif kind is Gravity:
             self._no(load, "gravity varies with time, in MJCF it is constant")

@@ -12,6 +12,7 @@ from xml.sax.saxutils import quoteattr
 from mbody.analysis.initial.close_loops import close_loops
 from mbody.analysis.initial.initial_state import initial_state_of
 from mbody.analysis.position.assembly_analysis import as_system
+from mbody.engines.formula_loads import follows_formula, signals_of
 from mbody.engines.mjcf.document import POINT, STAND_IN, Document
 from mbody.engines.mjcf.exported import Exported, branch_coordinates, numbers
 from mbody.engines.mjcf.loads import ElementWriter
@@ -133,7 +134,7 @@ class MjcfWriter:
             )
         return Exported(
             text="",
-            not_expressible=tuple(elements.refused),
+            not_expressible=(*elements.refused, *signals_of(self.machine)),
             notes=tuple(notes),
             columns=tuple(self.document.columns),
             stand_ins=tuple(self.document.stand_ins),
@@ -169,7 +170,7 @@ class MjcfWriter:
         fields = [
             tuple(self.system.law_of(load, key) for key in ("x", "y"))
             for load in loads
-            if load.name not in self._varying
+            if load.name not in self._varying and not follows_formula(load)
         ]
         x, y = (unit * sum(float(pair[n](0.0)) for pair in fields) for n in (0, 1))
         return x, y

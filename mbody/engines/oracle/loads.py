@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,9 @@ import numpy as np
 from mbody.engines.independent_reading import law_by_formula
 from mbody.engines.oracle.constraints import STEP
 from mbody.engines.oracle.geometry import ReferenceNumbers
+from mbody.engines.oracle.measured import formula_at
 from mbody.engines.oracle.motion import ReferenceMotion
+from mbody.laws import MeasuredFormula
 from mbody.model.body import Body, SlenderRod
 from mbody.model.element import Marker
 from mbody.model.loads import (
@@ -30,13 +33,29 @@ from mbody.model.loads import (
 __all__ = ["Loads"]
 
 
-def value(law: Any, x: float) -> float:
-    """A law's value, by the independent formulas."""
-    return float(law_by_formula(law)(x))
-
-
 class Loads(ReferenceMotion):
     """Masses and loads of one mechanism."""
+
+    #: Values of inputs and own states by name; those of the description where they are not given.
+    own: Mapping[str, float] | None = None
+    #: Positions and rates (3n + 3,) and the time, for formulas of measured quantities.
+    now: tuple[Any, Any, float] = ((), (), 0.0)
+
+    def value(self, law: Any, x: float) -> float:
+        """A law's value, by the independent formulas; of measured quantities at the instant."""
+        if not isinstance(law, MeasuredFormula):
+            return float(law_by_formula(law)(x))
+        q, v, t = self.now
+        own = self.own
+        if own is None:
+            own = {one.name: float(law_by_formula(one.value)(t)) for one in self._inputs}
+            starts = {one.name: one.start for one in self.mechanism.states}
+            own |= {name: start for name, start in starts.items() if isinstance(start, float)}
+        return formula_at(self, law, x, t, q, v, own)
+
+    @property
+    def _inputs(self) -> Any:
+        return self.mechanism.inputs
 
     def mass_matrix(self) -> np.ndarray:
         """M (3n, 3n) = diag(m, m, I, …)."""
@@ -50,6 +69,7 @@ class Loads(ReferenceMotion):
         """f (3n,): forces and torques at the mass centres, of all loads or of the one named."""
         f = np.zeros((self.n + 1, 3))
         q_all, v_all = self._all(q), self._all(v)
+        self.now = q_all, v_all, float(t)
         for load in self.mechanism.loads:
             if only is None or load.name == only:
                 self._act(load, q_all, v_all, float(t), f)
@@ -95,16 +115,16 @@ class Loads(ReferenceMotion):
                 off = normal @ (x + rx - x0, y + ry - y0)
                 grains.append((self.index[body.name], dm, rx, ry, off))
         if load.momentum is None:
-            omega = value(load.speed, t)
+            omega = self.value(load.speed, t)
         else:
-            omega = value(load.momentum, t) / (
+            omega = self.value(load.momentum, t) / (
                 load.inertia + sum(dm * r * r for _, dm, _, _, r in grains)
             )
         for k, dm, rx, ry, off in grains:
             fx, fy = dm * omega**2 * off * normal
             f[k] += fx, fy, rx * fy - ry * fx
 
-    def _stretch(self, q: np.ndarray, v: np.ndarray, load: Any) -> tuple[np.ndarray, float, float]:
+    def stretch(self, q: np.ndarray, v: np.ndarray, load: Any) -> tuple[np.ndarray, float, float]:
         """(unit vector from i to j, length, its rate) between two markers."""
         ends, rates = [], []
         for marker in (load.i, load.j):
@@ -127,31 +147,33 @@ class Loads(ReferenceMotion):
             f[self.index[load.j.body]] += six[3:]
         elif isinstance(load, Gravity):
             mass = np.diag(self.mass_matrix())[::3]
-            f[:-1, 0] += mass * value(load.x, t)
-            f[:-1, 1] += mass * value(load.y, t)
+            f[:-1, 0] += mass * self.value(load.x, t)
+            f[:-1, 1] += mass * self.value(load.y, t)
         elif isinstance(load, CentrifugalField):
             self._spin(load, q, t, f)
         elif isinstance(load, Force):
             angle = load.angle
             if load.follows:
                 angle += self._angle(q, load.at.body) + load.at.angle
-            size = value(load.value, t)
+            size = self.value(load.value, t)
             self._push(f, q, load.at, size * math.cos(angle), size * math.sin(angle))
         elif isinstance(load, Spring | Damper):
-            u, length, rate = self._stretch(q, v, load)
+            u, length, rate = self.stretch(q, v, load)
             one: Any = load
             if isinstance(load, Spring):
                 x = length - load.free_length
-                tension = one.preload + one.stiffness * x if one.law is None else value(one.law, x)
+                tension = (
+                    one.preload + one.stiffness * x if one.law is None else self.value(one.law, x)
+                )
             else:
-                tension = one.coefficient * rate if one.law is None else value(one.law, rate)
+                tension = one.coefficient * rate if one.law is None else self.value(one.law, rate)
             self._push(f, q, load.i, *(tension * u))
             self._push(f, q, load.j, *(-tension * u))
         elif isinstance(load, PistonPressure):
             angle = math.remainder(self._angle(q, load.cycle) + load.phase, 2.0 * math.pi)
             angle += 2.0 * math.pi if angle < 0.0 else 0.0
-            self._thrust(f, q, load, load.head_area * value(load.head, angle))
-            self._thrust(f, q, load, -load.rod_area * value(load.rod, angle))
+            self._thrust(f, q, load, load.head_area * self.value(load.head, angle))
+            self._thrust(f, q, load, -load.rod_area * self.value(load.rod, angle))
         elif isinstance(load, ReciprocatingCylinder):
             x, rate = self._stroke(q, v, load)
             size = load.area * self._charge(load, load.near, load.far, x, rate)
@@ -163,13 +185,19 @@ class Loads(ReferenceMotion):
             x = self._angle(q, load.body) - self._angle(q, load.by)
             rate = self._angle(v, load.body) - self._angle(v, load.by)
             if isinstance(load, Torque):
-                torque = value(load.value, t)
+                torque = self.value(load.value, t)
             elif isinstance(load, TorsionSpring):
                 x -= load.free_angle
-                back = load.preload + load.stiffness * x if load.law is None else value(load.law, x)
+                back = (
+                    load.preload + load.stiffness * x
+                    if load.law is None
+                    else self.value(load.law, x)
+                )
                 torque = -back
             else:
-                torque = -(load.coefficient * rate if load.law is None else value(load.law, rate))
+                torque = -(
+                    load.coefficient * rate if load.law is None else self.value(load.law, rate)
+                )
             f[self.index[load.body], 2] += torque
             f[self.index[load.by], 2] -= torque
         else:
@@ -184,7 +212,7 @@ class Loads(ReferenceMotion):
                 vx, vy, w = self.pose(v, marker.body)
                 rates = vx - w * (py - y), vy + w * (px - x), w
                 ends[n] = (px, py, theta + marker.angle, *rates)
-        found = load.wrenches(*ends, t, lambda field, x: value(getattr(load, field), x))
+        found = load.wrenches(*ends, t, lambda field, x: self.value(getattr(load, field), x))
         for marker, (fx, fy, torque) in zip((load.i, load.j), found, strict=True):
             self._push(f, q, marker, fx, fy)
             f[self.index[marker.body], 2] += torque

@@ -10,6 +10,7 @@ import numpy as np
 from mbody.engines.comparison import Comparison
 from mbody.engines.opinion import Inexpressible, Opinion
 from mbody.engines.oracle.reference import Reference
+from mbody.solution.own_histories import own_history
 from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble
 from mbody.system.system import System
@@ -34,7 +35,13 @@ def opinion(system: System, run: Solution) -> Opinion:
     """The opinion of the dense oracle on a result of kinetostatics, statics or simulate."""
     check = _OracleCheck(system, run)
     own = assemble(system.mechanism).values
-    changed = [name for name, value in own.items() if np.any(value != system.values[name])]
+    # the histories of inputs and own states are read from the result
+    free = {one.name for one in (*system.mechanism.inputs, *system.mechanism.states)}
+    changed = [
+        name
+        for name, value in own.items()
+        if name.partition(".")[0] not in free and np.any(value != system.values[name])
+    ]
     if changed:
         why = f"it reads the description, but the system has another {changed[0]}"
         return Opinion("oracle", (), (Inexpressible("model", why),))
@@ -101,6 +108,11 @@ class _OracleCheck:
     def _at(self, k: int) -> dict[str, Any]:
         """The oracle's own position, motion and forces, starting from our position."""
         oracle, run, t = self.reference, self.run, float(self.run.t[k])
+        machine = run.mechanism
+        oracle.own = {
+            one.name: float(own_history(run, one.name)[k])
+            for one in (*machine.inputs, *machine.states)
+        }
         drivers = [driver.name for driver in self.system.drivers]
         given = [
             {name: float(run.driven(name)[order][k]) for name in drivers} for order in range(3)

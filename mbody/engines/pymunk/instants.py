@@ -43,6 +43,9 @@ STEPS = 5
 LUMP = 0.005
 #: Iterations of the solver, at first and at most.
 FEW, MANY = 64, 65536
+#: Greatest work, in iterations of one constraint (about 25 ns), beyond which fewer instants are
+#: compared, but no fewer than two.
+WORK = 1.2e8
 #: Change by more iterations that is accepted, relative to the greatest.
 SETTLED = 1e-10
 
@@ -141,13 +144,19 @@ def at_instants(system: System, run: Solution, instants: list[int]) -> InstantFo
     From the positions and rates of the run a few steps are taken, with four step sizes; in the
     limit they remain at the instant. Drivers move by their values, rates and accelerations there.
     For a known motion, forces are linear in the stand-ins for masses, so two stand-ins determine
-    the limit of zero; for a free motion three small ones are extrapolated.
+    the limit of zero; for a free motion three small ones are extrapolated. Where the solver needs
+    many iterations, fewer of the instants are taken.
     """
     sizes = sizes_of(system, run)
     trial = _InstantTrial(system, run, sizes)
     h = STEP / sizes.rate
     smallest = h / 2.0 ** (HALVES - 1)
     iterations = trial.settled(instants, smallest)
+    most = max(2, int(WORK / max(trial.work(iterations), 1.0)))
+    if len(instants) > most:
+        instants = [
+            instants[n] for n in np.linspace(0, len(instants) - 1, most).round().astype(int)
+        ]
     trial.parts = SETS if len(instants) > FEW_INSTANTS else MORE_SETS
     values, spread, noise = [], [], []
     for k in instants:
@@ -240,6 +249,12 @@ class _InstantTrial:
             settled(lambda count, k=k: self.steps(count, self.lumps[-1], k, h)[forces])[0]
             for k in some
         )
+
+    def work(self, iterations: int) -> float:
+        """Iterations of one constraint that an instant needs, at least."""
+        runs = len(self.parts) * HALVES + 2  # those of the check have twice the iterations
+        parts = len(self.space(iterations, self.lumps[-1]).parts)
+        return float(iterations * parts * STEPS * runs * len(self.lumps))
 
     def extrapolated(
         self, iterations: int, lump: float, k: int, h: float

@@ -15,10 +15,12 @@ from mbody.files.model.report_table import keep_settings
 from mbody.model.body import Body
 from mbody.model.element import Element
 from mbody.model.event import Event, Stop
+from mbody.model.inputs import Input
 from mbody.model.loads import Gravity
-from mbody.model.mechanism import Mechanism
+from mbody.model.mechanism import Mechanism, compiled_state
 from mbody.model.numbers import meant
 from mbody.model.simulation import SimulationSettings
+from mbody.model.states import State
 from mbody.model.study import Instants, Measure, Question, Unknown
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.measures import check_measure
@@ -43,6 +45,7 @@ def build(given: Any) -> tuple[Mechanism | None, list[Problem]]:
             g=given.g,
             ground=given.ground.points if given.ground else None,
             parameters=given.parameters,
+            curves=given.curves,
             source=given.source,
             note=given.note,
         )
@@ -64,23 +67,43 @@ def build(given: Any) -> tuple[Mechanism | None, list[Problem]]:
             problems.append(Problem(path, _unnamed(str(error), name)))
         missing.add(name)
 
+    for name, value in given.inputs.items():
+        add(("inputs", name), Input, {"value": value})
     for name, body in given.bodies.items():
         add(("bodies", name), Body, _set(body))
     for section, kinds in SECTIONS.items():
+        if section == "loads":  # which may measure them
+            for name, state in given.states.items():
+                add(("states", name), State, _set(state))
         for name, entry in getattr(given, section).items():
             kind = next(kind for kind in kinds if kind in type(entry).model_fields)
             add((section, name), kinds[kind], _arguments(kind, kinds[kind], entry))
     if given.gravity is not None:
         add(("gravity",), Gravity, _set(given.gravity))
+    problems += _rates(mechanism) if not problems else []
     problems += _questions(given, mechanism)
     keep_settings(mechanism, given.report)
     return mechanism, problems
+
+
+def _rates(mechanism: Mechanism) -> list[Problem]:
+    """What is wrong with the rates of own states, which may measure anything in the file."""
+    problems = []
+    for state in mechanism.described_states:
+        try:
+            compiled_state(mechanism, state)
+        except ModelError as error:
+            path = ("states", state.name, "rate")
+            problems.append(Problem(path, _unnamed(str(error), state.name).removeprefix("rate: ")))
+    return problems
 
 
 def _framed(given: Any, error: ModelError) -> Problem:
     """A problem of the mechanism itself, with the key that it comes from."""
     text = str(error)
     message = text.removeprefix(f"'{error.element}': ")
+    if error.element in given.curves:
+        return Problem(("curves", error.element), text.removeprefix(f"curve '{error.element}': "))
     if error.element in given.parameters:
         return Problem(("parameters", error.element), text)
     for key, mark in (("units", "unit system"), ("g", ": g"), ("ground", "'ground'")):

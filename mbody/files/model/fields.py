@@ -36,6 +36,7 @@ __all__ = [
     "Context",
     "Strict",
     "entered_in",
+    "formula_text",
     "guess",
     "name_in",
     "number",
@@ -67,15 +68,17 @@ class Strict(BaseModel):
     model_config = ConfigDict(extra="forbid", arbitrary_types_allowed=True, defer_build=True)
 
 
-def entered_in(value: Any, dimension: Dimension | None, info: ValidationInfo) -> float | Formula:
-    """One number of a file: a float, or a formula where it is text."""
+def entered_in(
+    value: Any, dimension: Dimension | None, info: ValidationInfo, *, curves: bool = False
+) -> float | Formula:
+    """One number of a file: a float, or a formula where it is text; `curves` as of `parse`."""
     angle, refused = info.context.angle, info.context.refused
     if len(refused) >= ENOUGH:
         raise ValueError("unread")  # too much else is wrong: this is not reported
     refused.append(value)  # until it is let in
     try:
         result = (
-            read(value, dimension, angle)
+            read(value, dimension, angle, curves=curves)
             if isinstance(value, str)
             else float_or_formula(value, dimension)
         )
@@ -100,13 +103,25 @@ def number(dimension: Dimension | None, law_of: Dimension | None = None) -> Any:
     """A number of that dimension: plain, or text with units and parameters."""
 
     def check(value: Any, info: ValidationInfo) -> Any:
-        result = entered_in(value, dimension, info)
+        result = entered_in(value, dimension, info, curves=law_of is not None)
         if isinstance(result, Formula) and result.variable and law_of is None:
             raise ModelError(f"is {brief(result.text)}, but only a law may change with time")
         return result
 
     named = name_of(dimension) if dimension else ""
     return Annotated[Any, BeforeValidator(check), _json_number(named or "number")]
+
+
+def _formula_text(value: Any, info: ValidationInfo) -> Any:
+    """Text that is a formula, as it was written; a plain number as it is."""
+    if isinstance(value, str):
+        entered_in(value, None, info, curves=True)
+        return value
+    return entered_in(value, None, info, curves=True)
+
+
+#: A formula of measured quantities, which is read when all is there that it measures.
+formula_text = Annotated[Any, BeforeValidator(_formula_text), _json_number("formula")]
 
 
 # -- places -----------------------------------------------------------------------------------

@@ -18,8 +18,8 @@ __all__ = ["LAWS", "SECTIONS", "kind_of", "section_of"]
 
 
 def _word(name: str) -> str:
-    """``TorsionSpring`` → ``torsion_spring``."""
-    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()
+    """``TorsionSpring`` → ``torsion_spring``, ``DCMotor`` → ``dc_motor``."""
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name).lower()
 
 
 def _elements(module: Any, base: type[Element], ending: str = "") -> dict[str, type[Element]]:
@@ -47,7 +47,7 @@ LAWS: dict[str, type[laws.Law]] = {
     for cls in map(vars(laws).get, dict.fromkeys([*laws.__all__, *vars(laws)]))
     if isinstance(cls, type)
     and issubclass(cls, laws.Law)
-    and cls not in (laws.Law, laws.Expression, laws.Function)
+    and cls not in (laws.Law, laws.Expression, laws.Function, laws.MeasuredFormula, laws.Table2)
 }
 
 

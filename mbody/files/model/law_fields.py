@@ -31,8 +31,10 @@ __all__ = ["law"]
 
 
 @functools.cache
-def law(dimension: Dimension, of: Dimension, words: tuple[str, ...] = tuple(LAWS)) -> Any:
-    """A law of that dimension: a number, a formula, or a table with one of these kinds of law."""
+def law(dimension: Dimension | None, of: Dimension, words: tuple[str, ...] = tuple(LAWS)) -> Any:
+    """A law of that dimension, None for any: a number, a formula, or a table with one of these
+    kinds of law.
+    """
     if not words:
         return number(dimension, of)
     value = Annotated[number(dimension, of), Tag("<value>")]
@@ -57,7 +59,9 @@ def _picked(given: BaseModel) -> Law:
 
 
 @functools.cache
-def _law_table(dimension: Dimension, of: Dimension, words: tuple[str, ...]) -> type[BaseModel]:
+def _law_table(
+    dimension: Dimension | None, of: Dimension, words: tuple[str, ...]
+) -> type[BaseModel]:
     kinds = {
         word: (
             _law_of_kind(LAWS[word], dimension, of) | None,
@@ -65,7 +69,7 @@ def _law_table(dimension: Dimension, of: Dimension, words: tuple[str, ...]) -> t
         )
         for word in words
     }
-    title = f"law: {name_of(dimension)} of {name_of(of)}"
+    title = f"law: {_called(dimension)} of {name_of(of)}"
     made: Any = create_model(
         title, __base__=Strict, __doc__="A table with one kind of law.", **kinds
     )
@@ -73,11 +77,23 @@ def _law_table(dimension: Dimension, of: Dimension, words: tuple[str, ...]) -> t
     return made
 
 
+def _called(dimension: Dimension | None) -> str:
+    """The name of a dimension in the title of a table."""
+    return "any quantity" if dimension is None else name_of(dimension)
+
+
+def _by(powers: tuple[int, int, int], value: Dimension | None, of: Dimension) -> Dimension | None:
+    """The dimension of a number of a law, None where any is taken."""
+    if value is None:
+        return None if powers[0] else dimension_by(powers, of, of)
+    return dimension_by(powers, value, of)
+
+
 def _first(cls: type) -> str:
     return (cls.__doc__ or "").split("\n\n")[0].replace("\n    ", " ")
 
 
-def _law_of_kind(cls: type[Law], dimension: Dimension, of: Dimension) -> Any:
+def _law_of_kind(cls: type[Law], dimension: Dimension | None, of: Dimension) -> Any:
     if cls is Polynomial:
         coefficient = _Coefficients(dimension, of)
         return Annotated[
@@ -101,12 +117,15 @@ def _made(cls: type[Law], given: BaseModel) -> Law:
 class _Coefficients:
     """Coefficients in ascending powers, each with a dimension of its own."""
 
-    dimension: Dimension
+    dimension: Dimension | None
     of: Dimension
 
     def __call__(self, values: list[Any], info: ValidationInfo) -> Polynomial:
         return Polynomial(
-            [entered_in(v, self.dimension / self.of**n, info) for n, v in enumerate(values)]
+            [
+                entered_in(v, self.dimension and self.dimension / self.of**n, info)
+                for n, v in enumerate(values)
+            ]
         )
 
 
@@ -115,14 +134,14 @@ CHOICES[("Table", "outside")] = get_args(Outside)
 CHOICES[("Table", "interpolation")] = get_args(Interpolation)
 
 
-def _numbers_of(cls: type[Law], dimension: Dimension, of: Dimension) -> type[BaseModel]:
+def _numbers_of(cls: type[Law], dimension: Dimension | None, of: Dimension) -> type[BaseModel]:
     """The table of one kind of law, from the fields of its class."""
     found: dict[str, Any] = {}
     for field in dataclasses.fields(cls):
         powers = field.metadata.get("powers")
         default = ... if field.default is dataclasses.MISSING else field.default
         if powers:
-            kind = number(dimension_by(powers, dimension, of))
+            kind = number(_by(powers, dimension, of))
             if cls is Table:
                 kind, default = list[kind], []
         elif (cls.__name__, field.name) in CHOICES:
@@ -132,23 +151,23 @@ def _numbers_of(cls: type[Law], dimension: Dimension, of: Dimension) -> type[Bas
         found[field.name] = (kind, default)
     if cls is Table:
         found["file"] = (str, None)
-    title = f"{cls.__name__}: {name_of(dimension)} of {name_of(of)}"
+    title = f"{cls.__name__}: {_called(dimension)} of {name_of(of)}"
     return create_model(title, __base__=Strict, __doc__=_first(cls), **found)
 
 
-def _cam(dimension: Dimension, of: Dimension) -> Any:
+def _cam(dimension: Dimension | None, of: Dimension) -> Any:
     rise = Annotated[
         _numbers_of(Rise, dimension, of), AfterValidator(functools.partial(_made, Rise))
     ]
     segment = create_model(
-        f"segment: {name_of(dimension)} of {name_of(of)}",
+        f"segment: {_called(dimension)} of {name_of(of)}",
         __base__=Strict,
         __doc__="A part of a cam's program: a rise or a dwell.",
         rise=(rise | None, None),
         dwell=(number(of) | None, None),
     )
     cam = create_model(
-        f"Cam: {name_of(dimension)} of {name_of(of)}",
+        f"Cam: {_called(dimension)} of {name_of(of)}",
         __base__=Strict,
         __doc__=_first(Cam),
         segments=(list[Annotated[segment, AfterValidator(_segment)]], ...),
@@ -167,7 +186,7 @@ def _segment(given: Any) -> Rise | Dwell:
 class _Points:
     """A table of points, from the model file or, in the same units, from a file beside it."""
 
-    dimension: Dimension
+    dimension: Dimension | None
     of: Dimension
 
     def __call__(self, given: Any, info: ValidationInfo) -> Table:

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
 from mbody.errors import ModelError
+from mbody.files.model.cells import plain
 from mbody.files.model.read import built
 from mbody.files.model.write import Writer
+from mbody.laws import MeasuredFormula
 from mbody.model.mechanism import Mechanism
-from mbody.quantities import VARIABLES, Formula, FormulaError
-from mbody.quantities.evaluate import TURNING, has_units
+from mbody.model.state_quantities import measured_names
+from mbody.model.states import State
+from mbody.quantities import VARIABLES, Formula, FormulaError, Scope, evaluate
+from mbody.quantities.evaluate import APART, Valued, has_units
 from mbody.quantities.tree import Call, walk
-from mbody.quantities.units import DIMENSIONS, Dimension, UnitSystem, unit_system
+from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, UnitSystem, unit_system
 
 __all__ = ["in_units"]
 
@@ -76,6 +81,18 @@ class _Converter(Writer):
         """A number with its unit, a plain one as it is."""
         return self.valued(name)
 
+    def curve_number(self, name: str, value: Any, dimension: Dimension | None) -> Any:
+        """A number of a curve in the new units."""
+        if dimension is None:
+            raise ModelError(
+                f"the curve '{name}' is of plain numbers, which cannot be taken to other units: "
+                "give its numbers their units",
+                name,
+            )
+        number = value.value(self.scope) if isinstance(value, Formula) else value
+        ratio = self.mechanism.units.unit(dimension).ratio / self.units.unit(dimension).ratio
+        return plain(number * float(ratio))
+
     def wanted(self, value: Any, dimension: Dimension) -> Any:
         """A number of a question, as `number`."""
         if isinstance(value, Formula):
@@ -84,6 +101,40 @@ class _Converter(Writer):
             except FormulaError:  # it is reported where the question is read
                 return super().wanted(value, dimension)
         return self.written(value, dimension)
+
+    def rate_text(self, state: State, rate: Formula) -> Any:
+        """The formula of a rate, where all its numbers have units."""
+        measured = measured_names(self.mechanism, rate.names)
+        wanted = (state.dimension or NUMBER) / DIMENSIONS["time"]
+        return self.measured_text(rate.of(wanted), measured, state.name)
+
+    def law(self, name: str, law: Any, value: Dimension, of: Dimension) -> Any:
+        """A law; one of measured quantities only where all its numbers have units."""
+        if isinstance(law, MeasuredFormula):
+            formula = self.formulas[name]
+            measured = measured_names(self.mechanism, formula.names)
+            return self.measured_text(formula, measured, name.partition(".")[0])
+        return super().law(name, law, value, of)
+
+    def measured_text(
+        self, formula: Formula, measured: Mapping[str, Dimension | None], element: str
+    ) -> Any:
+        """The text of a formula of measured quantities that has units throughout."""
+        names = {name: Valued(1.0, dimension) for name, dimension in measured.items()}
+        names["t"] = Valued(1.0, DIMENSIONS["time"])
+        if formula.argument is not None:
+            names["x"] = Valued(1.0, formula.argument)
+        try:
+            scope = Scope(self.scope.system, {**self.scope.names, **names})
+            formula.scale(evaluate(formula.tree, scope, with_units=True))
+        except FormulaError:
+            raise ModelError(
+                f"'{element}': the formula {formula.text!r} has plain numbers, which cannot be "
+                "taken to other units: give its numbers, and the inputs and states that it names, "
+                "their units",
+                element,
+            ) from None
+        return self.text(formula)
 
     def law_text(self, formula: Formula) -> Any:
         """The text of a formula that has units; plain numbers would change their meaning."""
@@ -95,15 +146,15 @@ class _Converter(Writer):
         return self.text(formula)
 
     def changes(self, formula: Formula) -> bool:
-        """Whether sin, cos or tan of it take the variable as a plain number in a unit that is
-        another now.
+        """Whether a function of `APART` in it takes the variable as a plain number in a unit that
+        is another now.
         """
         argument = formula.argument or DIMENSIONS["time"]
         if self.mechanism.units.unit(argument).ratio == self.units.unit(argument).ratio:
             return False
         return any(
             isinstance(part, Call)
-            and part.function in TURNING
+            and part.function in APART
             and not has_units(part.arguments[0], self.scope)
             and part.names & {*VARIABLES}
             for part in walk(formula.tree)

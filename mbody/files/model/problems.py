@@ -12,20 +12,24 @@ from mbody.files.model.lines import lines_of
 
 __all__ = ["ENOUGH", "Problem", "raise_all", "sentences"]
 
+STUDIES = ("measures", "ask", "simulate")
 MOST = 20  # problems that are reported
 ENOUGH = 80  # that are looked at, and put in order; the others are counted
 LONGEST = 600  # characters of a sentence
-TABLES = ("bodies", *SECTIONS, "ground", "gravity", "parameters", "measures", "ask", "simulate")
+TABLES = ("bodies", *SECTIONS, "ground", "gravity", "parameters", "curves", "inputs", "states")
+TABLES += STUDIES
 #: What others call the sections of a file.
 OTHER_WORDS = {
     **dict.fromkeys(("links", "link", "body", "members", "parts", "rigid_bodies"), "bodies"),
     **dict.fromkeys(("pins", "joint", "constraints", "pairs", "connections"), "joints"),
-    **dict.fromkeys(("motors", "motor", "driver", "actuators", "inputs"), "drivers"),
+    **dict.fromkeys(("motors", "motor", "driver", "actuators"), "drivers"),
     **dict.fromkeys(("forces", "load", "springs", "dampers", "torques"), "loads"),
     **dict.fromkeys(("belts", "ropes", "coupling"), "couplings"),
     **dict.fromkeys(("frame", "fixed", "base", "world"), "ground"),
     **dict.fromkeys(("variables", "constants", "params", "parameter"), "parameters"),
     **dict.fromkeys(("outputs", "measure", "sensors", "quantities"), "measures"),
+    **dict.fromkeys(("input", "controls", "commands", "signals"), "inputs"),
+    **dict.fromkeys(("state", "own_states", "odes", "integrators", "filters"), "states"),
     **dict.fromkeys(("simulation", "motion", "run"), "simulate"),
 }
 
@@ -208,5 +212,5 @@ def _element(problem: Problem) -> str | None:
     section = problem.path[0] if problem.path else None
     if section in ("ground", "gravity"):
         return str(section)
-    named = section in (*SECTIONS, "bodies", "parameters", "measures")
+    named = section in (*SECTIONS, "bodies", "parameters", "curves", "inputs", "states", "measures")
     return str(problem.path[1]) if named and len(problem.path) > 1 else None

@@ -7,22 +7,34 @@ import functools
 import re
 from typing import Annotated, Any, Literal
 
-from pydantic import Discriminator, Field, StrictBool, StrictInt, Tag, create_model
+from pydantic import (
+    BeforeValidator,
+    Discriminator,
+    Field,
+    StrictBool,
+    StrictInt,
+    Tag,
+    ValidationInfo,
+    WithJsonSchema,
+    create_model,
+)
 
 from mbody.files.model import fields as of
+from mbody.files.model.curve_fields import curve
 from mbody.files.model.kinds import LAWS, SECTIONS
 from mbody.files.model.law_fields import law
 from mbody.files.model.report_table import ReportIn
 from mbody.model.body import Body
 from mbody.model.element import Element
 from mbody.model.simulation import METHODS
+from mbody.model.states import STEADY
 from mbody.quantities.units import DIMENSIONS, UNIT_SYSTEMS, dimension_of
 
 __all__ = ["Used", "everything", "json_schema", "model", "used_by"]
 
 
 STUDIES = ("measures", "solve", "gravity", "ask", "simulate", "report")
-TABLES = ("parameters", "bodies", *SECTIONS, *STUDIES)
+TABLES = ("parameters", "curves", "inputs", "bodies", *SECTIONS, "states", *STUDIES)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -251,6 +263,25 @@ class SolveIn(of.Strict):
     note: str = ""
 
 
+def _first_value(value: Any, info: ValidationInfo) -> Any:
+    """The first value of an own state: a number with its unit, or the word."""
+    return value if value == STEADY else of.entered_in(value, None, info)
+
+
+class OwnStateIn(of.Strict):
+    """A first-order equation of one's own: its rate, where it begins, and a typical value."""
+
+    rate: of.formula_text
+    start: Annotated[
+        Any,
+        BeforeValidator(_first_value),
+        WithJsonSchema(
+            {"type": ["number", "string"], "description": f'number with its unit, or "{STEADY}"'}
+        ),
+    ] = 0.0
+    size: of.number(None) = None
+
+
 class StateIn(of.Strict):
     """What is so of a body at the beginning of a motion."""
 
@@ -297,7 +328,10 @@ def model(used: Used) -> Any:
     """The whole file, or as much of it as a file uses."""
     tables: dict[str, Any] = {
         "parameters": dict[str, of.number(None)],
+        "curves": dict[of.name_in, curve],
+        "inputs": dict[of.name_in, law(None, DIMENSIONS["time"], used.laws)],
         "bodies": dict[of.name_in, _body(used.laws)],
+        "states": dict[of.name_in, OwnStateIn],
         "measures": dict[of.name_in, measure],
         "solve": dict[of.name_in, SolveIn],
         "gravity": _gravity(used.laws),
@@ -310,7 +344,10 @@ def model(used: Used) -> Any:
     tables = {name: tables[name] if name in used.tables else Any for name in TABLES}
     about = {
         "parameters": "Named numbers that formulas may use.",
+        "curves": "Tables that formulas call by name, of one or of two variables.",
+        "inputs": "Numbers that formulas use and that may change during a motion, by name.",
         "bodies": "The moving links by name.",
+        "states": "States of one's own, integrated with the motion, by name.",
         "joints": "The joints between the links, by name.",
         "couplings": "Sums of coordinates that keep their value, as belts, by name.",
         "drivers": "Motors: coordinates that follow a law of time, by name.",

@@ -11,6 +11,7 @@ __all__ = ["toml"]
 
 WIDTH = 100
 SECTIONED = ("bodies",)  # every entry is a section of its own
+INLINE = ("inputs",)  # none is: sections would come after plain entries that follow them
 
 
 def toml(data: dict[str, Any]) -> str:
@@ -36,7 +37,9 @@ def _section(name: str, table: dict[str, Any]) -> Iterator[list[str]]:
     long = {
         key: value
         for key, value in table.items()
-        if isinstance(value, dict) and (name in SECTIONED or _too_long(key, value))
+        if isinstance(value, dict)
+        and name not in INLINE
+        and (name in SECTIONED or _too_long(key, value))
     }
     # the order of entries is kept: from the first that is long on, all are sections
     keys = list(table)

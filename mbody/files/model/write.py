@@ -20,15 +20,18 @@ from mbody.files.model.limits import Limits, limits_of
 from mbody.files.model.read import check_size
 from mbody.files.model.report_table import settings_table
 from mbody.files.model.toml import toml
+from mbody.files.model.write_curves import curve_table
 from mbody.files.model.write_studies import questions, requested_formulas
-from mbody.laws import Cam, Constant, Dwell, Law, Polynomial
+from mbody.laws import Cam, Constant, Dwell, Law, MeasuredFormula, Polynomial
 from mbody.laws.base import dimension_by
 from mbody.model.body import Body, Guess, SecondMoments, SlenderRod
 from mbody.model.coupling import CouplingTerm
 from mbody.model.element import Element, Marker, Polar, place_name
+from mbody.model.inputs import Input
 from mbody.model.mechanism import Mechanism
+from mbody.model.states import STEADY, State
 from mbody.quantities import Formula, FormulaError, evaluate, parse
-from mbody.quantities.units import DIMENSIONS, Dimension, dimension_of
+from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, dimension_of
 
 __all__ = ["Writer", "as_data", "save", "to_json", "to_toml"]
 
@@ -132,8 +135,11 @@ class Writer:
 
     def valued(self, name: str) -> Any:
         """The value of a parameter: a number with its unit, a plain one as it is."""
+        return self.with_unit(float(self.scope.names[name].value), self.scope.names[name].dimension)
+
+    def with_unit(self, value: float, dimension: Dimension | None) -> Any:
+        """A value in the units of the mechanism with its unit; a plain one as it is."""
         scope = self.scope
-        value, dimension = float(scope.names[name].value), scope.names[name].dimension
         if dimension is None:
             return plain(value)
         text = f"{value!r} {scope.system.of(dimension)}".strip()
@@ -148,6 +154,12 @@ class Writer:
     def whole(self) -> dict[str, Any]:
         """All tables."""
         machine = self.mechanism
+        for controller in machine.controllers:
+            raise ModelError(
+                f"'{controller.name}' is a Controller, Python code of your own, which a model file "
+                "does not carry",
+                controller.name,
+            )
         data: dict[str, Any] = {"name": machine.name}
         for key in ("source", "note"):
             if getattr(machine, key):
@@ -159,10 +171,16 @@ class Writer:
             data["g"] = self.written(machine.g, DIMENSIONS["acceleration"])
         if machine.parameters:
             data["parameters"] = {name: self.parameter(name) for name in machine.parameters}
+        if machine.curves:
+            data["curves"] = {n: curve_table(self, n, one) for n, one in machine.curves.items()}
+        if machine.inputs:
+            data["inputs"] = {one.name: self.input(one) for one in machine.inputs}
         if machine.ground.points:
             data["ground"] = {"points": self.points(machine.ground)}
         data["bodies"] = {body.name: self.body(body) for body in machine.bodies}
         for section in SECTIONS:
+            if section == "loads" and machine.described_states:  # loads may measure them
+                data["states"] = {one.name: self.state(one) for one in machine.described_states}
             elements = getattr(machine, section)
             # the section of gravity is the last of the loads
             apart = next((e for e in elements[-1:] if _is_gravity(e)), None)
@@ -174,6 +192,11 @@ class Writer:
         data |= questions(self)
         table = settings_table(machine)
         return data | {"report": table} if table else data
+
+    def curve_number(self, name: str, value: Any, dimension: Dimension | None) -> Any:
+        """A number of a curve that is no text."""
+        number = value.value(self.scope) if isinstance(value, Formula) else value
+        return plain(number)
 
     def wanted(self, value: Any, dimension: Dimension) -> Any:
         """A number of a question, as it was written."""
@@ -273,6 +296,38 @@ class Writer:
         assert section_of(element)
         return table
 
+    def input(self, given: Input) -> Any:
+        """The law of an input, which has the dimension of its text."""
+        name = f"{given.name}.value"
+        dimension = given.dimension or NUMBER
+        if isinstance(given.value, Constant):
+            return self.open_number(name, given.value.value, given.dimension)
+        return self.law(name, given.value, dimension, DIMENSIONS["time"])
+
+    def state(self, own: State) -> dict[str, Any]:
+        """The table of an own state."""
+        rate: Any = self.formulas.get(f"{own.name}.rate", own.rate)
+        table: dict[str, Any] = {"rate": self.rate_text(own, rate)}
+        if own.start == STEADY:
+            table["start"] = STEADY
+        for key in ("start", "size"):
+            value, name = getattr(own, key), f"{own.name}.{key}"
+            if (
+                isinstance(value, float) and (key, value) != ("start", 0.0)
+            ) or name in self.formulas:
+                table[key] = self.open_number(name, value, own.dimension)
+        return table
+
+    def rate_text(self, state: State, rate: Formula) -> Any:
+        """The formula of a rate."""
+        return self.law_text(rate)
+
+    def open_number(self, name: str, value: float, dimension: Dimension | None) -> Any:
+        """A number whose text tells what it measures."""
+        formula = self.formulas.get(name)
+        text = None if formula is None else self.text(formula)
+        return self.with_unit(value, dimension) if text is None else text
+
     def field(self, element: Element, field: dataclasses.Field[Any]) -> Any:
         """One field of an element."""
         value, name = getattr(element, field.name), f"{element.name}.{field.name}"
@@ -320,8 +375,9 @@ class Writer:
 
     def law(self, name: str, law: Any, value: Dimension, of: Dimension) -> Any:
         """A law: a number, a formula or a table."""
-        if name in self.formulas and self.formulas[name].variable:
-            return self.law_text(self.formulas[name])
+        formula = self.formulas.get(name)
+        if formula is not None and (formula.variable or isinstance(law, MeasuredFormula)):
+            return self.law_text(formula)
         if isinstance(law, Constant):
             return self.number(name, law.value, value)
         if type(law) not in WORDS:
@@ -375,7 +431,7 @@ class Writer:
     def text(self, formula: Formula) -> Any:
         """The text of a formula as a file has it, None where it was no text."""
         try:
-            if parse(formula.text) != formula.tree:
+            if parse(formula.text, curves=True) != formula.tree:
                 return None
         except FormulaError:
             return None

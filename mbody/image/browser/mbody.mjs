@@ -14,7 +14,7 @@ const MAGIC = 0x676d6979646f626dn; // "mbodyimg"
 const FORMAT = 1n;
 const ALIGNMENT = 64;
 const PAGE = 65536;
-const KINDS = ["", "number", "input", "measure", "call", "array"];
+const KINDS = ["", "number", "input", "measure", "call", "array", "state"];
 
 // Slots of the state of a free motion, and codes of its steps: mbody/kernels/step_state.py
 export const SLOTS = {

@@ -87,8 +87,7 @@ OUT fmi2Status fmi2SetDebugLogging(fmi2Component component, fmi2Boolean on, size
 
 OUT fmi2Status fmi2SetupExperiment(fmi2Component component, fmi2Boolean given, double tolerance, double start,
                                    fmi2Boolean stops, double stop) {
-  (void)given, (void)tolerance; /* that of the image holds */
-  unit_experiment(component, start, stops, stop);
+  unit_experiment(component, start, stops, stop, given, tolerance);
   return OK;
 }
 

@@ -24,10 +24,11 @@ OUT fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, 
                                              size_t count, fmi3InstanceEnvironment environment,
                                              fmi3LogMessageCallback log, void (*intermediate)(void)) {
   Unit *unit = calloc(1, sizeof *unit);
-  (void)visible, (void)events, (void)early, (void)needed, (void)count, (void)intermediate;
+  (void)visible, (void)events, (void)needed, (void)count, (void)intermediate;
   (void)logging; /* what is reported are reasons, and these always */
   if (!unit) return NULL;
   unit->tell = tell;
+  unit->returns_early = early;
   unit->environment = environment;
   unit->log = (void (*)(void))log;
   return unit_open(unit, name, token, folder ? folder : "");
@@ -58,8 +59,7 @@ OUT fmi3Status fmi3SetDebugLogging(fmi3Instance instance, bool on, size_t count,
 
 OUT fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, bool given, double tolerance, double start, bool stops,
                                            double stop) {
-  (void)given, (void)tolerance; /* that of the image holds */
-  unit_experiment(instance, start, stops, stop);
+  unit_experiment(instance, start, stops, stop, given, tolerance);
   return OK;
 }
 
@@ -73,11 +73,11 @@ OUT fmi3Status fmi3Reset(fmi3Instance instance) { return unit_reset(instance); }
   }
 NOTHING(fmi3Terminate)
 NOTHING(fmi3EnterStepMode)
+NOTHING(fmi3EnterEventMode) /* inputs and parameters may jump there; the unit has no events of its own */
 NOTHING(fmi3EvaluateDiscreteStates)
 
 #define REFUSED(name, sentence) \
   OUT fmi3Status name(fmi3Instance instance) { return unit_report(instance, ERROR, sentence); }
-REFUSED(fmi3EnterEventMode, "this unit has no events")
 REFUSED(fmi3EnterConfigurationMode, "this unit has no structural parameters")
 REFUSED(fmi3ExitConfigurationMode, "this unit has no structural parameters")
 
@@ -234,7 +234,9 @@ OUT fmi3Status fmi3DoStep(fmi3Instance instance, double now, double step, bool f
   *event = *early = false;
   *terminate = unit->course.ended;
   *reached = unit->course.time;
-  return status;
+  /* the motion ends within the step: an importer that allows it hears so at the time that is reached */
+  *early = unit->returns_early && status == DISCARD && unit->course.ended;
+  return *early ? WARNING : status;
 }
 
 /* ---- of the other kinds of units, which importers look up all the same ------------------------ */

@@ -1,17 +1,20 @@
 /* Co-simulation units: one binary for all models of a machine, built once with the kernels (`mbody
- * compile --fmu`).  The model is resources/model.bin, an image of mbody.  This file has what FMI 2.0
+ * compile --fmu`).  The model is resources/model.image, an image of mbody.  This file has what FMI 2.0
  * (fmi2.c) and FMI 3.0 (fmi3.c) share.
  *
  * What modelDescription.xml says for it:
  *   value references      entries of the image: numbers are parameters (variability "tunable";
- *                         "fixed" is right too), measures are outputs; all Real, or Float64.
+ *                         "fixed" is right too), inputs are inputs, measures are outputs, own states
+ *                         outputs that begin at their start; all Real, or Float64, and in SI.  The
+ *                         time has INT32_MAX.
  *   guid                  {sixteen hexadecimal digits of the image's checksum}; any, where it has
  *   (instantiationToken)  none.
  *   CoSimulation          canHandleVariableCommunicationStepSize, canGetAndSetFMUstate,
  *                         canSerializeFMUstate; and canNotUseMemoryManagementFunctions.
  *
  * Parameters may change at any communication point: the motion then begins anew from its position
- * and speeds, fitted to the new numbers.  Where it goes no further, a step is Discard.
+ * and speeds, fitted to the new numbers.  Inputs keep their value during a step; where they change,
+ * the motion goes on as it is.  Where it goes no further, a step is Discard.
  */
 #include "fmu.h"
 
@@ -22,6 +25,10 @@
 
 /* A time that is nearer than this part to another one is the same. */
 static const double SAME_TIME = 1e-9;
+/* Tolerances that an importer may ask for; others are as good as none. */
+static const double FINEST = 1e-14, COARSEST = 0.1;
+/* The value reference of the time. */
+static const uint32_t TIME_REFERENCE = INT32_MAX;
 
 Status unit_report(const Unit *unit, Status status, const char *sentence) {
   static const char *const category[] = {"logAll", "logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal"};
@@ -57,7 +64,7 @@ static void check(const Unit *unit, const char *guid, char *message, size_t room
 }
 
 Unit *unit_open(Unit *unit, const char *name, const char *guid, const char *folder) {
-  static const char file[] = "model.bin";
+  static const char file[] = "model.image";
   char message[700] = "";
   size_t length = strlen(folder);
   char *path = malloc(length + sizeof file + 1);
@@ -71,7 +78,13 @@ Unit *unit_open(Unit *unit, const char *name, const char *guid, const char *fold
   free(path);
   if (unit->model) {
     size_t bytes = mbody_state_bytes(unit->model), count = (size_t)mbody_entry_count(unit->model) + 1;
+    int64_t factors = 0, seconds = 0;
     check(unit, guid, message, sizeof message);
+    unit->factors = mbody_array(unit->model, "si.factors", &factors);
+    const double *second = mbody_array(unit->model, "si.second", &seconds);
+    unit->second = seconds == 1 ? *second : 1.0;
+    if (factors < 1 || factors > (int64_t)count) unit->factors = NULL;
+    unit->scaled = unit->factors ? (int)factors : 0;
     unit->original = malloc(bytes);
     unit->entries = malloc(count * sizeof *unit->entries);
     unit->values = malloc(count * sizeof *unit->values);
@@ -83,9 +96,19 @@ Unit *unit_open(Unit *unit, const char *name, const char *guid, const char *fold
   return NULL;
 }
 
-void unit_experiment(Unit *unit, double start, int stops, double stop) {
+void unit_experiment(Unit *unit, double start, int stops, double stop, int given, double tolerance) {
+  static const char *const name[] = {"motion.relative", "motion.absolute"};
   unit->course.start = unit->course.time = start;
   unit->course.stop = stops ? stop : NAN;
+  for (int n = 0; n < 2 && given && tolerance >= FINEST && tolerance <= COARSEST; n++) {
+    double *own = mbody_array(unit->model, name[n], NULL);
+    if (own) *own = tolerance;
+  }
+}
+
+/* What a number of the model is in SI. */
+static double factor_of(const Unit *unit, int entry) {
+  return entry < unit->scaled ? unit->factors[entry] : 1.0;
 }
 
 /* The parameters that wait are set now or never, and the motion is at the present time. */
@@ -98,7 +121,7 @@ static Status settle(Unit *unit) {
     if (code) return status_of(unit, code);
   }
   if (!course->begun) {
-    Status status = status_of(unit, mbody_start(unit->model, course->start, course->stop));
+    Status status = status_of(unit, mbody_start(unit->model, course->start / unit->second, course->stop / unit->second));
     course->begun = status <= WARNING;
     return status == DISCARD ? ERROR : status;
   }
@@ -107,6 +130,7 @@ static Status settle(Unit *unit) {
 
 Status unit_begin(Unit *unit) {
   unit->course.begun = 0;
+  unit->course.running = 1;
   return settle(unit);
 }
 
@@ -130,9 +154,9 @@ Status unit_step(Unit *unit, double now, double step) {
   }
   Status settled = course->waiting ? settle(unit) : OK;
   if (settled > WARNING) return settled;
-  int code = mbody_advance(unit->model, now + step);
+  int code = mbody_advance(unit->model, (now + step) / unit->second);
   course->ended = code == MBODY_ENDED;
-  course->time = course->ended ? mbody_now(unit->model) : code <= MBODY_DOUBT ? now + step : course->time;
+  course->time = course->ended ? mbody_now(unit->model) * unit->second : code <= MBODY_DOUBT ? now + step : course->time;
   Status status = status_of(unit, code);
   return status > settled ? status : settled;
 }
@@ -146,14 +170,17 @@ Status unit_get(Unit *unit, const uint32_t which[], size_t count, double values[
   int settled = 0;
   for (size_t k = 0; k < count; k++) {
     int entry = entry_of(which[k]), kind = mbody_kind(unit->model, entry);
-    if (kind == MBODY_NUMBER) {
+    if (which[k] == TIME_REFERENCE) {
+      values[k] = unit->course.time;
+    } else if (kind == MBODY_NUMBER || kind == MBODY_INPUT) {
       values[k] = mbody_number(unit->model, entry);
       for (int n = 0; n < unit->course.waiting; n++)
         if (unit->entries[n] == entry) values[k] = unit->values[n];
-    } else if (kind == MBODY_MEASURE) {
+      values[k] *= factor_of(unit, entry);
+    } else if (kind == MBODY_MEASURE || kind == MBODY_STATE) {
       Status status = settled++ ? OK : settle(unit);
       worst = status > worst ? status : worst;
-      values[k] = mbody_measure(unit->model, MBODY_ADVANCE, 0, entry);
+      values[k] = mbody_measure(unit->model, MBODY_ADVANCE, 0, entry) * factor_of(unit, entry);
     } else {
       char sentence[80];
       snprintf(sentence, sizeof sentence, "no variable has the value reference %lu", (unsigned long)which[k]);
@@ -163,11 +190,25 @@ Status unit_get(Unit *unit, const uint32_t which[], size_t count, double values[
   return worst;
 }
 
+/* An input, or the start of a state, which no other number decides about. */
+static Status set_at_once(Unit *unit, int entry, int kind, double value) {
+  if (kind == MBODY_INPUT) return status_of(unit, mbody_set_input(unit->model, entry, value));
+  if (unit->course.running)
+    return unit_report(unit, ERROR, "the motion has begun: a state can be set before only");
+  return status_of(unit, mbody_set_start(unit->model, entry, value));
+}
+
 Status unit_set(Unit *unit, const uint32_t which[], size_t count, const double values[]) {
   int *waiting = &unit->course.waiting, before = *waiting;
   for (size_t k = 0; k < count; k++) {
-    int entry = entry_of(which[k]), n = 0;
-    if (mbody_kind(unit->model, entry) != MBODY_NUMBER) {
+    int entry = entry_of(which[k]), n = 0, kind = mbody_kind(unit->model, entry);
+    double value = values[k] / factor_of(unit, entry);
+    if (kind == MBODY_INPUT || kind == MBODY_STATE) {
+      Status status = set_at_once(unit, entry, kind, value);
+      if (status) return status;
+      continue;
+    }
+    if (kind != MBODY_NUMBER) {
       char sentence[100];
       snprintf(sentence, sizeof sentence, "no variable that can be set has the value reference %lu", (unsigned long)which[k]);
       *waiting = before;
@@ -175,7 +216,7 @@ Status unit_set(Unit *unit, const uint32_t which[], size_t count, const double v
     }
     while (n < *waiting && unit->entries[n] != entry) n++;
     unit->entries[n] = entry;
-    unit->values[n] = values[k];
+    unit->values[n] = value;
     if (n == *waiting) ++*waiting;
   }
   if (!*waiting) return OK;

@@ -20,6 +20,7 @@ typedef void Tell(const Unit *unit, Status status, const char *category, const c
 /* What a unit has beside its model; a state carries it too. */
 typedef struct {
   double start, stop, time;
+  int running; /* the initialization is over */
   int begun, ended, waiting; /* waiting: parameters that are not allowed beside the others, yet */
 } Course;
 
@@ -29,21 +30,27 @@ struct Unit {
   const void *callbacks; /* of FMI 2.0 */
   void *environment;
   void (*log)(void); /* of FMI 3.0 */
+  int returns_early; /* FMI 3.0: a step may end before its time */
   char *name;
   char *original; /* the state when it was instantiated */
   int *entries;   /* parameters that wait for others */
-  double *values;
+  double *values; /* in the units of the model */
+  /* What a number of the model is in SI: of every entry, and of times. */
+  const double *factors;
+  double second;
+  int scaled; /* entries that have a factor */
   Course course;
 };
 
-/* Opens `model.bin` in a folder; completes `unit`, which is freed where NULL is returned. */
+/* Opens `model.image` in a folder; completes `unit`, which is freed where NULL is returned. */
 Unit *unit_open(Unit *unit, const char *name, const char *guid, const char *folder);
 void unit_free(Unit *unit);
 
 /* Reports a sentence; the status. */
 Status unit_report(const Unit *unit, Status status, const char *sentence);
 
-void unit_experiment(Unit *unit, double start, int stops, double stop);
+/* The times of the motion, and its tolerance where one is given. */
+void unit_experiment(Unit *unit, double start, int stops, double stop, int given, double tolerance);
 Status unit_begin(Unit *unit);
 Status unit_reset(Unit *unit);
 Status unit_step(Unit *unit, double now, double step);

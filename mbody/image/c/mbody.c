@@ -53,7 +53,7 @@ static const struct { const char *name, *form; Kernel *kernel; } CALL[CALLS] = {
   {"turn.measures", "BB132", mbody_measures_words},
   {"step", "BBBB", mbody_follow_words},
   {"step.measures", "BB132", mbody_measures_words},
-  {"begin", "BBBBB2", mbody_begin_motion_words},
+  {"begin", "BBBBB2i", mbody_begin_motion_words},
   {"advance", "BBBBBBdi", mbody_runge_kutta_words},
   {"advance.measures", "BB132", mbody_measures_words},
   {"run", "BBBBBBdi", mbody_runge_kutta_words},
@@ -73,6 +73,7 @@ typedef struct { Array times, pages, measured, progress, nearest, s, given, chor
 /* What a state has beside the image. */
 typedef struct {
   int64_t position_old, home_old, motion_old; /* numbers changed since closed, or begun */
+  int64_t inputs_old;                         /* inputs changed since the last evaluation */
   int64_t begun, kept[4];                     /* a motion has begun; instants of each motion */
 } Shell;
 
@@ -83,7 +84,7 @@ struct mbody_model {
   uint64_t sum;
   int64_t *call[CALLS];
   Motion motion[4];
-  Array q, close_t, close_given, start_times, start_q, start_v, begin_page, state, y, until[4];
+  Array q, close_t, close_given, start_times, start_q, start_v, start_own, begin_page, goes_on, state, y, until[4];
   Shell *shell;
   /* the first position of the turn; time and drivers there; copies while a call may fail */
   double *home, *home_given, home_t, reach, first, span;
@@ -232,7 +233,7 @@ static int check_entries(mbody_model *model) {
   for (int64_t n = 0; n < words(model)[TABLE_COUNT]; n++) {
     const int64_t *entry = entry_at(model, n);
     int64_t kind = entry[0], count = kind == MBODY_ARRAY ? entry[2] : 1;
-    int good = kind >= MBODY_NUMBER && kind <= MBODY_ARRAY && is_text(model, entry[3]) && is_text(model, entry[4]);
+    int good = kind >= MBODY_NUMBER && kind <= MBODY_STATE && is_text(model, entry[3]) && is_text(model, entry[4]);
     if (kind != MBODY_MEASURE) /* of `page.rows` only the count means anything */
       good = good && (within(model, entry[1], count) || (entry[1] == 0 && entry[2] >= 0));
     if (!good)
@@ -301,13 +302,15 @@ static int find_arrays(mbody_model *model) {
     wrong |= need(model, &model->start_times, "start", "times", 2);
     wrong |= need(model, &model->start_q, "start", "q", 1);
     wrong |= need(model, &model->start_v, "start", "v", model->start_q.count);
+    wrong |= need(model, &model->start_own, "start", "own", 0);
     wrong |= need(model, &model->begin_page, "begin", "page", model->rows);
+    wrong |= need(model, &model->goes_on, "begin", "goes_on", 1);
     wrong |= need(model, &model->state, "motion", "state", SLOTS);
-    wrong |= need(model, &model->y, "motion", "y", 2 * model->start_q.count);
+    wrong |= need(model, &model->y, "motion", "y", 2 * model->start_q.count + model->start_own.count);
   }
   for (int64_t n = 0; n < words(model)[TABLE_COUNT]; n++) {
     const int64_t *entry = entry_at(model, n);
-    if (entry[0] == MBODY_MEASURE && (entry[2] < 0 || entry[2] >= model->measures))
+    if ((entry[0] == MBODY_MEASURE || entry[0] == MBODY_STATE) && (entry[2] < 0 || entry[2] >= model->measures))
       wrong |= because(model, MBODY_REFUSED, "the image is damaged: the place of '%s' is wrong", text_at(model, n, 3));
   }
   return wrong ? MBODY_REFUSED : MBODY_GOOD;
@@ -344,14 +347,15 @@ static int64_t mode_of(const mbody_model *model, int call) {
 /* What the first position is, and memory for what may have to be restored. */
 static int remember(mbody_model *model) {
   int64_t n = model->q.count, m = model->start_q.count, d = model->close_given.count, k = 0;
-  double *spare = malloc((size_t)(2 * n + 2 + d + model->numbers + 5 * m) * sizeof *spare);
+  int64_t whole = 2 * m + model->start_own.count; /* numbers of a state of the free motion */
+  double *spare = malloc((size_t)(2 * n + 2 + d + model->numbers + 2 * whole) * sizeof *spare);
   model->number_entry = malloc((size_t)(model->numbers + 1) * sizeof *model->number_entry);
   model->old_q = spare; /* freed through this pointer */
   if (!spare || !model->number_entry) return because(model, MBODY_FAILED, "there is no memory for the model");
   model->home_given = spare + n;
   model->old_numbers = model->home_given + d;
   model->old_start = model->old_numbers + model->numbers;
-  model->old_y = model->old_start + 2 * m;
+  model->old_y = model->old_start + whole;
   model->block = (model->bytes + LINE - 1) / LINE * LINE + (int64_t)sizeof(Shell) + 8 * n;
   if (n) {
     copy(model->home, model->q.at, n);
@@ -449,6 +453,7 @@ const char *mbody_unit(const mbody_model *model, int entry) {
 int mbody_find_number(const mbody_model *model, const char *name) { return (int)find(model, MBODY_NUMBER, name); }
 int mbody_find_measure(const mbody_model *model, const char *name) { return (int)find(model, MBODY_MEASURE, name); }
 int mbody_find_input(const mbody_model *model, const char *name) { return (int)find(model, MBODY_INPUT, name); }
+int mbody_find_state(const mbody_model *model, const char *name) { return (int)find(model, MBODY_STATE, name); }
 
 /* ---- numbers --------------------------------------------------------------------------------- */
 
@@ -467,7 +472,8 @@ static int run(mbody_model *model, int call, int64_t *results) {
 }
 
 double mbody_number(const mbody_model *model, int entry) {
-  return mbody_kind(model, entry) == MBODY_NUMBER ? *number_at(model, entry) : NAN;
+  int kind = mbody_kind(model, entry);
+  return kind == MBODY_NUMBER || kind == MBODY_INPUT || kind == MBODY_STATE ? *number_at(model, entry) : NAN;
 }
 
 /* The numbers as they are into the kernels' own; −1, or the number that is not allowed. */
@@ -510,8 +516,25 @@ int mbody_set_number(mbody_model *model, int entry, double value) {
 }
 
 int mbody_set_input(mbody_model *model, int entry, double value) {
-  (void)value;
-  return because(model, MBODY_REFUSED, "entry %d is no input: images have no inputs yet", entry);
+  if (mbody_kind(model, entry) != MBODY_INPUT) return because(model, MBODY_REFUSED, "entry %d of the image is no input", entry);
+  double *at = number_at(model, entry), before = *at;
+  if (value == before) return MBODY_GOOD;
+  *at = value;
+  if (put_numbers(model) >= 0) {
+    *at = before;
+    put_numbers(model);
+    return because(model, MBODY_REFUSED, "the input %s cannot be %g: it must be finite", mbody_name(model, entry), value);
+  }
+  model->shell->inputs_old = 1;
+  return MBODY_GOOD;
+}
+
+int mbody_set_start(mbody_model *model, int entry, double value) {
+  if (mbody_kind(model, entry) != MBODY_STATE) return because(model, MBODY_REFUSED, "entry %d of the image is no state", entry);
+  if (!isfinite(value))
+    return because(model, MBODY_REFUSED, "the state %s cannot begin at %g: it must be finite", mbody_name(model, entry), value);
+  *number_at(model, entry) = value;
+  return MBODY_GOOD;
 }
 
 /* ---- driven motion --------------------------------------------------------------------------- */
@@ -651,21 +674,38 @@ static int show(mbody_model *model, double t, const double *page) {
   return model->measures ? run(model, ADVANCE_MEASURES, none) : MBODY_GOOD;
 }
 
-static int begin(mbody_model *model, double first, double last) {
+/* What the motion begins or goes on with at a time. */
+static int evaluated(mbody_model *model, double first) {
   int64_t found[3];
-  int code;
-  model->start_times.at[0] = first;
-  model->start_times.at[1] = last > first ? last : first + model->span;
-  if ((code = run(model, BEGIN, found))) return code;
+  int code = run(model, BEGIN, found);
+  if (code) return code;
   if (found[0] == OPEN)
     return because(model, MBODY_ENDED, "the loops do not close near the position where the motion is to begin, at t = %.6g s", first);
   if (found[0] == NO_VALUE)
     return because(model, MBODY_ENDED, "the accelerations have no finite value at t = %.6g s: a load or a law has none there", first);
   if (found[0] == MASSLESS)
     return because(model, MBODY_ENDED, "a body has too little mass for this image: export it again with the new number");
+  model->shell->inputs_old = 0;
+  return show(model, first, model->begin_page.at);
+}
+
+static int begin(mbody_model *model, double first, double last) {
+  model->start_times.at[0] = first;
+  model->start_times.at[1] = last > first ? last : first + model->span;
+  int code = evaluated(model, first);
+  if (code) return code;
   model->shell->begun = 1;
   model->shell->motion_old = 0;
-  return show(model, first, model->begin_page.at);
+  return MBODY_GOOD;
+}
+
+/* The motion goes on with other inputs: the word tells the kernel so. */
+static int take_inputs(mbody_model *model) {
+  static const int64_t goes_on = 1, begins = 0;
+  memcpy(model->goes_on.at, &goes_on, sizeof goes_on);
+  int code = evaluated(model, model->state.at[TIME]);
+  memcpy(model->goes_on.at, &begins, sizeof begins);
+  return code;
 }
 
 int mbody_start(mbody_model *model, double first, double last) {
@@ -683,19 +723,22 @@ double mbody_now(const mbody_model *model) { return model->shell->begun ? model-
 
 /* Begins anew from the present position and speeds, with other numbers. */
 static int renew(mbody_model *model) {
-  int64_t n = model->start_q.count;
+  int64_t n = model->start_q.count, m = model->start_own.count;
   double *y = model->y.at, last = model->start_times.at[1], now = model->state.at[TIME];
   copy(model->old_start, model->start_q.at, n);
   copy(model->old_start + n, model->start_v.at, n);
-  copy(model->old_y, y, 2 * n);
+  copy(model->old_start + 2 * n, model->start_own.at, m);
+  copy(model->old_y, y, 2 * n + m);
   copy(model->old_state, model->state.at, SLOTS);
   copy(model->start_q.at, y, n);
   copy(model->start_v.at, y + n, n);
+  copy(model->start_own.at, y + 2 * n, m);
   int code = begin(model, now, last);
   copy(model->start_q.at, model->old_start, n);
   copy(model->start_v.at, model->old_start + n, n);
+  copy(model->start_own.at, model->old_start + 2 * n, m);
   if (code) {
-    copy(y, model->old_y, 2 * n);
+    copy(y, model->old_y, 2 * n + m);
     copy(model->state.at, model->old_state, SLOTS);
   }
   return code;
@@ -755,6 +798,7 @@ int mbody_advance(mbody_model *model, double until) {
   if (!isfinite(until) || until < model->state.at[TIME])
     return because(model, MBODY_REFUSED, "the motion is at t = %.9g s and cannot go to %.9g s: restore a state, or start anew", model->state.at[TIME], until);
   if (model->shell->motion_old && (code = renew(model))) return code;
+  if (model->shell->inputs_old && (code = take_inputs(model))) return code;
   if (until == model->state.at[TIME]) return MBODY_GOOD;
   double before = motion->times.at[0];
   model->until[MBODY_ADVANCE].at[0] = motion->times.at[0] = until;
@@ -804,7 +848,8 @@ double mbody_time(const mbody_model *model, int motion, int instant) {
 }
 
 double mbody_measure(const mbody_model *model, int motion, int instant, int entry) {
-  if (instant < 0 || instant >= mbody_instants(model, motion) || mbody_kind(model, entry) != MBODY_MEASURE) return NAN;
+  int kind = mbody_kind(model, entry);
+  if (instant < 0 || instant >= mbody_instants(model, motion) || (kind != MBODY_MEASURE && kind != MBODY_STATE)) return NAN;
   return model->motion[motion].measured.at[instant * model->measures + entry_at(model, entry)[2]];
 }
 

@@ -37,7 +37,7 @@ enum {
 };
 
 /* What an entry of an image is. */
-enum { MBODY_NUMBER = 1, MBODY_INPUT = 2, MBODY_MEASURE = 3, MBODY_CALL = 4, MBODY_ARRAY = 5 };
+enum { MBODY_NUMBER = 1, MBODY_INPUT = 2, MBODY_MEASURE = 3, MBODY_CALL = 4, MBODY_ARRAY = 5, MBODY_STATE = 6 };
 
 /* The motions of an image.  Each keeps instants of its own. */
 enum {
@@ -72,7 +72,7 @@ uint64_t mbody_checksum(const mbody_model *model);
 
 /* ---- entries ----------------------------------------------------------------------------------
  *
- * Numbers, measures and inputs are entries of the image, counted from zero.  The entry of a name
+ * Numbers, inputs, measures and states are entries of the image, counted from zero.  The entry of a name
  * is the same whenever the same image is opened.
  *
  * mbody_entry_count       How many entries there are.
@@ -81,7 +81,8 @@ uint64_t mbody_checksum(const mbody_model *model);
  * mbody_unit          Unit of an entry; "" where it has none.
  * mbody_find_number   Entry of the number of this name, such as "crank.length"; −1: none.
  * mbody_find_measure  Entry of the measure of this name; −1: none.
- * mbody_find_input    Entry of the input of this name; −1: none.  Images have no inputs yet.
+ * mbody_find_input    Entry of the input of this name; −1: none.
+ * mbody_find_state    Entry of the own state of this name; −1: none.
  */
 int mbody_entry_count(const mbody_model *model);
 int mbody_kind(const mbody_model *model, int entry);
@@ -90,15 +91,18 @@ const char *mbody_unit(const mbody_model *model, int entry);
 int mbody_find_number(const mbody_model *model, const char *name);
 int mbody_find_measure(const mbody_model *model, const char *name);
 int mbody_find_input(const mbody_model *model, const char *name);
+int mbody_find_state(const mbody_model *model, const char *name);
 
 /* ---- numbers ----------------------------------------------------------------------------------
  *
- * mbody_number       Value of a number; not-a-number where the entry is none.
+ * mbody_number       Value of a number or an input, start of a state; else not-a-number.
  * mbody_set_number   Another value.  MBODY_REFUSED where it is not allowed (a negative mass), and
  *                    MBODY_UNFIT where it is not allowed beside the other numbers; then the old
  *                    value stays.
  * mbody_set_several  Several numbers at once: all of them, or none.
- * mbody_set_input    MBODY_REFUSED: images have no inputs yet.
+ * mbody_set_input    Another value of an input.  A free motion that has begun goes on with it as
+ *                    it is: only its accelerations are evaluated anew.
+ * mbody_set_start    Where a state of the user's own begins: that of the next mbody_start.
  *
  * After a change the loops are closed anew by `mbody_close_loops`; a turn, a step or a motion
  * that finds them open with other numbers closes them first.  A free motion that has begun goes on
@@ -108,6 +112,7 @@ double mbody_number(const mbody_model *model, int entry);
 int mbody_set_number(mbody_model *model, int entry, double value);
 int mbody_set_several(mbody_model *model, const int *entries, const double *values, int count);
 int mbody_set_input(mbody_model *model, int entry, double value);
+int mbody_set_start(mbody_model *model, int entry, double value);
 
 /* ---- driven motion ----------------------------------------------------------------------------
  *
@@ -154,7 +159,7 @@ double mbody_now(const mbody_model *model);
  *
  * mbody_instants  How many instants the last call for this motion has kept.
  * mbody_time      Time of an instant; not-a-number where there is none.
- * mbody_measure   A measure at an instant; not-a-number where there is none.
+ * mbody_measure   A measure, or a state, at an instant; not-a-number where there is none.
  * mbody_page      All that is kept of an instant, `*rows` numbers: position (x, y, angle of every
  *                 body, as the manifest has them), velocity, acceleration, then five numbers a
  *                 primitive of a joint: two multipliers, force x, force y and torque on its second

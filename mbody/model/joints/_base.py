@@ -15,7 +15,12 @@ if TYPE_CHECKING:
     from mbody.model.constraint import PoseReader
     from mbody.model.element import Numbers
 
-__all__ = ["Joint", "relative_angle"]
+__all__ = ["SLIDING_PAIR", "TURNING_PAIR", "Joint", "relative_angle"]
+
+
+#: Coordinates of a turning and of a sliding pair, with the dimension of each.
+TURNING_PAIR = {"angle": "angle", "rate": "angular velocity"}
+SLIDING_PAIR = {"travel": "length", "rate": "velocity"}
 
 
 @dataclass(frozen=True)
@@ -46,6 +51,10 @@ class Joint(Constraint):
     #: marker on i, "T" the torque, "F" along the line between the places. Without them the
     #: multipliers of the rows are the unknowns.
     unknowns: ClassVar[tuple[str, ...]] = ()
+    #: What measures its freedom, with the dimension of each: the angle of the marker on j from that
+    #: on i and its rate, or the travel of the place on j along the x axis of the marker on i and
+    #: its rate.
+    coordinates: ClassVar[dict[str, str]] = {}
 
     i: InheritedPlace = place_field()
     j: InheritedPlace = place_field()
@@ -79,8 +88,9 @@ class Joint(Constraint):
         return self.parallel and not self.coincident
 
     def quantities(self) -> dict[str, str]:
-        """The reaction: components, magnitude of the force, and torque."""
-        return {"fx": "force", "fy": "force", "force": "force", "torque": "torque"}
+        """The reaction: components, magnitude of the force, and torque; its coordinates."""
+        reaction = {"fx": "force", "fy": "force", "force": "force", "torque": "torque"}
+        return reaction | self.coordinates
 
     def turn_row(self, at: Numbers, pose: PoseReader) -> TurnRow | None:
         """Of markers that keep one direction their angle; else None."""

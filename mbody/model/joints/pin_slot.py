@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbody.model.joints._base import Joint
+from mbody.model.joints._base import SLIDING_PAIR, Joint
 from mbody.model.primitives import ConstraintPrimitive
 
 if TYPE_CHECKING:
@@ -40,6 +40,7 @@ class PinSlot(Joint):
     """
 
     rows = "l"
+    coordinates = SLIDING_PAIR
 
     def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """One row; parameters are both arms and the normal on i."""

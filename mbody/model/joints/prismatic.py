@@ -9,7 +9,7 @@ import numpy as np
 
 from mbody.core.decorators import inline
 from mbody.model.geometry import between, turned
-from mbody.model.joints._base import Joint
+from mbody.model.joints._base import SLIDING_PAIR, Joint
 from mbody.model.primitives import ConstraintPrimitive, constraint_physics
 
 if TYPE_CHECKING:
@@ -42,6 +42,7 @@ class Prismatic(Joint):
     """
 
     rows = "la"
+    coordinates = SLIDING_PAIR
     parallel = True
     counts_turns = True
     unknowns = ("N", "T")

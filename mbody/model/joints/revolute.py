@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from mbody.core.decorators import inline
 from mbody.model.geometry import between
-from mbody.model.joints._base import Joint
+from mbody.model.joints._base import TURNING_PAIR, Joint
 from mbody.model.primitives import ConstraintPrimitive, constraint_physics
 
 if TYPE_CHECKING:
@@ -37,6 +37,7 @@ class Revolute(Joint):
 
     rows = "ll"
     coincident = True
+    coordinates = TURNING_PAIR
     unknowns = ("x", "y")
 
     def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:

@@ -14,5 +14,9 @@ from mbody.model.loads.spring import Damper as Damper, Spring as Spring
 from mbody.model.loads.torsion import TorsionDamper as TorsionDamper, TorsionSpring as TorsionSpring
 from mbody.model.loads.pressure import PistonPressure as PistonPressure
 from mbody.model.loads.reciprocating_cylinder import ReciprocatingCylinder as ReciprocatingCylinder
+from mbody.model.loads.dc_motor import DCMotor as DCMotor
+from mbody.model.loads.induction_motor import InductionMotor as InductionMotor
+from mbody.model.loads.actuator import Actuator as Actuator
+from mbody.model.loads.hydraulic_cylinder import HydraulicCylinder as HydraulicCylinder
 from mbody.model.loads.custom import CustomLoad as CustomLoad
 from mbody.model.primitives import LOADS as LOADS

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
@@ -12,6 +13,7 @@ from mbody.model.primitives import ForcePrimitive
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
+    from mbody.model.own_equations import AccountedEnergy
 
 __all__ = ["BetweenPlaces", "LINE", "Load", "Turning", "one_of"]
 
@@ -124,6 +126,22 @@ class Load(Element):
             (Fx, Fy, T) at the place on i, then at the place on j.
         """
         raise NotImplementedError(f"the oracle has no {type(self).__name__}")
+
+    def outputs(self) -> dict[str, tuple[str, str]]:
+        """Quantities that follow from its numbers, its rate and its states: the formula of each, by
+        names of its own, and what it measures.
+        """
+        return {}
+
+    def energies(
+        self, own: Mapping[str, Any], numbers: Mapping[str, Any]
+    ) -> dict[str, AccountedEnergy]:
+        """Parts of the account of energy beside its work, which then passes within it: what it
+        takes from outside, loses and stores.
+
+        own: histories of its states by their last name; numbers: the system's, by dotted name.
+        """
+        return {}
 
     def actions(self, at: Numbers) -> list[ForcePrimitive]:
         """The load's actions with their numbers."""

@@ -1,12 +1,13 @@
-"""Dimensions as powers of length, mass, time and angle.
+"""Dimensions as powers of length, mass, time, angle, electric current and temperature.
 
 The angle counts as a dimension of its own, so that 5 Hz differs from 5 rad/s and N·m from N·m/rad;
-in products of quantities a radian is one, as usual.
+in products of quantities a radian is one, as usual, and in every electrical quantity, so that the
+constant of a motor may be written in N·m/A or in V·s/rad.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 __all__ = ["DIMENSIONS", "NUMBER", "Dimension", "dimension_of", "name_of"]
@@ -14,7 +15,7 @@ __all__ = ["DIMENSIONS", "NUMBER", "Dimension", "dimension_of", "name_of"]
 
 @dataclass(frozen=True)
 class Dimension:
-    """Powers of the four base dimensions.
+    """Powers of the six base dimensions.
 
     >>> DIMENSIONS["length"] / DIMENSIONS["time"] == DIMENSIONS["velocity"]
     True
@@ -24,6 +25,8 @@ class Dimension:
     mass: Fraction = Fraction(0)
     time: Fraction = Fraction(0)
     angle: Fraction = Fraction(0)
+    current: Fraction = Fraction(0)
+    temperature: Fraction = Fraction(0)
 
     def _with(self, other: Dimension, sign: int) -> Dimension:
         return Dimension(
@@ -31,6 +34,8 @@ class Dimension:
             self.mass + sign * other.mass,
             self.time + sign * other.time,
             self.angle + sign * other.angle,
+            self.current + sign * other.current,
+            self.temperature + sign * other.temperature,
         )
 
     def __mul__(self, other: Dimension) -> Dimension:
@@ -41,17 +46,22 @@ class Dimension:
 
     def __pow__(self, power: Fraction | int) -> Dimension:
         return Dimension(
-            self.length * power, self.mass * power, self.time * power, self.angle * power
+            self.length * power,
+            self.mass * power,
+            self.time * power,
+            self.angle * power,
+            self.current * power,
+            self.temperature * power,
         )
 
     @property
     def mechanical(self) -> Dimension:
         """The same with the radian counted as one."""
-        return Dimension(self.length, self.mass, self.time)
+        return replace(self, angle=Fraction(0))
 
 
-def _make(length: int, mass: int, time: int, angle: int = 0) -> Dimension:
-    return Dimension(Fraction(length), Fraction(mass), Fraction(time), Fraction(angle))
+def _make(*powers: int) -> Dimension:
+    return Dimension(*map(Fraction, powers))
 
 
 #: No dimension: a ratio, a count.
@@ -65,6 +75,7 @@ DIMENSIONS = {
     "time": _make(0, 0, 1),
     "angle": _make(0, 0, 0, 1),
     "force": _make(1, 1, -2),
+    "force rate": _make(1, 1, -3),
     "weight": _make(1, 1, -2),
     "torque": _make(2, 1, -2),
     "velocity": _make(1, 0, -1),
@@ -82,6 +93,15 @@ DIMENSIONS = {
     "pressure": _make(-1, 1, -2),
     "area": _make(2, 0, 0),
     "density": _make(-3, 1, 0),
+    "volume": _make(3, 0, 0),
+    "volume flow": _make(3, 0, -1),
+    "current": _make(0, 0, 0, 0, 1),
+    "voltage": _make(2, 1, -3, 0, -1),
+    "resistance": _make(2, 1, -3, 0, -2),
+    "inductance": _make(2, 1, -2, 0, -2),
+    "capacitance": _make(-2, -1, 4, 0, 2),
+    "motor constant": _make(2, 1, -2, 0, -1),
+    "temperature": _make(0, 0, 0, 0, 0, 1),
 }
 
 _NAMES: dict[Dimension, str] = {}

@@ -1,7 +1,8 @@
 """Units by symbol, each an exact ratio to SI; all other units are taken from pint.
 
-The usual units of mechanics are defined here, so that a model file with ``lbf``, ``mm`` or ``rpm``
-is read in microseconds. Pint, which takes 0.3 s to load, is used only for other symbols.
+The usual units of mechanics and of its motors are defined here, so that a model file with
+``lbf``, ``mm`` or ``rpm`` is read in microseconds. Pint, which takes 0.3 s to load, is used only
+for other symbols.
 """
 
 from __future__ import annotations
@@ -129,9 +130,27 @@ _TABLE: tuple[tuple[str, Fraction | int, int, Dimension], ...] = (
     ("GPa", 10**9, 0, _D["pressure"]),
     ("bar", 10**5, 0, _D["pressure"]),
     ("psi", _LBF / _IN**2, 0, _D["pressure"]),
+    ("A", 1, 0, _D["current"]),
+    ("mA", Fraction(1, 1000), 0, _D["current"]),
+    ("kA", 1000, 0, _D["current"]),
+    ("V", 1, 0, _D["voltage"]),
+    ("mV", Fraction(1, 1000), 0, _D["voltage"]),
+    ("kV", 1000, 0, _D["voltage"]),
+    # both letters that Unicode has for it
+    ("ohm Ω Ω", 1, 0, _D["resistance"]),
+    ("mohm mΩ mΩ", Fraction(1, 1000), 0, _D["resistance"]),
+    ("kohm kΩ kΩ", 1000, 0, _D["resistance"]),
+    ("H", 1, 0, _D["inductance"]),
+    ("mH", Fraction(1, 1000), 0, _D["inductance"]),
+    ("uH µH μH", Fraction(1, 10**6), 0, _D["inductance"]),
+    ("F", 1, 0, _D["capacitance"]),
+    ("mF", Fraction(1, 1000), 0, _D["capacitance"]),
+    ("uF µF μF", Fraction(1, 10**6), 0, _D["capacitance"]),
+    ("nF", Fraction(1, 10**9), 0, _D["capacitance"]),
+    ("K", 1, 0, _D["temperature"]),
 )
 
-#: The usual units of mechanics by symbol.
+#: The usual units by symbol.
 SYMBOLS = {
     symbol: Unit(symbol, Fraction(ratio), pi, dimension)
     for symbols, ratio, pi, dimension in _TABLE
@@ -146,6 +165,11 @@ def known(symbol: str) -> Unit | None:
     1000.0
     """
     return SYMBOLS.get(symbol)
+
+
+#: Units of pint that need not load it. They are not among the symbols, since those are no names of
+#: parameters, and L is the name of many.
+LITRES = ("L", "l", "litre", "liter")
 
 
 @functools.lru_cache(maxsize=1)
@@ -167,6 +191,8 @@ def pint_unit(symbol: str) -> Unit | None:
     """
     if not symbol.isidentifier() or not symbol.isascii() or len(symbol) > 40:
         return None
+    if symbol in LITRES:
+        return Unit(symbol, Fraction(1, 1000), 0, _D["length"] ** 3)
     import pint
 
     registry = _registry()
@@ -191,17 +217,32 @@ def of_quantity(quantity: Any) -> Unit | None:
     return _measured(f"{quantity}", quantity)
 
 
+#: Pint's names of our base dimensions, and their SI units.
+_OF_PINT = {
+    "[length]": "m",
+    "[mass]": "kg",
+    "[time]": "s",
+    "[current]": "A",
+    "[temperature]": "K",
+}
+
+
 def _measured(symbol: str, quantity: Any) -> Unit | None:
-    """A quantity of pint as a unit; None for dimensions other than length, mass, time and angle."""
-    names = {"[length]": "m", "[mass]": "kg", "[time]": "s"}
+    """A quantity of pint as a unit; None for dimensions other than those of `Dimension`, and for
+    the scales of temperature that do not begin at absolute zero.
+    """
     powers = dict(quantity.dimensionality)
-    if not set(powers) <= set(names):
+    if not set(powers) <= set(_OF_PINT):
         return None
-    size = quantity.to({names[name]: power for name, power in powers.items()} or "radian")
+    if "[temperature]" in powers and type(quantity)(0, quantity.units).to_root_units().magnitude:
+        return None
+    size = quantity.to({_OF_PINT[name]: power for name, power in powers.items()} or "radian")
     # for pint a radian is dimensionless, but it remains among the root units
-    powers["radian"] = dict(quantity.to_root_units().unit_items()).get("radian", 0)
-    exact = [Fraction(powers.get(name, 0)).limit_denominator(12) for name in (*names, "radian")]
-    dimension = Dimension(*exact)
+    powers["[angle]"] = dict(quantity.to_root_units().unit_items()).get("radian", 0)
+    exact = {
+        name.strip("[]"): Fraction(power).limit_denominator(12) for name, power in powers.items()
+    }
+    dimension = Dimension(**exact)
     try:
         return Unit(symbol, Fraction(size.magnitude), 0, dimension)
     except (TypeError, ValueError, OverflowError):  # an array, nan or inf

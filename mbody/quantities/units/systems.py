@@ -1,7 +1,9 @@
 """Consistent unit systems, chosen by name: the units of plain numbers in models and results.
 
 The equations are homogeneous, so a mechanism works in one consistent system and no kernel uses
-units: the unit of mass follows from force = mass · length / time².
+units: the unit of mass follows from force = mass · length / time². Currents are in amperes and
+temperatures in kelvins in every system; the unit of voltage follows from voltage · current =
+power, and is the volt where the unit of power is the watt.
 """
 
 from __future__ import annotations
@@ -15,6 +17,10 @@ from mbody.quantities.units.dimensions import DIMENSIONS, Dimension, dimension_o
 from mbody.quantities.units.symbols import SYMBOLS, Unit, known
 
 __all__ = ["UNIT_SYSTEMS", "UnitSystem", "unit_system"]
+
+
+#: Symbols of the electrical units that are derived, in the systems whose unit of power is the watt.
+ELECTRICAL = {"voltage": "V", "resistance": "Ω", "inductance": "H", "capacitance": "F"}
 
 
 @dataclass(frozen=True)
@@ -47,15 +53,19 @@ class UnitSystem:
         'N/s'
         """
         wanted = dimension_of(dimension)
-        if name_of(wanted) == "mass":
+        name = name_of(wanted)
+        if name == "mass":
             return self.mass
+        if name in ELECTRICAL and self._ratio(wanted) == 1:
+            return ELECTRICAL[name]
         powers = self.powers(wanted)
         above = "·".join(_powered(symbol, p) for symbol, p in powers if p > 0)
         below = [_powered(symbol, -p) for symbol, p in powers if p < 0]
         return "/".join([above or "1", *below]) if above or below else ""
 
     def powers(self, dimension: str | Dimension) -> tuple[tuple[str, Fraction], ...]:
-        """The symbols of which a unit is composed, with powers: force, length, time, angle.
+        """The symbols of which a unit is composed, with powers: force, length, time, angle,
+        current, temperature.
 
         >>> [(symbol, int(power)) for symbol, power in unit_system("SI").powers("torque") if power]
         [('N', 1), ('m', 1)]
@@ -66,12 +76,17 @@ class UnitSystem:
             (self.length, wanted.length - wanted.mass),
             (self.time, wanted.time + 2 * wanted.mass),
             ("rad", wanted.angle),
+            ("A", wanted.current),
+            ("K", wanted.temperature),
         )
 
     @functools.lru_cache(maxsize=1024)  # noqa: B019 (there are few unit systems)
     def unit(self, dimension: str | Dimension) -> Unit:
         """The unit of a dimension with its exact ratio to SI."""
         wanted = dimension_of(dimension)
+        return Unit(self.of(wanted), self._ratio(wanted), 0, wanted)
+
+    def _ratio(self, wanted: Dimension) -> Fraction:
         length, force, time = (SYMBOLS[s] for s in (self.length, self.force, self.time))
         mass = force.ratio * time.ratio**2 / length.ratio
         ratio = Fraction(1)
@@ -84,7 +99,7 @@ class UnitSystem:
                 ratio *= Fraction(float(base) ** float(power))
             else:
                 ratio *= base**power.numerator
-        return Unit(self.of(wanted), ratio, 0, wanted)
+        return ratio
 
 
 def _powered(symbol: str, power: Fraction) -> str:

@@ -1,0 +1,305 @@
+"""What happens at set times of a motion: inputs that jump, samples of controllers, corners of laws.
+
+Steps end there. Inputs that jump keep their value in a signal of their own until the next time, so
+that no step sees two values.
+"""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mbody.errors import ModelError, SolveError, brief
+from mbody.kernels.layout import Layout, Work, integers
+from mbody.laws import Table
+from mbody.model.controller import Controller
+from mbody.system.system import System
+
+__all__ = [
+    "Interruptions",
+    "SampledState",
+    "held_inputs",
+    "holds",
+    "input_value",
+    "tables_of_time",
+    "without_held",
+]
+
+Array = np.ndarray
+#: What measures the quantities that a controller reads, at the present instant; whether inputs have
+#: changed since it did so last.
+Reader = Callable[[Controller, bool], "list[float]"]
+
+#: Samples of a motion, at most.
+MOST_SAMPLES = 1e8
+#: Times nearer to each other than this part of the sample time are one.
+SAME = 1e-9
+
+
+@dataclass
+class SampledState:
+    """A controller at work.
+
+    Attributes
+    ----------
+    controller : Controller
+    function : callable
+        Its own copy of the function, with its memory.
+    anchor : float
+        The time of its first sample.
+    count : int
+        Samples taken.
+    pending : list
+        Values that are still to be set, with the time when.
+    """
+
+    controller: Controller
+    function: Any
+    anchor: float
+    count: int = 0
+    pending: list[tuple[float, dict[str, float]]] = field(default_factory=list)
+
+    def next(self) -> float:
+        """The time of its next sample or change."""
+        sample = self.anchor + self.count * self.controller.every
+        return min([sample, *(t for t, _ in self.pending[:1])])
+
+    def copied(self) -> SampledState:
+        """The same with a memory of its own."""
+        return dataclasses.replace(
+            self, function=copy.deepcopy(self.function), pending=list(self.pending)
+        )
+
+
+def held_inputs(system: System) -> dict[str, int]:
+    """Inputs that keep their value between set times, with the signal row of each: those of a
+    table that holds its values, and those that controllers set.
+    """
+    machine, rows = system.mechanism, system.layout.input_row
+    by_controllers = {name for one in machine.controllers for name in one.sets}
+    return {
+        one.name: int(row)
+        for one, row in zip(machine.inputs, rows, strict=True)
+        if one.name in by_controllers or holds(one.value)
+    }
+
+
+def holds(law: Any) -> bool:
+    """Whether it is a table that holds its values."""
+    return isinstance(law, Table) and law.interpolation == "hold"
+
+
+def without_held(layout: Layout, held: Mapping[str, int]) -> Layout:
+    """The layout whose kernels leave the signals of held inputs as they are."""
+    if not held:
+        return layout
+    rows = set(held.values())
+    kept = np.array([row not in rows for row in layout.signal_row], dtype=bool)
+    varying = int(kept[: layout.varying].sum())
+    return layout.replaced(
+        signal_law=integers(layout.signal_law[kept]),
+        signal_row=integers(layout.signal_row[kept]),
+        varying=varying,
+    )
+
+
+class Interruptions:
+    """The set times of one motion.
+
+    Parameters
+    ----------
+    system : System
+    work : Work
+        Whose signals are set.
+    first, until : float
+        The times between which it goes on; infinite where nobody knows (see `look_until`).
+    """
+
+    def __init__(self, system: System, work: Work, first: float, until: float) -> None:
+        self.system, self.work = system, work
+        machine = system.mechanism
+        self.held = held_inputs(system)
+        by_controllers = {name for one in machine.controllers for name in one.sets}
+        self.first, self.known = first, until if until < math.inf else first
+        self.corners = _corners(system, first, self.known)
+        self.tables = {
+            one.name: one.value
+            for one in machine.inputs
+            if one.name in self.held and one.name not in by_controllers
+        }
+        self.sampled = [
+            SampledState(one, copy.deepcopy(one.function), first) for one in machine.controllers
+        ]
+        for one in self.sampled:
+            _check_samples(one.controller, first, until, machine.units.time)
+        for given in machine.inputs:
+            if given.name in self.held:
+                self._set(given.name, input_value(given.value, given.name, system, first))
+
+    @property
+    def any(self) -> bool:
+        """Whether there are any."""
+        return bool(self.sampled or self.corners.size or self.tables)
+
+    def look_until(self, until: float) -> None:
+        """Find the corners of laws up to there, where they are not known yet."""
+        if until > self.known:
+            self.known = until
+            self.corners = _corners(self.system, self.first, until)
+
+    def due(self, t: float) -> bool:
+        """Whether t is a set time, at which nothing was done yet, or a corner."""
+        if any(one.next() <= t + SAME * one.controller.every for one in self.sampled):
+            return True
+        place = int(np.searchsorted(self.corners, t))
+        return place < self.corners.size and bool(self.corners[place] == t)
+
+    def next(self, t: float) -> float:
+        """The first set time after t; infinite where there is none."""
+        place = int(np.searchsorted(self.corners, t, side="right"))
+        found = float(self.corners[place]) if place < self.corners.size else math.inf
+        for one in self.sampled:
+            found = min(found, one.next())
+        return found
+
+    def at(self, t: float, read: Reader) -> bool:
+        """Do what is due at a set time; whether inputs changed.
+
+        Parameters
+        ----------
+        read : callable
+            Measures what a controller reads: inputs are as the controllers before it set them.
+        """
+        changed = False
+        for name, law in self.tables.items():
+            changed = self._set(name, float(law(t))) or changed
+        for one in self.sampled:
+            close = SAME * one.controller.every
+            if one.anchor + one.count * one.controller.every <= t + close:
+                one.count += 1
+                values = self._called(one, t, read(one.controller, changed))
+                one.pending.append((t + one.controller.delay, values))
+            while one.pending and one.pending[0][0] <= t + close:
+                for name, value in one.pending.pop(0)[1].items():
+                    changed = self._set(name, value) or changed
+        return changed
+
+    def inputs(self) -> dict[str, float]:
+        """The values of the held inputs."""
+        return {name: float(self.work.signal[row, 0]) for name, row in self.held.items()}
+
+    def restore(self, values: Mapping[str, float], sampled: Sequence[SampledState]) -> None:
+        """Go on from what a motion of the same controllers left."""
+        if [one.controller for one in sampled] != [one.controller for one in self.sampled]:
+            return
+        self.go_on_from(values, sampled)
+
+    def go_on_from(self, values: Mapping[str, float], sampled: Sequence[SampledState]) -> None:
+        """The same, whatever functions the controllers have: a state that was in a file has copies
+        of them.
+        """
+        for name, value in values.items():
+            self._set(name, value)
+        self.sampled = [one.copied() for one in sampled]
+
+    def _set(self, name: str, value: float) -> bool:
+        """Set a held input; whether it changes."""
+        row = self.held[name]
+        changed = bool(self.work.signal[row, 0] != value)
+        self.work.signal[row, 0] = value
+        return changed
+
+    def _called(self, one: SampledState, t: float, reads: list[float]) -> dict[str, float]:
+        """What a controller sets, checked."""
+        controller, unit = one.controller, self.system.mechanism.units.time
+        when = f"controller '{controller.name}' at t = {t:.6g} {unit}"
+        try:
+            found = one.function(t, *reads)
+        except (KeyboardInterrupt, SystemExit):
+            raise
+        except Exception as error:
+            raise SolveError(
+                f"{when} raised {type(error).__name__}: {error}", controller.name
+            ) from error
+        values = dict(_by_name(controller, found, when))
+        for name, value in values.items():
+            if not math.isfinite(value):
+                raise SolveError(
+                    f"{when} sets '{name}' to {value}, which is no finite number: look at what it "
+                    "computes",
+                    controller.name,
+                )
+        return values
+
+
+def _by_name(controller: Controller, found: Any, when: str) -> Iterator[tuple[str, float]]:
+    """What a controller returned, by the names of its inputs."""
+    names = controller.sets
+    if isinstance(found, Mapping):
+        strange = [name for name in found if name not in names]
+        if strange:
+            raise SolveError(
+                f"{when} sets {brief(strange[0])}, which is not among what it sets "
+                f"({', '.join(names)})",
+                controller.name,
+            )
+        pairs = list(found.items())
+    else:
+        try:
+            row = np.asarray(found, dtype=float).reshape(-1)
+        except (TypeError, ValueError):
+            raise SolveError(
+                f"{when} returned {brief(found)}, where numbers for {', '.join(names)} are wanted",
+                controller.name,
+            ) from None
+        if row.size != len(names):
+            raise SolveError(
+                f"{when} returned {row.size} numbers, it sets {len(names)}: {', '.join(names)}",
+                controller.name,
+            )
+        pairs = list(zip(names, row.tolist(), strict=True))
+    for name, value in pairs:
+        yield name, float(value)
+
+
+def _check_samples(controller: Controller, first: float, until: float, unit: str) -> None:
+    """Refuse a sample time that is absurdly short."""
+    count = (until - first) / controller.every if until < math.inf else 0.0
+    if count > MOST_SAMPLES:
+        raise ModelError(
+            f"controller '{controller.name}' samples every {controller.every:g} {unit}, that is "
+            f"{count:.2g} times in this motion: give a longer sample time (at most "
+            f"{MOST_SAMPLES:.0e} samples)",
+            controller.name,
+        )
+
+
+def tables_of_time(system: System) -> list[Table]:
+    """Tables among the laws of time."""
+    machine = system.mechanism
+    return [
+        getattr(element, part.name)
+        for element in (*machine.drivers, *machine.loads, *machine.inputs)
+        for part in dataclasses.fields(element)
+        if part.metadata.get("of") == "time" and isinstance(getattr(element, part.name), Table)
+    ]
+
+
+def _corners(system: System, first: float, until: float) -> Array:
+    """Times within a motion at which laws of time have corners, ascending."""
+    found = [law.corners(first, until) for law in tables_of_time(system)]
+    return np.unique(np.concatenate([np.empty(0), *found]))
+
+
+def input_value(law: Any, name: str, system: System, t: float) -> float:
+    """The value of an input's law at a time."""
+    own = law.numbers()
+    plain = set(own) == {"value"}
+    numbers = {k: system.values[f"{name}.value" if plain else f"{name}.value.{k}"] for k in own}
+    return float(law.with_numbers({k: float(v) for k, v in numbers.items()})(t))

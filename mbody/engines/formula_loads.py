@@ -1,0 +1,43 @@
+"""Loads by formulas of measured quantities, inputs and own states, which other engines lack."""
+
+from __future__ import annotations
+
+import dataclasses
+
+from mbody.engines.opinion import Inexpressible
+from mbody.laws import MeasuredFormula
+from mbody.model.element import Element
+from mbody.model.mechanism import Mechanism
+
+__all__ = ["follows_formula", "signals_of", "without_counterpart"]
+
+
+def follows_formula(element: Element) -> bool:
+    """Whether one of its laws is a formula of measured quantities."""
+    fields = dataclasses.fields(element)
+    return any(isinstance(getattr(element, part.name), MeasuredFormula) for part in fields)
+
+
+def without_counterpart(mechanism: Mechanism) -> tuple[Inexpressible, ...]:
+    """What another engine's model of a mechanism has no counterpart of: loads by formulas, inputs,
+    own states, controllers.
+
+    >>> from mbody import makers
+    >>> without_counterpart(makers.four_bar(1, 3, 2, 3.5))
+    ()
+    """
+    loads = (one.name for one in mechanism.loads if follows_formula(one))
+    why = "its law is a formula of measured quantities"
+    return (*(Inexpressible(name, why) for name in loads), *signals_of(mechanism))
+
+
+def signals_of(mechanism: Mechanism) -> tuple[Inexpressible, ...]:
+    """The inputs, own states and controllers of a mechanism, as what another engine lacks."""
+    found: list[Inexpressible] = []
+    for what, elements in (
+        ("an input", mechanism.inputs),
+        ("a state of one's own", mechanism.described_states),
+        ("a sampled controller", mechanism.controllers),
+    ):
+        found += [Inexpressible(one.name, f"it is {what}") for one in elements]
+    return tuple(found)

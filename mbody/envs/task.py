@@ -1,0 +1,292 @@
+"""What an environment is, without Gymnasium: a mechanism with actions, observations and ends."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mbody.errors import ModelError, brief
+from mbody.model.element import listed
+from mbody.model.mechanism import Mechanism
+from mbody.model.numbers import number_in
+from mbody.model.simulation import STATE
+from mbody.model.study import Measure
+from mbody.quantities.units import DIMENSIONS
+from mbody.solution.measures import check_measure, checked_sides
+from mbody.stepping.simulators import Simulators
+from mbody.system.system import System
+
+__all__ = ["Episodes", "Task", "Variable", "task"]
+
+Array = np.ndarray
+_SIGN = re.compile(r"<=|>=|[<>≤≥]")
+_ZERO = re.compile(r"[-+]?0*\.?0*\Z")
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A number with its bounds: an action, an observation, or what differs between beginnings.
+
+    `text` is what is measured, or the name of what is set.
+    """
+
+    name: str
+    text: str
+    low: float = -math.inf
+    high: float = math.inf
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """What an environment is.
+
+    Attributes
+    ----------
+    system : System
+    actions, observations, ranges : tuples of Variable
+        Inputs that are set; what is measured; what begins at random within its bounds.
+    reward : tuple of pairs
+        Measures with their weights.
+    ends : tuple of pairs
+        Each end as it was written, and the measure that is positive there.
+    length : float
+        Time of one step of the environment.
+    most : int or None
+        Steps after which it is truncated.
+    options : dict
+        As of `Simulators`.
+    """
+
+    system: System
+    actions: tuple[Variable, ...]
+    observations: tuple[Variable, ...]
+    ranges: tuple[Variable, ...]
+    reward: tuple[tuple[str, float], ...]
+    ends: tuple[tuple[str, str], ...]
+    length: float
+    most: int | None
+    options: dict[str, Any]
+
+
+def task(
+    system: System,
+    actions: Mapping[str, Any],
+    observations: Any,
+    reward: Any,
+    step: Any,
+    frame_skip: Any,
+    terminated: Any,
+    max_steps: Any,
+    reset: Any,
+    options: dict[str, Any],
+) -> Task:
+    """The task by what `make` takes.
+
+    Raises
+    ------
+    ModelError
+    """
+    machine = system.mechanism
+    length = number_in(machine, step, "time", "envs.make", "step")
+    if not 0.0 < length < math.inf:
+        raise ModelError(
+            f"envs.make: step is {length:g} {machine.units.time}: give a positive time"
+        )
+    for name, count in (("frame_skip", frame_skip), ("max_steps", max_steps)):
+        whole = isinstance(count, int) and not isinstance(count, bool) and count > 0
+        if not whole and not (name == "max_steps" and count is None):
+            raise ModelError(f"envs.make: {name} is {brief(count)}: give a whole number from 1 on")
+    if not isinstance(actions, Mapping) or not actions:
+        raise ModelError(
+            'envs.make: actions must be inputs with their bounds, such as {"u": ("-5 N*m", '
+            f'"5 N*m")}}, not {brief(actions)}'
+        )
+    texts = [terminated] if isinstance(terminated, str) else list(terminated)
+    return Task(
+        system,
+        tuple(_action(machine, name, bounds) for name, bounds in actions.items()),
+        tuple(_observations(machine, observations)),
+        tuple(_range(machine, name, bounds) for name, bounds in dict(reset or {}).items()),
+        _reward(machine, reward),
+        tuple((text, _end(machine, text)) for text in texts),
+        length * frame_skip,
+        max_steps,
+        options,
+    )
+
+
+def _bounds(machine: Mechanism, name: str, given: Any, dimension: Any) -> tuple[float, float]:
+    """Two numbers, the first below the second."""
+    pair = list(given) if isinstance(given, Sequence) and not isinstance(given, str) else []
+    if len(pair) != 2:
+        raise ModelError(
+            f"envs.make: '{name}' must have a lowest and a highest value, such as (-1.0, 1.0), not "
+            f"{brief(given)}",
+            name,
+        )
+    low, high = (number_in(machine, one, dimension, "envs.make", name) for one in pair)
+    if not low < high:
+        raise ModelError(
+            f"envs.make: '{name}' goes from {low:g} to {high:g}: give the lower bound first",
+            name,
+        )
+    return low, high
+
+
+def _action(machine: Mechanism, name: str, given: Any) -> Variable:
+    own = next((one for one in machine.inputs if one.name == name), None)
+    if own is None:
+        known = listed(one.name for one in machine.inputs) or "none"
+        raise ModelError(
+            f"envs.make: there is no input {brief(name)} to act by (there are: {known}); declare "
+            "it, such as Input('u', '0 N*m')",
+            str(name),
+        )
+    dimension = own.dimension or DIMENSIONS["number"]
+    return Variable(name, name, *_bounds(machine, name, given, dimension))
+
+
+def _observations(machine: Mechanism, given: Any) -> list[Variable]:
+    """Texts, by a list or by name; with bounds as (text, low, high)."""
+    if isinstance(given, Mapping):
+        pairs = list(given.items())
+    else:
+        texts = [given] if isinstance(given, str) else list(given)
+        pairs = [(one if isinstance(one, str) else one[0], one) for one in texts]
+    found = []
+    for name, one in pairs:
+        text, *bounds = (one,) if isinstance(one, str) else one
+        _checked(machine, text)
+        low, high = bounds if bounds else (-math.inf, math.inf)
+        if bounds and not float(low) < float(high):
+            raise ModelError(
+                f"envs.make: '{name}' goes from {low} to {high}: give the lower bound first", name
+            )
+        found.append(Variable(str(name), text, float(low), float(high)))
+    if not found:
+        raise ModelError(
+            'envs.make: observations must be measures such as ["crank.angle", "crank.omega"]: give '
+            "at least one"
+        )
+    return found
+
+
+def _range(machine: Mechanism, name: str, given: Any) -> Variable:
+    """What begins at random: a place, a rate, or an own state."""
+    dimension: Any = STATE.get(name.rpartition(".")[2])
+    for state in machine.states:
+        if state.name == name:
+            dimension = state.dimension or DIMENSIONS["number"]
+    if dimension is None:
+        raise ModelError(
+            f"envs.make: reset has no {brief(name)}: give ranges of places and rates such as "
+            '{"crank.angle": ("-5 deg", "5 deg")}, or of own states',
+            name,
+        )
+    return Variable(name, name, *_bounds(machine, name, given, dimension))
+
+
+def _reward(machine: Mechanism, given: Any) -> tuple[tuple[str, float], ...]:
+    """A measure, or measures with their weights."""
+    if isinstance(given, str):
+        given = {given: 1.0}
+    if not isinstance(given, Mapping) or not given:
+        raise ModelError(
+            'envs.make: reward must be a measure such as "cos(pole.angle)", or measures with '
+            f'their weights such as {{"cart.x^2": -1.0}}, not {brief(given)}'
+        )
+    for text in given:
+        _checked(machine, text)
+    return tuple((text, float(weight)) for text, weight in given.items())
+
+
+def _checked(machine: Mechanism, text: Any) -> None:
+    check_measure(machine, machine.measures.get(text, Measure(text)))
+
+
+def _end(machine: Mechanism, text: Any) -> str:
+    """The measure that is positive where a relation holds."""
+    parts = _SIGN.split(text) if isinstance(text, str) else []
+    if len(parts) != 2:
+        raise ModelError(
+            'envs.make: terminated must be relations such as "abs(pole.angle) > 24 deg", not '
+            f"{brief(text)}"
+        )
+    left, right = (one.strip() for one in parts)
+    checked_sides(machine, text, left, right)
+    sign = _SIGN.search(text)
+    if sign is not None and sign[0] in "<=≤":
+        left, right = right, left
+    if _ZERO.match(right):
+        return left
+    return f"-({right})" if _ZERO.match(left) else f"({left}) - ({right})"
+
+
+class Episodes:
+    """Episodes of a task, many side by side.
+
+    Attributes
+    ----------
+    sims : Simulators
+    rewards : array (n,)
+    ended, truncated : arrays (n,) of bool
+        After the last step.
+    """
+
+    def __init__(self, of: Task, n: int) -> None:
+        self.task, self.sims = of, Simulators(of.system, n, **of.options)
+        self.steps = np.zeros(n, dtype=int)
+        self.rewards = np.zeros(n)
+        self.ended, self.truncated = np.zeros((2, n), dtype=bool)
+
+    def begin(self, which: Array, generators: Sequence[np.random.Generator]) -> None:
+        """Begin anew in some, each at a state that its generator draws."""
+        ranges = self.task.ranges
+        if ranges:
+            low, high = (np.array([getattr(one, key) for one in ranges]) for key in ("low", "high"))
+            drawn = np.array([rng.uniform(low, high) for rng in generators])
+            to = {one.name: drawn[:, k] for k, one in enumerate(ranges)}
+            self.sims.reset(which, to)
+        else:
+            self.sims.reset(which)
+        self.steps[which] = 0
+        self.rewards[which] = 0.0
+        self.ended[which] = self.truncated[which] = False
+
+    def step(self, actions: Array, which: Array | None = None) -> None:
+        """One step by actions (n, actions), of all or of the motions of a mask (n,)."""
+        sims, going = self.sims, np.ones(self.sims.n, dtype=bool) if which is None else which
+        for column, one in enumerate(self.task.actions):
+            values = np.clip(np.asarray(actions[:, column], dtype=float), one.low, one.high)
+            sims.inputs[one.name] = np.where(going, values, sims.inputs[one.name])
+        sims.until(sims.t + np.where(going, self.task.length, 0.0))
+        self.steps[going] += 1
+        self.rewards[:] = 0.0
+        for text, weight in self.task.reward:
+            self.rewards += np.where(going, weight * sims.measure(text), 0.0)
+        self.ended = ~sims.ok
+        for _, text in self.task.ends:
+            self.ended |= sims.measure(text) > 0.0
+        self.ended &= going
+        self.truncated = np.zeros(sims.n, dtype=bool)
+        if self.task.most is not None:
+            self.truncated = going & (self.steps >= self.task.most)
+
+    def observe(self) -> Array:
+        """What is observed (n, observations), within its bounds."""
+        found = [
+            np.clip(self.sims.measure(one.text), one.low, one.high)
+            for one in self.task.observations
+        ]
+        return np.stack(found, axis=1).astype(np.float32)
+
+    def reasons(self) -> dict[int, str]:
+        """Why motions failed, by their number."""
+        failed = np.flatnonzero(~self.sims.ok).tolist()
+        status = self.sims.status if failed else ()
+        return {k: status[k] for k in failed}

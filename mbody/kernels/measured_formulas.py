@@ -1,0 +1,165 @@
+"""Formulas of measured quantities of the present instant: laws of loads, rates of own states.
+
+All formulas of a mechanism are one list of steps on numbers W.formula, evaluated where the loads
+are, at their position, velocity and time. A step is (code, a, b, place): it reads a number of the
+instant, or computes with those at the places a and b, by the operations of `mbody.laws.postfix`, or
+hands the number at a over to a signal or a rate. There is nothing to choose while it runs, so that
+lanes take it as single motions do.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbody.core.decorators import njit
+from mbody.core.lanes import count, larger, ld, sincos, smaller, st
+from mbody.kernels.law_values import law_at
+from mbody.laws.bicubic import surface
+from mbody.laws.postfix import (
+    ABS,
+    ADD,
+    COS,
+    DIVIDE,
+    LOG,
+    MAX,
+    MIN,
+    MULTIPLY,
+    NEGATIVE,
+    OPERATIONS,
+    SIN,
+    SQRT,
+    SUBTRACT,
+    binary,
+    unary,
+)
+
+__all__ = [
+    "LAW",
+    "OWN",
+    "PARAMETER",
+    "POSITION",
+    "SIGNAL",
+    "SURFACE",
+    "TIME",
+    "TO_RATE",
+    "TO_SIGNAL",
+    "TURN",
+    "VELOCITY",
+    "measured_formulas",
+    "own_numbers",
+]
+
+FIRST = len(OPERATIONS)
+#: Steps that read row a: of the position, of the velocity, of the cosines and sines of the bodies,
+#: the time, a parameter, a signal, an own state.
+POSITION, VELOCITY, TURN, TIME, PARAMETER, SIGNAL, OWN = range(FIRST, FIRST + 7)
+#: Law b at the number at place a.
+LAW = FIRST + 7
+#: Steps that hand over the number at place a: to a row of signals, to the rate of an own state.
+TO_SIGNAL, TO_RATE = FIRST + 8, FIRST + 9
+#: The table of two variables that is law n, at the numbers at places a and b: SURFACE + n.
+SURFACE = FIRST + 10
+
+
+@njit
+def measured_formulas(L, W, w):
+    """Evaluate all formulas at W.q, W.v, W.turn, W.time, W.own and the signals of time."""
+    for n in range(L.formula_step.shape[0]):
+        code, a, b = L.formula_step[n, 0], L.formula_step[n, 1], L.formula_step[n, 2]
+        place = L.formula_step[n, 3]
+        if code < FIRST:
+            operate(W, w, code, a, b, place)
+        elif code == POSITION:
+            st(W.formula, place, ld(W.q, a, w), w)
+        elif code == VELOCITY:
+            st(W.formula, place, ld(W.v, a, w), w)
+        elif code == TURN:
+            st(W.formula, place, ld(W.turn, a, w), w)
+        elif code == TIME:
+            st(W.formula, place, ld(W.time, 0, w), w)
+        elif code == PARAMETER:
+            st(W.formula, place, ld(W.par, a, w), w)
+        elif code == SIGNAL:
+            st(W.formula, place, ld(W.signal, a, w), w)
+        elif code == OWN:
+            st(W.formula, place, ld(W.own, a, w), w)
+        elif code == LAW:
+            law_of_number(L, W, b, a, place, count(w))
+        elif code == TO_SIGNAL:
+            st(W.signal, place, ld(W.formula, a, w), w)
+        elif code == TO_RATE:
+            st(W.own_rate, place, ld(W.formula, a, w), w)
+        else:
+            surface_of_numbers(L, W, L.law_table[code - SURFACE], a, b, place, count(w))
+
+
+@njit
+def own_numbers(L, W, page, first):
+    """Own states and inputs ← those of a page from row `first` on, where it has them."""
+    if page.shape[0] <= first:
+        return
+    for n in range(L.owns):
+        W.own[n, 0] = page[first + n]
+    for n in range(L.input_row.shape[0]):
+        W.signal[L.input_row[n], 0] = page[first + L.owns + n]
+
+
+@njit
+def operate(W, w, code, a, b, place):
+    """One operation; those that lanes have, in all lanes at once."""
+    F = W.formula
+    x, y = ld(F, a, w), ld(F, b, w)
+    if code == MULTIPLY:
+        st(F, place, x * y, w)
+    elif code == ADD:
+        st(F, place, x + y, w)
+    elif code == SUBTRACT:
+        st(F, place, x - y, w)
+    elif code == NEGATIVE:
+        st(F, place, -x, w)
+    elif code == DIVIDE:
+        st(F, place, x / y, w)
+    elif code == MIN:
+        st(F, place, smaller(x, y), w)
+    elif code == MAX:
+        st(F, place, larger(x, y), w)
+    elif code == ABS:
+        st(F, place, np.abs(x), w)
+    elif code == SQRT:
+        st(F, place, np.sqrt(x), w)
+    elif code in (SIN, COS):
+        s, c = sincos(x)
+        if code == SIN:
+            st(F, place, s, w)
+        else:
+            st(F, place, c, w)
+    else:
+        others(W, code, a, b, place, count(w))
+
+
+@njit
+def others(W, code, a, b, place, lanes):
+    """An operation that lanes do not have, one after the other."""
+    F = W.formula
+    for lane in range(lanes):
+        if code <= LOG:
+            value, _, _ = unary(code, F[a, lane], 0.0, 0.0)
+        else:
+            value, _, _ = binary(code, F[a, lane], 0.0, 0.0, F[b, lane], 0.0, 0.0)
+        F[place, lane] = value
+
+
+@njit
+def law_of_number(L, W, n, a, place, lanes):
+    """Law n at the number at place a."""
+    for lane in range(lanes):
+        f, _, _ = law_at(L, W, n, lane, W.formula[a, lane])
+        W.formula[place, lane] = f
+
+
+@njit
+def surface_of_numbers(L, W, k, a, b, place, lanes):
+    """The table of two variables that begins at k, at the numbers at places a and b."""
+    for lane in range(lanes):
+        f, _, _ = surface(L.table, k, W.formula[a, lane], W.formula[b, lane])
+        W.formula[place, lane] = f

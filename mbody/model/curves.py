@@ -1,0 +1,112 @@
+"""Curves: tables and other laws that a mechanism has by name, which formulas call as functions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from mbody.errors import ModelError
+from mbody.laws import Law, MeasuredFormula, Table, Table2
+from mbody.quantities import FUNCTIONS, VARIABLES, FormulaError, Scope, Valued, evaluate
+from mbody.quantities.deferred import formulas_in, substituted
+from mbody.quantities.evaluate import Curve
+from mbody.quantities.units import NUMBER, Dimension
+
+__all__ = ["NamedCurve", "as_curves"]
+
+
+@dataclass(frozen=True)
+class NamedCurve:
+    """One curve.
+
+    Attributes
+    ----------
+    given : Law
+        As it was described.
+    law : Law
+        With floats for its numbers.
+    takes : tuple
+        What each number that it takes measures; None where that is not known.
+    gives : Dimension or None
+        What it gives.
+    """
+
+    given: Law
+    law: Law
+    takes: tuple[Dimension | None, ...]
+    gives: Dimension | None
+
+    @cached_property
+    def parameters(self) -> list[Any]:
+        """Its numbers, as the kernels take them."""
+        return list(self.law.parameters(self.law.numbers()))
+
+    def valued(self) -> Valued:
+        """The curve as formulas call it."""
+        return Valued(Curve(self.at, self.takes), self.gives)
+
+    def at(self, *at: Any) -> Any:
+        """Its values at numbers or arrays; NaN where it has none."""
+        found = np.broadcast_arrays(*(np.asarray(one, dtype=float) for one in at))
+        rows = [np.ascontiguousarray(one).reshape(-1) for one in found]
+        law: Any = self.law
+        values = law.raw(*rows)[:, 0].reshape(found[0].shape)
+        return values if values.shape else float(values)
+
+
+def as_curves(given: Any, scope: Scope) -> dict[str, NamedCurve]:
+    """The curves of a mechanism, checked.
+
+    Raises
+    ------
+    ModelError
+        For what is no law, a name that formulas cannot call, or units that do not fit.
+    """
+    if not isinstance(given, Mapping):
+        raise ModelError(f'curves must be a dict such as {{"torque": Table(…)}}, not {given!r}')
+    return {name: _curve(name, law, scope) for name, law in given.items()}
+
+
+def _curve(name: Any, law: Any, scope: Scope) -> NamedCurve:
+    if not isinstance(name, str) or not name.isidentifier():
+        raise ModelError(
+            f"{name!r} cannot name a curve: formulas call it, so it has letters, digits and _ "
+            "only, and begins with a letter"
+        )
+    if name in (*FUNCTIONS, *VARIABLES, "pi") or name in scope.names:
+        raise ModelError(
+            f"'{name}' means something else in formulas: choose another name for the curve", name
+        )
+    if not isinstance(law, Law) or isinstance(law, MeasuredFormula):
+        raise ModelError(
+            f"the curve '{name}' must be a Table, a Table2 or another law, not {law!r}", name
+        )
+    keys = {Table: "xy", Table2: "xyz"}.get(type(law), "")
+    rows = [getattr(law, key) for key in keys]
+    try:
+        measures = [_measured(row, scope) for row in rows] or [None, None]
+        made: Any = law
+        if isinstance(law, Table):
+            made = law.dimensioned(measures[1] or NUMBER, measures[0] or NUMBER)
+        if isinstance(law, Table2):
+            x, y, z = (of or NUMBER for of in measures)
+            made = law.of_dimensions(z, x, y)
+        whole: Law = substituted(made, lambda formula: formula.value(scope))
+    except FormulaError as error:
+        raise ModelError(f"curve '{name}': {error}", name) from None
+    except ModelError as error:
+        raise ModelError(f"curve '{name}': {error}", name) from None
+    return NamedCurve(law, whole, tuple(measures[:-1]), measures[-1])
+
+
+def _measured(row: Any, scope: Scope) -> Dimension | None:
+    """What the numbers of a row measure, by the first of them that has a unit."""
+    for _, formula in formulas_in(row):
+        found = evaluate(formula.tree, scope).dimension
+        if found is not None:
+            return found
+    return None

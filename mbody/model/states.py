@@ -1,0 +1,190 @@
+"""States of a user's own: first-order equations that are integrated with the motion."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from mbody.errors import ModelError, brief
+from mbody.laws import Law, MeasuredFormula, compile_measured
+from mbody.model.element import Element
+from mbody.model.inputs import dimension_given
+from mbody.quantities import Formula, FormulaError, Scope
+from mbody.quantities.formula import read
+from mbody.quantities.number import constant_or_formula
+from mbody.quantities.types import Converted, Number, default, required
+from mbody.quantities.units import DIMENSIONS, Dimension
+
+__all__ = ["STEADY", "State", "check_unmeasured", "rate_names"]
+
+#: The start at which the rate vanishes.
+STEADY = "steady"
+
+
+@dataclass(frozen=True)
+class State(Element):
+    """A state of one's own, z with ż = rate: an integrator, a filter, a current, a temperature.
+
+    It is integrated with the motion, at its tolerance. Formulas name it as they name an input.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the mechanism; formulas name it.
+    rate : str
+        A formula of measured quantities, inputs, states, parameters and ``t``, such as
+        ``"target - crank.angle"``; plain numbers are in the units of the mechanism.
+    start : float, str
+        Its value at the first instant, with its unit, by which its dimension is known; ``"steady"``
+        chooses the value at which the rate vanishes.
+    size : float, optional
+        A typical value, to which the absolute error is relative; by default the magnitude of the
+        start, or one where that is zero.
+
+    Examples
+    --------
+    >>> from mbody import Body, Mechanism, Revolute, Torque
+    >>> machine = Mechanism("crank")
+    >>> machine.add(Body("crank", mass=1.0, inertia=0.1), Revolute("O", "ground", "crank"))
+    >>> machine.add(State("integral", rate="30 deg - crank.angle", start="0 rad*s"))
+    >>> law = "4 N*m/rad/s*integral - 2 N*m*s/rad*crank.omega"
+    >>> machine.add(Torque("motor", "crank", value=law))
+    >>> machine.states[0].name
+    'integral'
+    """
+
+    main: ClassVar[tuple[str, ...]] = ("rate",)
+    role: ClassVar[str] = "state"
+
+    rate: Converted[Any, str] = required()
+    start: Converted[Any, Number] = default(0.0)
+    size: Converted[Any, Number | None] = default(None)
+    #: What it measures; None of a plain number. The mechanism that takes it finds it.
+    dimension: Dimension | None = default(None)
+
+    def _enter(self) -> None:
+        if not self.name.isidentifier():
+            raise ModelError(
+                f"'{self.name}' cannot name a state: formulas name it, so it has letters, digits "
+                "and _ only, and begins with a letter",
+                self.name,
+            )
+        if self.start is None:
+            raise ModelError(
+                f"state '{self.name}' has no start: give a number with its unit, or \"{STEADY}\" "
+                "for the one at which its rate vanishes",
+                self.name,
+            )
+        for field, given in (("start", self.start), ("size", self.size)):
+            if given is not None and not (field == "start" and given == STEADY):
+                value = constant_or_formula(given, None, f"'{self.name}': {field}", self.name)
+                object.__setattr__(self, field, value)
+        object.__setattr__(self, "rate", self._rate())
+        if isinstance(self.size, float) and self.size <= 0.0:
+            raise ModelError(
+                f"'{self.name}': size is {self.size:g}, it must be positive: give more than 0",
+                self.name,
+            )
+
+    def _rate(self) -> Formula | Law:
+        """The rate as it was given, read."""
+        if isinstance(self.rate, MeasuredFormula | Formula):
+            return self.rate
+        given = f"{self.rate!r}" if isinstance(self.rate, float | int) else self.rate
+        if not isinstance(given, str):
+            raise ModelError(
+                f"'{self.name}': rate must be a formula such as \"target - crank.angle\", not "
+                f"{brief(self.rate)}",
+                self.name,
+            )
+        try:
+            return read(given, None, curves=True)
+        except FormulaError as error:
+            raise ModelError(f"'{self.name}': rate: {error}", self.name) from None
+
+    @property
+    def start_number(self) -> str:
+        """The dotted name of its start among the numbers of a system."""
+        return f"{self.name}.start"
+
+    def numbers(self) -> dict[str, Any]:
+        """Its start, its size and the numbers of its rate."""
+        found: dict[str, Any] = {}
+        if self.start != STEADY:
+            found[f"{self.name}.start"] = self.start
+        if self.size is not None:
+            found[f"{self.name}.size"] = self.size
+        if isinstance(self.rate, Law):
+            found |= {f"{self.name}.rate.{key}": v for key, v in self.rate.numbers().items()}
+        return found
+
+    def entered(self, scope: Scope) -> tuple[State, dict[str, Formula]]:
+        """The state with floats for its start and size, and what they were made of; its rate is
+        compiled when all is there that it may measure.
+        """
+        changes: dict[str, Any] = {}
+        made: dict[str, Formula] = {}
+        for field in ("start", "size"):
+            given = getattr(self, field)
+            if isinstance(given, Formula):
+                try:
+                    changes[field] = given.value(scope)
+                    changes.setdefault("dimension", dimension_given(given, scope))
+                except FormulaError as error:
+                    raise ModelError(f"'{self.name}': {field}: {error}", self.name) from None
+                made[f"{self.name}.{field}"] = given
+        return dataclasses.replace(self, **changes), made
+
+    def compiled(
+        self, scope: Scope, quantities: Mapping[str, Dimension | None]
+    ) -> tuple[State, dict[str, Formula]]:
+        """The state with its rate as a law, and what its numbers were made of.
+
+        quantities: the dimension of each measured quantity in the rate.
+        """
+        if not isinstance(self.rate, Formula):
+            return self, {}
+        wanted = None if self.dimension is None else self.dimension / DIMENSIONS["time"]
+        names = dict(quantities)
+        if "t" in self.rate.names:
+            names["t"] = DIMENSIONS["time"]
+        try:
+            law, numbers = compile_measured(self.rate, scope, names, wanted)
+        except FormulaError as error:
+            raise ModelError(f"'{self.name}': rate: {error}", self.name) from None
+        made = {f"{self.name}.rate.{key}": formula for key, formula in numbers.items()}
+        changed: Any = law
+        return dataclasses.replace(self, rate=changed), {**made, f"{self.name}.rate": self.rate}
+
+
+def rate_names(state: State) -> frozenset[str]:
+    """The names in the formula of a rate."""
+    rate: Any = state.rate
+    return frozenset(rate.variables if isinstance(rate, MeasuredFormula) else rate.names)
+
+
+def check_unmeasured(
+    elements: Iterable[Element], formulas: Mapping[str, Formula], gone: set[str]
+) -> None:
+    """Refuse to release drivers that formulas of loads and states measure.
+
+    Raises
+    ------
+    ModelError
+    """
+    names: dict[str, frozenset[str]] = {}
+    for name, formula in formulas.items():
+        owner = name.partition(".")[0]
+        names[owner] = names.get(owner, frozenset()) | formula.names
+    for element in elements:
+        found = names.get(element.name, frozenset())
+        found |= rate_names(element) if isinstance(element, State) else frozenset()
+        owners = {name.partition(".")[0] for name in found if "." in name}
+        for driver in sorted(owners & gone):
+            raise ModelError(
+                f"driver '{driver}' cannot be released, '{element.name}' measures it: measure the "
+                "body that it drives, or a joint",
+                element.name,
+            )

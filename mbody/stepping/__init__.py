@@ -1,0 +1,1 @@
+"""Stepping: a motion that another program leads on, step by step."""

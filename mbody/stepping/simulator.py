@@ -1,0 +1,452 @@
+"""`Simulator`: a motion that another program leads on, step by step."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, NoReturn
+
+import numpy as np
+
+from mbody.analysis.dynamics.branch_choice import choose_branch
+from mbody.analysis.dynamics.options import motion_request, tolerances
+from mbody.analysis.dynamics.simulate import first_instant
+from mbody.analysis.dynamics.singular_start import singular_start
+from mbody.analysis.freedom.single_design import released
+from mbody.analysis.initial.initial_state import state_of
+from mbody.analysis.position.assembly_analysis import as_system
+from mbody.errors import ModelError, SolveError, brief
+from mbody.kernels.step_state import TIME
+from mbody.model.body import Guesses
+from mbody.model.element import listed
+from mbody.model.mechanism import Mechanism
+from mbody.model.numbers import number_in
+from mbody.quantities.types import Number
+from mbody.quantities.units import DIMENSIONS
+from mbody.solution.certificate import changed
+from mbody.solution.solution import Solution
+from mbody.stepping.input_values import Inputs
+from mbody.stepping.mechanics_now import MechanicsNow
+from mbody.stepping.reset import nearest_state, prescribed_values
+from mbody.stepping.simulator_state import SimulatorState
+from mbody.stepping.stepwise_events import stepwise
+from mbody.stepping.watched import Watched
+from mbody.system.system import System
+
+__all__ = ["Simulator"]
+
+Array = np.ndarray
+
+
+class Simulator(MechanicsNow):
+    """A motion that your program leads on: step, read, set, and step again.
+
+    The motion is that of `mbody.simulate`, by the same steps: each call ends exactly where it is to
+    end, and every step within it keeps the tolerance.
+
+    Parameters
+    ----------
+    model : Mechanism or System
+        One design; a mechanism's own `simulation` gives what is not given here: the start, the
+        method, the tolerance, and the events and stops that every step looks for.
+    method, rtol, atol, step, start, guess, rates
+        As of `mbody.simulate`.
+
+    Attributes
+    ----------
+    inputs : mapping
+        The inputs of the mechanism by name; what is set acts from now on.
+
+    Raises
+    ------
+    ModelError, SolveError
+        As `simulate` does; and for drivers that are to be released later on.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> sim = mbody.Simulator(mbody.gallery.load("double_pendulum"), rtol=1e-9)
+    >>> before = sim.state
+    >>> for _ in range(100):
+    ...     sim.step(1e-3)
+    >>> first = sim["upper"].angle
+    >>> sim.state = before
+    >>> for _ in range(100):
+    ...     sim.step(1e-3)
+    >>> sim["upper"].angle == first
+    True
+    """
+
+    def __init__(
+        self,
+        model: Mechanism | System,
+        *,
+        method: str | None = None,
+        rtol: float | None = None,
+        atol: float | None = None,
+        step: Number | None = None,
+        start: Solution | None = None,
+        guess: Guesses | None = None,
+        rates: Mapping[str, Number] | None = None,
+    ) -> None:
+        whole = as_system(model)
+        if whole.batch is not None:
+            raise ModelError("a Simulator takes one design: choose one of the batch with design(n)")
+        errors = tolerances(whole, rtol, atol)
+        self._start = first_instant(whole, start, guess, rates)
+        t, q, v = state_of(whole, self._start)
+        self._request = motion_request(
+            whole,
+            t,
+            t + max(1.0, abs(t)),
+            errors,
+            method=method,
+            step=step,
+            kept=(2, None, None),
+            events=None,
+            release=None,
+        )
+        gone = self._released(whole, t)
+        self.system = released(whole, gone) if gone else whole
+        if gone:
+            t, q, v = state_of(self.system, self._start)
+        way, events = self._request.way, self._request.events
+        self._show(stepwise(self.system, self._start, way, events), way)
+        self._watched = Watched(self._integration, self._present, bool(self._request.events))
+        self.inputs = self._find_inputs()
+        self._begin(t, q, v)
+        self._first = self.state
+
+    def _released(self, system: System, t: float) -> list[str]:
+        """Drivers that are released from the first instant on."""
+        own = {driver.name for driver in system.drivers}
+        gone = [name for name in self._start.released if name in own]
+        for name, when in self._request.release.items():
+            if when > t:
+                raise ModelError(
+                    f"'{name}' is to be released at {when:g} {system.mechanism.units.time}: a "
+                    "Simulator releases nothing later on; simulate until then, and give the result "
+                    "as start",
+                    name,
+                )
+            if name not in gone:
+                gone.append(name)
+        return gone
+
+    def _find_inputs(self) -> Inputs:
+        """The inputs, and what sets those that cannot be set."""
+        system, engine = self.system, self._integration
+        values = dict(zip(engine.free_inputs, engine.free_the_inputs().tolist(), strict=True))
+        self._rows = list(engine.free_inputs.values())
+        self._signals: Any = memoryview(engine.work.signal.reshape(-1).data)
+        others = {}
+        first = system.own_rows.start + system.layout.owns
+        for n, one in enumerate(system.mechanism.inputs):
+            if one.name not in values:
+                setters = [c.name for c in system.mechanism.controllers if one.name in c.sets]
+                why = "follows its law of time: declare it with a number to set it here"
+                if setters:
+                    why = f"is set by the controller '{setters[0]}': take that off to set it here"
+                others[one.name] = why, functools.partial(self._kept_number, first + n)
+
+        def number(name: str, value: Any) -> float:
+            own = next(one for one in system.mechanism.inputs if one.name == name)
+            of = own.dimension or DIMENSIONS["number"]
+            return number_in(system.mechanism, value, of, "inputs", name)
+
+        return Inputs(values, self._set_input, others, number)
+
+    def _kept_number(self, row: int) -> float:
+        return self._page()[row]
+
+    def _begin(
+        self,
+        t: float,
+        q: Array,
+        v: Array,
+        notes: tuple[str, ...] = (),
+        own: Array | None = None,
+    ) -> None:
+        """Begin at a state, as a motion of `simulate` does."""
+        engine = self._integration
+        self._origin, self._before = None, None
+        self._ended, self._notes, self._beyond, self._stale = "", notes, (), False
+        if choose_branch(self.system, self._start, (t, q, v)) is None:
+            engine.start_at(t, q, v, own)
+            self._changed()
+            return
+        # the motion begins at a singular position: its first part is found as a whole
+        self._origin = t, q.copy(), v.copy()
+        self._lead_out(t)
+
+    # -- steps --------------------------------------------------------------------------------
+
+    def step(self, dt: Number) -> None:
+        """Go on by `dt`, to exactly ``t + dt``.
+
+        Parameters
+        ----------
+        dt : float or str
+            Positive [time].
+
+        Raises
+        ------
+        ModelError
+            For a time that is not positive.
+        SolveError
+            As `simulate`, with its sentences; the state is then the one before the step. Also where
+            the motion has ended.
+        """
+        t = self._slots[TIME]
+        length = dt if type(dt) is float else self._time(dt, "dt")
+        until = t + length
+        if not t < until < math.inf:
+            unit = self.system.mechanism.units.time
+            raise ModelError(
+                f"step: dt is {length:g} {unit} at t = {t:g} {unit}: give a positive time; to go "
+                "back, keep sim.state and set it again"
+            )
+        self._reach(until)
+
+    def until(self, t: Number) -> None:
+        """Go on to exactly the time `t`, which may be the present one.
+
+        Parameters
+        ----------
+        t : float or str
+            Not before the present time.
+
+        Raises
+        ------
+        ModelError
+            For an earlier time.
+        SolveError
+            As `step`.
+        """
+        now, until = self._slots[TIME], self._time(t, "t")
+        if not now <= until < math.inf:
+            unit = self.system.mechanism.units.time
+            raise ModelError(
+                f"until: t is {until:g} {unit}, the motion is at {now:g} {unit} already: give a "
+                "later time; to go back, keep sim.state and set it again"
+            )
+        if until > now:
+            self._reach(until)
+
+    def _time(self, value: Any, name: str) -> float:
+        return number_in(self.system.mechanism, value, "time", "simulator", name)
+
+    def _reach(self, until: float) -> None:
+        if self._ended or self._stale or self._origin is not None:
+            until = self._prepared(until)
+        self._page_valid, self._certified = False, None
+        if until > self._slots[TIME]:
+            self._ended = self._integration.reach(until)
+            if self._watched.any:
+                self._beyond = self._watched.after_call(self._beyond)
+
+    def _prepared(self, until: float) -> float:
+        """What comes before a step now and then; the time to go to by steps."""
+        if self._ended:
+            raise SolveError(
+                f"the motion of '{self.system.mechanism.name}' has ended: "
+                f"{self._ended.removeprefix('ended: ')}; set an earlier state, or reset it"
+            )
+        if self._origin is not None and not self._lead_out(until):
+            return self._slots[TIME]
+        self._refresh()
+        return until
+
+    def _refresh(self) -> None:
+        """The derivative with which the next step begins, by the present inputs."""
+        if self._stale:
+            self._integration.refresh()
+            self._stale = False
+
+    def _lead_out(self, until: float) -> bool:
+        """Out of the singular position at which it began; whether steps go on from there."""
+        assert self._origin is not None
+        t = self._origin[0]
+        # a little longer, so that the time itself is kept
+        last = until + (1e-9 * (until - t) or 1.0)
+        request = replace(self._request, first=t, times=np.array([until]))
+        start = changed(self._start.take([-1]), t=np.array([t]))
+        part = singular_start(self.system, start, self._origin, request, last)
+        assert part is not None
+        self._before = part
+        if until > t and part.t[-1] < until:
+            self._origin = None
+            self._integration.regularize(part.regularization)
+            self._integration.start_at(*state_of(self.system, part))
+            return True
+        rows = part.record.table(slice(None))
+        self._integration.place_at(until, rows[int(np.searchsorted(part.t, until))])
+        self._page_valid, self._certified = True, None
+        return False
+
+    # -- the state ----------------------------------------------------------------------------
+
+    @property
+    def own(self) -> Array:
+        """A copy of the mechanism's own states (states,), in the order of the description."""
+        return self._integration.y[2 * self.system.coordinates :].copy()
+
+    @property
+    def state(self) -> SimulatorState:
+        """The state, to be kept, copied, pickled, and set back: the same steps then give the same
+        bits.
+        """
+        self._refresh()
+        return SimulatorState(
+            t=self.t,
+            q=self.q,
+            v=self.v,
+            own=self.own,
+            inputs=self.inputs.array(),
+            bodies=tuple(body.name for body in self.system.mechanism.bodies),
+            status=self._ended or "completed",
+            beyond=self._beyond,
+            carried=None if self._origin is not None else self._integration.snapshot(),
+            origin=self._origin,
+        )
+
+    @state.setter
+    def state(self, given: SimulatorState) -> None:
+        why = self._unfit(given)
+        if why:
+            raise ModelError(f"the state that is set {why}")
+        self._set(given)
+
+    def _set(self, given: SimulatorState) -> None:
+        self.inputs.set_all(given.inputs)
+        self._ended = "" if given.status == "completed" else given.status
+        self._stale, self._notes, self._before = False, (), None
+        self._beyond = given.beyond
+        self._origin = given.origin
+        if given.carried is None:
+            self._lead_out(given.t)
+            return
+        self._integration.go_on_from(given.carried)
+        self._changed()
+
+    def _unfit(self, given: Any) -> str:
+        """Why a state cannot be gone on from exactly; else nothing."""
+        if not isinstance(given, SimulatorState):
+            return f"must be one that sim.state gave, not {brief(given)}"
+        names = tuple(body.name for body in self.system.mechanism.bodies)
+        if given.bodies != names or len(given.inputs) != len(self.inputs.names):
+            return f"is of another mechanism, of the bodies {listed(given.bodies)}"
+        carried = given.carried
+        if carried is None:
+            return "" if given.origin is not None else "is not whole: take one of sim.state"
+        way, own = carried.restart.way, self._request.way
+        if way != own:
+            return (
+                f"goes by {way.method} at rtol {way.rtol:g}, this simulator by {own.method} at "
+                f"rtol {own.rtol:g}: reset(state) takes its positions and rates alone"
+            )
+        self._page_valid = False
+        return self._integration.unfit(carried, given.inputs)
+
+    def _set_input(self, place: int, value: float) -> None:
+        self._signals[self._rows[place]] = value
+        self._stale, self._page_valid, self._certified = True, False, None
+
+    def reset(
+        self,
+        to: SimulatorState | Mapping[str, Any] | None = None,
+        *,
+        t: Number | None = None,
+    ) -> float:
+        """Begin anew: at the first state, at another one, or at positions and rates by name.
+
+        Parameters
+        ----------
+        to : SimulatorState or mapping, optional
+            A state of this mechanism, or values by name, ``{"crank": {"angle": 0.5, "omega": 2}}``
+            or ``{"crank.angle": "30 deg"}``: of x, y (the origin of the link's axes), angle, vx, vy
+            and omega, as in ``[simulate] start``; and of own states. What these leave free stays as
+            in the first position of this simulator, and rests: the leaders of the free motions
+            (`minimal`). Inputs have their first values again, or those of the state.
+        t : float or str, optional
+            Time, by default that of the state, or the first one.
+
+        Returns
+        -------
+        float
+            How far the state is from the one that was given, where joints and drivers do not allow
+            that: the greatest difference of a place or an angle, in model lengths and radians. The
+            nearest one is taken then, and `notes` say what differs. 0 where it fits.
+
+        Raises
+        ------
+        ModelError
+            For names that there are not, and what is no number.
+        SolveError
+            Where the loops do not close near there; the state is then as it was.
+        """
+        when = None if t is None else self._time(t, "t")
+        if to is None and when is None:
+            self._set(self._first)
+            return 0.0
+        if isinstance(to, SimulatorState) and when is None and not self._unfit(to):
+            self._set(to)
+            return 0.0
+        before = self.state
+        try:
+            return self._reset(to, when)
+        except Exception:
+            self._set(before)
+            raise
+
+    def _reset(self, to: Any, when: float | None) -> float:
+        system = self.system
+        if isinstance(to, SimulatorState):
+            names = tuple(body.name for body in system.mechanism.bodies)
+            if to.bodies != names:
+                raise ModelError(
+                    f"the state to reset to is of another mechanism, of the bodies "
+                    f"{listed(to.bodies)}"
+                )
+            if to.carried is not None:
+                self._integration.regularize(to.carried.regularization)
+            self._first_inputs(to if len(to.inputs) == len(self.inputs.names) else self._first)
+            own = to.own.copy() if len(to.own) == len(self.own) else None
+            self._begin(to.t if when is None else when, to.q.copy(), to.v.copy(), (), own)
+            return float(system.extent(self.q - to.q))
+        first = self._first
+        states = [state.name for state in system.mechanism.states]
+        of = {k: to[k] for k in to if k in states} if isinstance(to, Mapping) else {}
+        left = {k: to[k] for k in to if k not in states} if isinstance(to, Mapping) else to
+        given = prescribed_values(system, {} if to is None else left)
+        own = self._own_states(of) if of else None
+        when = first.t if when is None else when
+        near = nearest_state(system, when, first.q, given)
+        self._integration.regularize(near.regularization)
+        self._first_inputs(first)
+        self._begin(when, near.q, near.v, near.notes, own)
+        return near.far
+
+    def _first_inputs(self, state: SimulatorState) -> None:
+        self.inputs.set_all(state.inputs)
+
+    def _own_states(self, given: Mapping[str, Any]) -> Array:
+        """Own states at a beginning, some of them given."""
+        found, machine = self._first.own.copy(), self.system.mechanism
+        for n, state in enumerate(machine.states):
+            if state.name in given:
+                of = state.dimension or DIMENSIONS["number"]
+                found[n] = number_in(machine, given[state.name], of, "reset", state.name)
+        return found
+
+    def __reduce__(self) -> NoReturn:
+        raise ModelError(
+            "a Simulator cannot be copied: make another one of the same system, and set its state "
+            "to sim.state, which can be copied and pickled"
+        )
+
+    def __repr__(self) -> str:
+        unit = self.system.mechanism.units.time
+        return f"Simulator({self.system.mechanism.name!r}, t = {self.t:.6g} {unit})"

@@ -1,0 +1,454 @@
+"""`Simulators`: many motions side by side that another program leads on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mbody.analysis.position.assembly_analysis import as_system
+from mbody.analysis.singular.singular_positions import SUSPECT
+from mbody.errors import ModelError, SolveError, brief
+from mbody.kernels.runge_kutta_lanes_control import UNTIL
+from mbody.kernels.step_state import (
+    BEST_CONDITIONING,
+    STEPS,
+    TIME,
+)
+from mbody.model.body import Guesses
+from mbody.model.mechanism import Mechanism
+from mbody.model.numbers import number_in
+from mbody.quantities.types import Number
+from mbody.quantities.units import DIMENSIONS
+from mbody.solution.restart import Way
+from mbody.solution.solution import Solution
+from mbody.stepping.lane_inputs import LaneInputs
+from mbody.stepping.lane_motion import LaneMotion, usable_cores
+from mbody.stepping.lane_resets import reset_states
+from mbody.stepping.simulator import Simulator
+from mbody.stepping.simulator_state import SimulatorState
+from mbody.stepping.singly_led import SinglyLed
+from mbody.system.system import System
+
+__all__ = ["Simulators", "SimulatorsState"]
+
+Array = np.ndarray
+
+#: Of motions that all go alone: lanes make no steps of theirs.
+UNKNOWN = Way("dopri5", 1e-6, 1e-6)
+#: Arrays of the lanes that say all of their states.
+ROWS = ("y", "derivative", "scale", "near", "state", "inputs")
+KEPT = (*ROWS, "stale", "bad")
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatorsState:
+    """The states of many motions at one time: to be kept, copied, pickled and set back.
+
+    Set back, the same steps give the same bits.
+    """
+
+    arrays: dict[str, Array]
+    alone: dict[int, SimulatorState]
+    reasons: dict[int, str]
+    doubts: dict[int, str]
+    bodies: tuple[str, ...]
+
+
+class Simulators(SinglyLed):
+    """n motions of one mechanism side by side, each with its state and its inputs.
+
+    Each takes the steps that a `Simulator` of it alone takes, many in one operation of the
+    processor. What a motion gets does not depend on the others, nor on the number of threads: its
+    numbers are those of ``n = 1`` to the last bit, and those of a `Simulator` to rounding. A motion
+    that meets anything out of the ordinary, a singular position near by or steps that vanish, goes
+    on alone and comes back; mechanisms with events, stops, contacts, redundant joints, laws of time
+    in tables or code of the user go alone always, and so do other methods than ``"dop853"`` and
+    ``"dopri5"``.
+
+    Parameters
+    ----------
+    model : Mechanism or System
+        A system of a batch gives every motion a design of its own.
+    n : int, optional
+        How many; of a batch as many as it has designs.
+    method, rtol, atol, step, start, guess, rates
+        As of `Simulator`.
+    threads : int, optional
+        At most so many work at a time, by default one for each processor.
+
+    Attributes
+    ----------
+    inputs : mapping
+        The inputs by name, arrays (n,); what is set, a number or an array, acts from now on.
+
+    Raises
+    ------
+    ModelError, SolveError
+        As `Simulator`; and for controllers, which are functions of one motion.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> import numpy as np
+    >>> machine = mbody.gallery.load("double_pendulum")
+    >>> machine.add(mbody.Input("u", "0 N*m"), mbody.Torque("motor", "upper", value="u"))
+    >>> sims = mbody.Simulators(machine, 3, rtol=1e-8)
+    >>> sims.inputs["u"] = np.array([-1.0, 0.0, 1.0])
+    >>> sims.step(1e-2)
+    >>> np.argsort(sims["upper"].omega)
+    array([0, 1, 2])
+    >>> off = sims.reset([2])
+    >>> sims.t
+    array([0.01, 0.01, 0.  ])
+    """
+
+    def __init__(
+        self,
+        model: Mechanism | System,
+        n: int | None = None,
+        *,
+        method: str | None = None,
+        rtol: float | None = None,
+        atol: float | None = None,
+        step: Number | None = None,
+        start: Solution | None = None,
+        guess: Guesses | None = None,
+        rates: Mapping[str, Number] | None = None,
+        threads: int | None = None,
+    ) -> None:
+        whole = as_system(model)
+        self.n = _count(whole, n)
+        if whole.mechanism.controllers:
+            name = whole.mechanism.controllers[0].name
+            raise ModelError(
+                f"the controller '{name}' is a function of one motion: Simulators take none; read "
+                "what it reads and set its inputs between steps",
+                name,
+            )
+        self._how: dict[str, Any] = {"method": method, "rtol": rtol, "atol": atol, "step": step}
+        self._how |= {"start": start, "guess": guess, "rates": rates}
+        self._whole, self._sims = whole, dict[int, Simulator]()
+        first = self._sim(0)
+        begun = first.state
+        self.system = whole if whole.batch is not None else first.system
+        names, rows = first.inputs.names, self.system.layout.input_row
+        places = {one.name: int(row) for one, row in zip(whole.mechanism.inputs, rows, strict=True)}
+        self._input_names = names
+        self._on_lanes = begun.carried is not None and self._may_use_lanes(begun)
+        way = begun.carried.restart.way if begun.carried is not None else UNKNOWN
+        self._lanes = LaneMotion(
+            self.system,
+            self.n,
+            way,
+            {name: places[name] for name in names},
+            _threads(threads),
+        )
+        self._measures = {}
+        self._states: dict[int, SimulatorState] = {}
+        self._reasons: dict[int, str] = {}
+        self._doubts: dict[int, str] = {}
+        others = {
+            name: "follows its law of time: declare it with a number to set it here"
+            for name in places
+            if name not in names
+        }
+        self.inputs = LaneInputs(names, self._lanes, others, self._number, self._changed)
+        self._begin_all()
+
+    def _number(self, name: str, value: Any) -> float:
+        machine = self.system.mechanism
+        own = next(one for one in machine.inputs if one.name == name)
+        return number_in(machine, value, own.dimension or DIMENSIONS["number"], "inputs", name)
+
+    def _changed(self) -> None:
+        """What was evaluated does not hold any more."""
+        self._page_valid = False
+
+    # -- how motions begin --------------------------------------------------------------------
+
+    def _begin_all(self) -> None:
+        lanes = self._lanes
+        shared = self._whole.batch is None
+        begun = [self._sim(k).state for k in range(1 if shared else self.n)]
+        y = np.array([np.concatenate([one.q, one.v, one.own]) for one in begun])
+        t = np.array([one.t for one in begun])
+        which = np.arange(self.n)
+        values = np.array([one.inputs for one in begun])
+        if len(self._input_names):
+            lanes.put_all(
+                lanes.many.inputs, which, np.broadcast_to(values, (self.n, values.shape[1]))
+            )
+        self._begin(which, np.broadcast_to(t, self.n), np.broadcast_to(y, (self.n, y.shape[1])))
+        lanes.fill()
+        self._first = self.state
+
+    def _begin(self, which: Array, t: Array, y: Array) -> None:
+        """Begin anew in some motions, with their present inputs."""
+        lanes, many = self._lanes, self._lanes.many
+        for k in which.tolist():
+            for of in (self._states, self._reasons, self._doubts):
+                of.pop(k, None)
+        self._changed()
+        if self._on_lanes:
+            lanes.begin(which, t, y)
+            slots = lanes.some(many.state, which)
+            left = which[(many.bad[which] > 0.0) | ~(slots[:, BEST_CONDITIONING] > SUSPECT)]
+        else:
+            lanes.put_all(many.y, which, y)
+            lanes.put(many.state, TIME, which, t)
+            left = which
+        lanes.put(many.state, UNTIL, which, t)
+        for k in left.tolist():
+            lanes.put(many.state, STEPS, np.array([k]), 0.0)
+            self._take_back(k, self._sent_alone(k))
+
+    # -- steps --------------------------------------------------------------------------------
+
+    def step(self, dt: Number | Array) -> None:
+        """Lead every motion on by `dt`, each to exactly ``t + dt``.
+
+        A motion that fails stays at its last good step; `status` says why, `ok` is False, and later
+        calls leave it as it is until it is reset. So does one that an event or a stop has ended.
+
+        Parameters
+        ----------
+        dt : float, str, or array (n,)
+            Positive [time].
+
+        Raises
+        ------
+        ModelError
+            For a time that is not positive.
+        """
+        self._reach(self.t + self._times(dt, "step: dt"), "step: dt")
+
+    def until(self, t: Number | Array) -> None:
+        """Lead every motion on to exactly the time `t`, one or (n,); those that are there stay.
+
+        Raises
+        ------
+        ModelError
+            For a time before that of a motion that goes on.
+        """
+        self._reach(self._times(t, "until: t"), "until: t")
+
+    def _times(self, value: Any, name: str) -> Array:
+        if isinstance(value, str | int | float) or np.ndim(value) == 0:
+            value = number_in(self.system.mechanism, value, "time", "simulators", name)
+        try:
+            return np.broadcast_to(np.asarray(value, dtype=float), (self.n,))
+        except (TypeError, ValueError):
+            raise ModelError(
+                f"{name} takes one time or an array of {self.n}, not {brief(value)}"
+            ) from None
+
+    def _reach(self, until: Array, name: str) -> None:
+        now, ok = self.t, self.ok
+        step = name.startswith("step")
+        wrong = ok & ~(((until > now) if step else (until >= now)) & (until < math.inf))
+        if wrong.any():
+            k, unit = int(np.flatnonzero(wrong)[0]), self.system.mechanism.units.time
+            raise ModelError(
+                f"{name} leads motion {k} from {now[k]:g} to {until[k]:g} {unit}: give "
+                "a later time; to go back, keep sims.state and set it again, or reset it"
+            )
+        lanes, many = self._lanes, self._lanes.many
+        targets = np.where(ok, until, now)
+        lanes.put(many.state, UNTIL, np.arange(self.n), targets)
+        self._changed()
+        if self._on_lanes:
+            lanes.go_on()
+        for k in np.flatnonzero((self.t < targets) & (many.bad[: self.n] > 0.0)).tolist():
+            try:
+                sim = self._sent_alone(k)
+                sim.until(float(targets[k]))
+            except SolveError as error:
+                self._reasons[k] = f"failed: {error}"
+                continue
+            self._take_back(k, sim)
+
+    # -- how they are -------------------------------------------------------------------------
+
+    @property
+    def ok(self) -> Array:
+        """Which motions go on, (n,) bool: those that neither failed nor ended."""
+        found = np.ones(self.n, dtype=bool)
+        found[list(self._reasons)] = False
+        return found
+
+    @property
+    def status(self) -> tuple[str, ...]:
+        """Of each motion "completed"; "failed: …" with the reason; "ended: …" by an event or a
+        stop; "doubtful: …" where it passed a singular position in doubt.
+
+        Energy is not accounted for here: a `Simulator` does.
+        """
+        found = ["completed"] * self.n
+        for k, why in self._doubts.items():
+            found[k] = f"doubtful: {why}"
+        for k, why in self._reasons.items():
+            found[k] = why
+        return tuple(found)
+
+    @property
+    def state(self) -> SimulatorsState:
+        """All states, to be kept and set back."""
+        many = self._lanes.many
+        return SimulatorsState(
+            arrays={name: getattr(many, name).copy() for name in KEPT},
+            alone=dict(self._states),
+            reasons=dict(self._reasons),
+            doubts=dict(self._doubts),
+            bodies=tuple(body.name for body in self.system.mechanism.bodies),
+        )
+
+    @state.setter
+    def state(self, given: SimulatorsState) -> None:
+        many = self._lanes.many
+        bodies = tuple(body.name for body in self.system.mechanism.bodies)
+        if not isinstance(given, SimulatorsState) or given.bodies != bodies:
+            raise ModelError(
+                f"the state that is set must be one that sims.state gave, of the same mechanism, "
+                f"not {brief(given)}"
+            )
+        if given.arrays["y"].shape != many.y.shape:
+            raise ModelError(
+                f"the state that is set is of other motions: these are {self.n}; take one of their "
+                "own"
+            )
+        for name in KEPT:
+            getattr(many, name)[:] = given.arrays[name]
+        self._states, self._reasons = dict(given.alone), dict(given.reasons)
+        self._doubts = dict(given.doubts)
+        self._changed()
+
+    def reset(
+        self,
+        which: Any = None,
+        to: Mapping[str, Any] | None = None,
+        *,
+        t: Number | None = None,
+    ) -> Array:
+        """Begin anew in some motions: at the first state, or at positions and rates by name.
+
+        Parameters
+        ----------
+        which : array, optional
+            A mask (n,) of bool, or numbers of motions; by default all.
+        to : mapping, optional
+            Values by name as of `Simulator.reset`, ``{"crank.angle": 0.5}``, each one number or an
+            array with one for each motion of `which`; and of own states. All else is as near to the
+            first position as the loops allow, and moves least.
+        t : float or str, optional
+            Time, by default the first one.
+
+        Returns
+        -------
+        array (motions of `which`,)
+            How far each is from what was given, as of `Simulator.reset`: 0 where it fits.
+
+        Raises
+        ------
+        ModelError
+            For names that there are not, and what is no number.
+        SolveError
+            Where the loops do not close near there; all states are then as they were.
+        """
+        chosen = self._chosen(which)
+        lanes, many = self._lanes, self._lanes.many
+        width = many.stale.shape[1]
+        places = chosen // width, chosen % width
+        rows = {name: lanes.some(getattr(many, name), chosen) for name in ROWS}
+        flags = many.stale[places], many.bad[chosen]
+        kept = dict(self._states), dict(self._reasons), dict(self._doubts)
+        try:
+            return self._reset(chosen, to, t)
+        except Exception:
+            for name, values in rows.items():
+                lanes.put_all(getattr(many, name), chosen, values)
+            many.stale[places], many.bad[chosen] = flags
+            self._states, self._reasons, self._doubts = kept
+            self._changed()
+            raise
+
+    def _reset(self, which: Array, to: Any, t: Any) -> Array:
+        lanes, many, first = self._lanes, self._lanes.many, self._first
+        far = np.zeros(len(which))
+        if not len(which):
+            return far
+        if to is None and t is None:
+            width = many.stale.shape[1]
+            for name in ROWS:
+                lanes.put_all(getattr(many, name), which, lanes.some(first.arrays[name], which))
+            many.stale[which // width, which % width] = 0.0
+            many.bad[which] = first.arrays["bad"][which]
+            for k in which.tolist():
+                self._states.pop(k, None)
+                self._doubts.pop(k, None)
+                self._reasons.pop(k, None)
+                if k in first.alone:
+                    self._states[k] = first.alone[k]
+                if k in first.doubts:
+                    self._doubts[k] = first.doubts[k]
+            self._changed()
+            return far
+        base = lanes.some(first.arrays["y"], which)
+        when = lanes.some(first.arrays["state"], which)[:, TIME]
+        if t is not None:
+            when = np.full(len(which), self._times(t, "reset: t")[0])
+        y, far = reset_states(self.system, which, when, base, {} if to is None else to)
+        lanes.put_all(many.inputs, which, lanes.some(first.arrays["inputs"], which))
+        self._begin(which, when, y)
+        return far
+
+    def _chosen(self, which: Any) -> Array:
+        """Numbers of the motions that a mask or numbers mean."""
+        if which is None:
+            return np.arange(self.n)
+        given = np.atleast_1d(np.asarray(which))
+        if given.dtype == bool and given.shape == (self.n,):
+            return np.flatnonzero(given)
+        whole = given.size == 0 or np.issubdtype(given.dtype, np.integer)
+        if not whole or given.ndim != 1 or given.dtype == bool:
+            raise ModelError(
+                f"reset takes a mask of {self.n} bool or numbers of motions, not {brief(which)}; "
+                "positions by name are its second argument"
+            )
+        found = np.unique(given.astype(int))
+        if len(found) != given.size or (found.size and not 0 <= found[0] <= found[-1] < self.n):
+            raise ModelError(
+                f"reset: motions {brief(which)} must be different numbers from 0 to {self.n - 1}"
+            )
+        return np.asarray(given, dtype=int)
+
+    def __len__(self) -> int:
+        return self.n
+
+    def __repr__(self) -> str:
+        return f"Simulators({self.system.mechanism.name!r}, {self.n} motions)"
+
+
+def _count(system: System, n: Any) -> int:
+    """How many motions there are."""
+    if n is None and system.batch is not None:
+        return int(system.batch)
+    if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:
+        raise ModelError(f"Simulators: n is {brief(n)}: give a whole number from 1 on")
+    if system.batch is not None and n != system.batch:
+        raise ModelError(
+            f"Simulators: n is {n}, the system has {system.batch} designs, one for each motion: "
+            "leave n out"
+        )
+    return int(n)
+
+
+def _threads(given: Any) -> int:
+    if given is None:
+        return usable_cores()
+    if isinstance(given, bool) or not isinstance(given, int) or given < 1:
+        raise ModelError(f"Simulators: threads is {brief(given)}: give a whole number from 1 on")
+    return given

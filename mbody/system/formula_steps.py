@@ -1,0 +1,280 @@
+"""Formulas of measured quantities as steps for the kernels (`mbody.kernels.measured_formulas`).
+
+A `StepList` records what is computed, each number once. Its steps name bodies, inputs and own
+states; the assembler puts rows in the place of names. Numbers of the description that a formula
+takes (its constants, arms of points) become parameters.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mbody.laws import Constant, Law, MeasuredFormula
+from mbody.laws.postfix import CONSTANT, LOG, OPERATIONS, POWER_CONSTANT
+from mbody.model.driver import AngleDriver, DistanceDriver
+from mbody.model.element import Element, Marker, Numbers
+from mbody.model.mechanism import Mechanism
+from mbody.model.own_equations import equation
+from mbody.model.primitives import Signal
+from mbody.model.state_quantities import ORIGIN
+
+__all__ = ["Recorded", "StepList", "record_formula"]
+
+CODES = {name: n for n, name in enumerate(OPERATIONS)}
+VARIABLE = CODES["variable"]
+
+
+class Recorded:
+    """A number of a list of steps; operators record further ones."""
+
+    __slots__ = ("place", "steps")
+
+    def __init__(self, steps: StepList, place: int) -> None:
+        self.steps, self.place = steps, place
+
+    def __add__(self, other: Recorded) -> Recorded:
+        return self.steps.operation("+", self, other)
+
+    def __sub__(self, other: Recorded) -> Recorded:
+        return self.steps.operation("-", self, other)
+
+    def __mul__(self, other: Recorded) -> Recorded:
+        return self.steps.operation("*", self, other)
+
+    def __truediv__(self, other: Recorded) -> Recorded:
+        return self.steps.operation("/", self, other)
+
+
+class StepList:
+    """The steps of some formulas.
+
+    Attributes
+    ----------
+    steps : list of tuple
+        What each place is: ("position", body, axis), ("velocity", body, axis), ("turn", body, 0 or
+        1), ("time",), ("parameter", n), ("signal", name of an input), ("own", name of a state), or
+        ("law", n, places of its arguments), or an operation with the places that it takes.
+    numbers : list
+        The parameters, each a float or an array over a batch.
+    laws : list of Signal
+        The laws that steps evaluate.
+    value : int
+        The place of the value.
+    """
+
+    def __init__(self) -> None:
+        self.value = -1
+        self.steps: list[tuple[Any, ...]] = []
+        self.numbers: list[Any] = []
+        self.laws: list[Signal] = []
+        self._known: dict[tuple[Any, ...], int] = {}
+
+    def read(self, *what: Any) -> Recorded:
+        """A number of the instant."""
+        if what not in self._known:
+            self._known[what] = len(self.steps)
+            self.steps.append(what)
+        return Recorded(self, self._known[what])
+
+    def number(self, value: Any) -> Recorded:
+        """A number of the description: the next parameter."""
+        self.numbers.append(value)
+        return self.read("parameter", len(self.numbers) - 1)
+
+    def law(self, signal: Signal, *arguments: Recorded) -> Recorded:
+        """What a law gives at a number, or at two."""
+        self.laws.append(signal)
+        return self.read("law", len(self.laws) - 1, *(one.place for one in arguments))
+
+    def operation(self, name: str, *operands: Recorded) -> Recorded:
+        """What an operation gives."""
+        return self.read(name, *(one.place for one in operands))
+
+
+def record_formula(
+    law: MeasuredFormula,
+    constants: list[Any],
+    machine: Mechanism,
+    at: Numbers,
+    argument: Element | None = None,
+) -> StepList:
+    """The steps of one formula.
+
+    constants: its numbers as they are now, in their order; `argument`: the load whose own law it
+    is, by which "x" is known.
+    """
+    steps = StepList()
+    steps.value = _evaluated(steps, law, constants, machine, at, argument).place
+    return steps
+
+
+def _evaluated(
+    steps: StepList,
+    law: MeasuredFormula,
+    constants: list[Any],
+    machine: Mechanism,
+    at: Numbers,
+    argument: Element | None = None,
+) -> Recorded:
+    """The value of a formula."""
+    rest, variables = iter(constants), iter(law.variables)
+    stack: list[Recorded] = []
+    for name in law.operations:
+        if name not in CODES:
+            curve = machine.curves[name]
+            taken = [stack.pop() for _ in curve.takes][::-1]
+            stack.append(steps.law(Signal(curve.law, curve.parameters), *taken))
+            continue
+        code = CODES[name]
+        if code == VARIABLE:
+            stack.append(_quantity(steps, next(variables), machine, at, argument))
+        elif code == CONSTANT:
+            stack.append(steps.number(next(rest)))
+        elif code <= POWER_CONSTANT:
+            last = steps.number(next(rest))
+            stack.append(steps.operation(name.partition(" ")[0], stack.pop(), last))
+        elif code <= LOG:
+            stack.append(steps.operation(name, stack.pop()))
+        else:
+            b, a = stack.pop(), stack.pop()
+            stack.append(steps.operation(name, a, b))
+    return stack[-1]
+
+
+def _quantity(
+    steps: StepList, name: str, machine: Mechanism, at: Numbers, argument: Element | None
+) -> Recorded:
+    """A variable of a formula, by its name."""
+    if name == "t":
+        return steps.read("time")
+    if name == "x":
+        assert argument is not None, "checked when the formula was compiled"
+        return _own_argument(steps, argument, at)
+    if any(name == one.name for one in machine.inputs):
+        return steps.read("signal", name)
+    if any(name == one.name for one in machine.states):
+        return steps.read("own", name)
+    owner, _, key = name.rpartition(".")
+    element, _, point = owner.partition(".")
+    owned: Any = machine[element]
+    if owned.role == "body":
+        return _of_body(steps, element, point, key, at)
+    if owned.role == "load" and key in owned.__dataclass_fields__:
+        return _number_or_law(steps, owned, key, machine, at)
+    if owned.role == "load" and key in owned.outputs():
+        whole = equation(owned.outputs()[key][0], element)
+        return _evaluated(steps, whole, list(whole.constants), machine, at)
+    rate = key in ("rate", "vx", "vy")
+    if owned.role == "driver" and isinstance(owned, AngleDriver):
+        i, j = owned.bodies
+        return _turned(steps, i, j, rate)
+    if owned.role == "driver":
+        if isinstance(owned, DistanceDriver):
+            return _stretched(steps, owned, at, rate)
+        return _travelled(steps, owned, at, rate)
+    if owned.role == "load":
+        if key == "angle" or owned.by_angle:
+            return _turned(steps, owned.by, owned.body, rate)
+        return _stretched(steps, owned, at, rate)
+    if "angle" in owned.coordinates:
+        i, j = owned.bodies
+        found = _turned(steps, i, j, rate)
+        if rate:
+            return found
+        return found + steps.number(at.angle(owned, "j") - at.angle(owned, "i"))
+    return _travelled(steps, owned, at, rate)
+
+
+def _number_or_law(
+    steps: StepList, load: Any, field: str, machine: Mechanism, at: Numbers
+) -> Recorded:
+    """A number of a load, or the value of a law that it has."""
+    law = getattr(load, field)
+    if not isinstance(law, Law) or isinstance(law, Constant):
+        return steps.number(at[f"{load.name}.{field}"])
+    signal = at.law(load, field)
+    if isinstance(law, MeasuredFormula):
+        return _evaluated(steps, law, signal.parameters, machine, at)
+    return steps.law(signal, steps.read("time"))
+
+
+def _of_body(steps: StepList, body: str, point: str, key: str, at: Numbers) -> Recorded:
+    """Motion of a mass centre, or of a point of a body."""
+    if key in ("angle", "omega"):
+        return steps.read("position" if key == "angle" else "velocity", body, 2)
+    axis = 0 if key in ("x", "vx") else 1
+    if not point:
+        return steps.read("velocity" if key.startswith("v") else "position", body, axis)
+    marker = f"{body}.{point}"
+    cx, cy = at.point(f"{body}.cg")
+    at_origin = point == ORIGIN and not at.has_point(marker)
+    x, y = (0.0, 0.0) if at_origin else at.point(marker)
+    arm = x - cx, y - cy
+    place, velocity = _moving(steps, body, arm)
+    return velocity[axis] if key.startswith("v") else place[axis]
+
+
+def _moving(
+    steps: StepList, body: str, arm: tuple[Any, Any]
+) -> tuple[tuple[Recorded, Recorded], tuple[Recorded, Recorded]]:
+    """World place and velocity of what is at `arm` from the mass centre of a body."""
+    px, py = _directed(steps, body, arm)
+    x, y = (steps.read("position", body, axis) for axis in (0, 1))
+    vx, vy, w = (steps.read("velocity", body, axis) for axis in (0, 1, 2))
+    return (x + px, y + py), (vx - w * py, vy + w * px)
+
+
+def _directed(steps: StepList, body: str, vector: tuple[Any, Any]) -> tuple[Recorded, Recorded]:
+    """A vector in link axes, in world axes."""
+    a, b = (steps.number(part) for part in vector)
+    c, s = steps.read("turn", body, 0), steps.read("turn", body, 1)
+    return c * a - s * b, s * a + c * b
+
+
+def _ends(
+    steps: StepList, element: Any, at: Numbers
+) -> tuple[tuple[Recorded, Recorded], tuple[Recorded, Recorded]]:
+    """The way from the place on i to that on j, and its rate, in world axes."""
+    found = []
+    for field in ("i", "j"):
+        marker: Marker = element.place(field)
+        found.append(_moving(steps, marker.body, at.arm(element, field)))
+    (a, va), (b, vb) = found
+    return (b[0] - a[0], b[1] - a[1]), (vb[0] - va[0], vb[1] - va[1])
+
+
+def _stretched(steps: StepList, element: Any, at: Numbers, rate: bool) -> Recorded:
+    """Distance of two places, or its rate."""
+    (dx, dy), (vx, vy) = _ends(steps, element, at)
+    length = steps.operation("hypot", dx, dy)
+    return (dx * vx + dy * vy) / length if rate else length
+
+
+def _travelled(steps: StepList, element: Any, at: Numbers, rate: bool) -> Recorded:
+    """Displacement of the place on j along the x axis of the marker on i, or its rate."""
+    (dx, dy), (vx, vy) = _ends(steps, element, at)
+    angle, body = at.angle(element, "i"), element.place("i").body
+    ux, uy = _directed(steps, body, (np.cos(angle), np.sin(angle)))
+    if not rate:
+        return ux * dx + uy * dy
+    w = steps.read("velocity", body, 2)
+    return ux * vx + uy * vy + w * (ux * dy - uy * dx)
+
+
+def _turned(steps: StepList, i: str, j: str, rate: bool) -> Recorded:
+    """Angle of body j from body i, or its rate."""
+    kind = "velocity" if rate else "position"
+    return steps.read(kind, j, 2) - steps.read(kind, i, 2)
+
+
+def _own_argument(steps: StepList, load: Any, at: Numbers) -> Recorded:
+    """What the law of a spring or a damper is of: stretch or rate, angle or rate."""
+    rate = not load.free
+    found = (
+        _turned(steps, load.by, load.body, rate)
+        if load.by_angle
+        else _stretched(steps, load, at, rate)
+    )
+    return found if rate else found - steps.number(at[f"{load.name}.{load.free}"])

@@ -1,0 +1,171 @@
+"""Motions that are led on step by step."""
+
+import copy
+from dataclasses import replace
+
+from mbody import (
+    Body,
+    Controller,
+    DistanceDriver,
+    Event,
+    Gravity,
+    Input,
+    Marker,
+    Mechanism,
+    Revolute,
+    SimulationSettings,
+    Simulator,
+    assemble,
+    gallery,
+)
+from mbody.laws import ConstantSpeed, Harmonic
+from tests.errors.models import four_bar
+from tests.errors.results import batch
+
+
+def led(**options):
+    """A free four-bar."""
+    return Simulator(gallery.load("free_fourbar"), **options)
+
+
+def ended():
+    machine = Mechanism("ball")
+    machine.add(Body("ball", mass=1.0, guess=(0.0, 1.0, 0.0)), Gravity("gravity", y=-9.81))
+    machine.simulation = SimulationSettings(1.0, events=[Event("ball.y", stop=True)])
+    sim = Simulator(machine)
+    sim.until(2.0)
+    sim.step(0.1)
+
+
+def later():
+    machine = four_bar()
+    machine.simulation = SimulationSettings(1.0, release={"motor": 0.5})
+    Simulator(machine)
+
+
+def back(ask):
+    def scenario():
+        sim = led()
+        sim.step(0.1)
+        ask(sim)
+
+    return scenario
+
+
+def given(state):
+    """A state that is set."""
+
+    def scenario():
+        sim = led()
+        sim.state = state(sim)
+
+    return scenario
+
+
+def heavier(sim):
+    return Simulator(assemble(sim.system.mechanism).with_values({"rocker.weight": 9.0})).state
+
+
+def with_more():
+    machine = gallery.load("free_fourbar")
+    machine.add(Gravity("wind", x=1.0))
+    return Simulator(machine).state
+
+
+def controlled():
+    """The same four-bar with a controller."""
+    machine = gallery.load("free_fourbar")
+    machine.add(Input("u", 0.0), Controller("pd", lambda t: 0.0, "1 ms", sets=["u"]))
+    return Simulator(machine)
+
+
+def followed():
+    """An input that follows a law of time."""
+    machine = gallery.load("free_fourbar")
+    machine.add(Input("u", Harmonic(0.0, 1.0, 2.0)))
+    return Simulator(machine)
+
+
+def assigned(simulator):
+    def scenario():
+        simulator().inputs["u"] = 1.0
+
+    return scenario
+
+
+def crane():
+    """No position has the length of the rope after a while."""
+    machine = Mechanism("crane", ground={"T": (0.0, 2.0)})
+    machine.add(
+        Body("boom", mass=1.0, points={"P": (1.0, 0.0)}, cg=(0.5, 0.0), guess=0.3),
+        Revolute("O", "ground", "boom"),
+        DistanceDriver("winch", "ground.T", "boom.P", ConstantSpeed(2.0, 0.5)),
+    )
+    Simulator(machine).reset({"boom.angle": 0.4}, t=5.0)
+
+
+def many():
+    """Twelve hundred discs on pins: more rows than dense matrices have."""
+    machine = Mechanism("discs")
+    for n in range(1200):
+        machine.add(Body(f"d{n}", mass=1.0, guess=(float(n), 0.0, 0.0)))
+        machine.add(Revolute(f"p{n}", Marker("ground", (float(n), 0.0)), f"d{n}"))
+    return Simulator(machine)
+
+
+def pulled_out():
+    del open_input().inputs["u"]
+
+
+def open_input():
+    machine = gallery.load("free_fourbar")
+    machine.add(Input("u", 0.0))
+    return Simulator(machine)
+
+
+def input_as(value):
+    def scenario():
+        open_input().inputs["u"] = value
+
+    return scenario
+
+
+SCENARIOS = {
+    "a simulator that is copied": lambda: copy.copy(led()),
+    "a batch that is led on": lambda: Simulator(batch().system),
+    "a driver that is released later on": later,
+    "a step of nothing": back(lambda sim: sim.step(0.0)),
+    "a step backwards": back(lambda sim: sim.step(-1e-3)),
+    "a step that is no time": back(lambda sim: sim.step("3 m")),
+    "a time that is over": back(lambda sim: sim.until(0.05)),
+    "a motion that has ended": ended,
+    "a state that is none": given(lambda sim: [0.0, 1.0]),
+    "a state of other bodies": given(lambda sim: Simulator(gallery.load("double_pendulum")).state),
+    "a state that is not whole": given(lambda sim: replace(sim.state, carried=None)),
+    "a state of another method": given(lambda sim: led(method="radau5").state),
+    "a state of other numbers": given(heavier),
+    "a state of other elements": given(lambda sim: with_more()),
+    "a state of other controllers": given(lambda sim: controlled().state),
+    "an input that a controller sets": assigned(controlled),
+    "an input that follows its law": assigned(followed),
+    "accelerations by inputs that are no numbers": back(lambda sim: sim.accelerations("much")),
+    "a reset to what is no state": back(lambda sim: sim.reset([1.0])),
+    "a reset to a state of other bodies": back(
+        lambda sim: sim.reset(Simulator(gallery.load("double_pendulum")).state)
+    ),
+    "a reset of a body that there is not": back(lambda sim: sim.reset({"krank": {"angle": 1.0}})),
+    "a reset of a name without a body": back(lambda sim: sim.reset({"angle": 1.0})),
+    "a reset of what a body has not": back(lambda sim: sim.reset({"crank.alpha": 1.0})),
+    "a reset in metres": back(lambda sim: sim.reset({"crank.angle": "1 m"})),
+    "a reset at a time when nothing closes": crane,
+    "a reset by names of very many bodies": lambda: many().reset({"d1": {"angle": 1.0}}),
+    "minimal coordinates of very many bodies": lambda: many().q_min,
+    "a body that there is not": back(lambda sim: sim["krank"]),
+    "a point that there is not": back(lambda sim: sim["crank.Z"]),
+    "a measure that there is not": back(lambda sim: sim.measure("crank.colour")),
+    "an input that there is not": back(lambda sim: sim.inputs["u"]),
+    "an input that is taken away": pulled_out,
+    "an input that is no number": input_as("much"),
+    "an input that is not finite": input_as(float("nan")),
+    "accelerations by too many inputs": back(lambda sim: sim.accelerations([1.0])),
+}
