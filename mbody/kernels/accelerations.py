@@ -25,12 +25,24 @@ from __future__ import annotations
 import numpy as np
 
 from mbody.core.decorators import kernel, njit
-from mbody.core.lanes import ld, st
+from mbody.core.lanes import highest, ld, st
 from mbody.kernels.constraints import rows, turns
 from mbody.kernels.forces import forces, signals
+from mbody.kernels.friction import (
+    add_sliding,
+    any_sliding,
+    friction_changes,
+    friction_sizes,
+    responses,
+    store_sliding,
+    viscous_friction,
+)
 from mbody.kernels.layout import Layout, Work
 from mbody.kernels.position_velocity import clear, weigh
 from mbody.kernels.schur_ldl import VANISHED, apply_g, apply_gt, factor, solve
+
+#: Solutions with friction as a load, at most: one as a rule, more where rows are redundant.
+FRICTION_PASSES = 6
 
 __all__ = ["augmented_solution", "free_accelerations", "free_motion", "repeat"]
 
@@ -49,6 +61,25 @@ def free_accelerations(L, W, w, regularization, refinements):
 def augmented_solution(L, W, w, refinements):
     """W.a and W.lam ← a and λ by the present rows and their factor, refined so many times."""
     forces(L, W, w, -1)
+    if L.friction_kind.shape[0] == 0:
+        balanced_motion(L, W, w, refinements)
+        return
+    viscous_friction(L, W, w)
+    balanced_motion(L, W, w, refinements)
+    if highest(any_sliding(L, W, w)) > 0.0:
+        responses(L, W, w)
+        friction_sizes(L, W, w)
+        for _ in range(FRICTION_PASSES):
+            add_sliding(L, W, w)
+            balanced_motion(L, W, w, refinements)
+            if not friction_changes(L, W, w):
+                break
+    store_sliding(L, W, w)
+
+
+@njit
+def balanced_motion(L, W, w, refinements):
+    """W.a and W.lam ← a and λ for the loads in W.force; see `augmented_solution`."""
     # u = M⁻¹ f on slots
     clear(W.u, w)
     for s in range(L.slots):

@@ -31,6 +31,25 @@ def rows(L, W, w, position, velocity):
     """Fill Φ, Φ_q and ν (unless `position` is None) and γ (unless `velocity` is None)."""
     for e in range(L.primitive_kind.shape[0]):
         every_kind(L, W, w, e, L.primitive_kind[e], position, velocity)
+    # on lanes no row is switched on
+    if count(w) == 1 and L.switched.shape[0] > 0:
+        switch(L, W, w, position, velocity)
+
+
+@njit
+def switch(L, W, w, position, velocity):
+    """Rows that can be on or off ← what their physics gave, less the anchor of Φ, or nothing."""
+    for s in range(L.switched.shape[0]):
+        e, on = L.switched[s], ld(W.on, s, w)
+        k, m = L.primitive_node[e], L.written_node[e]
+        if position is not None:
+            st(W.phi, 2 * k, on * (ld(W.phi, 2 * m, w) - ld(W.anchor, s, w)), w)
+            st(W.nu, 2 * k, on * ld(W.nu, 2 * m, w), w)
+            for n in range(3):
+                st(W.block, 12 * k + n, on * ld(W.block, 12 * m + n, w), w)
+                st(W.block, 12 * k + 6 + n, on * ld(W.block, 12 * m + 6 + n, w), w)
+        if velocity is not None:
+            st(W.gamma, 2 * k, on * ld(W.gamma, 2 * m, w), w)
 
 
 @inline
@@ -70,7 +89,7 @@ def side(W, b, w):
 def put(L, W, w, e, position, velocity, physics):
     """Store what the physics of primitive e gave at its node; constants are there already."""
     phi, blocks, nu, gamma = physics
-    k = L.primitive_node[e]
+    k = L.written_node[e]
     if position is not None:
         st_varying(W.phi, 2 * k, phi[0], w)
         st_varying(W.phi, 2 * k + 1, phi[1], w)

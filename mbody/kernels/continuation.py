@@ -43,6 +43,7 @@ from mbody.kernels.branch_monitor import (
     store_parts,
 )
 from mbody.kernels.forces import forces, signals
+from mbody.kernels.friction import viscous_friction
 from mbody.kernels.layout import Layout, Work
 from mbody.kernels.output import keep
 from mbody.kernels.position_velocity import (
@@ -297,6 +298,8 @@ def follow(L: Layout, W: Work, path: DrivenPath, found: FollowedPath) -> int:
         derivatives_by_time(L, W, w, path, k)
         if path.with_forces:
             forces(L, W, w, -1)
+            if L.friction_kind.shape[0] > 0:
+                viscous_friction(L, W, w)
             rest = multipliers(L, W, w)
             if not rest <= progress[UNBALANCED] and not np.isnan(progress[UNBALANCED]):
                 progress[UNBALANCED] = rest

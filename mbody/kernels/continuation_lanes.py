@@ -20,6 +20,17 @@ from mbody.kernels.branch_monitor import signs_kept
 from mbody.kernels.constraints import rows, turns
 from mbody.kernels.continuation import BY_DRIVER, CORRECTION, SLIGHT, SPREAD, TURNED
 from mbody.kernels.forces import forces, signals
+from mbody.kernels.friction import (
+    BY_RATES,
+    CERTIFICATE,
+    add_sliding,
+    friction_error,
+    friction_sizes,
+    load_columns,
+    senses_by_rates,
+    store_sliding,
+    viscous_friction,
+)
 from mbody.kernels.layout import Layout, Work
 from mbody.kernels.output import keep, keep_some
 from mbody.kernels.position_velocity import (
@@ -64,6 +75,8 @@ RESIDUAL = 1e-11**2
 GROWTH = 1e4
 #: The same above which the other choice of pivots is tried.
 LARGE = 100.0
+#: Spectral radius up to which friction is unique, with what rounding may take.
+CERTAIN = 1.0 - 1e-12
 #: Places by which one is predicted: two; two until a second Newton step is needed; three, which
 #: spares that step and costs figures (forces to 1e-12 of their peak instead of 1e-13).
 TWO, TWO_AT_FIRST, THREE = 0, 1, 2
@@ -228,7 +241,10 @@ def advance(L, P, Q, W, F, path, followed, k):
     if path.with_forces:
         if L.action_kind.shape[0] > 0:
             forces(L, W, w, -1)
-        residual = multipliers_square(L, S, W, w, F)
+        if L.friction_kind.shape[0] > 0:
+            residual = rough_multipliers_square(L, S, W, w, F)
+        else:
+            residual = multipliers_square(L, S, W, w, F)
     else:
         residual = rate_residual(L, W, w)
     failed = larger(failed, select_le(residual, zero, zero, one))
@@ -344,3 +360,25 @@ def multipliers_square(L, P, W, w, F):
         terms = terms + f * f + g * g
         rest = rest + (f - g) * (f - g)
     return rest - RESIDUAL * terms
+
+
+@njit
+def rough_multipliers_square(L, P, W, w, F):
+    """The same with friction. Beyond what is allowed are lanes, too, in which friction is not
+    certain to be unique, or has not converged.
+    """
+    viscous_friction(L, W, w)
+    multipliers_square(L, P, W, w, F)
+    if L.senses == BY_RATES:
+        senses_by_rates(L, W, w)
+    size = 2 * L.nodes
+    for f in range(L.friction_kind.shape[0]):
+        load_columns(L, W, w, f)
+        solve_transposed(P, W, w, F, W.u, W.response[size * f : size * (f + 1)])
+    friction_sizes(L, W, w)
+    add_sliding(L, W, w)
+    residual = multipliers_square(L, P, W, w, F)
+    off = friction_error(L, W, w)
+    store_sliding(L, W, w)
+    radius = ld(W.friction, CERTIFICATE, w)
+    return larger(larger(residual, off), radius - CERTAIN)

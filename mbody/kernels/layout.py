@@ -18,11 +18,13 @@ from mbody.core.bundle import Bundle, Floats, Ints, Rows, Tables, array_words
 from mbody.core.lanes import aligned
 
 __all__ = [
+    "FRICTION_NUMBERS",
     "LEAST_MASS",
     "SAMPLES",
     "Frame",
     "Layout",
     "Work",
+    "first_beyond",
     "frame_of",
     "integers",
     "inverse_masses",
@@ -33,6 +35,9 @@ __all__ = [
 LEAST_MASS = 1e-7
 #: Samples of a step by which its branch is judged, both ends included, at most.
 SAMPLES = 7
+#: Numbers of what is known of all rough pairs together: uniqueness, the part of friction that was
+#: reached, a determinant (`mbody.kernels.friction`).
+FRICTION_NUMBERS = 3
 
 
 class Layout(Bundle):
@@ -56,6 +61,17 @@ class Layout(Bundle):
     primitive_node: Ints
     primitive_law: Ints
     primitive_handle: Ints
+    # node where the physics of each is written: its own, or one beyond all nodes of a row that can
+    # be on or off; and which primitives these are
+    written_node: Ints
+    switched: Ints
+    # rough pairs: kind, node whose multipliers press, tangent row among those that are switched,
+    # first parameter; how their senses are known (`mbody.kernels.friction`)
+    friction_kind: Ints
+    friction_node: Ints
+    friction_tangent: Ints
+    friction_par: Ints
+    senses: int
     # nodes: first column of either side; blocks below the diagonal of each; their rows
     node_column: Ints
     # sides of nodes beyond the second, of one row: (node, first column) of each, (sides, 2); their
@@ -157,6 +173,22 @@ class Work(Bundle):
     base: Rows
     # blocks of the position that was factored, while the factor serves at another one; one lane
     factored_block: Floats
+    # rows that can be on or off: whether they are on, what is subtracted from Φ of them
+    on: Rows
+    anchor: Rows
+    # rough pairs: sense of sliding, rate, coefficient of friction, size x of friction; what is
+    # known of all (`mbody.kernels.friction`)
+    sense: Rows
+    rate: Rows
+    coefficient: Rows
+    slip: Rows
+    friction: Rows
+    # λ by the friction of each pair, (pairs · rows of all nodes); Newton's matrix and vectors; what
+    # a step from less friction begins with
+    response: Rows
+    newton: Rows
+    kept_slip: Rows
+    kept_lam: Rows
     # arguments of a user's function, and its results
     user_arguments: Floats
     user_results: Floats
@@ -232,13 +264,15 @@ class Frame:
 def frame_of(layout: Layout, parameters: int, signals: int, lanes: int) -> Frame:
     """The frame of the workspaces of a system."""
     L = layout
-    shape = L.bodies, L.slots, L.nodes, len(L.block_row), len(L.more), L.owns, L.formula_numbers
+    numbers = L.bodies, L.slots, L.nodes, len(L.block_row), len(L.more), L.owns
+    shape = (*numbers, L.formula_numbers, len(L.switched), len(L.friction_kind))
     return _frame(shape, parameters, signals, lanes)
 
 
 @functools.lru_cache(maxsize=256)
 def _frame(shape: tuple[int, ...], parameters: int, signals: int, lanes: int) -> Frame:
-    bodies, slots, nodes, blocks, more, owns, formulas = shape
+    bodies, slots, nodes, blocks, more, owns, formulas, switched, pairs = shape
+    written = first_beyond(nodes, more) + switched if switched else nodes
     coordinates, columns = 3 * (bodies + 1), 3 * (slots + 1)
     rows = {
         "par": parameters,
@@ -253,7 +287,10 @@ def _frame(shape: tuple[int, ...], parameters: int, signals: int, lanes: int) ->
         "formula": formulas,
         "own": owns,
         "own_rate": owns,
-        "block": 12 * nodes + 6 * more,
+        "block": max(12 * nodes + 6 * more, 12 * written),
+        "phi": 2 * written,
+        "nu": 2 * written,
+        "gamma": 2 * written,
         "cross": nodes,
         "pivot": 3 * nodes,
         "monitor": 4 * nodes,
@@ -264,8 +301,14 @@ def _frame(shape: tuple[int, ...], parameters: int, signals: int, lanes: int) ->
         "r": columns,
         "scratch": 32,
         "past": 9 * coordinates,
+        "friction": FRICTION_NUMBERS,
+        "response": 2 * nodes * pairs,
+        "newton": pairs * (pairs + 2),
+        "kept_lam": 2 * nodes if pairs else 0,
     }
-    rows |= dict.fromkeys(("phi", "nu", "gamma", "diagonal", "x", "lam"), 2 * nodes)
+    rows |= dict.fromkeys(("diagonal", "x", "lam"), 2 * nodes)
+    rows |= dict.fromkeys(("on", "anchor"), switched)
+    rows |= dict.fromkeys(("sense", "rate", "coefficient", "slip", "kept_slip"), pairs)
     lengths = {
         "user_arguments": 17 + parameters,
         "user_results": 18,
@@ -273,6 +316,11 @@ def _frame(shape: tuple[int, ...], parameters: int, signals: int, lanes: int) ->
     }
     count = {n: max(1, rows.get(n, coordinates)) for n in Work.fields if n not in lengths}
     return Frame(count, lengths, lanes)
+
+
+def first_beyond(nodes: int, more: int) -> int:
+    """The first node whose blocks lie beyond those of all nodes and of their further sides."""
+    return nodes + -(-more // 2)
 
 
 def integers(values: Any) -> np.ndarray:

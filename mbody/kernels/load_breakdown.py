@@ -14,7 +14,7 @@ from mbody.kernels.forces import forces, signals
 from mbody.kernels.layout import Layout, Work
 from mbody.kernels.measured_formulas import measured_formulas, own_numbers
 from mbody.kernels.output import keep_primitives
-from mbody.kernels.position_velocity import clear, multipliers
+from mbody.kernels.position_velocity import balancing_multipliers, clear
 from mbody.kernels.schur_ldl import VANISHED, factor
 
 __all__ = ["breakdown", "each_load"]
@@ -43,7 +43,7 @@ def breakdown(
                 clear(W.force, w)
             else:
                 forces(L, W, w, cause)
-            multipliers(L, W, w)
+            balancing_multipliers(L, W, w)
             keep_primitives(L, W, w, output[k, cause + 1], 0)
 
 

@@ -22,10 +22,20 @@ import numpy as np
 from mbody.core.decorators import inline, njit
 from mbody.core.lanes import highest, ld, st
 from mbody.kernels.constraints import rows, turns
+from mbody.kernels.friction import (
+    BY_RATES,
+    add_sliding,
+    friction_changes,
+    friction_sizes,
+    responses,
+    senses_by_rates,
+    store_sliding,
+)
 from mbody.kernels.schur_ldl import apply_g, apply_gt, factor, solve
 
 __all__ = [
     "accelerations",
+    "balancing_multipliers",
     "multipliers",
     "newton",
     "put_column",
@@ -59,10 +69,10 @@ def copy(source, target, w):
 
 
 @inline
-def sum_of_squares(array, w):
-    """Sum of squares of each lane; NaN where there is one."""
+def sum_of_squares(array, count, w):
+    """Sum of squares of the first rows, of each lane; NaN where there is one."""
     m = 0.0 * ld(array, 0, w)
-    for n in range(array.shape[0]):
+    for n in range(count):
         x = ld(array, n, w)
         m = m + x * x
     return m
@@ -87,12 +97,13 @@ def least_motion(L, W, w, c, checked):
     weigh(L, W, w, W.u)
     if not checked:
         return
-    terms = sum_of_squares(c, w)
+    # rows of c beyond those of the nodes are no equations
+    terms = sum_of_squares(c, 2 * L.nodes, w)
     for _ in range(REFINEMENTS):
         apply_g(L, W, w, W.u, W.x)
         for n in range(2 * L.nodes):
             st(W.x, n, ld(c, n, w) - ld(W.x, n, w), w)
-        if highest(sum_of_squares(W.x, w) - ROUNDING * ROUNDING * terms) <= 0.0:
+        if highest(sum_of_squares(W.x, 2 * L.nodes, w) - ROUNDING * ROUNDING * terms) <= 0.0:
             break
         solve(L, W, w)
         clear(W.r, w)
@@ -225,9 +236,28 @@ def applied_share(L, W, w, s, n):
 
 @njit
 def multipliers(L, W, w):
-    """λ from Gᵀ λ = f − M a, the loads being in W.force; returns the size of the residual, as a
-    part of the terms.
+    """λ from Gᵀ λ = f − M a, the loads being in W.force, friction included; returns the size of the
+    residual, as a part of the terms.
     """
+    rest = balancing_multipliers(L, W, w)
+    if L.friction_kind.shape[0] == 0:
+        return rest
+    if L.senses == BY_RATES:
+        senses_by_rates(L, W, w)
+    responses(L, W, w)
+    friction_sizes(L, W, w)
+    for _ in range(REFINEMENTS):
+        add_sliding(L, W, w)
+        rest = balancing_multipliers(L, W, w)
+        if not friction_changes(L, W, w):
+            break
+    store_sliding(L, W, w)
+    return rest
+
+
+@njit
+def balancing_multipliers(L, W, w):
+    """λ from Gᵀ λ = f − M a for the loads in W.force; see `multipliers`."""
     clear(W.lam, w)
     for s in range(L.slots):
         for n in range(3):

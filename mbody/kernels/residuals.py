@@ -8,6 +8,7 @@ from mbody.core.bundle import Bundle, Floats, Ints, Rows, Stacks
 from mbody.core.decorators import kernel
 from mbody.kernels.constraints import rows, turns
 from mbody.kernels.forces import forces, signals
+from mbody.kernels.friction import add_row
 from mbody.kernels.layout import Layout, Work
 from mbody.kernels.measured_formulas import own_numbers
 from mbody.kernels.position_velocity import clear
@@ -69,6 +70,11 @@ def residuals_of(L: Layout, W: Work, found: Finished, output: Rows) -> None:
         forces(L, W, w, -1)
         clear(W.lam, w)
         for e in range(L.primitive_node.shape[0]):
+            if L.written_node[e] != L.primitive_node[e]:
+                # a row that can be off acts all the same: as friction
+                m, i, j = L.written_node[e], L.primitive_i[e], L.primitive_j[e]
+                add_row(W, w, m, i, j, lam[k, 2 * e])
+                continue
             W.lam[2 * L.primitive_node[e], 0] = lam[k, 2 * e]
             W.lam[2 * L.primitive_node[e] + 1, 0] = lam[k, 2 * e + 1]
         clear(W.u, w)

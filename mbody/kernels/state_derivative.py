@@ -13,6 +13,7 @@ from mbody.core.bundle import Rows
 from mbody.core.decorators import inline, kernel, njit
 from mbody.core.lanes import ld, st
 from mbody.kernels.forces import forces, signals
+from mbody.kernels.friction import friction_loss
 from mbody.kernels.layout import Layout, Work
 from mbody.kernels.output import keep
 from mbody.kernels.projection import constrained_accelerations
@@ -73,6 +74,9 @@ def powers(L, W, P):
         total = 0.0
         for n in range(3 * L.bodies):
             total += W.force[n, 0] * W.v[n, 0]
+        if not alone:
+            # friction is among the forces, and no load
+            total += friction_loss(L, W)
         P[cause] = total
     for d in range(L.driver_row.shape[0]):
         # an effort is −λ

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
 from mbody.model.element import Element
-from mbody.model.primitives import ConstraintPrimitive
+from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -92,3 +92,11 @@ class Constraint(Element):
     def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """The rows with their numbers, as the kernels take them."""
         raise NotImplementedError
+
+    def frictions(self, at: Numbers) -> list[FrictionPrimitive]:
+        """Its rough pairs with their numbers; none of most elements."""
+        return []
+
+    def all_primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
+        """Its rows, then the tangent rows of its rough pairs."""
+        return [*self.primitives(at), *(one.tangent for one in self.frictions(at))]

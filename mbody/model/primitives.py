@@ -20,6 +20,7 @@ __all__ = [
     "LOADS",
     "ConstraintPrimitive",
     "ForcePrimitive",
+    "FrictionPrimitive",
     "Part",
     "Physics",
     "Signal",
@@ -131,6 +132,9 @@ class ConstraintPrimitive:
         The user's own physics in plain Python, for kind ``"user"``.
     parts : tuple of Part
         What a ``"sum"`` adds up, over more bodies than two.
+    switched : bool
+        Whether its one row can be on or off, as of a contact or of a pair that sticks or slides;
+        it begins off.
     """
 
     kind: str
@@ -142,12 +146,36 @@ class ConstraintPrimitive:
     law: Signal | None = None
     function: Callable[..., Any] | None = None
     parts: tuple[Part, ...] = ()
+    switched: bool = False
 
     @property
     def bodies(self) -> tuple[str, ...]:
         """All bodies that the rows are about: i and j, then what else a sum moves."""
         more = (body for part in self.parts for body in (part.i, part.j) if body != "ground")
         return tuple(dict.fromkeys((self.i, self.j, *more)))
+
+
+@dataclass(frozen=True)
+class FrictionPrimitive:
+    """A rough pair: what slides, and what presses it; see `mbody.kernels.friction`.
+
+    Attributes
+    ----------
+    kind : str
+        ``"pin"``, ``"guide"`` or ``"pressed"``.
+    tangent : ConstraintPrimitive
+        The row whose rate is the rate of sliding, switched: it is on while the pair sticks.
+    presses : int
+        Which primitive of the element has the reaction that presses.
+    parameters : list
+        Kinetic and static coefficient, speed of Stribeck's curve (0: none), viscous coefficient,
+        then radius of a pin, or length and height of a guide; floats or arrays over a batch.
+    """
+
+    kind: str
+    tangent: ConstraintPrimitive
+    presses: int
+    parameters: list[Any]
 
 
 @dataclass(frozen=True)

@@ -17,12 +17,19 @@ import numpy as np
 from mbody.errors import ModelError
 from mbody.kernels.constraints import KINDS as PRIMITIVE_KINDS
 from mbody.kernels.forces import KINDS as ACTION_KINDS
-from mbody.kernels.layout import Layout, integers
+from mbody.kernels.friction import BY_RATES, FRICTION_KINDS
+from mbody.kernels.layout import Layout, first_beyond, integers
 from mbody.laws import LAW_KINDS, Constant, Law
+from mbody.model.constraint import Constraint
 from mbody.model.element import Element, Numbers
 from mbody.model.mechanism import Mechanism, snapshot
 from mbody.model.own_equations import OwnState, signal_of
-from mbody.model.primitives import ConstraintPrimitive, ForcePrimitive, Signal
+from mbody.model.primitives import (
+    ConstraintPrimitive,
+    ForcePrimitive,
+    FrictionPrimitive,
+    Signal,
+)
 from mbody.model.states import State
 from mbody.quantities import Formula
 from mbody.system.elimination_order import Elimination, eliminate, split
@@ -121,9 +128,11 @@ class _Compiler:
         found = [
             (PRIMITIVE_KINDS.index(primitive.kind), element, part, primitive)
             for element in mechanism.constraints
-            for part, primitive in enumerate(element.primitives(at))
+            for part, primitive in enumerate(element.all_primitives(at))
         ]
         found.sort(key=lambda entry: entry[0])
+        #: Elements with rough pairs.
+        self.rough = [one for one in mechanism.constraints if one.frictions(at)]
         self.owners = [(element, part) for _, element, part, _ in found]
         self.first_primitives = [primitive for *_, primitive in found]
         loads = [
@@ -181,7 +190,7 @@ class _Compiler:
     def primitives(self, numbers: dict[str, Any]) -> list[ConstraintPrimitive]:
         """All primitives in the order of the kernels, with their numbers."""
         at = self.read(numbers)
-        made = {element.name: element.primitives(at) for element in self.mechanism.constraints}
+        made = {one.name: one.all_primitives(at) for one in self.mechanism.constraints}
         return [made[element.name][part] for element, part in self.owners]
 
     def actions(self, numbers: dict[str, Any]) -> list[ForcePrimitive]:
@@ -230,6 +239,9 @@ class _Compiler:
             columns.extend(law.parameters)
         for action in actions:
             columns.extend(action.parameters)
+        for element in self.rough:
+            for pair in element.frictions(at):
+                columns.extend(pair.parameters)
         columns += [0.0] * SPARE
         masses: list[Any] = []
         for body in self.mechanism.bodies:
@@ -297,10 +309,14 @@ class _Compiler:
         sizes = [len(primitive.parameters) + 2 for primitive in primitives]
         sizes += [len(law.parameters) for law in laws]
         sizes += [len(action.parameters) for action in actions]
+        at = self.read(self.numbers())
+        pairs = [(element, pair) for element in self.rough for pair in element.frictions(at)]
+        sizes += [len(pair.parameters) for _, pair in pairs]
         offset = np.concatenate([[0], np.cumsum(sizes)]).astype(int)
         tables = [law.law.table() for law in laws]
         table_start = np.concatenate([[0], np.cumsum([len(table) for table in tables])]).astype(int)
         a, b = len(primitives), len(primitives) + len(laws)
+        c = b + len(actions)
         of_time = len(self.signal_laws)
         timed = [n for n in range(of_time) if laws[n].steps is None]
         order = sorted(timed, key=lambda n: isinstance(self.signal_laws[n], Constant))
@@ -326,6 +342,11 @@ class _Compiler:
         for n in range(len(states)):
             k = len(laws) - sum(called) - len(states) + n
             formulas.add(laws[k], offset[a + k], laws=first[k], rate=n)
+        switched = [e for e, primitive in enumerate(primitives) if primitive.switched]
+        beyond = first_beyond(len(slots.sides), len(plan.more_node))
+        written = [place[e] for e in range(a)]
+        for n, e in enumerate(switched):
+            written[e] = beyond + n
         primitive_of = {element.name: e for e, (element, _) in enumerate(self.owners)}
         driven = [primitive_of[driver.name] for driver in self.mechanism.drivers]
         return Layout(
@@ -344,6 +365,9 @@ class _Compiler:
             primitive_node=integers([place[e] for e in range(a)]),
             primitive_law=primitive_law,
             primitive_handle=integers([-1] * a),
+            written_node=integers(written),
+            switched=integers(switched),
+            **self._frictions(pairs, place, switched, offset[c:-1]),
             node_column=integers(columns),
             more=np.column_stack([plan.more_node, 3 * plan.more_slot]),
             **self._sums(place, plan),
@@ -376,14 +400,38 @@ class _Compiler:
             action_i=integers([index[action.i] for action in actions]),
             action_j=integers([index[action.j] for action in actions]),
             action_by=integers([index[action.by] for action in actions]),
-            action_par=integers(offset[b:-1]),
-            action_count=integers(sizes[b:]),
+            action_par=integers(offset[b:c]),
+            action_count=integers(sizes[b:c]),
             action_signal=integers(self.action_signal),
             action_law=action_law,
             action_handle=integers([-1] * len(actions)),
             action_cause=integers([cause for cause, _ in self.action_owners]),
             table=np.concatenate([*tables, np.zeros(1)]),
         )
+
+    def _frictions(
+        self,
+        pairs: list[tuple[Constraint, FrictionPrimitive]],
+        place: dict[int, int],
+        switched: list[int],
+        first: np.ndarray,
+    ) -> dict[str, Any]:
+        """The rough pairs, in the order of the description."""
+        number = {(one.name, part): e for e, (one, part) in enumerate(self.owners)}
+        at = self.read(self.numbers())
+        tangents, count = [], dict[str, int]()
+        for element, _ in pairs:
+            own = len(element.primitives(at))
+            part = count[element.name] = count.get(element.name, own - 1) + 1
+            tangents.append(switched.index(number[element.name, part]))
+        pressing = [place[number[element.name, pair.presses]] for element, pair in pairs]
+        return {
+            "friction_kind": integers([FRICTION_KINDS.index(pair.kind) for _, pair in pairs]),
+            "friction_node": integers(pressing),
+            "friction_tangent": integers(tangents),
+            "friction_par": integers(first),
+            "senses": BY_RATES,
+        }
 
     def _sums(self, place: dict[int, int], plan: Elimination) -> dict[str, Any]:
         """The parts of all sums, and the places of the blocks of their bodies."""

@@ -13,7 +13,14 @@ import numpy as np
 from mbody.core.callbacks import register, release
 from mbody.core.presentation import present
 from mbody.errors import ModelError
-from mbody.kernels.layout import Layout, Work, frame_of, integers, inverse_masses
+from mbody.kernels.layout import (
+    FRICTION_NUMBERS,
+    Layout,
+    Work,
+    frame_of,
+    integers,
+    inverse_masses,
+)
 from mbody.kernels.loop_closure import violation
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.laws import Law
@@ -98,8 +105,9 @@ class System:
 
     @functools.cached_property
     def rows(self) -> int:
-        """Number of constraint rows, drivers included."""
-        return sum(len(kinds) for kinds in self.row_kinds)
+        """Number of constraint rows, drivers included, without those that can be on or off."""
+        every = sum(len(kinds) for kinds in self.row_kinds)
+        return every - len(self.switched_rows)
 
     @property
     def coordinates(self) -> int:
@@ -283,8 +291,15 @@ class System:
     def page_rows(self) -> int:
         """How many numbers are kept of an instant (`mbody.kernels.output`)."""
         L = self.layout
-        own = L.owns + len(L.input_row)
-        return 3 * self.coordinates + PER_PRIMITIVE * len(self.owners) + own
+        return self.friction_rows.stop + L.owns + len(L.input_row)
+
+    @property
+    def friction_rows(self) -> slice:
+        """Where what is known of all rough pairs is among them (`mbody.kernels.friction`): empty
+        where there are none.
+        """
+        first = 3 * self.coordinates + PER_PRIMITIVE * len(self.owners)
+        return slice(first, first + (FRICTION_NUMBERS if len(self.layout.friction_kind) else 0))
 
     @property
     def own_rows(self) -> slice:
@@ -383,9 +398,10 @@ class System:
         """
         L = self.layout
         weights, pad, blocks = (np.zeros((size * L.nodes, 1)) for size in (2, 2, 12))
-        for kinds, node in zip(self.row_kinds, L.primitive_node, strict=True):
+        pairs = zip(self.row_kinds, L.primitive_node, strict=True)
+        for e, (kinds, node) in enumerate(pairs):
             for row in range(2):
-                if row < len(kinds):
+                if row < len(kinds) and e not in self.switched_rows:
                     weights[2 * node + row] = 1.0 if kinds[row] == "l" else self.length**-2
                 else:
                     pad[2 * node + row] = 1.0
@@ -402,15 +418,21 @@ class System:
         return weights, pad, blocks
 
     @functools.cached_property
+    def switched_rows(self) -> dict[int, int]:
+        """Of the primitives that can be on or off their number among these."""
+        return {int(e): n for n, e in enumerate(self.layout.switched)}
+
+    @functools.cached_property
     def row_table(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Of every row its primitive, its number in it, and whether it is an angle: joints in the
-        order of the description, then drivers.
+        order of the description, then drivers. Rows that can be on or off are not among them.
         """
         found = [
             (e, row, kind == "a")
             for primitives in self.primitives_of.values()
             for e in primitives
             for row, kind in enumerate(self.row_kinds[e])
+            if e not in self.switched_rows
         ]
         table = np.array(found, dtype=np.int64).reshape(-1, 3)
         return table[:, 0], table[:, 1], table[:, 2] == 1

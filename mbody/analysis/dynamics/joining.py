@@ -172,6 +172,7 @@ def _widened(system: System, run: Solution) -> Array:
     n3 = 3 * system.coordinates
     wide = np.zeros((len(run), system.page_rows, 1))
     wide[:, :n3] = block[:, :n3]
+    wide[:, system.friction_rows] = block[:, run.system.friction_rows]
     wide[:, system.own_rows] = block[:, run.system.own_rows]
     here = {(element.name, part): e for e, (element, part) in enumerate(system.owners)}
     for e, (element, part) in enumerate(run.system.owners):

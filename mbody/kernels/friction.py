@@ -1,0 +1,477 @@
+"""Sliding friction from the real reaction, by the factor at hand.
+
+A rough pair k has a tangent row g_k (the rate of sliding is g_k v − ν_k) and a size φ_k of friction
+that the multipliers of what presses it decide. It slides in the sense σ_k = ±1, so that the system
+gets the force −g_kᵀ λ_k with λ_k = σ_k x_k, x_k = φ_k(λ) ≥ 0. That enters the equations as a load:
+
+    Gᵀ λ = f − M a − Σ σ_k g_kᵀ x_k    ⇒    λ = λ₀ + B x,    x = φ(λ₀ + B x),
+
+with one more solve by the same factor for each pair: column k of B. In free motion λ₀ and B are of
+S = G M⁻¹ Gᵀ (`mbody.kernels.accelerations`), where drivers determine everything of the multipliers
+alone. Newton's method with I − φ′ B, of one unknown a pair, converges in two to four passes, as
+every φ_k is positively homogeneous:
+
+    a pin of radius r        ρ |R|,  ρ = μ r/√(1 + μ²): the friction circle, R the whole reaction
+    a guide of length ℓ      μ max(|N|, 2 |T − μ σ h N/2|/ℓ): two points at the ends press, h the
+                             height between its rails; ℓ = 0: μ |N|
+    a pair that is pressed   μ |N|
+
+With |B| the Lipschitz constants of φ_k along the columns of B, a spectral radius ϱ(|B|) < 1 means
+that there is one solution: the certificate. Where it is not below 1 the solution is followed from
+no friction, x = s φ(λ₀ + B x) with s from 0 to 1; where det(I − s φ′ B) vanishes on the way the
+mechanism jams.
+
+Pairs whose sense is 0 have no sliding friction: they are open, or stick by a row of their own.
+Pfeiffer, Glocker: Multibody Dynamics with Unilateral Contacts (1996), 5.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from mbody.core.decorators import inline, njit
+from mbody.core.lanes import count, highest, larger, ld, lowest, select_le, smaller, st
+from mbody.kernels.schur_ldl import apply_g, solve
+
+__all__ = [
+    "BY_RATES",
+    "CERTIFICATE",
+    "DETERMINANT",
+    "FRICTION_KINDS",
+    "IMPENDING",
+    "REACHED_PART",
+    "add_row",
+    "add_sliding",
+    "any_sliding",
+    "friction_changes",
+    "friction_loss",
+    "friction_error",
+    "friction_sizes",
+    "load_columns",
+    "responses",
+    "senses_by_rates",
+    "sliding_rates",
+    "store_sliding",
+    "viscous_friction",
+]
+
+#: Kinds of rough pairs; the number of a kind is its place.
+FRICTION_KINDS = ("pin", "guide", "pressed")
+PIN, GUIDE = 0, 1
+#: What `Layout.senses` means: the rates decide the senses; they are in W.sense, of pairs that
+#: slide; the same of pairs at rest that are about to slide, whose coefficient is the static one.
+BY_RATES, SLIDING, IMPENDING = 0, 1, 2
+#: Numbers of W.friction: the spectral radius below which friction is unique; the part of friction
+#: that was reached, less than 1 where the mechanism jams; det(I − φ′ B).
+CERTIFICATE, REACHED_PART, DETERMINANT = 0, 1, 2
+#: A rate of sliding below this part of the swiftest motion, with lengths by the model length, is
+#: none: rounding decides its sign.
+AT_REST = 1e-11
+#: Newton's passes: each finds which of the two parts of a guide presses, and converges
+#: quadratically for pins.
+PASSES = 12
+#: Accepted change of x, as a part of the greatest: rounding.
+SAME = 1e-15
+#: A change that is worth another solution with the friction as a load.
+AGAIN = 1e-14
+#: A change that lanes may leave, which take the same passes for all.
+ON_LANES = 1e-12
+#: Steps from no friction to all of it, where the solution is not certain to be unique.
+LEVELS = 40
+#: The least of them, by which the place where the mechanism jams is known; and what rounding may
+#: make of a size that is zero.
+LEAST_LEVEL, NEGATIVE = 1e-9, 1e-12
+#: Powers of |B| for the bound of its spectral radius, and what keeps the vector positive.
+POWERS, POSITIVE = 12, 1e-6
+
+
+@inline
+def tangent(L, W, w, f):
+    """Place of the row of pair f in the blocks, and both of its bodies."""
+    e = L.switched[L.friction_tangent[f]]
+    return L.written_node[e], L.primitive_i[e], L.primitive_j[e]
+
+
+@njit
+def sliding_rates(L, W, w):
+    """W.rate ← rates of sliding g v − ν of all rough pairs."""
+    for f in range(L.friction_kind.shape[0]):
+        k, i, j = tangent(L, W, w, f)
+        rate = -ld(W.nu, 2 * k, w)
+        for n in range(3):
+            rate = rate + ld(W.block, 12 * k + n, w) * ld(W.v, 3 * i + n, w)
+            rate = rate + ld(W.block, 12 * k + 6 + n, w) * ld(W.v, 3 * j + n, w)
+        st(W.rate, f, rate, w)
+
+
+@njit
+def senses_by_rates(L, W, w):
+    """W.sense ← the signs of the rates; zero where a pair is at rest."""
+    per_length = 1.0 / ld(W.size, 0, w)
+    zero = 0.0 * per_length
+    swift = zero
+    for b in range(L.bodies):
+        x, y = ld(W.v, 3 * b, w) * per_length, ld(W.v, 3 * b + 1, w) * per_length
+        swift = larger(swift, larger(larger(x, -x), larger(y, -y)))
+        turning = ld(W.v, 3 * b + 2, w)
+        swift = larger(swift, larger(turning, -turning))
+    for f in range(L.friction_kind.shape[0]):
+        unit = 1.0 + zero if L.friction_kind[f] == PIN else per_length
+        rate = ld(W.rate, f, w) * unit
+        still = select_le(larger(rate, -rate), AT_REST * swift, zero, zero + 1.0)
+        st(W.sense, f, still * select_le(rate, zero, zero - 1.0, zero + 1.0), w)
+
+
+@njit
+def any_sliding(L, W, w):
+    """One in lanes where a pair slides, else zero; W.slip and W.friction as without sliding."""
+    found = 0.0 * ld(W.size, 0, w)
+    st(W.friction, CERTIFICATE, found, w)
+    st(W.friction, REACHED_PART, found + 1.0, w)
+    st(W.friction, DETERMINANT, found + 1.0, w)
+    for f in range(L.friction_kind.shape[0]):
+        sense = ld(W.sense, f, w)
+        found = larger(found, sense * sense)
+        st(W.slip, f, 0.0, w)
+    return found
+
+
+@njit
+def coefficients(L, W, w):
+    """W.coefficient ← the coefficient of friction of every pair at its rate of sliding."""
+    for f in range(L.friction_kind.shape[0]):
+        o = L.friction_par[f]
+        for lane in range(count(w)):
+            kinetic, static, speed = W.par[o, lane], W.par[o + 1, lane], W.par[o + 2, lane]
+            mu = kinetic
+            if L.senses == IMPENDING:
+                mu = static
+            elif speed > 0.0:
+                mu += (static - kinetic) * math.exp(-((W.rate[f, lane] / speed) ** 2))
+            W.coefficient[f, lane] = mu
+
+
+@inline
+def pin_arm(L, W, w, f):
+    """ρ of pin f: the radius of its friction circle."""
+    mu = ld(W.coefficient, f, w)
+    return mu * ld(W.par, L.friction_par[f] + 4, w) / np.sqrt(1.0 + mu * mu)
+
+
+@inline
+def guide_arms(L, W, w, f):
+    """2 μ/ℓ of guide f, zero where it has no length, and μ σ h/2."""
+    mu, o = ld(W.coefficient, f, w), L.friction_par[f]
+    length = ld(W.par, o + 4, w)
+    zero = 0.0 * length
+    per_length = select_le(length, zero, zero, 2.0 / select_le(length, zero, zero + 1.0, length))
+    return mu * per_length, 0.5 * mu * ld(W.sense, f, w) * ld(W.par, o + 5, w)
+
+
+@inline
+def size_of(L, W, w, f, x, y):
+    """φ of pair f for multipliers (x, y) of what presses it, and ∂φ by both."""
+    zero = 0.0 * x
+    if L.friction_kind[f] == PIN:
+        arm, whole = pin_arm(L, W, w, f), np.sqrt(x * x + y * y)
+        per = arm / select_le(whole, zero, zero + 1.0, whole)
+        return arm * whole, per * x, per * y
+    mu = ld(W.coefficient, f, w)
+    sign = select_le(x, zero, zero - 1.0, zero + 1.0)
+    if L.friction_kind[f] == GUIDE:
+        per_length, tilt = guide_arms(L, W, w, f)
+        moment = y - tilt * x
+        turn = select_le(moment, zero, zero - 1.0, zero + 1.0)
+        one, two = mu * sign * x, per_length * turn * moment
+        first = select_le(two, one, zero + 1.0, zero)
+        second = 1.0 - first
+        by_x = first * mu * sign - second * per_length * turn * tilt
+        return first * one + second * two, by_x, second * per_length * turn
+    return mu * sign * x, mu * sign, zero
+
+
+@inline
+def greatest_slope(L, W, w, f, x, y):
+    """The Lipschitz constant of φ of pair f along the direction (x, y) of its multipliers."""
+    if L.friction_kind[f] == PIN:
+        return pin_arm(L, W, w, f) * np.sqrt(x * x + y * y)
+    one = ld(W.coefficient, f, w) * larger(x, -x)
+    if L.friction_kind[f] == GUIDE:
+        per_length, tilt = guide_arms(L, W, w, f)
+        moment = y - tilt * x
+        return larger(one, per_length * larger(moment, -moment))
+    return one
+
+
+@njit
+def load_columns(L, W, w, f):
+    """W.u on columns ← the load −σ gᵀ of pair f, each slot taking its share of its body's."""
+    k, i, j = tangent(L, W, w, f)
+    sense = ld(W.sense, f, w)
+    for n in range(W.u.shape[0]):
+        st(W.u, n, 0.0, w)
+    for s in range(L.slots):
+        b = L.slot_body[s]
+        if b in (i, j):
+            o = 12 * k if b == i else 12 * k + 6
+            share = -sense * ld(W.share, s, w)
+            for n in range(3):
+                st(W.u, 3 * s + n, share * ld(W.block, o + n, w), w)
+
+
+@njit
+def responses(L, W, w):
+    """W.response ← columns of B on nodes, by the present factor of S = G W⁻¹ Gᵀ."""
+    size = 2 * L.nodes
+    for f in range(L.friction_kind.shape[0]):
+        load_columns(L, W, w, f)
+        for n in range(W.u.shape[0]):
+            st(W.u, n, ld(W.u, n, w) * ld(W.weight, n, w), w)
+        apply_g(L, W, w, W.u, W.x)
+        solve(L, W, w)
+        for n in range(size):
+            st(W.response, size * f + n, ld(W.x, n, w), w)
+
+
+@inline
+def slopes(L, W, w, f, by_x, by_y, m):
+    """Row f of φ′ B at column m, for ∂φ by both multipliers."""
+    o = 2 * L.nodes * m + 2 * L.friction_node[f]
+    return by_x * ld(W.response, o, w) + by_y * ld(W.response, o + 1, w)
+
+
+@njit
+def certificate(L, W, w):
+    """A bound of the spectral radius of the Lipschitz constants of φ along the columns of B, by
+    the quotients of Collatz and Wielandt.
+    """
+    pairs = L.friction_kind.shape[0]
+    m = W.newton
+    one = 0.0 * ld(W.size, 0, w) + 1.0
+    for f in range(pairs):
+        node = 2 * L.friction_node[f]
+        for c in range(pairs):
+            o = 2 * L.nodes * c + node
+            slope = greatest_slope(L, W, w, f, ld(W.response, o, w), ld(W.response, o + 1, w))
+            st(m, pairs * f + c, slope, w)
+        st(m, pairs * pairs + f, one, w)
+    radius = 0.0 * one
+    for _ in range(POWERS):
+        radius, most = 0.0 * one, 0.0 * one
+        for f in range(pairs):
+            total = 0.0 * one
+            for c in range(pairs):
+                total = total + ld(m, pairs * f + c, w) * ld(m, pairs * pairs + c, w)
+            radius = larger(radius, total / ld(m, pairs * pairs + f, w))
+            st(m, pairs * (pairs + 1) + f, total, w)
+            most = larger(most, total)
+        scale = 1.0 / select_le(most, 0.0 * one, one, most)
+        for f in range(pairs):
+            grown = ld(m, pairs * (pairs + 1) + f, w) * scale
+            st(m, pairs * pairs + f, larger(grown, POSITIVE * one), w)
+    return radius
+
+
+@njit
+def newton_pass(L, W, w, level):
+    """One pass of Newton's method for x = level · φ(λ + B (x − slip)), where W.lam belongs to
+    W.slip; returns the greatest change of x, the greatest x and det(I − level · φ′ B).
+    """
+    pairs = L.friction_kind.shape[0]
+    m = W.newton
+    one = 0.0 * ld(W.size, 0, w) + 1.0
+    right = pairs * pairs
+    for f in range(pairs):
+        x, y = multipliers_of(L, W, w, f)
+        size, by_x, by_y = size_of(L, W, w, f, x, y)
+        slides = ld(W.sense, f, w) * ld(W.sense, f, w)
+        for c in range(pairs):
+            slope = slides * level * slopes(L, W, w, f, by_x, by_y, c)
+            st(m, pairs * f + c, (one if f == c else 0.0 * one) - slope, w)
+        st(m, right + f, slides * level * size - ld(W.slip, f, w), w)
+    # elimination with the pivots of the diagonal: I − φ′ B is an H-matrix where the certificate
+    # holds; elsewhere a vanishing pivot means that it jams, which the determinant shows
+    determinant = one
+    for k in range(pairs):
+        pivot = ld(m, pairs * k + k, w)
+        determinant = determinant * pivot
+        inverse = 1.0 / pivot
+        for f in range(k + 1, pairs):
+            low = ld(m, pairs * f + k, w) * inverse
+            for c in range(k + 1, pairs):
+                st(m, pairs * f + c, ld(m, pairs * f + c, w) - low * ld(m, pairs * k + c, w), w)
+            st(m, right + f, ld(m, right + f, w) - low * ld(m, right + k, w), w)
+    change, greatest = 0.0 * one, 0.0 * one
+    for n in range(pairs):
+        k = pairs - 1 - n
+        x = ld(m, right + k, w)
+        for c in range(k + 1, pairs):
+            x = x - ld(m, pairs * k + c, w) * ld(m, right + c, w)
+        x = x / ld(m, pairs * k + k, w)
+        st(m, right + k, x, w)
+        change = larger(change, larger(x, -x))
+        whole = ld(W.slip, k, w) + x
+        st(W.slip, k, whole, w)
+        greatest = larger(greatest, larger(whole, -whole))
+    return change, greatest, determinant
+
+
+@inline
+def multipliers_of(L, W, w, f):
+    """Both multipliers of what presses pair f."""
+    node = 2 * L.friction_node[f]
+    return ld(W.lam, node, w), ld(W.lam, node + 1, w)
+
+
+@njit
+def follow_change(L, W, w):
+    """λ ← λ + B δx for the change of x in W.newton."""
+    pairs = L.friction_kind.shape[0]
+    size = 2 * L.nodes
+    for f in range(pairs):
+        change = ld(W.newton, pairs * pairs + f, w)
+        for n in range(size):
+            st(W.lam, n, ld(W.lam, n, w) + change * ld(W.response, size * f + n, w), w)
+
+
+@njit
+def friction_sizes(L, W, w):
+    """W.slip ← x and W.lam ← λ₀ + B x with x = φ(λ), from W.lam = λ₀ and W.response = B; what is
+    found of uniqueness and jamming into W.friction.
+    """
+    coefficients(L, W, w)
+    zero = 0.0 * ld(W.size, 0, w)
+    one = zero + 1.0
+    radius = certificate(L, W, w)
+    for f in range(L.friction_kind.shape[0]):
+        st(W.slip, f, zero, w)
+    determinant, part = one, one
+    if count(w) == 1 and highest(radius) >= 1.0:
+        determinant, reached = by_levels(L, W, w)
+        part = part * reached
+    else:
+        for _ in range(PASSES):
+            change, greatest, determinant = newton_pass(L, W, w, one)
+            follow_change(L, W, w)
+            if highest(change - SAME * greatest) <= 0.0:
+                break
+    for f in range(L.friction_kind.shape[0]):
+        st(W.kept_slip, f, zero, w)
+    st(W.friction, CERTIFICATE, radius, w)
+    st(W.friction, REACHED_PART, part, w)
+    st(W.friction, DETERMINANT, determinant, w)
+
+
+@njit
+def by_levels(L, W, w):
+    """x = s φ(λ) followed from s = 0 to 1; returns the last determinant and the part s that was
+    reached. W.slip and W.lam are those of the last s. Of one motion: lanes would share s.
+    """
+    pairs = L.friction_kind.shape[0]
+    one = 0.0 * ld(W.size, 0, w) + 1.0
+    determinant, reached, step = one, 0.0, 1.0 / LEVELS
+    while reached < 1.0 and step > LEAST_LEVEL:
+        level = min(1.0, reached + step)
+        for f in range(pairs):
+            st(W.kept_slip, f, ld(W.slip, f, w), w)
+        for n in range(2 * L.nodes):
+            st(W.kept_lam, n, ld(W.lam, n, w), w)
+        good, found = False, one
+        for _ in range(PASSES):
+            change, greatest, found = newton_pass(L, W, w, level)
+            follow_change(L, W, w)
+            if not lowest(found) > 0.0:
+                break
+            # near where it jams rounding grows as the determinant falls
+            if highest(smaller(found, one) * change - SAME * greatest) <= 0.0:
+                good = True
+                break
+        for f in range(pairs):
+            good = good and lowest(ld(W.slip, f, w)) >= -NEGATIVE * highest(greatest)
+        if good:
+            determinant, reached = found, level
+            step = min(2.0 * step, 1.0 / LEVELS)
+            continue
+        for f in range(pairs):
+            st(W.slip, f, ld(W.kept_slip, f, w), w)
+        for n in range(2 * L.nodes):
+            st(W.lam, n, ld(W.kept_lam, n, w), w)
+        step = 0.5 * step
+    return determinant, reached
+
+
+@njit
+def add_sliding(L, W, w):
+    """W.force ← W.force − Σ σ gᵀ (x − what was there before): what slides as a load on the
+    coordinates. W.kept_slip is what is there.
+    """
+    for f in range(L.friction_kind.shape[0]):
+        k, i, j = tangent(L, W, w, f)
+        change = ld(W.slip, f, w) - ld(W.kept_slip, f, w)
+        add_row(W, w, k, i, j, ld(W.sense, f, w) * change)
+        st(W.kept_slip, f, ld(W.slip, f, w), w)
+
+
+@njit
+def friction_error(L, W, w):
+    """By how much x and φ(λ) differ beyond what is allowed on lanes; negative or zero where they
+    agree.
+    """
+    change, greatest, _ = newton_pass(L, W, w, 0.0 * ld(W.size, 0, w) + 1.0)
+    return change - ON_LANES * greatest
+
+
+@njit
+def friction_changes(L, W, w):
+    """Whether x = φ(λ) asks for another x where λ was solved with the friction as a load; it is in
+    W.slip then, and W.lam is what follows from it.
+    """
+    if highest(ld(W.friction, REACHED_PART, w)) < 1.0:
+        return False
+    change, greatest, _ = newton_pass(L, W, w, 0.0 * ld(W.size, 0, w) + 1.0)
+    return highest(change - AGAIN * greatest) > 0.0
+
+
+@njit
+def viscous_friction(L, W, w):
+    """W.force ← W.force − d ṡ gᵀ of all rough pairs, ṡ the rate of sliding, also into W.rate."""
+    sliding_rates(L, W, w)
+    for f in range(L.friction_kind.shape[0]):
+        k, i, j = tangent(L, W, w, f)
+        add_row(W, w, k, i, j, ld(W.par, L.friction_par[f] + 3, w) * ld(W.rate, f, w))
+
+
+@inline
+def add_row(W, w, k, i, j, size):
+    """Subtract size · gᵀ from the force on both bodies of the row at node k."""
+    for n in range(3):
+        at = 3 * i + n
+        st(W.force, at, ld(W.force, at, w) - size * ld(W.block, 12 * k + n, w), w)
+    for n in range(3):
+        at = 3 * j + n
+        st(W.force, at, ld(W.force, at, w) - size * ld(W.block, 12 * k + 6 + n, w), w)
+
+
+@njit
+def store_sliding(L, W, w):
+    """Multipliers of the tangent rows of pairs that are no row now ← σ x + d ṡ."""
+    for f in range(L.friction_kind.shape[0]):
+        s = L.friction_tangent[f]
+        viscous = ld(W.par, L.friction_par[f] + 3, w) * ld(W.rate, f, w)
+        sliding = ld(W.sense, f, w) * ld(W.slip, f, w) + viscous
+        node = 2 * L.primitive_node[L.switched[s]]
+        on = ld(W.on, s, w)
+        st(W.lam, node, on * ld(W.lam, node, w) + (1.0 - on) * sliding, w)
+
+
+@njit
+def friction_loss(L, W):
+    """The power that all rough pairs take: their multipliers times the rates of sliding."""
+    total = 0.0
+    for f in range(L.friction_kind.shape[0]):
+        s = L.friction_tangent[f]
+        if W.on[s, 0] == 0.0:
+            total += W.lam[2 * L.primitive_node[L.switched[s]], 0] * W.rate[f, 0]
+    return total
