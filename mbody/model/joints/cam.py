@@ -14,8 +14,8 @@ from mbody.errors import ModelError
 from mbody.laws import Law
 from mbody.model.element import LawLike, NumberField, OptionalNumberField, law_field, number_field
 from mbody.model.geometry import between
-from mbody.model.joints._base import Joint
-from mbody.model.primitives import ConstraintPrimitive, constraint_physics
+from mbody.model.joints._friction import RubbingJoint
+from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive, constraint_physics
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers, Value
@@ -30,13 +30,12 @@ CLOSES = 1e-6
 
 
 @dataclass(frozen=True)
-class CamFollower(Joint):
+class CamFollower(RubbingJoint):
     """Cam pair, disk cam with roller, knife-edge or flat-faced follower, translating, offset or
     swinging: the place on j, or a face through it, stays on the profile about the place on i.
 
     With d from the cam's centre on i to the place on j: a roller's centre or a knife edge keeps
-    Φ = |d| − R(ψ) = 0, a flat face with the normal n keeps Φ = n · d − h(ψ) = 0: one row, without
-    friction. R is the pitch curve, h the support function of the cam, which is R of a follower that
+    Φ = |d| − R(ψ) = 0, a flat face with the normal n keeps Φ = n · d − h(ψ) = 0: one row. R is the pitch curve, h the support function of the cam, which is R of a follower that
     translates along n through the centre. The reaction is the force of contact on the follower,
     reported at the point of contact, where it has no torque.
 
@@ -59,6 +58,11 @@ class CamFollower(Joint):
         Whether the follower has a flat face.
     clockwise : bool
         Whether ψ is counted for a cam that turns clockwise.
+    friction, static, stribeck : float, optional
+        Coefficients of a knife edge or a flat face on the cam, or of a roller on its pin, while it
+        rolls on the cam; see `RubbingJoint`.
+    pin_radius : float, optional
+        Of the roller's pin [length], with `friction`.
 
     Raises
     ------
@@ -92,6 +96,7 @@ class CamFollower(Joint):
     roller: NumberField = number_field("length", 0.0, sign="not negative")
     flat: bool = False
     clockwise: bool = False
+    pin_radius: OptionalNumberField = number_field("length", None, sign="positive")
     rows = "l"
     lifts = True
 
@@ -102,6 +107,18 @@ class CamFollower(Joint):
             raise ModelError(
                 f"'{self.name}': a flat face has no roller: leave out roller = {self.roller:g}, or "
                 "flat",
+                self.name,
+            )
+        if self.friction is not None and self.roller and self.pin_radius is None:
+            raise ModelError(
+                f"'{self.name}': friction is {self.friction:g}, but a roller of {self.roller:g} "
+                "rolls, and rubs on its pin: give pin_radius",
+                self.name,
+            )
+        if self.pin_radius is not None and not self.pin_radius < self.roller:
+            raise ModelError(
+                f"'{self.name}': pin_radius is {self.pin_radius:g}, it must be less than the "
+                f"roller = {self.roller:g} that turns on the pin: give less, or leave it out",
                 self.name,
             )
 
@@ -120,6 +137,32 @@ class CamFollower(Joint):
             ConstraintPrimitive(
                 "roller", *bodies, "l", [ix, iy, jx, jy, beta_i, sense, base], law=law
             )
+        ]
+
+    def frictions(self, at: Numbers) -> list[FrictionPrimitive]:
+        """The follower, or the surface of its roller, along the cam."""
+        if self.friction is None:
+            return []
+        ix, iy, jx, jy = *at.arm(self, "i"), *at.arm(self, "j")
+        beta_i, beta_n = at.angle(self, "i"), at.angle(self, "j") + 0.5 * math.pi
+        bodies, law = (self.i.body, self.j.body), at.law(self, "profile")
+        kinetic, static, stribeck, viscous = self.coefficients(at)
+        if self.flat:
+            own = [ix, iy, jx, jy, beta_n, beta_i - beta_n, self._sense]
+            row = ConstraintPrimitive("face_slip", *bodies, "l", own, law=law, switched=True)
+        else:
+            wheel = at[f"{self.name}.roller"]
+            own = [ix, iy, jx, jy, beta_i, self._sense, wheel]
+            row = ConstraintPrimitive("roller_slip", *bodies, "l", own, law=law, switched=True)
+        if self.pin_radius is not None:
+            # the force on a roller passes its pin at the radius of the friction circle, so that
+            # the part along the cam is to that across it as the sides of that triangle; the pin
+            # slides by so much less than the surface of the roller
+            part = at[f"{self.name}.pin_radius"] / at[f"{self.name}.roller"]
+            kinetic, static = (_on_pin(mu, part) for mu in (kinetic, static))
+            stribeck = stribeck / part
+        return [
+            FrictionPrimitive("pressed", row, 0, [kinetic, static, stribeck, viscous, 0.0, 0.0])
         ]
 
     @property
@@ -231,6 +274,13 @@ class CamFollower(Joint):
         return (np.cos(ray), np.sin(ray)), slope
 
 
+def _on_pin(mu: Value, part: Value) -> Value:
+    """Coefficient at the surface of a roller that turns on a pin of that part of its radius."""
+    sine = part * mu / np.sqrt(1.0 + mu * mu)
+    found: Value = sine / np.sqrt(1.0 - sine * sine)
+    return found
+
+
 def _at(n: int) -> str:
     """Angle of a place of the profile."""
     return f"{360.0 * n / (PLACES - 1):.4g} deg"
@@ -304,3 +354,44 @@ def face(i, j, p, f):
     turning = 2.0 * w * (nx * dvy - ny * dvx) - w * w * above - f[2] * rate * rate
     gamma = -(nx * dax + ny * day + turning)
     return (above - f[0], 0.0), (*block_i, *block_j), (0.0, 0.0), (gamma, 0.0)
+
+
+@constraint_physics(argument=roller_ray)
+@inline
+def roller_slip(i, j, p, f):
+    """The rate of a roller's surface, or of a knife edge, along the cam: t·ḋ − ω_i n·d + r (ω_i −
+    ω_j), t = k×n; Φ is not counted.
+    """
+    (pix, piy, pjx, pjy), (dx, dy), (dvx, dvy), (dax, day) = between(i, j, p[0], p[1], p[2], p[3])
+    square = dx * dx + dy * dy
+    slope = p[5] * f[1]
+    # n is d turned by atan(f′/|d|)
+    size = np.sqrt(square + slope * slope)
+    length = np.sqrt(square)
+    ux, uy = dx / length, dy / length
+    nx, ny = (length * ux - slope * uy) / size, (length * uy + slope * ux) / size
+    tx, ty, r = -ny, nx, p[6]
+    above, aside = nx * dx + ny * dy, tx * dx + ty * dy
+    block_i = (-tx, -ty, tx * piy - ty * pix - above + r, 0.0, 0.0, 0.0)
+    block_j = (tx, ty, ty * pjx - tx * pjy - r, 0.0, 0.0, 0.0)
+    out, w = ux * dvx + uy * dvy, (ux * dvy - uy * dvx) / length
+    turn = w + (f[2] * (i[7] - w) * length - slope * out) / (size * size)
+    up = nx * dvx + ny * dvy
+    gamma = turn * up + i[7] * (turn * aside + up) - (tx * dax + ty * day)
+    return (0.0, 0.0), (*block_i, *block_j), (0.0, 0.0), (gamma, 0.0)
+
+
+@constraint_physics(argument=face_ray)
+@inline
+def face_slip(i, j, p, f):
+    """The rate of a flat face along the cam: m·ḋ − ω_i n·d, n fixed in j, m = k×n; Φ is not
+    counted.
+    """
+    (pix, piy, pjx, pjy), (dx, dy), (dvx, dvy), (dax, day) = between(i, j, p[0], p[1], p[2], p[3])
+    ny, nx = sincos(j[2] + p[4])
+    above, aside = nx * dx + ny * dy, nx * dy - ny * dx
+    block_i = (ny, -nx, -ny * piy - nx * pix - above, 0.0, 0.0, 0.0)
+    block_j = (-ny, nx, ny * pjy + nx * pjx, 0.0, 0.0, 0.0)
+    up = nx * dvx + ny * dvy
+    gamma = j[7] * up + i[7] * (j[7] * aside + up) - (nx * day - ny * dax)
+    return (0.0, 0.0), (*block_i, *block_j), (0.0, 0.0), (gamma, 0.0)

@@ -2,11 +2,26 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
 from mbody.core.decorators import inline
 from mbody.model.geometry import between, turned
-from mbody.model.primitives import constraint_physics
+from mbody.model.primitives import ConstraintPrimitive, constraint_physics
 
-__all__ = ["coordinate"]
+if TYPE_CHECKING:
+    from mbody.model.element import Numbers
+
+__all__ = ["along_axis", "coordinate"]
+
+
+def along_axis(joint: Any, at: Numbers) -> ConstraintPrimitive:
+    """The row of a place on j that sticks on the x axis of the marker on i."""
+    beta = at.angle(joint, "i")
+    parameters = [*at.arm(joint, "i"), *at.arm(joint, "j"), np.cos(beta), np.sin(beta)]
+    bodies = joint.i.body, joint.j.body
+    return ConstraintPrimitive("coordinate", *bodies, "l", parameters, switched=True)
 
 
 @constraint_physics()

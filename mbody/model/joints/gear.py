@@ -14,7 +14,7 @@ from mbody.errors import ModelError
 from mbody.model.constraint import TurnRow
 from mbody.model.element import NumberField, number_field
 from mbody.model.geometry import between
-from mbody.model.joints._base import Joint
+from mbody.model.joints._teeth import ToothedJoint
 from mbody.model.primitives import ConstraintPrimitive, constraint_physics
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ __all__ = ["Gear", "gear", "signed", "touching", "turns_of_wheels", "without_sli
 
 
 @dataclass(frozen=True)
-class Gear(Joint):
+class Gear(ToothedJoint):
     """Gear pair, external or internal, on any carrier: pitch circles about the places on i and j
     roll on each other.
 
@@ -48,10 +48,14 @@ class Gear(Joint):
         Direction of the line of centres, from i to j, when both wheels are at 0 [rad]. It sets
         which teeth meet; 0 will do, and the wheels take their angles accordingly.
 
+    efficiency, friction, pressure_angle, module : float, optional
+        What the teeth lose, and how they press the wheels apart, or a wheel to the middle of its
+        ring; see `ToothedJoint`.
+
     Notes
     -----
-    A transverse pressure angle α is not counted: the radial part of the tooth force, F tan α, is
-    left out. It does no work; bearings carry it beside the rest.
+    The reaction of a gear with a pressure angle has the radial part F tan α. It does no work, and
+    bearings carry it beside the rest.
 
     Examples
     --------
@@ -84,6 +88,19 @@ class Gear(Joint):
     def apart(self, at: Any) -> Any:
         """The distance of the centres of wheels that mesh."""
         return sum(self.radii(at))
+
+    def bends(self, at: Any) -> tuple[Value, Value]:
+        """Inverses of the signed radii [1/length]."""
+        ri, rj = self.radii(at)
+        return 1.0 / ri, 1.0 / rj
+
+    def radial(self, at: Numbers) -> tuple[ConstraintPrimitive, float]:
+        """The distance of the centres: wheels press apart, a wheel in a ring to its middle."""
+        arms = [*at.arm(self, "i"), *at.arm(self, "j")]
+        row = ConstraintPrimitive(
+            "distance", self.i.body, self.j.body, "l", arms, switched=True
+        )
+        return row, -1.0 if self.internal else 1.0
 
     def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """One row; see `without_slip`."""

@@ -8,9 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mbody.core.decorators import inline
+from mbody.errors import ModelError
+from mbody.model.element import OptionalNumberField, number_field
 from mbody.model.geometry import between, turned
-from mbody.model.joints._base import SLIDING_PAIR, Joint
-from mbody.model.primitives import ConstraintPrimitive, constraint_physics
+from mbody.model.joints._base import SLIDING_PAIR
+from mbody.model.joints._friction import RubbingJoint
+from mbody.model.joints.coordinate import along_axis
+from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive, constraint_physics
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -18,8 +22,8 @@ if TYPE_CHECKING:
 __all__ = ["Prismatic", "prismatic"]
 
 
-@dataclass(frozen=True)
-class Prismatic(Joint):
+@dataclass(frozen=True, kw_only=True)
+class Prismatic(RubbingJoint):
     """Sliding pair, slider, guide: the place on j stays on the x axis of the marker on i, and the
     two markers keep one direction.
 
@@ -33,13 +37,36 @@ class Prismatic(Joint):
     i : Marker or str
         A place on the guide; the marker's `angle` is the guide's direction.
     j : Marker or str
-        The place that slides; its marker's x axis stays along the guide.
+        The place that slides; its marker's x axis stays along the guide. The middle of a slider
+        that has a length.
+    friction, static, stribeck : float, optional
+        Coefficients of the slider on its guide; see `RubbingJoint`.
+    viscous : float, optional
+        Force by the speed [force·time/length].
+    length : float, optional
+        Between the two places, half of it before and half behind the place on j, at which the
+        slider touches its guide [length]. Without it the slider presses with the force across the
+        guide alone, whatever its torque.
+    height : float, optional
+        Between the two rails that guide it from both sides [length], by default 0.
+
+    Notes
+    -----
+    With N the force across the guide and T the torque about the place on j, the places at both ends
+    press with N/2 ± (T − μ h N/2)/ℓ, where the friction of both rails is counted to T, so that the
+    friction is μ max(|N|, 2 |T + μ s h N/2|/ℓ) with s the sign of the sliding speed.
 
     Examples
     --------
     >>> Prismatic("guide", "ground", "piston").rows
     'la'
+    >>> Prismatic("guide", "ground", "piston", friction=0.1, length=0.06).length
+    0.06
     """
+
+    viscous: OptionalNumberField = number_field("damping", None, sign="not negative")
+    length: OptionalNumberField = number_field("length", None, sign="positive")
+    height: OptionalNumberField = number_field("length", None, sign="not negative")
 
     rows = "la"
     coordinates = SLIDING_PAIR
@@ -47,12 +74,31 @@ class Prismatic(Joint):
     counts_turns = True
     unknowns = ("N", "T")
 
+    def _check(self) -> None:
+        super()._check()
+        if self.height is not None and self.length is None:
+            raise ModelError(
+                f"'{self.name}': height is {self.height:g}, but a slider without a length touches "
+                "one rail at one place: give length too, or leave out height",
+                self.name,
+            )
+
     def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """One pair of rows; parameters are both arms, the normal on i, and β_j − β_i."""
         beta_i, beta_j = at.angle(self, "i"), at.angle(self, "j")
         parameters = [*at.arm(self, "i"), *at.arm(self, "j")]
         parameters += [-np.sin(beta_i), np.cos(beta_i), beta_j - beta_i]
         return [ConstraintPrimitive("prismatic", self.i.body, self.j.body, self.rows, parameters)]
+
+    def frictions(self, at: Numbers) -> list[FrictionPrimitive]:
+        """The slider on its guide."""
+        if not self.rubs:
+            return []
+        own = [
+            0.0 if getattr(self, field) is None else at[f"{self.name}.{field}"]
+            for field in ("length", "height")
+        ]
+        return [FrictionPrimitive("guide", along_axis(self, at), 0, [*self.coefficients(at), *own])]
 
 
 @constraint_physics()

@@ -12,18 +12,19 @@ from mbody.core.decorators import inline
 from mbody.model.constraint import TurnRow
 from mbody.model.element import NumberField, number_field
 from mbody.model.geometry import between, turned
-from mbody.model.joints._base import Joint, relative_angle
+from mbody.model.joints._base import relative_angle
+from mbody.model.joints._teeth import ToothedJoint
 from mbody.model.primitives import ConstraintPrimitive, constraint_physics
 
 if TYPE_CHECKING:
     from mbody.model.constraint import PoseReader
-    from mbody.model.element import Numbers
+    from mbody.model.element import Numbers, Value
 
 __all__ = ["RackPinion", "along_line", "below", "rack", "turns_on_line"]
 
 
 @dataclass(frozen=True)
-class RackPinion(Joint):
+class RackPinion(ToothedJoint):
     """Rack and pinion: the pitch circle about the place on j rolls on a line of i.
 
     Other joints keep the pinion at its distance: its centre is by the radius to the left of the
@@ -43,6 +44,8 @@ class RackPinion(Joint):
         Of the pitch circle [length].
     offset : float
         How far along the rack the pinion is when its angle from the rack's is 0 [length].
+    efficiency, friction, pressure_angle, module : float, optional
+        What the teeth lose, and how they press the pinion off the rack; see `ToothedJoint`.
 
     Examples
     --------
@@ -55,6 +58,19 @@ class RackPinion(Joint):
     rows = "l"
     spaced = True
     counts_turns = True
+    _sense_of_force = -1.0
+
+    def bends(self, at: Any) -> tuple[Value, Value]:
+        """That of the rack is straight [1/length]."""
+        radius = at[f"{self.name}.radius"]
+        return 0.0 * radius, 1.0 / radius
+
+    def radial(self, at: Numbers) -> tuple[ConstraintPrimitive, float]:
+        """Across the rack, on which the pinion is to the left."""
+        beta = at.angle(self, "i")
+        parameters = [*at.arm(self, "i"), *at.arm(self, "j"), -np.sin(beta), np.cos(beta)]
+        bodies = self.i.body, self.j.body
+        return ConstraintPrimitive("coordinate", *bodies, "l", parameters, switched=True), 1.0
 
     def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """One row; see `along_line`."""

@@ -13,7 +13,7 @@ from mbody.model.element import NumberField, OptionalNumberField, number_field
 from mbody.model.joints._base import Joint
 from mbody.model.joints.gear import signed, touching, turns_of_wheels, without_slip
 from mbody.model.joints.rack import along_line, below, turns_on_line
-from mbody.model.primitives import ConstraintPrimitive, Signal
+from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive, Signal
 
 if TYPE_CHECKING:
     from mbody.model.constraint import PoseReader, TurnRow
@@ -51,6 +51,9 @@ class Rolling(Joint):
         On a line: how far along it the wheel is when its angle from the line's is 0 [length].
     phase : float
         On a wheel: direction of the line of centres when both wheels are at 0 [rad].
+    resistance : float, optional
+        Arm of rolling resistance [length]: with N, which presses, rolling takes the torque
+        N · resistance between both bodies, and a wheel at rest holds up to that.
 
     Examples
     --------
@@ -63,6 +66,7 @@ class Rolling(Joint):
     internal: bool = False
     offset: NumberField = number_field("length", 0.0)
     phase: NumberField = number_field("angle", 0.0)
+    resistance: OptionalNumberField = number_field("length", None, sign="not negative")
     rows = "ll"
     counts_turns = True
 
@@ -108,6 +112,14 @@ class Rolling(Joint):
             ConstraintPrimitive("coordinate", *bodies, "l", [*arms, nx, ny]),
             along_line(self, at),
         ]
+
+    def frictions(self, at: Numbers) -> list[FrictionPrimitive]:
+        """What rolling resists: the angle of the wheel from the other body."""
+        if self.resistance is None:
+            return []
+        arm = at[f"{self.name}.resistance"]
+        turning = ConstraintPrimitive("angle", self.i.body, self.j.body, "a", [0.0], switched=True)
+        return [FrictionPrimitive("pressed", turning, 0, [arm, arm, 0.0, 0.0, 0.0, 0.0])]
 
     def turn_row(self, at: Numbers, pose: PoseReader) -> TurnRow:
         """As of a rack and pinion on a line, as of a gear pair on a wheel."""

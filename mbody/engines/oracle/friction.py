@@ -1,0 +1,416 @@
+"""The oracle's friction of joints: dense equations of the forces at every place that rubs.
+
+The unknowns are the multipliers of all rows and the forces at the places of contact: the force of a
+pin on its hole, those at both ends of a slider, the loss of teeth. They fulfil the balance of all
+bodies with friction among the forces, and what each contact says of its forces: that friction is μ
+times the normal force, square to it and against the sliding. Newton's method solves all of them at
+once, from any start; nothing is eliminated.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mbody.model.joints import (
+    CamFollower,
+    Gear,
+    PinSlot,
+    Prismatic,
+    RackPinion,
+    Revolute,
+    Rolling,
+)
+
+__all__ = ["DenseFriction", "FrictionForces", "rubs"]
+
+#: Of the complex step.
+STEP = 1e-30
+#: Newton's iterations, and what is left over, as a part of the loads, where it converged.
+ITERATIONS, CONVERGED = 60, 1e-13
+#: A rate below this part of the swiftest motion is none.
+RESTS = 1e-11
+#: Two solutions that are nearer, as a part of the loads, are one.
+ALIKE = 1e-7
+
+Array = np.ndarray
+
+
+def rubs(joint: Any) -> bool:
+    """Whether a joint has friction, or teeth that press apart."""
+    fields = ("friction", "viscous", "efficiency", "pressure_angle", "resistance")
+    return any(getattr(joint, field, None) is not None for field in fields)
+
+
+def size(x: Any) -> Any:
+    """|x|, with its derivative by a complex step."""
+    return x if np.real(x) >= 0.0 else -x
+
+
+@dataclass(frozen=True)
+class FrictionForces:
+    """One solution.
+
+    Attributes
+    ----------
+    lam : array (m,)
+        Multipliers of the rows.
+    own : array
+        Forces at the places of contact.
+    wrench : dict
+        By joint (Fx, Fy, T) of friction, and of what presses teeth apart, on body j at the place
+        that the joint's reaction is reported at.
+    losses : dict
+        By joint the power that it takes.
+    """
+
+    lam: Array
+    own: Array
+    wrench: dict[str, Array]
+    losses: dict[str, float]
+
+
+class DenseFriction:
+    """The equations of one instant.
+
+    Parameters
+    ----------
+    reference : Reference
+    q, v, a : arrays (3n,)
+        The motion.
+    t : float
+    senses : mapping, optional
+        Senses of sliding by joint, where its rate does not decide; 0 is without friction.
+    part : float
+        By which all coefficients of friction are multiplied.
+    impending : bool
+        Whether the static coefficients hold.
+    """
+
+    def __init__(
+        self,
+        reference: Any,
+        q: Any,
+        v: Any,
+        a: Any,
+        t: float,
+        *,
+        senses: Mapping[str, float] | None = None,
+        part: float = 1.0,
+        impending: bool = False,
+    ) -> None:
+        self.reference, self.part, self.impending = reference, part, impending
+        self.q, self.v = reference._all(np.asarray(q, float)), reference._all(np.asarray(v, float))
+        self.t = t
+        self.g = reference.phi_q_all(q, t)
+        self.right = reference.applied(q, v, t) - reference.mass_matrix() @ np.asarray(a, float)
+        self.joints = [joint for joint in reference.mechanism.joints if rubs(joint)]
+        self.rates = {joint.name: self._rate(joint) for joint in self.joints}
+        swift = float(np.abs(self.v).max(initial=0.0))
+        self.senses = {
+            name: 0.0 if abs(rate) <= RESTS * swift else math.copysign(1.0, rate)
+            for name, rate in self.rates.items()
+        }
+        self.senses |= {name: float(one) for name, one in (senses or {}).items()}
+        self.count = {joint.name: self._unknowns(joint) for joint in self.joints}
+
+    # -- what a joint is -------------------------------------------------------------------------
+
+    def _unknowns(self, joint: Any) -> int:
+        if isinstance(joint, Revolute):
+            return 2
+        if isinstance(joint, Prismatic):
+            return 2 if joint.length else 0
+        if isinstance(joint, CamFollower):
+            return 1
+        return 1 if getattr(joint, "efficiency", None) is not None else 0
+
+    def _mu(self, joint: Any) -> float:
+        """The coefficient at the speed of the surfaces on each other."""
+        kinetic = joint.friction or 0.0
+        static = kinetic if getattr(joint, "static", None) is None else joint.static
+        speed = abs(self.rates[joint.name])
+        if isinstance(joint, Revolute):
+            speed *= joint.pin_radius or 0.0
+        if isinstance(joint, CamFollower) and joint.pin_radius is not None:
+            speed *= joint.pin_radius / joint.roller
+        found = kinetic
+        if self.impending:
+            found = static
+        elif getattr(joint, "stribeck", None):
+            found += (static - kinetic) * math.exp(-((speed / joint.stribeck) ** 2))
+        return float(found * self.part)
+
+    def _place(self, joint: Any) -> tuple[Any, Any]:
+        found: tuple[Any, Any] = self.reference.reaction_point(self.q, joint)
+        return found
+
+    def _velocity(self, body: str, place: tuple[float, float]) -> tuple[float, float]:
+        """Velocity of the point of a body that is at a place of the world."""
+        k = 3 * self.reference.index[body]
+        x, y = place[0] - self.q[k], place[1] - self.q[k + 1]
+        vx, vy, w = self.v[k : k + 3]
+        return vx - w * y, vy + w * x
+
+    def _along(self, joint: Any) -> tuple[float, float]:
+        """The direction in which body j slides on body i."""
+        if isinstance(joint, CamFollower):
+            fx, fy = self._normal(joint)
+            return -fy, fx
+        angle = self.q[3 * self.reference.index[joint.i.body] + 2] + joint.i.angle
+        return math.cos(angle), math.sin(angle)
+
+    def _normal(self, joint: Any) -> tuple[float, float]:
+        """The direction in which the first row of a joint pushes body j, its multiplier being −1."""
+        k = 3 * self.reference.index[joint.j.body]
+        gx, gy = self.g[self.reference.rows[joint.name].start, k : k + 2]
+        whole = math.hypot(gx, gy)
+        return gx / whole, gy / whole
+
+    def _rate(self, joint: Any) -> float:
+        """How fast the surfaces slide, or turn, on each other."""
+        index = self.reference.index
+        if isinstance(joint, Revolute | Gear | RackPinion | Rolling):
+            i, j = (self.v[3 * index[body] + 2] for body in joint.bodies)
+            return float(j - i)
+        place = self._place(joint)
+        (ax, ay), (bx, by) = (self._velocity(body, place) for body in joint.bodies)
+        ux, uy = self._along(joint)
+        return float((bx - ax) * ux + (by - ay) * uy)
+
+    # -- the equations ---------------------------------------------------------------------------
+
+    def residual(self, z: Any) -> Any:
+        """What is left over of the balance of all bodies (3n) and of the contacts."""
+        r = self.reference
+        lam, rest = z[: r.m], list(z[r.m :])
+        balance = self.right - self.g[:, : 3 * r.n].T @ lam
+        force = np.zeros(3 * r.n + 3, dtype=z.dtype)
+        said: list[Any] = []
+        for joint in self.joints:
+            own = [rest.pop(0) for _ in range(self.count[joint.name])]
+            (fx, fy, torque), equations = self._contact(joint, lam, own)
+            said += equations
+            self._act(force, joint, fx, fy, torque)
+        return np.concatenate([balance + force[: 3 * r.n], said])
+
+    def _act(self, force: Any, joint: Any, fx: Any, fy: Any, torque: Any) -> None:
+        """A wrench on body j at the joint's place, and the opposite one on body i."""
+        px, py = self._place(joint)
+        for body, sign in ((joint.j.body, 1.0), (joint.i.body, -1.0)):
+            k = 3 * self.reference.index[body]
+            x, y = px - self.q[k], py - self.q[k + 1]
+            force[k] += sign * fx
+            force[k + 1] += sign * fy
+            force[k + 2] += sign * (torque + x * fy - y * fx)
+
+    def _pushed(self, joint: Any, lam: Any, row: int | None = None) -> tuple[Any, Any, Any]:
+        """(Fx, Fy, T) of a joint's rows, or of one of them, on body j at the joint's place."""
+        rows = self.reference.rows[joint.name]
+        if row is not None:
+            rows = slice(rows.start + row, rows.start + row + 1)
+        k = 3 * self.reference.index[joint.j.body]
+        fx, fy, torque = -self.g[rows, k : k + 3].T @ lam[rows]
+        px, py = self._place(joint)
+        return fx, fy, torque - (px - self.q[k]) * fy + (py - self.q[k + 1]) * fx
+
+    def _contact(self, joint: Any, lam: Any, own: Any) -> tuple[tuple[Any, Any, Any], list[Any]]:
+        """The wrench of friction on body j, and the equations of the joint's own unknowns."""
+        sense, rate = self.senses[joint.name], self.rates[joint.name]
+        viscous = -(getattr(joint, "viscous", None) or 0.0) * rate
+        if isinstance(joint, Gear | RackPinion):
+            return self._teeth(joint, lam, own, sense)
+        if isinstance(joint, Rolling):
+            nx, ny, _ = self._pushed(joint, lam, 0)
+            px, py = self._normal(joint)
+            press = nx * px + ny * py
+            return (0.0, 0.0, -sense * self.part * joint.resistance * size(press)), []
+        mu = self._mu(joint)
+        fx, fy, torque = self._pushed(joint, lam)
+        if isinstance(joint, Revolute):
+            nx, ny = own
+            pressed = np.sqrt(nx * nx + ny * ny)
+            said = [nx + sense * mu * ny - fx, ny - sense * mu * nx - fy]
+            return (0.0, 0.0, viscous - sense * mu * (joint.pin_radius or 0.0) * pressed), said
+        ux, uy = self._along(joint)
+        press = uy * -fx + ux * fy
+        said = []
+        if isinstance(joint, Prismatic) and joint.length:
+            one, two = own
+            # on the lower rail a contact pushes up, on the upper one down: friction at half the
+            # height turns the slider as far as it pushes
+            half, sides = 0.5 * joint.length, 0.5 * (joint.height or 0.0)
+            turn = sum(sides * mu * -sense * force for force in own)
+            said = [one + two - press, half * (one - two) + turn - torque]
+            friction = -sense * mu * (size(one) + size(two))
+        elif isinstance(joint, CamFollower):
+            (friction,) = own
+            said = [friction + sense * mu * size(press)]
+            if joint.pin_radius is not None:
+                arm = joint.pin_radius * mu / math.sqrt(1.0 + mu * mu)
+                whole = np.sqrt(press * press + friction * friction)
+                said = [friction * joint.roller + sense * arm * whole]
+        else:
+            friction = -sense * mu * size(press)
+        return ((friction + viscous) * ux, (friction + viscous) * uy, 0.0), said
+
+    def _teeth(
+        self, joint: Any, lam: Any, own: Any, sense: float
+    ) -> tuple[tuple[Any, Any, Any], list[Any]]:
+        """Torque of loss, and the force that presses the wheels apart."""
+        index = self.reference.index
+        # the direction of the line of centres, from i to j, and the tooth force square to it
+        nx, ny = self._normal(joint)
+        fx, fy, _ = self._pushed(joint, lam)
+        force = fx * nx + fy * ny
+        (px, py), (cx, cy) = self._place(joint), self.reference.place(self.q, joint.j)
+        ex, ey = cx - px, cy - py
+        rj = math.hypot(ex, ey)
+        ex, ey = ex / rj, ey / rj  # from the pitch point to the centre on j
+        said: list[Any] = []
+        torque: Any = 0.0
+        if joint.efficiency is not None:
+            (torque,) = own
+            if sense:
+                said = [self._power(joint, force, torque, (px, py), (nx, ny))]
+            else:
+                said = [torque]
+        elif joint.friction is not None:
+            arm = self._mean_arm(joint)
+            mu = joint.friction * self.part
+            torque = -sense * mu * size(force) / math.cos(joint.pressure_angle) * arm
+        apart: Any = 0.0
+        if joint.pressure_angle is not None:
+            apart = math.tan(joint.pressure_angle) * size(force)
+        del index
+        return (apart * ex, apart * ey, torque), said
+
+    def _power(
+        self, joint: Any, force: Any, torque: Any, pitch: Any, normal: Any
+    ) -> Any:
+        """What the driven side gets less the efficiency times what the driving side gives, by the
+        sliding rate; rates from the carrier.
+        """
+        wi, wj = (self.v[3 * self.reference.index[body] + 2] for body in joint.bodies)
+        (cx, cy), (ix, iy) = (self.reference.place(self.q, m) for m in (joint.j, joint.i))
+        if isinstance(joint, RackPinion):
+            carrier, of_i = wi, 0.0  # the centre moves along the rack, which drives by its force
+            speed = self._velocity(joint.j.body, pitch)
+            centre = self._velocity(joint.j.body, (cx, cy))
+            along = (speed[0] - centre[0]) * normal[0] + (speed[1] - centre[1]) * normal[1]
+            along += carrier * (-(pitch[1] - cy) * normal[0] + (pitch[0] - cx) * normal[1]) * -1.0
+            to_j = (torque + force * self._lever(pitch, (cx, cy), normal)) * (wj - carrier)
+            to_i = -force * along
+        else:
+            ri, rj = self.reference.signed_radii(joint)
+            carrier = (ri * wi + rj * wj) / (ri + rj)
+            to_j = (torque + force * self._lever(pitch, (cx, cy), normal)) * (wj - carrier)
+            of_i = -torque - force * self._lever(pitch, (ix, iy), normal)
+            to_i = of_i * (wi - carrier)
+        efficiency = 1.0 - self.part * (1.0 - joint.efficiency)
+        driven, driving = (to_j, to_i) if np.real(to_i) < np.real(to_j) else (to_i, to_j)
+        return (driven + efficiency * driving) / abs(wj - wi)
+
+    @staticmethod
+    def _lever(place: Any, about: Any, direction: Any) -> float:
+        """Moment of a unit force about a point."""
+        x, y = place[0] - about[0], place[1] - about[1]
+        return float(x * direction[1] - y * direction[0])
+
+    @staticmethod
+    def _mean_arm(joint: Any) -> float:
+        """Mean distance of the contact from the pitch point, along the path on which the tip
+        circles leave it: by a sum over the path.
+        """
+        angle = joint.pressure_angle
+        if isinstance(joint, RackPinion):
+            radii, small = [(math.inf, 1.0), (joint.radius, 1.0)], joint.radius
+        else:
+            small, great = sorted((joint.radius_i, joint.radius_j))
+            radii = [(great, -1.0 if joint.internal else 1.0), (small, 1.0)]
+        module = joint.module if joint.module is not None else small * math.sin(angle) ** 2
+
+        def ends(radius: float, outside: float) -> float:
+            # where the line of action crosses the tip circle: |r sin α ± s| of its foot
+            if math.isinf(radius):
+                return float(module / math.sin(angle))
+            foot, base = radius * math.sin(angle), radius * math.cos(angle)
+            tip = radius + outside * module
+            reach = math.sqrt(max(tip * tip - base * base, 0.0))
+            return float(outside * (reach - foot))
+
+        (one, kind), (two, _) = radii
+        first, second = ends(one, kind), ends(two, 1.0)
+        first = min(first, two * math.sin(angle))
+        if kind > 0.0 and not math.isinf(one):
+            second = min(second, one * math.sin(angle))
+        s = np.linspace(-first, second, 200_001)
+        s = 0.5 * (s[1:] + s[:-1])
+        return float(np.abs(s).mean())
+
+    # -- solutions -------------------------------------------------------------------------------
+
+    def solve(self, start: Any = None) -> FrictionForces | None:
+        """The solution that Newton's method finds from a start, by default without friction; None
+        where it finds none.
+        """
+        z = self._start() if start is None else np.array(start, float)
+        scale = float(np.abs(self.right).max(initial=0.0)) or 1.0
+        for _ in range(ITERATIONS):
+            f, slope = self._slope(z)
+            try:
+                step = np.linalg.solve(slope, f)
+            except np.linalg.LinAlgError:
+                return None
+            z = z - step
+            if not np.isfinite(z).all():
+                return None
+            if np.abs(step).max(initial=0.0) <= CONVERGED * max(scale, float(np.abs(z).max())):
+                return self._found(z)
+        return None
+
+    def _start(self) -> Array:
+        r = self.reference
+        lam = np.linalg.lstsq(self.g[:, : 3 * r.n].T, self.right, rcond=1e-12)[0]
+        return np.concatenate([lam, 1e-3 + np.zeros(sum(self.count.values()))])
+
+    def _slope(self, z: Array) -> tuple[Array, Array]:
+        """The residual and its derivative, by complex steps."""
+        f = self.residual(z.astype(complex)).real
+        columns = [
+            self.residual(z + 1j * STEP * unit).imag / STEP for unit in np.eye(len(z), dtype=float)
+        ]
+        return f, np.array(columns).T
+
+    def _found(self, z: Array) -> FrictionForces:
+        r = self.reference
+        rest, wrench, losses = list(z[r.m :]), {}, {}
+        for joint in self.joints:
+            own = [rest.pop(0) for _ in range(self.count[joint.name])]
+            fx, fy, torque = (float(np.real(x)) for x in self._contact(joint, z[: r.m], own)[0])
+            wrench[joint.name] = np.array([fx, fy, torque])
+            place = self._place(joint)
+            (ax, ay), (bx, by) = (self._velocity(body, place) for body in joint.bodies)
+            i, j = (self.v[3 * r.index[body] + 2] for body in joint.bodies)
+            losses[joint.name] = -float(fx * (bx - ax) + fy * (by - ay) + torque * (j - i))
+        return FrictionForces(z[: r.m], z[r.m :], wrench, losses)
+
+    def solutions(self, rng: np.random.Generator, starts: int = 20) -> list[FrictionForces]:
+        """All different solutions from random starts."""
+        first = self._start()
+        scale = max(float(np.abs(first).max()), float(np.abs(self.right).max(initial=0.0)), 1e-300)
+        found: list[FrictionForces] = []
+        tries: Sequence[Any] = [first]
+        tries = [*tries, *(scale * rng.standard_normal((starts, len(first))) * 3.0)]
+        for start in tries:
+            one = self.solve(start)
+            if one is None:
+                continue
+            whole = max(scale, float(np.abs(one.lam).max()))
+            if all(np.abs(one.lam - other.lam).max() > ALIKE * whole for other in found):
+                found.append(one)
+        return found
