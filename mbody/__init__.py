@@ -214,6 +214,7 @@ presentation.register("equations", Solution="mbody.sheets.equations:system_of_eq
 presentation.register("columns", Solution="mbody.files.tables:columns")
 presentation.register("dataframe", Solution="mbody.files.tables:dataframe")
 presentation.register("at", Solution="mbody.analysis.dynamics.repeated:repeated_at")
+presentation.register("efficiency", Solution="mbody.analysis.driven.efficiency:efficiency")
 presentation.register("then", Solution="mbody.analysis.dynamics.joining:then")
 presentation.register("xarray", Solution="mbody.files.tables:dataset")
 presentation.register("csv", Solution="mbody.files.tables:write_csv")

@@ -12,9 +12,15 @@ alone. Newton's method with I − φ′ B, of one unknown a pair, converges in t
 every φ_k is positively homogeneous:
 
     a pin of radius r        ρ |R|,  ρ = μ r/√(1 + μ²): the friction circle, R the whole reaction
-    a guide of length ℓ      μ max(|N|, 2 |T − μ σ h N/2|/ℓ): two points at the ends press, h the
+    a guide of length ℓ      μ max(|N|, 2 |T + μ σ h N/2|/ℓ): two points at the ends press, h the
                              height between its rails; ℓ = 0: μ |N|
-    a pair that is pressed   μ |N|
+    a pair that is pressed   μ |N|, of a cam's follower with |N| = |λ| |g|, g the part of its row
+                             that pushes the follower
+    a torque of wheels       μ |N| + b σ N: rolling resistance, and the loss of teeth, which may
+                             depend on which wheel drives
+
+Teeth with a pressure angle press their wheels apart with μ |N|, μ = tan α: the same equation with a
+sense that never changes, and without a loss, as the rate is zero.
 
 With |B| the Lipschitz constants of φ_k along the columns of B, a spectral radius ϱ(|B|) < 1 means
 that there is one solution: the certificate. Where it is not below 1 the solution is followed from
@@ -49,19 +55,22 @@ __all__ = [
     "friction_loss",
     "friction_error",
     "friction_sizes",
+    "lasting_senses",
     "load_columns",
     "responses",
     "senses_by_rates",
     "sliding_rates",
     "store_sliding",
+    "tangent",
     "viscous_friction",
 ]
 
 #: Kinds of rough pairs; the number of a kind is its place.
-FRICTION_KINDS = ("pin", "guide", "pressed")
-PIN, GUIDE = 0, 1
+FRICTION_KINDS = ("pin", "guide", "pressed", "couple", "follower", "apart")
+PIN, GUIDE, _, COUPLE, FOLLOWER, APART = range(6)
 #: What `Layout.senses` means: the rates decide the senses; they are in W.sense, of pairs that
-#: slide; the same of pairs at rest that are about to slide, whose coefficient is the static one.
+#: slide; the same, and pairs of the rate zero are about to slide: their coefficient is the static
+#: one.
 BY_RATES, SLIDING, IMPENDING = 0, 1, 2
 #: Numbers of W.friction: the spectral radius below which friction is unique; the part of friction
 #: that was reached, less than 1 where the mechanism jams; det(I − φ′ B).
@@ -118,10 +127,20 @@ def senses_by_rates(L, W, w):
         turning = ld(W.v, 3 * b + 2, w)
         swift = larger(swift, larger(turning, -turning))
     for f in range(L.friction_kind.shape[0]):
-        unit = 1.0 + zero if L.friction_kind[f] == PIN else per_length
+        angular = L.friction_kind[f] == PIN or L.friction_kind[f] == COUPLE
+        unit = 1.0 + zero if angular else per_length
         rate = ld(W.rate, f, w) * unit
         still = select_le(larger(rate, -rate), AT_REST * swift, zero, zero + 1.0)
         st(W.sense, f, still * select_le(rate, zero, zero - 1.0, zero + 1.0), w)
+    lasting_senses(L, W, w)
+
+
+@njit
+def lasting_senses(L, W, w):
+    """W.sense ← that of teeth that press apart, which no rate decides."""
+    for f in range(L.friction_kind.shape[0]):
+        if L.friction_kind[f] == APART:
+            st(W.sense, f, ld(W.par, L.friction_par[f] + 4, w), w)
 
 
 @njit
@@ -146,7 +165,7 @@ def coefficients(L, W, w):
         for lane in range(count(w)):
             kinetic, static, speed = W.par[o, lane], W.par[o + 1, lane], W.par[o + 2, lane]
             mu = kinetic
-            if L.senses == IMPENDING:
+            if L.senses == IMPENDING and W.rate[f, lane] == 0.0:
                 mu = static
             elif speed > 0.0:
                 mu += (static - kinetic) * math.exp(-((W.rate[f, lane] / speed) ** 2))
@@ -182,14 +201,27 @@ def size_of(L, W, w, f, x, y):
     sign = select_le(x, zero, zero - 1.0, zero + 1.0)
     if L.friction_kind[f] == GUIDE:
         per_length, tilt = guide_arms(L, W, w, f)
-        moment = y - tilt * x
+        moment = y + tilt * x
         turn = select_le(moment, zero, zero - 1.0, zero + 1.0)
         one, two = mu * sign * x, per_length * turn * moment
         first = select_le(two, one, zero + 1.0, zero)
         second = 1.0 - first
-        by_x = first * mu * sign - second * per_length * turn * tilt
+        by_x = first * mu * sign + second * per_length * turn * tilt
         return first * one + second * two, by_x, second * per_length * turn
-    return mu * sign * x, mu * sign, zero
+    if L.friction_kind[f] == FOLLOWER:
+        mu = mu * pushing(L, W, w, f)
+    uneven = zero
+    if L.friction_kind[f] == COUPLE:
+        uneven = ld(W.par, L.friction_par[f] + 5, w) * ld(W.sense, f, w)
+    return mu * sign * x + uneven * x, mu * sign + uneven, zero
+
+
+@inline
+def pushing(L, W, w, f):
+    """The size of the part of the first row that pushes body j of what presses pair f."""
+    o = 12 * L.friction_node[f] + 6
+    x, y = ld(W.block, o, w), ld(W.block, o + 1, w)
+    return np.sqrt(x * x + y * y)
 
 
 @inline
@@ -200,8 +232,13 @@ def greatest_slope(L, W, w, f, x, y):
     one = ld(W.coefficient, f, w) * larger(x, -x)
     if L.friction_kind[f] == GUIDE:
         per_length, tilt = guide_arms(L, W, w, f)
-        moment = y - tilt * x
+        moment = y + tilt * x
         return larger(one, per_length * larger(moment, -moment))
+    if L.friction_kind[f] == FOLLOWER:
+        return one * pushing(L, W, w, f)
+    if L.friction_kind[f] == COUPLE:
+        uneven = ld(W.par, L.friction_par[f] + 5, w)
+        return one + larger(uneven, -uneven) * larger(x, -x)
     return one
 
 
@@ -441,6 +478,7 @@ def viscous_friction(L, W, w):
     for f in range(L.friction_kind.shape[0]):
         k, i, j = tangent(L, W, w, f)
         add_row(W, w, k, i, j, ld(W.par, L.friction_par[f] + 3, w) * ld(W.rate, f, w))
+    lasting_senses(L, W, w)
 
 
 @inline

@@ -1,16 +1,18 @@
 """Breakdown by cause: what each load is, and the multipliers that it would have alone.
 
 Φ_qᵀ λ = f − M a is linear in inertia and loads: λ is the sum of what −M a and each load would have
-alone, each one solve with the factor of the instant.
+alone, each one solve with the factor of the instant. Friction is one more load: as it is in the
+whole, for it would be another one alone.
 """
 
 from __future__ import annotations
 
 from mbody.core.bundle import Floats, Grids, Rows, Stacks
 from mbody.core.decorators import inline, kernel
-from mbody.core.lanes import st
+from mbody.core.lanes import ld, st
 from mbody.kernels.constraints import rows, turns
 from mbody.kernels.forces import forces, signals
+from mbody.kernels.friction import add_row, tangent
 from mbody.kernels.layout import Layout, Work
 from mbody.kernels.measured_formulas import measured_formulas, own_numbers
 from mbody.kernels.output import keep_primitives
@@ -22,12 +24,21 @@ __all__ = ["breakdown", "each_load"]
 
 @kernel
 def breakdown(
-    L: Layout, W: Work, regularization: float, motion: Rows, t: Floats, causes: int, output: Grids
+    L: Layout,
+    W: Work,
+    regularization: float,
+    motion: Rows,
+    t: Floats,
+    causes: int,
+    sliding: Rows,
+    output: Grids,
 ) -> None:
-    """Fill output (instants, causes + 1, PER_PRIMITIVE·primitives, 1): inertia, then every load.
+    """Fill output (instants, causes + 1, PER_PRIMITIVE·primitives, 1): inertia, then every load,
+    then, where there are rough pairs, their friction.
 
     motion (instants, 9·bodies + owns + inputs): q, v, a of each instant, and own states
-    and inputs unless these are in W; t (instants,).
+    and inputs unless these are in W; t (instants,); sliding (instants, pairs): multipliers of the
+    tangent rows.
     """
     w = 0.0
     signals(L, W, w, L.signal_law.shape[0])
@@ -45,6 +56,24 @@ def breakdown(
                 forces(L, W, w, cause)
             balancing_multipliers(L, W, w)
             keep_primitives(L, W, w, output[k, cause + 1], 0)
+        if L.friction_kind.shape[0] > 0:
+            alone(L, W, w, sliding[k])
+            keep_primitives(L, W, w, output[k, causes + 1], 0)
+
+
+@inline
+def alone(L, W, w, sliding):
+    """Multipliers by friction alone, those of the tangent rows given."""
+    clear(W.force, w)
+    for n in range(3 * L.bodies):
+        st(W.a, n, 0.0, w)
+    for f in range(L.friction_kind.shape[0]):
+        m, i, j = tangent(L, W, w, f)
+        add_row(W, w, m, i, j, sliding[f])
+    balancing_multipliers(L, W, w)
+    for f in range(L.friction_kind.shape[0]):
+        node = 2 * L.primitive_node[L.switched[L.friction_tangent[f]]]
+        st(W.lam, node, sliding[f] + 0.0 * ld(W.size, 0, w), w)
 
 
 @kernel

@@ -162,14 +162,17 @@ class FrictionPrimitive:
     Attributes
     ----------
     kind : str
-        ``"pin"``, ``"guide"`` or ``"pressed"``.
+        One of `FRICTION_KINDS` of the kernel: ``"pin"``, ``"guide"``, ``"pressed"``, ``"couple"`` of
+        wheels, ``"follower"`` of a cam, or ``"apart"``, the force that presses wheels apart.
     tangent : ConstraintPrimitive
         The row whose rate is the rate of sliding, switched: it is on while the pair sticks.
     presses : int
         Which primitive of the element has the reaction that presses.
     parameters : list
         Kinetic and static coefficient, speed of Stribeck's curve (0: none), viscous coefficient,
-        then radius of a pin, or length and height of a guide; floats or arrays over a batch.
+        then two of the kind: radius of a pin; length and height of a guide; of a couple nothing and
+        by how much it is more one way than the other; the sense of what presses apart. Floats or
+        arrays over a batch.
     """
 
     kind: str

@@ -17,6 +17,7 @@ from mbody.model.element import listed
 from mbody.model.joints import Joint
 from mbody.solution.histories import Checks, Reaction
 from mbody.solution.own_histories import motion_rows
+from mbody.solution.rough_pairs import tangent_forces
 from mbody.solution.places import reaction_torque
 from mbody.solution.result import Result
 
@@ -170,7 +171,9 @@ def _audit(
 
 
 def breakdown(solution: Result, name: str, on: str | None) -> dict[str, Any]:
-    """Reactions or efforts that inertia and each load would have alone, by cause."""
+    """Reactions or efforts that inertia and each load would have alone, by cause, and what the
+    friction of the whole has in them.
+    """
     system = solution.system
     one_design(solution, f"the breakdown of '{name}' is for one design", name)
     if not solution.has_forces:
@@ -179,7 +182,9 @@ def breakdown(solution: Result, name: str, on: str | None) -> dict[str, Any]:
         )
     loads = system.mechanism.loads
     size = PER_PRIMITIVE * len(system.owners)
-    output = np.empty((len(solution.t), len(loads) + 1, size, 1))
+    sliding = tangent_forces(solution)
+    rough = sliding.shape[-1] > 0
+    output = np.empty((len(solution.t), len(loads) + 1 + rough, size, 1))
     kernel(
         system.runtime(),
         system.work(),
@@ -187,9 +192,10 @@ def breakdown(solution: Result, name: str, on: str | None) -> dict[str, Any]:
         _motion(solution, 0),
         np.array(solution.t),
         len(loads),
+        sliding,
         output,
     )
-    causes = ["inertia", *(load.name for load in loads)]
+    causes = ["inertia", *(load.name for load in loads), *(["friction"] if rough else [])]
     primitives = system.primitives_of.get(name)
     if primitives is None:
         known = listed(system.primitives_of)

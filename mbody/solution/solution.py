@@ -26,6 +26,7 @@ from mbody.solution.drive_histories import drive_states, driven
 from mbody.solution.energy import Energy
 from mbody.solution.event_record import EventRecord
 from mbody.solution.force_equations import Equations
+from mbody.solution.friction_results import FrictionResults
 from mbody.solution.histories import (
     BodyHistory,
     BranchDistance,
@@ -60,7 +61,7 @@ def as_solution(given: Any) -> Solution:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Solution:
+class Solution(FrictionResults):
     """What an analysis found: histories by name, in the units of the mechanism.
 
     Histories have one entry an instant; those of a batch have a first axis of designs. `status`,
@@ -422,8 +423,8 @@ class Solution:
         Returns
         -------
         dict
-            By cause ("inertia", then the names of the loads): a `Reaction`, or the effort's array.
-            They sum to the whole.
+            By cause ("inertia", the names of the loads, and "friction" of rough joints): a
+            `Reaction`, or the effort's array. They sum to the whole.
         """
         if not isinstance(name, str):
             raise ModelError(f"a breakdown is of a joint or a driver by name, not of {name!r}")

@@ -13,6 +13,7 @@ import numpy as np
 from mbody.analysis.driven.batch import batch
 from mbody.analysis.driven.change_points import through_change_points
 from mbody.analysis.driven.dead_centres import DeadCentre, with_ends
+from mbody.analysis.driven.friction_notes import with_friction_notes
 from mbody.analysis.driven.runner import PathEnded, Runner
 from mbody.analysis.driven.time_grid import BY_DRIVER, BY_TIME, Drive, TimeGrid, by_time, time_grid
 from mbody.analysis.position.assembly_analysis import as_system, check_determined, closed
@@ -99,6 +100,7 @@ def driven(
     found = _followed(runner, start, grid)
     if before:
         found = found.take(np.arange(before, len(found)))
+    found = with_friction_notes(found)
     pulling = runner.pulled(start, grid, found)
     if pulling:
         found = changed(found, notes=(*as_reported(found).notes, *pulling))

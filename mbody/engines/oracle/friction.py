@@ -262,7 +262,6 @@ class DenseFriction:
         self, joint: Any, lam: Any, own: Any, sense: float
     ) -> tuple[tuple[Any, Any, Any], list[Any]]:
         """Torque of loss, and the force that presses the wheels apart."""
-        index = self.reference.index
         # the direction of the line of centres, from i to j, and the tooth force square to it
         nx, ny = self._normal(joint)
         fx, fy, _ = self._pushed(joint, lam)
@@ -286,7 +285,6 @@ class DenseFriction:
         apart: Any = 0.0
         if joint.pressure_angle is not None:
             apart = math.tan(joint.pressure_angle) * size(force)
-        del index
         return (apart * ex, apart * ey, torque), said
 
     def _power(
@@ -297,20 +295,16 @@ class DenseFriction:
         """
         wi, wj = (self.v[3 * self.reference.index[body] + 2] for body in joint.bodies)
         (cx, cy), (ix, iy) = (self.reference.place(self.q, m) for m in (joint.j, joint.i))
+        lever = self._lever(pitch, (cx, cy), normal)
         if isinstance(joint, RackPinion):
-            carrier, of_i = wi, 0.0  # the centre moves along the rack, which drives by its force
-            speed = self._velocity(joint.j.body, pitch)
-            centre = self._velocity(joint.j.body, (cx, cy))
-            along = (speed[0] - centre[0]) * normal[0] + (speed[1] - centre[1]) * normal[1]
-            along += carrier * (-(pitch[1] - cy) * normal[0] + (pitch[0] - cx) * normal[1]) * -1.0
-            to_j = (torque + force * self._lever(pitch, (cx, cy), normal)) * (wj - carrier)
-            to_i = -force * along
+            # the centre is carried along the rack, which gives power by its force alone
+            to_j = (torque + force * lever) * (wj - wi)
+            to_i = -force * lever * (wj - wi)
         else:
             ri, rj = self.reference.signed_radii(joint)
             carrier = (ri * wi + rj * wj) / (ri + rj)
-            to_j = (torque + force * self._lever(pitch, (cx, cy), normal)) * (wj - carrier)
-            of_i = -torque - force * self._lever(pitch, (ix, iy), normal)
-            to_i = of_i * (wi - carrier)
+            to_j = (torque + force * lever) * (wj - carrier)
+            to_i = (-torque - force * self._lever(pitch, (ix, iy), normal)) * (wi - carrier)
         efficiency = 1.0 - self.part * (1.0 - joint.efficiency)
         driven, driving = (to_j, to_i) if np.real(to_i) < np.real(to_j) else (to_i, to_j)
         return (driven + efficiency * driving) / abs(wj - wi)

@@ -124,7 +124,7 @@ class ToothedJoint(Joint):
         raise NotImplementedError
 
     def radial(self, at: Numbers) -> tuple[ConstraintPrimitive, float]:
-        """The row of the distance along which teeth press, and the sense in which they do."""
+        """The row of the distance along which teeth press; −1 where they lengthen it, else 1."""
         raise NotImplementedError
 
     #: Sign of the tooth force for a multiplier, along the normal of the line of centres.
@@ -139,12 +139,12 @@ class ToothedJoint(Joint):
             )
             mean, uneven = self._loss(at)
             found.append(
-                FrictionPrimitive("pressed", turning, 0, [mean, mean, 0.0, 0.0, 0.0, uneven])
+                FrictionPrimitive("couple", turning, 0, [mean, mean, 0.0, 0.0, 0.0, uneven])
             )
         if self.pressure_angle is not None:
             row, sense = self.radial(at)
             slope = np.tan(at[f"{name}.pressure_angle"])
-            found.append(FrictionPrimitive("pressed", row, 0, [slope, slope, 0.0, 0.0, sense, 0.0]))
+            found.append(FrictionPrimitive("apart", row, 0, [slope, slope, 0.0, 0.0, sense, 0.0]))
         return found
 
     def _loss(self, at: Numbers) -> tuple[Value, Value]:

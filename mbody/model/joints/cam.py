@@ -162,7 +162,7 @@ class CamFollower(RubbingJoint):
             kinetic, static = (_on_pin(mu, part) for mu in (kinetic, static))
             stribeck = stribeck / part
         return [
-            FrictionPrimitive("pressed", row, 0, [kinetic, static, stribeck, viscous, 0.0, 0.0])
+            FrictionPrimitive("follower", row, 0, [kinetic, static, stribeck, viscous, 0.0, 0.0])
         ]
 
     @property

@@ -100,7 +100,7 @@ class Gear(ToothedJoint):
         row = ConstraintPrimitive(
             "distance", self.i.body, self.j.body, "l", arms, switched=True
         )
-        return row, -1.0 if self.internal else 1.0
+        return row, 1.0 if self.internal else -1.0
 
     def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """One row; see `without_slip`."""

@@ -119,7 +119,7 @@ class Rolling(Joint):
             return []
         arm = at[f"{self.name}.resistance"]
         turning = ConstraintPrimitive("angle", self.i.body, self.j.body, "a", [0.0], switched=True)
-        return [FrictionPrimitive("pressed", turning, 0, [arm, arm, 0.0, 0.0, 0.0, 0.0])]
+        return [FrictionPrimitive("couple", turning, 0, [arm, arm, 0.0, 0.0, 0.0, 0.0])]
 
     def turn_row(self, at: Numbers, pose: PoseReader) -> TurnRow:
         """As of a rack and pinion on a line, as of a gear pair on a wheel."""

@@ -1,0 +1,144 @@
+"""What friction makes certain, leaves open or forbids in a result of a driven motion: jams are
+doubts, all else notes.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mbody.kernels.friction import REACHED_PART
+from mbody.kernels.output import PER_PRIMITIVE
+from mbody.model.element import listed
+from mbody.solution.certificate import as_reported, changed
+from mbody.solution.doubts import Doubt
+from mbody.solution.solution import Solution
+
+__all__ = ["with_friction_notes"]
+
+Array = np.ndarray
+#: Part of the greatest force below which an effort is none.
+NOTHING = 1e-9
+#: Elements that a note names.
+NAMED = 8
+
+
+def with_friction_notes(found: Solution) -> Solution:
+    """The result with what is to be said of friction. Where the mechanism jams there are no forces:
+    they are no numbers there.
+    """
+    rows = found.system.friction_rows
+    if rows.start == rows.stop or not found.has_forces:
+        return found
+    _take_out(found, rows.start + REACHED_PART)
+    report = found.friction
+    assert report is not None
+    said = as_reported(found)
+    doubts = [*said.doubts]
+    if report.jams:
+        doubts.append(_jam(found, report.jams))
+    notes = [*said.notes, *_not_unique(found), *_uncertain(found), *_resting(found)]
+    notes += [one.message for one in doubts if one.message not in notes]
+    return changed(found, doubts=tuple(doubts), notes=tuple(notes))
+
+
+def _take_out(found: Solution, row: int) -> None:
+    """No forces where less than all friction could be reached."""
+    first = 3 * found.system.coordinates
+    last = first + PER_PRIMITIVE * len(found.system.owners)
+    for block in found.record.blocks:
+        jams = block[:, row, :] < 1.0
+        if jams.any():
+            forces = block[:, first:last, :]
+            np.copyto(forces, np.nan, where=jams[:, None, :])
+
+
+def _jam(found: Solution, jams: tuple[Any, ...]) -> Doubt:
+    """From which coefficient on, where, and what to do."""
+    worst = min(jams, key=lambda one: one.coefficient)
+    first, unit = jams[0].t, found.mechanism.units.time
+    where = f"at t = {first:.6g} {unit}"
+    if len(jams) > 1:
+        count = len(found.t) * (found.record.count if found.record.batch else 1)
+        where = f"at {len(jams)} of {count} instants, first {where}"
+    joints = tuple(dict.fromkeys(one.joint for one in jams))
+    return Doubt(
+        "incomplete",
+        f"it jams {where}: no effort moves it against friction in '{worst.joint}', which begins at "
+        f"a coefficient of {worst.coefficient:.6g}, others in proportion: there are no forces then; "
+        "take less friction, or guide and drive it nearer to its load",
+        first,
+        joints,
+    )
+
+
+def _not_unique(found: Solution) -> list[str]:
+    """Reactions that redundant rows leave open leave friction open."""
+    open_parts = found.dependencies
+    if not found.regularization:
+        return []
+    names = [
+        name for name in found.losses if open_parts is None or any(open_parts.get(name, (True,)))
+    ]
+    if not names:
+        return []
+    which = listed(names, NAMED)
+    return [
+        f"friction in {which} is that of reactions which redundant rows leave open: it is not "
+        "unique, and neither are efforts and losses"
+    ]
+
+
+def _uncertain(found: Solution) -> list[str]:
+    """Where the condition of uniqueness does not hold, and it does not jam."""
+    report = found.friction
+    assert report is not None
+    jammed = np.isin(found.t, [one.t for one in report.jams])
+    open_at = ~report.certified & ~jammed
+    count = int(open_at.sum())
+    if not count:
+        return []
+    where = "" if open_at.size == 1 else f" at {count} of {open_at.size} instants"
+    return [
+        f"friction is not certain to have one solution{where}: that which follows from less and "
+        "less friction is given"
+    ]
+
+
+def _resting(found: Solution) -> list[str]:
+    """Which joints rest, and between what the efforts are."""
+    rest = found.resting
+    if not rest:
+        return []
+    if found.analysis == "statics":
+        return ["friction holds at rest: efforts and reactions lie in bands, of which those without "
+                "friction are given; run.range gives the bands", *_self_locking(found)]  # fmt: skip
+    unit = found.mechanism.units.time
+    notes = []
+    for name, instants in rest.items():
+        t = np.broadcast_to(found.t, instants.shape)[instants]
+        where = f"at t = {t[0]:.6g} {unit}"
+        if len(t) > 1:
+            where = f"at {len(t)} instants, first {where}"
+        notes.append(
+            f"'{name}' rests {where}: its friction there is any up to its limit, and forces are "
+            "given without it; run.range gives their limits"
+        )
+    return notes
+
+
+def _self_locking(found: Solution) -> list[str]:
+    """Drivers that need no effort to hold a load."""
+    notes = []
+    for driver in found.mechanism.drivers:
+        limits, plain = found.range(driver.name), found.effort(driver.name)
+        size = NOTHING * float(np.abs(plain).max(initial=0.0))
+        holds = (limits.low <= 0.0) & (limits.high >= 0.0) & (np.abs(plain) > size)
+        count = int(holds.sum())
+        if count:
+            where = "" if holds.size == 1 else f" at {count} of {holds.size} instants"
+            notes.append(
+                f"self-locking: friction holds '{driver.name}' without an effort{where}"
+            )
+    return notes

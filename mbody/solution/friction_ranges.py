@@ -1,0 +1,259 @@
+"""What friction leaves open where joints rest, and where a mechanism jams: forces for senses of
+sliding that the motion does not decide.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from mbody.kernels.friction import IMPENDING, SLIDING
+from mbody.kernels.friction_instants import forces_by_senses, impending_rates
+from mbody.kernels.layout import Layout
+from mbody.kernels.output import PER_PRIMITIVE
+from mbody.solution.result import Result
+from mbody.solution.rough_pairs import rough_pairs, stored_motion
+from mbody.system.system import System
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["FrictionForces", "Jam", "forces_at_rest", "forces_with", "jams_at", "resting"]
+
+Array = np.ndarray
+
+#: Pairs at rest of which both senses are tried with all others; beyond, all of them together.
+TOGETHER = 6
+#: A rate, or its change, below this part of the greatest is rounding.
+ROUNDING = 1e-9
+#: Halvings by which the part of friction at which a mechanism jams is found.
+HALVINGS = 50
+#: Jams that are examined, at most.
+EXAMINED = 400
+
+
+class FrictionForces(NamedTuple):
+    """Forces of one choice of senses.
+
+    Attributes
+    ----------
+    table : array (instants, PER_PRIMITIVE·primitives)
+        As `mbody.kernels.output` keeps them.
+    reached : array (instants,)
+        Part of friction that was reached, less than 1 where the mechanism jams.
+    """
+
+    table: Array
+    reached: Array
+
+
+class Jam(NamedTuple):
+    """A position at which a mechanism jams.
+
+    Attributes
+    ----------
+    t : float
+    joint : str
+        The one whose friction takes most of the power.
+    coefficient : float
+        Of that joint's friction (of teeth without friction the part of power that they lose), from
+        which on it jams there; those of all joints are changed by one factor.
+    """
+
+    t: float
+    joint: str
+    coefficient: float
+
+
+def with_senses(system: System, senses: int) -> Layout:
+    """The layout for senses of sliding that are given."""
+    return system.runtime().replaced(senses=senses)
+
+
+def forces_with(
+    solution: Result,
+    senses: Array,
+    instants: Array,
+    design: int = 0,
+    *,
+    part: float = 1.0,
+    at_rest: bool = True,
+) -> FrictionForces:
+    """Forces at some instants with these senses (instants, pairs).
+
+    Parameters
+    ----------
+    part : float
+        By which all coefficients are multiplied.
+    at_rest : bool
+        Whether pairs of the rate zero have their static coefficient.
+    """
+    system = solution.system
+    work = system.work(designs=design)
+    if part != 1.0:
+        for pair in rough_pairs(system):
+            if pair.loses:
+                work.par[pair.parameter : pair.parameter + 2] *= part
+                if pair.kind == "couple":
+                    work.par[pair.parameter + 5] *= part
+    output = np.empty((len(instants), PER_PRIMITIVE * len(system.owners), 1))
+    reached = np.empty((len(instants), 2))
+    forces_by_senses(
+        with_senses(system, IMPENDING if at_rest else SLIDING),
+        work,
+        stored_motion(solution, design, instants),
+        np.ascontiguousarray(senses, dtype=float),
+        output,
+        reached,
+    )
+    return FrictionForces(output[:, :, 0], reached[:, 1])
+
+
+def resting(solution: Result, rates: Array) -> Array:
+    """Which pairs rest at which instants: (instants, pairs) of bool, of rates (instants, pairs, …)
+    as of `pair_rates`.
+    """
+    pairs = rough_pairs(solution.system)
+    loses = np.array([pair.loses for pair in pairs], dtype=bool)
+    # pairs that only damp have nothing to hold with
+    holds = np.array([solution.system.par[pair.parameter + 1].max() > 0.0 for pair in pairs])
+    rest: Array = (rates[..., 2] == 0.0) & loses & holds
+    return rest
+
+
+def forces_at_rest(solution: Result, rates: Array, design: int = 0) -> Array:
+    """Forces by each choice of the senses in which pairs at rest may begin to slide: (choices,
+    instants, PER_PRIMITIVE·primitives), NaN where no pair rests or there are fewer choices. Forces
+    that grow without bound, as they do where it jams in one sense, are infinite.
+
+    Parameters
+    ----------
+    rates : array (instants, pairs, PER_PAIR)
+        As of `pair_rates`.
+    """
+    rest = resting(solution, rates)
+    instants = np.flatnonzero(rest.any(axis=1))
+    impending = _impending(solution, instants, design)
+    every = [
+        list(_choices(rates[k], rest[k], impending[n])) for n, k in enumerate(instants.tolist())
+    ]
+    count = max((len(choices) for choices in every), default=0)
+    width = PER_PRIMITIVE * len(solution.system.owners)
+    found = np.full((count, len(rates), width), np.nan)
+    for choice, tables in enumerate(found):
+        which = np.array([n for n, choices in enumerate(every) if choice < len(choices)])
+        senses = np.array([every[n][choice][0] for n in which])
+        forces = forces_with(solution, senses, instants[which], design)
+        for row, n in enumerate(which):
+            table = forces.table[row]
+            if forces.reached[row] < 1.0:
+                table = _unbounded(solution, table, every[n][choice][1])
+            tables[instants[n]] = table
+    return found
+
+
+def _unbounded(solution: Result, forces: Array, driver: tuple[int, float] | None) -> Array:
+    """Forces where no effort moves the mechanism in one sense: that of the driver is infinite in
+    that sense, the others are not known.
+    """
+    found = np.full(forces.shape, np.nan)
+    if driver is not None:
+        system = solution.system
+        e = system.primitives_of[system.drivers[driver[0]].name][0]
+        # an effort is −λ
+        found[PER_PRIMITIVE * e] = -driver[1] * np.inf
+    return found
+
+
+def _impending(solution: Result, instants: Array, design: int) -> Array:
+    """Rates of pairs if one driver alone moved: (instants, drivers, pairs), without rounding."""
+    system = solution.system
+    pairs = len(system.layout.friction_kind)
+    output = np.zeros((len(instants), len(system.drivers), pairs))
+    if output.size:
+        motion = stored_motion(solution, design, instants)
+        impending_rates(system.runtime(), system.work(designs=design), motion, output)
+        whole = np.abs(output).max(axis=2, keepdims=True)
+        output[np.abs(output) <= ROUNDING * whole] = 0.0
+    return output
+
+
+def _choices(
+    rates: Array, rest: Array, impending: Array
+) -> Iterator[tuple[Array, tuple[int, float] | None]]:
+    """Senses in which pairs at rest of an instant may begin to slide, and with which driver they
+    do: where nothing slides those of each driver moving alone, either way; else those just before
+    and just after the instant, and both of pairs that stay at rest.
+    """
+    senses = rates[:, 2].copy()
+    if not senses.any():
+        for n, one in enumerate(impending):
+            for way in (1.0, -1.0):
+                own = np.where(rest, way * np.sign(one), 0.0)
+                for both in _either(own, rest & (one == 0.0)):
+                    yield both, (n, way)
+        return
+    change = rates[:, 1]
+    turns = rest & (np.abs(change) > ROUNDING * np.abs(change).max(initial=0.0))
+    for way in (-1.0, 1.0):
+        own = np.where(turns, way * np.sign(change), senses)
+        yield from ((both, None) for both in _either(own, rest & ~turns))
+
+
+def _either(senses: Array, still: Array) -> Iterator[Array]:
+    """The senses with both senses of those that stay at rest."""
+    which = np.flatnonzero(still)
+    ways: Sequence[tuple[float, ...]] = list(itertools.product((1.0, -1.0), repeat=len(which)))
+    if len(which) > TOGETHER:
+        ways = [(1.0,) * len(which), (-1.0,) * len(which)]
+    for way in ways:
+        found = senses.copy()
+        found[which] = way
+        yield found
+
+
+def jams_at(solution: Result, rates: Array, reached: Array, design: int = 0) -> list[Jam]:
+    """Where the mechanism jams: the instants at which less than all friction was reached, with the
+    coefficient from which on it does.
+
+    Parameters
+    ----------
+    rates : array (instants, pairs, PER_PAIR)
+    reached : array (instants,)
+        Part of friction that was reached.
+    """
+    pairs = rough_pairs(solution.system)
+    found = []
+    for k in np.flatnonzero(reached < 1.0)[:EXAMINED]:
+        at, senses = np.array([k]), rates[k : k + 1, :, 2]
+        low, high = 0.0, 1.0
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            one = forces_with(solution, senses, at, design, part=middle, at_rest=False)
+            if one.reached[0] < 1.0:
+                high = middle
+            else:
+                low = middle
+        forces = forces_with(solution, senses, at, design, part=low, at_rest=False).table[0]
+        power = [
+            abs(forces[PER_PRIMITIVE * pair.primitive] * rates[k, n, 0]) if pair.loses else 0.0
+            for n, pair in enumerate(pairs)
+        ]
+        worst = pairs[int(np.argmax(power))]
+        found.append(Jam(float(solution.t[k]), worst.joint, high * _coefficient(solution, worst)))
+    return found
+
+
+def _coefficient(solution: Result, pair: object) -> float:
+    """The coefficient of friction of a joint by its attribute, or what stands for it."""
+    joint = getattr(pair, "joint", "")
+    values = solution.system.values
+    for name, turned in (("friction", False), ("resistance", False), ("efficiency", True)):
+        value = values.get(f"{joint}.{name}")
+        if value is not None:
+            own = float(np.ravel(value)[0])
+            return 1.0 - own if turned else own
+    return 0.0
