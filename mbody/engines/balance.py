@@ -187,5 +187,8 @@ def _power(
         comparison.size("power", one * rates)
     for part in given:
         comparison.size("power", part)
+    for loss in run.losses.values():
+        whole -= loss
+        comparison.size("power", loss)
     if comparison.sizes["power"] > 0.0:
         comparison.add("power", "power", np.zeros(len(run)), whole)

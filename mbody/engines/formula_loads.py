@@ -1,10 +1,13 @@
-"""Loads by formulas of measured quantities, inputs and own states, which other engines lack."""
+"""Loads by formulas of measured quantities, inputs, own states and friction in joints, which other
+engines lack.
+"""
 
 from __future__ import annotations
 
 import dataclasses
 
 from mbody.engines.opinion import Inexpressible
+from mbody.engines.oracle.friction import rubs
 from mbody.laws import MeasuredFormula
 from mbody.model.element import Element
 from mbody.model.mechanism import Mechanism
@@ -20,7 +23,7 @@ def follows_formula(element: Element) -> bool:
 
 def without_counterpart(mechanism: Mechanism) -> tuple[Inexpressible, ...]:
     """What another engine's model of a mechanism has no counterpart of: loads by formulas, inputs,
-    own states, controllers.
+    own states, controllers, friction in joints.
 
     >>> from mbody import makers
     >>> without_counterpart(makers.four_bar(1, 3, 2, 3.5))
@@ -28,7 +31,12 @@ def without_counterpart(mechanism: Mechanism) -> tuple[Inexpressible, ...]:
     """
     loads = (one.name for one in mechanism.loads if follows_formula(one))
     why = "its law is a formula of measured quantities"
-    return (*(Inexpressible(name, why) for name in loads), *signals_of(mechanism))
+    rough = (joint.name for joint in mechanism.joints if rubs(joint))
+    return (
+        *(Inexpressible(name, why) for name in loads),
+        *signals_of(mechanism),
+        *(Inexpressible(name, "its friction is of the real reaction") for name in rough),
+    )
 
 
 def signals_of(mechanism: Mechanism) -> tuple[Inexpressible, ...]:

@@ -1,8 +1,9 @@
 """Results as data: one form for every analysis, the same in Python, JSON and on the command line.
 
 ``{"mbody", "model", "analysis", "units", "status", "doubts", "notes", "t", "bodies", "points",
-"reactions", "efforts", "unique_efforts", "loads", "inputs", "states", "measures", "checks"}``, of
-which "inputs" and "states" are those of mechanisms that have some. Every list has one
+"reactions", "efforts", "unique_efforts", "loads", "inputs", "states", "losses", "modes", "ranges",
+"friction", "measures", "checks"}``, of which "inputs" and "states" are those of mechanisms that
+have some, and "losses" to "friction" of mechanisms with friction in joints. Every list has one
 entry an instant. x and y of a body are its mass centre. Reactions act on body j by body i, in world
 axes, at the joint's place on j. omega and alpha are in rad and the time unit always, angles in the
 unit that "units" says.
@@ -17,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.files.friction_data import friction_data
 from mbody.files.tables import own_column
 from mbody.files.writing import writing
 from mbody.quantities.units import DIMENSIONS
@@ -84,6 +86,7 @@ def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
         "unique_efforts": {each.name: solution.unique_effort(each.name) for each in giving},
         "loads": _loads(solution, turned),
         **_signals(solution, angle),
+        **friction_data(solution),
         "measures": measures,
         "checks": {
             "constraint": _number(solution.checks.constraint),

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.errors import ModelError
+from mbody.files.friction_data import friction_columns
 from mbody.files.writing import writing
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.checks import one_design
@@ -40,7 +41,7 @@ def columns(solution: Solution, angle: str = "rad") -> dict[str, np.ndarray]:
 
     Time first, then nine columns a body (mass centre and angle), three a joint (force and torque
     on its body j), one a coupling, a driver, an input, an own state and a measure; kinematics has
-    no forces. Where forces are not determined, each joint, coupling and driver has a column
+    no forces. Rough joints have a column of their loss. Where forces are not determined, each joint, coupling and driver has a column
     ``"A.unique"``, 1 or 0.
 
     Parameters
@@ -94,6 +95,7 @@ def columns(solution: Solution, angle: str = "rad") -> dict[str, np.ndarray]:
         effort = unit(each.effort_dimension)
         table[f"{each.name}.effort [{effort}]"] = solution.effort(each.name)
         table |= unique.get(each.name, {})
+    table |= friction_columns(solution)
     return table | _signals(solution, angle) | _measures(solution, angle)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from mbody.analysis.driven.free_body import member_forces
 from mbody.laws import MeasuredFormula
 from mbody.sheets.couplings import couplings
+from mbody.sheets.friction import friction
 from mbody.sheets.measured import measures
 from mbody.sheets.names import (
     ABOUT,
@@ -94,6 +95,7 @@ class _Instant:
             parts.append(self._loads())
         if not self.moves:
             parts.append(self._members())
+        parts += friction(self.solution)
         parts += signals(self.solution)
         parts.append(measures(self.solution))
         lines = heading(self.solution, when)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mbody.sheets.couplings import couplings
+from mbody.sheets.friction import friction
 from mbody.sheets.measured import measures
 from mbody.sheets.names import (
     ABOUT,
@@ -64,6 +65,7 @@ class _Summary:
             parts.append(self._joints())
         parts.append(couplings(self.solution))
         parts += [self._drivers(turns) for turns in (True, False)]
+        parts += friction(self.solution)
         parts += signals(self.solution)
         parts.append(measures(self.solution))
         lines = heading(self.solution, self._when())

@@ -42,7 +42,7 @@ __all__ = [
 ]
 
 #: What joints have of forces.
-REACTION = ("fx", "fy", "force", "torque")
+REACTION = ("fx", "fy", "force", "torque", "loss")
 
 
 def measured(solution: Result, measure: Measure | str) -> tuple[np.ndarray, Dimension, str]:
@@ -55,7 +55,8 @@ def measured(solution: Result, measure: Measure | str) -> tuple[np.ndarray, Dime
     measure : Measure or str
         Such as ``"coupler.P.y - ground.O2.y"``: of bodies x, y, angle, their rates vx, vy, omega
         and ax, ay, alpha; of points x to ay, ``coupler.origin`` being that of the link's axes; of
-        joints fx, fy, torque (on body j) and force, the magnitude; of loads the same, of springs
+        joints fx, fy, torque (on body j) and force, the magnitude, and the loss of rough ones; of
+        loads the same, of springs
         and dampers their tension and length or their torque and angle, and the rate; of drivers
         effort, power, value, rate and acceleration; ``t``; the parameters.
 
@@ -337,6 +338,8 @@ def _history(run: Result, owner: str, key: str) -> np.ndarray:
     owned: Any = run.mechanism[element]
     if owned.role == "joint" and key in owned.coordinates:
         return _coordinate(run, owned, key)
+    if owned.role == "joint" and key == "loss":
+        return np.asarray(run.losses[element])
     if owned.role == "joint":
         reaction = run.reaction(element)
         return np.asarray(reaction.magnitude if key == "force" else getattr(reaction, key))

@@ -94,6 +94,10 @@ class Result(Protocol):
     def notes(self) -> tuple[str, ...]:
         """Facts, and the messages of the doubts."""
 
+    @property
+    def losses(self) -> Mapping[str, Array]:
+        """Power that friction takes in each rough joint."""
+
     def __len__(self) -> int: ...
 
     def __iter__(self) -> Iterator[str]: ...

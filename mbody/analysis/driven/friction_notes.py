@@ -18,7 +18,7 @@ from mbody.solution.solution import Solution
 __all__ = ["with_friction_notes"]
 
 Array = np.ndarray
-#: Part of the greatest force below which an effort is none.
+#: Part of its band, and of the greatest, below which an effort is none.
 NOTHING = 1e-9
 #: Elements that a note names.
 NAMED = 8
@@ -114,16 +114,20 @@ def _resting(found: Solution) -> list[str]:
     if found.analysis == "statics":
         return ["friction holds at rest: efforts and reactions lie in bands, of which those without "
                 "friction are given; run.range gives the bands", *_self_locking(found)]  # fmt: skip
-    unit = found.mechanism.units.time
-    notes = []
+    unit, at_once = found.mechanism.units.time, dict[bytes, list[str]]()
     for name, instants in rest.items():
+        at_once.setdefault(instants.tobytes(), []).append(name)
+    notes = []
+    for names in at_once.values():
+        instants = rest[names[0]]
         t = np.broadcast_to(found.t, instants.shape)[instants]
         where = f"at t = {t[0]:.6g} {unit}"
         if len(t) > 1:
             where = f"at {len(t)} instants, first {where}"
+        rests, its = ("rests", "its") if len(names) == 1 else ("rest", "their")
         notes.append(
-            f"'{name}' rests {where}: its friction there is any up to its limit, and forces are "
-            "given without it; run.range gives their limits"
+            f"{listed(names, NAMED)} {rests} {where}: {its} friction there is any up to its limit, "
+            "and forces are given without it; run.range gives the limits of forces"
         )
     return notes
 
@@ -133,7 +137,8 @@ def _self_locking(found: Solution) -> list[str]:
     notes = []
     for driver in found.mechanism.drivers:
         limits, plain = found.range(driver.name), found.effort(driver.name)
-        size = NOTHING * float(np.abs(plain).max(initial=0.0))
+        band = np.where(np.isfinite(limits.high - limits.low), limits.high - limits.low, 0.0)
+        size = NOTHING * np.maximum(band, np.abs(plain).max(initial=0.0))
         holds = (limits.low <= 0.0) & (limits.high >= 0.0) & (np.abs(plain) > size)
         count = int(holds.sum())
         if count:

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.engines.oracle.friction import DenseFriction, rubs
 from mbody.engines.oracle.loads import Loads
 
 __all__ = ["Reference"]
@@ -42,6 +43,11 @@ class Reference(Loads):
             bool}; "efforts" {driver: effort}; "residual", the largest |Φ_qᵀ λ − f + M a|.
         """
         rows = self._active(drive)
+        rough = any(rubs(joint) for joint in self.mechanism.joints)
+        if rough and len(rows) == self.m == 3 * self.n:
+            return self._with_friction(q, v, a, t)
+        if rough:
+            raise NotImplementedError("it solves for friction where the reactions are unique")
         g = self.phi_q(q, t)[rows]
         right = self.applied(q, v, t) - self.mass_matrix() @ np.asarray(a)
         lam = np.zeros(self.m)
@@ -63,6 +69,22 @@ class Reference(Loads):
                 for e in (*self.mechanism.couplings, *self.mechanism.drivers)
             },
             "residual": float(np.abs(g.T @ lam[rows] - right).max(initial=0.0)),
+        }
+
+    def _with_friction(self, q: Any, v: Any, a: Any, t: float) -> dict[str, Any]:
+        """The same with friction in joints, none in those at rest; no numbers where it jams."""
+        found = DenseFriction(self, q, v, a, t).solve()
+        lam = np.full(self.m, np.nan) if found is None else found.lam
+        reactions = self.reactions(q, t, lam)
+        if found is not None:
+            reactions = {name: r + found.wrench.get(name, 0.0) for name, r in reactions.items()}
+        efforts = (*self.mechanism.couplings, *self.mechanism.drivers)
+        return {
+            "lam": lam,
+            "reactions": reactions,
+            "unique": {joint.name: np.ones(3, dtype=bool) for joint in self.mechanism.joints},
+            "efforts": {e.name: -float(lam[self.rows[e.name]][0]) for e in efforts},
+            "residual": 0.0,
         }
 
     def reaction_matrices(self, q: Any, t: float) -> dict[str, np.ndarray]:
@@ -95,6 +117,8 @@ class Reference(Loads):
 
         Drivers that are not in `drive` are free, with their `efforts` or none.
         """
+        if any(rubs(joint) for joint in self.mechanism.joints):
+            raise NotImplementedError("it has no friction of joints in motions over time")
         rows, size = self._active(drive), 3 * self.n
         every = self.phi_q(q, t)
         f = self.applied(q, v, t)

@@ -87,10 +87,17 @@ class Joint(Constraint):
         """Whether the markers keep one direction and the places move apart."""
         return self.parallel and not self.coincident
 
+    @property
+    def rubs(self) -> bool:
+        """Whether friction or damping is given, be it 0."""
+        return False
+
     def quantities(self) -> dict[str, str]:
-        """The reaction: components, magnitude of the force, and torque; its coordinates."""
+        """The reaction: components, magnitude of the force, and torque; its coordinates; where it
+        rubs the power that it takes.
+        """
         reaction = {"fx": "force", "fy": "force", "force": "force", "torque": "torque"}
-        return reaction | self.coordinates
+        return reaction | self.coordinates | ({"loss": "power"} if self.rubs else {})
 
     def turn_row(self, at: Numbers, pose: PoseReader) -> TurnRow | None:
         """Of markers that keep one direction their angle; else None."""

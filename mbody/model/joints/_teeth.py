@@ -75,6 +75,11 @@ class ToothedJoint(Joint):
         if self.pressure_angle is not None:
             self._refuse_angle(float(self.pressure_angle))
 
+    @property
+    def rubs(self) -> bool:
+        """Whether the teeth lose power."""
+        return self.efficiency is not None or self.friction is not None
+
     def refuse(self, at: Numbers, unit: str) -> None:
         """Refuse efficiencies that there are not, of any design."""
         super().refuse(at, unit)
@@ -133,7 +138,7 @@ class ToothedJoint(Joint):
     def frictions(self, at: Numbers) -> list[FrictionPrimitive]:
         """What the teeth lose against the relative rate, and how they press the wheels apart."""
         name, found = self.name, []
-        if self.efficiency is not None or self.friction is not None:
+        if self.rubs:
             turning = ConstraintPrimitive(
                 "angle", self.i.body, self.j.body, "a", [0.0], switched=True
             )

@@ -113,6 +113,11 @@ class Rolling(Joint):
             along_line(self, at),
         ]
 
+    @property
+    def rubs(self) -> bool:
+        """Whether rolling is resisted."""
+        return self.resistance is not None
+
     def frictions(self, at: Numbers) -> list[FrictionPrimitive]:
         """What rolling resists: the angle of the wheel from the other body."""
         if self.resistance is None:

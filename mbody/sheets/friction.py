@@ -1,0 +1,93 @@
+"""The tables of friction on a sheet: what joints lose, and between what efforts lie at rest."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mbody.sheets.text_table import Column, numbers, table
+
+if TYPE_CHECKING:
+    from mbody.solution.solution import Solution
+
+__all__ = ["friction"]
+
+#: Losses below this part of the greatest are rounding.
+ROUNDING = 1e-12
+
+
+def friction(solution: Solution) -> list[list[str]]:
+    """Tables of the losses of rough joints, and of the bands of efforts where joints rest; none of
+    mechanisms without friction.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> friction(mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0)))
+    []
+    """
+    if not solution.has_forces or not solution.losses:
+        return []
+    parts = [_losses(solution)] if solution.analysis != "statics" else []
+    if solution.analysis != "simulate":
+        parts.append(_bands(solution))
+    return [part for part in parts if part]
+
+
+def _losses(solution: Solution) -> list[str]:
+    unit = solution.mechanism.units.of("power")
+    names = list(solution.losses)
+    losses = np.array([solution.losses[name] for name in names]).reshape(len(names), -1)
+    if losses.shape[1] == 1:
+        power = losses[:, 0]
+        modes = [np.ravel(solution.mode(name))[0] for name in names]
+        return table(
+            [
+                Column("FRICTION", names, text=True),
+                Column("loss", numbers(power, ROUNDING * np.abs(power).max(initial=0.0)), unit),
+                Column("", modes, text=True),
+            ]
+        )
+    peak = np.fmax.reduce(losses, axis=1)
+    floor = ROUNDING * float(np.nanmax(peak, initial=0.0))
+    known = np.isfinite(losses)
+    mean = np.where(known, losses, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
+    return table(
+        [
+            Column("FRICTION", names, text=True),
+            Column("peak loss", numbers(peak, floor), unit),
+            Column("mean of the instants", numbers(mean, floor), unit),
+        ]
+    )
+
+
+def _bands(solution: Solution) -> list[str]:
+    """Drivers whose effort friction leaves open."""
+    found = []
+    for driver in solution.mechanism.drivers:
+        limits = solution.range(driver.name)
+        if (limits.low != limits.high)[~np.isnan(limits.low)].any():
+            unit = solution.mechanism.units.of(driver.effort_dimension)
+            ends = np.fmin.reduce(limits.low, axis=None), np.fmax.reduce(limits.high, axis=None)
+            found.append((driver.name, *ends, unit))
+    if not found:
+        return []
+    names, low, high, units = zip(*found, strict=True)
+    return table(
+        [
+            Column("AT REST", list(names), text=True),
+            Column("from", _ends(low)),
+            Column("to", _ends(high)),
+            Column("unit", list(units), text=True),
+        ]
+    )
+
+
+def _ends(values: tuple[float, ...]) -> list[str]:
+    """Numbers, of which infinite ones are said."""
+    found = numbers(np.nan_to_num(np.array(values), posinf=0.0, neginf=0.0))
+    return [
+        cell if np.isfinite(value) else ("−∞" if value < 0.0 else "∞")
+        for cell, value in zip(found, values, strict=True)
+    ]
