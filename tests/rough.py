@@ -5,10 +5,24 @@ from dataclasses import replace
 import numpy as np
 
 import mbody
-from mbody import Body, CoordinateDriver, Force, Mechanism, PinSlot, Prismatic, Revolute
+from mbody import (
+    AngleDriver,
+    Body,
+    CamFollower,
+    CoordinateDriver,
+    Force,
+    Gear,
+    Marker,
+    Mechanism,
+    PinSlot,
+    Prismatic,
+    RackPinion,
+    Revolute,
+    Torque,
+)
 from mbody.engines.oracle.friction import DenseFriction
 from mbody.engines.oracle.reference import Reference
-from mbody.laws import ConstantSpeed
+from mbody.laws import ConstantSpeed, Harmonic
 
 CRANK, ROD, FORCE = 0.05, 0.2, 1000.0
 
@@ -54,6 +68,87 @@ def drawer(mu, length=0.2, height=None, speed=1.0, a=0.2, force=10.0):
     return machine
 
 
+def gear_pair(internal=False, load=5.0, speed=3.0, carrier=0.0, **teeth):
+    """Two wheels on a carrier that turns, too; the driven one has its weight off its centre."""
+    apart = 2.0 if internal else 4.0
+    machine = Mechanism("gears", units="SI", ground={"O": (0.0, 0.0)})
+    machine.add(
+        Body("carrier", mass=2.0, inertia=0.1, points={"O": (0.0, 0.0), "C": (apart, 0.0)}),
+        Body("a", mass=1.0, inertia=0.3),
+        Body("b", mass=1.5, inertia=0.2, points={"P": (0.5, 0.2)}),
+        Revolute("O", "ground.O", "carrier.O"),
+        Revolute("A", "carrier.O", "a"),
+        Revolute("B", "carrier.C", "b", friction=0.1, pin_radius=0.1),
+        Gear("mesh", "a", "b", radius_i=3.0, radius_j=1.0, internal=internal, **teeth),
+        AngleDriver("motor", "a", ConstantSpeed(0.0, speed)),
+        AngleDriver("hold", "carrier", ConstantSpeed(0.0, carrier)),
+        Torque("load", "b", value=load),
+        Force("push", "b.P", 3.0, angle=0.4),
+    )
+    return machine
+
+
+def rack_and_pinion(load=5.0, speed=2.0, **teeth):
+    """A pinion that drives a rack on a guide of two points."""
+    machine = Mechanism("rack", units="SI", ground={"O": (0.0, 0.0), "C": (0.0, 0.8)})
+    machine.add(
+        Body("rack", mass=2.0, inertia=0.1),
+        Body("pinion", mass=1.5, inertia=0.2, points={"P": (0.5, 0.2)}, guess=(0.0, 0.8, 0.0)),
+        Prismatic("guide", "ground.O", "rack", friction=0.05, length=0.5),
+        Revolute("B", "ground.C", "pinion", friction=0.1, pin_radius=0.1),
+        RackPinion("mesh", "rack", "pinion", radius=0.8, **teeth),
+        AngleDriver("motor", "pinion", ConstantSpeed(0.0, speed)),
+        Force("load", "rack", load),
+        Force("push", "pinion.P", 3.0, angle=0.4),
+    )
+    return machine
+
+
+def cam_drive(kind, swinging=False, clockwise=False, **coefficients):
+    """A knife edge, a roller or a flat face on a cam, on a guide or on an arm."""
+    follower = {"roller": {"roller": 0.01}, "flat": {"flat": True}}.get(kind, {})
+    places = {"O": (0.0, 0.0), "G": (0.005, 0.0), "P": (0.1, 0.02)}
+    machine = Mechanism("cam", units="SI", ground=places)
+    machine.add(Body("shaft", mass=1.0, inertia=0.01))
+    if swinging:
+        arm = {"O": (0.0, 0.0), "R": (-0.1, 0.03)}
+        machine.add(
+            Body("tappet", mass=0.5, inertia=0.001, points=arm, guess="5 deg"),
+            Revolute("A", "ground.P", "tappet.O", friction=0.1, pin_radius=0.005),
+        )
+    else:
+        up = np.pi / 2.0
+        machine.add(
+            Body("tappet", mass=0.5, points={"R": (0.0, 0.0)}, guess=(0.005, 0.06, 0.0)),
+            Prismatic(
+                "A",
+                Marker("ground", "G", up),
+                Marker("tappet", "R", up),
+                friction=0.1,
+                length=0.05,
+                height=0.01,
+            ),
+        )
+    tilt = np.radians(10.0) if swinging and kind == "flat" else 0.0
+    lift = Harmonic(mean=0.01, amplitude=0.01, frequency=1.0, phase=0.3)
+    machine.add(
+        Revolute("O", "ground.O", "shaft", friction=0.1, pin_radius=0.01),
+        CamFollower(
+            "cam",
+            "shaft",
+            Marker("tappet", "R", tilt),
+            lift,
+            base_radius=0.04,
+            clockwise=clockwise,
+            **follower,
+            **coefficients,
+        ),
+        AngleDriver("motor", "shaft", ConstantSpeed(0.0, -20.0 if clockwise else 20.0)),
+        Force("load", "tappet.R", 500.0, angle=0.2 - np.pi / 2.0),
+    )
+    return machine
+
+
 def motion_at(run, k):
     """q, v, a (3n,) of an instant."""
     bodies = list(run)
@@ -90,3 +185,27 @@ def difference(run, k, **how):
         worst.append(abs(run.effort(driver.name)[k] - theirs) / unit)
         scale = max(scale, abs(theirs) / unit)
     return max(worst) / scale
+
+
+def followed_part(run, k, most=1.0, step=0.05, least=1e-7):
+    """The part of friction up to which the dense solution can be followed from none, in steps, at
+    an instant: Newton's method from the last solution, det of its matrix keeping its sign.
+    """
+    part, z, sign = 0.0, None, None
+    while part < most and step > least:
+        dense = dense_at(run, k, part=min(most, part + step))
+        if z is None:
+            z = dense.start()
+        found = dense.solve(z)
+        here = None
+        if found is not None:
+            new = np.concatenate([found.lam, found.own])
+            here = np.linalg.slogdet(dense.slope(new)[1])[0]
+            sign = here if sign is None else sign
+        near = found is not None and np.abs(new - z).max() <= 0.5 * np.abs(new).max()
+        if found is None or here != sign or not (near or part == 0.0):
+            step *= 0.5
+            continue
+        part, z = min(most, part + step), new
+        step = min(2.0 * step, 0.05)
+    return part

@@ -41,7 +41,8 @@ def columns(solution: Solution, angle: str = "rad") -> dict[str, np.ndarray]:
 
     Time first, then nine columns a body (mass centre and angle), three a joint (force and torque
     on its body j), one a coupling, a driver, an input, an own state and a measure; kinematics has
-    no forces. Rough joints have a column of their loss. Where forces are not determined, each joint, coupling and driver has a column
+    no forces. Rough joints have a column of their loss, drivers those of the limits of their effort
+    where joints rest. Where forces are not determined, each joint, coupling and driver has a column
     ``"A.unique"``, 1 or 0.
 
     Parameters

@@ -7,6 +7,8 @@ whole, for it would be another one alone.
 
 from __future__ import annotations
 
+import numpy as np
+
 from mbody.core.bundle import Floats, Grids, Rows, Stacks
 from mbody.core.decorators import inline, kernel
 from mbody.core.lanes import ld, st
@@ -19,7 +21,10 @@ from mbody.kernels.output import keep_primitives
 from mbody.kernels.position_velocity import balancing_multipliers, clear
 from mbody.kernels.schur_ldl import VANISHED, factor
 
-__all__ = ["breakdown", "each_load"]
+__all__ = ["NO_FRICTION", "breakdown", "each_load"]
+
+#: Of a breakdown that leaves out friction.
+NO_FRICTION = np.zeros((0, 0))
 
 
 @kernel
@@ -34,11 +39,11 @@ def breakdown(
     output: Grids,
 ) -> None:
     """Fill output (instants, causes + 1, PER_PRIMITIVE·primitives, 1): inertia, then every load,
-    then, where there are rough pairs, their friction.
+    then friction.
 
     motion (instants, 9·bodies + owns + inputs): q, v, a of each instant, and own states
     and inputs unless these are in W; t (instants,); sliding (instants, pairs): multipliers of the
-    tangent rows.
+    tangent rows of rough pairs, of no instant where friction is not wanted.
     """
     w = 0.0
     signals(L, W, w, L.signal_law.shape[0])
@@ -56,7 +61,7 @@ def breakdown(
                 forces(L, W, w, cause)
             balancing_multipliers(L, W, w)
             keep_primitives(L, W, w, output[k, cause + 1], 0)
-        if L.friction_kind.shape[0] > 0:
+        if sliding.shape[0] > 0:
             alone(L, W, w, sliding[k])
             keep_primitives(L, W, w, output[k, causes + 1], 0)
 

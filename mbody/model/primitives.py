@@ -162,8 +162,8 @@ class FrictionPrimitive:
     Attributes
     ----------
     kind : str
-        One of `FRICTION_KINDS` of the kernel: ``"pin"``, ``"guide"``, ``"pressed"``, ``"couple"`` of
-        wheels, ``"follower"`` of a cam, or ``"apart"``, the force that presses wheels apart.
+        ``"pin"``, ``"guide"``, ``"pressed"``, ``"couple"`` of wheels, ``"follower"`` of a cam, or
+        ``"apart"``, the force that presses wheels apart.
     tangent : ConstraintPrimitive
         The row whose rate is the rate of sliding, switched: it is on while the pair sticks.
     presses : int

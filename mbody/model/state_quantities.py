@@ -23,7 +23,19 @@ TURNING = {"angle": "angle", "omega": "angular velocity", "alpha": "angular acce
 #: The origin of a link's axes, unless it has a point of that name.
 ORIGIN = "origin"
 #: Keys of quantities that follow from forces: they are known when the formula has been evaluated.
-OF_FORCES = ("ax", "ay", "alpha", "acceleration", "effort", "power", "fx", "fy", "force", "torque", "loss")
+OF_FORCES = (
+    "ax",
+    "ay",
+    "alpha",
+    "acceleration",
+    "effort",
+    "power",
+    "fx",
+    "fy",
+    "force",
+    "torque",
+    "loss",
+)
 
 
 class Described(Protocol):

@@ -9,17 +9,17 @@ import numpy as np
 
 from mbody.errors import ModelError
 from mbody.kernels.layout import Work
+from mbody.kernels.load_breakdown import NO_FRICTION, each_load
 from mbody.kernels.load_breakdown import breakdown as kernel
-from mbody.kernels.load_breakdown import each_load
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.kernels.residuals import RESIDUALS, Finished, residuals_of
 from mbody.model.element import listed
 from mbody.model.joints import Joint
 from mbody.solution.histories import Checks, Reaction
 from mbody.solution.own_histories import motion_rows
-from mbody.solution.rough_pairs import tangent_forces
 from mbody.solution.places import reaction_torque
 from mbody.solution.result import Result
+from mbody.solution.rough_pairs import tangent_forces
 
 __all__ = [
     "breakdown",
@@ -184,6 +184,7 @@ def breakdown(solution: Result, name: str, on: str | None) -> dict[str, Any]:
     size = PER_PRIMITIVE * len(system.owners)
     sliding = tangent_forces(solution)
     rough = sliding.shape[-1] > 0
+    sliding = sliding if rough else NO_FRICTION
     output = np.empty((len(solution.t), len(loads) + 1 + rough, size, 1))
     kernel(
         system.runtime(),

@@ -196,7 +196,9 @@ class FrictionResults:
         if element is None or element.role == "joint":
             return self._reaction_range(self.reaction(name, on), element)
         e = self.system.primitives_of[element.name][0]
-        return ForceRange(*_limits(self.effort(name), -self._forces_at_rest[..., PER_PRIMITIVE * e]))
+        return ForceRange(
+            *_limits(self.effort(name), -self._forces_at_rest[..., PER_PRIMITIVE * e])
+        )
 
     def _reaction_range(self: Any, plain: Reaction, joint: Any) -> ForceRange:
         """Of each component by itself."""

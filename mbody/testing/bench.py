@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mbody.analysis.position.assembly_analysis import raise_user_error
-from mbody.kernels.load_breakdown import breakdown
+from mbody.kernels.load_breakdown import NO_FRICTION, breakdown
 from mbody.kernels.loop_closure import laws_of_time, violation
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.kernels.residuals import RESIDUALS, Finished, residuals_of
@@ -149,6 +149,8 @@ class Bench:
         lines: list[Array] = []
         padding = 0.0
         for e, kinds in enumerate(self.system.row_kinds):
+            if e in self.system.switched_rows:
+                continue  # friction is no constraint
             for row in range(2):
                 k, o = 2 * L.primitive_node[e] + row, 12 * L.primitive_node[e] + 3 * row
                 line = np.zeros(3 * L.bodies + 6)
@@ -170,7 +172,7 @@ class Bench:
         primitives, pushes = len(L.primitive_node), len(self.pushes)
         motion = np.concatenate([state.q, state.v, 0.0 * state.q])[None, :]
         output = np.zeros((1, pushes + 1, PER_PRIMITIVE * primitives, 1))
-        breakdown(L, W, 0.0, motion, np.array([state.t]), pushes, output)
+        breakdown(L, W, 0.0, motion, np.array([state.t]), pushes, NO_FRICTION, output)
         raise_user_error(self.system)
         parts = output[0, 1:, :, 0].sum(axis=0).reshape(primitives, PER_PRIMITIVE)
         blocks = W.block[:, 0].reshape(-1, 2, 2, 3)[L.primitive_node, 0]

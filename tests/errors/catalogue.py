@@ -21,6 +21,7 @@ from tests.errors import (
     describing,
     engineering,
     formulas,
+    friction,
     images,
     laws,
     many_at_once,
@@ -47,7 +48,7 @@ from tests.errors import (
 
 PACKAGE = Path(__file__).parents[2] / "mbody"
 SUBJECTS = (
-    *(describing, pistons, laws, formulas, model_files, assembling),
+    *(describing, friction, pistons, laws, formulas, model_files, assembling),
     *(
         solving,
         resting,

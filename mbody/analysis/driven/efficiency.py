@@ -40,8 +40,8 @@ def efficiency(found: Solution, output: str) -> Efficiency:
     one_design(found, "an efficiency is of one design")
     if output not in (*drivers, *loads):
         raise ModelError(
-            f"there is no load or driver {output!r} (there are: {listed([*loads, *drivers])}): name "
-            "what the mechanism works against",
+            f"there is no load or driver {output!r} (there are: {listed([*loads, *drivers])}): "
+            "name what the mechanism works against",
             str(output),
         )
     if len(found) < 2:
@@ -73,8 +73,8 @@ def _power(run: Solution, name: str) -> Array:
     n = [load.name for load in run.mechanism.loads].index(name)
     for k in range(len(run)):
         for body, (fx, fy, torque) in zip(bodies, each_load_of(run, k)[n], strict=True):
-            own = run[body]
-            total[k] += fx * own.vx[k] + fy * own.vy[k] + torque * own.omega[k]
+            now = run[body]
+            total[k] += fx * now.vx[k] + fy * now.vy[k] + torque * now.omega[k]
     return total
 
 

@@ -65,9 +65,9 @@ def _jam(found: Solution, jams: tuple[Any, ...]) -> Doubt:
     joints = tuple(dict.fromkeys(one.joint for one in jams))
     return Doubt(
         "incomplete",
-        f"it jams {where}: no effort moves it against friction in '{worst.joint}', which begins at "
-        f"a coefficient of {worst.coefficient:.6g}, others in proportion: there are no forces then; "
-        "take less friction, or guide and drive it nearer to its load",
+        f"it jams {where}: no effort moves it against friction in '{worst.joint}', from a "
+        f"coefficient of {worst.coefficient:.6g} on, others in proportion; there are no forces "
+        "then: take less friction, or guide and drive it nearer to its load",
         first,
         joints,
     )
@@ -112,8 +112,11 @@ def _resting(found: Solution) -> list[str]:
     if not rest:
         return []
     if found.analysis == "statics":
-        return ["friction holds at rest: efforts and reactions lie in bands, of which those without "
-                "friction are given; run.range gives the bands", *_self_locking(found)]  # fmt: skip
+        bands = (
+            "friction holds at rest: efforts and reactions lie in bands, of which those without "
+            "friction are given; run.range gives the bands"
+        )
+        return [bands, *_self_locking(found)]
     unit, at_once = found.mechanism.units.time, dict[bytes, list[str]]()
     for name, instants in rest.items():
         at_once.setdefault(instants.tobytes(), []).append(name)
@@ -143,7 +146,5 @@ def _self_locking(found: Solution) -> list[str]:
         count = int(holds.sum())
         if count:
             where = "" if holds.size == 1 else f" at {count} of {holds.size} instants"
-            notes.append(
-                f"self-locking: friction holds '{driver.name}' without an effort{where}"
-            )
+            notes.append(f"self-locking: friction holds '{driver.name}' without an effort{where}")
     return notes

@@ -15,7 +15,7 @@ import numpy as np
 
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.kernels.layout import Work
-from mbody.kernels.load_breakdown import breakdown
+from mbody.kernels.load_breakdown import NO_FRICTION, breakdown
 from mbody.kernels.loop_closure import close, laws_of_time, project
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.kernels.residuals import RESIDUALS, Finished, residuals_of
@@ -156,7 +156,8 @@ class Manifold:
         for cause in range(len(loads)):
             work = self.work
             work.q[: self.size, 0] = q
-            breakdown(self.layout, work, 1e-9, self.motion, self.time, cause + 1, parts)
+            kernel = self.layout, work, 1e-9, self.motion, self.time
+            breakdown(*kernel, cause + 1, NO_FRICTION, parts)
             top = max(top, float(np.abs(work.force[: self.size, 0] * self.scale).max()))
         return top
 

@@ -19,7 +19,6 @@ import numpy as np
 from mbody.model.joints import (
     CamFollower,
     Gear,
-    PinSlot,
     Prismatic,
     RackPinion,
     Revolute,
@@ -48,7 +47,7 @@ def rubs(joint: Any) -> bool:
 
 def size(x: Any) -> Any:
     """|x|, with its derivative by a complex step."""
-    return x if np.real(x) >= 0.0 else -x
+    return np.where(np.real(x) >= 0.0, x, -x)
 
 
 @dataclass(frozen=True)
@@ -165,7 +164,7 @@ class DenseFriction:
         return math.cos(angle), math.sin(angle)
 
     def _normal(self, joint: Any) -> tuple[float, float]:
-        """The direction in which the first row of a joint pushes body j, its multiplier being −1."""
+        """The direction in which the first row of a joint pushes body j, λ being −1."""
         k = 3 * self.reference.index[joint.j.body]
         gx, gy = self.g[self.reference.rows[joint.name].start, k : k + 2]
         whole = math.hypot(gx, gy)
@@ -185,18 +184,21 @@ class DenseFriction:
     # -- the equations ---------------------------------------------------------------------------
 
     def residual(self, z: Any) -> Any:
-        """What is left over of the balance of all bodies (3n) and of the contacts."""
+        """What is left over of the balance of all bodies (3n) and of the contacts, for unknowns
+        (unknowns,) or columns of them.
+        """
         r = self.reference
         lam, rest = z[: r.m], list(z[r.m :])
-        balance = self.right - self.g[:, : 3 * r.n].T @ lam
-        force = np.zeros(3 * r.n + 3, dtype=z.dtype)
+        balance = (self.right - (self.g[:, : 3 * r.n].T @ lam).T).T
+        force = np.zeros((3 * r.n + 3, *z.shape[1:]), dtype=z.dtype)
         said: list[Any] = []
         for joint in self.joints:
             own = [rest.pop(0) for _ in range(self.count[joint.name])]
             (fx, fy, torque), equations = self._contact(joint, lam, own)
             said += equations
             self._act(force, joint, fx, fy, torque)
-        return np.concatenate([balance + force[: 3 * r.n], said])
+        own_equations = np.array(said, dtype=z.dtype).reshape(len(said), *z.shape[1:])
+        return np.concatenate([balance + force[: 3 * r.n], own_equations])
 
     def _act(self, force: Any, joint: Any, fx: Any, fy: Any, torque: Any) -> None:
         """A wrench on body j at the joint's place, and the opposite one on body i."""
@@ -228,7 +230,7 @@ class DenseFriction:
             nx, ny, _ = self._pushed(joint, lam, 0)
             px, py = self._normal(joint)
             press = nx * px + ny * py
-            return (0.0, 0.0, -sense * self.part * joint.resistance * size(press)), []
+            return (0.0, 0.0, -sense * self.part * (joint.resistance or 0.0) * size(press)), []
         mu = self._mu(joint)
         fx, fy, torque = self._pushed(joint, lam)
         if isinstance(joint, Revolute):
@@ -287,9 +289,7 @@ class DenseFriction:
             apart = math.tan(joint.pressure_angle) * size(force)
         return (apart * ex, apart * ey, torque), said
 
-    def _power(
-        self, joint: Any, force: Any, torque: Any, pitch: Any, normal: Any
-    ) -> Any:
+    def _power(self, joint: Any, force: Any, torque: Any, pitch: Any, normal: Any) -> Any:
         """What the driven side gets less the efficiency times what the driving side gives, by the
         sliding rate; rates from the carrier.
         """
@@ -306,7 +306,8 @@ class DenseFriction:
             to_j = (torque + force * lever) * (wj - carrier)
             to_i = (-torque - force * self._lever(pitch, (ix, iy), normal)) * (wi - carrier)
         efficiency = 1.0 - self.part * (1.0 - joint.efficiency)
-        driven, driving = (to_j, to_i) if np.real(to_i) < np.real(to_j) else (to_i, to_j)
+        first = np.real(to_i) < np.real(to_j)
+        driven, driving = np.where(first, to_j, to_i), np.where(first, to_i, to_j)
         return (driven + efficiency * driving) / abs(wj - wi)
 
     @staticmethod
@@ -352,10 +353,10 @@ class DenseFriction:
         """The solution that Newton's method finds from a start, by default without friction; None
         where it finds none.
         """
-        z = self._start() if start is None else np.array(start, float)
+        z = self.start() if start is None else np.array(start, float)
         scale = float(np.abs(self.right).max(initial=0.0)) or 1.0
         for _ in range(ITERATIONS):
-            f, slope = self._slope(z)
+            f, slope = self.slope(z)
             try:
                 step = np.linalg.solve(slope, f)
             except np.linalg.LinAlgError:
@@ -367,18 +368,16 @@ class DenseFriction:
                 return self._found(z)
         return None
 
-    def _start(self) -> Array:
+    def start(self) -> Array:
+        """Multipliers without friction, and small forces at the places of contact."""
         r = self.reference
         lam = np.linalg.lstsq(self.g[:, : 3 * r.n].T, self.right, rcond=1e-12)[0]
         return np.concatenate([lam, 1e-3 + np.zeros(sum(self.count.values()))])
 
-    def _slope(self, z: Array) -> tuple[Array, Array]:
+    def slope(self, z: Array) -> tuple[Array, Array]:
         """The residual and its derivative, by complex steps."""
-        f = self.residual(z.astype(complex)).real
-        columns = [
-            self.residual(z + 1j * STEP * unit).imag / STEP for unit in np.eye(len(z), dtype=float)
-        ]
-        return f, np.array(columns).T
+        steps = self.residual(z[:, None] + 1j * STEP * np.eye(len(z)))
+        return self.residual(z.astype(complex)).real, steps.imag / STEP
 
     def _found(self, z: Array) -> FrictionForces:
         r = self.reference
@@ -395,7 +394,7 @@ class DenseFriction:
 
     def solutions(self, rng: np.random.Generator, starts: int = 20) -> list[FrictionForces]:
         """All different solutions from random starts."""
-        first = self._start()
+        first = self.start()
         scale = max(float(np.abs(first).max()), float(np.abs(self.right).max(initial=0.0)), 1e-300)
         found: list[FrictionForces] = []
         tries: Sequence[Any] = [first]

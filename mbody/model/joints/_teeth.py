@@ -109,18 +109,16 @@ class ToothedJoint(Joint):
 
     def _refuse_low(self, at: Numbers) -> None:
         """A wheel in a ring hardly turns against it: what it loses there has a limit."""
-        bi, bj = np.broadcast_arrays(*self.bends(at))
-        efficiency = np.broadcast_to(at[f"{self.name}.efficiency"], bi.shape)
+        given = *self.bends(at), at[f"{self.name}.efficiency"]
+        bi, bj, efficiency = (np.ravel(one) for one in np.broadcast_arrays(*given))
         sizes = np.abs(bi), np.abs(bj)
         # in a ring the ratio of the radii decides
         least = np.where(bi * bj < 0.0, np.minimum(*sizes) / np.maximum(*sizes), 0.0)
-        wrong = np.flatnonzero(efficiency.ravel() <= least.ravel())
-        if wrong.size:
-            n = wrong[0]
+        for n in np.flatnonzero(efficiency <= least):
             raise ModelError(
-                f"'{self.name}': efficiency is {efficiency.flat[n]:g}: with these radii the wheels "
-                f"turn too little against each other to lose more than leaves {least.flat[n]:.4g}: "
-                "give more than that",
+                f"'{self.name}': efficiency is {efficiency[n]:g}: with these radii the wheels "
+                f"turn too little against each other to lose more than leaves {least[n]:.4g}: give "
+                "more than that",
                 self.name,
             )
 
@@ -193,6 +191,8 @@ def _path(own: Value, other: Value, module: Value, angle: Value) -> Value:
         path = np.where(ring, r * s - reached, reached - r * s)
         path = np.where(own == 0.0, module / s, path)
         # a ring or a rack has no base circle that could be passed
-        end = np.where((other == 0.0) | (own * other < 0.0) & ~ring, np.inf, np.abs(1.0 / other) * s)
+        end = np.where(
+            (other == 0.0) | (own * other < 0.0) & ~ring, np.inf, np.abs(1.0 / other) * s
+        )
     found: Value = np.minimum(path, end)[()]
     return found

@@ -34,10 +34,11 @@ class CamFollower(RubbingJoint):
     """Cam pair, disk cam with roller, knife-edge or flat-faced follower, translating, offset or
     swinging: the place on j, or a face through it, stays on the profile about the place on i.
 
-    With d from the cam's centre on i to the place on j: a roller's centre or a knife edge keeps
-    Φ = |d| − R(ψ) = 0, a flat face with the normal n keeps Φ = n · d − h(ψ) = 0: one row. R is the pitch curve, h the support function of the cam, which is R of a follower that
-    translates along n through the centre. The reaction is the force of contact on the follower,
-    reported at the point of contact, where it has no torque.
+    With d from the cam's centre on i to the place on j: a roller's centre or a knife edge keeps Φ =
+    |d| − R(ψ) = 0, a flat face with the normal n keeps Φ = n · d − h(ψ) = 0: one row. R is the
+    pitch curve, h the support function of the cam, which is R of a follower that translates along n
+    through the centre. The reaction is the force of contact on the follower, reported at the point
+    of contact, where it has no torque.
 
     Parameters
     ----------

@@ -80,9 +80,7 @@ class Revolute(RubbingJoint):
             return []
         radius = 0.0 if self.friction is None else at[f"{self.name}.pin_radius"]
         beta = at.angle(self, "j") - at.angle(self, "i")
-        turning = ConstraintPrimitive(
-            "angle", self.i.body, self.j.body, "a", [beta], switched=True
-        )
+        turning = ConstraintPrimitive("angle", self.i.body, self.j.body, "a", [beta], switched=True)
         slowest = 1.0 if self.stribeck is None else radius
         return [
             FrictionPrimitive("pin", turning, 0, [*self.coefficients(at, slowest), radius, 0.0])
