@@ -66,11 +66,13 @@ class Layout(Bundle):
     written_node: Ints
     switched: Ints
     # rough pairs: kind, node whose multipliers press, tangent row among those that are switched,
-    # first parameter; how their senses are known (`mbody.kernels.friction`)
+    # first parameter, signal row of a friction that is given; how their senses are known
+    # (`mbody.kernels.friction`)
     friction_kind: Ints
     friction_node: Ints
     friction_tangent: Ints
     friction_par: Ints
+    friction_signal: Ints
     senses: int
     # nodes: first column of either side; blocks below the diagonal of each; their rows
     node_column: Ints

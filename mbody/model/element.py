@@ -262,6 +262,8 @@ class Element:
     main: ClassVar[tuple[str, ...]] = ()
     #: What it is in a mechanism: "body", "joint", "coupling", "driver" or "load".
     role: ClassVar[str] = ""
+    #: Whether its laws may be formulas of measured quantities though it is no load.
+    follows_formulas: ClassVar[bool] = False
 
     name: str
 

@@ -173,12 +173,15 @@ class FrictionPrimitive:
         then two of the kind: radius of a pin; length and height of a guide; of a couple nothing and
         by how much it is more one way than the other; the sense of what presses apart. Floats or
         arrays over a batch.
+    capacity : Signal or None
+        Of kind ``"given"``: the law of the friction that it has while it slides.
     """
 
     kind: str
     tangent: ConstraintPrimitive
     presses: int
     parameters: list[Any]
+    capacity: Signal | None = None
 
 
 @dataclass(frozen=True)

@@ -20,14 +20,12 @@ from mbody.kernels.forces import KINDS as ACTION_KINDS
 from mbody.kernels.friction import BY_RATES, FRICTION_KINDS
 from mbody.kernels.layout import Layout, first_beyond, integers
 from mbody.laws import LAW_KINDS, Constant, Law
-from mbody.model.constraint import Constraint
 from mbody.model.element import Element, Numbers
 from mbody.model.mechanism import Mechanism, snapshot
 from mbody.model.own_equations import OwnState, signal_of
 from mbody.model.primitives import (
     ConstraintPrimitive,
     ForcePrimitive,
-    FrictionPrimitive,
     Signal,
 )
 from mbody.model.states import State
@@ -150,6 +148,8 @@ class _Compiler:
             self._signals((primitive.signal,)) for primitive in self.first_primitives
         ]
         self.action_signal = [self._signals(action.signals) for action in self.first_actions]
+        self.pairs = [(one, pair) for one in self.rough for pair in one.frictions(at)]
+        self.friction_signal = [self._signals((pair.capacity,)) for _, pair in self.pairs]
         #: Signals of elements' own laws that are formulas of measured quantities.
         self.formula_signals = 0
         first = len(self.signal_laws)
@@ -210,6 +210,8 @@ class _Compiler:
         signals = [one.signal for one in primitives if one.signal is not None]
         found += [RecordedLaw(signal, derivatives=True) for signal in signals]
         found += [recorded(signal, machine, at) for action in actions for signal in action.signals]
+        given = [pair.capacity for one in self.rough for pair in one.frictions(at)]
+        found += [recorded(signal, machine, at) for signal in given if signal is not None]
         found += [RecordedLaw(at.law(one, "value")) for one in machine.inputs]
         for (cause, _), action in zip(self.action_owners, actions, strict=True):
             if action.law is not None:
@@ -287,6 +289,7 @@ class _Compiler:
         loads = self.mechanism.loads
         actions = list(zip(self.action_owners, self.first_actions, strict=True))
         names += [loads[c].name for (c, _), action in actions for _ in action.signals]
+        names += [one.name for one, pair in self.pairs if pair.capacity is not None]
         names += [one.name for one in self.mechanism.inputs]
         names += [loads[c].name for (c, _), action in actions if action.law is not None]
         pairs = zip(self.owners, self.first_primitives, strict=True)
@@ -309,9 +312,7 @@ class _Compiler:
         sizes = [len(primitive.parameters) + 2 for primitive in primitives]
         sizes += [len(law.parameters) for law in laws]
         sizes += [len(action.parameters) for action in actions]
-        at = self.read(self.numbers())
-        pairs = [(element, pair) for element in self.rough for pair in element.frictions(at)]
-        sizes += [len(pair.parameters) for _, pair in pairs]
+        sizes += [len(pair.parameters) for _, pair in self.pairs]
         offset = np.concatenate([[0], np.cumsum(sizes)]).astype(int)
         tables = [law.law.table() for law in laws]
         table_start = np.concatenate([[0], np.cumsum([len(table) for table in tables])]).astype(int)
@@ -367,7 +368,7 @@ class _Compiler:
             primitive_handle=integers([-1] * a),
             written_node=integers(written),
             switched=integers(switched),
-            **self._frictions(pairs, place, switched, offset[c:-1]),
+            **self._frictions(place, switched, offset[c:-1]),
             node_column=integers(columns),
             more=np.column_stack([plan.more_node, 3 * plan.more_slot]),
             **self._sums(place, plan),
@@ -410,26 +411,23 @@ class _Compiler:
         )
 
     def _frictions(
-        self,
-        pairs: list[tuple[Constraint, FrictionPrimitive]],
-        place: dict[int, int],
-        switched: list[int],
-        first: np.ndarray,
+        self, place: dict[int, int], switched: list[int], first: np.ndarray
     ) -> dict[str, Any]:
         """The rough pairs, in the order of the description."""
         number = {(one.name, part): e for e, (one, part) in enumerate(self.owners)}
         at = self.read(self.numbers())
         tangents, count = [], dict[str, int]()
-        for element, _ in pairs:
+        for element, _ in self.pairs:
             own = len(element.primitives(at))
             part = count[element.name] = count.get(element.name, own - 1) + 1
             tangents.append(switched.index(number[element.name, part]))
-        pressing = [place[number[element.name, pair.presses]] for element, pair in pairs]
+        pressing = [place[number[element.name, pair.presses]] for element, pair in self.pairs]
         return {
-            "friction_kind": integers([FRICTION_KINDS.index(pair.kind) for _, pair in pairs]),
+            "friction_kind": integers([FRICTION_KINDS.index(pair.kind) for _, pair in self.pairs]),
             "friction_node": integers(pressing),
             "friction_tangent": integers(tangents),
             "friction_par": integers(first),
+            "friction_signal": integers(self.friction_signal),
             "senses": BY_RATES,
         }
 

@@ -285,7 +285,7 @@ def tables_of_time(system: System) -> list[Table]:
     machine = system.mechanism
     return [
         getattr(element, part.name)
-        for element in (*machine.drivers, *machine.loads, *machine.inputs)
+        for element in (*machine.joints, *machine.drivers, *machine.loads, *machine.inputs)
         for part in dataclasses.fields(element)
         if part.metadata.get("of") == "time" and isinstance(getattr(element, part.name), Table)
     ]

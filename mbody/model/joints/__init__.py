@@ -18,5 +18,6 @@ from mbody.model.joints.gear import Gear as Gear
 from mbody.model.joints.rack import RackPinion as RackPinion
 from mbody.model.joints.rolling import Rolling as Rolling
 from mbody.model.joints.cam import CamFollower as CamFollower
+from mbody.model.joints.clutch import Clutch as Clutch
 from mbody.model.joints.custom import CustomJoint as CustomJoint
 from mbody.model.primitives import CONSTRAINTS as CONSTRAINTS
