@@ -54,9 +54,11 @@ if TYPE_CHECKING:
     from mbody.model.inputs import Input
     from mbody.model.joints import (
         CamFollower,
+        Clutch,
         CustomJoint,
         Distance,
         Fixed,
+        FrictionForce,
         Gear,
         PinSlot,
         Prismatic,
@@ -108,6 +110,7 @@ __all__ = [
     "BodyHistory",
     "CamFollower",
     "CentrifugalField",
+    "Clutch",
     "Controller",
     "CoordinateDriver",
     "CouplingTerm",
@@ -124,6 +127,7 @@ __all__ = [
     "EventRecord",
     "Fixed",
     "Force",
+    "FrictionForce",
     "Gear",
     "Gravity",
     "HydraulicCylinder",
@@ -246,8 +250,8 @@ _MODULES = {
     "model.element": "Marker number_field",
     "model.event": "Event Stop",
     "model.inputs": "Input",
-    "model.joints": "CamFollower CustomJoint Distance Fixed Gear PinSlot Prismatic RackPinion "
-    "Revolute Rolling",
+    "model.joints": "CamFollower Clutch CustomJoint Distance Fixed FrictionForce Gear PinSlot "
+    "Prismatic RackPinion Revolute Rolling",
     "model.loads": "Actuator CentrifugalField CustomLoad DCMotor Damper Force Gravity "
     "HydraulicCylinder InductionMotor ReciprocatingCylinder Spring Torque TorsionDamper "
     "TorsionSpring",

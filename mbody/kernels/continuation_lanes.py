@@ -239,7 +239,7 @@ def advance(L, P, Q, W, F, path, followed, k):
             st(W.v, n, 0.0, w)
             st(W.a, n, 0.0, w)
     if path.with_forces:
-        if L.action_kind.shape[0] > 0:
+        if L.action_kind.shape[0] > 0 or L.friction_kind.shape[0] > 0:
             forces(L, W, w, -1)
         if L.friction_kind.shape[0] > 0:
             residual = rough_multipliers_square(L, S, W, w, F)

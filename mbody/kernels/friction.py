@@ -18,7 +18,7 @@ every φ_k is positively homogeneous:
                              that pushes the follower
     a torque of wheels       μ |N| + b σ N: rolling resistance, and the loss of teeth, which may
                              depend on which wheel drives
-    a clutch                 the torque of its law
+    a clutch, a packing      the torque, or the force, of its law
 
 Teeth with a pressure angle press their wheels apart with μ |N|, μ = tan α: the same equation with a
 sense that never changes, and without a loss, as the rate is zero.
@@ -67,8 +67,8 @@ __all__ = [
 ]
 
 #: Kinds of rough pairs; the number of a kind is its place.
-FRICTION_KINDS = ("pin", "guide", "pressed", "couple", "follower", "apart", "given")
-PIN, GUIDE, _, COUPLE, FOLLOWER, APART, GIVEN = range(7)
+FRICTION_KINDS = ("pin", "guide", "pressed", "couple", "follower", "apart", "torque", "force")
+PIN, GUIDE, _, COUPLE, FOLLOWER, APART, TORQUE, FORCE = range(8)
 #: What `Layout.senses` means: the rates decide the senses; they are in W.sense, of pairs that
 #: slide; the same, and pairs of the rate zero are about to slide: their coefficient is the static
 #: one.
@@ -128,7 +128,7 @@ def senses_by_rates(L, W, w):
         turning = ld(W.v, 3 * b + 2, w)
         swift = larger(swift, larger(turning, -turning))
     for f in range(L.friction_kind.shape[0]):
-        angular = L.friction_kind[f] in (PIN, COUPLE, GIVEN)
+        angular = L.friction_kind[f] in (PIN, COUPLE, TORQUE)
         unit = 1.0 + zero if angular else per_length
         rate = ld(W.rate, f, w) * unit
         still = select_le(larger(rate, -rate), AT_REST * swift, zero, zero + 1.0)
@@ -194,7 +194,7 @@ def guide_arms(L, W, w, f):
 def size_of(L, W, w, f, x, y):
     """φ of pair f for multipliers (x, y) of what presses it, and ∂φ by both."""
     zero = 0.0 * x
-    if L.friction_kind[f] == GIVEN:
+    if L.friction_kind[f] in (TORQUE, FORCE):
         given = ld(W.coefficient, f, w) * ld(W.signal, L.friction_signal[f], w)
         return larger(zero, given), zero, zero
     if L.friction_kind[f] == PIN:
@@ -231,7 +231,7 @@ def pushing(L, W, w, f):
 @inline
 def greatest_slope(L, W, w, f, x, y):
     """The Lipschitz constant of φ of pair f along the direction (x, y) of its multipliers."""
-    if L.friction_kind[f] == GIVEN:
+    if L.friction_kind[f] in (TORQUE, FORCE):
         return 0.0 * x
     if L.friction_kind[f] == PIN:
         return pin_arm(L, W, w, f) * np.sqrt(x * x + y * y)

@@ -162,8 +162,9 @@ class FrictionPrimitive:
     Attributes
     ----------
     kind : str
-        ``"pin"``, ``"guide"``, ``"pressed"``, ``"couple"`` of wheels, ``"follower"`` of a cam, or
-        ``"apart"``, the force that presses wheels apart.
+        One of `FRICTION_KINDS` of the kernel: ``"pin"``, ``"guide"``, ``"pressed"``, ``"couple"``
+        of wheels, ``"follower"`` of a cam, ``"apart"``, the force that presses wheels apart,
+        ``"torque"`` or ``"force"`` of a law.
     tangent : ConstraintPrimitive
         The row whose rate is the rate of sliding, switched: it is on while the pair sticks.
     presses : int
@@ -174,7 +175,7 @@ class FrictionPrimitive:
         by how much it is more one way than the other; the sense of what presses apart. Floats or
         arrays over a batch.
     capacity : Signal or None
-        Of kind ``"given"``: the law of the friction that it has while it slides.
+        Of the kinds ``"torque"`` and ``"force"``: the law of what it has while it slides.
     """
 
     kind: str

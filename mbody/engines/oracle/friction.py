@@ -18,6 +18,8 @@ import numpy as np
 
 from mbody.model.joints import (
     CamFollower,
+    Clutch,
+    FrictionForce,
     Gear,
     Prismatic,
     RackPinion,
@@ -41,6 +43,8 @@ Array = np.ndarray
 
 def rubs(joint: Any) -> bool:
     """Whether a joint has friction, or teeth that press apart."""
+    if isinstance(joint, Clutch | FrictionForce):
+        return True
     fields = ("friction", "viscous", "efficiency", "pressure_angle", "resistance")
     return any(getattr(joint, field, None) is not None for field in fields)
 
@@ -144,6 +148,17 @@ class DenseFriction:
             found += (static - kinetic) * math.exp(-((speed / joint.stribeck) ** 2))
         return float(found * self.part)
 
+    def _given(self, joint: Any, law: Any) -> float:
+        """Friction by a law: none where that is negative."""
+        self.reference.now = self.q, self.v, self.t
+        given = max(0.0, self.reference.value(law, self.t)) * self.part
+        if self.impending:
+            return float(given * joint.static)
+        if joint.stribeck is None:
+            return float(given)
+        speed = self.rates[joint.name] / joint.stribeck
+        return float(given * (1.0 + (joint.static - 1.0) * math.exp(-(speed**2))))
+
     def _place(self, joint: Any) -> tuple[Any, Any]:
         found: tuple[Any, Any] = self.reference.reaction_point(self.q, joint)
         return found
@@ -173,7 +188,7 @@ class DenseFriction:
     def _rate(self, joint: Any) -> float:
         """How fast the surfaces slide, or turn, on each other."""
         index = self.reference.index
-        if isinstance(joint, Revolute | Gear | RackPinion | Rolling):
+        if isinstance(joint, Revolute | Clutch | Gear | RackPinion | Rolling):
             i, j = (self.v[3 * index[body] + 2] for body in joint.bodies)
             return float(j - i)
         place = self._place(joint)
@@ -224,6 +239,12 @@ class DenseFriction:
         """The wrench of friction on body j, and the equations of the joint's own unknowns."""
         sense, rate = self.senses[joint.name], self.rates[joint.name]
         viscous = -(getattr(joint, "viscous", None) or 0.0) * rate
+        if isinstance(joint, Clutch):
+            return (0.0, 0.0, -sense * self._given(joint, joint.torque)), []
+        if isinstance(joint, FrictionForce):
+            ux, uy = self._along(joint)
+            force = -sense * self._given(joint, joint.force)
+            return (force * ux, force * uy, 0.0), []
         if isinstance(joint, Gear | RackPinion):
             return self._teeth(joint, lam, own, sense)
         if isinstance(joint, Rolling):

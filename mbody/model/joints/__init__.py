@@ -19,5 +19,6 @@ from mbody.model.joints.rack import RackPinion as RackPinion
 from mbody.model.joints.rolling import Rolling as Rolling
 from mbody.model.joints.cam import CamFollower as CamFollower
 from mbody.model.joints.clutch import Clutch as Clutch
+from mbody.model.joints.friction_force import FrictionForce as FrictionForce
 from mbody.model.joints.custom import CustomJoint as CustomJoint
 from mbody.model.primitives import CONSTRAINTS as CONSTRAINTS
