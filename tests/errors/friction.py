@@ -2,6 +2,7 @@
 
 from mbody import (
     CamFollower,
+    Clutch,
     Gear,
     PinSlot,
     Prismatic,
@@ -39,6 +40,16 @@ def changed(machine, **values):
     return lambda: assemble(machine()).with_values(names)
 
 
+def clutch(**numbers):
+    return lambda: Clutch("clutch", *PLACES, torque=5.0, **numbers)
+
+
+def clutched():
+    machine = slider_crank()
+    machine.add(Clutch("clutch", "ground", "crank", torque=5.0, static=1.2))
+    return machine
+
+
 def ring():
     return gear_pair(internal=True, efficiency=0.9)
 
@@ -56,6 +67,9 @@ O = { revolute = ["ground", "arm.O"], friction = 0.1 }
 """
 
 SCENARIOS = {
+    "a clutch that holds less than it slips with": clutch(static=0.8),
+    "a clutch with a Stribeck rate alone": clutch(stribeck=2.0),
+    "a clutch of a design that holds less": changed(clutched, clutch_static=0.5),
     "a pin with a negative coefficient": pin(friction=-0.1, pin_radius=0.01),
     "a pin with a coefficient that has a unit": pin(friction="0.1 mm", pin_radius=0.01),
     "a pin with friction and without a radius": pin(friction=0.1),
