@@ -22,7 +22,6 @@ from mbody.system.read_only import lock, locked
 
 if TYPE_CHECKING:
     from mbody.solution.histories import Reaction
-    from mbody.solution.solution import Solution
 
 __all__ = ["Efficiency", "ForceRange", "FrictionReport", "FrictionResults"]
 
@@ -277,6 +276,5 @@ class FrictionResults:
         between the instants at which a joint changes the sense of its sliding; else by the
         trapezoidal rule over the instants that there are.
         """
-        whole: Solution = self
-        found: Efficiency = present("efficiency", whole, output)
+        found: Efficiency = present("efficiency", self, output)
         return found
