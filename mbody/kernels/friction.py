@@ -251,6 +251,8 @@ def newton_pass(L, W, w, level):
     for k in range(pairs):
         pivot = ld(m, pairs * k + k, w)
         determinant = determinant * pivot
+        pivot = pivot + select_le(pivot * pivot, 0.0 * one, one, 0.0 * one)
+        st(m, pairs * k + k, pivot, w)
         inverse = 1.0 / pivot
         for f in range(k + 1, pairs):
             low = ld(m, pairs * f + k, w) * inverse
