@@ -32,11 +32,9 @@ def without_counterpart(mechanism: Mechanism) -> tuple[Inexpressible, ...]:
     loads = (one.name for one in mechanism.loads if follows_formula(one))
     why = "its law is a formula of measured quantities"
     rough = (joint.name for joint in mechanism.joints if rubs(joint))
-    return (
-        *(Inexpressible(name, why) for name in loads),
-        *signals_of(mechanism),
-        *(Inexpressible(name, "its friction is of the real reaction") for name in rough),
-    )
+    found = [Inexpressible(name, why) for name in loads] + list(signals_of(mechanism))
+    why = "its friction is of the real reaction"
+    return (*found, *(Inexpressible(name, why) for name in rough))
 
 
 def signals_of(mechanism: Mechanism) -> tuple[Inexpressible, ...]:

@@ -21,7 +21,7 @@ from mbody.system.system import System
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["FrictionForces", "Jam", "forces_at_rest", "forces_with", "jams_at", "resting"]
+__all__ = ["FrictionForces", "Jam", "forces_at_rest", "forces_with", "jams_at"]
 
 Array = np.ndarray
 
@@ -112,19 +112,7 @@ def forces_with(
     return FrictionForces(output[:, :, 0], reached[:, 1])
 
 
-def resting(solution: Result, rates: Array) -> Array:
-    """Which pairs rest at which instants: (instants, pairs) of bool, of rates (instants, pairs, …)
-    as of `pair_rates`.
-    """
-    pairs = rough_pairs(solution.system)
-    loses = np.array([pair.loses for pair in pairs], dtype=bool)
-    # pairs that only damp have nothing to hold with
-    holds = np.array([solution.system.par[pair.parameter + 1].max() > 0.0 for pair in pairs])
-    rest: Array = (rates[..., 2] == 0.0) & loses & holds
-    return rest
-
-
-def forces_at_rest(solution: Result, rates: Array, design: int = 0) -> Array:
+def forces_at_rest(solution: Result, rates: Array, rest: Array, design: int = 0) -> Array:
     """Forces by each choice of the senses in which pairs at rest may begin to slide: (choices,
     instants, PER_PRIMITIVE·primitives), NaN where no pair rests or there are fewer choices. Forces
     that grow without bound, as they do where it jams in one sense, are infinite.
@@ -133,8 +121,9 @@ def forces_at_rest(solution: Result, rates: Array, design: int = 0) -> Array:
     ----------
     rates : array (instants, pairs, PER_PAIR)
         As of `pair_rates`.
+    rest : array (instants, pairs)
+        As of `resting_pairs`.
     """
-    rest = resting(solution, rates)
     instants = np.flatnonzero(rest.any(axis=1))
     impending = _impending(solution, instants, design)
     every = [

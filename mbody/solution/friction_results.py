@@ -15,14 +15,19 @@ from mbody.errors import ModelError
 from mbody.kernels.friction import CERTIFICATE, REACHED_PART
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.model.element import listed
-from mbody.solution.friction_ranges import Jam, forces_at_rest, jams_at, resting
+from mbody.solution.friction_ranges import Jam, forces_at_rest, jams_at
 from mbody.solution.places import reaction_torque
-from mbody.solution.rough_pairs import pair_rates, rough_pairs, tangent_forces
+from mbody.solution.rough_pairs import (
+    pair_rates,
+    rates_at,
+    resting_pairs,
+    rough_pairs,
+    tangent_forces,
+)
 from mbody.system.read_only import lock, locked
 
 if TYPE_CHECKING:
     from mbody.solution.histories import Reaction
-    from mbody.solution.solution import Solution
 
 __all__ = ["Efficiency", "ForceRange", "FrictionReport", "FrictionResults"]
 
@@ -106,6 +111,10 @@ class FrictionResults:
         return pair_rates(self)
 
     @functools.cached_property
+    def _rest(self: Any) -> Array:
+        return resting_pairs(self)
+
+    @functools.cached_property
     def losses(self: Any) -> Mapping[str, Array]:
         """Power that friction takes in each rough joint, by its name: arrays (instants,), or
         (designs, instants) of a batch.
@@ -163,8 +172,9 @@ class FrictionResults:
     def _forces_at_rest(self: Any) -> Array:
         """(choices, …instants, PER_PRIMITIVE·primitives), see `forces_at_rest`."""
         if not self.record.batch:
-            return forces_at_rest(self, self._pair_rates)
-        every = [forces_at_rest(self, rates, n) for n, rates in enumerate(self._pair_rates)]
+            return forces_at_rest(self, self._pair_rates, self._rest)
+        own = zip(self._pair_rates, self._rest, strict=True)
+        every = [forces_at_rest(self, *one, n) for n, one in enumerate(own)]
         count = max(len(one) for one in every)
         found = np.full((count, len(every), *every[0].shape[1:]), np.nan)
         for n, one in enumerate(every):
@@ -232,20 +242,18 @@ class FrictionResults:
             np.asarray(self.record.take(rows.start + n)) for n in (CERTIFICATE, REACHED_PART)
         )
         certified = (radius < 1.0) & (reached >= 1.0)
-        if self.record.batch:
-            jams = [
-                one
-                for n, rates in enumerate(self._pair_rates)
-                for one in jams_at(self, rates, reached[n], n)
-            ]
-        else:
-            jams = jams_at(self, self._pair_rates, reached)
+        every = reached if self.record.batch else reached[None]
+        jams = [
+            jam
+            for n in np.flatnonzero((every < 1.0).any(axis=1)).tolist()
+            for jam in jams_at(self, rates_at(self, n), every[n], n)
+        ]
         return FrictionReport(certified, tuple(jams))
 
     @property
     def resting(self: Any) -> dict[str, Array]:
         """Rough joints that rest at some instant, with the instants: arrays of bool (instants,)."""
-        rest = resting(self, self._pair_rates)
+        rest = self._rest
         found: dict[str, Array] = {}
         for n, pair in enumerate(rough_pairs(self.system)):
             if rest[..., n].any():
@@ -277,6 +285,5 @@ class FrictionResults:
         between the instants at which a joint changes the sense of its sliding; else by the
         trapezoidal rule over the instants that there are.
         """
-        whole: Solution = self
-        found: Efficiency = present("efficiency", whole, output)
+        found: Efficiency = present("efficiency", self, output)
         return found

@@ -13,9 +13,20 @@ from mbody.solution.own_histories import motion_rows
 from mbody.solution.result import Result
 from mbody.system.system import System
 
-__all__ = ["RoughPair", "pair_rates", "rough_pairs", "stored_motion", "tangent_forces"]
+__all__ = [
+    "RoughPair",
+    "pair_rates",
+    "rates_at",
+    "resting_pairs",
+    "rough_pairs",
+    "stored_motion",
+    "tangent_forces",
+]
 
 Array = np.ndarray
+
+#: Part of the greatest force of a pair below which it may be one at rest.
+SMALL = 1e-6
 
 
 @dataclass(frozen=True)
@@ -86,11 +97,42 @@ def pair_rates(solution: Result) -> Array:
     """Rate of sliding, its derivative and the sense (zero at rest) of all pairs: (instants, pairs,
     PER_PAIR), or with a first axis of designs.
     """
-    system = solution.system
-    count = len(system.layout.friction_kind)
-    found = np.zeros((system.batch or 1, len(solution.t), count, PER_PAIR))
-    if count:
-        for design, output in enumerate(found):
-            work = system.work(designs=design)
-            rates_of_pairs(system.runtime(), work, stored_motion(solution, design), output)
+    designs = range(solution.system.batch or 1)
+    found = np.array([rates_at(solution, design) for design in designs])
     return found if solution.record.batch else found[0]
+
+
+def rates_at(solution: Result, design: int = 0, instants: Array | None = None) -> Array:
+    """The same of one design at some instants, by default at all: (instants, pairs, PER_PAIR)."""
+    system = solution.system
+    motion = stored_motion(solution, design, instants)
+    output = np.zeros((len(motion.t), len(system.layout.friction_kind), PER_PAIR))
+    if output.size:
+        rates_of_pairs(system.runtime(), system.work(designs=design), motion, output)
+        slides = [pair.loses for pair in rough_pairs(system)]
+        output[:, ~np.array(slides), 2] = 0.0
+    return output
+
+
+def resting_pairs(solution: Result) -> Array:
+    """Which pairs rest, and may hold by friction, at which instants: (instants, pairs) of bool, or
+    (designs, instants, pairs). The force of a pair at rest is none but its damping: where no force
+    is small nothing rests, and no rate is looked at.
+    """
+    system = solution.system
+    pairs = rough_pairs(system)
+    holds = [pair.loses and bool(system.par[pair.parameter + 1].max() > 0.0) for pair in pairs]
+    force = np.abs(tangent_forces(solution))
+    if solution.analysis == "statics":
+        return np.broadcast_to(np.array(holds, dtype=bool), force.shape)
+    near = ~(force > SMALL * np.fmax.reduce(force, axis=-2, keepdims=True)) & np.array(
+        holds, dtype=bool
+    )
+    found = np.zeros(near.shape, dtype=bool)
+    every, rest = (one if solution.record.batch else one[None] for one in (near, found))
+    for design, own in enumerate(every):
+        instants = np.flatnonzero(own.any(axis=1))
+        if instants.size:
+            senses = rates_at(solution, design, instants)[:, :, 2]
+            rest[design, instants] = (senses == 0.0) & np.array(holds, dtype=bool)
+    return found

@@ -13,6 +13,7 @@ from mbody.kernels.output import PER_PRIMITIVE
 from mbody.model.element import listed
 from mbody.solution.certificate import as_reported, changed
 from mbody.solution.doubts import Doubt
+from mbody.solution.rough_pairs import rough_pairs
 from mbody.solution.solution import Solution
 
 __all__ = ["with_friction_notes"]
@@ -78,9 +79,8 @@ def _not_unique(found: Solution) -> list[str]:
     open_parts = found.dependencies
     if not found.regularization:
         return []
-    names = [
-        name for name in found.losses if open_parts is None or any(open_parts.get(name, (True,)))
-    ]
+    rough = dict.fromkeys(pair.joint for pair in rough_pairs(found.system))
+    names = [name for name in rough if open_parts is None or any(open_parts.get(name, (True,)))]
     if not names:
         return []
     which = listed(names, NAMED)

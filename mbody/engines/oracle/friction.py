@@ -27,7 +27,7 @@ from mbody.model.joints import (
     Rolling,
 )
 
-__all__ = ["DenseFriction", "FrictionForces", "rubs"]
+__all__ = ["DenseFriction", "DenseForces", "rubs"]
 
 #: Of the complex step.
 STEP = 1e-30
@@ -55,7 +55,7 @@ def size(x: Any) -> Any:
 
 
 @dataclass(frozen=True)
-class FrictionForces:
+class DenseForces:
     """One solution.
 
     Attributes
@@ -107,7 +107,7 @@ class DenseFriction:
         impending: bool = False,
     ) -> None:
         self.reference, self.part, self.impending = reference, part, impending
-        self.q, self.v = reference._all(np.asarray(q, float)), reference._all(np.asarray(v, float))
+        self.q, self.v = (np.append(np.asarray(one, float), np.zeros(3)) for one in (q, v))
         self.t = t
         self.g = reference.phi_q_all(q, t)
         self.right = reference.applied(q, v, t) - reference.mass_matrix() @ np.asarray(a, float)
@@ -370,7 +370,7 @@ class DenseFriction:
 
     # -- solutions -------------------------------------------------------------------------------
 
-    def solve(self, start: Any = None) -> FrictionForces | None:
+    def solve(self, start: Any = None) -> DenseForces | None:
         """The solution that Newton's method finds from a start, by default without friction; None
         where it finds none.
         """
@@ -400,7 +400,7 @@ class DenseFriction:
         steps = self.residual(z[:, None] + 1j * STEP * np.eye(len(z)))
         return self.residual(z.astype(complex)).real, steps.imag / STEP
 
-    def _found(self, z: Array) -> FrictionForces:
+    def _found(self, z: Array) -> DenseForces:
         r = self.reference
         rest, wrench, losses = list(z[r.m :]), {}, {}
         for joint in self.joints:
@@ -411,13 +411,13 @@ class DenseFriction:
             (ax, ay), (bx, by) = (self._velocity(body, place) for body in joint.bodies)
             i, j = (self.v[3 * r.index[body] + 2] for body in joint.bodies)
             losses[joint.name] = -float(fx * (bx - ax) + fy * (by - ay) + torque * (j - i))
-        return FrictionForces(z[: r.m], z[r.m :], wrench, losses)
+        return DenseForces(z[: r.m], z[r.m :], wrench, losses)
 
-    def solutions(self, rng: np.random.Generator, starts: int = 20) -> list[FrictionForces]:
+    def solutions(self, rng: np.random.Generator, starts: int = 20) -> list[DenseForces]:
         """All different solutions from random starts."""
         first = self.start()
         scale = max(float(np.abs(first).max()), float(np.abs(self.right).max(initial=0.0)), 1e-300)
-        found: list[FrictionForces] = []
+        found: list[DenseForces] = []
         tries: Sequence[Any] = [first]
         tries = [*tries, *(scale * rng.standard_normal((starts, len(first))) * 3.0)]
         for start in tries:

@@ -1,0 +1,176 @@
+"""Friction in batches, on lanes, in sweeps, in cross-checks, and in random linkages."""
+
+import itertools
+import warnings
+
+import numpy as np
+import pytest
+
+import mbody
+from tests.linkages import random_linkage, times_within
+from tests.rough import (
+    FORCE,
+    cam_drive,
+    dense_at,
+    difference,
+    drawer,
+    followed_part,
+    gear_pair,
+    rough,
+    slider_crank,
+)
+
+HEAVY = {"masses": (1.0, 2.0, 3.0), "length": 0.06}
+ANGLES = np.linspace(0.1, 6.2, 40)
+
+MACHINES = {
+    "slider-crank": lambda: slider_crank(static=0.2, stribeck=0.3, viscous=1.0, **HEAVY),
+    "gears": lambda: gear_pair(efficiency=0.9, pressure_angle="20 deg"),
+    "cam": lambda: cam_drive("roller", friction=0.2, pin_radius=0.004),
+    "flat cam": lambda: cam_drive("flat", friction=0.2),
+}
+
+
+def forces(run):
+    efforts = [run.effort(driver.name) for driver in run.mechanism.drivers]
+    reactions = [run.reaction(joint.name) for joint in run.mechanism.joints]
+    parts = [getattr(r, key) for r in reactions for key in ("fx", "fy", "torque")]
+    return np.array([*efforts, *parts, *run.losses.values()])
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_lanes_are_as_one_by_one(name):
+    system = mbody.assemble(MACHINES[name]())
+    t = np.linspace(0.0, 0.3, 200)
+    run = mbody.kinetostatics(system, t)
+    whole = forces(run)
+    for k in (0, 17, 63, 128, 199):
+        one = mbody.kinetostatics(system, float(t[k]))
+        top = np.abs(whole).max(axis=1)
+        assert (np.abs(forces(one)[:, 0] - whole[:, k]) <= 1e-11 * (top + top.max())).all()
+
+
+def test_a_batch_is_as_its_designs():
+    system = mbody.assemble(slider_crank(**HEAVY))
+    values = {"A.friction": np.linspace(0.0, 0.4, 21), "guide.length": np.linspace(0.05, 0.09, 21)}
+    drive = {"motor": (ANGLES, 10.0, 0.0)}
+    batch = mbody.kinetostatics(system.with_values(values), drive=drive)
+    assert batch.friction.certified.all() and batch.losses["A"].shape == (21, 40)
+    for n in (0, 7, 20):
+        own = {name: float(value[n]) for name, value in values.items()}
+        one = mbody.kinetostatics(system.with_values(own), drive=drive)
+        top = np.abs(one.effort("motor")).max()
+        assert np.abs(batch.effort("motor")[n] - one.effort("motor")).max() < 1e-11 * top
+        assert np.abs(batch.losses["A"][n] - one.losses["A"]).max() < 1e-11 * top * 10.0
+        assert batch.mode("guide")[n] == one.mode("guide")
+        limits, own_limits = batch.range("motor"), one.range("motor")
+        assert limits.low[n] == pytest.approx(own_limits.low, rel=1e-10)
+
+
+def test_designs_that_jam_are_told():
+    """Beside designs on lanes: P = F/(1 − 2 μ a/ℓ) where there is one."""
+    mu = np.array([0.1, 0.4, 0.49, 0.6, 0.9])
+    system = mbody.assemble(drawer(0.1)).with_values({"guide.friction": mu})
+    run = mbody.kinetostatics(system, [0.0, 0.5])
+    pull = run.effort("pull")
+    assert pull[:3, 0] == pytest.approx(10.0 / (1.0 - 2.0 * mu[:3]), rel=1e-11)
+    assert np.isnan(pull[3:]).all()
+    assert [jam.coefficient for jam in run.friction.jams] == pytest.approx([0.5] * 4, rel=1e-9)
+    assert run.status.startswith("doubtful: it jams at 4 of 10 instants")
+    assert run.friction.certified.tolist() == [[True] * 2] * 3 + [[False] * 2] * 2
+
+
+def test_a_sweep():
+    mu = np.linspace(0.05, 0.3, 24)
+    study = mbody.sweep(
+        slider_crank(**HEAVY),
+        {"A.friction": mu},
+        measure={"loss": "mean(A.loss)", "torque": "peak(motor.effort)"},
+        turn="motor",
+    )
+    assert not study.failures
+    for n in (0, 11, 23):
+        run = mbody.kinetostatics(
+            mbody.assemble(slider_crank(**HEAVY)).with_values({"A.friction": float(mu[n])}),
+            turn="motor",
+        )
+        assert study["loss"][n] == pytest.approx(float(run.losses["A"].mean()), rel=1e-11)
+        assert study["torque"][n] == pytest.approx(float(np.abs(run.effort("motor")).max()))
+
+
+def test_a_sweep_into_jamming():
+    study = mbody.sweep(
+        drawer(0.1), {"guide.friction": [0.1, 0.3, 0.7]}, measure="max(pull.effort)", t=[0.0, 1.0]
+    )
+    assert study["max(pull.effort)"][:2] == pytest.approx([12.5, 25.0])
+    assert list(study.failures) == [2]
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_other_engines_agree_or_say_why_not(name):
+    found = mbody.crosscheck(MACHINES[name](), ["pinocchio", "pymunk", "mujoco"])
+    assert found.agrees, str(found)
+    assert "friction is of the real reaction" in str(found)
+
+
+def test_the_search_for_an_effort():
+    """`solve_for` with friction: the load at which the motor has nothing to do is none."""
+    machine = slider_crank(**HEAVY)
+    answer = mbody.solve_for(
+        machine, unknowns="load", conditions="motor.effort = 5 N*m", at={"motor": 4.0}
+    )
+    load = answer[0].unknowns["load"]
+    again = mbody.assemble(machine).with_values({"load": load})
+    run = mbody.kinetostatics(again, drive={"motor": (4.0, 10.0, 0.0)})
+    assert run.effort("motor")[0] == pytest.approx(5.0, abs=1e-9 * FORCE)
+
+
+# -- random linkages ----------------------------------------------------------------------------
+
+
+def random_rough(seed):
+    """A random linkage with friction from little to more than moves."""
+    rng = np.random.default_rng([seed, 19])
+    loops, sliders = int(rng.integers(1, 4)), bool(rng.integers(0, 2))
+    machine, turn = random_linkage(seed % 40, loops, sliders=sliders)
+    mu = float(rng.choice([0.05, 0.2, 0.6, 1.5]))
+    radius, length = float(rng.choice([0.02, 0.1, 0.3])), float(rng.choice([0.1, 0.5]))
+    machine = rough(machine, mu, radius, length)
+    times = times_within(machine, turn, 5)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return mu, mbody.kinetostatics(machine, times[[0, 2, 4]])
+
+
+def examined(seed, rng):
+    """What is found at three instants of a random linkage, compared with dense equations."""
+    mu, run = random_rough(seed)
+    found = []
+    jams = {jam.t: jam for jam in run.friction.jams}
+    for k in range(len(run)):
+        dense = dense_at(run, k)
+        if run.friction.certified[k]:
+            assert len(dense.solutions(rng, 8)) == 1
+            assert difference(run, k) < 1e-11
+            found.append("certified")
+        elif float(run.t[k]) not in jams:
+            row = dense.reference.rows["motor"]
+            ours = float(run.effort("motor")[k])
+            theirs = [-float(one.lam[row][0]) for one in dense.solutions(rng, 12)]
+            assert min(abs(one - ours) for one in theirs) < 1e-9 * abs(ours)
+            assert followed_part(run, k) == 1.0
+            found.append("followed")
+        else:
+            part = jams[float(run.t[k])].coefficient / mu
+            assert followed_part(run, k) == pytest.approx(part, rel=1e-4)
+            found.append("jams")
+    return found
+
+
+def test_random_linkages():
+    """Friction that is certified is the only solution; what is followed is one; jams begin where
+    the dense solution ends.
+    """
+    rng = np.random.default_rng(1)
+    found = list(itertools.chain.from_iterable(examined(seed, rng) for seed in range(14)))
+    assert found.count("certified") > 15 and found.count("jams") > 3
