@@ -299,19 +299,20 @@ def test_energy_of_a_motor_by_radau():
 # -- explicit steps that stability limits ---------------------------------------------------------
 
 
-@pytest.mark.parametrize("rtol", [1e-6, 1e-8, 1e-10, 1e-12])
-def test_explicit_steps_at_the_limit_of_stability(rtol):
+@pytest.mark.parametrize(("rtol", "most"), [(1e-6, 300), (1e-8, 300), (1e-10, 1000), (1e-12, 6000)])
+def test_explicit_steps_at_the_limit_of_stability(rtol, most):
     """Between their ends too a motion is near its tolerance, and says where that was not easy.
 
-    Measured over 10 motions a tolerance: up to 15 tolerances at 1e-8, 97 at 1e-10, 237 at 1e-12;
-    without the checks of instants and of the growth of steps 5754, 15 623 and 73 363.
+    Measured over 10 motions a tolerance: up to 25 tolerances at 1e-8, 99 at 1e-10, 630 at 1e-12,
+    which rounding decides; without the checks of instants and of the growth of steps 5754, 15 623
+    and 73 363.
     """
     noted = 0
     for ratio, start in itertools.product((1.0, -2.0, 4.0), (0.0, 7.0)):
         run = simulate(wheel(motor(ratio=ratio, start=start)), 0.7, rtol=rtol)
         current, _ = exact(run.t, ratio, 0.0, start)
         off = np.abs(history(run, "motor.current") - current).max()
-        assert off < 1000.0 * rtol * np.abs(current).max()
+        assert off < most * rtol * np.abs(current).max()
         noted += any("stability" in note and "'radau5'" in note for note in run.notes)
     assert noted or rtol > 1e-9
 

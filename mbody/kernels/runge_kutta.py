@@ -299,9 +299,8 @@ def runge_kutta(
         state[NEAR_SINGULAR] = 1.0 if still_near else 0.0
         if not (near_singular or clipped):
             stiffness = stiffness_estimate(h, y, stage, K[end_row], K[end_row - 1], scale, w)
-            stable = stable_growth(state, h, stiffness, method.stable)
-            count_stiff(state, growth > stable)
-            growth = min(growth, stable)
+            count_stiff(state, growth * stiffness > method.stable)
+            growth = min(growth, stable_growth(state, h, stiffness, method.stable))
         for c in range(causes):
             S.G[0, c] = h * mean_power(B, P, c)
         if has_instant(S, O, now):

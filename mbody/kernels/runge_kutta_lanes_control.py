@@ -220,9 +220,9 @@ def finish_steps(lanes, batch, patience, stable):
         S[TIME, lane] = S[STEP_END, lane]
         h, growth = S[STEP_LENGTH, lane], S[GROWTH, lane]
         if S[CLIPPED, lane] < 0.5:
-            longest = stable_growth(S[:, lane], h, S[STIFFNESS, lane], stable)
-            count_stiff(S[:, lane], growth > longest)
-            growth = max(0.2, min(growth, longest))
+            stiffness = S[STIFFNESS, lane]
+            count_stiff(S[:, lane], growth * stiffness > stable)
+            growth = max(0.2, min(growth, stable_growth(S[:, lane], h, stiffness, stable)))
         wanted = h * growth
         # a step that is cut to end in time says nothing against longer ones
         S[NEXT, lane] = max(wanted, S[NEXT, lane]) if S[CLIPPED, lane] > 0.5 else wanted

@@ -39,7 +39,7 @@ SAFETY = 0.8
 #: take one off.
 STIFF_LIMIT, SMOOTH_STEPS = 15.0, 6.0
 #: What is left of the fastest rate after a step that does not see it.
-FADING = 0.95
+FADING = 0.7
 
 
 @njit
