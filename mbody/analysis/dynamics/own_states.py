@@ -54,11 +54,11 @@ def refuse_own_states(system: System, method: str) -> None:
     ModelError
     """
     machine = system.mechanism
-    if method == "singular start" and (machine.states or machine.controllers):
-        name = (*machine.states, *machine.controllers)[0].name
+    if method == "singular start" and machine.controllers:
+        name = machine.controllers[0].name
         raise ModelError(
-            f"the motion begins at a singular position, from which own states and controllers such "
-            f"as '{name}' cannot be followed: begin a little beside it",
+            f"the motion begins at a singular position, where there are no accelerations yet for "
+            f"controllers such as '{name}' to sample: begin a little beside it",
             name,
         )
     if not machine.states or method not in WITHOUT:
