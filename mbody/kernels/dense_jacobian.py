@@ -1,7 +1,10 @@
-"""Jacobians ∂a/∂q and ∂a/∂v of free motion, and the matrices of implicit steps made of them.
+"""Jacobian of free motion, and the matrices of implicit steps made of it.
 
-Dense matrices of the size of the coordinates, not of the states: as ∂q̇/∂v is the identity, half of
-the system of an implicit step is eliminated by hand.
+Of ẏ = (v, a, ż) the first part is known, ∂q̇/∂v = 1, and so J has the rows of (a, ż) alone: it is
+(coordinates + own states, states), its columns those of y = (q, v, z). Matrices of implicit steps
+have the size of its rows, not of the states: q̇ = v is eliminated by hand. Own states, whose units
+may be anything, are counted in their sizes there, so that pivots are chosen among numbers that can
+be compared.
 """
 
 from __future__ import annotations
@@ -10,45 +13,51 @@ from mbody.core.decorators import njit
 from mbody.kernels.state_derivative import state_derivative
 from mbody.kernels.step_state import EVALUATIONS, JACOBIANS, TIME
 
-__all__ = ["acceleration_jacobians", "eliminate", "iteration_matrix", "substitute"]
+__all__ = ["eliminate", "iteration_matrix", "state_jacobian", "substitute"]
 
 #: Part of the size of a coordinate by which differences step: the root of rounding.
 STEP = 1.5e-8
 
 
 @njit
-def acceleration_jacobians(L, W, S, refinements, Jq, Jv):
-    """Jq ← ∂a/∂q, Jv ← ∂a/∂v, (coordinates, coordinates) each, at S.y by differences; row 0 of K
-    holds the derivative there, row 3 is workspace.
+def state_jacobian(L, W, S, refinements, J):
+    """J ← ∂(a, ż)/∂(q, v, z) at S.y by differences; row 0 of K holds the derivative there, row 3
+    is workspace.
 
-    They serve Newton iterations whose limit does not depend on them, so that the eight digits of a
+    It serves Newton iterations whose limit does not depend on it, so that the eight digits of a
     one-sided difference are enough.
     """
-    n3, y, K, stage = Jq.shape[0], S.y, S.K, S.stage
-    for n in range(2 * n3):
-        for m in range(2 * n3):
+    size, states = J.shape
+    n3, y, K, stage, scale = states - size, S.y, S.K, S.stage, S.scale
+    for n in range(states):
+        for m in range(states):
             stage[m] = y[m]
-        step = STEP * max(abs(y[n]), S.scale[n])
+        step = STEP * max(abs(y[n]), scale[n])
         stage[n] = y[n] + step
         step = stage[n] - y[n]
         state_derivative(L, W, S, S.state[TIME], stage, 3, refinements, False)
-        for m in range(n3):
-            found = (K[3, n3 + m] - K[0, n3 + m]) / step
-            if n < n3:
-                Jq[m, n] = found
-            else:
-                Jv[m, n - n3] = found
+        if n >= 2 * n3:
+            step /= scale[n]
+        for m in range(size):
+            J[m, n] = (K[3, n3 + m] - K[0, n3 + m]) / step
+        for m in range(n3, size):
+            J[m, n] /= scale[n3 + m]
     S.state[JACOBIANS] += 1
-    S.state[EVALUATIONS] += 2 * n3
+    S.state[EVALUATIONS] += states
 
 
 @njit
-def iteration_matrix(Jq, Jv, one, rate, place, matrix):
-    """matrix ← one·1 − rate·∂a/∂v − place·∂a/∂q."""
-    for m in range(matrix.shape[0]):
-        for n in range(matrix.shape[0]):
-            matrix[m, n] = -rate * Jv[m, n] - place * Jq[m, n]
-        matrix[m, m] += one
+def iteration_matrix(J, one, rate, place, own_one, own, matrix):
+    """matrix ← the columns  one·1 − rate·∂/∂v − place·∂/∂q  of coordinates, and own_one·1 −
+    own·∂/∂z  of own states.
+    """
+    size, n3 = J.shape[0], J.shape[1] - J.shape[0]
+    for m in range(size):
+        for n in range(n3):
+            matrix[m, n] = -rate * J[m, n3 + n] - place * J[m, n]
+        for n in range(n3, size):
+            matrix[m, n] = -own * J[m, n3 + n]
+        matrix[m, m] += one if m < n3 else own_one
 
 
 @njit

@@ -23,7 +23,17 @@ from mbody.kernels.singularity_monitor import sample_conditioning
 from mbody.kernels.state_derivative import state_derivative
 from mbody.kernels.step_state import DELIVERED, EVALUATIONS, TIME
 
-__all__ = ["FIRST", "SECOND", "deliver", "has_instant", "hermite_output"]
+__all__ = [
+    "FIRST",
+    "SECOND",
+    "deliver",
+    "has_instant",
+    "hermite_output",
+    "interpolate",
+    "is_met",
+    "keep_instant",
+    "keep_work",
+]
 
 #: Nodes of Lobatto's rule of order 6, between the ends.
 FIRST, SECOND = 0.5 - math.sqrt(0.05), 0.5 + math.sqrt(0.05)
@@ -44,35 +54,62 @@ def deliver(L, W, S, O, h, now, refinements):
     S: a `Stepping`, whose F and G are the polynomials of state and work; of them G₀ alone must be
     there where no instant lies inside. Rows 1 of K and P are workspace. O: an `Outputs`.
     """
-    state, G, times, work, stage = S.state, S.G, O.times, O.work, S.stage
-    t, count = state[TIME], O.times.shape[0]
-    k = int(state[DELIVERED])
-    while k < count and times[k] <= now:
-        whole = times[k] >= now
-        x = 1.0 if whole else (times[k] - t) / h
-        for n in range(S.y.shape[0]):
-            stage[n] = S.y[n] if whole else S.last[n] + along(S.F, n, x, 0.0)
-        state_derivative(L, W, S, times[k], stage, 1, refinements, True)
-        state[EVALUATIONS] += 1
-        keep(L, W, 0.0, O.pages[k])
-        for c in range(G.shape[1]):
-            work[k, c] = work[count, c]
-            work[k, c] += G[0, c] if whole else along(G, c, x, 0.0)
-        k += 1
+    while is_met(S, O, now):
+        x = interpolate(S, O, h, now)
+        at = O.times[int(S.state[DELIVERED])]
+        state_derivative(L, W, S, at, S.stage, 1, refinements, True)
+        S.state[EVALUATIONS] += 1
+        keep_instant(L, W, S, O, x)
+    keep_work(S, O)
+
+
+@njit
+def is_met(S, O, now):
+    """Whether the next output instant lies within the step, or at its end."""
+    k = int(S.state[DELIVERED])
+    return k < O.times.shape[0] and O.times[k] <= now
+
+
+@njit
+def interpolate(S, O, h, now):
+    """S.stage ← the state at the next output instant; returns its part of the step, 1 at the end,
+    where the state is that of the step.
+    """
+    at = O.times[int(S.state[DELIVERED])]
+    whole = at >= now
+    x = 1.0 if whole else (at - S.state[TIME]) / h
+    for n in range(S.y.shape[0]):
+        S.stage[n] = S.y[n] if whole else S.last[n] + along(S.F, n, x, 0.0)
+    return x
+
+
+@njit
+def keep_instant(L, W, S, O, x):
+    """Keep the next output instant, at the part x of the step, which was evaluated."""
+    k, count, G = int(S.state[DELIVERED]), O.times.shape[0], S.G
+    keep(L, W, 0.0, O.pages[k])
     for c in range(G.shape[1]):
-        work[count, c] += G[0, c]
-    state[DELIVERED] = k
+        O.work[k, c] = O.work[count, c]
+        O.work[k, c] += G[0, c] if x == 1.0 else along(G, c, x, 0.0)
+    S.state[DELIVERED] = k + 1
+
+
+@njit
+def keep_work(S, O):
+    """The work done until now ← with that of the step."""
+    for c in range(S.G.shape[1]):
+        O.work[O.times.shape[0], c] += S.G[0, c]
 
 
 @njit
 def hermite_output(L, W, S, h, refinements):
-    """S.F (5, 2·coordinates) and S.G (4, causes) of a step from S.last to S.y, by derivatives at
+    """S.F (5, states) and S.G (4, causes) of a step from S.last to S.y, by derivatives at
     both ends: rows 0 and 1 of K and P; rows 2 and 3 are workspace.
 
     The position has order 5: F₃ and F₄ follow from the accelerations of both ends, of which
     Δ″(0) = h² a₀ and Δ″(1) = h² a₁ are half of the values below. The velocity is the cubic and one
-    term more, with which it has in the middle the rate of the position. Work by Lobatto's rule of
-    order 6, (p₀ + 5 p₁ + 5 p₂ + p₃)/12.
+    term more, with which it has in the middle the rate of the position. Own states have the cubic.
+    Work by Lobatto's rule of order 6, (p₀ + 5 p₁ + 5 p₂ + p₃)/12.
 
     Returns the least conditioning of its two inner nodes, which are samples 1 and 2 of the step,
     and the node.
@@ -94,9 +131,12 @@ def hermite_output(L, W, S, h, refinements):
         cubic = last[m] + 0.5 * (F[0, m] + 0.5 * (F[1, m] + 0.5 * F[2, m]))
         F[3, m] = 16.0 * (middle - cubic)
         F[4, m] = 0.0
+    for n in range(2 * n3, y.shape[0]):
+        hermite_cubic(F, n, y[n] - last[n], h * K[0, n], h * (K[0, n] + K[1, n]))
+        F[3, n] = F[4, n] = 0.0
     for row in range(2, 4):
         x = FIRST if row == 2 else SECOND
-        for n in range(2 * n3):
+        for n in range(y.shape[0]):
             stage[n] = last[n] + along(F, n, x, 0.0)
         state_derivative(L, W, S, S.state[TIME] + x * h, stage, row, refinements, False)
         S.state[EVALUATIONS] += 1

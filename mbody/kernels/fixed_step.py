@@ -50,15 +50,18 @@ class FixedStep(Bundle):
         Of generalised-α at infinite frequency.
     samples : array (samples,)
         The parts of a step at which it is sampled (see `mbody.kernels.singularity_monitor`).
-    acceleration, saved : arrays (coordinates,)
-        The algorithmic acceleration, and that before the step.
+    acceleration, saved : arrays (coordinates + owns,)
+        The algorithmic acceleration, with the algorithmic rates of own states, and that before the
+        step.
     multipliers : array (2·nodes,)
         Carried on by RATTLE.
     blocks : array
         Workspace for the blocks of the rows.
-    Jq, Jv, matrix : arrays (coordinates, coordinates)
-        ∂a/∂q and ∂a/∂v; the iteration matrix and its factors.
-    exchanges : array (coordinates,)
+    J : array (coordinates + owns, states)
+        See `mbody.kernels.dense_jacobian`.
+    matrix : array (coordinates + owns, coordinates + owns)
+        The iteration matrix and its factors.
+    exchanges : array (coordinates + owns,)
         Exchanges of rows of the factors.
     """
 
@@ -70,8 +73,7 @@ class FixedStep(Bundle):
     saved: Floats
     multipliers: Floats
     blocks: Floats
-    Jq: Rows
-    Jv: Rows
+    J: Rows
     matrix: Rows
     exchanges: Ints
 
@@ -93,7 +95,7 @@ def fixed_step(
     M: a `FixedStep`; S: a `Stepping` with K and P (4, ·), F (5, ·); T: a `Tolerances`; O: an
     `Outputs`. Returns DONE, MORE, LAST_STEP, NOT_FINITE or SINGULAR_AHEAD.
     """
-    n6, n3 = 6 * L.bodies, 3 * L.bodies
+    states, n3 = S.y.shape[0], 3 * L.bodies
     y, last, K, P, state = S.y, S.last, S.K, S.P, S.state
     hat, multipliers, length, refinements = (
         M.acceleration,
@@ -112,7 +114,7 @@ def fixed_step(
             return SINGULAR_AHEAD
         h = until - t if clipped else length
         now = until if clipped else t + length
-        for n in range(n6):
+        for n in range(states):
             last[n] = y[n]
         for n in range(hat.shape[0]):
             M.saved[n] = hat[n]
@@ -134,7 +136,7 @@ def fixed_step(
             least, least_at = hermite_output(L, W, S, h, refinements)
             refused = may_be_singular(L, W, S, M.samples, last, False)
         if refused:
-            for n in range(n6):
+            for n in range(states):
                 y[n] = last[n]
             for n in range(hat.shape[0]):
                 hat[n] = M.saved[n]
@@ -150,7 +152,7 @@ def fixed_step(
         record_accepted(L, W, S, 3, least, t + least_at * h, True)
         state[STEPS] += 1
         state[LAST_STEP_ALLOWED] = 0.0
-        for n in range(n6):
+        for n in range(states):
             K[0, n] = K[1, n]
         for c in range(P.shape[1]):
             P[0, c] = P[1, c]

@@ -16,6 +16,13 @@ and the lower one
 a system of the size of the coordinates, not of the states. Iterations end where the error that is
 left, Θ/(1 − Θ) |δZ| with the rate Θ of convergence, is a small part of the tolerance.
 
+Own states z with the rates ż = r(q, v, z, t) are more rows of the same system: with v = μ q − r
+
+    [μ² − μ ∂a/∂v − ∂a/∂q   −∂a/∂z    ] [q]   [s + μ r − ∂a/∂v r]
+    [   −μ ∂r/∂v − ∂r/∂q    μ − ∂r/∂z ] [z] = [w − ∂r/∂v r      ],
+
+so that a fast current and a stiff spring that it pulls are solved for together.
+
 Singular positions are left to explicit steps (`mbody.kernels.runge_kutta`).
 
 Hairer, Wanner: Solving Ordinary Differential Equations II, IV.8, the code RADAU5.
@@ -28,9 +35,9 @@ import math
 from mbody.core.bundle import Bundle, ComplexRows, Floats, Rows, Tables
 from mbody.core.decorators import kernel, njit
 from mbody.kernels.dense_jacobian import (
-    acceleration_jacobians,
     eliminate,
     iteration_matrix,
+    state_jacobian,
     substitute,
 )
 from mbody.kernels.dense_output import deliver
@@ -76,17 +83,17 @@ class Radau(Bundle):
 
     Attributes
     ----------
-    Z, X : arrays (3, 2·coordinates)
+    Z, X : arrays (3, states)
         What the state gains until the stages, and the same in eigenvectors.
-    xc : array (3, coordinates)
-        Right-hand sides of the complex system.
-    past : array (4, 2·coordinates)
+    xc : array (2, states)
+        Workspace, and right-hand sides of the complex system.
+    past : array (4, states)
         The polynomial of the last step; row `LENGTH` has its length.
-    Jq, Jv : arrays (coordinates, coordinates)
-        ∂a/∂q and ∂a/∂v.
-    matrix, complex_matrix : arrays (coordinates, coordinates)
+    J : array (coordinates + owns, states)
+        See `mbody.kernels.dense_jacobian`.
+    matrix, complex_matrix : arrays (coordinates + owns, coordinates + owns)
         Factors of both systems.
-    exchanges : array (2, coordinates)
+    exchanges : array (2, coordinates + owns)
         Exchanges of rows of either.
     """
 
@@ -103,28 +110,29 @@ class Radau(Bundle):
     X: Rows
     xc: ComplexRows
     past: Rows
-    Jq: Rows
-    Jv: Rows
+    J: Rows
     matrix: Rows
     complex_matrix: ComplexRows
     exchanges: Tables
 
 
 @njit
-def solve_shifted(matrix, exchanges, mu, Jv, q, v, x):
-    """(q, v) ← the solution of (μ − J) (q, v) = (q, v) by the factors of μ² − μ ∂a/∂v − ∂a/∂q; x is
+def solve_shifted(matrix, exchanges, mu, J, scale, y, x):
+    """y ← the solution of (μ − J) y = y, y = (q, v, z), by the factors of the matrix above; x is
     workspace.
     """
-    size = x.shape[0]
+    size, n3 = J.shape[0], J.shape[1] - J.shape[0]
     for m in range(size):
-        total = v[m] + mu * q[m]
-        for n in range(size):
-            total -= Jv[m, n] * q[n]
+        total = y[n3 + m] + mu * y[m] if m < n3 else y[n3 + m] / scale[n3 + m]
+        for n in range(n3):
+            total -= J[m, n3 + n] * y[n]
         x[m] = total
     substitute(matrix, exchanges, x)
-    for m in range(size):
-        v[m] = mu * x[m] - q[m]
-        q[m] = x[m]
+    for m in range(n3):
+        y[n3 + m] = mu * x[m] - y[m]
+        y[m] = x[m]
+    for m in range(n3, size):
+        y[n3 + m] = x[m] * scale[n3 + m]
 
 
 @njit
@@ -143,18 +151,18 @@ def solve_stages(L, W, M, S, T, h):
     derivatives and powers. Returns whether Newton's method converges, and its rate.
     """
     y, stage, K, Z, X, xc, state = S.y, S.stage, S.K, M.Z, M.X, M.xc, S.state
-    n6, n3 = y.shape[0], y.shape[0] // 2
+    states, rows = y.shape[0], M.J.shape[0]
     V, inverse, t, rtol = M.T, M.inverse, S.state[TIME], T.relative
     mu, turn = M.eigenvalue / h, complex(M.eigenvalue_re, M.eigenvalue_im) / h
     # what is left of the error after the iterations: the code RADAU5's part of the tolerance
     enough = max(10.0 * 2.2e-16 / rtol, min(0.03, math.sqrt(rtol)))
     for i in range(3):
-        for n in range(n6):
+        for n in range(states):
             X[i, n] = inverse[i, 0] * Z[0, n] + inverse[i, 1] * Z[1, n] + inverse[i, 2] * Z[2, n]
     last, rate = -1.0, 0.0
     for k in range(NEWTON):
         for i in range(3):
-            for n in range(n6):
+            for n in range(states):
                 stage[n] = y[n] + Z[i, n]
             _, _, good = state_derivative(
                 L, W, S, t + M.C[i] * h, stage, 1 + i, T.refinements, False
@@ -163,16 +171,17 @@ def solve_stages(L, W, M, S, T, h):
             if not good:
                 return False, rate
         # (T⁻¹ ⊗ 1) f − (Λ/h) X
-        for n in range(n6):
+        for n in range(states):
             a, b, c = K[1, n], K[2, n], K[3, n]
             Z[0, n] = inverse[0, 0] * a + inverse[0, 1] * b + inverse[0, 2] * c - mu * X[0, n]
             re = inverse[1, 0] * a + inverse[1, 1] * b + inverse[1, 2] * c
             im = inverse[2, 0] * a + inverse[2, 1] * b + inverse[2, 2] * c
-            xc[1 + n // n3, n % n3] = re + 1j * im - turn * (X[1, n] + 1j * X[2, n])
-        solve_shifted(M.matrix, M.exchanges[0], mu, M.Jv, Z[0, :n3], Z[0, n3:], stage[:n3])
-        solve_shifted(M.complex_matrix, M.exchanges[1], turn, M.Jv, xc[1], xc[2], xc[0])
-        for n in range(n6):
-            z = xc[1 + n // n3, n % n3]
+            xc[1, n] = re + 1j * im - turn * (X[1, n] + 1j * X[2, n])
+        solve_shifted(M.matrix, M.exchanges[0], mu, M.J, S.scale, Z[0], stage[:rows])
+        matrix, exchanges = M.complex_matrix, M.exchanges[1]
+        solve_shifted(matrix, exchanges, turn, M.J, S.scale, xc[1], xc[0, :rows])
+        for n in range(states):
+            z = xc[1, n]
             Z[1, n], Z[2, n] = z.real, z.imag
         size = 0.0
         for i in range(3):
@@ -187,10 +196,10 @@ def solve_stages(L, W, M, S, T, h):
             if left > enough:
                 return False, rate
         for i in range(3):
-            for n in range(n6):
+            for n in range(states):
                 X[i, n] += Z[i, n]
         for i in range(3):
-            for n in range(n6):
+            for n in range(states):
                 Z[i, n] = V[i, 0] * X[0, n] + V[i, 1] * X[1, n] + V[i, 2] * X[2, n]
         if small or (last > 0.0 and rate / (1.0 - rate) * size < enough):
             return True, rate
@@ -237,13 +246,12 @@ def error_estimate(L, W, M, S, T, h):
     taken beside y by that error once more, which damps it like h J → ∞ (IV.8, 8.20).
     """
     y, stage, K, Z, error, state = S.y, S.stage, S.K, M.Z, S.error[0], S.state
-    n3 = y.shape[0] // 2
-    mu, size = M.eigenvalue / h, 0.0
+    rows, mu, size = M.J.shape[0], M.eigenvalue / h, 0.0
     for again in range(2):
         for n in range(y.shape[0]):
             ends = (M.E[0] * Z[0, n] + M.E[1] * Z[1, n] + M.E[2] * Z[2, n]) / h
             error[n] = ends + K[1 if again else 0, n]
-        solve_shifted(M.matrix, M.exchanges[0], mu, M.Jv, error[:n3], error[n3:], stage[:n3])
+        solve_shifted(M.matrix, M.exchanges[0], mu, M.J, S.scale, error, stage[:rows])
         size = error_norm(error, y, S.end, S.scale, T)
         if not size > 1.0 or again or not (state[STEPS] == 0 or state[LAST_ERROR] > 1.0):
             break
@@ -263,7 +271,7 @@ def radau(
     M: a `Radau`; S: a `Stepping` with K and P (4, ·), F and G (3, ·); T: a `Tolerances`; O: an
     `Outputs`. Returns DONE, MORE, STEP_VANISHED, NOT_FINITE, LAST_STEP or SINGULAR_AHEAD.
     """
-    n6 = 6 * L.bodies
+    states = S.y.shape[0]
     y, stage, end, last, K, P, Z = S.y, S.stage, S.end, S.last, S.K, S.P, M.Z
     C, past, state, regular = M.C, M.past, S.state, T.refinements
     factored = -1.0
@@ -283,12 +291,12 @@ def radau(
         # ---- Jacobians and factors
         here = state[JACOBIAN_VALID] < 0.5
         if here:
-            acceleration_jacobians(L, W, S, regular, M.Jq, M.Jv)
+            state_jacobian(L, W, S, regular, M.J)
             state[JACOBIAN_VALID], factored = 1.0, -1.0
         if factored != h:
             mu, turn = M.eigenvalue / h, complex(M.eigenvalue_re, M.eigenvalue_im) / h
-            iteration_matrix(M.Jq, M.Jv, mu * mu, mu, 1.0, M.matrix)
-            iteration_matrix(M.Jq, M.Jv, turn * turn, turn, 1.0, M.complex_matrix)
+            iteration_matrix(M.J, mu * mu, mu, 1.0, mu, 1.0, M.matrix)
+            iteration_matrix(M.J, turn * turn, turn, 1.0, turn, 1.0, M.complex_matrix)
             regular_real = eliminate(M.matrix, M.exchanges[0])
             if not (regular_real and eliminate(M.complex_matrix, M.exchanges[1])):
                 state[NEXT] = 0.5 * h
@@ -298,7 +306,7 @@ def radau(
         # ---- stages, first by the polynomial of the last step continued
         for i in range(3):
             x = 1.0 + C[i] * h / past[LENGTH, 0] if past[LENGTH, 0] > 0.0 else 1.0
-            for n in range(n6):
+            for n in range(states):
                 Z[i, n] = along(past[:LENGTH], n, x, 0.0) - past[0, n]
         good, rate = solve_stages(L, W, M, S, T, h)
         if not good:
@@ -308,7 +316,7 @@ def radau(
             if h < 1e-12 * max(abs(t), abs(until)):
                 return NOT_FINITE
             continue
-        for n in range(n6):
+        for n in range(states):
             end[n] = y[n] + Z[2, n]
         error = error_estimate(L, W, M, S, T, h)
         growth = 8.0 if error < 1e-10 else min(8.0, 0.9 * error**-0.25)
@@ -319,12 +327,12 @@ def radau(
             if h < 1e-12 * max(abs(t), abs(until)):
                 return NOT_FINITE
             continue
-        for n in range(n6):
+        for n in range(states):
             last[n] = y[n]
         # the stages once more, where they are now, for their powers and their distances
         least, least_at = state[CONDITIONING], t
         for i in range(2):
-            for n in range(n6):
+            for n in range(states):
                 stage[n] = y[n] + Z[i, n]
             state_derivative(L, W, S, t + C[i] * h, stage, 1 + i, regular, False)
             state[EVALUATIONS] += 1
@@ -343,7 +351,7 @@ def radau(
             state[JACOBIAN_VALID] = 0.0
             return SINGULAR_AHEAD
         # ---- the step is accepted
-        for n in range(n6):
+        for n in range(states):
             y[n] = end[n]
         state[CONDITIONING] = part
         state[BEST_CONDITIONING] = max(part, state[BEST_CONDITIONING])
@@ -353,16 +361,16 @@ def radau(
         record_accepted(L, W, S, 3, least, least_at, regular > 0)
         state[STEPS] += 1
         state[LAST_STEP_ALLOWED] = 0.0
-        for n in range(n6):
+        for n in range(states):
             K[0, n] = K[3, n]
         for c in range(P.shape[1]):
             P[0, c] = P[3, c]
-        for n in range(n6):
+        for n in range(states):
             Z[2, n] = y[n] - last[n]
         collocation_polynomial(C, Z, S.F)
         work_polynomial(C, M.B, h, P, S.G)
         for i in range(3):
-            for n in range(n6):
+            for n in range(states):
                 past[i, n] = S.F[i, n]
         past[LENGTH, 0] = h
         deliver(L, W, S, O, h, now, T.full_refinements)

@@ -21,6 +21,7 @@ from __future__ import annotations
 import math
 
 from mbody.core.decorators import kernel, njit
+from mbody.kernels.checked_instants import deliver_checked
 from mbody.kernels.dense_output import deliver, has_instant
 from mbody.kernels.layout import Layout, Work
 from mbody.kernels.projection import least_conditioning, tangential_part
@@ -32,6 +33,7 @@ from mbody.kernels.runge_kutta_stages import (
     hermite_cubic,
     higher_rows,
     next_length,
+    stable_growth,
     stage_state,
     stiffness_estimate,
 )
@@ -297,7 +299,8 @@ def runge_kutta(
         state[NEAR_SINGULAR] = 1.0 if still_near else 0.0
         if not (near_singular or clipped):
             stiffness = stiffness_estimate(h, y, stage, K[end_row], K[end_row - 1], scale, w)
-            count_stiff(state, stiffness > method.stable)
+            count_stiff(state, growth * stiffness > method.stable)
+            growth = min(growth, stable_growth(state, h, stiffness, method.stable))
         for c in range(causes):
             S.G[0, c] = h * mean_power(B, P, c)
         if has_instant(S, O, now):
@@ -306,7 +309,10 @@ def runge_kutta(
             K[0, n] = K[end_row, n]
         for c in range(causes):
             P[0, c] = P[end_row, c]
-        deliver(L, W, S, O, h, now, T.full_refinements)
+        if near_singular:
+            deliver(L, W, S, O, h, now, T.full_refinements)
+        else:
+            deliver_checked(L, W, method, S, T, O, h, now)
         # ---- the length of the next step
         state[TIME] = now
         wanted = h * max(0.2, growth)

@@ -26,6 +26,7 @@ import numpy as np
 from mbody.core.decorators import kernel, njit
 from mbody.core.lanes import larger, ld, select_le, smaller, st, wide
 from mbody.kernels.accelerations import free_accelerations
+from mbody.kernels.checked_instants import DOUBTFUL
 from mbody.kernels.layout import Layout, Work
 from mbody.kernels.output import keep
 from mbody.kernels.projection import least_conditioning, projected_accelerations
@@ -53,7 +54,13 @@ from mbody.kernels.runge_kutta_lanes_control import (
     refill_lanes,
 )
 from mbody.kernels.runge_kutta_lanes_rhs import Batch, not_finite, projected_derivative
-from mbody.kernels.runge_kutta_stages import along, higher_rows, stage_state, stiffness_estimate
+from mbody.kernels.runge_kutta_stages import (
+    along,
+    along_rate,
+    higher_rows,
+    stage_state,
+    stiffness_estimate,
+)
 from mbody.kernels.singularity_monitor import (
     STEEPER,
     keep_last_sample,
@@ -95,7 +102,7 @@ def runge_kutta_lanes(
             t, h = ld(S, STEP_START, w), ld(S, STEP_LENGTH, w)
             dense_output_lanes(L, W, method, T.refinements, lanes, t, h)
         go_on(method, lanes)
-        deliver_lanes(L, W, T.full_refinements, batch, lanes)
+        deliver_lanes(L, W, T, batch, lanes)
     return False
 
 
@@ -213,8 +220,10 @@ def dense_output_lanes(L, W, method, refinements, lanes, t, h):
 
 
 @njit
-def deliver_lanes(L, W, refinements, batch, lanes):
-    """Keep every output instant up to the ends of the steps, in all lanes that have one at once."""
+def deliver_lanes(L, W, T, batch, lanes):
+    """Keep every output instant up to the ends of the steps, in all lanes that have one at once.
+    A design of which one is doubtful (`mbody.kernels.checked_instants`) is left to go alone.
+    """
     w, S, design, times = wide(), lanes.state, lanes.design, batch.times
     count = design.shape[0] - 1
     while next_instants(lanes, times):
@@ -225,16 +234,34 @@ def deliver_lanes(L, W, refinements, batch, lanes):
         load_state(L, W, w, lanes.stage)
         st(W.time, 0, ld(S, INSTANT, w), w)
         among = ld(S, HAS_INSTANT, w)
-        _, _, failed = projected_accelerations(L, W, w, 0.0, refinements, among)
+        _, _, failed = projected_accelerations(L, W, w, 0.0, T.full_refinements, among)
         keep(L, W, w, lanes.page)
         st(S, FAILED, failed + not_finite(lanes.page, w), w)
+        store_derivative(L, W, w, lanes.K[1])
+        interpolation_errors(T, lanes, x)
         for lane in range(count):
             if S[HAS_INSTANT, lane] < 0.5:
                 continue
-            if S[FAILED, lane] == 0.0:
+            sound = S[FRACTION, lane] == 1.0 or S[ERROR, lane] <= DOUBTFUL
+            if S[FAILED, lane] == 0.0 and sound:
                 k = int(S[DELIVERED, lane])
                 for n in range(batch.rows.shape[0]):
                     batch.output[n, design[lane], k] = lanes.page[batch.rows[n], lane]
                 S[DELIVERED, lane] += 1.0
             else:
                 leave_design(lanes, batch, lane)
+
+
+@njit
+def interpolation_errors(T, lanes, x):
+    """What the polynomials lack to the derivatives in row 1 of K at the parts x of the steps; see
+    `mbody.kernels.checked_instants`.
+    """
+    w, count = wide(), lanes.y.shape[0]
+    h, total = ld(lanes.state, STEP_LENGTH, w), 0.0 * wide()
+    for n in range(count):
+        size = larger(np.abs(ld(lanes.y, n, w)), np.abs(ld(lanes.last, n, w)))
+        unit = T.absolute * ld(lanes.scale, n, w) + T.relative * size
+        lacks = (h * ld(lanes.K[1], n, w) - along_rate(lanes.F, n, x, w)) / unit
+        total = total + lacks * lacks
+    st(lanes.state, ERROR, total / count, w)

@@ -11,7 +11,13 @@ from mbody.core.lanes import ld, st, wide
 from mbody.kernels.forces import signals
 from mbody.kernels.runge_kutta import END_BELOW
 from mbody.kernels.runge_kutta_lanes_rhs import put_numbers
-from mbody.kernels.runge_kutta_stages import SAFETY, STIFF_LIMIT, count_stiff, next_length
+from mbody.kernels.runge_kutta_stages import (
+    SAFETY,
+    STIFF_LIMIT,
+    count_stiff,
+    next_length,
+    stable_growth,
+)
 from mbody.kernels.singularity_monitor import STAND_IN_PART
 from mbody.kernels.step_state import (
     BEST_CONDITIONING,
@@ -212,12 +218,15 @@ def finish_steps(lanes, batch, patience, stable):
         S[BEST_CONDITIONING, lane] = max(end, best)
         S[STEPS, lane] += 1.0
         S[TIME, lane] = S[STEP_END, lane]
-        wanted = S[STEP_LENGTH, lane] * S[GROWTH, lane]
+        h, growth = S[STEP_LENGTH, lane], S[GROWTH, lane]
+        if S[CLIPPED, lane] < 0.5:
+            stiffness = S[STIFFNESS, lane]
+            count_stiff(S[:, lane], growth * stiffness > stable)
+            growth = max(0.2, min(growth, stable_growth(S[:, lane], h, stiffness, stable)))
+        wanted = h * growth
         # a step that is cut to end in time says nothing against longer ones
         S[NEXT, lane] = max(wanted, S[NEXT, lane]) if S[CLIPPED, lane] > 0.5 else wanted
         left = S[UNTIL, lane] - S[STEP_END, lane]
-        if S[CLIPPED, lane] < 0.5:
-            count_stiff(S[:, lane], S[STIFFNESS, lane] > stable)
         stiff = S[STIFF_COUNT, lane] >= STIFF_LIMIT and left > patience * S[NEXT, lane]
         slow = False
         if S[STEPS, lane] - S[JUDGED_STEPS, lane] >= MANY_STEPS:

@@ -15,17 +15,19 @@ import numpy as np
 
 from mbody.core.decorators import inline, njit
 from mbody.core.lanes import larger, ld, select_le, st
-from mbody.kernels.step_state import SMOOTH_COUNT, STIFF_COUNT
+from mbody.kernels.step_state import FASTEST, SMOOTH_COUNT, STIFF_COUNT
 
 __all__ = [
     "STIFF_LIMIT",
     "SAFETY",
     "along",
+    "along_rate",
     "combined",
     "count_stiff",
     "hermite_cubic",
     "higher_rows",
     "next_length",
+    "stable_growth",
     "stage_state",
     "stiffness_estimate",
 ]
@@ -36,6 +38,8 @@ SAFETY = 0.8
 #: A motion is stiff after so many steps that stability limits; so many in a row that it does not
 #: take one off.
 STIFF_LIMIT, SMOOTH_STEPS = 15.0, 6.0
+#: What is left of the fastest rate after a step that does not see it.
+FADING = 0.7
 
 
 @njit
@@ -69,6 +73,20 @@ def along(F, n, x, w):
         row = F.shape[0] - 1 - m
         total = (total + ld(F[row], n, w)) * (x if row % 2 == 0 else 1.0 - x)
     return total
+
+
+@njit
+def along_rate(F, n, x, w):
+    """Its derivative by x."""
+    total, rate = 0.0 * x, 0.0 * x
+    for m in range(F.shape[0]):
+        row = F.shape[0] - 1 - m
+        total = total + ld(F[row], n, w)
+        if row % 2 == 0:
+            total, rate = total * x, rate * x + total
+        else:
+            total, rate = total * (1.0 - x), rate * (1.0 - x) - total
+    return rate
 
 
 @inline
@@ -121,6 +139,16 @@ def next_length(h, e3, e5, count, order, safety):
     error = 0.0 if e5 == 0.0 else h * e5 / math.sqrt((e5 + 0.01 * e3) * count)
     growth = 6.0 if error < 1e-9 else min(6.0, safety * error ** (-1.0 / order))
     return error, growth
+
+
+@inline
+def stable_growth(state, h, stiffness, stable):
+    """By how much the step after one of length h, of h |λ| = `stiffness`, may be longer and still
+    be stable for the fastest rate |λ| of the last steps. What decays fast is too small to be seen
+    in many of them, and would grow in longer steps until it is.
+    """
+    state[FASTEST] = max(stiffness / h, FADING * state[FASTEST])
+    return stable / max(h * state[FASTEST], 1e-300)
 
 
 @inline

@@ -19,6 +19,7 @@ __all__ = [
     "DONE",
     "END_TRIES",
     "EVALUATIONS",
+    "FASTEST",
     "JACOBIANS",
     "JACOBIAN_VALID",
     "KNOWN_UNTIL",
@@ -27,6 +28,7 @@ __all__ = [
     "LAST_STEP_ALLOWED",
     "LEAST_AT",
     "LEAST_CONDITIONING",
+    "LIMITED_INSTANTS",
     "LONGEST_STEP",
     "MORE",
     "NEAR_SINGULAR",
@@ -79,8 +81,13 @@ KNOWN_UNTIL, SHORTENED_UNTIL, DECIDE_BELOW = 21, 22, 23
 STAND_IN_ENERGY, STAND_IN_LIMIT = 24, 25
 #: When the singular position that is known is met.
 CROSSING_TIME = 26
+#: Instants within steps that stability limits, which got steps of their own
+#: (`mbody.kernels.checked_instants`).
+LIMITED_INSTANTS = 27
+#: The fastest rate |λ| of the last steps.
+FASTEST = 28
 #: How many slots there are; and those that are infinite where nothing limits them.
-PROGRESS = 27
+PROGRESS = 29
 UNLIMITED = (LEAST_CONDITIONING, KNOWN_UNTIL, SHORTENED_UNTIL, STAND_IN_LIMIT, CROSSING_TIME)
 
 #: What an integrator returns: the end is reached; there is more to do; the step has vanished; a

@@ -42,6 +42,8 @@ class Restart:
         Values of the inputs that are kept between set times.
     sampled : tuple
         The controllers with their memories (`mbody.analysis.dynamics.interruptions`).
+    met : array
+        Singular positions that were met (`mbody.analysis.singular.nearby_singularity`).
     """
 
     way: Way
@@ -54,3 +56,4 @@ class Restart:
     own: tuple[Array, ...]
     inputs: dict[str, float] = field(default_factory=dict)
     sampled: tuple[Any, ...] = ()
+    met: Array = field(default_factory=lambda: np.zeros(0))

@@ -11,7 +11,9 @@ from typing import Any, NoReturn
 import numpy as np
 
 from mbody.analysis.dynamics.branch_choice import choose_branch
+from mbody.analysis.dynamics.input_histories import with_inputs
 from mbody.analysis.dynamics.options import motion_request, tolerances
+from mbody.analysis.dynamics.own_states import first_own_states
 from mbody.analysis.dynamics.simulate import first_instant
 from mbody.analysis.dynamics.singular_start import singular_start
 from mbody.analysis.freedom.single_design import released
@@ -273,13 +275,17 @@ class Simulator(MechanicsNow):
         last = until + (1e-9 * (until - t) or 1.0)
         request = replace(self._request, first=t, times=np.array([until]))
         start = changed(self._start.take([-1]), t=np.array([t]))
-        part = singular_start(self.system, start, self._origin, request, last)
+        present = {name: self.inputs[name] for name in self.inputs.names}
+        system = with_inputs(self.system, present, t, last) if present else self.system
+        part = singular_start(system, start, self._origin, request, last)
         assert part is not None
         self._before = part
         if until > t and part.t[-1] < until:
             self._origin = None
             self._integration.regularize(part.regularization)
-            self._integration.start_at(*state_of(self.system, part))
+            self._integration.start_at(
+                *state_of(self.system, part), own=first_own_states(system, part)
+            )
             return True
         rows = part.record.table(slice(None))
         self._integration.place_at(until, rows[int(np.searchsorted(part.t, until))])

@@ -15,6 +15,7 @@ from mbody.errors import ModelError, SolveError
 from mbody.kernels.runge_kutta_lanes_control import JUDGED_STEPS, JUDGED_TIME
 from mbody.kernels.step_state import (
     BEST_CONDITIONING,
+    FASTEST,
     KNOWN_UNTIL,
     NEAR_SINGULAR,
     NEXT,
@@ -36,7 +37,7 @@ __all__ = ["SinglyLed"]
 Array = np.ndarray
 
 #: Slots that a motion takes with it from the lanes to steps of its own.
-TAKEN = [NEXT, STEPS, REJECTED, BEST_CONDITIONING, STIFF_COUNT, SMOOTH_COUNT]
+TAKEN = [NEXT, STEPS, REJECTED, BEST_CONDITIONING, STIFF_COUNT, SMOOTH_COUNT, FASTEST]
 
 
 class SinglyLed(LaneReadings):

@@ -69,7 +69,7 @@ class Carried:
     near : array
         Distances from singular positions at the beginning of the step.
     passage : tuple
-        Singular positions ahead, those behind, and doubts.
+        Singular positions ahead, those behind, doubts, and positions that were met.
     first : float
     reference, page : arrays (rows, 1)
         When the motion began, what is kept of that instant (see `mbody.kernels.output`), and of
@@ -289,6 +289,7 @@ class Stepwise(Integration):
         self.evaluate()
         state[BEST_CONDITIONING] = max(best, state.item(BEST_CONDITIONING))
         state[JACOBIAN_VALID] = 0.0
+        self.steps.jumped(self.motion)
 
     # -- what is carried on -------------------------------------------------------------------
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.contacts import OneSidedForce, one_sided, one_sided_force
+from mbody.analysis.driven.curve_extrapolation import open_curves
 from mbody.analysis.driven.table_extrapolation import extrapolated, open_tables
 from mbody.kernels.step_state import TIME
 from mbody.solution.doubts import Doubt
@@ -40,7 +41,9 @@ class Watched:
     def __init__(self, integration: Stepwise, present: Present, events: bool) -> None:
         self.integration, self.present = integration, present
         self.system = system = integration.system
-        integration.closely = any(True for _ in open_tables(system.mechanism))
+        described = system.mechanism
+        left = (*open_tables(described), *open_curves(described))
+        integration.closely = bool(left)
         self.contacts: list[tuple[str, Any, Read | None, Read | None]] = []
         if isinstance(integration, StepwiseEvents):
             _find_values(integration)

@@ -43,14 +43,16 @@ def failing(t, angle):
     raise RuntimeError("no signal")
 
 
-def stiff():
+def symmetric():
     machine = arm(State("lag", rate="(u - lag)/(1 ms)", start="0 N*m"))
-    return simulate(machine, 1.0, method="radau5")
+    return simulate(machine, 1.0, method="rattle4", step=1e-3)
 
 
-def flat_with_a_state():
+def flat_with_a_controller():
     machine = chain(1, c0=6.0, c1=6.0)
-    machine.add(State("i", rate="c0.angle", start="0 rad*s"))
+    machine.add(Input("u", "0 N*m"), Torque("push", "c0", value="u"))
+    reads = {"every": 0.1, "reads": ["c0.angle"], "sets": ["u"]}
+    machine.add(Controller("pid", lambda t, angle: 0.0, **reads))
     return simulate(machine)
 
 
@@ -88,8 +90,8 @@ SCENARIOS = {
     "a state of another dimension": lambda: simulate(
         arm(State("i", rate="arm.omega", start="0 m")), 1.0
     ),
-    "a state with a method that has none": stiff,
-    "a state from a singular position": flat_with_a_state,
+    "a state with a method that has none": symmetric,
+    "a controller from a singular position": flat_with_a_controller,
     "a state that is never steady": steady_never,
     "a table that holds its values, of a load": lambda: Torque(
         "t", "arm", value=Table([0.0, 1.0], [0.0, 1.0], interpolation="hold")

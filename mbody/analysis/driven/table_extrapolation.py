@@ -1,4 +1,4 @@
-"""Tables that a result has gone beyond: by how far, and since when."""
+"""Tables, and curves of formulas, that a result has gone beyond: by how far, and since when."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from mbody.analysis.driven.curve_extrapolation import curve_doubts
+from mbody.analysis.driven.range_doubts import MARGIN, range_doubt
 from mbody.laws import Table
 from mbody.model.element import Element
 from mbody.model.mechanism import Mechanism
-from mbody.quantities.units import DIMENSIONS, UnitSystem, dimension_of
+from mbody.quantities.units import dimension_of
 from mbody.solution.doubts import Doubt
 from mbody.solution.load_histories import argument, argument_rate
 from mbody.solution.solution import Solution
@@ -18,12 +20,10 @@ from mbody.solution.solution import Solution
 __all__ = ["extrapolated", "open_tables"]
 
 Array = np.ndarray
-#: Part of a table's range by which it may be left: what rounding may put beyond its ends.
-MARGIN = 1e-9
 
 
 def extrapolated(solution: Solution) -> list[Doubt]:
-    """A doubt for each table that was evaluated outside the range of its points.
+    """A doubt for each table or curve that was evaluated outside the range of its points.
 
     Laws of time, and of the stretch, twist or rate of springs and dampers, are examined at the
     kept instants; of a free motion the argument is followed between them too, by the cubic through
@@ -48,9 +48,11 @@ def extrapolated(solution: Solution) -> list[Doubt]:
             since = float(t[beyond].min())
             if solution.analysis == "simulate" and _of_time(element, field):
                 since = float(t[0]) if t[0] < low - margin else max(float(t[0]), high)
-            met = float(x.min()), float(x.max())
-            found.append(_doubt(solution.mechanism.units, element, field, table, met, since))
-    return found
+            met = float(x.min()), float(x.max()), since
+            of = dimension_of(element.__dataclass_fields__[field].metadata["of"])
+            what, units = (element.name, f"the table of its {field}"), solution.mechanism.units
+            found.append(range_doubt(units, what, table.x, of, table.outside, met))
+    return [*found, *curve_doubts(solution)]
 
 
 def open_tables(mechanism: Mechanism) -> Iterator[tuple[Element, str, Table]]:
@@ -74,27 +76,3 @@ def _between(t: Array, x: Array, rate: Array) -> tuple[Array, Array]:
     u, v = step * rate[:-1], step * rate[1:]
     cubic = a + s * (u + s * (3.0 * (b - a) - 2.0 * u - v + s * (2.0 * (a - b) + u + v)))
     return (t[:-1] + s * step).ravel(), cubic.ravel()
-
-
-def _doubt(
-    units: UnitSystem,
-    element: Element,
-    field: str,
-    table: Table,
-    met: tuple[float, float],
-    since: float,
-) -> Doubt:
-    of = dimension_of(element.__dataclass_fields__[field].metadata["of"])
-    turned = of == DIMENSIONS["angle"]
-    unit, size = ("deg", float(np.degrees(1.0))) if turned else (units.of(of), 1.0)
-    has = f"{size * table.x[0]:.6g} to {size * table.x[-1]:.6g} {unit}"
-    went = f"{size * met[0]:.6g} to {size * met[1]:.6g} {unit}"
-    instead = "the value at its end" if table.outside == "hold" else "the tangent at its end"
-    return Doubt(
-        "extrapolation",
-        f"'{element.name}': the table of its {field} covers {has}, this result goes from {went} "
-        f"and takes {instead} beyond it, from t = {since:.6g} {units.time} on: add points to the "
-        "table",
-        since,
-        (element.name,),
-    )

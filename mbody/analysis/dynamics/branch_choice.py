@@ -113,11 +113,16 @@ def choose_branch(
     here = singular(system, work, t)
     if here is None:
         return None
-    return _Choice(system, here, t, q, v).start()
+    inputs = work.signal[system.layout.input_row, 0]
+    own = np.concatenate([first_own_states(system, start), inputs])
+    return _Choice(system, here, (t, q, v), own).start()
 
 
 class _Choice:
-    def __init__(self, system: System, here: Singular, t: float, q: Array, v: Array) -> None:
+    def __init__(
+        self, system: System, here: Singular, state: tuple[float, Array, Array], own: Array
+    ) -> None:
+        t, q, v = state
         self.system, self.here, self.t, self.v = system, here, t, v
         scale = here.rows.scale
         self.mass = system.mass[: system.coordinates, 0] * scale**2
@@ -125,7 +130,7 @@ class _Choice:
         work.time[:] = t
         laws_of_time(system.runtime(), work)
         work.q[: len(q), 0] = q
-        manifold = Manifold(system, work, t)
+        manifold = Manifold(system, work, t, own)
         self.force = manifold.force(scale * here.x, v)
         top = max(manifold.largest(q), float(np.abs(self.force).max()))
         self.natural = float(np.sqrt(top / max(float(self.mass.max()), 1e-300)))

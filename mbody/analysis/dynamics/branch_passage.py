@@ -5,7 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from mbody.analysis.driven.diagnosis import inertialess
-from mbody.analysis.singular.nearby_singularity import Crossing, crossing_note, look_ahead
+from mbody.analysis.singular.nearby_singularity import (
+    Crossing,
+    MetPosition,
+    crossing_note,
+    look_ahead,
+)
 from mbody.kernels.singularity_monitor import STAND_IN_PART
 from mbody.kernels.step_state import (
     CROSSING_TIME,
@@ -27,8 +32,10 @@ from mbody.system.system import System
 __all__ = ["BranchPassage", "KnownCrossings"]
 
 Array = np.ndarray
-#: Change points ahead, those behind, doubts.
-KnownCrossings = tuple[tuple[Crossing, ...], tuple[Crossing, ...], tuple[Doubt, ...]]
+#: Change points ahead, those behind, doubts, singular positions that were met.
+KnownCrossings = tuple[
+    tuple[Crossing, ...], tuple[Crossing, ...], tuple[Doubt, ...], tuple[MetPosition, ...]
+]
 
 #: What lies ahead is first looked at when a step is this part of the one that was rejected, as the
 #: kernel has it.
@@ -55,6 +62,7 @@ class BranchPassage:
         self.open: tuple[Crossing, ...] = ()
         self.crossings: tuple[Crossing, ...] = ()
         self.doubts: tuple[Doubt, ...] = ()
+        self.met: tuple[MetPosition, ...] = ()
         state[KNOWN_UNTIL] = state[SHORTENED_UNTIL] = state[CROSSING_TIME] = -np.inf
         state[LEAST_CONDITIONING], state[STAND_IN_LIMIT] = np.inf, STAND_IN_PART
         self.first_position = np.zeros(0)
@@ -62,27 +70,19 @@ class BranchPassage:
     @property
     def known(self) -> KnownCrossings:
         """What is known until now, to come back to."""
-        return self.open, self.crossings, self.doubts
+        return self.open, self.crossings, self.doubts, self.met
 
     @known.setter
     def known(self, given: KnownCrossings) -> None:
-        self.open, self.crossings, self.doubts = given
+        self.open, self.crossings, self.doubts, self.met = given
 
     def decide(self, y: Array, derivative: Array) -> None:
-        """How the next steps pass what is near, from the state y and its derivative
-        (2·coordinates,).
-        """
-        state, n = self.state, len(y) // 2
+        """How the next steps pass what is near, from the state y and its derivative (states,)."""
+        state, n = self.state, self.system.coordinates
         t, step = float(state[TIME]), 2.0 * float(state[NEXT])
-        ahead = look_ahead(
-            self.system,
-            t,
-            y[:n],
-            y[n : 2 * n],
-            derivative[n : 2 * n],
-            step / FIRST,
-            self.regularized,
-        )
+        now = y[:n], y[n : 2 * n], derivative[n : 2 * n]
+        ahead = look_ahead(self.system, t, now, step / FIRST, self.regularized, self.met)
+        self.met = ahead.met
         if ahead.clear:
             state[KNOWN_UNTIL], state[NEXT] = t, 0.99 * ahead.clear
         elif ahead.crossing is not None:
@@ -119,7 +119,7 @@ class BranchPassage:
         t = float(self.state[TIME])
         if not self.open or t <= self.state[KNOWN_UNTIL]:
             return
-        n = len(y) // 2
+        n = self.system.coordinates
         scale = self.system.coordinate_units
         for one in self.open:
             found = one.passed(t, y[:n] / scale, y[n : 2 * n] / scale)
@@ -131,7 +131,7 @@ class BranchPassage:
         """See whether the inertia of the free motion vanishes at the state y, where masses that
         replace missing ones take much of the energy.
         """
-        state, n = self.state, len(y) // 2
+        state, n = self.state, self.system.coordinates
         if state[STAND_IN_ENERGY] <= state[STAND_IN_LIMIT]:
             return
         t, state[STAND_IN_LIMIT] = float(state[TIME]), MORE_OF_IT * float(state[STAND_IN_ENERGY])

@@ -83,6 +83,7 @@ class Saved:
     page: Array
     total: Array
     near: Array
+    own: tuple[Array, ...]
     passage: KnownCrossings
 
 
@@ -159,7 +160,8 @@ class EventIntegration(Integration):
     def _save(self) -> Saved:
         parts = (self.y, self.K[0], self.P[0], self.state, self.page, self.total, self.work.near)
         y, K, P, state, page, total, near = (part.copy() for part in parts)
-        return Saved(y, K, P, state, page, total, near, self.passage.known)
+        own = tuple(part.copy() for part in self.steps.own)
+        return Saved(y, K, P, state, page, total, near, own, self.passage.known)
 
     def _restore(self, saved: Saved) -> None:
         """Go back, or ahead; the count of evaluations goes on."""
@@ -167,6 +169,8 @@ class EventIntegration(Integration):
         self.y[:], self.K[0], self.P[0], self.state[:] = saved.y, saved.K, saved.P, saved.state
         self.page, self.total = saved.page.copy(), saved.total.copy()
         self.work.near[:], self.passage.known = saved.near, saved.passage
+        for part, was in zip(self.steps.own, saved.own, strict=True):
+            part[:] = was
         self.state[EVALUATIONS] = evaluations
 
     def _run(self, until: float, steps: int, times: Array) -> tuple[int, Array, Array]:
@@ -453,6 +457,7 @@ class EventIntegration(Integration):
         )
         self.evaluate()
         self._check_finite(self.K, t)
+        self.steps.jumped(self.motion)
         self.state[NEAR_SINGULAR] = 0.0
         self.state[BEST_CONDITIONING] = max(self.state[BEST_CONDITIONING], best)
         self._record(stop, t, before, self.page)

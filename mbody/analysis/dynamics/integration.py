@@ -36,6 +36,7 @@ from mbody.analysis.dynamics.own_states import (
 )
 from mbody.analysis.position.assembly_analysis import SOFT, raise_user_error
 from mbody.analysis.position.vanishing_distances import GONE, vanishing
+from mbody.analysis.singular.nearby_singularity import packed_positions, unpacked_positions
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.layout import stand_ins
 from mbody.kernels.state_derivative import initial_derivative
@@ -48,6 +49,7 @@ from mbody.kernels.step_state import (
     JACOBIANS,
     LAST_STEP,
     LAST_STEP_ALLOWED,
+    LIMITED_INSTANTS,
     MORE,
     NEAR_SINGULAR_STEPS,
     NEXT,
@@ -261,6 +263,7 @@ class Integration:
             if self.interruptions.at(t, self._read):
                 self.evaluate()
                 self._check_finite(self.K, t)
+                self.steps.jumped(self.motion)
             self.state[BEST_CONDITIONING] = max(self.state[BEST_CONDITIONING], best)
         self.target = min(self.until, self.interruptions.next(t))
 
@@ -319,6 +322,7 @@ class Integration:
             own=tuple(part.copy() for part in self.steps.own),
             inputs=self.interruptions.inputs(),
             sampled=tuple(one.copied() for one in self.interruptions.sampled),
+            met=packed_positions(self.passage.met),
         )
 
     def _resume(self, restart: Restart) -> None:
@@ -334,6 +338,7 @@ class Integration:
 
     def _take(self, restart: Restart) -> None:
         """Set all that the next step depends on, the work but."""
+        self.passage.met = unpacked_positions(self.system, restart.met)
         self.scale[:] = restart.scale
         self.y[:], self.K[0], self.P[0] = restart.y, restart.slope, restart.powers
         self.state[:] = restart.state
@@ -448,6 +453,7 @@ class Integration:
         last = float(times[-1]) if len(times) else self.first
         notes = (*as_reported(found).notes, *self.notes, *self.passage.notes(last))
         notes += tuple(pulled(found, self._between()))
+        notes += _limited(int(state[LIMITED_INSTANTS]))
         notes += unresolved_states(found)
         if self.regularization:
             notes += open_note(found.dependencies)
@@ -472,3 +478,15 @@ class Integration:
                 reports.append(rank_of(G))
         best = min(reports, key=lambda report: report.redundant, default=None)
         return open_reactions(self.system, best)
+
+
+def _limited(count: int) -> tuple[str, ...]:
+    """The note of steps that stability limits, where it shows between their ends."""
+    if not count:
+        return ()
+    when = "an instant" if count == 1 else f"{count} instants"
+    return (
+        f"stability, not the tolerance, limits the explicit steps: what they interpolate was in "
+        f"error by more than ten tolerances at {when}, which got steps of their own; some hundred "
+        "tolerances may be left of it, with the method 'radau5' none",
+    )

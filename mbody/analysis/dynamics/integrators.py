@@ -100,6 +100,9 @@ class Integrator(Protocol):
     def steps(self, motion: Motion, until: float, count: int, outputs: Outputs) -> int:
         """At most so many steps towards `until`; a code of `mbody.kernels.step_state`."""
 
+    def jumped(self, motion: Motion) -> None:
+        """Inputs or velocities have jumped, and the derivative with them."""
+
 
 class ExplicitSteps:
     """Runge–Kutta steps of adapted length."""
@@ -120,6 +123,9 @@ class ExplicitSteps:
         m = motion
         bundles = m.layout, m.work, self.method, m.stepping, m.tolerances, outputs
         return int(runge_kutta(*bundles, until, count))
+
+    def jumped(self, motion: Motion) -> None:
+        """Nothing is carried on."""
 
 
 class _WithPassages:
@@ -181,22 +187,21 @@ class RadauSteps(_WithPassages):
 
     fixed, rows, terms = False, 4, 3
 
-    def __init__(self, coordinates: int) -> None:
+    def __init__(self, coordinates: int, owns: int) -> None:
         super().__init__()
-        n = coordinates
+        n, states = coordinates + owns, 2 * coordinates + owns
         self.method = Radau(
             **radau_5()._asdict(),
-            Z=np.zeros((3, 2 * n)),
-            X=np.zeros((3, 2 * n)),
-            xc=np.zeros((3, n), dtype=complex),
-            past=np.zeros((4, 2 * n)),
-            Jq=np.zeros((n, n)),
-            Jv=np.zeros((n, n)),
+            Z=np.zeros((3, states)),
+            X=np.zeros((3, states)),
+            xc=np.zeros((2, states), dtype=complex),
+            past=np.zeros((4, states)),
+            J=np.zeros((n, states)),
             matrix=np.zeros((n, n)),
             complex_matrix=np.zeros((n, n), dtype=complex),
             exchanges=np.zeros((2, n), dtype=np.int64),
         )
-        self.own: tuple[Array, ...] = self.method.past, self.method.Jq, self.method.Jv
+        self.own: tuple[Array, ...] = self.method.past, self.method.J
 
     def slack(self, until: float) -> float:
         """Rounding."""
@@ -208,6 +213,9 @@ class RadauSteps(_WithPassages):
         bundles = m.layout, m.work, self.method, m.stepping, m.tolerances, outputs
         return radau(*bundles, until, count)
 
+    def jumped(self, motion: Motion) -> None:
+        """Newton's method ends where it does from any polynomial, by any Jacobian."""
+
     def forget(self, motion: Motion) -> None:
         """No polynomial to begin from, no Jacobian."""
         self.method.past[LENGTH, 0] = motion.stepping.state[JACOBIAN_VALID] = 0.0
@@ -218,28 +226,29 @@ class FixedSteps(_WithPassages):
 
     fixed, rows, terms = True, 4, 5
 
-    def __init__(self, coordinates: int, nodes: int, blocks: int, step: float, parts: Any) -> None:
+    def __init__(self, layout: Any, blocks: int, step: float, parts: Any) -> None:
         super().__init__()
         composition = np.asarray(parts, dtype=float)
+        self.coordinates = 3 * layout.bodies
+        unknowns = self.coordinates + layout.owns
         # RATTLE has no matrices
-        n = coordinates if not len(composition) else 1
+        n, states = (1, 2) if len(composition) else (unknowns, unknowns + self.coordinates)
         self.method = FixedStep(
             length=step,
             composition=composition,
             spectral_radius=RADIUS,
             samples=SAMPLED,
             # not known before the first derivative
-            acceleration=np.full(coordinates, np.nan),
-            saved=np.zeros(coordinates),
-            multipliers=np.zeros(2 * nodes),
+            acceleration=np.full(unknowns, np.nan),
+            saved=np.zeros(unknowns),
+            multipliers=np.zeros(2 * layout.nodes),
             blocks=np.zeros(blocks),
-            Jq=np.zeros((n, n)),
-            Jv=np.zeros((n, n)),
+            J=np.zeros((n, states)),
             matrix=np.zeros((n, n)),
             exchanges=np.zeros(n, dtype=np.int64),
         )
         m = self.method
-        self.own: tuple[Array, ...] = m.acceleration, m.multipliers, m.Jq, m.Jv
+        self.own: tuple[Array, ...] = m.acceleration, m.multipliers, m.J
 
     def slack(self, until: float) -> float:
         """A last step that were as short would be lost in rounding."""
@@ -249,14 +258,19 @@ class FixedSteps(_WithPassages):
         """See `mbody.kernels.fixed_step`."""
         m, hat = motion, self.method.acceleration
         if np.isnan(hat).any():
-            hat[:] = m.stepping.K[0, len(hat) :]
+            hat[:] = m.stepping.K[0, self.coordinates :]
         bundles = m.layout, m.work, self.method, m.stepping, m.tolerances, outputs
         return fixed_step(*bundles, until, count)
+
+    def jumped(self, motion: Motion) -> None:
+        """The acceleration of the algorithm begins anew."""
+        hat = self.method.acceleration
+        hat[:] = motion.stepping.K[0, self.coordinates :]
 
     def forget(self, motion: Motion) -> None:
         """The acceleration of the algorithm begins anew, and so does the length."""
         S, hat = motion.stepping, self.method.acceleration
-        hat[:] = S.K[0, len(hat) :]
+        hat[:] = S.K[0, self.coordinates :]
         S.state[JACOBIAN_VALID] = 0.0
         weak = S.state[CONDITIONING] < NEAR_SINGULAR_BELOW * S.state[BEST_CONDITIONING]
         if not (weak or S.state[NEAR_SINGULAR]):
@@ -265,7 +279,6 @@ class FixedSteps(_WithPassages):
 
 def integrator(method: str, layout: Any, work: Any, step: float) -> Integrator:
     """The method of that name (one of `METHODS`); `step` is the length of steps that have one."""
-    coordinates = 3 * layout.bodies
     if method in ("radau5", "generalized-alpha") and layout.bodies > DENSE:
         raise ModelError(
             f"the method '{method}' takes dense matrices, of at most {DENSE} bodies, not of "
@@ -274,6 +287,6 @@ def integrator(method: str, layout: Any, work: Any, step: float) -> Integrator:
     if method in ("dop853", "dopri5"):
         return ExplicitSteps(order_8() if method == "dop853" else order_5())
     if method == "radau5":
-        return RadauSteps(coordinates)
+        return RadauSteps(3 * layout.bodies, layout.owns)
     parts = {"generalized-alpha": (), "rattle": (1.0,), "rattle4": suzuki_4()}[method]
-    return FixedSteps(coordinates, layout.nodes, len(work.block), step, parts)
+    return FixedSteps(layout, len(work.block), step, parts)

@@ -22,8 +22,8 @@ __all__ = [
 
 Array = np.ndarray
 
-#: Methods whose steps take own states: the explicit ones.
-METHODS = ("dop853", "dopri5")
+#: Methods whose steps take no own states.
+WITHOUT = ("rattle", "rattle4")
 #: Newton iterations towards a steady start, and the part of the first rates at which it is found.
 ITERATIONS, FOUND = 30, 1e-12
 #: Where it begins, in sizes of the states: where a rate is flat Newton's method cannot.
@@ -54,19 +54,20 @@ def refuse_own_states(system: System, method: str) -> None:
     ModelError
     """
     machine = system.mechanism
-    if method == "singular start" and (machine.states or machine.controllers):
-        name = (*machine.states, *machine.controllers)[0].name
+    if method == "singular start" and machine.controllers:
+        name = machine.controllers[0].name
         raise ModelError(
-            f"the motion begins at a singular position, from which own states and controllers such "
-            f"as '{name}' cannot be followed: begin a little beside it",
+            f"the motion begins at a singular position, where there are no accelerations yet for "
+            f"controllers such as '{name}' to sample: begin a little beside it",
             name,
         )
-    if not machine.states or method in METHODS:
+    if not machine.states or method not in WITHOUT:
         return
     name = machine.states[0].name
     raise ModelError(
-        f"the method '{method}' does not integrate own states such as '{name}': take one of "
-        f"{', '.join(METHODS)}",
+        f"the method '{method}' is of positions and velocities, whose steps it takes in two "
+        f"symmetric halves, and has none for equations of first order such as that of '{name}': "
+        "take 'generalized-alpha' for steps of one length, or dop853, dopri5, radau5",
         name,
     )
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from mbody.analysis.dynamics.integrators import integrator
+from mbody.analysis.singular.nearby_singularity import unpacked_positions
 from mbody.errors import ModelError
 from mbody.kernels.step_state import NEXT, PROGRESS, TIME, UNLIMITED
 from mbody.model.simulation import EVEN, METHODS
@@ -68,6 +69,12 @@ def _unfit(system: System, restart: Restart, last: float) -> str | None:
             return f"'{name}' has not {size} numbers"
         if not (np.isfinite(finite(part)) if name == "state" else np.isfinite(part)).all():
             return f"'{name}' holds what is no finite number"
+    try:
+        unpacked_positions(system, restart.met)
+    except ValueError as error:
+        return f"'met' holds no singular positions of it: {error}"
+    if not np.isfinite(restart.met).all():
+        return "'met' holds what is no finite number"
     if len(own) != len(restart.own):
         return f"'own' has {len(restart.own)} parts in place of {len(own)}"
     for part, like in zip(restart.own, own, strict=True):

@@ -18,8 +18,14 @@ from mbody.analysis.driven.diagnosis import valueless
 from mbody.analysis.dynamics.branch_choice import BranchStart, choose_branch
 from mbody.analysis.dynamics.initial_step import REFINEMENTS
 from mbody.analysis.dynamics.integrators import stepping
+from mbody.analysis.dynamics.interruptions import Interruptions
 from mbody.analysis.dynamics.options import MotionRequest
-from mbody.analysis.dynamics.own_states import refuse_own_states
+from mbody.analysis.dynamics.own_states import (
+    find_steady,
+    first_own_states,
+    own_sizes,
+    refuse_own_states,
+)
 from mbody.analysis.initial.initial_state import event_measure
 from mbody.analysis.position.assembly_analysis import SOFT, raise_user_error
 from mbody.analysis.position.tangent_space import Manifold
@@ -123,6 +129,8 @@ class Collocation:
     span : float
         How long it is.
     a : array (nodes, coordinates)
+    rates : array (nodes, owns)
+        Of own states.
     reactions : array (nodes, PER_PRIMITIVE · primitives)
     powers : array (nodes, causes)
     evaluations : int
@@ -130,6 +138,7 @@ class Collocation:
 
     span: float
     a: Array
+    rates: Array
     reactions: Array
     powers: Array
     evaluations: int
@@ -175,7 +184,27 @@ class _SingularStart:
         self.stepping = stepping(system.state_count, len(causes(system)), self.regularization)
         self.K, self.y, self.P = self.stepping.K, self.stepping.y, self.stepping.P
         self.page = np.empty((system.page_rows, 1))
+        # reactions, then own states and inputs
+        self.rest = slice(3 * system.coordinates, system.own_rows.start)
+        self.longest = min(self.longest, self._next_change())
+        self.own, self.sizes = first_own_states(system, start), own_sizes(system)
+        n = system.coordinates
+        self.y[:n], self.y[n : 2 * n], self.y[2 * n :] = first.q, first.v, self.own
+        if find_steady(self):
+            self.own = self.y[2 * n :].copy()
         self.stops = [event.name for event in request.events if isinstance(event, Stop)]
+
+    def _next_change(self) -> float:
+        """How long it is until inputs jump or laws have corners."""
+        system = self.system
+        return Interruptions(system, self.work, self.t, self.t + self.longest).next(self.t) - self.t
+
+    def evaluate(self) -> bool:
+        """Rates of own states at the start, where accelerations are none."""
+        self.stepping.state[TIME] = self.t
+        initial_derivative(self.layout, self.work, self.stepping, REFINEMENTS, self.page)
+        raise_user_error(self.system)
+        return True
 
     def solution(self) -> Solution:
         """The instants of the first part that are kept, and its end."""
@@ -219,8 +248,8 @@ class _SingularStart:
         for _ in range(HALVED):
             found = self._settled(span)
             if found is not None:
-                top = np.abs(found.a / self.first.scale).max()
-                off = np.abs(weights().last @ found.a / self.first.scale).max()
+                even = self._without_units(found.a, found.rates, span)
+                top, off = np.abs(even).max(), np.abs(weights().last @ even).max()
                 if off <= SMALL * top:
                     return found
                 if best is None or off < best[0]:
@@ -236,6 +265,10 @@ class _SingularStart:
             "little beside it"
         )
 
+    def _without_units(self, a: Array, rates: Array, span: float) -> Array:
+        """Accelerations, and rates of own states as by what they change in the span."""
+        return np.hstack([a / self.first.scale, rates / (self.sizes * span)])
+
     def _settled(self, span: float) -> Collocation | None:
         """Accelerations at the nodes that agree with the motion that they make; None where the
         iteration does not settle, or leaves the branch.
@@ -244,15 +277,17 @@ class _SingularStart:
         once, twice = span * w.value(w.at, 1), span**2 * w.value(w.at, 2)
         n, size = self.system.coordinates, len(w.at)
         a = np.tile(first.a, (size, 1))
-        reactions = np.empty((size, len(self.page) - 3 * n))
+        rates = np.zeros((size, len(self.own)))
+        reactions = np.empty((size, self.rest.stop - self.rest.start))
         powers = np.empty((size, self.P.shape[1]))
         last = np.inf
         for iteration in range(ITERATIONS):
             v = first.v + once @ a
             q = first.q + span * w.at[:, None] * first.v + twice @ a
-            new = np.empty_like(a)
+            z = self.own + once @ rates
+            new, fresh = np.empty_like(a), np.empty_like(rates)
             for node in range(size):
-                if not self._at(self.t + span * w.at[node], q[node], v[node]):
+                if not self._at(self.t + span * w.at[node], q[node], v[node], z[node]):
                     return None
                 projected = np.abs((self.y[:n] - q[node]) / first.scale).max()
                 if (
@@ -261,21 +296,22 @@ class _SingularStart:
                 ):
                     return None
                 new[node], powers[node] = self.K[0, n : 2 * n], self.P[0]
-                reactions[node] = self.page[3 * n :, 0]
-            change = np.abs((new - a) / first.scale).max()
-            a = new
-            top = np.abs(a / first.scale).max()
+                fresh[node], reactions[node] = self.K[0, 2 * n :], self.page[self.rest, 0]
+            change = np.abs(self._without_units(new - a, fresh - rates, span)).max()
+            a, rates = new, fresh
+            top = np.abs(self._without_units(a, rates, span)).max()
             if not change < 1e3 * max(top, np.abs(first.v / first.scale).max() / span):
                 return None
             if change <= SETTLED * top or (change <= ROUNDING * top and change > 0.5 * last):
-                return Collocation(span, a, reactions, powers, size * (iteration + 1))
+                return Collocation(span, a, rates, reactions, powers, size * (iteration + 1))
             last = change
         return None
 
-    def _at(self, t: float, q: Array, v: Array) -> bool:
+    def _at(self, t: float, q: Array, v: Array, z: Array) -> bool:
         """Slope, powers and page at a state, projected; whether the loops close there."""
         n = self.system.coordinates
-        self.y[:n], self.y[n : 2 * n], self.stepping.state[TIME] = q, v, t
+        self.y[:n], self.y[n : 2 * n], self.y[2 * n :] = q, v, z
+        self.stepping.state[TIME] = t
         good = initial_derivative(self.layout, self.work, self.stepping, REFINEMENTS, self.page)
         raise_user_error(self.system)
         if good and not np.isfinite(self.K).all():
@@ -293,18 +329,26 @@ class _SingularStart:
         pages[:, :n] = first.q + after[:, None] * first.v + part.span**2 * w.value(c, 2) @ part.a
         pages[:, n : 2 * n] = first.v + part.span * w.value(c, 1) @ part.a
         pages[:, 2 * n : 3 * n] = w.value(c) @ part.a
-        pages[:, 3 * n :] = self._reactions(part, c)
+        own, owns = system.own_rows, len(self.own)
+        pages[:, self.rest] = self._reactions(part, c)
+        pages[:, own.start : own.start + owns] = self.own + part.span * w.value(c, 1) @ part.rates
+        for page, later in zip(pages, after, strict=True):
+            self.work.time[:] = self.t + later
+            laws_of_time(self.layout, self.work)
+            page[own.start + owns :] = self.work.signal[system.layout.input_row, 0]
         if self.first.growth and c[0] == 0.0:
-            pages[0, 3 * n :] = np.nan
+            pages[0, self.rest] = np.nan
         if c[0] == 0.0 and first.away <= AT:
             onward = (
                 (w.value(np.array(1e-3)) - w.value(np.array(0.0))) @ part.a / (1e-3 * part.span)
             )
             pages[0, 2 * n : 3 * n] = first.a + first.late * onward
-        for k in np.flatnonzero((c < 1.0) & np.isfinite(pages[:, -1])):
-            pages[k, 3 * n :] = self._balanced(self.t + after[k], pages[k])
+        known = np.isfinite(pages[:, self.rest]).all(axis=1)
+        for k in np.flatnonzero((c < 1.0) & known):
+            pages[k, self.rest] = self._balanced(self.t + after[k], pages[k])
         for k in np.flatnonzero(c == 1.0):  # on the constraints to rounding, from here on
-            self._at(self.t + part.span, pages[k, :n], pages[k, n : 2 * n])
+            z = pages[k, own.start : own.start + owns]
+            self._at(self.t + part.span, pages[k, :n], pages[k, n : 2 * n], z)
             pages[k] = self.page[:, 0]
         gained = part.span * w.value(c, 1) @ part.powers
         gained = np.hstack([gained, np.zeros((len(after), len(self.stops)))])
@@ -330,13 +374,13 @@ class _SingularStart:
         system, scale, n = self.system, self.first.scale, self.system.coordinates
         L, work, (primitive, row, _) = system.layout, self.work, system.row_table
         unit = system.row_units
-        forces = Manifold(system, system.work(), t)
+        forces = Manifold(system, system.work(), t, page[system.own_rows])
         forces.work.time[:] = t
         laws_of_time(self.layout, forces.work)
         loads = forces.force(page[:n], page[n : 2 * n])
         work.q[:n, 0] = page[:n]
         G = dense(system, work)[1]
-        lam = page[3 * n :].reshape(-1, PER_PRIMITIVE)[:, :2].copy()
+        lam = page[self.rest].reshape(-1, PER_PRIMITIVE)[:, :2].copy()
         rows = lam[primitive, row] / unit
         left = loads - system.mass[:n, 0] * scale * page[2 * n : 3 * n] - G.T @ rows
         u, sizes, vt = np.linalg.svd(G, full_matrices=False)

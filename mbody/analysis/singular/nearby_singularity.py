@@ -10,11 +10,14 @@ more coordinate, so that a dead centre, where a driver cannot go on, is no such 
 `mbody.analysis.singular.singular_positions` looks for a position where loops close as well, by new
 singular vectors in every iteration. Here Uᵀ Φ is left open, for it tells a crossing from a bend,
 and the vectors of the first position serve all iterations: a motion looks ahead at many steps.
+
+A motion remembers the positions that it met, for it meets them again. The memory is its own and
+goes on with it: were it that of the mechanism, a motion would depend on those before it.
 """
 
 from __future__ import annotations
 
-import weakref
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,7 +27,15 @@ from mbody.model.element import listed
 from mbody.system.rank import too_large
 from mbody.system.system import System
 
-__all__ = ["Ahead", "Crossing", "crossing_note", "look_ahead"]
+__all__ = [
+    "Ahead",
+    "Crossing",
+    "MetPosition",
+    "crossing_note",
+    "look_ahead",
+    "packed_positions",
+    "unpacked_positions",
+]
 
 Array = np.ndarray
 
@@ -47,7 +58,7 @@ HORIZONS = (1.0, 0.3, 0.1)
 TAKES_PART = 0.1
 #: Rows stay independent where the least singular value is so many times what they change by.
 CERTAIN = 1.5
-#: Singular positions of a system that are remembered.
+#: Singular positions that a motion remembers.
 KNOWN = 64
 #: Joints, and instants, that a sentence names.
 MOST = 4
@@ -96,6 +107,25 @@ class Crossing:
         return replace(self, t=start + h * float(inside[0]) if len(inside) else self.t)
 
 
+@dataclass(frozen=True, eq=False)
+class MetPosition:
+    """A singular position.
+
+    Attributes
+    ----------
+    x : array (coordinates,)
+        The position, lengths by the model length.
+    U : array (rows, dependencies)
+        Rows that depend on each other there.
+    left : float
+        What they leave of Φ.
+    """
+
+    x: Array
+    U: Array
+    left: float
+
+
 @dataclass(frozen=True)
 class Ahead:
     """What lies ahead.
@@ -110,12 +140,15 @@ class Ahead:
         Where branches pass each other without meeting, when the motion is in the bend.
     elements : tuple of str
         The joints whose rows become dependent, where there are any.
+    met : tuple of MetPosition
+        The positions to remember.
     """
 
     clear: float = 0.0
     crossing: Crossing | None = None
     bend: float = np.inf
     elements: tuple[str, ...] = ()
+    met: tuple[MetPosition, ...] = ()
 
 
 class _TimedRows:
@@ -138,33 +171,69 @@ class _TimedRows:
         return rows.phi, np.column_stack([rows.G, (sides[0] - sides[1]) / (2.0 * STEP)])
 
 
-@dataclass(frozen=True)
-class _Found:
-    """A singular position: rows that depend on each other U (rows, ·), what they leave of Φ."""
-
-    x: Array
-    U: Array
-    left: float
+def packed_positions(met: Sequence[MetPosition]) -> Array:
+    """The same as one row of numbers, for files."""
+    parts = [np.concatenate([[one.U.shape[1]], one.x, one.U.ravel(), [one.left]]) for one in met]
+    return np.concatenate(parts) if parts else np.zeros(0)
 
 
-#: Singular positions of systems that were met, for a motion meets them again.
-_MET: weakref.WeakKeyDictionary[System, list[_Found]] = weakref.WeakKeyDictionary()
+def unpacked_positions(system: System, numbers: Array) -> tuple[MetPosition, ...]:
+    """The positions that were packed.
+
+    Raises
+    ------
+    ValueError
+        For numbers that are none of this system.
+    """
+    found: list[MetPosition] = []
+    n, rows, at = system.coordinates, system.rows, 0
+    while at < len(numbers):
+        count = numbers[at]
+        if not (1.0 <= count <= rows and count == round(count)):
+            raise ValueError("dependent rows are no count")
+        end = at + 2 + n + rows * int(count)
+        if end > len(numbers) or len(found) == KNOWN:
+            raise ValueError("a position is cut off")
+        x, U = numbers[at + 1 : at + 1 + n], numbers[at + 1 + n : end - 1]
+        found.append(MetPosition(x.copy(), U.reshape(rows, -1).copy(), float(numbers[end - 1])))
+        at = end
+    return tuple(found)
 
 
 def look_ahead(
-    system: System, t: float, q: Array, v: Array, a: Array, step: float, regularized: bool
+    system: System,
+    t: float,
+    state: tuple[Array, Array, Array],
+    step: float,
+    regularized: bool,
+    met: tuple[MetPosition, ...] = (),
 ) -> Ahead:
     """What lies ahead of a motion.
 
     Parameters
     ----------
-    q, v, a : arrays (coordinates,)
+    state : arrays q, v, a (coordinates,)
         Where it is at time t.
     step : float
         How long it goes on until it may meet a singular position.
-    regularization : bool
+    regularized : bool
         Whether rows are redundant everywhere.
+    met : tuple of MetPosition
+        Positions that it remembers.
     """
+    found = _ahead(system, t, state, step, regularized, met)
+    return replace(found, met=found.met or met)
+
+
+def _ahead(
+    system: System,
+    t: float,
+    state: tuple[Array, Array, Array],
+    step: float,
+    regularized: bool,
+    met: tuple[MetPosition, ...],
+) -> Ahead:
+    q, v, a = state
     if too_large(system):
         return Ahead()
     scale = system.coordinate_units
@@ -176,7 +245,7 @@ def look_ahead(
     if rows.driven:
         x, way, bent = np.append(x, 0.0), np.append(way, 1.0), np.append(bent, 0.0)
     within = speed * step
-    found = _known(rows, x, 8.0 * within)
+    found = None if rows.driven else _known(met, x, 8.0 * within)
     if found is None:
         G = rows.at(x)[1]
         parts = np.linalg.svd(G)
@@ -194,34 +263,37 @@ def look_ahead(
         found = _nearest(rows, x, rank, parts, 8.0 * within)
         if found is None:
             return Ahead()
+        # of a driven mechanism time is a coordinate, which does not come again
+        if not rows.driven and len(met) < KNOWN:
+            met = (*met, found)
     elements = _owners(system, found.U)
     gone = found.x - x
     far, along = float(np.linalg.norm(gone)), float(gone @ way) / float(way @ way)
     when = t + (along - 0.5 * along**2 * float(bent @ way)) / speed
     if found.left > CLOSED * (1.0 + float(np.abs(x).max())):
-        return Ahead(bend=max(when, t), elements=elements)
+        return Ahead(bend=max(when, t), elements=elements, met=met)
     missed = float(np.linalg.norm(gone - along * way - 0.5 * along**2 * bent))
     if missed > BESIDE * far and far > HERE:
-        return Ahead(elements=elements)
+        return Ahead(elements=elements, met=met)
     n = len(q)
     place, way = found.x[:n], way[:n]
     crossing = Crossing(when, elements, place, way, (t, float((x[:n] - place) @ way), speed))
-    return Ahead(crossing=crossing, elements=elements)
+    return Ahead(crossing=crossing, elements=elements, met=met)
 
 
-def _known(rows: _TimedRows, x: Array, reach: float) -> _Found | None:
+def _known(met: Sequence[MetPosition], x: Array, reach: float) -> MetPosition | None:
     """A singular position within reach of x that was met before."""
     angles = np.tile([False, False, True], len(x) // 3)
-    for one in () if rows.driven else _MET.get(rows.system, ()):
+    for one in met:
         turns = 2.0 * np.pi * np.round((x - one.x) / (2.0 * np.pi)) * angles
         if np.linalg.norm(one.x + turns - x) < reach:
-            return _Found(one.x + turns, one.U, one.left)
+            return MetPosition(one.x + turns, one.U, one.left)
     return None
 
 
 def _nearest(
     rows: _TimedRows, x: Array, rank: int, parts: tuple[Array, Array, Array], reach: float
-) -> _Found | None:
+) -> MetPosition | None:
     """The singular position within reach of x, if there is one."""
     sizes = parts[1][:rank]
     small = int((sizes < SMALL * sizes[0]).sum())
@@ -230,16 +302,13 @@ def _nearest(
     for place in np.argsort(-above / sizes[rank - small :])[:2]:
         found = _singular(rows, x, rank - (small - int(place)), parts, reach)
         if found is not None:
-            known = _MET.setdefault(rows.system, [])
-            if len(known) < KNOWN:
-                known.append(found)
             return found
     return None
 
 
 def _singular(
     rows: _TimedRows, x: Array, kept: int, parts: tuple[Array, Array, Array], reach: float
-) -> _Found | None:
+) -> MetPosition | None:
     """The position near x where all but so many rows become dependent, by a simplified
     Newton method; None where it does not come to one within reach.
 
@@ -261,7 +330,7 @@ def _singular(
         worst = float(np.abs(left).max(initial=0.0)) / sizes[0]
         if worst <= VANISHED and np.abs(off).max(initial=0.0) <= VANISHED:
             U = u[:, kept:] - u[:, :kept] @ np.linalg.solve(B[:kept, :kept].T, B[kept:, :kept].T)
-            return _Found(x, U, float(np.linalg.norm(c[kept:] - B[kept:, :kept] @ off)))
+            return MetPosition(x, U, float(np.linalg.norm(c[kept:] - B[kept:, :kept] @ off)))
         if n > 2 and worst > 0.7 * last:
             return None
         if flat is None or worst > 0.2 * last:

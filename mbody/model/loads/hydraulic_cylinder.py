@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from mbody.errors import ModelError
 from mbody.model.element import LawLike, NumberField, OptionalNumberField, law_field, number_field
 from mbody.model.loads._base import BetweenPlaces
-from mbody.model.own_equations import OwnState, equation, signal_of
+from mbody.model.own_equations import AccountedEnergy, OwnState, equation, signal_of
 from mbody.model.primitives import ForcePrimitive
 
 if TYPE_CHECKING:
@@ -69,6 +70,12 @@ class HydraulicCylinder(BetweenPlaces):
     Below a thousandth of the nominal drop the flow is nearly linear in it, as in a laminar gap: so
     its slope stays finite where a drop changes its sign.
 
+    A motion accounts for the energy of the oil: ``run.energy.by`` has "lift.supplied", what the
+    flow from the supply brings and that to the tank takes, ∫ (p_s Q_s − p_t Q_t) dt; "lift.lost",
+    what the edges of the valve throttle, ∫ Σ Q Δp dt; "lift.relieved", the same of the relief
+    valves; and "lift.compressed", what the oil takes to be compressed, ∫ Σ p V/β dp. The rest is
+    the work on the piston, "lift".
+
     Source: Merritt, Hydraulic Control Systems, chapters 3 and 6.
 
     Examples
@@ -109,21 +116,14 @@ class HydraulicCylinder(BetweenPlaces):
             )
 
     def own_states(self) -> tuple[OwnState, ...]:
-        """The pressures of both chambers."""
-        opening = "clamp(valve, -1, 1)"
-        into, out = f"max({opening}, 0)", f"min({opening}, 0)"
-        a, b = "pressure_a", "pressure_b"
-        filled = f"{into}*{_orifice('supply', a)} + {out}*{_orifice(a, 'tank')}"
-        other = f"-{into}*{_orifice(b, 'tank')} - {out}*{_orifice('supply', b)}"
-        x = "(length - closed)"
+        """The pressures of both chambers, and the energies of the oil."""
+        x, gain_a, gain_b = "(length - closed)", self._gain("a"), self._gain("b")
         rates = {
-            "a": f"bulk_modulus/(dead_volume + {AREA_A}*{x})"
-            f"*(flow*({filled}) - {AREA_A}*rate - {self._relieved('a')})",
-            "b": f"bulk_modulus/(dead_volume + {AREA_B}*(stroke - {x}))"
-            f"*(flow*({other}) + {AREA_B}*rate - {self._relieved('b')})",
+            "a": f"bulk_modulus/(dead_volume + {AREA_A}*{x})*{gain_a}",
+            "b": f"bulk_modulus/(dead_volume + {AREA_B}*(stroke - {x}))*{gain_b}",
         }
         size = self.supply if isinstance(self.supply, float) else None
-        return tuple(
+        pressures = tuple(
             OwnState(
                 f"{self.name}.pressure_{chamber}",
                 equation(rate, self.name),
@@ -134,6 +134,45 @@ class HydraulicCylinder(BetweenPlaces):
             )
             for chamber, rate in rates.items()
         )
+        energies = tuple(
+            OwnState(f"{self.name}.{key}", equation(power, self.name), "torque", accounts=True)
+            for key, power in self._powers().items()
+        )
+        return (*pressures, *energies)
+
+    def _gain(self, chamber: str) -> str:
+        """What flows into a chamber beyond the room that its piston makes."""
+        if chamber == "a":
+            flow = f"{INTO}*{_orifice('supply', A)} + {OUT}*{_orifice(A, 'tank')}"
+            return f"(flow*({flow}) - {AREA_A}*rate - {self._relieved('a')})"
+        flow = f"-{INTO}*{_orifice(B, 'tank')} - {OUT}*{_orifice('supply', B)}"
+        return f"(flow*({flow}) + {AREA_B}*rate - {self._relieved('b')})"
+
+    def _powers(self) -> dict[str, str]:
+        """Powers of the oil by what is accounted."""
+        edges = (
+            (INTO, "supply", A),
+            (INTO, B, "tank"),
+            (f"(-{OUT})", "supply", B),
+            (f"(-{OUT})", A, "tank"),
+        )
+        flows = [f"{u}*{_orifice(*ends)}" for u, *ends in edges]
+        drops = [f"({first} - {second})" for _, first, second in edges]
+        relief = f"({self._relieved('a')} + {self._relieved('b')})"
+        return {
+            "supplied": f"flow*(supply*({flows[0]} + {flows[2]}) - tank*({flows[1]} + {flows[3]}))"
+            f" - tank*{relief}",
+            "lost": f"flow*({' + '.join(f'{d}*{q}' for d, q in zip(drops, flows, strict=True))})",
+            "relieved": f"({A} - tank)*{self._relieved('a')} + ({B} - tank)*{self._relieved('b')}",
+            "compressed": f"{A}*{self._gain('a')} + {B}*{self._gain('b')}",
+        }
+
+    def energies(
+        self, own: Mapping[str, Any], numbers: Mapping[str, Any]
+    ) -> dict[str, AccountedEnergy]:
+        """The energies supplied, lost in the valve and by relief, and stored in the oil."""
+        kinds = {"supplied": "work", "lost": "lost", "relieved": "lost", "compressed": "stored"}
+        return {key: AccountedEnergy(kind, own[key]) for key, kind in kinds.items()}
 
     def _relieved(self, chamber: str) -> str:
         pressure = f"pressure_{chamber}"
@@ -146,6 +185,9 @@ class HydraulicCylinder(BetweenPlaces):
         return [ForcePrimitive("stretch", self.i.body, self.j.body, parameters, law=tension)]
 
 
+#: Both ways of the valve's opening, and the pressures.
+INTO, OUT = "max(clamp(valve, -1, 1), 0)", "min(clamp(valve, -1, 1), 0)"
+A, B = "pressure_a", "pressure_b"
 #: Areas of the piston in the chambers.
 AREA_A = f"({math.pi / 4.0!r}*bore*bore)"
 AREA_B = f"({math.pi / 4.0!r}*(bore*bore - rod*rod))"
