@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
@@ -64,11 +65,11 @@ from mbody.model.controller import Controller
 from mbody.model.element import listed
 from mbody.model.simulation import EVEN
 from mbody.solution.certificate import as_reported, changed
+from mbody.solution.compiled_measures import Present, Read
 from mbody.solution.doubts import doubted
 from mbody.solution.energy import account, causes
 from mbody.solution.event_record import EventRecord
 from mbody.solution.histories import Record
-from mbody.solution.measures import measured
 from mbody.solution.restart import Restart, Way
 from mbody.solution.solution import Solution
 from mbody.system.rank import dense, rank_of, too_large
@@ -221,6 +222,8 @@ class Integration:
         while code == MORE and left > 0:
             done = self.state[STEPS]
             count = 1 if self.passage.open else left
+            if until != self.until:  # nothing is kept of what leads to a set time
+                self.state[LAST_STEP_ALLOWED] = 1.0
             code = self.steps.steps(self.motion, until, count, outputs)
             left -= max(1, int(self.state[STEPS] - done))
             self.passage.record_crossings(self.y)
@@ -271,16 +274,30 @@ class Integration:
         """What a controller reads, measured at the present instant, anew where inputs changed."""
         if changed:
             self.evaluate()
+        found = self._readings.get(controller.name)
+        if found is None:
+            found = self._readings[controller.name] = [
+                self._present.measure(text, self._read_instant) for text in controller.reads
+            ]
+        return [read() for read in found]
+
+    @functools.cached_property
+    def _readings(self) -> dict[str, list[Read]]:
+        """What each controller reads, compiled when it is first read."""
+        return {}
+
+    @functools.cached_property
+    def _present(self) -> Present:
+        """The present instant, for functions that read it."""
+        y, slots = memoryview(self.y.data), memoryview(self.state.data)
+        return Present(self.system, y, slots, lambda: memoryview(self.page.reshape(-1).data))
+
+    def _read_instant(self) -> Solution:
+        """The present instant as a result."""
         record = Record([self.page[None].copy()], 1, batch=False)
-        now = Solution(
-            self.system,
-            "simulate",
-            np.array([self.state[TIME]]),
-            record,
-            None,
-            regularization=self.regularization,
-        )
-        return [float(measured(now, text)[0][0]) for text in controller.reads]
+        t = np.array([self.state[TIME]])
+        regular = self.regularization
+        return Solution(self.system, "simulate", t, record, None, regularization=regular)
 
     def _check_progress(self) -> None:
         """Refuse to go on where loads that jump to and fro keep steps short for ever, or where a
