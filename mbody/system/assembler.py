@@ -20,6 +20,7 @@ from mbody.kernels.forces import KINDS as ACTION_KINDS
 from mbody.kernels.friction import BY_RATES, FRICTION_KINDS
 from mbody.kernels.layout import Layout, first_beyond, integers
 from mbody.laws import LAW_KINDS, Constant, Law
+from mbody.model.constraint import Constraint
 from mbody.model.element import Element, Numbers
 from mbody.model.mechanism import Mechanism, snapshot
 from mbody.model.own_equations import OwnState, signal_of
