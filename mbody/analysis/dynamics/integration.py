@@ -20,6 +20,7 @@ from mbody.analysis.driven.diagnosis import (
 from mbody.analysis.driven.time_grid import check_reach
 from mbody.analysis.driven.uniqueness import open_note, open_reactions
 from mbody.analysis.dynamics.branch_passage import BranchPassage
+from mbody.analysis.dynamics.controller_readings import ControllerReadings
 from mbody.analysis.dynamics.initial_step import REFINEMENTS, coordinate_sizes, first_step
 from mbody.analysis.dynamics.integrators import PATIENT, Motion, integrator, stepping
 from mbody.analysis.dynamics.interruptions import (
@@ -65,7 +66,6 @@ from mbody.model.controller import Controller
 from mbody.model.element import listed
 from mbody.model.simulation import EVEN
 from mbody.solution.certificate import as_reported, changed
-from mbody.solution.compiled_measures import Present, Read
 from mbody.solution.doubts import doubted
 from mbody.solution.energy import account, causes
 from mbody.solution.event_record import EventRecord
@@ -274,30 +274,13 @@ class Integration:
         """What a controller reads, measured at the present instant, anew where inputs changed."""
         if changed:
             self.evaluate()
-        found = self._readings.get(controller.name)
-        if found is None:
-            found = self._readings[controller.name] = [
-                self._present.measure(text, self._read_instant) for text in controller.reads
-            ]
-        return [read() for read in found]
+        return self._readings.of(controller)
 
     @functools.cached_property
-    def _readings(self) -> dict[str, list[Read]]:
-        """What each controller reads, compiled when it is first read."""
-        return {}
-
-    @functools.cached_property
-    def _present(self) -> Present:
-        """The present instant, for functions that read it."""
-        y, slots = memoryview(self.y.data), memoryview(self.state.data)
-        return Present(self.system, y, slots, lambda: memoryview(self.page.reshape(-1).data))
-
-    def _read_instant(self) -> Solution:
-        """The present instant as a result."""
-        record = Record([self.page[None].copy()], 1, batch=False)
-        t = np.array([self.state[TIME]])
-        regular = self.regularization
-        return Solution(self.system, "simulate", t, record, None, regularization=regular)
+    def _readings(self) -> ControllerReadings:
+        return ControllerReadings(
+            self.system, self.y, self.state, lambda: self.page, self.regularization
+        )
 
     def _check_progress(self) -> None:
         """Refuse to go on where loads that jump to and fro keep steps short for ever, or where a
