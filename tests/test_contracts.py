@@ -180,6 +180,7 @@ def test_every_kind_is_met():
     bodies = [Body(name, mass=1.0, points=points, spread="point") for name in names]
     machine.add(*bodies)
     parts = [*CONSTRAINTS, *LOADS, AngleCoupling("sum", [CouplingTerm(1.0, angle="bar")])]
+    parts.append(AngleDriver("follow", "bar", "0.5*arm.angle"))
     machine.add(*(dataclasses.replace(e, name=f"{e.name} {n}") for n, e in enumerate(parts)))
     layout = mbody.assemble(machine).layout
     # rates of slipping have no Φ: tests of friction difference them in time

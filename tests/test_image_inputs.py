@@ -102,6 +102,40 @@ def test_a_driven_motion_has_formulas_and_inputs():
     assert unlike(image.output("turn")[1], run, [*NAMES, "shoulder.effort"]) < NEAR
 
 
+def following():
+    """Two bars of which the second follows the first, an input and a state."""
+    return arm(
+        Input("shift", "0.1 rad"),
+        State("speed", rate="1 - speed", start=0.0),
+        State("way", rate="speed", start=0.0),
+        AngleDriver("elbow", "second", "0.7 + shift + 0.3*sin(first.angle) + 0.1*way"),
+        level=0.3,
+    )
+
+
+def test_drivers_that_follow_positions_states_and_inputs():
+    """The input that a driver follows cannot be set while it moves; it is a number of the model."""
+    machine = following()
+    machine.simulation = SimulationSettings(1.0, rtol=1e-12, instants=21)
+    made = to_image(machine, analyses=("free",))
+    assert made.manifest["inputs"] == ["u"]
+    assert "shift.value" in [one["name"] for one in made.manifest["numbers"]]
+    image = Loaded(made.content)
+    assert image.run() == DONE
+    run = mbody.simulate(machine)
+    names = [*NAMES, "elbow.value", "elbow.effort", "second.alpha"]
+    assert unlike(image.output("run")[1], run, names) < NEAR
+    driven = arm(
+        AngleDriver("shoulder", "first", ConstantSpeed(0.4, 1.0)),
+        AngleDriver("elbow", "second", "0.7 + 0.3*sin(first.angle) + 0.1*first.A.x*sin(2*t)"),
+    )
+    image = Loaded(to_image(driven, 11).content)
+    assert image.call("turn") == 0
+    run = mbody.kinetostatics(driven, image["turn.t"].copy())
+    found = image.output("turn")[1]
+    assert unlike(found, run, ["shoulder.effort", "elbow.effort", "O.force"]) < NEAR
+
+
 def test_an_input_that_changes_goes_on_with_the_motion(tmp_path):
     """As with a table that holds its values; steps end at its instants, too."""
     t = np.linspace(0.0, 1.0, 21)

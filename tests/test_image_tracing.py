@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mbody.image.tracing import FUNCTIONS, Recording, Rule, Untraceable
 from mbody.laws.postfix import LOG, OPERATIONS
+from mbody.solution.tracing import FUNCTIONS, Recording, Rule, Untraceable
 
 UNARY = [name for name, code in FUNCTIONS.items() if OPERATIONS.index(code) <= LOG]
 BINARY = [name for name in FUNCTIONS if name not in UNARY]

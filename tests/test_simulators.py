@@ -1,5 +1,6 @@
 """Many motions on lanes: the numbers of each alone, in any company, by any number of threads."""
 
+import dataclasses
 import pickle
 
 import numpy as np
@@ -164,3 +165,22 @@ def test_other_mechanisms_go_alone_with_the_same_numbers():
     # the derivative at the start is evaluated once more
     assert np.abs(stiff.q[1] - one.q).max() < 1e-12
     assert stiff.measure("pin")[1] == pytest.approx(one.measure("pin"), rel=1e-9)
+
+
+def test_the_method_follows_from_the_tolerance():
+    """From 1e-6 on dopri5 in the place of dop853; another method of the description stays."""
+    system, implicit = mbody.assemble(driven_four_bar()), driven_four_bar()
+    implicit.simulation = dataclasses.replace(implicit.simulation, method="radau5")
+
+    def angles(of, **how):
+        sims = mbody.Simulators(of, 2, **how)
+        sims.step(0.05)
+        return sims.q
+
+    for rtol, method in ((1e-5, "dopri5"), (1e-6, "dopri5"), (1e-7, "dop853"), (None, "dop853")):
+        other = "dop853" if method == "dopri5" else "dopri5"
+        found = angles(system, rtol=rtol)
+        assert np.array_equal(found, angles(system, rtol=rtol, method=method))
+        assert not np.array_equal(found, angles(system, rtol=rtol, method=other))
+    radau = angles(system, rtol=1e-5, method="radau5")
+    assert np.array_equal(angles(implicit, rtol=1e-5), radau)

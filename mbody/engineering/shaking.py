@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.analysis.driven.free_body import coupled, driven
+from mbody.analysis.driven.free_body import acting_on_several, coupled, driven
 from mbody.errors import ModelError
 from mbody.model.driver import Driver
 from mbody.model.element import Marker, as_marker
@@ -131,16 +131,16 @@ def _by_joints(run: Solution, x: Array, y: Array) -> Array:
         torque = reaction_torque(run, joint, -force.fx, -force.fy, force.torque)
         at_place = np.column_stack([force.fx, force.fy, torque])
         total += _about(at_place, place.x - x, place.y - y)
-    for coupling in run.mechanism.couplings:
+    for element, bodies in acting_on_several(run.system):
         # internal forces have the sum zero: the ground has the opposite of the moving bodies
-        if "ground" not in coupling.bodies:
+        if "ground" not in bodies:
             continue
-        rows = np.array([coupled(run, coupling.name, k) for k in range(len(run))])
-        for body in coupling.bodies:
+        rows = np.array([coupled(run, element.name, k) for k in range(len(run))])
+        for body in bodies:
             if body != "ground":
                 part = rows[:, run.system.bodies[body]]
                 total -= _about(part, run[body].x - x, run[body].y - y)
-    for driver in run.mechanism.drivers:
+    for driver in run.system.leaders:
         if "ground" in driver.bodies:
             total += _by_driver(run, driver, x, y)
     return total

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.free_body import coupled, driven
+from mbody.analysis.driven.free_body import acting_on_several, coupled, driven
 from mbody.engines.comparison import Comparison
 from mbody.engines.formula_loads import follows_formula
 from mbody.engines.gear_contacts import MESHING, constraint_rates
@@ -106,7 +106,7 @@ def _joints(system: System, run: Solution, pose: Array) -> tuple[Array, Array]:
     """Forces of joints, couplings and drivers on the bodies (instants, bodies, 3), and the greatest
     of them at every instant.
     """
-    machine, index = system.mechanism, system.bodies
+    index = system.bodies
     found, size = np.zeros(pose.shape), np.zeros(len(run))
 
     def act(element: Any, force: Array, torque: Array, place: Any) -> None:
@@ -120,20 +120,20 @@ def _joints(system: System, run: Solution, pose: Array) -> tuple[Array, Array]:
             found[:, b, 2] += sense * (torque + dx * force[1] - dy * force[0])
         size[:] = np.maximum(size, np.hypot(*force))
 
-    for joint in machine.joints:
+    for joint in system.mechanism.joints:
         one = run.reaction(joint.name)
         place = run.reaction_point(joint.name)
         act(joint, np.array([one.fx, one.fy]), one.torque, place)
-    for driver in machine.drivers:
+    for driver in system.leaders:
         fx, fy, torque = driven(run, driver.name).T
         ahead = "j" in driver.places()
         place = (
             run.reaction_point(driver.name) if ahead else (np.zeros(len(run)), np.zeros(len(run)))
         )
         act(driver, np.array([fx, fy]), torque, place)
-    for coupling in machine.couplings:
+    for element, _ in acting_on_several(system):
         for k in range(len(run)):
-            found[k] += coupled(run, coupling.name, k)[: pose.shape[1]]
+            found[k] += coupled(run, element.name, k)[: pose.shape[1]]
     return found, size
 
 
@@ -181,7 +181,7 @@ def _power(
     """Power of loads, inertia and drivers: their sum is 0, since ideal joints do no work."""
     loads, inertia = forces
     terms = (loads - inertia) * rates
-    given = [run.effort(d.name) * run.driven(d.name)[1] for d in system.drivers]
+    given = [run.measure(f"{d.name}.power") for d in system.drivers]
     whole = terms.sum(axis=(1, 2)) + sum(given, np.zeros(len(run)))
     for one in forces:  # where a body is free, one is the other to rounding
         comparison.size("power", one * rates)

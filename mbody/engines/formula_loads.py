@@ -1,5 +1,5 @@
-"""Loads by formulas of measured quantities, inputs, own states and friction in joints, which other
-engines lack.
+"""Loads and drivers by formulas, inputs, own states and friction in joints, which other engines
+lack.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ def follows_formula(element: Element) -> bool:
 
 
 def without_counterpart(mechanism: Mechanism) -> tuple[Inexpressible, ...]:
-    """What another engine's model of a mechanism has no counterpart of: loads by formulas, inputs,
-    own states, controllers, friction in joints.
+    """What another engine's model of a mechanism has no counterpart of: loads and drivers by
+    formulas, inputs, own states, controllers, friction in joints.
 
     >>> from mbody import makers
     >>> without_counterpart(makers.four_bar(1, 3, 2, 3.5))
     ()
     """
-    loads = (one.name for one in mechanism.loads if follows_formula(one))
+    loads = (one.name for one in (*mechanism.loads, *mechanism.drivers) if follows_formula(one))
     why = "its law is a formula of measured quantities"
     rough = (joint.name for joint in mechanism.joints if rubs(joint))
     found = [Inexpressible(name, why) for name in loads] + list(signals_of(mechanism))

@@ -26,6 +26,7 @@ from mbody.laws import (
     Expression,
     Harmonic,
     Law,
+    MeasuredFormula,
     Polynomial,
 )
 from mbody.model.driver import AngleDriver
@@ -196,9 +197,9 @@ def laws_of(
 ) -> np.ndarray | None:
     """(3, instants): value, rate and acceleration by the law of a driver at instants of a run.
 
-    None where the run used other values than the law.
+    None where the run used other values than the law, or what it follows is no function of time.
     """
-    if run.given is not None:
+    if run.given is not None or isinstance(driver.law, MeasuredFormula):
         return None
     law = reading(system).law(driver)
     table = [law.derivatives(float(t)) for t in np.asarray(run.t)[instants]]

@@ -11,12 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from mbody.image.tracing import Recording, Rule, Untraceable
 from mbody.kernels.number_program import NumberProgram
 from mbody.laws import Constant
 from mbody.model.element import Element, Numbers, listed
 from mbody.model.joints import Joint
-from mbody.system.system import System, polar_points
+from mbody.solution.tracing import Recording, Rule, Untraceable
+from mbody.system.driver_formulas import followed_inputs
+from mbody.system.polar_points import polar_points
+from mbody.system.system import System
 
 __all__ = ["Changeable", "changeable_numbers", "input_numbers"]
 
@@ -116,9 +118,12 @@ def changeable_numbers(system: System) -> Changeable:
 
 
 def input_numbers(system: System) -> dict[str, str]:
-    """Of every input that is a constant, and so may be set, the name by that of its number."""
+    """Of every input that is a constant, and so may be set, the name by that of its number; the
+    position or rate of a driver that followed it would jump.
+    """
     constant = [one.name for one in system.mechanism.inputs if isinstance(one.value, Constant)]
-    return {f"{name}.value": name for name in constant}
+    followed = followed_inputs(system.mechanism, system.numbers)
+    return {f"{name}.value": name for name in constant if name not in followed}
 
 
 def _parameters_of(system: System, names: Iterable[str]) -> frozenset[str]:

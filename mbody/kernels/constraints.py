@@ -11,6 +11,7 @@ from mbody.core.callbacks import call_user
 from mbody.core.decorators import inline, njit
 from mbody.core.lanes import count, ld, sincos, st, st_varying
 from mbody.kernels.law_values import law_of_direction
+from mbody.kernels.measured_formulas import formula_rows
 from mbody.model.joints import CONSTRAINTS
 from mbody.model.joints.angle import angle
 from mbody.model.joints.coordinate import coordinate
@@ -19,9 +20,10 @@ from mbody.model.joints.distance import distance
 __all__ = ["BY_DIRECTION", "KINDS", "rows", "side", "turns"]
 
 #: Kinds of physics; the number of a kind is its place. Those of joints in the order of
-#: `mbody.model.joints`, then the sum of a coupling, then a user's own.
-KINDS = (*CONSTRAINTS, "sum", "user")
-ANGLE, DISTANCE, SUM = (KINDS.index(kind) for kind in ("angle", "distance", "sum"))
+#: `mbody.model.joints`, then the sum of a coupling, then a driver that follows positions, then a
+#: user's own.
+KINDS = (*CONSTRAINTS, "sum", "formula", "user")
+ANGLE, DISTANCE, SUM, FORMULA = map(KINDS.index, ("angle", "distance", "sum", "formula"))
 #: Numbers of the kinds with a law of a direction that the position gives, as cams have.
 BY_DIRECTION = tuple(n for n, one in enumerate(CONSTRAINTS.values()) if one.argument)
 
@@ -248,9 +250,11 @@ def turns(L, W, w):
 
 @njit(forceinline=True)
 def last_kinds(L, W, w, e, kind, position, velocity):
-    """What no joint's physics is: a sum, or a user's own."""
+    """What no joint's physics is: a sum, a driver that follows positions, or a user's own."""
     if kind == SUM:
         total(L, W, w, e, position, velocity)
+    elif kind == FORMULA:
+        formula_rows(L, W, w, e, position, velocity)
     else:
         put(L, W, w, e, position, velocity, custom(L, W, w, e))
 

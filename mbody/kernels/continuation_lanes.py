@@ -35,6 +35,7 @@ from mbody.kernels.layout import Layout, Work
 from mbody.kernels.output import keep, keep_some
 from mbody.kernels.position_velocity import (
     applied_share,
+    clear,
     columns_to_bodies,
     put_column,
     rates_of_rows,
@@ -175,8 +176,13 @@ def follow_designs(
 
 @inline
 def begin(L, W, followed, places):
-    """Constant signals, and nothing found yet; the next place is predicted by so many `places`."""
+    """Constant signals, and nothing found yet; the next place is predicted by so many `places`.
+
+    No place is behind: a NaN of a design that failed in the same lane before would spoil the first
+    prediction, where it has the weight zero.
+    """
     signals(L, W, wide(), L.signal_law.shape[0])
+    clear(W.past, wide())
     st(followed.found, FAILED, 0.0 * wide(), wide())
     followed.shared[LAST], followed.shared[PLACES], followed.shared[SECOND] = 0, places, 0
 

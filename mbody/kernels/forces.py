@@ -12,7 +12,7 @@ from mbody.core.decorators import inline, njit
 from mbody.core.lanes import count, ld, st
 from mbody.kernels.constraints import side, user_state
 from mbody.kernels.law_values import law_at
-from mbody.kernels.measured_formulas import measured_formulas
+from mbody.kernels.measured_formulas import driver_formulas, measured_formulas
 from mbody.laws.kernels import POLYNOMIAL
 from mbody.model.loads import LOADS
 from mbody.model.loads.centrifugal_field import centrifugal, spin
@@ -30,7 +30,9 @@ CHAMBER = KINDS.index("chamber")
 
 @njit
 def signals(L, W, w, number):
-    """Evaluate the first `number` laws of time, in every lane at its own time."""
+    """Evaluate the first `number` laws of time, in every lane at its own time, and what drivers
+    follow of them, of inputs and of own states.
+    """
     for n in range(number):
         m, o = L.signal_law[n], L.signal_row[n]
         if L.law_kind[m] == POLYNOMIAL:
@@ -41,6 +43,7 @@ def signals(L, W, w, number):
             W.signal[o, lane] = f
             W.signal[o + 1, lane] = f1
             W.signal[o + 2, lane] = f2
+    driver_formulas(L, W, w)
 
 
 @inline

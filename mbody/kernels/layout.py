@@ -107,13 +107,20 @@ class Layout(Bundle):
     signal_law: Ints
     signal_row: Ints
     varying: int
-    # formulas of measured quantities: see `mbody.kernels.measured_formulas`, (steps, 4)
+    # formulas of measured quantities: see `mbody.kernels.measured_formulas`, (steps, 4); how many
+    # of them give signals of drivers, of every primitive where its steps for Φ begin, those for γ,
+    # and the end, (primitives, 3), and the first step of loads and own states
     formula_step: Tables
+    driver_steps: int
+    primitive_steps: Tables
+    load_steps: int
     # signal row of every input, in the order of the description
     input_row: Ints
-    # signal row and node of every driver, in the order of the description
+    # signal row and node of every driver, in the order of the description, and one where it follows
+    # positions
     driver_row: Ints
     driver_node: Ints
+    driver_follows: Ints
     # actions, sorted by kind: physics, bodies, body that it follows, parameters, first signal row,
     # own law, cause
     action_kind: Ints

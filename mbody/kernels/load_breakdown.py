@@ -101,8 +101,10 @@ def each_load(L: Layout, W: Work, motion: Rows, t: Floats, output: Stacks) -> No
 def at_instant(L, W, w, motion, t, k):
     """Time, signals, positions, rates, own states and formulas of instant k."""
     W.time[0, 0] = t[k]
-    signals(L, W, w, L.varying)
     n3 = 3 * L.bodies
+    # before the laws, which drivers of own states follow, and after: inputs may have been set
+    own_numbers(L, W, motion[k], 3 * n3)
+    signals(L, W, w, L.varying)
     for n in range(n3):
         W.q[n, 0], W.v[n, 0] = motion[k, n], motion[k, n3 + n]
     own_numbers(L, W, motion[k], 3 * n3)

@@ -194,7 +194,11 @@ def velocities(L, W, w, checked):
 
 @njit
 def set_rates(L, W, w, d, rate, acceleration):
-    """Set rate and acceleration of driver d, instead of those that its law gave."""
+    """Set rate and acceleration of driver d, instead of those that its law gave; one that follows
+    positions has those of its formula.
+    """
+    if L.driver_follows[d] == 1:
+        return
     st(W.nu, 2 * L.driver_node[d], rate, w)
     st(W.signal, L.driver_row[d] + 1, rate, w)
     st(W.signal, L.driver_row[d] + 2, acceleration, w)

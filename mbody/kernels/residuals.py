@@ -48,13 +48,13 @@ def residuals_of(L: Layout, W: Work, found: Finished, output: Rows) -> None:
     n3, size = 3 * L.bodies, W.size[0, 0]
     for k in range(t.shape[0]):
         W.time[0, 0] = t[k]
+        # before the laws, which drivers of own states follow, and after: inputs may have been set
+        own_numbers(L, W, motion[k], 3 * n3)
         signals(L, W, w, L.varying)
         for d in range(L.driver_row.shape[0]):
             o = L.driver_row[d]
             if not found.by_law:
                 W.signal[o, 0], W.signal[o + 1, 0] = given[k, d, 0], given[k, d, 1]
-            if found.at_rest:
-                W.signal[o + 1, 0] = 0.0
         for n in range(n3):
             W.q[n, 0], W.v[n, 0] = motion[k, n], motion[k, n3 + n]
         own_numbers(L, W, motion[k], 3 * n3)
@@ -102,7 +102,8 @@ def residuals_of(L: Layout, W: Work, found: Finished, output: Rows) -> None:
             twist = abs(W.force[o + 2, 0]) + abs(W.mass[o + 2, 0] * motion[k, a + 2])
             flow += push * np.hypot(W.v[o, 0], W.v[o + 1, 0]) + twist * abs(W.v[o + 2, 0])
         for d in range(driven.shape[0]):
-            p = -lam[k, 2 * driven[d]] * W.signal[L.driver_row[d] + 1, 0]
+            rate = 0.0 if found.at_rest else W.signal[L.driver_row[d] + 1, 0]
+            p = -lam[k, 2 * driven[d]] * rate
             power += p
             flow += abs(p)
         output[k, LEFT] = worst

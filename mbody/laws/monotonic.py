@@ -1,6 +1,6 @@
 """Places between which a formula is monotonic, found by adaptive sampling.
 
-An `Expression` does not know its own extremes.
+A formula does not know its own extremes.
 """
 
 from __future__ import annotations
@@ -9,8 +9,7 @@ import math
 
 import numpy as np
 
-from mbody.laws.base import FloatArray
-from mbody.laws.expression import Expression
+from mbody.laws.base import FloatArray, Law
 
 __all__ = ["monotonic_nodes"]
 
@@ -25,7 +24,7 @@ MAX_STRETCHES = 400
 
 
 def monotonic_nodes(
-    law: Expression, sign: float, begin: float, rest: float, t0: float, close: float
+    law: Law, sign: float, begin: float, rest: float, t0: float, close: float
 ) -> FloatArray:
     """Places from t0 on, until ``sign · (f − begin)`` has gained `rest` or fallen by `close`.
 
@@ -69,7 +68,7 @@ def _length(three: FloatArray, rest: float) -> float:
     return float(times.min()) if times.size else 1.0
 
 
-def _stretch(law: Expression, a: float, b: float, most: int) -> tuple[FloatArray, FloatArray]:
+def _stretch(law: Law, a: float, b: float, most: int) -> tuple[FloatArray, FloatArray]:
     """Places from a to b (n,) close enough for f′ to be interpolated, and f, f′, f″ there (n,
     3).
     """
@@ -105,7 +104,7 @@ def _between(width: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def _with_extremes(
-    law: Expression, nodes: FloatArray, values: FloatArray
+    law: Law, nodes: FloatArray, values: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """The places, together with those where f′ is extreme or changes its sign."""
     for column in (2, 1):
@@ -118,7 +117,7 @@ def _with_extremes(
     return nodes, values
 
 
-def _zeros(law: Expression, column: int, low: FloatArray, high: FloatArray) -> FloatArray:
+def _zeros(law: Law, column: int, low: FloatArray, high: FloatArray) -> FloatArray:
     """Where f′ or f″ changes its sign within intervals, (n,), by bisection."""
     low, high = low.copy(), high.copy()
     above = law.raw(low)[:, column] > 0.0

@@ -13,6 +13,7 @@ from mbody.laws.base import FloatArray, Law, finite, finite_array
 from mbody.laws.elementary import Constant, ConstantAcceleration, ConstantSpeed
 from mbody.laws.expression import Expression
 from mbody.laws.function import Function, finite_value
+from mbody.laws.measured_formula import MeasuredFormula
 from mbody.laws.monotonic import monotonic_nodes
 
 __all__ = ["times_of"]
@@ -91,7 +92,7 @@ def times_of(
     if isinstance(law, Function):
         nodes = _sampled(law, sign, begin, float(rest[-1]), t0)
         reached = np.array([finite_value(law.function, t) for t in nodes.tolist()])
-    elif isinstance(law, Expression):
+    elif isinstance(law, Expression) or law.kind == MeasuredFormula.kind:
         nodes = monotonic_nodes(law, sign, begin, float(rest[-1]), t0, CLOSE * size)
         reached = law(nodes)
     else:

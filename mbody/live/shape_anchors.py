@@ -14,14 +14,15 @@ from mbody.analysis.driven.kinematics import kinematics
 from mbody.analysis.initial.close_loops import close_loops
 from mbody.errors import ModelError, SolveError
 from mbody.image.changeable import Changeable
-from mbody.image.tracing import Recording, Untraceable
 from mbody.model.element import Numbers
 from mbody.model.joints import PinSlot, Prismatic
 from mbody.model.loads import ReciprocatingCylinder
 from mbody.model.numbers import dimension_named
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.solution import Solution
-from mbody.system.system import System, polar_points
+from mbody.solution.tracing import Recording, Untraceable
+from mbody.system.polar_points import polar_points
+from mbody.system.system import System
 from mbody.views.carriers import on
 from mbody.views.guides import guide, travel
 from mbody.views.pose import Pose

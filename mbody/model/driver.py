@@ -33,10 +33,10 @@ DRIVEN = ("value", "rate", "acceleration")
 
 @dataclass(frozen=True)
 class Driver(Constraint):
-    """Base of all drivers: one row Φ = coordinate − f(t).
+    """Base of all drivers: one row Φ = coordinate − f(t), or − f(q, t) of a formula of positions.
 
     The effort (a torque for an angle, else a force) times the driven rate is the power that the
-    driver supplies to the mechanism.
+    driver supplies to the mechanism; of a formula of positions times ∂f/∂t.
     """
 
     role: ClassVar[str] = "driver"
@@ -70,8 +70,9 @@ class AngleDriver(Driver):
         Unique in the mechanism.
     body : str
         Name of the driven body.
-    law : Law, float or callable
-        Angle of the body's x axis [rad] as a function of time.
+    law : Law, float, str or callable
+        Angle of the body's x axis [rad] as a function of time; text may be a formula of inputs, own
+        states and positions too.
     relative_to : str
         The body that the angle is measured from, by default the ground.
 
@@ -80,6 +81,10 @@ class AngleDriver(Driver):
     >>> from mbody.laws import ConstantSpeed
     >>> AngleDriver("motor", "crank", ConstantSpeed(0.0, 25.0)).bodies
     ('ground', 'crank')
+
+    The arm follows the crank and an input:
+
+    >>> follower = AngleDriver("follower", "arm", "0.5*crank.angle + u")
     """
 
     main: ClassVar[tuple[str, ...]] = ("body",)
@@ -125,8 +130,9 @@ class DistanceDriver(Driver):
         Unique in the mechanism.
     i, j : Marker or str
         The two ends.
-    law : Law, float or callable
-        Distance [length] as a function of time, always positive.
+    law : Law, float, str or callable
+        Distance [length] as a function of time, always positive; or a formula as of an
+        `AngleDriver`.
     """
 
     main: ClassVar[tuple[str, ...]] = ("i", "j")
@@ -177,8 +183,8 @@ class CoordinateDriver(Driver):
         Origin and direction (the marker's `angle`) of the coordinate.
     j : Marker or str
         The driven place.
-    law : Law, float or callable
-        Displacement [length] as a function of time.
+    law : Law, float, str or callable
+        Displacement [length] as a function of time; or a formula as of an `AngleDriver`.
     """
 
     main: ClassVar[tuple[str, ...]] = ("i", "j")

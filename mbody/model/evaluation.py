@@ -106,11 +106,11 @@ def _of_measured(
 ) -> tuple[Law, dict[str, Formula]]:
     """The law of a formula of measured quantities, where the element can follow one."""
     measured = next(iter(quantities), "t")
-    if element.role != "load" and not element.follows_formulas:
+    if element.role not in ("load", "driver") and not element.follows_formulas:
         raise ModelError(
             f"'{element.name}': {field.name} is {brief(formula.text)}, a formula of '{measured}', "
-            f"which a {element.role} cannot follow: a load may, such as a Torque or a Force; for "
-            "coordinates that follow each other use a Coupling, a Gear, a Cam or a CustomJoint",
+            f"which a {element.role} cannot follow: a load or a driver may; for coordinates that "
+            "follow each other use a Coupling, a Gear, a Cam, a driver or a CustomJoint",
             element.name,
         )
     own = f"{element.name}.{field.name}"

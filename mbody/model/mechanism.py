@@ -199,7 +199,9 @@ class Mechanism:
                     f"there is no driver {brief(name)} to release (there are: {listed(known)})",
                     str(name),
                 )
-        check_unmeasured((*self.loads, *self.described_states), self.formulas, set(drivers))
+        others = [driver for driver in self.drivers if driver.name not in drivers]
+        measuring = (*self.loads, *self.described_states, *others)
+        check_unmeasured(measuring, self.formulas, set(drivers))
         made = copy.copy(self)
         made._sorted, gone = None, set(drivers)
         driven = gone.union(*(driver.bodies for driver in self.drivers if driver.name in gone))

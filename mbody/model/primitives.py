@@ -117,7 +117,8 @@ class ConstraintPrimitive:
     Attributes
     ----------
     kind : str
-        The physics: one of `CONSTRAINTS`, "sum" of a coupling, or "user".
+        The physics: one of `CONSTRAINTS`, "sum" of a coupling, "formula" of a driver that follows
+        positions, or "user".
     i, j : str
         Names of the two bodies.
     rows : str
@@ -132,6 +133,8 @@ class ConstraintPrimitive:
         The user's own physics in plain Python, for kind ``"user"``.
     parts : tuple of Part
         What a ``"sum"`` adds up, over more bodies than two.
+    more : tuple of str
+        Further bodies of a ``"formula"``.
     switched : bool
         Whether its one row can be on or off, as of a contact or of a pair that sticks or slides;
         it begins off.
@@ -146,13 +149,14 @@ class ConstraintPrimitive:
     law: Signal | None = None
     function: Callable[..., Any] | None = None
     parts: tuple[Part, ...] = ()
+    more: tuple[str, ...] = ()
     switched: bool = False
 
     @property
     def bodies(self) -> tuple[str, ...]:
-        """All bodies that the rows are about: i and j, then what else a sum moves."""
+        """All bodies that the rows are about: i and j, then what else a sum or a formula moves."""
         more = (body for part in self.parts for body in (part.i, part.j) if body != "ground")
-        return tuple(dict.fromkeys((self.i, self.j, *more)))
+        return tuple(dict.fromkeys((self.i, self.j, *more, *self.more)))
 
 
 @dataclass(frozen=True)

@@ -90,9 +90,8 @@ def _efforts(subject: Subject) -> list[tuple[str, float, str, int]]:
         if abs(float(effort[k])) <= subject.floor_of(kind):
             continue
         rows.append((f"{kind} of {driver.name}", float(effort[k]), subject.unit(kind), k))
-        rate = run.driven(driver.name)[1]
-        if np.abs(rate).max() > 0.0:
-            power = effort * rate
+        power = run.measure(f"{driver.name}.power")
+        if np.abs(power).max() > 0.0:
             k = peak(power)
             rows.append((f"power of {driver.name}", float(power[k]), subject.unit("power"), k))
     return rows

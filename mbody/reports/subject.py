@@ -21,6 +21,7 @@ from mbody.model.study import Instants
 from mbody.sheets.names import force_floor, force_names
 from mbody.sheets.text_table import number, unit_text
 from mbody.solution.solution import Solution
+from mbody.system.driver_formulas import followed_states
 from mbody.views.cycle import cycle
 from mbody.views.free_bodies import force_peak
 from mbody.views.page import digest_of
@@ -246,7 +247,9 @@ def _turns(mechanism: Mechanism) -> bool:
     from mbody.system.assembler import assemble
 
     system, moving = assemble(mechanism), []
-    for driver in system.drivers:
+    for driver in system.leaders:
+        if followed_states(driver, mechanism, system.numbers):
+            return False
         _, rate, change = system.law_of(driver).derivatives(0.0)
         if rate or change:
             moving.append(driver.angular)

@@ -2,48 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from mbody.laws import MeasuredFormula
+from mbody.laws.numpy_operations import ONE, TWO
 from mbody.model.curves import NamedCurve
 from mbody.solution.measures import measured
 from mbody.solution.places import column
 from mbody.solution.result import Result
 
-__all__ = ["ONE", "TWO", "formula_history", "formula_value"]
+__all__ = ["formula_history", "formula_value"]
 
 Array = np.ndarray
-
-#: Operations of `mbody.laws.postfix` on one number, and on two.
-ONE: dict[str, Callable[[Any], Any]] = {
-    "negative": np.negative,
-    "sin": np.sin,
-    "cos": np.cos,
-    "tan": np.tan,
-    "asin": np.arcsin,
-    "acos": np.arccos,
-    "atan": np.arctan,
-    "sqrt": np.sqrt,
-    "abs": np.abs,
-    "exp": np.exp,
-    "sign": np.sign,
-    "step": lambda x: np.where(np.asarray(x) >= 0.0, 1.0, 0.0),
-    "log": np.log,
-}
-TWO: dict[str, Callable[[Any, Any], Any]] = {
-    "+": np.add,
-    "-": np.subtract,
-    "*": np.multiply,
-    "/": np.divide,
-    "^": np.power,
-    "atan2": np.arctan2,
-    "hypot": np.hypot,
-    "min": np.minimum,
-    "max": np.maximum,
-}
 
 
 def formula_value(

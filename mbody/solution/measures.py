@@ -26,6 +26,7 @@ from mbody.quantities import (
     parse_unit,
 )
 from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, dimension_of
+from mbody.solution.drive_histories import prescribed_rate
 from mbody.solution.own_histories import own_history
 from mbody.solution.places import column, ends, velocity
 from mbody.solution.result import Result
@@ -350,4 +351,4 @@ def _history(run: Result, owner: str, key: str) -> np.ndarray:
     if key in DRIVEN:
         return run.driven(element)[DRIVEN.index(key)]
     effort = run.effort(element)
-    return effort if key == "effort" else effort * run.driven(element)[1]
+    return effort if key == "effort" else effort * prescribed_rate(run, element)

@@ -11,7 +11,18 @@ import numpy as np
 from mbody.errors import ModelError, brief
 from mbody.model.element import listed
 
-__all__ = ["Inputs"]
+__all__ = ["Inputs", "jumping"]
+
+
+def jumping(name: str, driver: str) -> ModelError:
+    """Why an input that a driver follows cannot be set."""
+    return ModelError(
+        f"the input '{name}' cannot be set: the position or the rate of driver '{driver}' follows "
+        "it and would jump, which takes an infinite effort. Give it a smooth history, or lead it "
+        'through states: State("speed", rate="acceleration") and State("angle", '
+        'rate="speed"), of which the driver follows the angle',
+        name,
+    )
 
 
 class Inputs(MutableMapping[str, float]):
@@ -27,6 +38,9 @@ class Inputs(MutableMapping[str, float]):
         Of each input that cannot be set what sets it, and a function that gives its value.
     number : callable
         The number that a text or another value means for an input, by its name.
+    followed : mapping, optional
+        Inputs that the position or the rate of a driver follows, with its name: they keep their
+        value.
 
     Examples
     --------
@@ -41,7 +55,9 @@ class Inputs(MutableMapping[str, float]):
         changed: Callable[[int, float], Any],
         others: Mapping[str, tuple[str, Callable[[], float]]] | None = None,
         number: Callable[[str, Any], float] = lambda name, value: float(value),
+        followed: Mapping[str, str] | None = None,
     ) -> None:
+        self._followed = dict(followed or {})
         self.names = tuple(values)
         self._place = {name: n for n, name in enumerate(self.names)}
         self._values = [float(value) for value in values.values()]
@@ -66,6 +82,8 @@ class Inputs(MutableMapping[str, float]):
         if not -math.inf < value < math.inf:
             raise ModelError(f"the input '{name}' is {value}: give a finite number", name)
         if value != self._values[place]:
+            if name in self._followed:
+                raise jumping(name, self._followed[name])
             self._values[place] = value
             self._changed(place, value)
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, MutableMapping
+from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from typing import Any
 
 import numpy as np
 
 from mbody.errors import ModelError, brief
 from mbody.model.element import listed
+from mbody.stepping.input_values import jumping
 from mbody.stepping.lane_motion import LaneMotion
 
 __all__ = ["LaneInputs"]
@@ -33,6 +34,8 @@ class LaneInputs(MutableMapping[str, Array]):
         The number that a text means for an input, by its name.
     changed : callable
         Called when something has changed.
+    followed : mapping, optional
+        Inputs that drivers follow, with the driver of each: they keep their values.
     """
 
     def __init__(
@@ -42,7 +45,9 @@ class LaneInputs(MutableMapping[str, Array]):
         others: dict[str, str],
         number: Callable[[str, Any], float],
         changed: Callable[[], None],
+        followed: Mapping[str, str] | None = None,
     ) -> None:
+        self._followed = dict(followed or {})
         self.names, self._lanes, self._others = names, lanes, others
         self._number, self._changed = number, changed
 
@@ -58,6 +63,8 @@ class LaneInputs(MutableMapping[str, Array]):
         given = filled.reshape(lanes.groups, -1)
         different = given != of[:, place, :]
         if different.any():
+            if name in self._followed:
+                raise jumping(name, self._followed[name])
             of[:, place, :] = given
             lanes.many.stale[different] = 1.0
             self._changed()

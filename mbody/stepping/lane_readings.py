@@ -8,16 +8,16 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mbody.errors import ModelError, brief
-from mbody.image.measured_quantities import TracedInstant, TracedRecord
-from mbody.image.tracing import Recording, Rule
 from mbody.kernels.step_state import TIME
 from mbody.laws.postfix import OPERATIONS
 from mbody.model.element import as_marker, listed
 from mbody.model.study import Measure
+from mbody.solution.compiled_measures import NUMPY, WRITTEN
 from mbody.solution.histories import Record
 from mbody.solution.measures import check_measure, measured, valued
 from mbody.solution.solution import Solution
-from mbody.stepping.compiled_measures import NUMPY, WRITTEN
+from mbody.solution.traced_instant import TracedInstant, TracedRecord
+from mbody.solution.tracing import Recording, Rule
 from mbody.stepping.lane_motion import LaneMotion
 from mbody.stepping.simulator import Simulator
 from mbody.system.system import System

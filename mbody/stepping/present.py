@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from mbody.stepping.compiled_measures import Present, Read
+from mbody.solution.compiled_measures import Present, Read
 
 __all__ = ["BodyNow", "PointNow", "ReactionNow"]
 

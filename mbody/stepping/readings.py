@@ -11,13 +11,13 @@ from mbody.errors import ModelError, brief
 from mbody.kernels.step_state import TIME
 from mbody.model.element import as_marker, listed
 from mbody.model.study import Measure
+from mbody.solution.compiled_measures import Present, Read
 from mbody.solution.doubts import Doubt
 from mbody.solution.event_record import EventRecord
 from mbody.solution.histories import Record
 from mbody.solution.measures import ORIGIN
 from mbody.solution.restart import Way
 from mbody.solution.solution import Solution
-from mbody.stepping.compiled_measures import Present, Read
 from mbody.stepping.present import BodyNow, PointNow, ReactionNow
 from mbody.stepping.stepwise import Stepwise
 from mbody.system.system import System

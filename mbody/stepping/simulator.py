@@ -35,6 +35,7 @@ from mbody.stepping.reset import nearest_state, prescribed_values
 from mbody.stepping.simulator_state import SimulatorState
 from mbody.stepping.stepwise_events import stepwise
 from mbody.stepping.watched import Watched
+from mbody.system.driver_formulas import followed_inputs
 from mbody.system.system import System
 
 __all__ = ["Simulator"]
@@ -158,7 +159,8 @@ class Simulator(MechanicsNow):
             of = own.dimension or DIMENSIONS["number"]
             return number_in(system.mechanism, value, of, "inputs", name)
 
-        return Inputs(values, self._set_input, others, number)
+        followed = followed_inputs(system.mechanism, system.numbers)
+        return Inputs(values, self._set_input, others, number, followed)
 
     def _kept_number(self, row: int) -> float:
         return self._page()[row]

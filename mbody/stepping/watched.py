@@ -13,11 +13,11 @@ from mbody.analysis.driven.contacts import OneSidedForce, one_sided, one_sided_f
 from mbody.analysis.driven.curve_extrapolation import open_curves
 from mbody.analysis.driven.table_extrapolation import extrapolated, open_tables
 from mbody.kernels.step_state import TIME
+from mbody.solution.compiled_measures import Present, Read
 from mbody.solution.doubts import Doubt
 from mbody.solution.histories import Record
 from mbody.solution.measures import valued
 from mbody.solution.solution import Solution
-from mbody.stepping.compiled_measures import Present, Read
 from mbody.stepping.stepwise import Stepwise
 from mbody.stepping.stepwise_events import StepwiseEvents
 

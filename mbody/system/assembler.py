@@ -20,6 +20,7 @@ from mbody.kernels.forces import KINDS as ACTION_KINDS
 from mbody.kernels.friction import BY_RATES, FRICTION_KINDS
 from mbody.kernels.layout import Layout, first_beyond, integers
 from mbody.laws import LAW_KINDS, Constant, Law
+from mbody.model.constraint import Constraint
 from mbody.model.element import Element, Numbers
 from mbody.model.mechanism import Mechanism, snapshot
 from mbody.model.own_equations import OwnState, signal_of
@@ -30,10 +31,12 @@ from mbody.model.primitives import (
 )
 from mbody.model.states import State
 from mbody.quantities import Formula
-from mbody.system.elimination_order import Elimination, eliminate, split
-from mbody.system.formula_rows import FormulaRows, RecordedLaw, recorded
+from mbody.system.block_places import blocks_of, sums_of
+from mbody.system.elimination_order import eliminate, split
+from mbody.system.formula_rows import FormulaRows, RecordedLaw, followed, recorded
 from mbody.system.hooks import action_hook, law_hook, primitive_hook
-from mbody.system.system import System, polar_points
+from mbody.system.polar_points import polar_points
+from mbody.system.system import System
 
 __all__ = ["assemble", "with_numbers_of"]
 
@@ -123,10 +126,12 @@ class _Compiler:
         self.polar = polar_points(mechanism)
         self.loads = mechanism.loads
         at = self.read(self.numbers())
+        #: Drivers that follow positions, with their moving bodies.
+        self.following = _following(mechanism, at)
         found = [
             (PRIMITIVE_KINDS.index(primitive.kind), element, part, primitive)
             for element in mechanism.constraints
-            for part, primitive in enumerate(element.all_primitives(at))
+            for part, primitive in enumerate(self.own_primitives(element, at))
         ]
         found.sort(key=lambda entry: entry[0])
         #: Elements with rough pairs.
@@ -190,8 +195,18 @@ class _Compiler:
     def primitives(self, numbers: dict[str, Any]) -> list[ConstraintPrimitive]:
         """All primitives in the order of the kernels, with their numbers."""
         at = self.read(numbers)
-        made = {one.name: one.all_primitives(at) for one in self.mechanism.constraints}
+        elements = self.mechanism.constraints
+        made = {element.name: self.own_primitives(element, at) for element in elements}
         return [made[element.name][part] for element, part in self.owners]
+
+    def own_primitives(self, element: Constraint, at: Numbers) -> list[ConstraintPrimitive]:
+        """The primitives of an element; of a driver that follows positions a row of a formula."""
+        own, bodies = element.all_primitives(at), self.following.get(element.name)
+        if bodies is None:
+            return own
+        i, j, *more = (*bodies, "ground")[: max(2, len(bodies))]
+        signal, rows = own[0].signal, own[0].rows
+        return [ConstraintPrimitive("formula", i, j, rows, [], signal, more=tuple(more))]
 
     def actions(self, numbers: dict[str, Any]) -> list[ForcePrimitive]:
         """All actions in the order of the kernels, with their numbers."""
@@ -207,19 +222,23 @@ class _Compiler:
         """
         machine = self.mechanism
         found = [RecordedLaw(Signal(Constant(0.0), [0.0]))]
-        signals = [one.signal for one in primitives if one.signal is not None]
-        found += [RecordedLaw(signal, derivatives=True) for signal in signals]
+        for (element, _), primitive in zip(self.owners, primitives, strict=True):
+            if primitive.signal is not None:
+                found.append(followed(primitive.signal, element, machine, at))
+        names = {name for law in found if law.driven is not None for name in law.driven.signals}
         found += [recorded(signal, machine, at) for action in actions for signal in action.signals]
         given = [pair.capacity for one in self.rough for pair in one.frictions(at)]
         found += [recorded(signal, machine, at) for signal in given if signal is not None]
-        found += [RecordedLaw(at.law(one, "value")) for one in machine.inputs]
+        for one in machine.inputs:
+            found.append(RecordedLaw(at.law(one, "value"), derivatives=one.name in names))
         for (cause, _), action in zip(self.action_owners, actions, strict=True):
             if action.law is not None:
                 found.append(recorded(action.law, machine, at, self.loads[cause]))
         own = [one.law for one in primitives if one.law is not None]
         found += [RecordedLaw(law, derivatives=True) for law in own]
         found += [recorded(_rate(one, at), machine, at) for one in machine.states]
-        return found + [RecordedLaw(signal) for law in found for signal in law.laws]
+        curves = [(signal, law.driven is not None) for law in found for signal in law.laws]
+        return found + [RecordedLaw(signal, derivatives=driven) for signal, driven in curves]
 
     def compile(self, numbers: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
         """Parameters (rows, batch) and masses (3·bodies + 3, batch) from the user's numbers."""
@@ -319,7 +338,7 @@ class _Compiler:
         a, b = len(primitives), len(primitives) + len(laws)
         c = b + len(actions)
         of_time = len(self.signal_laws)
-        timed = [n for n in range(of_time) if laws[n].steps is None]
+        timed = [n for n in range(of_time) if laws[n].timed]
         order = sorted(timed, key=lambda n: isinstance(self.signal_laws[n], Constant))
         own = iter(range(of_time, len(laws)))
         action_law, primitive_law = (
@@ -330,6 +349,20 @@ class _Compiler:
         # number of the first law that each formula evaluates
         called = [len(law.laws) for law in laws]
         first = (len(laws) - sum(called) + np.cumsum([0, *called])).tolist()
+        rows = [n for n in range(of_time) if laws[n].driven is not None]
+        for n in rows:
+            formulas.add_signal(laws[n], offset[a + n], first[n], 3 * n)
+        driver_steps = len(formulas.rows)
+        blocks = blocks_of(primitives, place, plan)
+        spans = np.zeros((a, 3), dtype=np.int64)
+        for e in range(a):
+            n = self.primitive_signal[e] // 3
+            recorded_row = laws[n].driven
+            if n and recorded_row is not None and recorded_row.follows:
+                spans[e] = formulas.add_rows(
+                    recorded_row, offset[a + n], first[n], 3 * n, 2 * place[e], blocks[e]
+                )
+        load_steps = len(formulas.rows)
         for n, law in enumerate(laws[:of_time]):
             formulas.add(law, offset[a + n], laws=first[n], signal=3 * n)
         for action in np.flatnonzero(action_law >= 0):
@@ -350,6 +383,7 @@ class _Compiler:
             written[e] = beyond + n
         primitive_of = {element.name: e for e, (element, _) in enumerate(self.owners)}
         driven = [primitive_of[driver.name] for driver in self.mechanism.drivers]
+        follows = [driver.name in self.following for driver in self.mechanism.drivers]
         return Layout(
             bodies=bodies,
             slots=len(slots.body),
@@ -371,7 +405,7 @@ class _Compiler:
             **self._frictions(place, switched, offset[c:-1]),
             node_column=integers(columns),
             more=np.column_stack([plan.more_node, 3 * plan.more_slot]),
-            **self._sums(place, plan),
+            **sums_of(primitives, self.index, blocks),
             node_start=plan.node_start,
             block_row=plan.block_row,
             update=plan.update,
@@ -394,9 +428,13 @@ class _Compiler:
             owns=len(states),
             formula_numbers=formulas.count,
             formula_step=formulas.table(),
+            driver_steps=driver_steps,
+            primitive_steps=spans,
+            load_steps=load_steps,
             input_row=integers(list(self.input_row.values())),
             driver_row=integers([self.primitive_signal[e] for e in driven]),
             driver_node=integers([place[e] for e in driven]),
+            driver_follows=integers(follows),
             action_kind=integers([ACTION_KINDS.index(action.kind) for action in actions]),
             action_i=integers([index[action.i] for action in actions]),
             action_j=integers([index[action.j] for action in actions]),
@@ -431,24 +469,15 @@ class _Compiler:
             "senses": BY_RATES,
         }
 
-    def _sums(self, place: dict[int, int], plan: Elimination) -> dict[str, Any]:
-        """The parts of all sums, and the places of the blocks of their bodies."""
-        index, nodes = self.index, len(plan.order)
-        beyond: dict[int, list[int]] = {}
-        for n, k in enumerate(plan.more_node):
-            beyond.setdefault(int(k), []).append(12 * nodes + 6 * n)
-        start, table = [0], []
-        for e, primitive in enumerate(self.first_primitives):
-            k = place[e]
-            at = [12 * k, 12 * k + 6, *beyond.get(k, [])]
-            block = dict(zip(primitive.bodies, at, strict=True)) | {"ground": -1}
-            table += [
-                (PRIMITIVE_KINDS.index(p.kind), index[p.i], index[p.j], block[p.i], block[p.j])
-                for p in primitive.parts
-            ]
-            start.append(len(table))
-        parts = np.array(table, dtype=np.int64).reshape(-1, 5)
-        return {"sum_start": integers(start), "part": parts}
+
+def _following(mechanism: Mechanism, at: Numbers) -> dict[str, tuple[str, ...]]:
+    """Drivers that follow positions, with the moving bodies of their rows."""
+    found = {}
+    for driver in mechanism.drivers:
+        driven = followed(at.law(driver, "law"), driver, mechanism, at).driven
+        if driven is not None and driven.follows:
+            found[driver.name] = driven.follows
+    return found
 
 
 def _arm(element: Element, at: Numbers) -> tuple[Any, Any]:

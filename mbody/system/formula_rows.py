@@ -16,6 +16,10 @@ from mbody.kernels.measured_formulas import (
     SIGNAL,
     SURFACE,
     TIME,
+    TO_BLOCK,
+    TO_GAMMA,
+    TO_NU,
+    TO_PHI,
     TO_RATE,
     TO_SIGNAL,
     TURN,
@@ -26,11 +30,15 @@ from mbody.laws.postfix import OPERATIONS
 from mbody.model.element import Element, Numbers
 from mbody.model.mechanism import Mechanism
 from mbody.model.primitives import Signal
+from mbody.system.driver_formulas import DriverFormula, recorded_driver
+from mbody.system.formula_derivatives import SIGNALS
 from mbody.system.formula_steps import StepList, record_formula
 
-__all__ = ["FormulaRows", "RecordedLaw", "recorded"]
+__all__ = ["FormulaRows", "RecordedLaw", "followed", "recorded"]
 
 CODES = {name: n for n, name in enumerate(OPERATIONS)}
+#: Curves and their derivatives, in the order of the codes.
+LAWS = ("law", "law rate", "law bend")
 
 
 @dataclass(frozen=True)
@@ -41,6 +49,8 @@ class RecordedLaw:
     steps: StepList | None = None
     #: Whether its rate and its second derivative count: of rows, not of forces.
     derivatives: bool = False
+    #: What a driver follows, if that is a formula of measured quantities.
+    driven: DriverFormula | None = None
 
     @property
     def law(self) -> Law:
@@ -50,12 +60,19 @@ class RecordedLaw:
     @property
     def laws(self) -> list[Signal]:
         """The laws that its steps evaluate."""
-        return [] if self.steps is None else self.steps.laws
+        steps = self.steps if self.driven is None else self.driven.steps
+        return [] if steps is None else steps.laws
 
     @property
     def parameters(self) -> list[Any]:
         """Its parameters, each a float or an array over a batch."""
-        return self.signal.parameters if self.steps is None else self.steps.numbers
+        steps = self.steps if self.driven is None else self.driven.steps
+        return self.signal.parameters if steps is None else steps.numbers
+
+    @property
+    def timed(self) -> bool:
+        """Whether it is a law of time, which the kernels evaluate as a function of one number."""
+        return self.steps is None and self.driven is None
 
 
 def recorded(
@@ -65,6 +82,13 @@ def recorded(
     if not isinstance(signal.law, MeasuredFormula):
         return RecordedLaw(signal)
     return RecordedLaw(signal, record_formula(signal.law, signal.parameters, machine, at, argument))
+
+
+def followed(signal: Signal, driver: Element, machine: Mechanism, at: Numbers) -> RecordedLaw:
+    """What a driver follows."""
+    if not isinstance(signal.law, MeasuredFormula):
+        return RecordedLaw(signal, derivatives=True)
+    return RecordedLaw(signal, driven=recorded_driver(driver, signal, machine, at))
 
 
 class FormulaRows:
@@ -104,18 +128,64 @@ class FormulaRows:
         steps = law.steps
         if steps is None:
             return
-        places: list[int] = []
-        for what in steps.steps:
-            if what[0] == "law":
+        if signal is not None:
+            self._recorded(steps, first, laws, [(TO_SIGNAL, steps.value, signal)])
+        if rate is not None:
+            self._recorded(steps, first, laws, [(TO_RATE, steps.value, rate)])
+
+    def add_signal(self, law: RecordedLaw, first: int, laws: int, signal: int) -> None:
+        """Append what a driver follows of time, inputs and own states: its value, rate and
+        acceleration.
+        """
+        if law.driven is None or law.driven.follows:
+            return
+        driven = law.driven
+        numbers = (driven.value, driven.rate, driven.acceleration)
+        goals = [(TO_SIGNAL, number, signal + n) for n, number in enumerate(numbers)]
+        self._recorded(driven.steps, first, laws, goals)
+        self._known.clear()  # inputs may be set before the loads are evaluated
+
+    def add_rows(
+        self,
+        driven: DriverFormula,
+        first: int,
+        laws: int,
+        signal: int,
+        row: int,
+        blocks: Mapping[str, int],
+    ) -> tuple[int, int, int]:
+        """Append the row of a driver that follows positions; where its steps begin, where those of
+        γ do, and where they end. row: that of Φ; blocks: where those of its bodies begin.
+        """
+        begin = len(self.rows)
+        goals = [(TO_SIGNAL, driven.value, signal), (TO_SIGNAL, driven.rate, signal + 1)]
+        goals += [(TO_PHI, driven.phi, row), (TO_NU, driven.rate, row)]
+        goals += [
+            (TO_BLOCK, number, blocks[body] + axis)
+            for (body, axis), number in driven.gradient.items()
+        ]
+        self._recorded(driven.steps, first, laws, goals)
+        self._known.clear()
+        middle = len(self.rows)
+        self._recorded(driven.steps, first, laws, [(TO_GAMMA, driven.acceleration, row)])
+        self._known.clear()
+        return begin, middle, len(self.rows)
+
+    def _recorded(
+        self, steps: StepList, first: int, laws: int, goals: Sequence[tuple[int, int, int]]
+    ) -> None:
+        """Append the steps that some numbers need, then where these go: (code, place, row)."""
+        needed = steps.needed([number for _, number, _ in goals])
+        places: dict[int, int] = {}
+        for place in needed:
+            what = steps.steps[place]
+            if what[0].startswith("law"):
                 code, a, b = self._law(what, laws, places)
             else:
                 code, a, b = self._read(what, int(first)) or self._operation(what, places)
-            places.append(self._place(code, a, b))
-        value = places[steps.value]
-        if signal is not None:
-            self.rows.append((TO_SIGNAL, value, 0, signal))
-        if rate is not None:
-            self.rows.append((TO_RATE, value, 0, rate))
+            places[place] = self._place(code, a, b)
+        for code, number, row in goals:
+            self.rows.append((code, places[number], 0, row))
 
     def table(self) -> np.ndarray:
         """(steps, 4)."""
@@ -142,21 +212,23 @@ class FormulaRows:
             return TIME, 0, 0
         if kind == "parameter":
             return PARAMETER, first + rest[0], 0
-        if kind == "signal":
-            return SIGNAL, self.inputs[rest[0]], 0
+        if kind in SIGNALS:
+            return SIGNAL, self.inputs[rest[0]] + SIGNALS.index(kind), 0
         if kind == "own":
             return OWN, self.states.index(rest[0]), 0
         return None
 
-    def _law(self, what: tuple[Any, ...], laws: int, places: list[int]) -> tuple[int, int, int]:
-        """A law at a number, or a table of two variables at two."""
-        _, n, *operands = what
+    def _law(
+        self, what: tuple[Any, ...], laws: int, places: Mapping[int, int]
+    ) -> tuple[int, int, int]:
+        """A law at a number, or a derivative of it, or a table of two variables at two."""
+        kind, n, *operands = what
         taken = [places[one] for one in operands]
         if len(taken) == 1:
-            return LAW, taken[0], laws + n
+            return LAW + LAWS.index(kind), taken[0], laws + n
         return SURFACE + laws + n, taken[0], taken[1]
 
-    def _operation(self, what: tuple[Any, ...], places: list[int]) -> tuple[int, int, int]:
+    def _operation(self, what: tuple[Any, ...], places: Mapping[int, int]) -> tuple[int, int, int]:
         """An operation on numbers whose places are known; one of one number takes it twice."""
         name, *operands = what
         taken = [places[one] for one in operands]

@@ -7,6 +7,7 @@ takes (its constants, arms of points) become parameters.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -16,11 +17,11 @@ from mbody.laws.postfix import CONSTANT, LOG, OPERATIONS, POWER_CONSTANT
 from mbody.model.driver import AngleDriver, DistanceDriver
 from mbody.model.element import Element, Marker, Numbers
 from mbody.model.mechanism import Mechanism
-from mbody.model.own_equations import equation
+from mbody.model.own_equations import OwnState, equation, signal_of
 from mbody.model.primitives import Signal
 from mbody.model.state_quantities import ORIGIN
 
-__all__ = ["Recorded", "StepList", "record_formula"]
+__all__ = ["Recorded", "StepList", "driven_coordinate", "record_formula", "state_rate"]
 
 CODES = {name: n for n, name in enumerate(OPERATIONS)}
 VARIABLE = CODES["variable"]
@@ -55,7 +56,9 @@ class StepList:
     steps : list of tuple
         What each place is: ("position", body, axis), ("velocity", body, axis), ("turn", body, 0 or
         1), ("time",), ("parameter", n), ("signal", name of an input), ("own", name of a state), or
-        ("law", n, places of its arguments), or an operation with the places that it takes.
+        ("law", n, places of its arguments), or an operation with the places that it takes; as
+        derivatives ("signal rate", input), ("signal acceleration", input), ("law rate", n, place)
+        and ("law bend", n, place).
     numbers : list
         The parameters, each a float or an array over a batch.
     laws : list of Signal
@@ -87,6 +90,24 @@ class StepList:
         """What a law gives at a number, or at two."""
         self.laws.append(signal)
         return self.read("law", len(self.laws) - 1, *(one.place for one in arguments))
+
+    def needed(self, goals: Iterable[int]) -> list[int]:
+        """The places that some numbers are computed of, their own too, in order."""
+        found: set[int] = set()
+        open_places = list(goals)
+        while open_places:
+            place = open_places.pop()
+            if place not in found:
+                found.add(place)
+                open_places += self.taken(place)
+        return sorted(found)
+
+    def taken(self, place: int) -> list[int]:
+        """The places that a step takes."""
+        kind, *rest = self.steps[place]
+        if kind.startswith("law"):
+            return [int(one) for one in rest[1:]]
+        return [int(one) for one in rest] if kind in CODES else []
 
     def operation(self, name: str, *operands: Recorded) -> Recorded:
         """What an operation gives."""
@@ -167,13 +188,8 @@ def _quantity(
         whole = equation(owned.outputs()[key][0], element)
         return _evaluated(steps, whole, list(whole.constants), machine, at)
     rate = key in ("rate", "vx", "vy")
-    if owned.role == "driver" and isinstance(owned, AngleDriver):
-        i, j = owned.bodies
-        return _turned(steps, i, j, rate)
     if owned.role == "driver":
-        if isinstance(owned, DistanceDriver):
-            return _stretched(steps, owned, at, rate)
-        return _travelled(steps, owned, at, rate)
+        return driven_coordinate(steps, owned, at, rate)
     if owned.role == "load":
         if key == "angle" or owned.by_angle:
             return _turned(steps, owned.by, owned.body, rate)
@@ -185,6 +201,25 @@ def _quantity(
             return found
         return found + steps.number(at.angle(owned, "j") - at.angle(owned, "i"))
     return _travelled(steps, owned, at, rate)
+
+
+def driven_coordinate(steps: StepList, driver: Any, at: Numbers, rate: bool = False) -> Recorded:
+    """The coordinate of a driver, or its rate."""
+    if isinstance(driver, AngleDriver):
+        i, j = driver.bodies
+        return _turned(steps, i, j, rate)
+    if isinstance(driver, DistanceDriver):
+        return _stretched(steps, driver, at, rate)
+    return _travelled(steps, driver, at, rate)
+
+
+def state_rate(steps: StepList, name: str, machine: Mechanism, at: Numbers) -> Recorded:
+    """The rate of an own state."""
+    one = next(state for state in machine.states if state.name == name)
+    signal = signal_of(one.rate) if isinstance(one, OwnState) else at.law(one, "rate")
+    if isinstance(signal.law, MeasuredFormula):
+        return _evaluated(steps, signal.law, signal.parameters, machine, at)
+    return steps.law(signal, steps.read("time"))
 
 
 def _number_or_law(

@@ -23,16 +23,18 @@ from mbody.kernels.layout import (
 )
 from mbody.kernels.loop_closure import violation
 from mbody.kernels.output import PER_PRIMITIVE
-from mbody.laws import Law
+from mbody.laws import Law, MeasuredFormula
 from mbody.model.driver import Driver
-from mbody.model.element import Element, Numbers, Polar, listed, place_name
+from mbody.model.element import Element, Numbers, listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.user_physics import is_plain_field, plain_field
 from mbody.quantities import Formula, FormulaError
 from mbody.quantities.types import PlainNumbers
+from mbody.system.composed_law import driven_law
+from mbody.system.polar_points import polar_points
 from mbody.system.read_only import locked
 
-__all__ = ["System", "polar_points"]
+__all__ = ["System"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -146,6 +148,12 @@ class System:
         return self.mechanism.drivers
 
     @functools.cached_property
+    def leaders(self) -> tuple[Driver, ...]:
+        """The drivers that do not follow positions, in the order of the description."""
+        follows = self.layout.driver_follows.tolist()
+        return tuple(d for d, one in zip(self.drivers, follows, strict=True) if not one)
+
+    @functools.cached_property
     def has_user_code(self) -> bool:
         """Whether plain Python of the user takes part: the analysis keeps to the scalar path."""
         return any(function is not None for _, function in self.functions)
@@ -156,9 +164,13 @@ class System:
         Raises
         ------
         ModelError
-            When the numbers are a batch and no design is named.
+            When the numbers are a batch and no design is named; of a driver that follows positions
+            or own states, which has no law of time.
         """
         law: Any = getattr(element, field)
+        if isinstance(element, Driver) and isinstance(law, MeasuredFormula):
+            whole = self if design is None else self.design(design)
+            return driven_law(element, self.mechanism, whole.numbers)
         own = law.numbers()
         name = f"{element.name}.{field}"
         plain = set(own) == {"value"}
@@ -485,15 +497,3 @@ def _no_such_value(name: str, system: System) -> str:
         return f"there is no number '{name}' to change (there are: {listed(own)})"
     owners = dict.fromkeys(known.partition(".")[0] for known in values)
     return f"there is no number '{name}' to change (there are numbers of: {listed(owners)})"
-
-
-def polar_points(mechanism: Mechanism) -> frozenset[str]:
-    """Dotted names of all points that the user gave by distance and angle."""
-    bodies = (*mechanism.bodies, mechanism.ground)
-    points: list[tuple[str, object]] = []
-    points += [(f"{body.name}.{key}", p) for body in bodies for key, p in body.points.items()]
-    points += [(f"{body.name}.cg", body.cg) for body in bodies]
-    for element in mechanism:
-        inline = {k: m.point for k, m in element.places().items() if not isinstance(m.point, str)}
-        points += [(place_name(f"{element.name}.{k}", p), p) for k, p in inline.items()]
-    return frozenset(name for name, point in points if isinstance(point, Polar))

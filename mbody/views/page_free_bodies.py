@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.free_body import Wrench, coupled, driven
+from mbody.analysis.driven.free_body import Wrench, acting_on_several, coupled, driven
 from mbody.model.loads import Force, Gravity
 from mbody.sheets.names import forces_on
 from mbody.solution.checks import each_load_of
@@ -103,12 +103,12 @@ class _FreeBodies:
                 place = {"f": drawn.index((joint.name, None))}
                 parts = np.array([own.fx, own.fy, own.torque])
                 yield entry(joint.name, "joint", f"at {joint.name}", place, parts)
-        for coupling in machine.couplings:
-            if body in coupling.bodies:
-                each = [coupled(run, coupling.name, k) for k in range(len(run))]
+        for one, bodies in acting_on_several(self.system):
+            if body in bodies:
+                each = [coupled(run, one.name, k) for k in range(len(run))]
                 parts = np.array(each)[:, self.system.bodies[body]].T
-                yield entry(coupling.name, "coupling", "at G", self._at((body, 0.0, 0.0)), parts)
-        for driver in machine.drivers:
+                yield entry(one.name, one.role, "at G", self._at((body, 0.0, 0.0)), parts)
+        for driver in self.system.leaders:
             if body in driver.bodies:
                 sign = 1.0 if driver.bodies[1] == body else -1.0
                 parts = sign * driven(run, driver.name).T

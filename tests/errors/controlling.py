@@ -3,9 +3,9 @@
 import numpy as np
 
 from mbody import (
-    AngleDriver,
     Body,
     Controller,
+    Distance,
     Force,
     Input,
     Mechanism,
@@ -69,8 +69,8 @@ SCENARIOS = {
     "a formula of accelerations": torque("-1 kg*m^2*arm.alpha"),
     "a formula of another dimension": torque("-5 N*arm.P.y/(1 s)"),
     "a formula that is too long": torque("1 N*m*(" + "+".join(["sin(arm.angle)"] * 100) + ")"),
-    "a driver by a formula of what moves": lambda: arm(
-        AngleDriver("drive", "arm", law="2*arm.P.y/(1 m)*1 rad")
+    "a rod by a formula of what moves": lambda: arm(
+        Distance("rod", "ground", "arm.P", length="0.1 m + arm.P.y")
     ),
     "a law of one number outside of a motion": lambda: arm(
         Torque("spring", "arm", value="-k*arm.angle")

@@ -119,10 +119,10 @@ def _spread(
 def _step(runner: Runner, grid: TimeGrid, k: int, error: SolveError) -> float:
     """Change of the path parameter by which the fastest driver moves by STEP."""
     system = runner.system
-    rates = [1.0]
+    rates = [1.0] * len(system.leaders)
     if grid.mode == BY_TIME:
-        rates = [abs(system.law_of(d).derivatives(grid.s[k])[1]) for d in system.mechanism.drivers]
-    units = [d.unit(system.length) for d in system.mechanism.drivers]
+        rates = [abs(system.law_of(d).derivatives(grid.s[k])[1]) for d in system.leaders]
+    units = [d.unit(system.length) for d in system.leaders]
     speed = max((r / u for r, u in zip(rates, units, strict=True)), default=0.0)
     if speed == 0.0:
         raise error

@@ -15,7 +15,15 @@ from mbody.analysis.driven.change_points import through_change_points
 from mbody.analysis.driven.dead_centres import DeadCentre, with_ends
 from mbody.analysis.driven.friction_notes import with_friction_notes
 from mbody.analysis.driven.runner import PathEnded, Runner
-from mbody.analysis.driven.time_grid import BY_DRIVER, BY_TIME, Drive, TimeGrid, by_time, time_grid
+from mbody.analysis.driven.time_grid import (
+    BY_DRIVER,
+    BY_TIME,
+    Drive,
+    TimeGrid,
+    by_time,
+    check_timed,
+    time_grid,
+)
 from mbody.analysis.position.assembly_analysis import as_system, check_determined, closed
 from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.errors import ModelError, ModelWarning, SolveError
@@ -93,6 +101,7 @@ def driven(
     so many instants, `before` those requested, lead there and are left out.
     """
     system = as_system(model)
+    check_timed(system)
     grid = time_grid(system, t, drive, turn, instants)
     runner = Runner(system, analysis)
     meant = None if guess else functools.partial(_as_from_start, runner, grid)
@@ -112,7 +121,7 @@ def _as_from_start(runner: Runner, grid: TimeGrid, found: ClosedPosition) -> boo
     guesses are; not where that cannot be decided.
     """
     system, drivers = runner.system, runner.system.drivers
-    if system.batch is not None or not drivers:
+    if system.batch is not None or not drivers or system.leaders != drivers:
         return False
     try:
         begin = np.array([system.law_of(driver).derivatives(0.0) for driver in drivers])

@@ -133,15 +133,15 @@ def driver_range(
 
 def _driver(system: System, name: str | None) -> Any:
     """The driver of that name, or of the body of that name."""
-    known = listed(d.name for d in system.drivers)
+    known = listed(d.name for d in system.leaders)
     if name is None:
-        if len(system.drivers) != 1:
+        if len(system.leaders) != 1:
             raise ModelError(
-                f"'{system.mechanism.name}' has {len(system.drivers)} drivers ({known}): "
+                f"'{system.mechanism.name}' has {len(system.leaders)} drivers ({known}): "
                 "name the one whose reach you want"
             )
-        return system.drivers[0]
-    for driver in system.drivers:
+        return system.leaders[0]
+    for driver in system.leaders:
         if name in (driver.name, getattr(driver, "body", None)):
             return driver
     raise ModelError(f"there is no driver {brief(name)} (there are: {known})", str(name))

@@ -49,7 +49,7 @@ def efficiency(found: Solution, output: str) -> Efficiency:
             "an efficiency is of a motion, this is one instant: analyse a turn, or several times"
         )
     run, weights = _integrated(found)
-    efforts = {name: run.effort(name) * run.driven(name)[1] for name in drivers if name != output}
+    efforts = {name: _power(run, name) for name in drivers if name != output}
     given = float(sum(weights @ power for power in efforts.values()))
     useful = -float(weights @ _power(run, output))
     lost = float(sum(weights @ power for power in run.losses.values()))
@@ -66,7 +66,7 @@ def _power(run: Solution, name: str) -> Array:
     """Power that a load or a driver gives to the mechanism."""
     element: Any = run.mechanism[name]
     if element.role == "driver":
-        own: Array = run.effort(name) * run.driven(name)[1]
+        own: Array = run.measure(f"{name}.power")
         return own
     total = np.zeros(len(run))
     bodies = [body.name for body in run.mechanism.bodies]
@@ -101,6 +101,8 @@ def _by_laws(found: Solution) -> bool:
     if found.given is None:
         return True
     for n, driver in enumerate(found.system.drivers):
+        if driver not in found.system.leaders:
+            continue
         law = found.system.law_of(driver)
         own = np.array([law.derivatives(float(t)) for t in found.t])
         size = np.abs(own).max(axis=0)

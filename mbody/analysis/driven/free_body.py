@@ -11,11 +11,14 @@ import numpy as np
 from mbody.core.presentation import present
 from mbody.errors import ModelError
 from mbody.kernels.output import PER_PRIMITIVE
+from mbody.model.constraint import Constraint
 from mbody.model.element import listed
 from mbody.solution.checks import check_forces, each_load_of, loaded, whole_instant
 from mbody.solution.doubts import Several
 from mbody.solution.solution import Solution, as_solution
+from mbody.system.driver_formulas import recorded_driver
 from mbody.system.rank import jacobian
+from mbody.system.system import System
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -233,11 +236,11 @@ def _forces(solution: Solution, body: str, instant: int, loads: np.ndarray) -> A
             place = solution.reaction_point(joint.name)
             parts = (*place, reaction.fx, reaction.fy, reaction.torque)
             yield Wrench(joint.name, "joint", *(float(part[instant]) for part in parts))
-    for coupling in machine.couplings:
-        if body in coupling.bodies:
-            parts = coupled(solution, coupling.name, instant)[solution.system.bodies[body]].tolist()
-            yield Wrench(coupling.name, "coupling", x, y, *parts)
-    for driver in machine.drivers:
+    for element, bodies in acting_on_several(solution.system):
+        if body in bodies:
+            parts = coupled(solution, element.name, instant)[solution.system.bodies[body]].tolist()
+            yield Wrench(element.name, element.role, x, y, *parts)
+    for driver in solution.system.leaders:
         if body in driver.bodies:
             yield _driven(solution, driver.name, body, instant)
     for n, load in enumerate(machine.loads):
@@ -250,8 +253,23 @@ def _forces(solution: Solution, body: str, instant: int, loads: np.ndarray) -> A
     yield Wrench("inertia", "inertia", x, y, fx, fy, torque)
 
 
+def acting_on_several(system: System) -> list[tuple[Constraint, tuple[str, ...]]]:
+    """The couplings, and the drivers that follow positions, with all bodies that each acts on."""
+    found: list[tuple[Constraint, tuple[str, ...]]] = []
+    found += [(coupling, coupling.bodies) for coupling in system.mechanism.couplings]
+    for driver in system.drivers:
+        if driver not in system.leaders:
+            law = system.numbers.law(driver, "law")
+            follows = recorded_driver(driver, law, system.mechanism, system.numbers).follows
+            # positions are measured from the ground
+            found.append((driver, (*dict.fromkeys(("ground", *driver.bodies, *follows)),)))
+    return found
+
+
 def coupled(solution: Solution, coupling: str, instant: int) -> np.ndarray:
-    """What a coupling does to the bodies (bodies, 3): forces at the mass centres, and torques."""
+    """What a coupling, or a driver that follows positions, does to the bodies (bodies, 3): forces
+    at the mass centres, and torques.
+    """
     system = solution.system
     G = jacobian(system, loaded(solution, instant))[1]
     row = int(np.flatnonzero(system.row_table[0] == system.primitives_of[coupling][0])[0])

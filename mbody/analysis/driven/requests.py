@@ -94,7 +94,7 @@ def arguments_at(system: System, ask: Instants) -> tuple[dict[str, Any], int]:
     wanted = _instants(system, ask)
     if "t" in wanted:
         return {"t": np.concatenate([[0.0], wanted["t"]])}, 1
-    return {"drive": {d.name: _before(system, d, wanted) for d in system.drivers}}, 1
+    return {"drive": {d.name: _before(system, d, wanted) for d in system.leaders}}, 1
 
 
 def dimension_of_instants(mechanism: Mechanism, name: str) -> str:
@@ -150,7 +150,7 @@ def _instants(system: System, ask: Instants) -> dict[str, np.ndarray]:
     wanted: dict[str, np.ndarray] = {}
     for name, row in ask.at.items():
         wanted[_driver(mechanism, name).name] = _values(mechanism, name, row)
-    moving = [d for d in system.drivers if not _rests(system, d)]
+    moving = [d for d in system.leaders if not _rests(system, d)]
     named = [d for d in moving if d.name in wanted]
     if not moving:
         return wanted
@@ -162,7 +162,7 @@ def _instants(system: System, ask: Instants) -> dict[str, np.ndarray]:
         )
     times = np.array([_time(system, named[0], value) for value in wanted[named[0].name]])
     times = np.broadcast_to(times, max(len(values) for values in wanted.values()))
-    for driver in system.drivers:
+    for driver in system.leaders:
         if driver.name in wanted and driver is not named[0]:
             _check_meets(system, driver, wanted[driver.name], named[0], times)
     return {"t": times}

@@ -28,7 +28,7 @@ from mbody.analysis.driven.time_grid import (
     check_laws,
 )
 from mbody.analysis.driven.uniqueness import open_note, open_reactions
-from mbody.analysis.position.assembly_analysis import drivers, raise_user_error
+from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.analysis.position.vanishing_distances import vanishing
 from mbody.core.lanes import LANES, aligned
@@ -393,7 +393,7 @@ class Runner:
             record = Record([stuck.output[: stuck.done]], stuck.done, batch=False)
             part = grid.take(np.arange(stuck.done))
             so_far = self.solution(start, part, record, f"stopped: after {stuck.done} instants")
-        driver = drivers(system)[0][0]
+        driver = (system.leaders or system.drivers)[0]
         where = self.place(driver, stuck.place, grid, design)
         body = driver.bodies[1]
         if not too_large(system):
@@ -442,6 +442,8 @@ class Runner:
         """
         system, size = self.system, len(start.work.q)
         rate = 1.0
+        if driver not in system.leaders:
+            return False
         if grid.mode == BY_TIME:
             rate = float(system.law_of(driver, design=design).derivatives(s)[1])
         elif grid.mode == BY_INSTANT:
@@ -452,7 +454,7 @@ class Runner:
 
     def where(self, s: float, grid: TimeGrid, design: int = 0) -> str:
         """A place of the path in words: of the first driver, with its body."""
-        driver = self.system.drivers[0]
+        driver = (self.system.leaders or self.system.drivers)[0]
         return f"{self.place(driver, s, grid, design)} of '{driver.bodies[1]}'"
 
     def _singular(self, start: ClosedPosition) -> bool:
@@ -469,6 +471,8 @@ class Runner:
     def place(self, driver: Any, s: float, grid: TimeGrid, design: int = 0) -> str:
         """Value of a driver at path parameter s, with its unit, and the time."""
         value, time = s, ""
+        if driver not in self.system.leaders:
+            return f"t = {s:.6g} {self.system.mechanism.units.time}"
         if grid.mode == BY_TIME:
             value = self.system.law_of(driver, design=design)(s)
             time = f", t = {s:.6g} {self.system.mechanism.units.time},"

@@ -19,6 +19,7 @@ from mbody.model.driver import Driver
 from mbody.model.element import Element, listed
 from mbody.model.numbers import varied
 from mbody.quantities.types import PlainNumbers
+from mbody.system.driver_formulas import followed_states, recorded_driver
 from mbody.system.system import System
 
 __all__ = [
@@ -29,6 +30,7 @@ __all__ = [
     "by_time",
     "check_laws",
     "check_reach",
+    "check_timed",
     "time_grid",
 ]
 
@@ -66,11 +68,12 @@ class TimeGrid:
         return TimeGrid(self.mode, s, t, given)
 
     def first(self, system: System, k: int = 0) -> dict[str, float]:
-        """Values of the drivers at instant k, where the laws do not say them."""
+        """Values of the drivers at instant k, where neither laws nor positions say them."""
         if self.mode == BY_TIME:
             return {}
         names = [driver.name for driver in system.mechanism.drivers]
-        return dict(zip(names, self.given[k, :, 0].tolist(), strict=True))
+        found = dict(zip(names, self.given[k, :, 0].tolist(), strict=True))
+        return {driver.name: found[driver.name] for driver in system.leaders}
 
     @property
     def chords(self) -> np.ndarray:
@@ -213,7 +216,7 @@ def _load(system: System, load: Element, field: str, times: np.ndarray, design: 
 
 def check_laws(system: System, times: np.ndarray) -> None:
     """Raise the sentence of a driver whose law has no value at one of the times."""
-    for driver in system.mechanism.drivers:
+    for driver in system.leaders:
         for design in _designs(system, driver, "law"):
             _law(system, driver, times, design)
 
@@ -225,6 +228,7 @@ def _given(system: System, t: PlainNumbers, drive: Drive) -> TimeGrid:
     for name, value in drive.items():
         if name not in known:
             raise ModelError(f"there is no driver {name!r} (there are: {listed(known)})", str(name))
+        _check_leads(system, drivers[known[name]])
         values = value if isinstance(value, tuple) else (value,)
         if not 1 <= len(values) <= 3:
             raise ModelError(
@@ -251,15 +255,58 @@ def _given(system: System, t: PlainNumbers, drive: Drive) -> TimeGrid:
         if name in parts:
             for k, array in enumerate(parts[name]):
                 given[:, n, k] = array
-        else:
+        elif drivers[n] in system.leaders:
             given[:, n] = _law(system, drivers[n], times)
-    if len(drivers) == 1:
+        else:
+            _check_still(system, drivers[n])
+    if system.leaders == drivers[:1]:
         return TimeGrid(BY_DRIVER, np.ascontiguousarray(given[:, 0, 0]), times, given)
     return TimeGrid(BY_INSTANT, np.arange(count, dtype=np.float64), times, given)
 
 
+def check_timed(system: System) -> None:
+    """Refuse drivers that follow own states: these have values in a motion of `simulate` only.
+
+    Raises
+    ------
+    ModelError
+    """
+    for driver in system.drivers:
+        states = followed_states(driver, system.mechanism, system.numbers)
+        if states:
+            raise ModelError(
+                f"'{driver.name}' follows the state '{states[0]}', which is integrated with the "
+                "motion: use simulate, or let it follow a formula of t",
+                driver.name,
+            )
+
+
+def _check_leads(system: System, driver: Driver) -> None:
+    """Refuse a value of a driver that follows positions."""
+    if driver not in system.leaders:
+        known = listed(one.name for one in system.leaders) or "none"
+        raise ModelError(
+            f"driver '{driver.name}' follows positions, by its law: give values of the drivers "
+            f"that lead ({known})",
+            driver.name,
+        )
+
+
+def _check_still(system: System, driver: Driver) -> None:
+    """Refuse a driver that moves by itself where positions are requested, not times."""
+    formula = recorded_driver(
+        driver, system.numbers.law(driver, "law"), system.mechanism, system.numbers
+    )
+    if formula.explicit:
+        raise ModelError(
+            f"driver '{driver.name}' follows positions and time: values of the other drivers do "
+            "not say where it is; give times t",
+            driver.name,
+        )
+
+
 def _turn(system: System, turn: str | bool, instants: int) -> TimeGrid:
-    drivers = system.mechanism.drivers
+    drivers = system.leaders
     if turn is True:
         if len(drivers) != 1:
             names = listed(d.name for d in drivers)

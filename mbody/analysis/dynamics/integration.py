@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
@@ -19,6 +20,7 @@ from mbody.analysis.driven.diagnosis import (
 from mbody.analysis.driven.time_grid import check_reach
 from mbody.analysis.driven.uniqueness import open_note, open_reactions
 from mbody.analysis.dynamics.branch_passage import BranchPassage
+from mbody.analysis.dynamics.controller_readings import ControllerReadings
 from mbody.analysis.dynamics.initial_step import REFINEMENTS, coordinate_sizes, first_step
 from mbody.analysis.dynamics.integrators import PATIENT, Motion, integrator, stepping
 from mbody.analysis.dynamics.interruptions import (
@@ -68,7 +70,6 @@ from mbody.solution.doubts import doubted
 from mbody.solution.energy import account, causes
 from mbody.solution.event_record import EventRecord
 from mbody.solution.histories import Record
-from mbody.solution.measures import measured
 from mbody.solution.restart import Restart, Way
 from mbody.solution.solution import Solution
 from mbody.system.rank import dense, rank_of, too_large
@@ -221,6 +222,8 @@ class Integration:
         while code == MORE and left > 0:
             done = self.state[STEPS]
             count = 1 if self.passage.open else left
+            if until != self.until:  # nothing is kept of what leads to a set time
+                self.state[LAST_STEP_ALLOWED] = 1.0
             code = self.steps.steps(self.motion, until, count, outputs)
             left -= max(1, int(self.state[STEPS] - done))
             self.passage.record_crossings(self.y)
@@ -271,16 +274,13 @@ class Integration:
         """What a controller reads, measured at the present instant, anew where inputs changed."""
         if changed:
             self.evaluate()
-        record = Record([self.page[None].copy()], 1, batch=False)
-        now = Solution(
-            self.system,
-            "simulate",
-            np.array([self.state[TIME]]),
-            record,
-            None,
-            regularization=self.regularization,
+        return self._readings.of(controller)
+
+    @functools.cached_property
+    def _readings(self) -> ControllerReadings:
+        return ControllerReadings(
+            self.system, self.y, self.state, lambda: self.page, self.regularization
         )
-        return [float(measured(now, text)[0][0]) for text in controller.reads]
 
     def _check_progress(self) -> None:
         """Refuse to go on where loads that jump to and fro keep steps short for ever, or where a

@@ -106,6 +106,8 @@ def without_held(layout: Layout, held: Mapping[str, int]) -> Layout:
         signal_law=integers(layout.signal_law[kept]),
         signal_row=integers(layout.signal_row[kept]),
         varying=varying,
+        # drivers that are held follow their formulas no more
+        driver_steps=0 if rows & set(layout.driver_row.tolist()) else layout.driver_steps,
     )
 
 
@@ -250,6 +252,8 @@ def _by_name(controller: Controller, found: Any, when: str) -> Iterator[tuple[st
                 controller.name,
             )
         pairs = list(found.items())
+    elif type(found) is float and len(names) == 1:  # the usual answer, read fast
+        pairs = [(names[0], found)]
     else:
         try:
             row = np.asarray(found, dtype=float).reshape(-1)

@@ -148,9 +148,11 @@ def simulate(
         raise ModelError("simulate takes one design: choose one of the batch with design(n)")
     own = system.mechanism.simulation
     last, errors = last_time(system, until), tolerances(system, rtol, atol)
-    start = first_instant(system, start, guess, rates)
     if inputs:
-        system = with_inputs(system, inputs, float(start.t[-1]), last)
+        # before the first instant is found: drivers may follow inputs
+        first = 0.0 if start is None else float(start.t[-1])
+        system = with_inputs(system, inputs, first, last)
+    start = first_instant(system, start, guess, rates)
     state = state_of(system, start)
     if stops is not None:
         if events is None:

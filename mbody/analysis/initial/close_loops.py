@@ -81,8 +81,7 @@ def close_loops(
     request = time_grid(system, t, drive, None, None)
     if len(request.s) != 1:
         raise ModelError("close_loops takes one instant: give one time and one value a driver")
-    names = [driver.name for driver in system.mechanism.drivers]
-    first = {} if not drive else dict(zip(names, request.given[0, :, 0], strict=True))
+    first = request.first(system)
     start = closed(system, float(request.t[0]), first, guess)
     work = start.work
     if rates is not None and not isinstance(rates, Mapping):

@@ -12,7 +12,7 @@ import numpy as np
 from mbody.analysis.initial.close_loops import close_loops
 from mbody.analysis.initial.initial_positions import fitted_note, fitted_places, misplaced
 from mbody.analysis.initial.initial_velocities import branch_rates, fitting_rates
-from mbody.analysis.position.assembly_analysis import closed, drivers, set_drive
+from mbody.analysis.position.assembly_analysis import closed, set_drive
 from mbody.analysis.position.initial_guess import placed
 from mbody.analysis.singular.branches import BESIDE
 from mbody.analysis.singular.prescribed_values import Prescribed
@@ -219,8 +219,7 @@ def _places(system: System, simulation: SimulationSettings) -> tuple[np.ndarray,
     }
     if imposed and system.rows + len(imposed) > system.coordinates:
         work = system.work()
-        set_drive(system, work, 0.0, {})
-        drive = {d.name: float(work.signal[row, 0]) for d, row in drivers(system)}
+        drive = set_drive(system, work, 0.0, {})
         guess = {body: _pose(system, body, places) for body, places in own.items()}
         first = placed(system, {k: v for k, v in guess.items() if v is not None}, drive)
         sure = [one for one in imposed if one[1][1] in simulation.start[one[1][0]]]

@@ -33,7 +33,8 @@ from mbody.model.simulation import SimulationSettings
 from mbody.quantities.types import Number
 from mbody.solution.places import link_poses
 from mbody.solution.solution import Solution
-from mbody.system.system import System, polar_points
+from mbody.system.polar_points import polar_points
+from mbody.system.system import System
 
 __all__ = ["BatchStart", "batch_start", "initial_states"]
 

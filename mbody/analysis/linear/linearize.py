@@ -23,6 +23,7 @@ from mbody.model.study import Measure
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.heading import heading, unit_symbols
 from mbody.solution.solution import Solution
+from mbody.system.driver_formulas import followed_states
 from mbody.system.rank import too_large
 from mbody.system.read_only import lock
 from mbody.system.system import System
@@ -320,7 +321,8 @@ def _state(system: System, given: Solution) -> tuple[Array, Array]:
 def _driven(system: System, t: float, natural: float) -> float:
     """How fast drivers move, or begin to, as a rate."""
     fast = 0.0
-    for driver in system.drivers:
+    timed = (d for d in system.leaders if not followed_states(d, system.mechanism, system.numbers))
+    for driver in timed:
         _, rate, change = system.law_of(driver).derivatives(np.array([t]))
         unit = driver.unit(system.length)
         fast = max(fast, abs(float(rate[0])) / unit, abs(float(change[0])) / unit / natural)

@@ -10,9 +10,11 @@ import numpy as np
 
 from mbody.analysis.freedom.free_motions import FreeMotion
 from mbody.analysis.linear.about_motion import Moving
+from mbody.errors import ModelError
 from mbody.model.study import Measure
 from mbody.solution.doubts import Doubt, Inherited, inherited
 from mbody.solution.measures import measured
+from mbody.system.driver_formulas import followed_inputs
 from mbody.system.read_only import lock
 
 __all__ = ["StateMatrices", "state_matrices"]
@@ -89,6 +91,13 @@ def state_matrices(
     nearby, motions = linear.nearby(), linear.motions
     machine, free = nearby.system.mechanism, len(motions)
     owns, inputs = len(machine.states), [one.name for one in machine.inputs]
+    for name, driver in followed_inputs(machine, nearby.system.numbers).items():
+        raise ModelError(
+            f"the input '{name}' is followed by driver '{driver}': the motion depends on its rate "
+            "and its acceleration too, so that B and D do not describe it; make it a parameter, or "
+            "let the driver follow states whose rates have the input",
+            name,
+        )
     of = [machine.measures.get(one, one) if isinstance(one, str) else one for one in wanted]
 
     def values(y: Array, w: Array, own: Array | None = None) -> Array:

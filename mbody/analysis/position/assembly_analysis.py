@@ -236,8 +236,8 @@ def rounding(system: System, poses: np.ndarray) -> Any:
 
 
 def set_drive(system: System, work: Work, t: float, drive: Mapping[str, float]) -> dict[str, float]:
-    """Signals at time t; values in `drive` replace those of the laws. Returns the values of all
-    drivers by name.
+    """Signals at time t; values in `drive` replace those of the laws. Returns the values of the
+    drivers by name, but of those that follow positions.
     """
     work.time[:] = t
     laws_of_time(system.runtime(), work)
@@ -251,7 +251,8 @@ def set_drive(system: System, work: Work, t: float, drive: Mapping[str, float]) 
                 f"{system.mechanism.units.time}: begin elsewhere, or choose another law",
                 driver.name,
             )
-    return {driver.name: float(work.signal[row, 0]) for driver, row in drivers(system)}
+    found = {driver: float(work.signal[row, 0]) for driver, row in drivers(system)}
+    return {driver.name: found[driver] for driver in system.leaders}
 
 
 def drivers(system: System) -> list[tuple[Any, int]]:

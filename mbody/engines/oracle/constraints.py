@@ -10,7 +10,8 @@ import numpy as np
 from mbody.engines.independent_reading import law_by_formula
 from mbody.engines.jets import Jet
 from mbody.engines.oracle.geometry import Geometry, ReferenceNumbers
-from mbody.laws import Law
+from mbody.engines.oracle.measured import formula_of_positions
+from mbody.laws import Law, MeasuredFormula
 from mbody.model.coupling import Coupling
 from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
 from mbody.model.joints import (
@@ -89,7 +90,7 @@ class Constraints(Geometry):
             parts = [term.factor * self._coordinate(term, q) for term in e.parts]
             return [sum(parts) - whole.value]
         if isinstance(e, AngleDriver):
-            return [self._angle(q, e.body) - self._angle(q, e.relative_to) - law_at(e.law, t)]
+            return [self._angle(q, e.body) - self._angle(q, e.relative_to) - self._law(e, q, t)]
         (xi, yi), (xj, yj) = self.place(q, e.i), self.place(q, e.j)
         direction = self._angle(q, e.i.body) + e.i.angle
         turn = self._angle(q, e.j.body) + e.j.angle - direction
@@ -131,10 +132,17 @@ class Constraints(Geometry):
         if isinstance(e, Distance):
             return [np.sqrt((xj - xi) ** 2 + (yj - yi) ** 2) - e.length(0.0)]
         if isinstance(e, DistanceDriver):
-            return [np.sqrt((xj - xi) ** 2 + (yj - yi) ** 2) - law_at(e.law, t)]
+            return [np.sqrt((xj - xi) ** 2 + (yj - yi) ** 2) - self._law(e, q, t)]
         if isinstance(e, CoordinateDriver):
-            return [along - law_at(e.law, t)]
+            return [along - self._law(e, q, t)]
         return list(e.equations((xi, yi, direction), (xj, yj, direction + turn)))
+
+    def _law(self, driver: Any, q: Any, t: Any) -> Any:
+        """What a driver follows, at q and t that are floats, complex numbers or jets."""
+        if not isinstance(driver.law, MeasuredFormula):
+            return law_at(driver.law, t)
+        inputs = {one.name: law_at(one.value, t) for one in self.mechanism.inputs}
+        return formula_of_positions(self, driver.law, q, t, inputs)
 
     def _coordinate(self, term: Any, q: Any) -> Any:
         """The angle, distance or displacement of a term of a coupling."""

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mbody.engines.comparison import Comparison
+from mbody.engines.formula_loads import follows_formula
 from mbody.engines.opinion import Inexpressible, Opinion
 from mbody.engines.oracle.reference import Reference
 from mbody.solution.own_histories import own_history
@@ -114,9 +115,9 @@ class _OracleCheck:
             for one in (*machine.inputs, *machine.states)
         }
         drivers = [driver.name for driver in self.system.drivers]
-        given = [
-            {name: float(run.driven(name)[order][k]) for name in drivers} for order in range(3)
-        ]
+        # what others follow is a formula, which the oracle reads by itself
+        timed = [one.name for one in self.system.drivers if not follows_formula(one)]
+        given = [{name: float(run.driven(name)[order][k]) for name in timed} for order in range(3)]
         near = self._state(("x", "y", "angle"), k)
         try:
             q = oracle.close(near, t, given[0])

@@ -72,7 +72,7 @@ def build(given: Any) -> tuple[Mechanism | None, list[Problem]]:
     for name, body in given.bodies.items():
         add(("bodies", name), Body, _set(body))
     for section, kinds in SECTIONS.items():
-        if section == "loads":  # which may measure them
+        if section == "drivers":  # these may follow them, and loads measure them
             for name, state in given.states.items():
                 add(("states", name), State, _set(state))
         for name, entry in getattr(given, section).items():

@@ -179,7 +179,8 @@ class Writer:
             data["ground"] = {"points": self.points(machine.ground)}
         data["bodies"] = {body.name: self.body(body) for body in machine.bodies}
         for section in SECTIONS:
-            if section == "loads" and machine.described_states:  # loads may measure them
+            # drivers may follow them, and loads measure them
+            if section == "drivers" and machine.described_states:
                 data["states"] = {one.name: self.state(one) for one in machine.described_states}
             elements = getattr(machine, section)
             # the section of gravity is the last of the loads

@@ -1,7 +1,7 @@
 """Measured quantities of the present instant as Python functions, made once for each.
 
 A quantity is computed once by mbody's own functions from an instant whose numbers are recorded
-(`mbody.image.tracing`); the operations that this takes become the text of a function. It reads
+(`mbody.solution.tracing`); the operations that this takes become the text of a function. It reads
 positions and rates where the integrator has them; accelerations and forces make it evaluate the
 instant.
 """
@@ -14,13 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from mbody.image.measured_quantities import TracedInstant, TracedRecord
-from mbody.image.tracing import Recording, Rule
 from mbody.kernels.number_program import NumberProgram
 from mbody.laws.postfix import OPERATIONS
 from mbody.model.study import Measure
 from mbody.solution.measures import check_measure, valued
 from mbody.solution.solution import Solution
+from mbody.solution.traced_instant import TracedInstant, TracedRecord
+from mbody.solution.tracing import Recording, Rule
 from mbody.system.system import System
 
 __all__ = ["Present", "Read"]

@@ -1,0 +1,229 @@
+"""One instant whose numbers are traced: what results have of it becomes a list of operations.
+
+Drivers' motions are those of the bodies, and loads those of their formulas: neither is among what
+the kernels keep.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from mbody.kernels.output import PER_PRIMITIVE
+from mbody.laws import Expression, MeasuredFormula, Table
+from mbody.laws.numpy_operations import ONE, TWO
+from mbody.laws.postfix import CONSTANT, LOG, OPERATIONS, POWER_CONSTANT
+from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
+from mbody.solution.histories import LoadHistory, Reaction
+from mbody.solution.load_histories import stretched, turned
+from mbody.solution.own_histories import own_history
+from mbody.solution.places import place
+from mbody.solution.solution import Solution
+from mbody.solution.tracing import Untraceable
+from mbody.system.formula_steps import record_formula
+
+__all__ = ["ORDER", "TracedInstant", "TracedRecord"]
+
+#: What a body has, in the order in which the kernels keep it.
+ORDER = ("x", "y", "angle", "vx", "vy", "omega", "ax", "ay", "alpha")
+#: Functions of NumPy for operations of formulas; a step by a comparison that is recorded.
+FUNCTIONS: dict[str, Any] = ONE | TWO | {"step": lambda x: 1.0 - np.less(x, 0.0)}
+
+
+class TracedRecord:
+    """The record of one instant (see `mbody.solution.histories.Record`), its rows traced."""
+
+    batch, count = False, 1
+
+    def __init__(self, rows: list[Any]) -> None:
+        self.rows = rows
+
+    def take(self, row: int) -> Any:
+        """One number."""
+        return self.rows[row]
+
+    def some(self, first: int, count: int) -> list[Any]:
+        """Numbers that follow each other."""
+        return self.rows[first : first + count]
+
+    def table(self, rows: slice) -> Any:
+        """What compiled code would take."""
+        raise Untraceable("compiled code computes it")
+
+
+#: Steps of formulas that read the instant, and what those of positions and velocities read.
+READ = ("position", "velocity", "turn", "time", "signal", "own")
+MOTIONS = {"position": ORDER[:3], "velocity": ORDER[3:6]}
+
+
+class _Absent:
+    """A number that cannot be recorded, of a history whose other numbers can."""
+
+    def __init__(self, error: Untraceable) -> None:
+        self.error = error
+
+    def __float__(self) -> float:
+        raise self.error
+
+
+class TracedInstant(Solution):
+    """One instant with traced numbers."""
+
+    def reaction(self, joint: str, on: str | None = None) -> Reaction:
+        """Force of a joint, and its torque where that can be recorded."""
+        try:
+            return super().reaction(joint, on)
+        except Untraceable as error:
+            torque: Any = _Absent(error)
+        first, fx, fy = 3 * self.system.coordinates + 2, None, None
+        for e in self.system.primitives_of[joint]:
+            x, y = self.record.some(first + PER_PRIMITIVE * e, 2)
+            fx, fy = (x, y) if fx is None or fy is None else (fx + x, fy + y)
+        own: Any = self.mechanism[joint]
+        assert fx is not None and fy is not None
+        return Reaction(joint, own.j.body, own.i.body, fx, fy, torque)
+
+    def driven(self, driver: str) -> tuple[Any, Any, Any]:
+        """Value, rate and acceleration of what a driver drives, by the motion of the bodies."""
+        own = self.mechanism[driver]
+        if isinstance(own, AngleDriver):
+            i, j = self[own.relative_to], self[own.body]
+            return j.angle - i.angle, j.omega - i.omega, j.alpha - i.alpha
+        if not isinstance(own, DistanceDriver | CoordinateDriver):
+            raise Untraceable(f"the motion of a {type(own).__name__}")
+        (x, y), (vx, vy), (ax, ay) = self._apart(own)
+        if isinstance(own, DistanceDriver):
+            length = np.hypot(x, y)
+            rate = (x * vx + y * vy) / length
+            return length, rate, (vx * vx + vy * vy + x * ax + y * ay - rate * rate) / length
+        body = self[own.i.body]
+        angle = body.angle + self.system.numbers.angle(own, "i")
+        c, s, w = np.cos(angle), np.sin(angle), body.omega
+        along, across = c * x + s * y, c * y - s * x
+        rate = c * vx + s * vy + w * across
+        turning = body.alpha * across - w * w * along + 2.0 * w * (c * vy - s * vx)
+        return along, rate, c * ax + s * ay + turning
+
+    def _apart(self, element: Any) -> list[tuple[Any, Any]]:
+        """The way from the place on i to that on j, with both derivatives, world axes."""
+        (ix, iy), (jx, jy) = (self._motion(element, side) for side in "ij")
+        return [(b - a, d - c) for a, b, c, d in zip(ix, jx, iy, jy, strict=True)]
+
+    def _motion(self, element: Any, side: str) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+        """x and y of a place, each with both derivatives."""
+        body = self[getattr(element, side).body]
+        x, y = place(self, element, side)
+        px, py, w, alpha = x - body.x, y - body.y, body.omega, body.alpha
+        return (
+            (x, body.vx - w * py, body.ax - alpha * py - w * w * px),
+            (y, body.vy + w * px, body.ay + alpha * px - w * w * py),
+        )
+
+    def load(self, name: str, on: str | None = None) -> LoadHistory:
+        """What a load does to body j, by its law."""
+        own: Any = self.mechanism[name]
+        actions = own.actions(self.system.numbers)
+        if len(actions) != 1 or actions[0].kind not in ("stretch", "twist", "force", "torque"):
+            raise Untraceable("compiled code computes it")
+        action = actions[0]
+        p = action.parameters
+        zero: Any = 0.0
+        if action.kind == "stretch":
+            length, rate, (ux, uy) = stretched(self, own)
+            f = self._value(own, action.law, (1.0 - p[5]) * (length - p[4]) + p[5] * rate)
+            on_j = -f * ux, -f * uy
+            return LoadHistory(name, action.j, action.i, *on_j, zero, f, length, None, rate)
+        if action.kind == "twist":
+            angle, rate = turned(self, own)
+            f = self._value(own, action.law, (1.0 - p[1]) * (angle - p[0]) + p[1] * rate)
+            parts: tuple[Any, ...] = (zero, zero, -f, zero, None, angle, rate)
+            return LoadHistory(name, action.j, action.i, *parts)
+        f = self._value(own, action.signals[0], self.t)
+        if action.kind == "torque":
+            turn: tuple[Any, Any] = turned(self, own) if own.by_angle else (None, None)
+            return LoadHistory(name, action.j, action.i, zero, zero, f, zero, None, *turn)
+        body = self[action.j]
+        angle = body.angle * p[4]
+        c, s = np.cos(angle), np.sin(angle)
+        fx, fy = f * (c * p[2] - s * p[3]), f * (s * p[2] + c * p[3])
+        size: Any = np.hypot(fx, fy)
+        return LoadHistory(name, action.j, action.i, fx, fy, zero, size)
+
+    def _value(self, load: Any, signal: Any, x: Any) -> Any:
+        """The value of a load's law at x, or of its formula of measured quantities."""
+        if isinstance(signal.law, MeasuredFormula):
+            return self._formula(signal.law, signal.parameters, load)
+        return _law(signal, x)
+
+    def _formula(self, law: MeasuredFormula, constants: list[Any], load: Any) -> Any:
+        """The value of a formula of measured quantities, step by step as the kernels take them."""
+        system = self.system
+        found = record_formula(law, list(constants), system.mechanism, system.numbers, load)
+        values: list[Any] = []
+        for kind, *rest in found.steps:
+            if kind == "parameter":
+                values.append(found.numbers[rest[0]])
+            elif kind in READ:
+                values.append(self._read(kind, *rest))
+            elif kind == "law":
+                if len(rest) > 2:
+                    raise Untraceable("the value of a table of two variables")
+                values.append(_law(found.laws[rest[0]], values[rest[1]]))
+            else:
+                values.append(FUNCTIONS[kind](*(values[place] for place in rest)))
+        return values[found.value]
+
+    def _read(self, kind: str, owner: str = "", axis: int = 0) -> Any:
+        """A number of the instant, as `mbody.system.formula_steps.StepList` names it."""
+        if kind == "time":
+            return self.t
+        if kind in ("signal", "own"):
+            return own_history(self, owner)
+        if owner == "ground":
+            return 1.0 if (kind, axis) == ("turn", 0) else 0.0
+        if kind == "turn":
+            return (np.cos, np.sin)[axis](self[owner].angle)
+        return getattr(self[owner], MOTIONS[kind][axis])
+
+
+def _law(signal: Any, x: Any) -> Any:
+    """The value of a law at x, from its numbers."""
+    law, numbers = signal.law, signal.parameters
+    if law.kind == "polynomial":
+        value = 0.0
+        for number in reversed(numbers):
+            value = value * x + number
+        return value
+    if law.kind == "harmonic":
+        mean, amplitude, frequency, phase = numbers
+        return mean + amplitude * np.sin(frequency * x + phase)
+    if isinstance(law, Expression):
+        return _expression(law, list(numbers), x)
+    if isinstance(law, Table) and (law.interpolation, law.outside) == ("linear", "hold"):
+        # each straight part adds what it rises between its ends
+        value = law.y[0]
+        for (a, b), (c, d) in zip(pairwise(law.x), pairwise(law.y), strict=True):
+            value = value + (d - c) / (b - a) * np.maximum(np.minimum(x - a, b - a), 0.0)
+        return value
+    raise Untraceable(f"the value of a {type(law).__name__} law")
+
+
+def _expression(law: Expression, constants: list[Any], x: Any) -> Any:
+    """The value of a formula at x: see `mbody.laws.postfix`."""
+    stack: list[Any] = []
+    for code in law.program:
+        name = OPERATIONS[code]
+        if code < CONSTANT:
+            stack.append(x)
+        elif code == CONSTANT:
+            stack.append(constants.pop(0))
+        elif code <= POWER_CONSTANT:
+            stack.append(FUNCTIONS[name.partition(" ")[0]](stack.pop(), constants.pop(0)))
+        elif code <= LOG:
+            stack.append(FUNCTIONS[name](stack.pop()))
+        else:
+            b, a = stack.pop(), stack.pop()
+            stack.append(FUNCTIONS[name](a, b))
+    return stack[0]

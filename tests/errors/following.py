@@ -1,0 +1,102 @@
+"""Drivers that follow formulas of inputs, own states and positions."""
+
+import mbody
+from mbody import (
+    AngleDriver,
+    Body,
+    Controller,
+    Input,
+    Mechanism,
+    Revolute,
+    Simulator,
+    Simulators,
+    State,
+    assemble,
+    kinematics,
+    simulate,
+)
+from mbody.laws import Table, Table2
+
+
+def arms(law, *before, more=(), **options):
+    """Two arms on the ground; the first turns by a law, the second by another."""
+    machine = Mechanism("arms", ground={"A": (0.0, 0.0), "B": (2.0, 0.0)}, **options)
+    for name, pin in (("first", "A"), ("second", "B")):
+        machine.add(Body(name, mass=1.0, inertia=0.1, cg=(0.2, 0.0), points={"P": (0.5, 0.0)}))
+        machine.add(Revolute(pin, f"ground.{pin}", name))
+    machine.add(*before)
+    machine.add(AngleDriver("lead", "first", "0.3 rad + 1 rad/s*t"))
+    machine.add(AngleDriver("follow", "second", law), *more)
+    return machine
+
+
+def held(rate):
+    """A driver of an input that holds its values, through states."""
+    signal = Input("u", Table([0.0, 1.0], ["0 rad", "1 rad"], interpolation="hold"))
+    return lambda: assemble(arms(rate, signal))
+
+
+def controlled():
+    u = Input("u", "0 rad")
+    set_u = Controller("pid", lambda t, a: a, every=0.1, reads=["first.angle"], sets=["u"])
+    return assemble(arms("u", u, more=[set_u]))
+
+
+def set_in_a_simulator():
+    sim = Simulator(assemble(arms("u + 0.1 rad", Input("u", "0 rad"))))
+    sim.inputs["u"] = 0.2
+
+
+def set_in_many():
+    sims = Simulators(assemble(arms("u + 0.1 rad", Input("u", "0 rad"))), 4)
+    sims.inputs["u"] = 0.2
+
+
+def surface():
+    map_ = Table2([0.0, 1.0], [0.0, 1.0], [[0.0, 0.1], [0.2, 0.4]])
+    return assemble(arms("1 rad*map(first.angle/(1 rad), 0.5)", curves={"map": map_}))
+
+
+def followed_matrices():
+    machine = Mechanism("free", ground={"A": (0.0, 0.0)})
+    machine.add(
+        Body("first", mass=1.0, inertia=0.1, points={"P": (0.5, 0.0)}),
+        Body("second", mass=1.0, inertia=0.1, cg=(0.2, 0.0)),
+        Revolute("A", "ground.A", "first"),
+        Revolute("B", "first.P", "second"),
+        Input("u", "0 rad"),
+        mbody.Gravity("g"),
+        AngleDriver("servo", "first", "u - 90 deg"),
+    )
+    return Simulator(machine).state_matrices("second.angle")
+
+
+SCENARIOS = {
+    "a driver that follows a rate": lambda: assemble(arms("0.1 s*first.omega")),
+    "a driver that follows a state of a rate": lambda: assemble(
+        arms("z", State("z", rate="first.omega", start="0 rad"))
+    ),
+    "a driver that follows what jumps": lambda: assemble(arms("1 rad*step(first.P.y/(1 m))")),
+    "a driver by a table of two variables": surface,
+    "a driver of an input that holds": held("u"),
+    "a driver of an input that a controller sets": controlled,
+    "an input that a driver follows, set": set_in_a_simulator,
+    "an input that drivers follow, set in many": set_in_many,
+    "kinematics of a driver of a state": lambda: kinematics(
+        arms("z", State("z", rate="1 rad/s*cos(1 rad/s*t)", start="0 rad")), t=[0.0, 1.0]
+    ),
+    "the value of a driver that follows": lambda: kinematics(
+        arms("2*first.angle"), drive={"follow": 0.3}
+    ),
+    "values where a driver follows time too": lambda: kinematics(
+        arms("2*first.angle + 1 rad/s*t"), drive={"lead": 0.3}
+    ),
+    "when a driver of positions turns": lambda: kinematics(arms("2*first.angle"), turn="follow"),
+    "a law of time of a driver that follows": lambda: (
+        lambda system: system.law_of(system.drivers[1])
+    )(assemble(arms("2*first.angle"))),
+    "B where a driver follows an input": followed_matrices,
+    "releasing a driver that another follows": lambda: simulate(
+        arms("2*lead.value"), 1.0, release={"lead": 0.5}
+    ),
+}
