@@ -184,8 +184,8 @@ def toggle_press():
     machine = mbody.Mechanism("toggle press", units="SI", ground=ground)
     bar = mbody.makers.bar
     machine.add(
-        bar("crank", 0.06, mass=2.0, ends=("O", "A"), guess="60 deg"),
-        bar("rod", 0.36, mass=3.0, ends=("A", "B"), guess="35 deg"),
+        bar("crank", 0.033, mass=2.0, ends=("O", "A"), guess="60 deg"),
+        bar("rod", 0.43, mass=3.0, ends=("A", "B"), guess="35 deg"),
         bar("upper", 0.25, mass=4.0, ends=("C", "B"), guess="-110 deg"),
         bar("lower", 0.25, mass=4.0, ends=("B", "D"), guess="-65 deg"),
         mbody.Body("ram", mass=20.0, points={"D": (0.0, 0.0)}, guess=(0.4, 0.03, 0.0)),

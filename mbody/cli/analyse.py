@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import sys
 from typing import TYPE_CHECKING, Any
@@ -22,6 +23,7 @@ __all__ = ["analyse", "check_forms", "question", "exit_status", "write"]
 def analyse(args: Any) -> int:
     """Run an analysis and print its results."""
     from mbody.analysis.driven.requests import analyse_at as solved
+    from mbody.sheets.friction import efficiency_line
 
     check_forms(args)
     mechanism = model_of(args)
@@ -30,8 +32,12 @@ def analyse(args: Any) -> int:
     if wants_equations and len(run) > 1:
         raise ModelError("--equations shows one instant: choose it with --at")
     write(run, args)
+    output = getattr(args, "efficiency", None)
+    found = run.efficiency(output) if output else None
     if args.json:
         data = run.data(args.angle or "deg")
+        if found is not None:
+            data["efficiency"] = dataclasses.asdict(found)
         if wants_equations:
             data["equations"] = run.equations().data()
         print(json.dumps(data, ensure_ascii=False, allow_nan=False))
@@ -39,6 +45,8 @@ def analyse(args: Any) -> int:
         print(run.equations())
     elif args.csv != "-":
         print(run)
+        if found is not None:
+            print(efficiency_line(run, output, found))
     return exit_status(run, shown=args.json or (args.csv != "-" and not wants_equations))
 
 

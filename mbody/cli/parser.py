@@ -424,6 +424,11 @@ def _analysis(command: argparse.ArgumentParser) -> None:
             action="store_true",
             help="print the system of equations with its numbers",
         )
+        command.add_argument(
+            "--efficiency",
+            metavar="OUTPUT",
+            help="work given, useful on that load or driver, and lost in joints",
+        )
     _json(command)
     _tables(command)
 

@@ -90,7 +90,7 @@ def size_of(L, W, w, f, x, y):
         by_x = first * mu * sign + second * per_length * turn * tilt
         return first * one + second * two, by_x, second * per_length * turn
     if L.friction_kind[f] == FOLLOWER:
-        mu = mu * pushing(L, W, w, f)
+        mu = on_cam(L, W, w, f)
     uneven = zero
     if L.friction_kind[f] == COUPLE:
         uneven = ld(W.par, L.friction_par[f] + 5, w) * ld(W.sense, f, w)
@@ -98,11 +98,17 @@ def size_of(L, W, w, f, x, y):
 
 
 @inline
-def pushing(L, W, w, f):
-    """The size of the part of the first row that pushes body j of what presses pair f."""
+def on_cam(L, W, w, f):
+    """Friction of follower f on its cam by the multiplier. A roller turns on a pin of some part of
+    its radius: the force on it passes the pin at the radius of the friction circle, so that the
+    part along the cam is to that across it as the sides of that triangle.
+    """
     o = 12 * L.friction_node[f] + 6
     x, y = ld(W.block, o, w), ld(W.block, o + 1, w)
-    return np.sqrt(x * x + y * y)
+    mu, part = ld(W.coefficient, f, w), ld(W.par, L.friction_par[f] + 4, w)
+    sine = part * mu / np.sqrt(1.0 + mu * mu)
+    rolls = sine / np.sqrt(1.0 - sine * sine)
+    return select_le(part, 0.0 * mu, mu, rolls) * np.sqrt(x * x + y * y)
 
 
 @inline
@@ -118,7 +124,7 @@ def greatest_slope(L, W, w, f, x, y):
         moment = y + tilt * x
         return larger(one, per_length * larger(moment, -moment))
     if L.friction_kind[f] == FOLLOWER:
-        return one * pushing(L, W, w, f)
+        return on_cam(L, W, w, f) * larger(x, -x)
     if L.friction_kind[f] == COUPLE:
         uneven = ld(W.par, L.friction_par[f] + 5, w)
         return one + larger(uneven, -uneven) * larger(x, -x)

@@ -14,6 +14,7 @@ from mbody.reports.described import inputs, method, mobility, sketch
 from mbody.reports.evidence import checks, opinions, references, repeat
 from mbody.reports.figures import freebody, plots, polar
 from mbody.reports.peaks import joints, links, loads, summary
+from mbody.reports.rubbing import friction
 from mbody.reports.two_designs import comparison
 
 if TYPE_CHECKING:
@@ -36,6 +37,7 @@ SECTIONS: dict[str, tuple[str, Callable[[Subject], list[Block]]]] = {
     "polar": ("Forces as vectors", polar),
     "freebody": ("Free-body diagrams", freebody),
     "energy": ("Energy", energy),
+    "friction": ("Friction", friction),
     "shaking": ("Shaking force", shaking),
     "checks": ("Checks", checks),
     "opinions": ("Second opinion", opinions),

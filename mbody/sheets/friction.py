@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbody.sheets.text_table import Column, numbers, table
+from mbody.sheets.text_table import Column, number, numbers, table
 
 if TYPE_CHECKING:
+    from mbody.solution.friction_results import Efficiency
     from mbody.solution.solution import Solution
 
-__all__ = ["friction"]
+__all__ = ["efficiency_line", "friction"]
 
 #: Losses below this part of the greatest are rounding.
 ROUNDING = 1e-12
@@ -33,6 +34,16 @@ def friction(solution: Solution) -> list[list[str]]:
     if solution.analysis != "simulate":
         parts.append(_bands(solution))
     return [part for part in parts if part]
+
+
+def efficiency_line(solution: Solution, output: str, found: Efficiency) -> str:
+    """The account of work of a motion."""
+    unit = solution.mechanism.units.of("torque")
+    given, useful, lost = (number(x) for x in (found.given, found.useful, found.lost))
+    return (
+        f"EFFICIENCY   {found.value:.6g} of '{output}': given {given}, useful {useful}, lost in "
+        f"joints {lost} {unit}"
+    )
 
 
 def _losses(solution: Solution) -> list[str]:

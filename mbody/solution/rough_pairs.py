@@ -125,9 +125,8 @@ def resting_pairs(solution: Result) -> Array:
     force = np.abs(tangent_forces(solution))
     if solution.analysis == "statics":
         return np.broadcast_to(np.array(holds, dtype=bool), force.shape)
-    near = ~(force > SMALL * np.fmax.reduce(force, axis=-2, keepdims=True)) & np.array(
-        holds, dtype=bool
-    )
+    near = ~(force > SMALL * np.fmax.reduce(force, axis=-2, keepdims=True))
+    near &= np.array(holds, dtype=bool)
     found = np.zeros(near.shape, dtype=bool)
     every, rest = (one if solution.record.batch else one[None] for one in (near, found))
     for design, own in enumerate(every):

@@ -61,6 +61,11 @@ class GivenFriction(Joint):
                 self.name,
             )
 
+    @property
+    def rubs(self) -> bool:
+        """That is all it does."""
+        return True
+
     def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """None: it takes no freedom."""
         return []

@@ -155,16 +155,13 @@ class CamFollower(RubbingJoint):
             wheel = at[f"{self.name}.roller"]
             own = [ix, iy, jx, jy, beta_i, self._sense, wheel]
             row = ConstraintPrimitive("roller_slip", *bodies, "l", own, law=law, switched=True)
+        part: Value = 0.0
         if self.pin_radius is not None:
-            # the force on a roller passes its pin at the radius of the friction circle, so that
-            # the part along the cam is to that across it as the sides of that triangle; the pin
-            # slides by so much less than the surface of the roller
+            # the pin slides by so much less than the surface of the roller
             part = at[f"{self.name}.pin_radius"] / at[f"{self.name}.roller"]
-            kinetic, static = (_on_pin(mu, part) for mu in (kinetic, static))
             stribeck = stribeck / part
-        return [
-            FrictionPrimitive("follower", row, 0, [kinetic, static, stribeck, viscous, 0.0, 0.0])
-        ]
+        parameters = [kinetic, static, stribeck, viscous, part, 0.0]
+        return [FrictionPrimitive("follower", row, 0, parameters)]
 
     @property
     def _sense(self) -> float:
@@ -273,13 +270,6 @@ class CamFollower(RubbingJoint):
         if not self.flat:
             ray = ray + np.arctan2(self._sense * slope, np.hypot(*d))
         return (np.cos(ray), np.sin(ray)), slope
-
-
-def _on_pin(mu: Value, part: Value) -> Value:
-    """Coefficient at the surface of a roller that turns on a pin of that part of its radius."""
-    sine = part * mu / np.sqrt(1.0 + mu * mu)
-    found: Value = sine / np.sqrt(1.0 - sine * sine)
-    return found
 
 
 def _at(n: int) -> str:
