@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from mbody.files.model import from_toml, load, save, to_toml
     from mbody.files.saved import load_run, save_run
     from mbody.model.body import Body, SlenderRod
+    from mbody.model.contact import Between, Contact, Rope
     from mbody.model.controller import Controller
     from mbody.model.coupling import AngleCoupling, CouplingTerm, LengthCoupling
     from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
@@ -106,11 +107,13 @@ __all__ = [
     "AngleCoupling",
     "AngleDriver",
     "Answer",
+    "Between",
     "Body",
     "BodyHistory",
     "CamFollower",
     "CentrifugalField",
     "Clutch",
+    "Contact",
     "Controller",
     "CoordinateDriver",
     "CouplingTerm",
@@ -147,6 +150,7 @@ __all__ = [
     "ReciprocatingCylinder",
     "Revolute",
     "Rolling",
+    "Rope",
     "SimulationSettings",
     "Simulator",
     "Simulators",
@@ -244,6 +248,7 @@ _MODULES = {
     "files.model": "from_toml load save to_toml",
     "files.saved": "load_run save_run",
     "model.body": "Body SlenderRod",
+    "model.contact": "Between Contact Rope",
     "model.controller": "Controller",
     "model.coupling": "AngleCoupling CouplingTerm LengthCoupling",
     "model.driver": "AngleDriver CoordinateDriver DistanceDriver",

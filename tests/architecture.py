@@ -31,6 +31,7 @@ LAYERS = (
     ("system",),
     ("solution",),
     ("analysis", "analysis.position"),
+    ("analysis.contact",),
     ("analysis.singular",),
     ("analysis.driven",),
     ("analysis.freedom",),

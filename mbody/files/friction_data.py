@@ -28,7 +28,7 @@ def friction_data(solution: Solution) -> dict[str, Any]:
     same = bool((certified == certified.flat[0]).all()) if certified.size else True
     found: dict[str, Any] = {
         "losses": {name: _list(power) for name, power in solution.losses.items()},
-        "modes": {name: solution.mode(name) for name in solution.losses},
+        "modes": {name: solution.mode(name) for name in solution.modes or solution.losses},
         "friction": {
             "certified": bool(certified.all()) if same else certified.tolist(),
             "jams": [jam._asdict() for jam in report.jams],

@@ -24,6 +24,7 @@ from mbody.files.writing import writing
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.checks import one_design
 from mbody.solution.doubts import certificate
+from mbody.solution.event_record import EventRecord
 from mbody.solution.heading import heading, unit_symbols
 from mbody.solution.measures import found_by, measured
 from mbody.solution.own_histories import shown_states
@@ -113,8 +114,19 @@ def _motion(solution: Solution) -> dict[str, Any]:
     if solution.energy is not None:
         plain["energy"] = solution.energy.data()
     if solution.analysis == "simulate":
-        plain["events"] = [{"name": one.name, "t": one.t} for one in solution.events]
+        plain["events"] = [_event(one) for one in solution.events]
+        if solution.modes:
+            plain["modes"] = {name: list(words) for name, words in solution.modes.items()}
+            plain["contacts"] = {
+                one.name: _list(solution.contact(one.name)) for one in solution.mechanism.contacts
+            }
     return plain
+
+
+def _event(one: EventRecord) -> dict[str, Any]:
+    """An event as data; of a contact with its name."""
+    plain = {"name": one.name, "t": float(one.t)}
+    return plain | ({"contact": one.contact} if one.contact else {})
 
 
 def _list(values: Any) -> list[Any]:
@@ -138,7 +150,9 @@ def _reactions(solution: Solution) -> dict[str, Any]:
     if not solution.has_forces:
         return {}
     found = {}
-    for joint in solution.mechanism.joints:
+    machine = solution.mechanism
+    acting = machine.contacts if solution.modes else ()
+    for joint in (*machine.joints, *acting):
         reaction = solution.reaction(joint.name)
         sides = {"i": reaction.by, "j": reaction.on}
         unique = {"unique": list(reaction.unique or (None, None, None))}

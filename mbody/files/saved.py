@@ -54,7 +54,7 @@ NEEDED = (
     "branch",
     "released_at",
 )
-ENERGIES = tuple(part.name for part in fields(Energy) if part.name != "by")
+ENERGIES = tuple(part.name for part in fields(Energy) if part.name not in ("by", "lost"))
 #: What a motion with controllers or inputs that jump goes on with; a file does not keep it.
 SAMPLED = ("inputs", "sampled")
 ARRAYS = tuple(part.name for part in fields(Restart) if part.name not in ("way", "own", *SAMPLED))
@@ -113,6 +113,11 @@ def save_run(run: Solution, path: str | os.PathLike[str]) -> None:
         arrays |= {f"energy.{name}": getattr(run.energy, name) for name in ENERGIES}
         header["works"] = list(run.energy.by)
         arrays |= {f"work.{n}": part for n, part in enumerate(run.energy.by.values())}
+        header["lost"] = list(run.energy.lost)
+        arrays |= {f"lost.{n}": part for n, part in enumerate(run.energy.lost.values())}
+    if run.modes:
+        header["modes"] = {name: list(modes) for name, modes in run.modes.items()}
+        header["contacts"] = [one.contact for one in run.events]
     header["events"] = [[one.name, one.t, one.after is not None] for one in run.events]
     for n, one in enumerate(run.events):
         arrays[f"event.{n}"] = one.state.record.table(slice(None))
@@ -200,7 +205,11 @@ def _solution(
     n = len(t)
     if "works" in header:
         by = {name: array(arrays, f"work.{k}", (n,)) for k, name in enumerate(header["works"])}
-        energy = Energy(**{name: array(arrays, f"energy.{name}", (n,)) for name in ENERGIES}, by=by)
+        lost = {
+            name: array(arrays, f"lost.{k}", (n,)) for k, name in enumerate(header.get("lost", ()))
+        }
+        plain = {name: array(arrays, f"energy.{name}", (n,)) for name in ENERGIES}
+        energy = Energy(**plain, by=by, lost=lost)
     if "way" in header:
         want(n > 0, "it has no instant to go on from")
         names = [f"own.{k}" for k in range(sum(key[:4] == "own." for key in arrays))]
@@ -225,9 +234,14 @@ def _solution(
             system, analysis, np.atleast_1d(when), record, None, regularization=regularization
         )
 
+    contacts = header.get("contacts", [""] * len(header["events"]))
     events = tuple(
         EventRecord(
-            name, t, instants(f"event.{n}", t), instants(f"after.{n}", t) if after else None
+            name,
+            t,
+            instants(f"event.{n}", t),
+            instants(f"after.{n}", t) if after else None,
+            contacts[n],
         )
         for n, (name, t, after) in enumerate(header["events"])
     )
@@ -249,6 +263,7 @@ def _solution(
         energy=energy,
         events=events,
         restart=restart,
+        modes=header.get("modes", {}),
     )
 
 

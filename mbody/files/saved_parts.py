@@ -86,7 +86,12 @@ def check_header(header: Mapping[str, Any], system: System) -> None:
     events = header["events"]
     sound = isinstance(events, list) and all(_event(one) for one in events)
     want(sound, "'events' are no names, times and truths")
-    want("works" not in header or _texts(header["works"]), "'works' are no texts")
+    for key in ("works", "lost"):
+        want(key not in header or _texts(header[key]), f"'{key}' are no texts")
+    if "modes" in header:
+        modes, contacts = header["modes"], header.get("contacts", [])
+        want(isinstance(modes, dict) and all(map(_texts, modes.values())), "'modes' are no texts")
+        want(_texts(contacts) and len(contacts) == len(events), "'contacts' are not of the events")
     if "way" in header:
         way = header["way"]
         want(isinstance(way, list) and len(way) == 4 and isinstance(way[0], str), "'way' is none")

@@ -92,6 +92,12 @@ def columns(solution: Solution, angle: str = "rad") -> dict[str, np.ndarray]:
         table[f"{joint.name}.fy [{unit('force')}]"] = reaction.fy
         table[f"{joint.name}.torque [{unit('torque')}]"] = reaction.torque
         table |= unique.get(joint.name, {})
+    for contact in mechanism.contacts if solution.modes else ():
+        reaction = solution.reaction(contact.name)
+        table[f"{contact.name}.fx [{unit('force')}]"] = reaction.fx
+        table[f"{contact.name}.fy [{unit('force')}]"] = reaction.fy
+        table[f"{contact.name}.torque [{unit('torque')}]"] = reaction.torque
+        table[f"{contact.name}.contact [{unit('force')}]"] = solution.contact(contact.name)
     for each in (*mechanism.couplings, *mechanism.drivers):
         effort = unit(each.effort_dimension)
         table[f"{each.name}.effort [{effort}]"] = solution.effort(each.name)

@@ -42,16 +42,18 @@ def rows(L, W, w, position, velocity):
 def switch(L, W, w, position, velocity):
     """Rows that can be on or off ← what their physics gave, less the anchor of Φ, or nothing."""
     for s in range(L.switched.shape[0]):
-        e, on = L.switched[s], ld(W.on, s, w)
+        e = L.switched[s]
         k, m = L.primitive_node[e], L.written_node[e]
+        # a row that is off may be no number, as where two centres coincide
+        on = W.on[s, 0] != 0.0
         if position is not None:
-            st(W.phi, 2 * k, on * (ld(W.phi, 2 * m, w) - ld(W.anchor, s, w)), w)
-            st(W.nu, 2 * k, on * ld(W.nu, 2 * m, w), w)
+            W.phi[2 * k, 0] = W.phi[2 * m, 0] - W.anchor[s, 0] if on else 0.0
+            W.nu[2 * k, 0] = W.nu[2 * m, 0] if on else 0.0
             for n in range(3):
-                st(W.block, 12 * k + n, on * ld(W.block, 12 * m + n, w), w)
-                st(W.block, 12 * k + 6 + n, on * ld(W.block, 12 * m + 6 + n, w), w)
+                W.block[12 * k + n, 0] = W.block[12 * m + n, 0] if on else 0.0
+                W.block[12 * k + 6 + n, 0] = W.block[12 * m + 6 + n, 0] if on else 0.0
         if velocity is not None:
-            st(W.gamma, 2 * k, on * ld(W.gamma, 2 * m, w), w)
+            W.gamma[2 * k, 0] = W.gamma[2 * m, 0] if on else 0.0
 
 
 @inline

@@ -426,11 +426,9 @@ def store_sliding(L, W, w):
 
 
 @njit
-def friction_loss(L, W):
-    """The power that all rough pairs take: their multipliers times the rates of sliding."""
-    total = 0.0
-    for f in range(L.friction_kind.shape[0]):
-        s = L.friction_tangent[f]
-        if W.on[s, 0] == 0.0:
-            total += W.lam[2 * L.primitive_node[L.switched[s]], 0] * W.rate[f, 0]
-    return total
+def friction_loss(L, W, f):
+    """The power that rough pair f takes: its multiplier times the rate of sliding."""
+    s = L.friction_tangent[f]
+    if W.on[s, 0] != 0.0:
+        return 0.0
+    return W.lam[2 * L.primitive_node[L.switched[s]], 0] * W.rate[f, 0]

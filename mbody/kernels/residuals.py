@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from mbody.core.bundle import Bundle, Floats, Ints, Rows, Stacks
-from mbody.core.decorators import kernel
+from mbody.core.decorators import kernel, njit
 from mbody.kernels.constraints import rows, turns
 from mbody.kernels.forces import forces, signals
-from mbody.kernels.friction import add_row
 from mbody.kernels.layout import Layout, Work
 from mbody.kernels.measured_formulas import own_numbers
 from mbody.kernels.position_velocity import clear
@@ -34,6 +33,19 @@ class Finished(Bundle):
     given: Stacks  # (instants, drivers, 3): values and rates of the drivers, unless by law
     by_law: int  # whether the laws of the drivers give these
     at_rest: int  # whether rates are zero (statics)
+
+
+@njit
+def carry_row(L, W, e, size):
+    """Add size · gᵀ of primitive e, as its physics gave it, to W.r; returns its power."""
+    o, power = 12 * L.written_node[e], 0.0
+    for side in range(2):
+        b = L.primitive_i[e] if side == 0 else L.primitive_j[e]
+        for n in range(3):
+            part = size * W.block[o + 6 * side + n, 0] if size != 0.0 else 0.0
+            W.r[3 * b + n, 0] += part
+            power += part * W.v[3 * b + n, 0]
+    return power
 
 
 @kernel
@@ -71,9 +83,6 @@ def residuals_of(L: Layout, W: Work, found: Finished, output: Rows) -> None:
         clear(W.lam, w)
         for e in range(L.primitive_node.shape[0]):
             if L.written_node[e] != L.primitive_node[e]:
-                # a row that can be off acts all the same: as friction
-                m, i, j = L.written_node[e], L.primitive_i[e], L.primitive_j[e]
-                add_row(W, w, m, i, j, lam[k, 2 * e])
                 continue
             W.lam[2 * L.primitive_node[e], 0] = lam[k, 2 * e]
             W.lam[2 * L.primitive_node[e] + 1, 0] = lam[k, 2 * e + 1]
@@ -84,6 +93,12 @@ def residuals_of(L: Layout, W: Work, found: Finished, output: Rows) -> None:
             for n in range(3):
                 W.r[3 * L.slot_body[s] + n, 0] += W.u[3 * s + n, 0]
         worst, term, power, flow = 0.0, 0.0, 0.0, 0.0
+        for s in range(L.switched.shape[0]):
+            # a row that can be off acts all the same: as a contact or friction
+            e = L.switched[s]
+            own = carry_row(L, W, e, lam[k, 2 * e])
+            power -= own
+            flow += abs(own)
         for b in range(L.bodies):
             for n in range(3):
                 unit = 1.0 / size if n == 2 else 1.0

@@ -64,9 +64,11 @@ def store_derivative(L, W, w, K):
 @njit
 def powers(L, W, P):
     """P (causes,) ← the power of every load, or of all together where P has one number for them,
-    then of every driver. W.force holds the sum of all loads.
+    then of every driver and of every rough pair, below zero where it takes. W.force holds the sum
+    of all loads.
     """
-    count = P.shape[0] - L.driver_row.shape[0]
+    pairs = L.friction_kind.shape[0]
+    count = P.shape[0] - L.driver_row.shape[0] - pairs
     alone = count > 1
     for cause in range(count):
         if alone:
@@ -76,11 +78,14 @@ def powers(L, W, P):
             total += W.force[n, 0] * W.v[n, 0]
         if not alone:
             # friction is among the forces, and no load
-            total += friction_loss(L, W)
+            for f in range(pairs):
+                total += friction_loss(L, W, f)
         P[cause] = total
     for d in range(L.driver_row.shape[0]):
         # an effort is −λ
         P[count + d] = -W.lam[2 * L.driver_node[d], 0] * W.signal[L.driver_row[d] + 1, 0]
+    for f in range(pairs):
+        P[count + L.driver_row.shape[0] + f] = -friction_loss(L, W, f)
 
 
 @njit

@@ -18,6 +18,7 @@ from mbody.model.element import (
     number_field,
     point_numbers,
 )
+from mbody.model.shapes import Shape, ShapeLike, as_shapes, shape_numbers
 from mbody.quantities.number import number
 from mbody.quantities.types import (
     Converted,
@@ -138,6 +139,11 @@ class Body(Element):
         loops are closed so; else they follow from the guesses of other bodies.
     spread : "point", SlenderRod, SecondMoments, optional
         How the mass is spread in the plane; only loads of a rotating plane need it.
+    shapes : dict
+        What contacts touch, by name: ``{"disc": "O", "radius": 0.3}``, a `ring` likewise, a
+        ``{"segment": ("A", "B")}``, a ``{"polygon": ("A", "B", "C")}``, an endless
+        ``{"line": {"point": "P", "angle": 0.1}}``; all by points of the body. A point alone needs
+        no shape.
 
     Examples
     --------
@@ -161,6 +167,7 @@ class Body(Element):
     points: Converted[dict[str, Point], Mapping[str, PointLike]] = default_made(dict)
     guess: Converted[Guess, GuessLike] = default(None)
     spread: Literal["point"] | SlenderRod | SecondMoments | None = None
+    shapes: Converted[dict[str, Shape], Mapping[str, ShapeLike]] = default_made(dict)
 
     def _enter(self) -> None:
         super()._enter()
@@ -187,6 +194,7 @@ class Body(Element):
         object.__setattr__(self, "cg", as_point(self.cg, name, "cg"))
         object.__setattr__(self, "guess", as_guess(self.guess, name))
         object.__setattr__(self, "spread", as_spread(self.spread, name))
+        object.__setattr__(self, "shapes", as_shapes(self.shapes, name, points))
 
     def _check(self) -> None:
         if self.mass is not None and self.weight is not None:
@@ -231,6 +239,8 @@ class Body(Element):
         result |= point_numbers(self.cg, f"{self.name}.cg")
         for key, point in self.points.items():
             result |= point_numbers(point, f"{self.name}.{key}")
+        for key, shape in self.shapes.items():
+            result |= shape_numbers(f"{self.name}.{key}", shape)
         if isinstance(self.spread, (SlenderRod, SecondMoments)):
             result |= {f"{self.name}.spread.{k}": v for k, v in vars(self.spread).items()}
         return result

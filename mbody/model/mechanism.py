@@ -13,6 +13,7 @@ from mbody.errors import ModelError, brief
 from mbody.laws import Law
 from mbody.model.body import Body
 from mbody.model.constraint import Constraint
+from mbody.model.contact import Between, Contact, OneSided
 from mbody.model.control_checks import check_formula_name, check_sets
 from mbody.model.controller import Controller
 from mbody.model.coupling import Coupling
@@ -25,6 +26,7 @@ from mbody.model.inputs import Input
 from mbody.model.joints import Joint
 from mbody.model.loads import Load
 from mbody.model.own_equations import OwnState
+from mbody.model.shapes import ShapeLike
 from mbody.model.simulation import SimulationSettings
 from mbody.model.state_quantities import measured_names
 from mbody.model.states import State, check_unmeasured
@@ -72,6 +74,8 @@ class Mechanism:
     curves : dict, optional
         Tables and other laws that formulas call by name: ``{"torque": Table(…)}`` as
         ``"torque(crank.omega)"``, a `Table2` with two numbers.
+    ground_shapes : dict, optional
+        Shapes of the fixed link, which contacts touch; as of a `Body`.
 
     Examples
     --------
@@ -98,6 +102,7 @@ class Mechanism:
         source: str = "",
         note: str = "",
         curves: Mapping[str, Law] | None = None,
+        ground_shapes: Mapping[str, ShapeLike] | None = None,
     ) -> None:
         for key, text in (("title", name), ("source", source), ("note", note)):
             if not isinstance(text, str):
@@ -127,7 +132,9 @@ class Mechanism:
                 "positive: it only turns weights into masses, a Gravity load has the direction",
                 self.name,
             )
-        self.ground = self._taken(Body("ground", points={} if ground is None else ground))
+        points = {} if ground is None else ground
+        shapes = {} if ground_shapes is None else ground_shapes
+        self.ground = self._taken(Body("ground", points=points, shapes=shapes))
         self._elements: dict[str, Element] = {}
         self._sorted: dict[type, tuple[Any, ...]] | None = None
         #: States that elements bring, kept when the mechanism is closed.
@@ -238,6 +245,9 @@ class Mechanism:
                 "a mechanism takes bodies, joints, couplings, drivers, loads, inputs, states and "
                 f"controllers, not {reprlib.repr(element)}{remedy}"
             )
+        if isinstance(element, Between):
+            self.add(*element.contacts((*self.bodies, self.ground)))
+            return
         name = element.name
         if name in self._elements or name == "ground":
             what = type(self._elements[name]).__name__ if name in self._elements else "fixed link"
@@ -270,6 +280,8 @@ class Mechanism:
             return cast(E, whole)
         if isinstance(element, Input):
             whole = element.measured(scope)
+        if isinstance(element, Contact):
+            whole = element.with_shapes({name: self[name] for name in element.bodies})
         made: E
         made, formulas, fixed = resolved(whole, scope, self._measured)
         self.formulas |= formulas
@@ -327,8 +339,13 @@ class Mechanism:
 
     @property
     def constraints(self) -> tuple[Constraint, ...]:
-        """Joints, couplings and drivers, in this order."""
-        return (*self.joints, *self.couplings, *self.drivers)
+        """Joints, couplings, drivers, and contacts and ropes, in this order."""
+        return (*self.joints, *self.couplings, *self.drivers, *self.contacts)
+
+    @property
+    def contacts(self) -> tuple[OneSided, ...]:
+        """The contacts and ropes, in the order of the description."""
+        return self._of(OneSided)
 
     @property
     def loads(self) -> tuple[Load, ...]:
@@ -385,6 +402,7 @@ class Mechanism:
             (len(self.joints), "joint", "joints"),
             (len(self.drivers), "driver", "drivers"),
             (len(self.loads), "load", "loads"),
+            (len(self.contacts), "contact", "contacts"),
             (len(self.inputs), "input", "inputs"),
             (len(self.described_states), "state", "states"),
         )

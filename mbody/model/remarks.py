@@ -15,7 +15,7 @@ from mbody.quantities import Formula, FormulaError, Scope, Valued, read
 from mbody.quantities.evaluate import has_units
 from mbody.quantities.units import DIMENSIONS, Dimension, UnitSystem, dimension_of
 
-__all__ = ["kept_states", "remarks"]
+__all__ = ["kept_states", "left_out", "remarks"]
 
 #: A unit of mass above so many kilograms, and the plain masses in it that are seldom meant.
 HEAVY, MUCH = 100, 0.1
@@ -172,6 +172,18 @@ def _unused_inputs(mechanism: Mechanism) -> Iterator[str]:
                 f"nothing uses input '{one.name}': name it in the formula of a load or a state, or "
                 "leave it out"
             )
+
+
+def left_out(mechanism: Mechanism, analysis: str) -> tuple[str, ...]:
+    """Notes of an analysis that follows no motion over time: contacts that are open in it."""
+    names = [one.name for one in mechanism.contacts]
+    if not names:
+        return ()
+    what = "contact" if len(names) == 1 else "contacts"
+    return (
+        f"{what} {listed(names)}: left out of {analysis}, as if open; simulate decides what is "
+        "open, sticks and slides",
+    )
 
 
 def kept_states(

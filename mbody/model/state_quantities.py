@@ -35,6 +35,7 @@ OF_FORCES = (
     "force",
     "torque",
     "loss",
+    "contact",
 )
 
 

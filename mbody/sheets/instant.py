@@ -9,6 +9,7 @@ import numpy as np
 
 from mbody.analysis.driven.free_body import member_forces
 from mbody.laws import MeasuredFormula
+from mbody.sheets.contacts import contacts
 from mbody.sheets.couplings import couplings
 from mbody.sheets.friction import friction
 from mbody.sheets.measured import measures
@@ -87,7 +88,7 @@ class _Instant:
         parts = [self._links()]
         if self.forces:
             parts.append(self._joints())
-        parts.append(couplings(self.solution))
+        parts += [couplings(self.solution), contacts(self.solution)]
         parts += [self._drivers(turns) for turns in (True, False)]
         if self.forces and self.moves:
             parts.append(self._inertia())

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from mbody.model.driver import Driver
     from mbody.model.mechanism import Mechanism
     from mbody.quantities.units import UnitSystem
+    from mbody.solution.event_record import EventRecord
     from mbody.solution.histories import Reaction
     from mbody.solution.solution import Solution
 
@@ -175,12 +176,17 @@ def certified(result: Any) -> list[str]:
 def _events(solution: Solution) -> list[str]:
     """How often each event occurred, and when, the first few times."""
     unit, lines = solution.mechanism.units.time, []
-    for name in dict.fromkeys(one.name for one in solution.events):
-        times = [one.t for one in solution.events if one.name == name]
+    for name in dict.fromkeys(_event_name(one) for one in solution.events):
+        times = [one.t for one in solution.events if _event_name(one) == name]
         shown = ", ".join(f"{t:.6g}" for t in times[:SHOWN]) + (", …" if len(times) > SHOWN else "")
         many = f", {len(times)} times" if len(times) > 1 else ""
         lines += paragraph(f"{name} at t = {shown} {unit}{many}", "EVENT   ")
     return lines
+
+
+def _event_name(event: EventRecord) -> str:
+    """The name of an event; of a contact with its own."""
+    return f"{event.name} of {event.contact}" if event.contact else event.name
 
 
 def link_names(mechanism: Mechanism) -> list[str]:
@@ -203,7 +209,8 @@ def swiftness(solution: Solution) -> float:
 def force_floor(solution: Solution) -> float:
     """What is no more than rounding beside the greatest joint force or effort."""
     length, peak = solution.system.length, 0.0
-    for joint in solution.mechanism.joints:
+    acting = solution.mechanism.contacts if solution.modes else ()
+    for joint in (*solution.mechanism.joints, *acting):
         peak = np.fmax(peak, np.fmax.reduce(solution.reaction(joint.name).magnitude, axis=None))
     machine = solution.mechanism
     elements: tuple[Driver | Coupling, ...] = (*machine.drivers, *machine.couplings)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mbody.sheets.contacts import contacts
 from mbody.sheets.couplings import couplings
 from mbody.sheets.friction import friction
 from mbody.sheets.measured import measures
@@ -63,7 +64,7 @@ class _Summary:
         parts = [self._links()]
         if self.forces:
             parts.append(self._joints())
-        parts.append(couplings(self.solution))
+        parts += [couplings(self.solution), contacts(self.solution)]
         parts += [self._drivers(turns) for turns in (True, False)]
         parts += friction(self.solution)
         parts += signals(self.solution)

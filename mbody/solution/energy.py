@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,10 +14,12 @@ if TYPE_CHECKING:
     from mbody.model.own_equations import AccountedEnergy
     from mbody.system.system import System
 
-__all__ = ["Energy", "account", "causes"]
+__all__ = ["Energy", "account", "causes", "works_of_pairs"]
 
 Array = np.ndarray
 
+#: Parts of an account that are one array each.
+PLAIN = ("kinetic", "potential", "work", "dissipated", "balance")
 #: Loads whose work is accounted one by one.
 ACCOUNTED = 64
 
@@ -38,14 +40,18 @@ class Energy:
         Done by all other loads and by the drivers since the beginning; of electric motors what
         they took from their terminals.
     dissipated : array
-        Taken by dampers, by resistances of motors and by impacts on stops, since the beginning.
+        Taken by dampers, by resistances of motors, by friction and by impacts, since the
+        beginning.
     balance : array
         kinetic + potential + dissipated − work, less what it was at the beginning: the error of the
         motion, by a route that its steps did not take.
     by : dict
         Work of every load and driver since the beginning, by name; of very many loads "loads"; of
         every stop what its impacts gave, below zero where they took; of a motor also what it was
-        "supplied", what it "lost" and what its "field" took, as "motor.lost".
+        "supplied", what it "lost" and what its "field" took, as "motor.lost"; of a rough joint and
+        a contact what sliding gave, below zero, as "foot.friction".
+    lost : dict
+        What friction and impacts have taken, of every rough joint, contact and stop by name.
     """
 
     kinetic: Array
@@ -54,6 +60,7 @@ class Energy:
     dissipated: Array
     balance: Array
     by: dict[str, Array]
+    lost: dict[str, Array] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         lock(self)
@@ -82,22 +89,38 @@ class Energy:
 
     def take(self, index: Any) -> Energy:
         """Only some of the instants."""
-        plain = [f.name for f in fields(self) if f.name != "by"]
-        own = {name: getattr(self, name)[index] for name in plain}
-        return Energy(**own, by={name: part[index] for name, part in self.by.items()})
+        own = {name: getattr(self, name)[index] for name in PLAIN}
+        by, lost = ({n: one[index] for n, one in part.items()} for part in (self.by, self.lost))
+        return Energy(**own, by=by, lost=lost)
 
     def data(self) -> dict[str, Any]:
         """The same as lists, ready for JSON."""
-        plain = [f.name for f in fields(self) if f.name != "by"]
-        data: dict[str, Any] = {name: getattr(self, name).tolist() for name in plain}
-        return data | {"by": {name: part.tolist() for name, part in self.by.items()}}
+        data: dict[str, Any] = {name: getattr(self, name).tolist() for name in PLAIN}
+        data["by"] = {name: part.tolist() for name, part in self.by.items()}
+        lost = {name: part.tolist() for name, part in self.lost.items()}
+        return data | ({"lost": lost} if lost else {})
 
 
 def causes(system: System, stops: Sequence[str] = ()) -> list[str]:
-    """Causes whose work is listed: loads ("loads" for none and very many), drivers, stops."""
+    """Causes whose work is listed: loads ("loads" for none and very many), drivers, rough pairs,
+    and what is struck: stops and contacts.
+    """
     loads = [load.name for load in system.mechanism.loads]
     drivers = [driver.name for driver in system.mechanism.drivers]
-    return [*(loads if 0 < len(loads) <= ACCOUNTED else ["loads"]), *drivers, *stops]
+    whole = loads if 0 < len(loads) <= ACCOUNTED else ["loads"]
+    return [*whole, *drivers, *works_of_pairs(system), *stops]
+
+
+def works_of_pairs(system: System) -> dict[str, str]:
+    """The element of every rough pair, by the name that its work has: "A.friction", of an element
+    with several of them "A.friction_2" and so on.
+    """
+    L, found = system.layout, dict[str, str]()
+    for tangent in L.friction_tangent:
+        name = system.owners[int(L.switched[tangent])][0].name
+        count = sum(owner == name for owner in found.values())
+        found[f"{name}.friction" + (f"_{count + 1}" if count else "")] = name
+    return found
 
 
 def _named(system: System, pages: Array) -> dict[str, dict[str, AccountedEnergy]]:
@@ -136,12 +159,17 @@ def account(system: System, pages: Array, gained: Array, stops: Sequence[str] = 
     together = not 0 < len(loads) <= ACCOUNTED
     by = {name: gained[:, k] for k, name in enumerate(names)}
     potential, work, lost = (np.zeros(len(pages)) for _ in range(3))
+    rough = works_of_pairs(system)
+    taken = {name: np.zeros(len(pages)) for name in (*rough.values(), *stops)}
     named = {} if together else _named(system, pages)
     for name, part in by.items():
         if name in named:
             continue  # it passes from one named part to the others
         load = None if together else loads.get(name)
-        if name in stops or (load is not None and load.dissipative):
+        if name in stops or name in rough:
+            lost -= part
+            taken[rough.get(name, name)] -= part
+        elif load is not None and load.dissipative:
             lost -= part
         elif load is not None and load.potential:
             potential -= part
@@ -156,4 +184,4 @@ def account(system: System, pages: Array, gained: Array, stops: Sequence[str] = 
             total += one.values
     whole = kinetic + potential + lost - work
     balance = whole - whole[:1]
-    return Energy(kinetic, potential, work, lost, balance, by)
+    return Energy(kinetic, potential, work, lost, balance, by, taken)

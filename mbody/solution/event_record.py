@@ -16,16 +16,21 @@ class EventRecord:
     Attributes
     ----------
     name : str
-        Of the event or stop.
+        Of the event or stop; of what happens to a contact the kind.
     t : float
         When.
     state : Solution
         The one instant, of an impact just before it.
     after : Solution or None
         Of an impact, the same instant just after it.
+    contact : str
+        The contact or rough joint of which it is told: `name` is "impact", "open", "stick", "slip"
+        or "rest" then, or what Painlevé's paradox is called: "inconsistent", "indeterminate" and
+        "paradox".
     """
 
     name: str
     t: float
     state: Result = field(repr=False)
     after: Result | None = field(default=None, repr=False)
+    contact: str = ""

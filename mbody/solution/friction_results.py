@@ -138,18 +138,22 @@ class FrictionResults:
         for n, pair in enumerate(rough_pairs(self.system)):
             if pair.loses:
                 found[pair.joint] = found.get(pair.joint, 0.0) + power[..., n]
-        order = [joint.name for joint in self.mechanism.joints if joint.name in found]
+        rough = (*self.mechanism.joints, *self.mechanism.contacts)
+        order = [one.name for one in rough if one.name in found]
         return MappingProxyType({name: locked(found[name]) for name in order})
 
     def mode(self: Any, name: str) -> list[Any]:
         """How a rough joint moves at each instant: ``"stick"``, or ``"slip+"`` and ``"slip-"`` by
-        the sign of its rate; of a batch a list of each design.
+        the sign of its rate; of a batch a list of each design. Of a contact or a rope in a motion
+        of `simulate` ``"open"`` too, and ``"roll"`` of a wheel that sticks.
 
         Raises
         ------
         ModelError
             For what has no friction.
         """
+        if name in self.modes:
+            return list(self.modes[name])
         self._rough(name)
         n = next(
             n for n, one in enumerate(rough_pairs(self.system)) if one.joint == name and one.loses

@@ -168,8 +168,8 @@ def found_by(solution: Result, measure: Measure) -> bool:
     """Whether the analysis found what a measure is made of; kinematics finds no forces."""
     if solution.has_forces:
         return True
-    joints = {joint.name for joint in solution.mechanism.joints}
     machine = solution.mechanism
+    joints = {joint.name for joint in (*machine.joints, *machine.contacts)}
     drivers = {element.name for element in (*machine.drivers, *machine.couplings)}
     for name in parse(measure.of, curves=True).names:
         owner, _, key = name.rpartition(".")
@@ -341,7 +341,9 @@ def _history(run: Result, owner: str, key: str) -> np.ndarray:
         return _coordinate(run, owned, key)
     if owned.role == "joint" and key == "loss":
         return np.asarray(run.losses[element])
-    if owned.role == "joint":
+    if owned.role == "contact" and key == "contact":
+        return run.contact(element)
+    if owned.role in ("joint", "contact"):
         reaction = run.reaction(element)
         return np.asarray(reaction.magnitude if key == "force" else getattr(reaction, key))
     if owned.role == "load" and any(one.name == f"{element}.{key}" for one in owned.own_states()):

@@ -42,6 +42,9 @@ class Result(Protocol):
     def analysis(self) -> str:
         """Name of the analysis, such as ``"kinetostatics"``."""
 
+    def contact(self, joint: str) -> Array:
+        """Force with which the bodies of a contact press on each other."""
+
     @property
     def has_forces(self) -> bool:
         """Whether the analysis found reactions and efforts."""

@@ -14,13 +14,13 @@ from mbody.core.presentation import present
 from mbody.errors import ModelError
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.model.element import Marker, listed
-from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import Measure
 from mbody.quantities.types import PlainNumbers
 from mbody.solution.beginning import Beginning
 from mbody.solution.certificate import Certified, as_reported, changed
 from mbody.solution.checks import breakdown, checks, one_design, residuals
+from mbody.solution.contact_forces import contact_reaction, pressing_force, with_reaction
 from mbody.solution.doubts import Doubt
 from mbody.solution.drive_histories import drive_states, driven
 from mbody.solution.energy import Energy
@@ -94,6 +94,8 @@ class Solution(FrictionResults):
     branch: BranchDistance | None = None
     #: How a motion began, one of each part of a motion of several.
     begun: tuple[Beginning, ...] = ()
+    #: What every contact and rough joint does, a word an instant: see `mode`.
+    modes: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
@@ -121,6 +123,7 @@ class Solution(FrictionResults):
             record=Record([np.ascontiguousarray(rows[:, :, None])], len(index), batch=False),
             given=None if self.given is None else self.given[index],
             energy=None if self.energy is None else self.energy.take(index),
+            modes={name: [row[k] for k in index] for name, row in self.modes.items()},
             restart=None,
         )
 
@@ -213,12 +216,13 @@ class Solution(FrictionResults):
         """Motion of a place on a body, such as ``"coupler.P"`` or ``coupler.at(1.0, 2.0)``."""
         return point_history(self, place)
 
-    def _primitive(self, e: int, n: int) -> Array:
+    def primitive_history(self, e: int, n: int) -> Array:
         """History of number n of a primitive (see `mbody.kernels.output`)."""
         return self.record.take(3 * self.system.coordinates + PER_PRIMITIVE * e + n)
 
     def reaction(self, joint: str, on: str | None = None) -> Reaction:
-        """Force and torque of a joint on body `on` (by default body j) at the joint's place on j.
+        """Force and torque of a joint on body `on` (by default body j) at the joint's place on j;
+        of a contact or rope on that body, at its mass centre.
 
         Raises
         ------
@@ -226,7 +230,9 @@ class Solution(FrictionResults):
             For a joint that does not exist, a body that it does not join, or an analysis without
             forces.
         """
-        element = self._joint(joint)
+        element = with_reaction(self, joint)
+        if element.role == "contact":
+            return contact_reaction(self, element, on)
         i, j = element.i.body, element.j.body
         if on not in (None, i, j):
             raise ModelError(f"joint '{joint}' joins '{i}' and '{j}', not {on!r}", joint)
@@ -261,15 +267,18 @@ class Solution(FrictionResults):
         return reaction_point(self, element)
 
     def contact(self, joint: str) -> Array:
-        """Force with which the bodies of a cam or a rolling contact press on each other, negative
-        where one would have to pull.
+        """Force with which the bodies of a contact, a cam or a rolling contact press on each other,
+        of the last two negative where one would have to pull; the pull of a rope.
 
         Raises
         ------
         ModelError
             For a joint that is no contact, and as `reaction`.
         """
-        element, found = self._joint(joint), self.reaction(joint)
+        element = with_reaction(self, joint)
+        if element.role == "contact":
+            return pressing_force(self, element)
+        found = self.reaction(joint)
         normal = element.normal(*ends(self, element))
         if normal is None:
             raise ModelError(
@@ -279,25 +288,6 @@ class Solution(FrictionResults):
             )
         press: Array = locked(found.fx * normal[0] + found.fy * normal[1])
         return press
-
-    def _joint(self, joint: str) -> Joint:
-        machine = self.mechanism
-        element: Any = machine[joint] if isinstance(joint, str) and joint in machine else None
-        if element is not None and element.role == "coupling":
-            raise ModelError(
-                f"'{joint}' is a coupling of several bodies, it has no reaction between two: ask "
-                "for its effort",
-                joint,
-            )
-        if element is None or element.role != "joint":
-            known = listed(one.name for one in machine.joints)
-            raise ModelError(f"there is no joint {joint!r} (there are: {known})", str(joint))
-        if not self.has_forces:
-            raise ModelError(
-                f"{self.analysis} finds no forces, as of '{joint}': use kinetostatics", joint
-            )
-        found: Joint = element
-        return found
 
     def _unique(self, joint: str) -> tuple[bool, bool, bool] | None:
         if not self.regularization:
@@ -328,7 +318,7 @@ class Solution(FrictionResults):
         is the power given to the mechanism. Of a coupling the same of its value, which has no rate.
         """
         self._efforts(driver)
-        effort: Array = locked(-self._primitive(self.system.primitives_of[driver][0], 0))
+        effort: Array = locked(-self.primitive_history(self.system.primitives_of[driver][0], 0))
         return effort
 
     def _efforts(self, driver: str) -> None:

@@ -43,13 +43,14 @@ from tests.errors import (
     starting,
     stepping,
     sweeps,
+    touching,
     unknowns,
     views,
 )
 
 PACKAGE = Path(__file__).parents[2] / "mbody"
 SUBJECTS = (
-    *(describing, friction, pistons, laws, formulas, model_files, assembling),
+    *(describing, friction, touching, pistons, laws, formulas, model_files, assembling),
     *(
         solving,
         resting,

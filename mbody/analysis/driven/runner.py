@@ -57,7 +57,7 @@ from mbody.kernels.continuation_lanes import (
 )
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import violation
-from mbody.model.remarks import kept_states, remarks
+from mbody.model.remarks import kept_states, left_out, remarks
 from mbody.solution.certificate import changed
 from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
@@ -305,6 +305,7 @@ class Runner:
         dependencies = open_reactions(self.system, start.rank) if start.regularization else None
         machine, own = self.system.mechanism, self.system.first_states[:, 0]
         notes = [*start.notes, *remarks(machine, self.system.plans)]
+        notes += left_out(machine, self.analysis)
         if machine.states and self.analysis != "kinematics":
             starts = {one.name: float(z) for one, z in zip(machine.states, own, strict=True)}
             notes += kept_states(machine, starts, self.analysis)

@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from mbody.analysis.contact.unilateral import has_modes
 from mbody.analysis.driven.diagnosis import undetermined, weightless
 from mbody.analysis.dynamics.initial_step import REFINEMENTS, coordinate_sizes, first_step
 from mbody.analysis.dynamics.integrators import PATIENT
@@ -79,7 +80,11 @@ def lane_motions(
     ModelError, SolveError
         As `simulate`, of the system itself.
     """
-    if system.has_user_code or any(one.start == STEADY for one in system.mechanism.states):
+    if (
+        system.has_user_code
+        or has_modes(system)
+        or any(one.start == STEADY for one in system.mechanism.states)
+    ):
         return None
     get = how.get
     last, errors = last_time(system, get("until")), tolerances(system, get("rtol"), get("atol"))

@@ -10,12 +10,11 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import fields
 
 import numpy as np
 
 from mbody.analysis.driven.contacts import OneSidedForce, one_sided, one_sided_force
-from mbody.analysis.dynamics.branch_passage import KnownCrossings
 from mbody.analysis.dynamics.impacts import (
     StopCoordinate,
     has_exact_rates,
@@ -27,6 +26,7 @@ from mbody.analysis.dynamics.impacts import (
     velocity_jump,
 )
 from mbody.analysis.dynamics.integration import AT_ONCE, Integration
+from mbody.analysis.dynamics.located import Guard, LocatedZero, Saved
 from mbody.analysis.dynamics.zero_crossings import bracketed_root, refined, sign_changes
 from mbody.analysis.initial.initial_state import event_measure
 from mbody.errors import SolveError
@@ -72,30 +72,6 @@ STILL = 1e-13
 STRIKES = 200
 
 
-@dataclass(frozen=True, eq=False)
-class Saved:
-    """All that a step begins with."""
-
-    y: Array
-    K: Array
-    P: Array
-    state: Array
-    page: Array
-    total: Array
-    near: Array
-    own: tuple[Array, ...]
-    passage: KnownCrossings
-
-
-@dataclass(frozen=True, eq=False)
-class LocatedZero:
-    """A zero that was located, and the motion there."""
-
-    t: float
-    event: Event | Stop
-    saved: Saved
-
-
 class EventIntegration(Integration):
     """Integrates one system and locates events."""
 
@@ -116,6 +92,8 @@ class EventIntegration(Integration):
         self.touching: dict[Stop, float] = {}
         carried = [has_exact_rates(measure) for measure in self.measures]
         self.carried = np.array(carried, dtype=bool)
+        #: What is located besides, as guards of contacts are: see `_watched`.
+        self.guards: list[Guard] = []
         self.sided = one_sided(system)
         self.forces: dict[str, list[OneSidedForce]] = {one.name: [] for one in self.sided}
 
@@ -231,17 +209,28 @@ class EventIntegration(Integration):
         for one in crossings[: crossings.index(cut) if cut else None]:
             if one.t <= self.first:  # reported by the motion that this one continues
                 continue
-            self._record(one.event, one.t, one.saved.page)
+            if not isinstance(one.event, Guard):
+                self._record(one.event, one.t, one.saved.page)
         self.touching = touching
         if cut is None:
             self._restore(after)
             return code, ""
         self._restore(cut.saved)
         state[NEXT] = min(state[NEXT], h)
+        if isinstance(cut.event, Guard):
+            return MORE, self._passed(cut.event)
         if isinstance(cut.event, Stop):
             return MORE, self._resolve_impacts()
         self._record(cut.event, cut.t, self.page)
         return MORE, self._ended(f"'{cut.event.of}' is zero")
+
+    def _passed(self, guard: Guard) -> str:
+        """Go on from where a guard is zero; a status where the motion ends there."""
+        raise NotImplementedError
+
+    def _values(self, which: list[int], t: Array, pages: Array) -> Array:
+        """Values (events, instants) of some of the events."""
+        return values(self.system, [self.measures[n] for n in which], t, pages)
 
     def _record_forces(self, marks: Array, pages: Array, cut: LocatedZero | None) -> None:
         """Record the forces of contacts and ropes over a step, within the output instants."""
@@ -290,7 +279,7 @@ class EventIntegration(Integration):
 
     def _marks(self, wanted: Array, times: Array) -> Array:
         """`wanted` and, where a rate follows from two samples, others beside `times`."""
-        if self.carried.all():
+        if self.carried.all() and not self.guards:
             return wanted
         return np.unique(np.concatenate([wanted, self._beside(times)]))
 
@@ -303,14 +292,16 @@ class EventIntegration(Integration):
     def _sampled(self, times: Array, marks: Array, pages: Array) -> tuple[Array, Array]:
         """Values and rates (events, times) by pages at the marks, the times being among them."""
         at = np.searchsorted(marks, times)
-        found = values(self.system, self.measures, marks, pages)
-        rising = np.empty((len(self.events), len(times)))
-        if self.carried.any():
+        every = [*self.events, *self.guards]
+        found = self._values(list(range(len(every))), marks, pages)
+        rising = np.empty((len(every), len(times)))
+        carried = np.append(self.carried, np.zeros(len(self.guards), dtype=bool))
+        if carried.any():
             measures = [self.measures[n] for n in np.flatnonzero(self.carried)]
             apart = (self.step[1] - self.step[0]) / OF_A_STEP
-            rising[self.carried] = rates(self.system, measures, times, pages[at], apart)
-        if not self.carried.all():
-            own = ~self.carried
+            rising[carried] = rates(self.system, measures, times, pages[at], apart)
+        if not carried.all():
+            own = ~carried
             beside = np.searchsorted(marks, self._beside(times))
             change = found[own][:, beside] - found[own][:, at]
             rising[own] = change / (marks[beside] - times)
@@ -321,7 +312,7 @@ class EventIntegration(Integration):
     ) -> list[LocatedZero]:
         """Every zero crossing of a step, located, in the order of time."""
         crossings = []
-        for k, event in enumerate(self.events):
+        for k, event in enumerate([*self.events, *self.guards]):
             sense = -1 if isinstance(event, Stop) else event.direction
             rounding, t, history = 0.0, times, found[k]
             if self.touching and isinstance(event, Event):
@@ -354,12 +345,12 @@ class EventIntegration(Integration):
     def _located(
         self,
         saved: Saved,
-        event: Event | Stop,
+        event: Event | Stop | Guard,
         left: tuple[float, float],
         right: tuple[float, float],
     ) -> LocatedZero:
         """The crossing between two times at which the value is known."""
-        measure = self.measures[self.events.index(event)]
+        which = [*self.events, *self.guards].index(event)
 
         def value(t: float, within: bool) -> float:
             self._restore(saved)
@@ -369,7 +360,7 @@ class EventIntegration(Integration):
             if code != DONE and not within:
                 raise self._stopped(self._solution(""), code)
             self.page = pages[-1].copy()
-            return float(values(self.system, [measure], np.array([t]), pages)[0, 0])
+            return float(self._values([which], np.array([t]), pages)[0, 0])
 
         near = LOCATED * float(saved.state[NEXT])
         t = bracketed_root(lambda t: value(t, self.steps.fixed), left, right, near)
@@ -474,6 +465,6 @@ class EventIntegration(Integration):
         )
 
 
-def _interrupts(event: Event | Stop) -> bool:
+def _interrupts(event: Event | Stop | Guard) -> bool:
     """Whether the motion does not go on as it was."""
     return isinstance(event, Stop) or event.stop

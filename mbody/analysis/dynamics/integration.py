@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from mbody.analysis.contact.unilateral import refuse_modes
 from mbody.analysis.driven.contacts import OneSidedForce, pulled
 from mbody.analysis.driven.diagnosis import (
     adjusted,
@@ -89,9 +90,14 @@ JUDGED, SHRUNK, SLOW = 10_000, 0.1, 1e-4
 class Integration:
     """Integrates one system from a first state."""
 
+    #: Whether it decides what is open, sticks and slides.
+    decides_modes = False
+
     def __init__(self, system: System, start: Solution, way: Way) -> None:
         self.system, self.start, self.way = system, start, way
         refuse_own_states(system, way.method)
+        if not self.decides_modes:
+            refuse_modes(system, "stepping without events of contacts")
         self.layout = without_held(system.runtime(), held_inputs(system))
         self.work = system.work(masses=True)
         self.regularization = (

@@ -121,7 +121,7 @@ def joined(
     """
     last = found[-1]
     whole = causes(system, stops)
-    t, pages, works = [], [], []
+    t, pages, works, kept = [], [], [], []
     before = np.zeros(len(whole))
     for run in found:
         keep = np.ones(len(run), dtype=bool) if times is None else np.isin(run.t, times)
@@ -138,6 +138,7 @@ def joined(
         t.append(run.t[keep])
         pages.append(_widened(system, run)[keep])
         works.append(work[keep])
+        kept.append(keep)
     output, gained = np.concatenate(pages), np.concatenate(works)
     certified = [as_reported(run) for run in found]
     stats = {
@@ -163,7 +164,20 @@ def joined(
         released=released,
         events=tuple(one for run in found for one in run.events),
         branch=nearest,
+        modes={
+            name: [
+                word
+                for run, keep in zip(found, kept, strict=True)
+                for word in _kept(run, name, keep)
+            ]
+            for name in last.modes
+        },
     )
+
+
+def _kept(run: Solution, name: str, keep: Array) -> list[str]:
+    """The modes of a contact at the instants that are kept."""
+    return [run.modes[name][k] for k in np.flatnonzero(keep).tolist()]
 
 
 def _widened(system: System, run: Solution) -> Array:

@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from mbody.analysis.contact.unilateral import has_modes, refuse_modes
 from mbody.analysis.driven.contacts import one_sided
+from mbody.analysis.dynamics.contact_motion import ContactIntegration
 from mbody.analysis.dynamics.events import EventIntegration
 from mbody.analysis.dynamics.integration import Integration
 from mbody.analysis.dynamics.joining import SAME_PARTS, joined
@@ -61,8 +63,10 @@ def integrate_phases(
         free = released(system, list(free_since)) if free_since else system
         now = {name: t for name, t in later.items() if t == until}
         state = state or state_of(free, start)
-        first_part = None
-        if restart is None:
+        first_part, decided = None, has_modes(free)
+        if decided and request.way.method not in ("dop853", "dopri5"):
+            refuse_modes(free, f"the method '{request.way.method}'")
+        if restart is None and not decided:
             first_part = singular_start(free, start, state, request, until)
         if first_part is not None:
             found.append(first_part)
@@ -73,10 +77,13 @@ def integrate_phases(
         first, q, v = state or state_of(free, start)
         times = request.times[(request.times >= first) & (request.times <= until)]
         wanted = np.append(times, until) if not times.size or times[-1] < until else times
+        kind = EventIntegration if request.events or one_sided(free) else None
+        if decided:
+            kind = ContactIntegration
         integration = (
-            EventIntegration(free, start, request.way, request.events)
-            if request.events or one_sided(free)
-            else Integration(free, start, request.way)
+            Integration(free, start, request.way)
+            if kind is None
+            else kind(free, start, request.way, request.events)
         )
         try:
             run = integration.run(first, q, v, wanted, progress, restart, carried)

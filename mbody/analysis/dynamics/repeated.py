@@ -75,18 +75,23 @@ def repeated_at(run: Solution, t: Any) -> Solution:
     stops = stops_of(run)
     names = causes(run.system, stops)
     work = np.zeros((len(times), len(names)))
+    modes = {name: [""] * len(times) for name in run.modes}
     for n in np.unique(part):
         mine = np.flatnonzero(part == n)
         ends = float(firsts[n + 1]) if n + 1 < len(firsts) else np.inf
         found, before = _again(run, run.begun[n], times[mine], ends)
         at = np.searchsorted(found.t, times[mine])
         pages[mine] = found.record.table(slice(None))[at][:, :, None]
+        for name, row in modes.items():
+            for k, instant in zip(mine.tolist(), at.tolist(), strict=True):
+                row[k] = found.modes[name][instant]
         for k, name in enumerate(names):
             if found.energy is not None and name in found.energy.by:
                 work[mine, k] = found.energy.by[name][at] + before.get(name, 0.0)
     energy = account(run.system, pages[:, :, 0], work, stops)
     record = Record([pages], len(times), batch=False)
     whole = changed(run, t=times, record=record, energy=energy, restart=None, given=None)
+    whole = changed(whole, modes=modes)
     return whole.take(np.arange(len(times)))
 
 

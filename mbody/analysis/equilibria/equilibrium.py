@@ -21,7 +21,7 @@ from mbody.analysis.position.tangent_space import Array, Manifold, Place
 from mbody.errors import ModelError, SolveError, remedy
 from mbody.model.body import Guesses
 from mbody.model.mechanism import Mechanism
-from mbody.model.remarks import kept_states
+from mbody.model.remarks import kept_states, left_out
 from mbody.solution.doubts import doubted
 from mbody.solution.heading import heading, unit_symbols
 from mbody.solution.histories import BodyHistory, Reaction, Record
@@ -237,6 +237,7 @@ def search(system: System, starts: Sequence[Guesses | None], t: float) -> _RestR
     assert found is not None
     machine, own = system.mechanism, system.first_states[:, 0]
     values = {one.name: float(z) for one, z in zip(machine.states, own, strict=True)}
+    notes = [*notes, *left_out(machine, "equilibrium")]
     found.notes = [*notes, *kept_states(machine, values, "equilibrium")]
     return found
 

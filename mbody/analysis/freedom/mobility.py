@@ -18,7 +18,7 @@ from mbody.kernels.layout import Work
 from mbody.model.body import Guesses
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
-from mbody.model.remarks import remarks
+from mbody.model.remarks import left_out, remarks
 from mbody.quantities.units import UnitSystem
 from mbody.solution.heading import heading, unit_symbols
 from mbody.system.rank import DENSE, Rank, dense, rank_of, too_large
@@ -212,6 +212,7 @@ class _Report:
         self.work: Work = start.work
         self.joint_rows = system.rows - len(system.drivers)
         self.notes = [*start.notes, *remarks(self.mechanism, self.system.plans)]
+        self.notes += left_out(self.mechanism, "mobility")
 
     def mobility(self) -> Mobility:
         """Counts, ranks, motions and sentences."""

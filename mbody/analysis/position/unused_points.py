@@ -20,6 +20,8 @@ def unused_points(mechanism: Mechanism) -> list[str]:
         for marker in element.places().values()
         if isinstance(marker.point, str)
     }
+    for contact in mechanism.contacts:
+        used |= contact.points()
     for measure in mechanism.measures.values():
         used |= {name.rpartition(".")[0] for name in read(measure.of, None, curves=True).names}
     bodies = [mechanism.ground, *mechanism.bodies]

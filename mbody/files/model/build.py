@@ -44,6 +44,7 @@ def build(given: Any) -> tuple[Mechanism | None, list[Problem]]:
             units=given.units,
             g=given.g,
             ground=given.ground.points if given.ground else None,
+            ground_shapes=given.ground.shapes if given.ground else None,
             parameters=given.parameters,
             curves=given.curves,
             source=given.source,

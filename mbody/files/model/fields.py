@@ -28,6 +28,7 @@ from mbody.files.model.problems import ENOUGH
 from mbody.model.body import Guess, SecondMoments, SlenderRod
 from mbody.model.coupling import CouplingTerm
 from mbody.model.element import Marker, Polar, check_name
+from mbody.model.shapes import Disc, Line, Polygon, Ring, Segment
 from mbody.quantities import Formula, FormulaError, read
 from mbody.quantities.number import NotANumber, NotFinite, float_or_formula
 from mbody.quantities.units import DIMENSIONS, Dimension, name_of
@@ -44,6 +45,7 @@ __all__ = [
     "point",
     "points",
     "shape",
+    "shapes",
     "spread",
     "term",
 ]
@@ -262,4 +264,72 @@ spread = Annotated[
         custom_error_type="form",
         custom_error_message='must be "point", { slender = angle } or { xx = …, yy = …, xy = … }',
     ),
+]
+
+
+class DiscIn(Strict):
+    """A full circle about a point."""
+
+    disc: str
+    radius: Length
+
+
+class RingIn(Strict):
+    """A hollow circle about a point, touched from within."""
+
+    ring: str
+    radius: Length
+
+
+class StraightIn(Strict):
+    """A point of an endless line, and its direction; what touches it is on its left."""
+
+    point: str
+    angle: number(ANGLE) = 0.0
+
+
+class LineIn(Strict):
+    """An endless straight line."""
+
+    line: StraightIn
+
+
+class SegmentIn(Strict):
+    """A straight line between two points, touched on its left."""
+
+    segment: tuple[str, str]
+
+
+class PolygonIn(Strict):
+    """A full polygon by its corners."""
+
+    polygon: list[str]
+
+
+def _shape_kind(value: Any) -> str | None:
+    kinds = ("disc", "ring", "line", "segment", "polygon")
+    return next((f"<{k}>" for k in kinds if isinstance(value, dict) and k in value), None)
+
+
+shapes = dict[
+    name_in,
+    Annotated[
+        Annotated[DiscIn, AfterValidator(lambda s: Disc(s.disc, s.radius)), Tag("<disc>")]
+        | Annotated[RingIn, AfterValidator(lambda s: Ring(s.ring, s.radius)), Tag("<ring>")]
+        | Annotated[
+            LineIn, AfterValidator(lambda s: Line(s.line.point, s.line.angle)), Tag("<line>")
+        ]
+        | Annotated[SegmentIn, AfterValidator(lambda s: Segment(s.segment)), Tag("<segment>")]
+        | Annotated[
+            PolygonIn, AfterValidator(lambda s: Polygon(tuple(s.polygon))), Tag("<polygon>")
+        ],
+        Discriminator(
+            _shape_kind,
+            custom_error_type="form",
+            custom_error_message=(
+                "must be a shape: { disc = point, radius = … }, { ring = point, radius = … }, "
+                "{ segment = [A, B] }, { polygon = [A, B, C] } or { line = { point = … } }"
+            ),
+        ),
+    ],
 ]

@@ -6,15 +6,16 @@ and in the messages as soon as it is written.
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import re
 from typing import Any
 
 from mbody import laws
-from mbody.model import coupling, driver, joints, loads
+from mbody.model import contact, coupling, driver, joints, loads
 from mbody.model.element import Element
 
-__all__ = ["LAWS", "SECTIONS", "kind_of", "section_of"]
+__all__ = ["LAWS", "SECTIONS", "kind_of", "section_of", "written_fields"]
 
 
 def _word(name: str) -> str:
@@ -39,6 +40,7 @@ SECTIONS: dict[str, dict[str, type[Element]]] = {
     "couplings": _elements(coupling, coupling.Coupling, "Coupling"),
     "drivers": _elements(driver, driver.Driver, "Driver"),
     "loads": _elements(loads, loads.Load),
+    "contacts": _elements(contact, contact.OneSided),
 }
 
 #: Laws by their word: those of `mbody.laws`, less what is no table of numbers in a file.
@@ -49,6 +51,12 @@ LAWS: dict[str, type[laws.Law]] = {
     and issubclass(cls, laws.Law)
     and cls not in (laws.Law, laws.Expression, laws.Function, laws.MeasuredFormula, laws.Table2)
 }
+
+
+def written_fields(cls: type[Element]) -> list[dataclasses.Field[Any]]:
+    """The fields of a class of elements that a file has, less its name."""
+    every = dataclasses.fields(cls)
+    return [one for one in every if one.name != "name" and not one.metadata.get("internal")]
 
 
 @functools.lru_cache

@@ -21,7 +21,7 @@ from pydantic import (
 
 from mbody.files.model import fields as of
 from mbody.files.model.curve_fields import curve
-from mbody.files.model.kinds import LAWS, SECTIONS
+from mbody.files.model.kinds import LAWS, SECTIONS, written_fields
 from mbody.files.model.law_fields import law
 from mbody.files.model.report_table import ReportIn
 from mbody.model.body import Body
@@ -118,7 +118,7 @@ def _default(field: dataclasses.Field[Any]) -> Any:
 def _entry(kind: str, cls: type[Element], words: tuple[str, ...]) -> Any:
     """The table of one kind of element: its kind with the main fields, then the others."""
     descriptions = _described(cls)
-    own = {field.name: field for field in dataclasses.fields(cls) if field.name != "name"}
+    own = {field.name: field for field in written_fields(cls)}
     main = [own.pop(name) for name in cls.main]
     first = (
         _field(main[0], words)
@@ -177,7 +177,8 @@ def _choice(section: str, used: Used) -> Any:
 def _body(words: tuple[str, ...]) -> Any:
     descriptions = _described(Body)
     columns: dict[str, Any] = {}
-    special = {"cg": of.point, "points": of.points, "guess": of.guess, "spread": of.spread}
+    special = {"cg": of.point, "points": of.points, "guess": of.guess}
+    special |= {"spread": of.spread, "shapes": of.shapes}
     for field in dataclasses.fields(Body):
         if field.name == "name":
             continue
@@ -190,6 +191,7 @@ class Ground(of.Strict):
     """The fixed link."""
 
     points: of.points = Field(default_factory=dict)
+    shapes: of.shapes = Field(default_factory=dict)
 
 
 @functools.cache
@@ -351,6 +353,7 @@ def model(used: Used) -> Any:
         "joints": "The joints between the links, by name.",
         "couplings": "Sums of coordinates that keep their value, as belts, by name.",
         "drivers": "Motors: coordinates that follow a law of time, by name.",
+        "contacts": "Contacts between shapes of bodies, and ropes, by name.",
         "loads": "Forces, torques, springs and dampers, by name.",
         "measures": "Quantities to be measured on every result, by name.",
         "solve": "Questions that `mbody solve` answers, by name.",

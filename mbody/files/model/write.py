@@ -15,12 +15,13 @@ from typing import Any
 
 from mbody.errors import ModelError
 from mbody.files.model.cells import alike, plain, short_angle, word
-from mbody.files.model.kinds import LAWS, SECTIONS, kind_of, section_of
+from mbody.files.model.kinds import LAWS, SECTIONS, kind_of, section_of, written_fields
 from mbody.files.model.limits import Limits, limits_of
 from mbody.files.model.read import check_size
 from mbody.files.model.report_table import settings_table
 from mbody.files.model.toml import toml
 from mbody.files.model.write_curves import curve_table
+from mbody.files.model.write_shapes import shape_tables
 from mbody.files.model.write_studies import questions, requested_formulas
 from mbody.laws import Cam, Constant, Dwell, Law, MeasuredFormula, Polynomial
 from mbody.laws.base import dimension_by
@@ -177,6 +178,8 @@ class Writer:
             data["inputs"] = {one.name: self.input(one) for one in machine.inputs}
         if machine.ground.points:
             data["ground"] = {"points": self.points(machine.ground)}
+        if machine.ground.shapes:
+            data["ground"]["shapes"] = shape_tables(self, machine.ground)
         data["bodies"] = {body.name: self.body(body) for body in machine.bodies}
         for section in SECTIONS:
             # drivers may follow them, and loads measure them
@@ -225,6 +228,8 @@ class Writer:
             table["cg"] = self.point(f"{name}.cg", body.cg)
         if body.points:
             table["points"] = self.points(body)
+        if body.shapes:
+            table["shapes"] = shape_tables(self, body)
         if body.guess != Guess():
             table["guess"] = self.guess(f"{name}.guess", body.guess)
         if body.spread is not None:
@@ -286,7 +291,7 @@ class Writer:
                 "model file does not carry",
                 element.name,
             )
-        fields = {f.name: f for f in dataclasses.fields(element) if f.name != "name"}
+        fields = {field.name: field for field in written_fields(type(element))}
         main = [self.field(element, fields.pop(name)) for name in element.main]
         table: dict[str, Any] = {kind: main if len(main) > 1 else main[0]}
         for name, field in fields.items():

@@ -21,4 +21,5 @@ from mbody.model.joints.cam import CamFollower as CamFollower
 from mbody.model.joints.clutch import Clutch as Clutch
 from mbody.model.joints.friction_force import FrictionForce as FrictionForce
 from mbody.model.joints.custom import CustomJoint as CustomJoint
+from mbody.model.joints import circles as circles
 from mbody.model.primitives import CONSTRAINTS as CONSTRAINTS

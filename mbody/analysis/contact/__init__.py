@@ -1,0 +1,1 @@
+"""Contacts that open, slide, stick and strike: complementarity problems and their laws."""

@@ -1,0 +1,338 @@
+"""The rows of a system that can be on or off: contacts, ropes and rough joints, with their modes.
+
+A `Touch` is one spot of a contact or the distance of a rope: a normal row and a tangent row. A
+`JointPair` is the sliding pair of a joint: a tangent row alone. Modes are words: "open", "stick",
+"slip+" and "slip-"; a touch is "idle" where it is closed without force because other rows hold it
+already.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mbody.errors import ModelError
+from mbody.kernels.friction import FRICTION_KINDS
+from mbody.kernels.layout import Work
+from mbody.kernels.loop_closure import violation
+from mbody.kernels.output import PER_PRIMITIVE
+from mbody.model.contact_spots import Spot
+from mbody.model.element import listed
+from mbody.model.joints import Fixed
+from mbody.system.system import System
+
+__all__ = ["SENSES", "JointPair", "Rows", "Touch", "Unilateral", "has_modes", "refuse_modes"]
+
+Array = np.ndarray
+
+#: Senses of sliding by mode.
+SENSES = {"slip+": 1.0, "slip-": -1.0}
+
+
+@dataclass(frozen=True, eq=False)
+class Touch:
+    """One spot where two bodies may touch.
+
+    Attributes
+    ----------
+    name : str
+        Of the contact or rope.
+    spot : Spot
+    normal, tangent : int
+        Numbers of its rows among those that can be on or off; tangent −1 of a rope.
+    pair : int
+        Its number among the rough pairs; −1 of a rope.
+    friction, static, restitution : float
+    law : str
+        Of impacts.
+    """
+
+    name: str
+    spot: Spot
+    normal: int
+    tangent: int
+    pair: int
+    friction: float
+    static: float
+    restitution: float
+    law: str
+
+
+@dataclass(frozen=True, eq=False)
+class JointPair:
+    """The sliding pair of a joint.
+
+    Attributes
+    ----------
+    name : str
+        Of the joint.
+    tangent, pair : int
+        Its row among those that can be on or off, its number among the rough pairs.
+    """
+
+    name: str
+    tangent: int
+    pair: int
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Values of the rows that can be on or off, as their physics gave them, at one position.
+
+    Attributes
+    ----------
+    value, rate, gamma : arrays (switched,)
+        Φ, Φ_q v − ν, and what −Φ̈ has without accelerations.
+    block : array (switched, coordinates)
+        Φ_q.
+    """
+
+    value: Array
+    rate: Array
+    gamma: Array
+    block: Array
+
+
+def has_modes(system: System) -> bool:
+    """Whether something may open, or rest by friction, so that its modes are to be decided."""
+    L = system.layout
+    if system.mechanism.contacts:
+        return True
+    static = system.par[L.friction_par + 1, 0] if len(L.friction_par) else np.zeros(0)
+    kinds = [FRICTION_KINDS[int(kind)] for kind in L.friction_kind]
+    return any(mu > 0.0 and kind != "apart" for mu, kind in zip(static, kinds, strict=True))
+
+
+def refuse_modes(system: System, what: str) -> None:
+    """Refuse a system with modes where nothing decides them.
+
+    Raises
+    ------
+    ModelError
+    """
+    if not has_modes(system):
+        return
+    L, machine = system.layout, system.mechanism
+    names = [one.name for one in machine.contacts]
+    names += [system.owners[int(L.switched[s])][0].name for s in L.friction_tangent]
+    raise ModelError(
+        f"{listed(dict.fromkeys(names), 4)} of '{machine.name}' may open, stick or slide, which "
+        f"{what} does not decide: follow the motion by simulate with the method dop853 or dopri5, "
+        "or leave out contacts and friction",
+        names[0],
+    )
+
+
+class Unilateral:
+    """All of them of one system."""
+
+    def __init__(self, system: System) -> None:
+        self.system = system
+        L = self.layout = system.runtime()
+        at = system.numbers
+        number = {(one.name, part): e for e, (one, part) in enumerate(system.owners)}
+        pair_of = {int(s): f for f, s in enumerate(L.friction_tangent)}
+        place = {int(e): s for s, e in enumerate(L.switched)}
+        self.touches: list[Touch] = []
+        taken: set[int] = set()
+        welds = {frozenset(j.bodies): j.name for j in system.mechanism.joints if type(j) is Fixed}
+        for contact in system.mechanism.contacts:
+            if frozenset(contact.bodies) in welds:
+                i, j = contact.bodies
+                raise ModelError(
+                    f"contact '{contact.name}' is between '{i}' and '{j}', which joint "
+                    f"'{welds[frozenset(contact.bodies)]}' ties to each other: leave out one of "
+                    "them",
+                    contact.name,
+                )
+            spots, mu = contact.spots(at), contact.coefficients(at)
+            for n, spot in enumerate(spots):
+                normal = place[number[contact.name, n]]
+                tangent = place.get(number.get((contact.name, len(spots) + n), -1), -1)
+                taken.add(pair := pair_of.get(tangent, -1))
+                law = getattr(contact, "law", "poisson")
+                numbers = (float(mu[0]), float(mu[1]), float(contact.restitution_of(at)))
+                self.touches.append(Touch(contact.name, spot, normal, tangent, pair, *numbers, law))
+        self.rough = [
+            JointPair(system.owners[int(L.switched[s])][0].name, int(s), f)
+            for f, s in enumerate(L.friction_tangent)
+            if f not in taken and self._may_stick(f)
+        ]
+        units = [system.row_kinds[int(e)] for e in L.switched]
+        #: Of every row that can be on or off, whether it is an angle.
+        self.angular = np.array([kinds == "a" for kinds in units], dtype=bool)
+
+    def _may_stick(self, f: int) -> bool:
+        """Whether a rough pair can rest: not what damps alone, nor teeth that press apart."""
+        o = int(self.layout.friction_par[f])
+        if FRICTION_KINDS[int(self.layout.friction_kind[f])] == "apart":
+            return False
+        return bool(self.system.par[o + 1, 0] > 0.0)
+
+    def __len__(self) -> int:
+        return len(self.layout.switched)
+
+    # -- what is on ---------------------------------------------------------------------------
+
+    def set_rows(self, work: Work, on: Array, senses: Array) -> None:
+        """Switch rows (switched,) of a workspace on or off, and set the senses of sliding
+        (pairs,).
+        """
+        node = 2 * self.layout.primitive_node[self.layout.switched]
+        weight = np.where(self.angular, self.system.length**-2, 1.0)
+        work.on[: len(on), 0] = on
+        work.pad[node, 0] = 1.0 - on
+        work.regularization_weight[node, 0] = on * weight
+        if len(senses):
+            work.sense[: len(senses), 0] = senses
+
+    def read(self, work: Work) -> Rows:
+        """The rows at the position, velocity and time in a workspace, the signals being set."""
+        L, n3 = self.layout, self.system.coordinates
+        violation(L, work)
+        nodes, places, columns = self._places
+        value, nu, gamma = (part[2 * nodes, 0] for part in (work.phi, work.nu, work.gamma))
+        parts = work.block[places, 0]
+        rate = (parts * work.v[columns, 0]).sum(axis=1) - nu
+        block = np.zeros((len(nodes), n3 + 3))
+        block[np.arange(len(nodes))[:, None], columns[:, :3]] = parts[:, :3]
+        block[np.arange(len(nodes))[:, None], columns[:, 3:]] += parts[:, 3:]
+        return Rows(value, rate, gamma, block[:, :n3])
+
+    @functools.cached_property
+    def _places(self) -> tuple[Array, Array, Array]:
+        """Where the rows are: their nodes, their blocks and the coordinates of these."""
+        L = self.layout
+        nodes = L.written_node[L.switched]
+        three = np.arange(3)
+        places = [12 * nodes[:, None] + 6 * side + three for side in range(2)]
+        bodies = (L.primitive_i[L.switched], L.primitive_j[L.switched])
+        columns = [3 * body[:, None] + three for body in bodies]
+        return nodes, np.hstack(places), np.hstack(columns)
+
+    @functools.cached_property
+    def _normals(self) -> tuple[Array, Array]:
+        """Rows of the normals of the touches, and the senses of their gaps."""
+        rows = np.array([touch.normal for touch in self.touches], dtype=np.int64)
+        return rows, np.array([touch.spot.sense for touch in self.touches])
+
+    def gaps(self, rows: Rows) -> Array:
+        """Gaps (touches,)."""
+        normals, senses = self._normals
+        return np.asarray(senses * rows.value[normals])
+
+    def approach(self, rows: Rows) -> Array:
+        """Rates of the gaps (touches,)."""
+        normals, senses = self._normals
+        return np.asarray(senses * rows.rate[normals])
+
+    @functools.cached_property
+    def _edges(self) -> tuple[Array, Array, Array]:
+        """Of the touches on edges with ends: numbers; bodies (edges, 2); beginning, direction,
+        length and arm (edges, 7).
+        """
+        found = [
+            (n, *self.bodies[n], *edge[0], *edge[1], edge[2], *touch.spot.arm)
+            for n, touch in enumerate(self.touches)
+            if (edge := touch.spot.edge) is not None and np.isfinite(edge[2])
+        ]
+        table = np.array(found, dtype=float).reshape(-1, 10)
+        return table[:, 0].astype(int), table[:, 1:3].astype(int), table[:, 3:]
+
+    def along(self, work: Work) -> Array:
+        """How far along its edge each touch is, and how far it is from its end: (touches, 2);
+        infinite of what has no ends.
+        """
+        found = np.full((len(self.touches), 2), np.inf)
+        which, bodies, (ax, ay, ux, uy, length, jx, jy) = (*self._edges[:2], self._edges[2].T)
+        (xi, xj), (yi, yj), (ti, tj) = (work.q[3 * bodies.T + n, 0] for n in range(3))
+        px = xj + np.cos(tj) * jx - np.sin(tj) * jy - xi
+        py = yj + np.sin(tj) * jx + np.cos(tj) * jy - yi
+        # into the axes of the edge's body
+        x = np.cos(ti) * px + np.sin(ti) * py - ax
+        y = np.cos(ti) * py - np.sin(ti) * px - ay
+        way = ux * x + uy * y
+        found[which] = np.column_stack([way, length - way])
+        return found
+
+    @functools.cached_property
+    def bodies(self) -> list[tuple[int, int]]:
+        """The two bodies of the rows of every touch."""
+        L = self.layout
+        primitives = [int(L.switched[t.normal]) for t in self.touches]
+        return [(int(L.primitive_i[e]), int(L.primitive_j[e])) for e in primitives]
+
+    def turned_from(self, work: Work) -> Array:
+        """The angle between the direction of the line of centres and ψ of the row along each touch
+        of two circles, (touches,); zero of others. See `mbody.model.joints.slipping`.
+        """
+        L, found = self.layout, np.zeros(len(self.touches))
+        for n, touch in enumerate(self.touches):
+            if touch.tangent < 0 or touch.spot.solid != "circle":
+                continue
+            e = int(L.switched[touch.tangent])
+            o, (i, j) = int(L.primitive_par[e]), self.bodies[n]
+            p = work.par[o : o + 7, 0]
+            (xi, yi, ti), (xj, yj, tj) = (work.q[3 * b : 3 * b + 3, 0] for b in (i, j))
+            dx = (
+                xj
+                + np.cos(tj) * p[2]
+                - np.sin(tj) * p[3]
+                - xi
+                - np.cos(ti) * p[0]
+                + np.sin(ti) * p[1]
+            )
+            dy = (
+                yj
+                + np.sin(tj) * p[2]
+                + np.cos(tj) * p[3]
+                - yi
+                - np.sin(ti) * p[0]
+                - np.cos(ti) * p[1]
+            )
+            psi = p[4] * ti + p[5] * tj + p[6]
+            found[n] = math.remainder(math.atan2(dy, dx) - psi, 2.0 * math.pi)
+        return found
+
+    def turn_phase(self, work: Work, n: int, angle: float) -> None:
+        """Add to ψ of the row along touch n, of two circles."""
+        e = int(self.layout.switched[self.touches[n].tangent])
+        work.par[int(self.layout.primitive_par[e]) + 6, 0] += angle
+
+    # -- forces -------------------------------------------------------------------------------
+
+    def multiplier(self, pages: Array, row: int) -> Any:
+        """λ of a row that can be on or off, of pages (rows,) or (instants, rows)."""
+        e = int(self.layout.switched[row])
+        return pages[..., 3 * self.system.coordinates + PER_PRIMITIVE * e]
+
+    def pressing(self, pages: Array, touch: Touch) -> Any:
+        """λ_N ≥ 0 of a touch."""
+        return -touch.spot.sense * self.multiplier(pages, touch.normal)
+
+    def limit(self, page: Array, pair: JointPair, work: Work) -> float:
+        """The friction that a pair which sticks can have by a page (rows,): φ with the static
+        coefficient, in the sense of what it has. `work` has the rows of that position.
+        """
+        L, f = self.layout, pair.pair
+        kind, node = FRICTION_KINDS[int(L.friction_kind[f])], int(L.friction_node[f])
+        e = int(np.flatnonzero(L.primitive_node == node)[0])
+        first = 3 * self.system.coordinates + PER_PRIMITIVE * e
+        x, y = page[first], page[first + 1]
+        o = int(L.friction_par[f])
+        _, static, _, _, a, b = self.system.par[o : o + 6, 0]
+        sense = float(np.sign(self.multiplier(page, pair.tangent)))
+        if kind == "pin":
+            return float(static * a / np.sqrt(1.0 + static * static) * np.hypot(x, y))
+        size = static * abs(x)
+        if kind == "guide" and a > 0.0:
+            size = max(size, 2.0 * static / a * abs(y + 0.5 * static * sense * b * x))
+        if kind == "couple":
+            size += b * sense * x
+        if kind == "follower":
+            size *= np.hypot(*work.block[12 * node + 6 : 12 * node + 8, 0])
+        return float(size)

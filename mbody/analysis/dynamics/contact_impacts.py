@@ -1,0 +1,177 @@
+"""Impacts of closed contacts, and what overlaps at the beginning."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbody.analysis.contact.contact_laws import ClosedContacts, impact_impulses
+from mbody.analysis.contact.unilateral import Rows, Unilateral
+from mbody.errors import SolveError
+from mbody.kernels.layout import Work
+from mbody.system.rank import dense, rank_of
+
+__all__ = ["Impact", "first_overlap", "responses_to", "strike", "touch_rows"]
+
+Array = np.ndarray
+
+#: The least inertia along a direction, as a part of the greatest, that is not for want of masses.
+MASSLESS = 1e-14
+
+
+@dataclass(frozen=True, eq=False)
+class Impact:
+    """An impact.
+
+    Attributes
+    ----------
+    jump : array (coordinates,)
+        By which the velocities change.
+    before : array (touches,)
+        Rates of the gaps before it, of those that were closed.
+    gained : array (touches,)
+        Kinetic energy by each, below zero where it took.
+    """
+
+    jump: Array
+    before: Array
+    gained: Array
+
+
+def responses_to(uni: Unilateral, work: Work, block: Array, held: Array | None = None) -> Array:
+    """How velocities change by an impulse along each row: M⁻¹ blockᵀ, (coordinates, rows), as far
+    as joints allow; `held` are further rows that hold, (held, coordinates).
+
+    N (Nᵀ M N)⁻¹ Nᵀ, N the free directions: bodies without mass are ordinary where joints guide
+    them.
+    """
+    system, n = uni.system, block.shape[1]
+    scale = system.coordinate_units
+    G = dense(system, work)[1]
+    if held is not None and len(held):
+        size = np.linalg.norm(held * scale, axis=1, keepdims=True)
+        G = np.vstack([G, held * scale / np.where(size > 0.0, size, 1.0)])
+    motions = rank_of(G).motions if len(G) else np.eye(n)
+    inertia = (motions * (system.mass[:n, 0] * scale**2)) @ motions.T
+    along = motions @ (block * scale).T
+    if np.linalg.cond(inertia) < 1.0 / MASSLESS:
+        way = np.linalg.solve(inertia, along)
+    else:
+        way = np.linalg.lstsq(inertia, along, rcond=MASSLESS)[0]
+    return np.asarray(scale[:, None] * (motions.T @ way))
+
+
+def touch_rows(uni: Unilateral, rows: Rows, closed: list[int]) -> tuple[Array, Array]:
+    """Rows (2 m, coordinates) of the gaps and of sliding of some touches, and their rates."""
+    n3 = rows.block.shape[1]
+    found, rates = np.zeros((2 * len(closed), n3)), np.zeros(2 * len(closed))
+    for k, number in enumerate(closed):
+        touch = uni.touches[number]
+        found[k] = touch.spot.sense * rows.block[touch.normal]
+        rates[k] = touch.spot.sense * rows.rate[touch.normal]
+        if touch.tangent >= 0:
+            found[len(closed) + k] = rows.block[touch.tangent]
+            rates[len(closed) + k] = rows.rate[touch.tangent]
+    return found, rates
+
+
+def strike(
+    uni: Unilateral,
+    work: Work,
+    closed: list[int],
+    *,
+    still: bool = False,
+    without_collision: bool = False,
+) -> Impact | None:
+    """An impact of closed touches at the state in the workspace; None where it has no solution.
+
+    Parameters
+    ----------
+    still : bool
+        Without restitution.
+    without_collision : bool
+        See `impact_impulses`.
+    """
+    W, rates = touch_rows(uni, uni.read(work), closed)
+    touches = [uni.touches[k] for k in closed]
+    Y = responses_to(uni, work, W)
+    friction = np.array([one.friction for one in touches])
+    contacts = ClosedContacts(W @ Y, friction, np.where(friction > 0.0, 0.0, 1.0))
+    restitution = np.array([0.0 if still else one.restitution for one in touches])
+    newton = np.array([one.law == "newton" for one in touches])
+    impulse = impact_impulses(
+        contacts, rates, restitution, newton, without_collision=without_collision
+    )
+    if impulse is None:
+        return None
+    jump, m = Y @ impulse, len(closed)
+    mean = rates + 0.5 * (W @ jump)
+    gained = impulse * mean
+    return Impact(jump, rates[:m], gained[:m] + gained[m:])
+
+
+def first_overlap(uni: Unilateral, work: Work, near: float) -> list[int]:
+    """The touches that are closed at the beginning; refuses shapes that overlap.
+
+    Raises
+    ------
+    SolveError
+        With the names, by how much, and where.
+    """
+    uni.read(work)
+    rows = uni.read(work)
+    gaps, along = uni.gaps(rows), uni.along(work).min(axis=1, initial=np.inf)
+    worst: dict[str, tuple[float, int]] = {}
+    corners: dict[tuple[str, str, tuple[float, ...]], list[int]] = {}
+    for n, (touch, gap) in enumerate(zip(uni.touches, gaps, strict=True)):
+        if gap >= -near:
+            continue
+        spot = touch.spot
+        if spot.solid == "polygon":
+            arm = tuple(float(part) for part in spot.arm)
+            corners.setdefault((touch.name, str(spot.swapped), arm), []).append(n)
+        elif spot.solid == "segment":
+            # from behind a thin wall nothing overlaps it but a disc
+            if along[n] >= 0.0 and gap > -2.0 * float(spot.reach):
+                worst.setdefault(touch.name, (float(gap), n))
+        else:
+            worst[touch.name] = min(worst.get(touch.name, (0.0, n)), (float(gap), n))
+    for (name, swapped, arm), behind in corners.items():
+        same = [
+            n
+            for n, one in enumerate(uni.touches)
+            if one.name == name
+            and str(one.spot.swapped) == swapped
+            and one.spot.solid == "polygon"
+            and tuple(float(part) for part in one.spot.arm) == arm
+        ]
+        if len(behind) == len(same):  # behind every edge: within the polygon
+            least = max(behind, key=lambda n: float(gaps[n]))
+            worst.setdefault(name, (float(gaps[least]), least))
+    if worst:
+        name = min(worst, key=lambda one: worst[one][0])
+        raise _overlap(uni, work, name, *worst[name])
+    return [n for n, gap in enumerate(gaps) if abs(gap) <= near and along[n] >= -near]
+
+
+def _overlap(uni: Unilateral, work: Work, name: str, gap: float, n: int) -> SolveError:
+    system = uni.system
+    unit, one = system.mechanism.units.length, system.mechanism[name]
+    if uni.touches[n].tangent < 0:
+        return SolveError(
+            f"rope '{name}' is {-gap:.6g} {unit} too short at the beginning: begin with its ends "
+            "nearer to each other, or give it more length",
+            name,
+        )
+    j = uni.bodies[n][1]
+    x, y, angle = work.q[3 * j : 3 * j + 3, 0]
+    ax, ay = (float(part) for part in uni.touches[n].spot.arm)
+    px = float(x + np.cos(angle) * ax - np.sin(angle) * ay)
+    py = float(y + np.sin(angle) * ax + np.cos(angle) * ay)
+    shapes = f"'{one.i}' and '{one.j}'"  # type: ignore[attr-defined]  # a contact
+    return SolveError(
+        f"the shapes {shapes} of contact '{name}' overlap by {-gap:.6g} {unit} at the beginning, "
+        f"at ({px:.6g}, {py:.6g}) {unit}: begin with them apart, or touching",
+        name,
+    )

@@ -1,0 +1,428 @@
+"""Motion with contacts, ropes and rough joints: smooth steps between located changes of modes.
+
+Between two changes every row that can be on or off keeps its state: what sticks and what is closed
+is a constraint, what slides has friction from its real force. Guards are positive as long as that
+holds: the gap of an open contact, the force of a closed one, the reserve of friction of one that
+sticks, the rate of one that slides, det(I − φ′ B) of sliding friction. Where one of them falls to
+zero the step is run again up to there; impacts are resolved while a closed contact is approached,
+then complementarity of accelerations decides how all go on (`contact_decision`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from mbody.analysis.contact.unilateral import SENSES, Rows, Touch, Unilateral
+from mbody.analysis.dynamics.contact_decision import STILL, Closing, decide, near_touches
+from mbody.analysis.dynamics.contact_guards import guard_sizes, guard_values, guards_of
+from mbody.analysis.dynamics.contact_impacts import Impact, first_overlap, strike
+from mbody.analysis.dynamics.events import EventIntegration
+from mbody.analysis.dynamics.located import Guard, LocatedZero, Saved
+from mbody.kernels.loop_closure import laws_of_time
+from mbody.kernels.step_state import MORE, NEAR_SINGULAR, NEXT, TIME
+from mbody.model.event import Event, Stop
+from mbody.solution.certificate import as_reported, changed
+from mbody.solution.event_record import EventRecord
+from mbody.solution.restart import Restart, Way
+from mbody.solution.solution import Solution
+from mbody.system.system import System
+
+__all__ = ["ContactIntegration"]
+
+Array = np.ndarray
+
+#: Nearer than this, in model lengths, is closed.
+NEAR = 1e-10
+#: What touches at the beginning may be so far apart, or overlap so much, in model lengths.
+TOUCHES = 1e-9
+#: A flight shorter than this, in parts of the time in which what is pulled back goes a model
+#: length, is none: impacts have come to rest.
+SHORTEST = 2e-6
+#: Impacts at one instant, at most; changes of modes within this part of the motion.
+STRIKES, CHANGES, AT_ONCE = 500, 200, 1e-14
+#: The first step after a rebound is this much longer than the flight.
+FLIGHT = 1.2
+#: A guard begins at zero where it is less than this part of its size; until the modes change
+#: again what is less than rounding of it is taken for a little more.
+AT_ZERO = 1e-9
+ROUNDING = {"close": 1e-14, "edge": 1e-14, "enter": 1e-14, "stop": 1e-13}
+FORCES = 1e-12
+
+
+class ContactIntegration(EventIntegration):
+    """Integrates one system with rows that can be on or off."""
+
+    decides_modes = True
+
+    def __init__(
+        self, system: System, start: Solution, way: Way, events: dict[Event | Stop, float]
+    ) -> None:
+        super().__init__(system, start, way, events)
+        self.uni = Unilateral(system)
+        self.probe = self.work.copied()
+        contacts = [one.name for one in system.mechanism.contacts]
+        self.stops += contacts
+        self.lost = np.zeros(len(self.stops))
+        #: Modes of the touches and of the rough joints, and which rows are on.
+        self.modes = ["open"] * len(self.uni.touches)
+        self.pairs = ["slip+"] * len(self.uni.rough)
+        self.on = np.zeros(len(self.uni))
+        self.groups: dict[int, list[int]] = {}
+        self.fresh: dict[Guard, float] = {}
+        #: Open touches that have left their edge over its end.
+        self.beyond: set[int] = set()
+        self.changed_at, self.changes = -np.inf, 0
+        self.closing = Closing()
+        self.kept_modes: list[dict[str, str]] = []
+        self.contact_notes: list[str] = []
+
+    # -- the motion ---------------------------------------------------------------------------
+
+    def _integrate(self, times: Array, progress: Callable[[float], None] | None) -> tuple[int, str]:
+        laws_of_time(self.layout, self.probe)
+        self.load()
+        touching = first_overlap(self.uni, self.work, TOUCHES * self.system.length)
+        self.closing = Closing(set(touching))
+        self.wanted, self.instants = times, list[float]()
+        self.pages, self.works = list[Array](), list[Array]()
+        self.total = self.initial_work.copy()
+        if status := self._settle(begins=True):
+            return MORE, status
+        return super()._integrate(times, progress)
+
+    def load(self) -> None:
+        """The present state into the workspace."""
+        n = self.system.coordinates
+        self.work.q[:n, 0], self.work.v[:n, 0] = self.y[:n], self.y[n : 2 * n]
+        self.work.time[0, 0] = self.state[TIME]
+
+    def _keep(self, t: float, page: Array, work: Array) -> None:
+        if self.instants and self.instants[-1] == t:
+            self.kept_modes.pop()
+        super()._keep(t, page, work)
+        self.kept_modes.append(self._named_modes())
+
+    def _named_modes(
+        self, modes: list[str] | None = None, pairs: list[str] | None = None
+    ) -> dict[str, str]:
+        """The mode of every contact and rough joint, by default the present one: of several
+        touches that which holds most.
+        """
+        modes, pairs = modes or self.modes, pairs or self.pairs
+        found = {pair.name: mode for pair, mode in zip(self.uni.rough, pairs, strict=True)}
+        order = ("open", "idle", "slip-", "slip+", "stick", "roll")
+        for touch, mode in zip(self.uni.touches, modes, strict=True):
+            named = "roll" if mode == "stick" and touch.spot.round else mode
+            if touch.static == 0.0 and mode in SENSES:
+                named = "slip+"  # smooth: its sense changes nothing
+            if touch.tangent < 0 and mode != "open":
+                named = "stick"
+            held = found.get(touch.name, "open")
+            found[touch.name] = max((held, named), key=order.index)
+        return {name: "stick" if mode == "idle" else mode for name, mode in found.items()}
+
+    # -- changes of modes ---------------------------------------------------------------------
+
+    def _passed(self, guard: Guard) -> str:
+        """Go on from where a guard is zero."""
+        t = float(self.state[TIME])
+        self.changes = self.changes + 1 if t - self.changed_at <= AT_ONCE * abs(t) else 0
+        self.changed_at = t
+        if self.changes > CHANGES:
+            return self._ended(
+                f"contacts and friction change their modes without end, last {self._who(guard)}"
+            )
+        if guard.kind == "paradox":
+            return self._paradox()
+        closing, n = self.closing, guard.number
+        if guard.kind == "close":
+            closing.closed.add(n)
+        elif guard.kind in ("open", "edge"):
+            closing.opened = {n}
+            if guard.kind == "edge":
+                self.beyond.add(n)
+        elif guard.kind == "enter":
+            self.beyond.discard(n)
+        elif guard.kind == "slip":
+            closing.sliding = {n: self._impending(n)}
+        elif guard.kind == "stop":
+            closing.stopped = {n}
+        return self._settle()
+
+    def _impending(self, n: int) -> float:
+        """The sense in which what sticks would slide: that of its multiplier."""
+        touches = len(self.uni.touches)
+        row = self.uni.touches[n].tangent if n < touches else self.uni.rough[n - touches].tangent
+        return float(np.sign(self.uni.multiplier(self.page[:, 0], row))) or 1.0
+
+    def _who(self, guard: Guard) -> str:
+        touches = self.uni.touches
+        one = touches[guard.number] if guard.number < len(touches) else None
+        return f"'{one.name if one else self.uni.rough[guard.number - len(touches)].name}'"
+
+    def _settle(self, *, begins: bool = False) -> str:
+        """Impacts while a closed contact is approached, then the modes that go on; a status where
+        the motion ends.
+        """
+        before = list(self.modes), list(self.pairs)
+        state_before = self.page.copy()
+        for _ in range(STRIKES):
+            self.load()
+            rows = self.uni.read(self.work)
+            closed = near_touches(self, self.uni.gaps(rows), self.near)
+            speed = self.speed
+            hit = [n for n in closed if self.uni.approach(rows)[n] < -STILL * speed]
+            if not hit:
+                break
+            if (status := self._impact(closed, hit)) is not None:
+                return status
+        else:
+            return self._ended(f"impacts at '{self.uni.touches[hit[0]].name}' do not end")
+        told = decide(self)
+        if told == "inconsistent":
+            return self._without_collision(before)
+        if told:
+            self._tell_not_unique(state_before)
+        self._begin_anew()
+        if not begins:
+            self._record_changes(before, state_before)
+        return ""
+
+    @property
+    def speed(self) -> float:
+        """The swiftest motion in model lengths a time."""
+        n = self.system.coordinates
+        return float((self.scale[n : 2 * n] / self.scale[:n]).max()) * self.system.length
+
+    @property
+    def near(self) -> float:
+        """Gaps up to this are none [length]."""
+        return NEAR * self.system.length
+
+    def set_modes(self, modes: list[str], pairs: list[str], on: Array) -> None:
+        """Set the modes of touches and rough joints; `on` (touches, 2): which of their rows."""
+        uni, work = self.uni, self.work
+        rows = np.zeros(len(uni))
+        senses = np.zeros(len(self.layout.friction_kind))
+        self.modes, self.pairs = list(modes), list(pairs)
+        self.load()
+        found = uni.read(work)
+        off = uni.turned_from(work)
+        for n, (touch, mode) in enumerate(zip(uni.touches, modes, strict=True)):
+            if mode == "open":
+                continue
+            if not on[n, 0]:
+                self.modes[n] = "idle"
+                continue
+            rows[touch.normal] = 1.0
+            if mode in SENSES and touch.pair >= 0:
+                senses[touch.pair] = SENSES[mode]
+            if on[n, 1]:
+                rows[touch.tangent] = 1.0
+                if not self.on[touch.tangent]:
+                    self._anchor(n, touch, found, off)
+        for pair, mode in zip(uni.rough, pairs, strict=True):
+            if mode in SENSES:
+                senses[pair.pair] = SENSES[mode]
+                continue
+            rows[pair.tangent] = 1.0
+            if not self.on[pair.tangent]:
+                work.anchor[pair.tangent, 0] = found.value[pair.tangent]
+        self.on = rows
+        uni.set_rows(work, rows, senses)
+
+    def _anchor(self, n: int, touch: Touch, rows: Rows, off: Array) -> None:
+        """Sticking begins where the touch is."""
+        if touch.spot.solid == "circle":
+            self.uni.turn_phase(self.work, n, float(off[n]))
+        else:
+            self.work.anchor[touch.tangent, 0] = rows.value[touch.tangent]
+
+    def _begin_anew(self) -> None:
+        """Steps begin at the modes that were decided."""
+        state = self.state
+        state[NEAR_SINGULAR] = 0.0
+        self.steps.jumped(self.motion)
+        self.closing = Closing({n for n, mode in enumerate(self.modes) if mode != "open"})
+        self.guards = guards_of(self)
+        self._check_finite(self.K, float(state[TIME]))
+        found = guard_values(self, self.page[None], self.guards)[:, 0]
+        sizes = guard_sizes(self)
+        self.fresh = {
+            guard: ROUNDING.get(guard.kind, FORCES) * size
+            for guard, value, size in zip(self.guards, found, sizes, strict=True)
+            if abs(value) <= AT_ZERO * size
+        }
+
+    # -- impacts ------------------------------------------------------------------------------
+
+    def _impact(self, closed: list[int], hit: list[int]) -> str | None:
+        """One impact of all closed contacts; a status where it has no solution."""
+        n, t = self.system.coordinates, float(self.state[TIME])
+        before, page = self.y[n : 2 * n].copy(), self.page.copy()
+        found = strike(self.uni, self.work, closed)
+        if found is None:
+            return self._ended("an impact has no solution")
+        rates = dict(zip(closed, found.before, strict=True))
+        first = min(hit, key=rates.__getitem__)
+        kind, when = "impact", t
+        self._switch_off()
+        self.y[n : 2 * n] = before + found.jump
+        self.evaluate()
+        self.load()
+        rows = self.uni.read(self.work)
+        touch = self.uni.touches[first]
+        up = self.uni.approach(rows)[first]
+        row = touch.normal
+        pull = touch.spot.sense * float(rows.block[row] @ self.K[0, n : 2 * n] - rows.gamma[row])
+        if up > STILL * self.speed and pull < 0.0:
+            flight = -2.0 * up / pull
+            if flight < SHORTEST * np.sqrt(self.system.length / -pull):
+                kind, when = "rest", t + flight / (1.0 - touch.restitution)
+                self.y[n : 2 * n] = before
+                self.load()
+                found = strike(self.uni, self.work, closed, still=True)
+                if found is None:
+                    return self._ended("an impact has no solution")
+                self.y[n : 2 * n] = before + found.jump
+                self.evaluate()
+            else:
+                self.state[NEXT] = min(self.state[NEXT], FLIGHT * flight)
+        self._add_losses(found, closed)
+        self._record_contact(kind, when, touch.name, page, self.page)
+        self.closing.closed -= set(closed)
+        return None
+
+    def _add_losses(self, found: Impact, closed: list[int]) -> None:
+        """The energy that an impact took, to the contacts that took it."""
+        for k, gained in zip(closed, found.gained, strict=True):
+            self.lost[self.stops.index(self.uni.touches[k].name)] += gained
+
+    def _without_collision(self, before: tuple[list[str], list[str]]) -> str:
+        """Painlevé's paradox: no accelerations are consistent, an impact without collision is."""
+        n, t = self.system.coordinates, float(self.state[TIME])
+        self.load()
+        closed = near_touches(self, self.uni.gaps(self.uni.read(self.work)), self.near)
+        page, velocities = self.page.copy(), self.y[n : 2 * n].copy()
+        found = strike(self.uni, self.work, closed, without_collision=True)
+        names = ", ".join(dict.fromkeys(f"'{self.uni.touches[k].name}'" for k in closed))
+        self._record_contact("inconsistent", t, self.uni.touches[closed[0]].name, page, page)
+        if found is None:
+            return self._ended(f"no accelerations and no impact are consistent at {names}")
+        self._switch_off()
+        self.y[n : 2 * n] = velocities + found.jump
+        self.evaluate()
+        self._add_losses(found, closed)
+        self._record_contact("impact", t, self.uni.touches[closed[0]].name, page, self.page)
+        self.contact_notes.append(
+            f"at t = {t:.6g} {self.system.mechanism.units.time} no accelerations are consistent "
+            f"with the friction at {names} (Painlevé's paradox): an impact without collision "
+            "followed"
+        )
+        self.closing = Closing()
+        self.load()
+        if (told := decide(self)) == "inconsistent":
+            return self._ended(f"no accelerations are consistent at {names}")
+        if told:
+            self._tell_not_unique(page)
+        self._begin_anew()
+        self._record_changes(before, page)
+        return ""
+
+    def _tell_not_unique(self, page: Array) -> None:
+        t = float(self.state[TIME])
+        who = [n for n in sorted(self.closing.closed)] or near_touches(
+            self, self.uni.gaps(self.uni.read(self.work)), self.near
+        )
+        names = [self.uni.touches[k].name for k in who] or [p.name for p in self.uni.rough]
+        shown = ", ".join(dict.fromkeys(f"'{name}'" for name in names))
+        self._record_contact("indeterminate", t, names[0] if names else "", page, page)
+        self.contact_notes.append(
+            f"at t = {t:.6g} {self.system.mechanism.units.time} several accelerations are "
+            f"consistent with the friction at {shown} (Painlevé's paradox): that of the least "
+            "contact force was taken"
+        )
+
+    def _paradox(self) -> str:
+        sliding = [
+            t.name for t, mode in zip(self.uni.touches, self.modes, strict=True) if mode in SENSES
+        ] + [p.name for p, mode in zip(self.uni.rough, self.pairs, strict=True) if mode in SENSES]
+        names = ", ".join(f"'{name}'" for name in dict.fromkeys(sliding))
+        self._record_contact("paradox", float(self.state[TIME]), sliding[0], self.page, self.page)
+        return self._ended(
+            f"the forces of what slides at {names} grow without bound (Painlevé's paradox)"
+        )
+
+    def _switch_off(self) -> None:
+        """No contact acts; joints stay as they are."""
+        rough = {pair.tangent for pair in self.uni.rough}
+        on = np.array([self.on[s] if s in rough else 0.0 for s in range(len(self.on))])
+        senses = self.work.sense[: len(self.layout.friction_kind), 0].copy()
+        for touch in self.uni.touches:
+            if touch.pair >= 0:
+                senses[touch.pair] = 0.0
+        self.uni.set_rows(self.work, on, senses)
+
+    # -- guards -------------------------------------------------------------------------------
+
+    def _values(self, which: list[int], t: Array, pages: Array) -> Array:
+        count = len(self.events)
+        own = [n for n in which if n < count]
+        found = np.empty((len(which), len(t)))
+        if own:
+            found[: len(own)] = super()._values(own, t, pages)
+        if len(own) < len(which):
+            chosen = [self.guards[n - count] for n in which if n >= count]
+            found[len(own) :] = guard_values(self, pages, chosen)
+        return found
+
+    def _sampled(self, times: Array, marks: Array, pages: Array) -> tuple[Array, Array]:
+        found, rising = super()._sampled(times, marks, pages)
+        for k, guard in enumerate(self.guards, start=len(self.events)):
+            if (least := self.fresh.get(guard)) is not None:
+                found[k] = np.where(np.abs(found[k]) <= least, least, found[k])
+        return found, rising
+
+    def _crossings(
+        self, saved: Saved, times: Array, found: Array, rising: Array
+    ) -> list[LocatedZero]:
+        crossings = super()._crossings(saved, times, found, rising)
+        return [one for one in crossings if self._counts(one)]
+
+    def _counts(self, one: LocatedZero) -> bool:
+        """Whether a gap that closes does so within the ends of its edge."""
+        if not isinstance(one.event, Guard) or one.event.kind != "close":
+            return True
+        n, page = self.system.coordinates, one.saved.page[:, 0]
+        self.probe.q[:n, 0] = page[:n]
+        along = self.uni.along(self.probe)[one.event.number]
+        return bool(along.min() >= -NEAR * self.system.length)
+
+    # -- what is told -------------------------------------------------------------------------
+
+    def _record_contact(self, kind: str, t: float, name: str, page: Array, after: Array) -> None:
+        now = float(self.state[TIME])
+        states = [self._instant(now, one) for one in (page, after)]
+        self.occurred.append(EventRecord(kind, t, states[0], states[1], name))
+
+    def _record_changes(self, before: tuple[list[str], list[str]], page: Array) -> None:
+        """What was closed before and has another mode now."""
+        t, now = float(self.state[TIME]), self._named_modes()
+        for name, old in self._named_modes(*before).items():
+            new = now[name]
+            if old in ("open", new):
+                continue
+            kind = "open" if new == "open" else "slip" if new in SENSES else "stick"
+            self._record_contact(kind, t, name, page, self.page)
+
+    def _restart(self, work_done: Array) -> Restart | None:
+        """None: a motion that goes on decides its modes anew."""
+        return None
+
+    def _solution(self, status: str) -> Solution:
+        found = super()._solution(status)
+        names = {name: [each[name] for each in self.kept_modes] for name in self._named_modes()}
+        notes = (*as_reported(found).notes, *self.contact_notes)
+        return changed(found, notes=notes, modes=names)

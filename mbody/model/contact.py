@@ -1,0 +1,378 @@
+"""Contacts between shapes of bodies, and ropes: what holds in one sense only, and may let go."""
+
+from __future__ import annotations
+
+import fnmatch
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from mbody.errors import ModelError, brief
+from mbody.model.constraint import Constraint
+from mbody.model.contact_spots import Spot, contact_spots
+from mbody.model.element import (
+    InheritedPlace,
+    NumberField,
+    OptionalNumberField,
+    listed,
+    number_field,
+    place_field,
+    two_bodies,
+)
+from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive
+from mbody.model.shapes import Shape, Vertex, points_of
+
+if TYPE_CHECKING:
+    from mbody.model.element import Numbers
+
+__all__ = ["IMPACT_LAWS", "Between", "Contact", "OneSided", "Rope"]
+
+#: Contacts of one group, at most: each is watched by itself.
+MOST_CONTACTS = 2000
+#: Laws of impacts.
+IMPACT_LAWS = ("poisson", "newton")
+
+
+@dataclass(frozen=True)
+class OneSided(Constraint):
+    """Base of contacts and ropes: distances that may grow, or shrink, but not the other way.
+
+    They act in `simulate`, which decides what is open and what is closed; all other analyses leave
+    them out, with a note.
+    """
+
+    role: ClassVar[str] = "contact"
+
+    def spots(self, at: Numbers) -> list[Spot]:
+        """Where it may act, with the rows of each."""
+        raise NotImplementedError
+
+    def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
+        """The normal row of every spot, off at first."""
+        return [spot.normal for spot in self.spots(at)]
+
+    def points(self) -> set[str]:
+        """Dotted names of the points that it touches."""
+        markers = self.places().values()
+        return {f"{one.body}.{one.point}" for one in markers if isinstance(one.point, str)}
+
+    def coefficients(self, at: Numbers) -> tuple[float, float]:
+        """Kinetic and static friction."""
+        return 0.0, 0.0
+
+    def restitution_of(self, at: Numbers) -> float:
+        """Restitution, from 0 to 1."""
+        return 0.0
+
+    def refuse(self, at: Numbers, unit: str) -> None:
+        """Refuse numbers, of one design or of a batch, that do not fit together.
+
+        Raises
+        ------
+        ModelError
+        """
+
+    def quantities(self) -> dict[str, str]:
+        """The force, its components and torque about the mass centre of j; the pressing force."""
+        forces = dict.fromkeys(("fx", "fy", "force", "contact"), "force")
+        return forces | {"torque": "torque"}
+
+
+@dataclass(frozen=True)
+class Contact(OneSided):
+    """Contact between two shapes, or points, of two bodies: unilateral, with Coulomb friction and
+    impacts.
+
+    The gap g ≥ 0 and the pressing force λ_N ≥ 0 with g λ_N = 0; the friction |λ_T| ≤ μ_s λ_N where
+    it sticks, which a constraint does, and λ_T = −μ λ_N sign γ_T where it slides. Points and discs
+    touch lines, segments, polygons and discs from outside, rings from within; polygons and segments
+    touch by their corners and ends.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the mechanism.
+    i, j : str
+        Shapes or points of two bodies, such as ``"ground.floor"`` and ``"ladder.A"``.
+    friction : float
+        Kinetic coefficient μ.
+    static : float, optional
+        Coefficient μ_s of what sticks, at least `friction`; by default the same.
+    restitution : float
+        e of impacts, from 0 (no rebound) to 1 (no loss).
+    law : str
+        ``"poisson"`` gives back e of each impulse of compression, ``"newton"`` e of each velocity
+        of approach; they differ where several contacts are closed at an impact. With friction
+        Newton's may gain energy.
+
+    Notes
+    -----
+    The force that `run.reaction` reports is that on body j by body i, its torque about the mass
+    centre of j; `run.contact` is the pressing force and `run.mode` says what it does.
+
+    Examples
+    --------
+    >>> Contact("foot", "ground.floor", "ladder.A", friction=0.25).bodies
+    ('ground', 'ladder')
+    """
+
+    main: ClassVar[tuple[str, ...]] = ("i", "j")
+
+    i: str = ""
+    j: str = ""
+    friction: NumberField = number_field("number", 0.0, sign="not negative")
+    static: OptionalNumberField = number_field("number", None, sign="not negative")
+    restitution: NumberField = number_field("number", 0.0, sign="not negative")
+    law: str = "poisson"
+    #: The two shapes, which the mechanism looks up when the contact is added.
+    shapes: tuple[Shape, ...] = field(default=(), repr=False, metadata={"internal": True})
+
+    def _enter(self) -> None:
+        super()._enter()
+        for side in ("i", "j"):
+            value = getattr(self, side)
+            body, _, shape = value.partition(".") if isinstance(value, str) else ("", "", "")
+            if not body or not shape:
+                raise ModelError(
+                    f"'{self.name}': {side} is {brief(value)}, it must name a shape or a point of "
+                    'a body: "ground.floor" or "ladder.A"',
+                    self.name,
+                )
+        if self.bodies[0] == self.bodies[1]:
+            raise ModelError(
+                f"'{self.name}' would be between '{self.bodies[0]}' and itself: give shapes of two "
+                "bodies",
+                self.name,
+            )
+        if self.law not in IMPACT_LAWS:
+            raise ModelError(
+                f"'{self.name}': law is {brief(self.law)}: give one of {', '.join(IMPACT_LAWS)}",
+                self.name,
+            )
+
+    def _check(self) -> None:
+        super()._check()
+        self._refuse_numbers(self.friction, self.static, self.restitution)
+
+    def refuse(self, at: Numbers, unit: str) -> None:
+        """As of one contact, of every design."""
+        static = None if self.static is None else at[f"{self.name}.static"]
+        numbers = (at[f"{self.name}.friction"], static, at[f"{self.name}.restitution"])
+        rows = np.broadcast_arrays(*(np.nan if one is None else one for one in numbers))
+        for mu, most, e in zip(*map(np.ravel, rows), strict=True):
+            self._refuse_numbers(float(mu), None if np.isnan(most) else float(most), float(e))
+
+    def _refuse_numbers(self, mu: float, static: float | None, restitution: float) -> None:
+        if static is not None and static < mu:
+            raise ModelError(
+                f"'{self.name}': friction is {mu:g}, more than static = {static:g}: what slides "
+                "has at most the friction of what sticks; exchange them, or leave out static",
+                self.name,
+            )
+        if restitution > 1.0:
+            raise ModelError(
+                f"'{self.name}': restitution is {restitution:g}, which would gain energy: give 0 "
+                "to 1",
+                self.name,
+            )
+
+    @property
+    def bodies(self) -> tuple[str, str]:
+        """(body of i, body of j)."""
+        return self.i.partition(".")[0], self.j.partition(".")[0]
+
+    def with_shapes(self, known: Mapping[str, Any]) -> Contact:
+        """The contact with the shapes that it is between; `known` are the bodies by name.
+
+        Raises
+        ------
+        ModelError
+            For a shape that is not there, and shapes that cannot touch.
+        """
+        made = replace(
+            self, shapes=tuple(_shape(self.name, known, one) for one in (self.i, self.j))
+        )
+        i, j = made.shapes
+        if not contact_spots((made.i, i), (made.j, j)):
+            raise ModelError(
+                f"'{self.name}': a {_named(i)} and a {_named(j)} do not touch: points and discs "
+                "touch lines, segments, polygons and discs, and rings from within; of segments and "
+                "polygons the corners do",
+                self.name,
+            )
+        return made
+
+    def points(self) -> set[str]:
+        """Those of its shapes."""
+        pairs = zip(self.bodies, self.shapes, strict=True)
+        return {f"{body}.{point}" for body, shape in pairs for point in points_of(shape)}
+
+    def spots(self, at: Numbers) -> list[Spot]:
+        """Each point with each line, and each two circles."""
+        sides = zip((self.i, self.j), self.shapes, strict=True)
+        return [make(at) for make in contact_spots(*sides)]
+
+    def frictions(self, at: Numbers) -> list[FrictionPrimitive]:
+        """The friction of every spot, by the row along it."""
+        mu, static = self.coefficients(at)
+        return [
+            FrictionPrimitive("pressed", spot.tangent, n, [mu, static, 0.0, 0.0, 0.0, 0.0])
+            for n, spot in enumerate(self.spots(at))
+            if spot.tangent is not None
+        ]
+
+    def coefficients(self, at: Numbers) -> tuple[float, float]:
+        """Kinetic and static friction."""
+        mu = at[f"{self.name}.friction"]
+        return mu, mu if self.static is None else at[f"{self.name}.static"]  # type: ignore[return-value]  # one design
+
+    def restitution_of(self, at: Numbers) -> float:
+        """Restitution, from 0 to 1."""
+        return at[f"{self.name}.restitution"]  # type: ignore[return-value]  # one design
+
+
+@dataclass(frozen=True)
+class Between(OneSided):
+    """Contacts between all shapes of two groups: a `Contact` for each pair that two bodies make.
+
+    A mechanism takes the contacts in its place, named by it with a number each: "pile_1", "pile_2".
+
+    Parameters
+    ----------
+    name : str
+        Unique in the mechanism.
+    i, j : str
+        Shapes or points by name, in which ``*`` stands for any letters and ``?`` for one:
+        ``"ground.floor"``, ``"stone*.rim"``.
+    friction, static, restitution, law
+        As of `Contact`.
+
+    Examples
+    --------
+    >>> Between("pile", "stone*.rim", "stone*.rim").pairs(["stone1.rim", "stone2.rim"])
+    [('stone1.rim', 'stone2.rim')]
+    """
+
+    main: ClassVar[tuple[str, ...]] = ("i", "j")
+
+    i: str = ""
+    j: str = ""
+    friction: NumberField = number_field("number", 0.0, sign="not negative")
+    static: OptionalNumberField = number_field("number", None, sign="not negative")
+    restitution: NumberField = number_field("number", 0.0, sign="not negative")
+    law: str = "poisson"
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """None by name."""
+        return ()
+
+    def pairs(self, known: Sequence[str]) -> list[tuple[str, str]]:
+        """The pairs of shapes of different bodies, each once, among those known."""
+        groups = [[n for n in known if fnmatch.fnmatchcase(n, str(p))] for p in (self.i, self.j)]
+        found: dict[frozenset[str], tuple[str, str]] = {}
+        for one in groups[0]:
+            for other in groups[1]:
+                if one.partition(".")[0] != other.partition(".")[0]:
+                    found.setdefault(frozenset((one, other)), (one, other))
+            if len(found) > MOST_CONTACTS:
+                raise ModelError(
+                    f"'{self.name}' would be more than {MOST_CONTACTS} contacts, {len(groups[0])} "
+                    f"shapes with {len(groups[1])}: every pair is watched by itself; name fewer "
+                    "shapes that can meet",
+                    self.name,
+                )
+        return list(found.values())
+
+    def contacts(self, bodies: Sequence[Any]) -> list[Contact]:
+        """The contacts of the group between bodies.
+
+        Raises
+        ------
+        ModelError
+            Where no two shapes fit, or too many do.
+        """
+        known = [f"{b.name}.{key}" for b in bodies for key in (*b.shapes, *b.points)]
+        pairs = self.pairs(known)
+        if not pairs:
+            raise ModelError(
+                f"'{self.name}': no two shapes of different bodies fit {brief(self.i)} and "
+                f"{brief(self.j)} (there are: {listed(known)})",
+                self.name,
+            )
+        own = {key: getattr(self, key) for key in ("friction", "static", "restitution", "law")}
+        return [
+            Contact(f"{self.name}_{n}", one, other, **own)
+            for n, (one, other) in enumerate(pairs, start=1)
+        ]
+
+
+@dataclass(frozen=True)
+class Rope(OneSided):
+    """Rope, chain, one-sided bar: two places are no farther apart than the length.
+
+    |r_j + A_j s_j − r_i − A_i s_i| ≤ l: it pulls where it is taut and is slack else; where it
+    becomes taut in motion there is an impact with restitution 0.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the mechanism.
+    i, j : Marker or str
+        The two ends.
+    length : float
+        Positive [length].
+
+    Examples
+    --------
+    >>> Rope("leash", "ground.O", "ball.C", length=2.0).rows
+    'l'
+    """
+
+    main: ClassVar[tuple[str, ...]] = ("i", "j")
+
+    i: InheritedPlace = place_field()
+    j: InheritedPlace = place_field()
+    length: NumberField = number_field("length", math.nan, sign="positive")
+
+    def _check(self) -> None:
+        super()._check()
+        two_bodies(self)
+
+    @property
+    def bodies(self) -> tuple[str, str]:
+        """(body of i, body of j)."""
+        return self.i.body, self.j.body
+
+    def distances(self) -> tuple[tuple[str, str], ...]:
+        """None that must not vanish: a slack rope's ends may meet."""
+        return ()
+
+    def spots(self, at: Numbers) -> list[Spot]:
+        """The one distance."""
+        arms = [*at.arm(self, "i"), *at.arm(self, "j")]
+        return [Spot.taut(self.bodies, arms, at[f"{self.name}.length"])]
+
+
+def _named(shape: Shape) -> str:
+    return "point" if isinstance(shape, Vertex) else type(shape).__name__.lower()
+
+
+def _shape(contact: str, known: Mapping[str, Any], place: str) -> Shape:
+    """The shape, or the point as a shape, of that dotted name."""
+    name, _, key = place.partition(".")
+    body = known[name]
+    if key in body.shapes:
+        found: Shape = body.shapes[key]
+        return found
+    if key in body.points:
+        return Vertex(key)
+    raise ModelError(
+        f"'{contact}' refers to shape {brief(key)} of '{name}', which is not there (it has the "
+        f"shapes {listed(body.shapes)} and the points {listed(body.points)}): name one of these, "
+        "or add it to the body",
+        contact,
+    )

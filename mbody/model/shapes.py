@@ -1,0 +1,208 @@
+"""Shapes of bodies, which contacts are between: discs, rings, lines, segments, polygons, points."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+from mbody.errors import ModelError, brief
+from mbody.model.element import check_name, listed, number
+from mbody.quantities import Formula
+from mbody.quantities.types import NumberField, default, required
+
+__all__ = [
+    "Disc",
+    "Line",
+    "Polygon",
+    "Ring",
+    "Segment",
+    "Shape",
+    "ShapeLike",
+    "Vertex",
+    "as_shapes",
+    "points_of",
+    "shape_numbers",
+]
+
+#: The fewest corners of a polygon.
+LEAST_CORNERS = 3
+
+
+@dataclass(frozen=True)
+class Vertex:
+    """A point of a body, as a shape."""
+
+    point: str
+
+
+@dataclass(frozen=True)
+class Disc:
+    """A circle about a point, full: other shapes touch it from outside."""
+
+    disc: str
+    radius: NumberField = required()
+
+
+@dataclass(frozen=True)
+class Ring:
+    """A circle about a point, hollow: discs and points touch it from within."""
+
+    ring: str
+    radius: NumberField = required()
+
+
+@dataclass(frozen=True)
+class Line:
+    """An endless straight line through a point, at an angle [rad] in the axes of the body; the body
+    is on its right, what touches it on its left.
+    """
+
+    point: str
+    angle: NumberField = default(0.0)
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A straight line from one point to another with its ends; other shapes touch it on its left,
+    seen from the first point to the second.
+    """
+
+    segment: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Polygon:
+    """A full polygon of three points or more, in the order of its corners, either way round."""
+
+    polygon: tuple[str, ...]
+
+
+Shape: TypeAlias = Disc | Ring | Line | Segment | Polygon | Vertex
+#: A shape, or a table of it as in a file: ``{"disc": "O", "radius": 0.3}``.
+ShapeLike: TypeAlias = "Shape | Mapping[str, Any]"
+
+#: What a table of a shape is recognised by, and what else it may have.
+TABLES: dict[str, tuple[type, tuple[str, ...]]] = {
+    "disc": (Disc, ("radius",)),
+    "ring": (Ring, ("radius",)),
+    "segment": (Segment, ()),
+    "line": (Line, ()),
+    "polygon": (Polygon, ()),
+}
+
+
+def as_shapes(given: Any, body: str, points: Mapping[str, Any]) -> dict[str, Shape]:
+    """Checked shapes of a body by name.
+
+    Raises
+    ------
+    ModelError
+        For a shape that is none, names a point that the body has not, or has the name of a point.
+    """
+    if not isinstance(given, Mapping):
+        raise ModelError(
+            f"'{body}': shapes must be a dict such as "
+            f'{{"rim": {{"disc": "O", "radius": 0.3}}}}, not {brief(given)}',
+            body,
+        )
+    found: dict[str, Shape] = {}
+    for name, value in given.items():
+        check_name(name, "shape")
+        if name in points or name in ("cg", "mass", "weight", "inertia", "spread"):
+            raise ModelError(
+                f"'{body}': the name of shape '{name}' is taken by a point or a number of the "
+                "body: choose another",
+                body,
+            )
+        found[name] = _checked(_made(value, body, name), body, name, points)
+    return found
+
+
+def _made(value: Any, body: str, name: str) -> Shape:
+    """A shape, from itself or from a table."""
+    if isinstance(value, Disc | Ring | Line | Segment | Polygon):
+        return value
+    keys = list(value) if isinstance(value, Mapping) else []
+    kind = next((key for key in TABLES if key in keys), None)
+    if kind is None:
+        raise ModelError(
+            f"'{body}': {name} is {brief(value)}, no shape: give one of {listed(TABLES)}, such as "
+            '{"disc": "O", "radius": 0.3}',
+            body,
+        )
+    cls, more = TABLES[kind]
+    unknown = [key for key in keys if key not in (kind, *more)]
+    missing = [key for key in more if key not in keys]
+    if unknown or missing:
+        what = f"has no {listed(unknown)}" if unknown else f"needs {listed(missing)}"
+        raise ModelError(f"'{body}': {name}: a {kind} {what}", body)
+    if kind != "line":
+        return cls(**value)
+    table = value["line"]
+    if not isinstance(table, Mapping) or "point" not in table or set(table) - {"point", "angle"}:
+        raise ModelError(
+            f"'{body}': {name}: line must be {{ point = …, angle = … }}, not {brief(table)}", body
+        )
+    return Line(**table)
+
+
+def _checked(shape: Shape, body: str, name: str, points: Mapping[str, Any]) -> Shape:
+    """The shape with its points looked up and its numbers let in."""
+    if isinstance(shape, Disc | Ring):
+        centre = shape.disc if isinstance(shape, Disc) else shape.ring
+        named: tuple[Any, ...] = (centre,)
+        radius = number(shape.radius, "length", body, f"{name}.radius")
+        if not isinstance(radius, Formula) and radius <= 0.0:
+            raise ModelError(
+                f"'{body}': {name}.radius is {radius:g}, it must be positive: a shape without "
+                "radius is a point, which a contact names by itself",
+                body,
+            )
+        made: Shape = type(shape)(centre, radius)
+    elif isinstance(shape, Line):
+        named = (shape.point,)
+        made = Line(shape.point, number(shape.angle, "angle", body, f"{name}.angle"))
+    else:
+        assert not isinstance(shape, Vertex)  # no table makes one
+        given = shape.segment if isinstance(shape, Segment) else shape.polygon
+        if isinstance(given, str) or not isinstance(given, list | tuple):
+            raise ModelError(
+                f"'{body}': {name} must list its points by name, not {brief(given)}", body
+            )
+        named = tuple(given)
+        two = isinstance(shape, Segment)
+        if len(set(map(str, named))) != len(named) or not (
+            len(named) == 2 if two else len(named) >= LEAST_CORNERS
+        ):
+            wanted = "two points" if two else f"at least {LEAST_CORNERS} points"
+            raise ModelError(
+                f"'{body}': {name} needs {wanted} of different names, not {brief(given)}", body
+            )
+        made = Segment(named) if two else Polygon(named)
+    for point in named:
+        if not isinstance(point, str) or point not in points:
+            raise ModelError(
+                f"'{body}': {name} names point {brief(point)}, which the body has not (it has: "
+                f"{listed(points)}): add it to its points",
+                body,
+            )
+    return made
+
+
+def points_of(shape: Shape) -> tuple[str, ...]:
+    """The points of the body that a shape is made of."""
+    if isinstance(shape, Segment):
+        return shape.segment
+    if isinstance(shape, Polygon):
+        return shape.polygon
+    if isinstance(shape, Disc | Ring):
+        return (shape.disc if isinstance(shape, Disc) else shape.ring,)
+    return (shape.point,)
+
+
+def shape_numbers(name: str, shape: Shape) -> dict[str, Any]:
+    """The changeable numbers of a shape, by dotted name."""
+    if isinstance(shape, Disc | Ring):
+        return {f"{name}.radius": shape.radius}
+    return {f"{name}.angle": shape.angle} if isinstance(shape, Line) else {}

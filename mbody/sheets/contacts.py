@@ -1,0 +1,50 @@
+"""The table of contacts, ropes and rough joints in the sheets of a motion."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mbody.sheets.names import force_floor
+from mbody.sheets.text_table import Column, numbers, table
+
+if TYPE_CHECKING:
+    from mbody.solution.solution import Solution
+
+__all__ = ["contacts"]
+
+
+def contacts(solution: Solution) -> list[str]:
+    """What every contact did: how often it struck, its modes in their order, the greatest pressing
+    force, what it took of the energy.
+    """
+    modes = solution.modes
+    if not modes or not len(solution):
+        return []
+    machine = solution.mechanism
+    pressing = {one.name for one in machine.contacts}
+    names, unit = list(modes), machine.units.of
+    floor = force_floor(solution)
+    most = [float(np.abs(solution.contact(n)).max()) if n in pressing else 0.0 for n in names]
+    strikes = [
+        sum(one.contact == n and one.name in ("impact", "rest") for one in solution.events)
+        for n in names
+    ]
+    lost = dict.fromkeys(names, 0.0)
+    if solution.energy is not None:
+        lost |= {n: float(part[-1]) for n, part in solution.energy.lost.items() if n in lost}
+    columns = [
+        Column("CONTACTS", names, text=True),
+        Column("impacts", [str(n) if n else "" for n in strikes]),
+        Column("greatest press", numbers(np.array(most), floor), unit("force")),
+        Column("took", numbers(np.array([lost[n] for n in names])), unit("torque")),
+        Column("at the end", [str(modes[n][-1]) for n in names], text=True),
+        Column("between", [_between(solution, n) for n in names], text=True, whole=True),
+    ]
+    return table(columns)
+
+
+def _between(solution: Solution, name: str) -> str:
+    bodies = getattr(solution.mechanism[name], "bodies", ())
+    return " and ".join(bodies)

@@ -1,0 +1,89 @@
+"""Reactions of joints, contacts and ropes: what has one, and the forces of contacts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mbody.errors import ModelError
+from mbody.model.element import listed
+from mbody.solution.histories import Reaction
+from mbody.solution.result import Result
+from mbody.system.read_only import locked
+
+__all__ = ["contact_reaction", "pressing_force", "with_reaction"]
+
+Array = np.ndarray
+
+
+def with_reaction(solution: Result, name: Any) -> Any:
+    """The joint, contact or rope of that name.
+
+    Raises
+    ------
+    ModelError
+        For what has no reaction, and an analysis without forces.
+    """
+    machine = solution.mechanism
+    element: Any = machine[name] if isinstance(name, str) and name in machine else None
+    if element is not None and element.role == "coupling":
+        raise ModelError(
+            f"'{name}' is a coupling of several bodies, it has no reaction between two: ask "
+            "for its effort",
+            name,
+        )
+    if element is None or element.role not in ("joint", "contact"):
+        known = listed(one.name for one in (*machine.joints, *machine.contacts))
+        raise ModelError(f"there is no joint {name!r} (there are: {known})", str(name))
+    if not solution.has_forces:
+        raise ModelError(
+            f"{solution.analysis} finds no forces, as of '{name}': use kinetostatics", name
+        )
+    return element
+
+
+def contact_reaction(solution: Any, contact: Any, on: str | None) -> Reaction:
+    """Force and torque of a contact or rope on body `on`, by default j: the torque about the mass
+    centre of that body.
+    """
+    i, j = contact.bodies
+    if on not in (None, i, j):
+        raise ModelError(f"contact '{contact.name}' is between '{i}' and '{j}', not {on!r}")
+    body = i if on == i else j
+    by = j if on == i else i
+    own = solution[body]
+    fx, fy, torque = (np.zeros(np.shape(own.x)) for _ in range(3))
+    spots = contact.spots(solution.system.numbers)
+    for n, e in enumerate(solution.system.primitives_of[contact.name]):
+        spot = spots[n % len(spots)]
+        x, y, turning = (solution.primitive_history(e, k) for k in (2, 3, 4))
+        second = i if spot.swapped else j
+        at = solution[second]
+        px, py = _arm_of_torque(contact, solution, at)
+        sign = 1.0 if second == body else -1.0
+        fx, fy = fx + sign * x, fy + sign * y
+        dx, dy = at.x + px - own.x, at.y + py - own.y
+        torque = torque + sign * (turning + dx * y - dy * x)
+    return Reaction(contact.name, body, by, fx, fy, torque, (True, True, True))
+
+
+def _arm_of_torque(contact: Any, solution: Any, body: Any) -> tuple[Array, Array]:
+    """From the mass centre of the second body of a row to where its torque is taken: the mass
+    centre, of a rope its end.
+    """
+    if "j" not in contact.places():
+        return np.zeros(np.shape(body.x)), np.zeros(np.shape(body.x))
+    ax, ay = solution.system.numbers.arm(contact, "j")
+    c, s = np.cos(body.angle), np.sin(body.angle)
+    return c * ax - s * ay, s * ax + c * ay
+
+
+def pressing_force(solution: Any, contact: Any) -> Array:
+    """Sum of the normal forces of a contact, or pull of a rope, not negative: (instants,)."""
+    total: Any = 0.0
+    spots = contact.spots(solution.system.numbers)
+    for spot, e in zip(spots, solution.system.primitives_of[contact.name], strict=False):
+        total = total - spot.sense * solution.primitive_history(e, 0)
+    found: Array = locked(np.asarray(total))
+    return found

@@ -1,0 +1,205 @@
+"""Linear complementarity problems against enumeration, and the laws of contact that they state."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from mbody.analysis.contact.complementarity import every_solution, lemke
+from mbody.analysis.contact.contact_laws import ClosedContacts, decide_modes, impact_impulses
+
+RNG = np.random.default_rng
+
+
+def violation(A, b, z) -> float:
+    w = A @ z + b
+    return float(max(-z.min(), -w.min(), np.abs(w * z).max()))
+
+
+@pytest.mark.parametrize("size", [1, 2, 5, 9, 25])
+def test_lemke_solves_what_is_positive_definite(size):
+    rng = RNG(size)
+    for _ in range(60):
+        R = rng.normal(size=(size, size))
+        A, b = R @ R.T + 1e-2 * np.eye(size) + 0.3 * (R - R.T), rng.normal(size=size)
+        z = lemke(A, b)
+        assert z is not None
+        # the condition of A is up to 1e4
+        assert violation(A, b, z) < 1e-9
+
+
+def test_lemke_agrees_with_all_supports():
+    """Of positive definite matrices there is one solution, and enumeration finds it."""
+    rng = RNG(3)
+    for _ in range(100):
+        n = int(rng.integers(1, 7))
+        R = rng.normal(size=(n, n))
+        A, b = R @ R.T + 0.1 * np.eye(n), rng.normal(size=n)
+        (only,) = every_solution(A, b)
+        assert lemke(A, b) == pytest.approx(only, abs=1e-10)
+
+
+def test_ties_do_not_cycle():
+    """Equal ratios everywhere: a box on many equal supports."""
+    for n in (4, 8, 16, 40):
+        A, b = np.ones((n, n)), -np.ones(n)
+        z = lemke(A, b)
+        assert z is not None
+        assert float(z.sum()) == pytest.approx(1.0, abs=1e-12)
+        assert violation(A, b, z) < 1e-12
+
+
+def test_none_is_told_by_both():
+    """w = −z − 1 has no solution with w, z ≥ 0."""
+    A, b = np.array([[-1.0]]), np.array([-1.0])
+    assert lemke(A, b) is None
+    assert every_solution(A, b) == []
+    assert len(every_solution(A, -b)) == 2
+
+
+def by_modes(D, normal, tangential, mu, static):
+    """Modes of contacts at rest by trying all of them: the definition of Coulomb's law."""
+    m = len(normal)
+    found = []
+    for modes in itertools.product(("open", "stick", "slip+", "slip-"), repeat=m):
+        rows = [k for k in range(m) if modes[k] != "open"]
+        holding = [*rows, *(m + k for k in rows if modes[k] == "stick")]
+        push = np.zeros((2 * m, len(holding)))
+        for n, row in enumerate(holding):
+            push[row, n] = 1.0
+        for n, k in enumerate(rows):
+            if modes[k] in ("slip+", "slip-"):
+                push[m + k, n] = -mu[k] if modes[k] == "slip+" else mu[k]
+        free = np.concatenate([normal, tangential])
+        system = (D @ push)[holding]
+        if len(holding) and np.linalg.cond(system) > 1e12:
+            continue
+        forces = push @ (np.linalg.solve(system, -free[holding]) if len(holding) else np.zeros(0))
+        a = free + D @ forces
+        good = all(forces[k] >= -1e-12 for k in rows)
+        for k in range(m):
+            if modes[k] == "open":
+                good &= a[k] >= -1e-12
+            elif modes[k] == "stick":
+                good &= abs(forces[m + k]) <= static[k] * forces[k] + 1e-12
+            else:
+                good &= a[m + k] * (1.0 if modes[k] == "slip+" else -1.0) >= -1e-12
+        if good:
+            found.append((modes, a))
+    return found
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_modes_are_those_of_coulombs_law(count):
+    """Random contacts at rest: the accelerations of the modes that are decided are those of an
+    assignment of modes that satisfies the law, and nothing is told where there is one.
+    """
+    rng = RNG(count)
+    unique = 0
+    for _ in range(120 if count < 3 else 40):
+        R = rng.normal(size=(2 * count, 2 * count + 2))
+        D = R @ R.T
+        mu = rng.uniform(0.1, 0.8, count)
+        normal, tangential = rng.normal(size=count) - 1.0, rng.normal(size=count)
+        found = by_modes(D, normal, tangential, mu, mu)
+        decided = decide_modes(ClosedContacts(D, mu, np.zeros(count)), normal, tangential)
+        kinds = {tuple(np.round(a, 6) + 0.0) for _, a in found}
+        if len(kinds) == 1:
+            unique += 1
+            assert decided.told == ""
+            assert decided.modes in [modes for modes, _ in found]
+        elif kinds:
+            assert decided.told == "indeterminate"
+            assert decided.modes in [modes for modes, _ in found]
+        else:
+            assert decided.told == "inconsistent"
+    assert unique > 20
+
+
+def rod(angle: float, rate: float) -> tuple[np.ndarray, float]:
+    """Delassus's matrix of the lower end of a rod of mass 1 and half length 1, and its free normal
+    acceleration, with g = 9.81.
+    """
+    s, c = math.sin(angle), math.cos(angle)
+    D = np.array([[1.0 + 3.0 * c * c, -3.0 * s * c], [-3.0 * s * c, 1.0 + 3.0 * s * s]])
+    return D, rate * rate * s - 9.81
+
+
+def decided(angle: float, rate: float, mu: float):
+    D, normal = rod(angle, rate)
+    sliding = ClosedContacts(D, np.array([mu]), np.array([-1.0]))
+    return decide_modes(sliding, np.array([normal]), np.zeros(1))
+
+
+@pytest.mark.parametrize("mu", [1.34, 1.4, 1.7, 3.0])
+def test_the_map_of_painleves_rod(mu):
+    """A(θ) = 1 + 3 cos²θ − 3 μ sin θ cos θ < 0 where tan θ lies between (3 μ ∓ √(9 μ² − 16))/2: no
+    acceleration where the end is pressed on, two where it would lift; outside one. To 1e-10.
+    """
+    root = math.sqrt(9.0 * mu * mu - 16.0)
+    first, last = (math.atan((3.0 * mu + sign * root) / 2.0) for sign in (-1.0, 1.0))
+    for angle, inside in (
+        (first - 1e-10, False),
+        (first + 1e-10, True),
+        (0.5 * (first + last), True),
+        (last - 1e-10, True),
+        (last + 1e-10, False),
+    ):
+        slow, fast = decided(angle, 0.0, mu), decided(angle, 5.0, mu)
+        assert slow.told == ("inconsistent" if inside else "")
+        assert fast.told == ("indeterminate" if inside else "")
+        assert fast.modes == ("open",)
+        if not inside:
+            assert slow.modes == ("slip-",)
+
+
+def test_below_four_thirds_there_is_no_paradox():
+    """9 μ² < 16."""
+    for angle in np.linspace(0.05, 1.5, 60):
+        assert decided(float(angle), 0.0, 1.333).told == ""
+
+
+def test_redundant_supports_are_not_several_motions():
+    """A block on two equal supports: forces may differ, the acceleration does not."""
+    D = np.array([[1, 1, 0, 0], [1, 1, 0, 0], [0, 0, 1, 1], [0, 0, 1, 1]], dtype=float)
+    found = decide_modes(
+        ClosedContacts(D, np.array([0.3, 0.3]), np.zeros(2)), np.full(2, -9.81), np.full(2, 2.0)
+    )
+    assert found.told == ""
+    assert found.modes == ("stick", "stick")
+
+
+@pytest.mark.parametrize("law", ["poisson", "newton"])
+def test_impacts_lose_energy_and_obey_their_law(law):
+    """Of one contact: γ_N⁺ = −e γ_N⁻, friction within its cone; of several nothing approaches."""
+    rng = RNG(5)
+    for _ in range(200):
+        m = int(rng.integers(1, 4))
+        R = rng.normal(size=(2 * m, 2 * m + 1))
+        D, mu, e = R @ R.T, rng.uniform(0.0, 0.5, m), rng.uniform(0.0, 1.0, m)
+        contacts = ClosedContacts(D, mu, np.where(mu > 0.0, 0.0, 1.0))
+        before = rng.normal(size=2 * m)
+        before[:m] = -np.abs(before[:m])
+        P = impact_impulses(contacts, before, e, np.full(m, law == "newton"))
+        assert P is not None
+        after = before + D @ P
+        size = float(np.abs(before).max())
+        assert P[:m].min() >= -1e-12
+        assert after[:m].min() >= -1e-9 * size
+        assert (np.abs(P[m:]) <= mu * P[:m] + 1e-9 * size).all()
+        gained = float(P @ (before + after)) / 2.0
+        if law == "poisson":
+            assert gained <= 1e-9 * size**2
+        if m == 1 and law == "newton":
+            assert after[0] == pytest.approx(-e[0] * before[0], abs=1e-9 * size)
+
+
+def test_impact_without_collision_stops_the_end():
+    """Λ = −D⁻¹ (0, u): references of Génot and Brogliato's rod."""
+    D, _ = rod(1.0, 0.0)
+    contacts = ClosedContacts(D, np.array([1.4]), np.zeros(1))
+    before = np.array([0.0, -3.0])
+    P = impact_impulses(contacts, before, np.zeros(1), without_collision=True)
+    assert P == pytest.approx(np.linalg.solve(D, -before), abs=1e-13)
+    assert P[0] == pytest.approx(1.0229596051788918, abs=1e-12)
