@@ -8,6 +8,7 @@ import numpy as np
 
 from mbody.model.joints import CamFollower, Gear, Joint, RackPinion, Rolling
 from mbody.model.loads import PistonPressure, ReciprocatingCylinder
+from mbody.views.body_shapes import outlines
 from mbody.views.cam_outlines import outline
 from mbody.views.cylinders import barrel
 
@@ -62,6 +63,8 @@ def bounds(pose: Pose) -> Array:
         for joint in pose.mechanism.joints
         for field, radius in wheels(joint, pose)
     ]
+    corners, solid = outlines(pose)
+    places, circles = places + corners, circles + solid
     for coupling in pose.mechanism.couplings:
         circles += pulleys(coupling, pose).values()
     for centre, radius in circles:

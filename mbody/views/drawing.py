@@ -21,6 +21,7 @@ from mbody.solution.checks import one_design
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 from mbody.views.backend import blank, styled
+from mbody.views.body_shapes import body_shapes
 from mbody.views.bounds import bounds, wheels
 from mbody.views.coupling_symbols import coupling_symbol
 from mbody.views.cycle import SMOOTH, times
@@ -381,6 +382,8 @@ def _mechanism(
         sketch.line(track, 0.9, SOFT, Z["path"], name=f"path:{name}", dashes=dashes, weight=0.5)
     for order, body in enumerate(shown.bodies):
         link(sketch, body, order)
+        body_shapes(sketch, body)
+    body_shapes(sketch, "ground")
     joints = shown.between(mechanism.joints)
     for joint in joints:
         joint_symbol(joint, sketch)

@@ -27,6 +27,7 @@ from mbody.model.joints import (
     Revolute,
     Rolling,
 )
+from mbody.views.body_shapes import hatched_circle
 from mbody.views.bounds import wheels
 from mbody.views.cam_outlines import base_circle, face, outline
 from mbody.views.carriers import between, on, placed
@@ -294,15 +295,8 @@ def _wheel(
     look: dict[str, Any] = {"dashes": dashes, "name": f"wheel:{joint.name}.{side}"}
     sketch.disc(centre, radius, fill, INK, 0.9 if toothed else 1.5, z, weight=0.6, **look)
     if body == "ground":
-        depth = sketch.size("hatch")
         edge = radius + (2.2 * sketch.unit * sketch.small if ring and toothed else 0.0)
-        out, lean = edge + (depth if ring else -depth), depth / edge
-        count = max(12, round(math.tau * edge / (2.0 * depth)))
-        around = np.linspace(0.0, math.tau, count, endpoint=False)
-        ticks = [
-            centre + np.array([edge * direction(a), out * direction(a + lean)]) for a in around
-        ]
-        sketch.strokes(ticks, z, 0.2)
+        hatched_circle(sketch, centre, edge, ring, z)
         return
     if not ring:
         mark = sketch.pose.direction(joint, side)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.model.joints import CamFollower, Fixed, Joint, PinSlot, Prismatic
+from mbody.views.body_shapes import covered
 from mbody.views.bounds import wheels
 from mbody.views.carriers import on
 from mbody.views.guides import guide, travel
@@ -36,6 +37,9 @@ def link(sketch: Sketch, body: str, order: int) -> None:
 def _link(sketch: Sketch, body: str, order: int) -> None:
     nodes = places(sketch, body)
     half = sketch.size("link")
+    if covered(sketch.pose, body, nodes):
+        mass_centre(sketch, body)
+        return
     if len(nodes) < 2:
         if _has_symbol(sketch, body):
             mass_centre(sketch, body)

@@ -9,6 +9,7 @@ import numpy as np
 from mbody.errors import ModelError, remedy
 from mbody.solution.checks import one_design
 from mbody.solution.solution import Solution
+from mbody.views.body_shapes import body_shapes
 from mbody.views.bounds import bounds, wheels
 from mbody.views.carriers import GROUND_CARRIER, Carrier
 from mbody.views.coupling_symbols import coupling_symbol
@@ -120,6 +121,8 @@ def sketched(pose: Pose, unit: float, small: float) -> SceneSketch:
     mechanism = pose.mechanism
     for order, body in enumerate(mechanism.bodies):
         link(sketch, body.name, order)
+        body_shapes(sketch, body.name)
+    body_shapes(sketch, "ground")
     for joint in mechanism.joints:
         joint_symbol(joint, sketch)
     for coupling in mechanism.couplings:

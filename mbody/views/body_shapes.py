@@ -1,0 +1,181 @@
+"""Shapes of bodies that contacts are between: discs, rings, lines, segments, polygons."""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mbody.model.shapes import Disc, Line, Polygon, Ring, Segment, Shape
+from mbody.views.carriers import on
+from mbody.views.shapes import direction, within
+from mbody.views.style import INK, PLATE, SOFT, WHEEL, Z
+
+if TYPE_CHECKING:
+    from mbody.views.pose import Pose
+    from mbody.views.sketch import Sketch
+
+__all__ = ["body_shapes", "covered", "hatched_circle", "outlines"]
+
+Array = np.ndarray
+
+#: An endless line on a moving body is drawn so long, in model lengths, either way.
+ON_BODY = 1.5
+#: An endless line of the ground goes beyond what moves by this part of the way along it.
+BEYOND = 0.06
+
+
+def body_shapes(sketch: Sketch, body: str) -> None:
+    """The shapes of a body, or of the ground."""
+    with sketch.carried(on(body)):
+        for name, shape in _shapes(sketch.pose, body).items():
+            _drawn(shape, sketch, body, f"shape:{body}.{name}")
+
+
+def outlines(pose: Pose) -> tuple[list[Array], list[tuple[Array, float]]]:
+    """The corners of all shapes, and the centres and radii of circles."""
+    corners: list[Array] = []
+    circles: list[tuple[Array, float]] = []
+    for body in (*pose.mechanism.bodies, pose.mechanism.ground):
+        for name, shape in body.shapes.items():
+            if isinstance(shape, Disc | Ring):
+                circles.append(_circle(pose, body.name, name, shape))
+            elif isinstance(shape, Segment | Polygon):
+                corners += _corners(pose, body.name, shape)
+            else:
+                assert isinstance(shape, Line)
+                corners.append(pose.point(f"{body.name}.{shape.point}"))
+    return corners, circles
+
+
+def covered(pose: Pose, body: str, nodes: list[Array]) -> bool:
+    """Whether discs and polygons of a body cover its nodes, so that no link need be drawn."""
+    solid = [one for one in _shapes(pose, body).items() if isinstance(one[1], Disc | Polygon)]
+    return bool(solid) and all(
+        any(_within(pose, body, name, shape, node) for name, shape in solid) for node in nodes
+    )
+
+
+def hatched_circle(sketch: Sketch, centre: Array, edge: float, outside: bool, z: float) -> None:
+    """Ticks around a circle that belongs to the ground, on its solid side."""
+    depth = sketch.size("hatch")
+    end, lean = edge + (depth if outside else -depth), depth / edge
+    count = max(12, round(math.tau * edge / (2.0 * depth)))
+    around = np.linspace(0.0, math.tau, count, endpoint=False)
+    ticks = [centre + np.array([edge * direction(a), end * direction(a + lean)]) for a in around]
+    sketch.strokes(ticks, z, 0.2)
+
+
+def _shapes(pose: Pose, body: str) -> dict[str, Shape]:
+    machine = pose.mechanism
+    owner = machine.ground if body == "ground" else machine[body]
+    found: dict[str, Shape] = owner.shapes  # type: ignore[attr-defined]  # a body
+    return found
+
+
+def _circle(pose: Pose, body: str, name: str, shape: Disc | Ring) -> tuple[Array, float]:
+    point = shape.disc if isinstance(shape, Disc) else shape.ring
+    return pose.point(f"{body}.{point}"), float(pose.system.values[f"{body}.{name}.radius"])
+
+
+def _corners(pose: Pose, body: str, shape: Segment | Polygon) -> list[Array]:
+    names: tuple[str, ...] = tuple(
+        shape.segment if isinstance(shape, Segment) else shape.polygon  # type: ignore[arg-type]
+    )
+    return [pose.point(f"{body}.{name}") for name in names]
+
+
+def _within(pose: Pose, body: str, name: str, shape: Shape, node: Array) -> bool:
+    if isinstance(shape, Disc):
+        centre, radius = _circle(pose, body, name, shape)
+        return bool(np.hypot(*(node - centre)) <= radius * (1.0 + 1e-9))
+    assert isinstance(shape, Polygon)
+    corners = np.array(_corners(pose, body, shape))
+    near = 1e-9 * float(np.ptp(corners, axis=0).max())
+    return within(node, corners) or bool((np.hypot(*(corners - node).T) <= near).any())
+
+
+@functools.singledispatch
+def _drawn(shape: Shape, sketch: Sketch, body: str, name: str) -> None:
+    """Draw one shape."""
+    raise NotImplementedError(f"there is no picture of a {type(shape).__name__}")
+
+
+@_drawn.register(Disc)
+def _(shape: Disc, sketch: Sketch, body: str, name: str) -> None:
+    centre, radius = _circle(sketch.pose, body, name.rpartition(".")[2], shape)
+    z = Z["wheel"] - 0.3 * radius / (radius + sketch.pose.system.length)
+    sketch.disc(centre, radius, WHEEL, INK, 1.5, z, name=name, weight=0.6)
+    if body == "ground":
+        hatched_circle(sketch, centre, radius, False, z)
+        return
+    # it turns with the body, from its centre to the rim
+    rim = centre + 0.86 * radius * direction(sketch.pose.angle(body))
+    sketch.line([centre, rim], 0.9, SOFT, z + 0.01, weight=0.2)
+
+
+@_drawn.register(Ring)
+def _(shape: Ring, sketch: Sketch, body: str, name: str) -> None:
+    centre, radius = _circle(sketch.pose, body, name.rpartition(".")[2], shape)
+    sketch.disc(centre, radius, "none", INK, 1.5, Z["ring"], name=name, weight=0.6)
+    if body == "ground":
+        hatched_circle(sketch, centre, radius, True, Z["ring"])
+
+
+@_drawn.register(Segment)
+def _(shape: Segment, sketch: Sketch, body: str, name: str) -> None:
+    start, end = _corners(sketch.pose, body, shape)
+    if body == "ground":
+        sketch.rail(start, end, name)
+    else:
+        sketch.line([start, end], 2.4, INK, Z["link"] + 0.5, name=name)
+
+
+@_drawn.register(Polygon)
+def _(shape: Polygon, sketch: Sketch, body: str, name: str) -> None:
+    corners = np.array(_corners(sketch.pose, body, shape))
+    if body != "ground":
+        sketch.shape(corners, PLATE, INK, 1.1, Z["plate"], name=name)
+        return
+    # its inside is hatched, which is on the right of edges that go round clockwise
+    following = np.roll(corners, -1, axis=0)
+    area = float((corners[:, 0] * following[:, 1] - corners[:, 1] * following[:, 0]).sum())
+    for a, b in zip(corners, following, strict=True):
+        first, last = (b, a) if area > 0.0 else (a, b)
+        sketch.ground(first, last, name=name)
+
+
+@_drawn.register(Line)
+def _(shape: Line, sketch: Sketch, body: str, name: str) -> None:
+    pose = sketch.pose
+    place = pose.point(f"{body}.{shape.point}")
+    own = float(pose.system.values[f"{body}.{name.rpartition('.')[2]}.angle"])
+    u = direction(own + (0.0 if body == "ground" else pose.angle(body)))
+    if body != "ground":
+        half = ON_BODY * pose.system.length
+        sketch.line([place - half * u, place + half * u], 2.4, INK, Z["link"], name=name)
+        return
+    low, high = _along(sketch, place, u)
+    margin = BEYOND * (high - low) + 2.0 * sketch.size("block")
+    sketch.rail(place + (low - margin) * u, place + (high + margin) * u, name, math.inf)
+
+
+def _along(sketch: Sketch, place: Array, u: Array) -> tuple[float, float]:
+    """From where to where bodies are along a line of the ground, in the whole motion if that is
+    drawn.
+    """
+    pose = sketch.pose
+    low = high = 0.0
+    instants = slice(None) if sketch.lasting else slice(pose.k, pose.k + 1)
+    corners, circles = outlines(pose)
+    every = [*corners, *(centre for centre, _ in circles)]
+    widest = max((radius for _, radius in circles), default=0.0)
+    for body in pose.mechanism.bodies:
+        history, centre = pose.body(body.name), pose.centre(body.name)
+        reach = max((float(np.hypot(*(n - centre))) for n in pose.nodes[body.name]), default=0.0)
+        way = np.column_stack([history.x, history.y])[instants] @ u - place @ u
+        low, high = min(low, way.min() - reach), max(high, way.max() + reach)
+    ends = [float((point - place) @ u) for point in every]
+    return min([low, *(e - widest for e in ends)]), max([high, *(e + widest for e in ends)])
