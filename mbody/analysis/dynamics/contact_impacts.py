@@ -82,6 +82,7 @@ def strike(
     closed: list[int],
     *,
     still: bool = False,
+    held: Array | None = None,
     without_collision: bool = False,
 ) -> Impact | None:
     """An impact of closed touches at the state in the workspace; None where it has no solution.
@@ -90,12 +91,14 @@ def strike(
     ----------
     still : bool
         Without restitution.
+    held : array (rows, coordinates), optional
+        Rows of joints that go on to stick.
     without_collision : bool
         See `impact_impulses`.
     """
     W, rates = touch_rows(uni, uni.read(work), closed)
     touches = [uni.touches[k] for k in closed]
-    Y = responses_to(uni, work, W)
+    Y = responses_to(uni, work, W, held)
     friction = np.array([one.friction for one in touches])
     contacts = ClosedContacts(W @ Y, friction, np.where(friction > 0.0, 0.0, 1.0))
     restitution = np.array([0.0 if still else one.restitution for one in touches])

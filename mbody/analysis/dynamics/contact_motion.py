@@ -69,6 +69,8 @@ class ContactIntegration(EventIntegration):
         self.modes = ["open"] * len(self.uni.touches)
         self.pairs = ["slip+"] * len(self.uni.rough)
         self.on = np.zeros(len(self.uni))
+        #: When contacts were struck last, by the number of the touch.
+        self.struck: dict[int, float] = {}
         self.groups: dict[int, list[int]] = {}
         self.fresh: dict[Guard, float] = {}
         #: Open touches that have left their edge over its end.
@@ -268,6 +270,8 @@ class ContactIntegration(EventIntegration):
         rates = dict(zip(closed, found.before, strict=True))
         first = min(hit, key=rates.__getitem__)
         kind, when = "impact", t
+        sticking = [pair.tangent for pair in self.uni.rough if self.on[pair.tangent]]
+        stuck = self.uni.read(self.work).block[sticking].copy()
         self._switch_off()
         self.y[n : 2 * n] = before + found.jump
         self.evaluate()
@@ -277,13 +281,19 @@ class ContactIntegration(EventIntegration):
         up = self.uni.approach(rows)[first]
         row = touch.normal
         pull = touch.spot.sense * float(rows.block[row] @ self.K[0, n : 2 * n] - rows.gamma[row])
-        if up > STILL * self.speed and pull < 0.0:
-            flight = -2.0 * up / pull
-            if flight < SHORTEST * np.sqrt(self.system.length / -pull):
-                kind, when = "rest", t + flight / (1.0 - touch.restitution)
+        flies = up > STILL * self.speed and pull < 0.0
+        flight = -2.0 * up / pull if flies else 0.0
+        short = SHORTEST * np.sqrt(self.system.length / max(abs(pull), 1e-300))
+        # what joints that slip and stick again throw back comes sooner each time, too
+        soon = t - self.struck.get(first, -np.inf) < short and len(stuck) > 0
+        self.struck[first] = t
+        if flies or soon:
+            if soon or flight < short:
+                kind, when = "rest", t + (0.0 if soon else flight / (1.0 - touch.restitution))
                 self.y[n : 2 * n] = before
                 self.load()
-                found = strike(self.uni, self.work, closed, still=True)
+                held = stuck if soon else None
+                found = strike(self.uni, self.work, closed, still=True, held=held)
                 if found is None:
                     return self._ended("an impact has no solution")
                 self.y[n : 2 * n] = before + found.jump
@@ -356,14 +366,15 @@ class ContactIntegration(EventIntegration):
         )
 
     def _switch_off(self) -> None:
-        """No contact acts; joints stay as they are."""
-        rough = {pair.tangent for pair in self.uni.rough}
-        on = np.array([self.on[s] if s in rough else 0.0 for s in range(len(self.on))])
+        """No contact acts, and no joint sticks: an impact moves what stuck, which then slips. What
+        slides goes on to.
+        """
         senses = self.work.sense[: len(self.layout.friction_kind), 0].copy()
         for touch in self.uni.touches:
             if touch.pair >= 0:
                 senses[touch.pair] = 0.0
-        self.uni.set_rows(self.work, on, senses)
+        self.on = np.zeros(len(self.on))
+        self.uni.set_rows(self.work, self.on, senses)
 
     # -- guards -------------------------------------------------------------------------------
 

@@ -10,6 +10,8 @@ out as well as the steps resolve it; a motion that follows drivers does not depe
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from mbody.kernels.output import PER_PRIMITIVE
@@ -55,7 +57,7 @@ def energy_doubts(run: Solution, method: str, rtol: float) -> list[Doubt]:
         part = max(part, EVENLY)
     else:
         part = max(part, OF_A_STEP * rtol * steps)
-        if run.system.drivers:
+        if any(run.released.get(one.name, math.inf) > run.t[0] for one in run.system.drivers):
             part = max(part, DRIVEN)
     allowed = part * size + (OF_A_STEP * rtol * steps + ROUNDING) * forces
     off = np.abs(energy.balance)
