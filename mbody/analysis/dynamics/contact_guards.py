@@ -9,6 +9,7 @@ import numpy as np
 from mbody.analysis.contact.unilateral import SENSES
 from mbody.analysis.dynamics.located import Guard
 from mbody.kernels.friction import DETERMINANT
+from mbody.kernels.loop_closure import laws_of_time
 
 if TYPE_CHECKING:
     from mbody.analysis.dynamics.contact_motion import ContactIntegration
@@ -45,12 +46,14 @@ def guards_of(motion: ContactIntegration) -> list[Guard]:
     return found
 
 
-def guard_values(motion: ContactIntegration, pages: Array, guards: list[Guard]) -> Array:
-    """Values (guards, instants) by pages (instants, rows, 1)."""
+def guard_values(motion: ContactIntegration, t: Array, pages: Array, guards: list[Guard]) -> Array:
+    """Values (guards, instants) by times and pages (instants, rows, 1)."""
     n, uni, probe = motion.system.coordinates, motion.uni, motion.probe
     found = np.empty((len(guards), len(pages)))
     for m, page in enumerate(pages[:, :, 0]):
         probe.q[:n, 0], probe.v[:n, 0] = page[:n], page[n : 2 * n]
+        probe.time[0, 0] = t[m]
+        laws_of_time(motion.layout, probe)
         rows = uni.read(probe)
         gaps, along = uni.gaps(rows), uni.along(probe).min(axis=1, initial=np.inf)
         for k, guard in enumerate(guards):
