@@ -15,11 +15,12 @@ from collections.abc import Callable
 import numpy as np
 
 from mbody.analysis.contact.unilateral import SENSES, Rows, Touch, Unilateral
-from mbody.analysis.dynamics.contact_decision import STILL, Closing, decide, near_touches
+from mbody.analysis.dynamics.contact_decision import STILL, decide, near_touches
 from mbody.analysis.dynamics.contact_guards import guard_sizes, guard_values, guards_of
 from mbody.analysis.dynamics.contact_impacts import Impact, first_overlap, strike
 from mbody.analysis.dynamics.events import EventIntegration
 from mbody.analysis.dynamics.located import Guard, LocatedZero, Saved
+from mbody.analysis.dynamics.modal_motion import Closing
 from mbody.kernels.step_state import MORE, NEAR_SINGULAR, NEXT, TIME
 from mbody.model.event import Event, Stop
 from mbody.solution.certificate import as_reported, changed
