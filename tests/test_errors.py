@@ -11,8 +11,10 @@ import mbody
 from mbody import (
     AngleCoupling,
     AngleDriver,
+    Between,
     Body,
     CamFollower,
+    Contact,
     Clutch,
     Controller,
     CoordinateDriver,
@@ -34,6 +36,7 @@ from mbody import (
     RackPinion,
     Revolute,
     Rolling,
+    Rope,
     Spring,
     State,
     Torque,
@@ -125,6 +128,9 @@ EXAMPLES = {
         **{"supply": 1e7, "bulk_modulus": 1e9, "dead_volume": 1e-5},
     },
     Input: {},
+    Contact: {"i": "a.P", "j": "b.rim"},
+    Between: {"i": "a.*", "j": "b.*"},
+    Rope: {"i": "a.P", "j": "b.Q", "length": 1.0},
     State: {"rate": "1"},
     Controller: {"function": max, "every": 1.0, "sets": ["u"]},
 }
