@@ -46,6 +46,7 @@ def swings() -> tuple[list[float], float]:
 
     times, t, angle, sense = [], 0.0, 1.2, -1.0
     while abs(math.sin(angle)) > rho / L:
+
         def turns(t, y, sense):
             return y[1]
 
@@ -193,7 +194,8 @@ def test_a_chain_obeys_coulombs_law_at_every_instant(seed):
         assert (np.abs(force.torque) <= most * (1.0 + 1e-9) + 1e-9).all()
         # at the instant of an event either of both modes is right
         moving = ~still & (np.abs(rate) > 1e-6)
-        assert force.torque[moving] == pytest.approx(-np.sign(rate[moving]) * most[moving], rel=1e-9)
+        against = -np.sign(rate[moving]) * most[moving]
+        assert force.torque[moving] == pytest.approx(against, rel=1e-9)
         assert set(modes[moving & (rate > 0.0)]) <= {"slip+"}
         assert set(modes[moving & (rate < 0.0)]) <= {"slip-"}
     assert run.energy.error < 1e-9

@@ -320,6 +320,9 @@ class Unilateral:
         """
         L, f = self.layout, pair.pair
         kind, node = FRICTION_KINDS[int(L.friction_kind[f])], int(L.friction_node[f])
+        if kind in ("torque", "force"):
+            given = work.signal[int(L.friction_signal[f]), 0]
+            return max(0.0, float(self.system.par[int(L.friction_par[f]) + 1, 0] * given))
         e = int(np.flatnonzero(L.primitive_node == node)[0])
         first = 3 * self.system.coordinates + PER_PRIMITIVE * e
         x, y = page[first], page[first + 1]

@@ -12,20 +12,16 @@ Pfeiffer, Glocker (1996), 6; Facchinei, Pang: Finite-Dimensional Variational Ine
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mbody.analysis.contact.contact_laws import ClosedContacts, decide_modes
 from mbody.analysis.contact.unilateral import SENSES
 from mbody.analysis.dynamics.contact_impacts import responses_to, touch_rows
+from mbody.analysis.dynamics.modal_motion import ModalMotion
 from mbody.system.rank import dense
 
-if TYPE_CHECKING:
-    from mbody.analysis.dynamics.contact_motion import ContactIntegration
-
-__all__ = ["STILL", "Closing", "by_enumeration", "decide", "near_touches"]
+__all__ = ["STILL", "by_enumeration", "decide", "near_touches"]
 
 Array = np.ndarray
 
@@ -39,37 +35,14 @@ ROUNDING = 1e-10
 DEPENDENT = 1e-9
 
 
-@dataclass
-class Closing:
-    """What an event has just decided, where complementarity is at its limit.
-
-    Attributes
-    ----------
-    closed : set of int
-        Touches that are closed, though their gap is rounding.
-    opened : set of int
-        Touches that open.
-    sliding : dict
-        Senses of what begins to slide, by the number of the touch or, after these, of the rough
-        joint.
-    stopped : set of int
-        What ceases to slide, likewise.
-    """
-
-    closed: set[int] = field(default_factory=set)
-    opened: set[int] = field(default_factory=set)
-    sliding: dict[int, float] = field(default_factory=dict)
-    stopped: set[int] = field(default_factory=set)
-
-
-def near_touches(motion: ContactIntegration, gaps: Array, near: float) -> list[int]:
+def near_touches(motion: ModalMotion, gaps: Array, near: float) -> list[int]:
     """Touches whose gap is none, within the ends of their edges."""
     along = motion.uni.along(motion.work).min(axis=1, initial=np.inf)
     found = {int(n) for n in np.flatnonzero((np.abs(gaps) <= near) & (along >= -near))}
     return sorted((found | motion.closing.closed) - motion.closing.opened - motion.beyond)
 
 
-def decide(motion: ContactIntegration) -> str:
+def decide(motion: ModalMotion) -> str:
     """Set the modes that go on from the present state, with its derivative and page; returns what
     is told: "", "indeterminate" or "inconsistent".
     """
@@ -106,9 +79,7 @@ def decide(motion: ContactIntegration) -> str:
     return by_enumeration(motion, q, pairs, undecided)
 
 
-def by_enumeration(
-    motion: ContactIntegration, y: Array, pairs: list[str], undecided: list[int]
-) -> str:
+def by_enumeration(motion: ModalMotion, y: Array, pairs: list[str], undecided: list[int]) -> str:
     """All modes of the rough joints at rest, where the search has come back to where it was."""
     if len(undecided) > MOST_JOINTS:
         return "inconsistent"
@@ -127,7 +98,7 @@ def by_enumeration(
     return "indeterminate" if several else told
 
 
-def _wrong(motion: ContactIntegration, undecided: list[int]) -> dict[int, str]:
+def _wrong(motion: ModalMotion, undecided: list[int]) -> dict[int, str]:
     """Rough joints whose mode is not consistent with forces and accelerations, and a better one."""
     uni, n = motion.uni, motion.system.coordinates
     page, a = motion.page[:, 0], motion.K[0, n : 2 * n]
@@ -154,7 +125,7 @@ def _slip(sense: float) -> str:
     return "slip+" if sense > 0.0 else "slip-"
 
 
-def _with_pairs(motion: ContactIntegration, y: Array, pairs: list[str]) -> str:
+def _with_pairs(motion: ModalMotion, y: Array, pairs: list[str]) -> str:
     """Modes of the contacts for given modes of the rough joints, all set and evaluated."""
     uni, closing, n = motion.uni, motion.closing, motion.system.coordinates
     motion.y[:] = y
@@ -204,7 +175,7 @@ def _with_pairs(motion: ContactIntegration, y: Array, pairs: list[str]) -> str:
 
 
 def _independent(
-    motion: ContactIntegration,
+    motion: ModalMotion,
     W: Array,
     closed: list[int],
     modes: tuple[str, ...],

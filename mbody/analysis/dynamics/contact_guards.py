@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from mbody.analysis.contact.unilateral import SENSES
 from mbody.analysis.dynamics.located import Guard
+from mbody.analysis.dynamics.modal_motion import ModalMotion
 from mbody.kernels.friction import DETERMINANT
-
-if TYPE_CHECKING:
-    from mbody.analysis.dynamics.contact_motion import ContactIntegration
+from mbody.kernels.loop_closure import laws_of_time
 
 __all__ = ["guard_sizes", "guard_values", "guards_of"]
 
 Array = np.ndarray
 
 
-def guards_of(motion: ContactIntegration) -> list[Guard]:
+def guards_of(motion: ModalMotion) -> list[Guard]:
     """What is to be watched in the present modes."""
     found, touches = list[Guard](), motion.uni.touches
     followers = {n for group in motion.groups.values() for n in group[1:]}
@@ -45,12 +42,14 @@ def guards_of(motion: ContactIntegration) -> list[Guard]:
     return found
 
 
-def guard_values(motion: ContactIntegration, pages: Array, guards: list[Guard]) -> Array:
-    """Values (guards, instants) by pages (instants, rows, 1)."""
+def guard_values(motion: ModalMotion, t: Array, pages: Array, guards: list[Guard]) -> Array:
+    """Values (guards, instants) by times and pages (instants, rows, 1)."""
     n, uni, probe = motion.system.coordinates, motion.uni, motion.probe
     found = np.empty((len(guards), len(pages)))
     for m, page in enumerate(pages[:, :, 0]):
         probe.q[:n, 0], probe.v[:n, 0] = page[:n], page[n : 2 * n]
+        probe.time[0, 0] = t[m]
+        laws_of_time(motion.layout, probe)
         rows = uni.read(probe)
         gaps, along = uni.gaps(rows), uni.along(probe).min(axis=1, initial=np.inf)
         for k, guard in enumerate(guards):
@@ -71,7 +70,7 @@ def guard_values(motion: ContactIntegration, pages: Array, guards: list[Guard]) 
     return found
 
 
-def _sliding_row(motion: ContactIntegration, number: int) -> tuple[int, float]:
+def _sliding_row(motion: ModalMotion, number: int) -> tuple[int, float]:
     """The tangent row of what slides, and its sense."""
     touches = motion.uni.touches
     if number < len(touches):
@@ -80,7 +79,7 @@ def _sliding_row(motion: ContactIntegration, number: int) -> tuple[int, float]:
     return motion.uni.rough[m].tangent, SENSES[motion.pairs[m]]
 
 
-def _reserve(motion: ContactIntegration, page: Array, number: int) -> float:
+def _reserve(motion: ModalMotion, page: Array, number: int) -> float:
     """How much more friction what sticks could have."""
     uni, touches = motion.uni, motion.uni.touches
     if number >= len(touches):
@@ -92,7 +91,7 @@ def _reserve(motion: ContactIntegration, page: Array, number: int) -> float:
     return float(most - abs(uni.multiplier(page, touches[number].tangent)))
 
 
-def guard_sizes(motion: ContactIntegration) -> list[float]:
+def guard_sizes(motion: ModalMotion) -> list[float]:
     """What the values of the guards are compared with."""
     system, n = motion.system, motion.system.coordinates
     inertia = system.mass[:n, 0] * motion.K[0, n : 2 * n] / motion.scale[:n]

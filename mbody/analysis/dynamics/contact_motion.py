@@ -15,12 +15,12 @@ from collections.abc import Callable
 import numpy as np
 
 from mbody.analysis.contact.unilateral import SENSES, Rows, Touch, Unilateral
-from mbody.analysis.dynamics.contact_decision import STILL, Closing, decide, near_touches
+from mbody.analysis.dynamics.contact_decision import STILL, decide, near_touches
 from mbody.analysis.dynamics.contact_guards import guard_sizes, guard_values, guards_of
 from mbody.analysis.dynamics.contact_impacts import Impact, first_overlap, strike
 from mbody.analysis.dynamics.events import EventIntegration
 from mbody.analysis.dynamics.located import Guard, LocatedZero, Saved
-from mbody.kernels.loop_closure import laws_of_time
+from mbody.analysis.dynamics.modal_motion import Closing
 from mbody.kernels.step_state import MORE, NEAR_SINGULAR, NEXT, TIME
 from mbody.model.event import Event, Stop
 from mbody.solution.certificate import as_reported, changed
@@ -83,7 +83,6 @@ class ContactIntegration(EventIntegration):
     # -- the motion ---------------------------------------------------------------------------
 
     def _integrate(self, times: Array, progress: Callable[[float], None] | None) -> tuple[int, str]:
-        laws_of_time(self.layout, self.probe)
         self.load()
         touching = first_overlap(self.uni, self.work, TOUCHES * self.system.length)
         self.closing = Closing(set(touching))
@@ -250,7 +249,7 @@ class ContactIntegration(EventIntegration):
         self.closing = Closing({n for n, mode in enumerate(self.modes) if mode != "open"})
         self.guards = guards_of(self)
         self._check_finite(self.K, float(state[TIME]))
-        found = guard_values(self, self.page[None], self.guards)[:, 0]
+        found = guard_values(self, np.array([state[TIME]]), self.page[None], self.guards)[:, 0]
         sizes = guard_sizes(self)
         self.fresh = {
             guard: ROUNDING.get(guard.kind, FORCES) * size
@@ -386,7 +385,7 @@ class ContactIntegration(EventIntegration):
             found[: len(own)] = super()._values(own, t, pages)
         if len(own) < len(which):
             chosen = [self.guards[n - count] for n in which if n >= count]
-            found[len(own) :] = guard_values(self, pages, chosen)
+            found[len(own) :] = guard_values(self, t, pages, chosen)
         return found
 
     def _sampled(self, times: Array, marks: Array, pages: Array) -> tuple[Array, Array]:

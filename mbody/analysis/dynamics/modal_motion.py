@@ -1,0 +1,96 @@
+"""What the decision of modes and their guards need of a motion: a protocol, and what events say."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from mbody.analysis.contact.unilateral import Unilateral
+from mbody.analysis.dynamics.located import Guard
+from mbody.kernels.layout import Layout, Work
+from mbody.system.system import System
+
+__all__ = ["Closing", "ModalMotion"]
+
+Array = np.ndarray
+
+
+@dataclass
+class Closing:
+    """What an event has just decided, where complementarity is at its limit.
+
+    Attributes
+    ----------
+    closed : set of int
+        Touches that are closed, though their gap is rounding.
+    opened : set of int
+        Touches that open.
+    sliding : dict
+        Senses of what begins to slide, by the number of the touch or, after these, of the rough
+        joint.
+    stopped : set of int
+        What ceases to slide, likewise.
+    """
+
+    closed: set[int] = field(default_factory=set)
+    opened: set[int] = field(default_factory=set)
+    sliding: dict[int, float] = field(default_factory=dict)
+    stopped: set[int] = field(default_factory=set)
+
+
+class ModalMotion(Protocol):
+    """A motion with rows that can be on or off.
+
+    Attributes
+    ----------
+    uni : Unilateral
+        Its touches and rough joints.
+    modes, pairs : lists of str
+        Their modes.
+    closing : Closing
+    groups : dict
+        Touches that stick by the row of one of them, by its number.
+    beyond : set of int
+        Open touches that have left their edge over its end.
+    guards : list of Guard
+        What is watched.
+    y, K, page, scale : arrays
+        State, derivatives, what is kept of the instant, sizes of the coordinates.
+    work, probe : Work
+        That of the steps, and one to look at other positions.
+    """
+
+    system: System
+    layout: Layout
+    uni: Unilateral
+    modes: list[str]
+    pairs: list[str]
+    closing: Closing
+    groups: dict[int, list[int]]
+    beyond: set[int]
+    guards: list[Guard]
+    y: Array
+    K: Array
+    page: Array
+    scale: Array
+    work: Work
+    probe: Work
+
+    @property
+    def speed(self) -> float:
+        """The swiftest motion in model lengths a time."""
+
+    @property
+    def near(self) -> float:
+        """Gaps up to this are none [length]."""
+
+    def load(self) -> None:
+        """The present state into the workspace."""
+
+    def evaluate(self) -> bool:
+        """Project the state, evaluate its derivative and its page."""
+
+    def set_modes(self, modes: list[str], pairs: list[str], on: Array) -> None:
+        """Set the modes, and which rows of the touches are on."""
