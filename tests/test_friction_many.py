@@ -16,6 +16,7 @@ from tests.rough import (
     drawer,
     followed_part,
     gear_pair,
+    rack_and_pinion,
     rough,
     slider_crank,
 )
@@ -123,6 +124,26 @@ def test_the_search_for_an_effort():
     again = mbody.assemble(machine).with_values({"load": load})
     run = mbody.kinetostatics(again, drive={"motor": (4.0, 10.0, 0.0)})
     assert run.effort("motor")[0] == pytest.approx(5.0, abs=1e-9 * FORCE)
+
+
+@pytest.mark.parametrize(
+    "machine",
+    [
+        slider_crank(static=0.2, stribeck=0.3, viscous=1.0, **HEAVY),
+        gear_pair(internal=True, friction=0.1, pressure_angle="20 deg", module=0.2),
+        rack_and_pinion(efficiency=0.9, pressure_angle="25 deg"),
+        cam_drive("roller", friction=0.2, static=0.3, pin_radius=0.004),
+        drawer(0.2, height=0.01),
+    ],
+    ids=lambda machine: machine.name,
+)
+def test_files_carry_friction(machine):
+    again = mbody.from_toml(mbody.to_toml(machine))
+    for element in machine.joints:
+        assert again[element.name] == element
+    t = [0.01, 0.02]
+    one, other = mbody.kinetostatics(machine, t), mbody.kinetostatics(again, t)
+    assert np.array_equal(forces(one), forces(other))
 
 
 # -- random linkages ----------------------------------------------------------------------------

@@ -155,8 +155,11 @@ class _UnknownColumns:
             rhs=inertia - self.work.force[:n3, 0],
             values=np.array([unknown.value for unknown in found]),
             rank=rank_of(dense(self.system, self.work)[1]).rank,
-            heading=tuple(heading(self.solution, self._when())),
+            heading=tuple([*heading(self.solution, self._when()), *self._friction()]),
         )
+
+    def _friction(self) -> list[str]:
+        return ["friction of joints is among the loads"] if self.solution.losses else []
 
     def _when(self) -> str:
         time = f"t = {number(self.solution.t[self.instant])} {self.unit('time')}"
