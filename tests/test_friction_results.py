@@ -295,3 +295,29 @@ def test_a_report_has_a_chapter_of_friction():
     made = report(stroke(0.3), ["friction"])
     (chapter,) = made.document.chapters
     assert chapter.key == "friction" and "Power lost in joints" in made.html()
+
+
+# -- beside other analyses ----------------------------------------------------------------------
+
+
+def test_rest_positions_are_told_to_be_those_of_smooth_joints():
+    machine = mbody.Mechanism("pendulum", units="SI")
+    machine.add(
+        Body("rod", mass=2.0, inertia=0.18, cg=(0.4, 0.0), guess="-80 deg"),
+        Revolute("O", "ground", "rod", friction=0.1, pin_radius=0.03),
+        mbody.Gravity("weight", y=-9.81),
+    )
+    assert any("friction of 'O': left out" in note for note in mbody.equilibrium(machine).notes)
+
+
+@pytest.mark.parametrize("joint", ["O", "A", "B", "guide"])
+def test_losses_are_those_of_a_motion_over_time(joint):
+    """The crank driven by the same law: work lost in each joint over a turn."""
+    machine = slider_crank(**HEAVY)
+    until = 2.0 * math.pi / 10.0
+    motion = mbody.simulate(machine, until, rtol=1e-10)
+    run = mbody.kinetostatics(machine, np.linspace(0.0, until, 361))
+    whole = run.efficiency("load").lost
+    assert sum(work[-1] for work in motion.energy.lost.values()) == pytest.approx(whole, rel=1e-6)
+    own = np.trapezoid(run.losses[joint], run.t)
+    assert motion.energy.lost[joint][-1] == pytest.approx(own, rel=1e-2)
