@@ -26,7 +26,7 @@ ANGLES = np.linspace(0.1, 6.2, 40)
 
 MACHINES = {
     "slider-crank": lambda: slider_crank(static=0.2, stribeck=0.3, viscous=1.0, **HEAVY),
-    "gears": lambda: gear_pair(efficiency=0.9, pressure_angle="20 deg"),
+    "gears": lambda: gear_pair(carrier=0.7, efficiency=0.9, pressure_angle="20 deg"),
     "cam": lambda: cam_drive("roller", friction=0.2, pin_radius=0.004),
     "flat cam": lambda: cam_drive("flat", friction=0.2),
 }
@@ -154,8 +154,8 @@ def random_rough(seed):
     rng = np.random.default_rng([seed, 19])
     loops, sliders = int(rng.integers(1, 4)), bool(rng.integers(0, 2))
     machine, turn = random_linkage(seed % 40, loops, sliders=sliders)
-    mu = float(rng.choice([0.05, 0.2, 0.6, 1.5]))
-    radius, length = float(rng.choice([0.02, 0.1, 0.3])), float(rng.choice([0.1, 0.5]))
+    mu = float(rng.choice([0.05, 0.6, 1.5, 3.0]))
+    radius, length = float(rng.choice([0.1, 0.3, 0.5])), float(rng.choice([0.1, 0.5]))
     machine = rough(machine, mu, radius, length)
     times = times_within(machine, turn, 5)
     with warnings.catch_warnings():

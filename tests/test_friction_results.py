@@ -312,12 +312,15 @@ def test_rest_positions_are_told_to_be_those_of_smooth_joints():
 
 @pytest.mark.parametrize("joint", ["O", "A", "B", "guide"])
 def test_losses_are_those_of_a_motion_over_time(joint):
-    """The crank driven by the same law: work lost in each joint over a turn."""
+    """The crank driven by the same law: work lost in each joint over a turn. That of `simulate` is
+    integrated beside a motion that its driver prescribes, whose steps it does not shorten: at this
+    tolerance 2e-6 are left.
+    """
     machine = slider_crank(**HEAVY)
     until = 2.0 * math.pi / 10.0
-    motion = mbody.simulate(machine, until, rtol=1e-10)
+    motion = mbody.simulate(machine, until, rtol=1e-12)
     run = mbody.kinetostatics(machine, np.linspace(0.0, until, 361))
     whole = run.efficiency("load").lost
-    assert sum(work[-1] for work in motion.energy.lost.values()) == pytest.approx(whole, rel=1e-6)
+    assert sum(work[-1] for work in motion.energy.lost.values()) == pytest.approx(whole, rel=5e-6)
     own = np.trapezoid(run.losses[joint], run.t)
     assert motion.energy.lost[joint][-1] == pytest.approx(own, rel=1e-2)
