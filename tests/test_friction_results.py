@@ -262,3 +262,65 @@ def test_the_rate_of_slipping_changes_as_it_is_said(kind, swinging, clockwise):
     change = (rates[:, 2, :, 0] - rates[:, 0, :, 0]) / (2.0 * h)
     top = np.abs(rates[:, 1, :, 1]).max(axis=0)
     assert (np.abs(change - rates[:, 1, :, 1]) <= 1e-6 * top + 1e-6).all()
+
+
+# -- paper and command line ---------------------------------------------------------------------
+
+
+def test_equations_have_friction_among_the_loads():
+    system = mbody.kinetostatics(slider_crank(**HEAVY)).equations()
+    assert np.allclose(np.linalg.solve(system.matrix, system.rhs), system.values)
+    assert "friction of joints is among the loads" in str(system)
+
+
+def test_the_command_gives_the_efficiency(capsys, tmp_path):
+    from mbody.cli import main
+
+    path = tmp_path / "press.toml"
+    path.write_text(mbody.to_toml(slider_crank(0.1)), encoding="utf-8")
+    times = ", ".join(f"{t:.16g} s" for t in np.linspace(np.pi - 0.1, 2.0 * np.pi - 0.1, 5) / 10.0)
+    arguments = ["kinetostatics", str(path), "--at", f"t={times}", "--efficiency", "load"]
+    assert main([*arguments, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["efficiency"]
+    assert found["value"] == pytest.approx(0.9165766128, abs=1e-9)
+    assert found["given"] == pytest.approx(found["useful"] + found["lost"], rel=1e-12)
+    assert main(arguments) == 0
+    assert "EFFICIENCY   0.916577 of 'load'" in capsys.readouterr().out
+
+
+def test_a_report_has_a_chapter_of_friction():
+    pytest.importorskip("matplotlib")
+    from mbody.reports.mechanism_report import report
+
+    made = report(stroke(0.3), ["friction"])
+    (chapter,) = made.document.chapters
+    assert chapter.key == "friction" and "Power lost in joints" in made.html()
+
+
+# -- beside other analyses ----------------------------------------------------------------------
+
+
+def test_rest_positions_are_told_to_be_those_of_smooth_joints():
+    machine = mbody.Mechanism("pendulum", units="SI")
+    machine.add(
+        Body("rod", mass=2.0, inertia=0.18, cg=(0.4, 0.0), guess="-80 deg"),
+        Revolute("O", "ground", "rod", friction=0.1, pin_radius=0.03),
+        mbody.Gravity("weight", y=-9.81),
+    )
+    assert any("friction of 'O': left out" in note for note in mbody.equilibrium(machine).notes)
+
+
+@pytest.mark.parametrize("joint", ["O", "A", "B", "guide"])
+def test_losses_are_those_of_a_motion_over_time(joint):
+    """The crank driven by the same law: work lost in each joint over a turn. That of `simulate` is
+    integrated beside a motion that its driver prescribes, whose steps it does not shorten: at this
+    tolerance 2e-6 are left.
+    """
+    machine = slider_crank(**HEAVY)
+    until = 2.0 * math.pi / 10.0
+    motion = mbody.simulate(machine, until, rtol=1e-12)
+    run = mbody.kinetostatics(machine, np.linspace(0.0, until, 361))
+    whole = run.efficiency("load").lost
+    assert sum(work[-1] for work in motion.energy.lost.values()) == pytest.approx(whole, rel=5e-6)
+    own = np.trapezoid(run.losses[joint], run.t)
+    assert motion.energy.lost[joint][-1] == pytest.approx(own, rel=1e-2)

@@ -45,7 +45,7 @@ def analyse(args: Any) -> int:
         print(run.equations())
     elif args.csv != "-":
         print(run)
-        if found is not None:
+        if found is not None and output:
             print(efficiency_line(run, output, found))
     return exit_status(run, shown=args.json or (args.csv != "-" and not wants_equations))
 

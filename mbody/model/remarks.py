@@ -15,7 +15,7 @@ from mbody.quantities import Formula, FormulaError, Scope, Valued, read
 from mbody.quantities.evaluate import has_units
 from mbody.quantities.units import DIMENSIONS, Dimension, UnitSystem, dimension_of
 
-__all__ = ["kept_states", "left_out", "remarks"]
+__all__ = ["kept_states", "left_out", "remarks", "without_friction"]
 
 #: A unit of mass above so many kilograms, and the plain masses in it that are seldom meant.
 HEAVY, MUCH = 100, 0.1
@@ -183,6 +183,26 @@ def left_out(mechanism: Mechanism, analysis: str) -> tuple[str, ...]:
     return (
         f"{what} {listed(names)}: left out of {analysis}, as if open; simulate decides what is "
         "open, sticks and slides",
+    )
+
+
+def without_friction(mechanism: Mechanism, analysis: str) -> tuple[str, ...]:
+    """Notes of an analysis that leaves out friction of joints.
+
+    >>> from mbody import Body, Mechanism, Revolute
+    >>> machine = Mechanism("pendulum")
+    >>> machine.add(Body("rod"))
+    >>> machine.add(Revolute("O", "ground", "rod", friction=0.1, pin_radius=0.01))
+    >>> without_friction(machine, "equilibrium")[0][:41]
+    "friction of 'O': left out of equilibrium,"
+    """
+    names = [joint.name for joint in mechanism.joints if joint.rubs]
+    if not names:
+        return ()
+    return (
+        f"friction of {listed(names)}: left out of {analysis}, which is that of smooth joints; "
+        "around it there are positions at which friction holds, of which statics gives the bands "
+        "of efforts",
     )
 
 

@@ -152,11 +152,25 @@ class _UnknownColumns:
             units=tuple(unknown.unit for unknown in found),
             meanings=tuple(unknown.meaning for unknown in found),
             matrix=matrix,
-            rhs=inertia - self.work.force[:n3, 0],
+            rhs=inertia - self.work.force[:n3, 0] - self._rubbing()[:n3],
             values=np.array([unknown.value for unknown in found]),
             rank=rank_of(dense(self.system, self.work)[1]).rank,
-            heading=tuple(heading(self.solution, self._when())),
+            heading=tuple([*heading(self.solution, self._when()), *self._friction()]),
         )
+
+    def _rubbing(self) -> Array:
+        """What friction exerts on the coordinates, those of the ground the last."""
+        L, n3 = self.system.layout, 3 * self.system.coordinates
+        block = self.work.block[:, 0].reshape(-1, 3)
+        force = np.zeros(self.system.coordinates + 3)
+        for e in L.switched:
+            own = self.numbers[n3 + PER_PRIMITIVE * e]
+            for side, body in ((0, L.primitive_i[e]), (2, L.primitive_j[e])):
+                force[3 * body : 3 * body + 3] -= own * block[4 * L.written_node[e] + side]
+        return force
+
+    def _friction(self) -> list[str]:
+        return ["friction of joints is among the loads"] if self.solution.losses else []
 
     def _when(self) -> str:
         time = f"t = {number(self.solution.t[self.instant])} {self.unit('time')}"

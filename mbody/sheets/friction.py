@@ -78,9 +78,10 @@ def _bands(solution: Solution) -> list[str]:
     found = []
     for driver in solution.mechanism.drivers:
         limits = solution.range(driver.name)
-        if (limits.low != limits.high)[~np.isnan(limits.low)].any():
+        open_at = (limits.low != limits.high) & ~np.isnan(limits.low)
+        if open_at.any():
             unit = solution.mechanism.units.of(driver.effort_dimension)
-            ends = np.fmin.reduce(limits.low, axis=None), np.fmax.reduce(limits.high, axis=None)
+            ends = limits.low[open_at].min(), limits.high[open_at].max()
             found.append((driver.name, *ends, unit))
     if not found:
         return []

@@ -15,7 +15,7 @@ from mbody.kernels.friction_instants import forces_by_senses, impending_rates
 from mbody.kernels.layout import Layout
 from mbody.kernels.output import PER_PRIMITIVE
 from mbody.solution.result import Result
-from mbody.solution.rough_pairs import rough_pairs, stored_motion
+from mbody.solution.rough_pairs import RoughPair, rough_pairs, stored_motion
 from mbody.system.system import System
 
 if TYPE_CHECKING:
@@ -232,17 +232,19 @@ def jams_at(solution: Result, rates: Array, reached: Array, design: int = 0) -> 
             for n, pair in enumerate(pairs)
         ]
         worst = pairs[int(np.argmax(power))]
-        found.append(Jam(float(solution.t[k]), worst.joint, high * _coefficient(solution, worst)))
+        found.append(
+            Jam(float(solution.t[k]), worst.joint, high * _coefficient(solution, worst, design))
+        )
     return found
 
 
-def _coefficient(solution: Result, pair: object) -> float:
+def _coefficient(solution: Result, pair: RoughPair, design: int) -> float:
     """The coefficient of friction of a joint by its attribute, or what stands for it."""
-    joint = getattr(pair, "joint", "")
     values = solution.system.values
     for name, turned in (("friction", False), ("resistance", False), ("efficiency", True)):
-        value = values.get(f"{joint}.{name}")
+        value = values.get(f"{pair.joint}.{name}")
         if value is not None:
-            own = float(np.ravel(value)[0])
+            each = np.ravel(value)
+            own = float(each[design % each.size])
             return 1.0 - own if turned else own
     return 0.0

@@ -122,12 +122,19 @@ def resting_pairs(solution: Result) -> Array:
     system = solution.system
     pairs = rough_pairs(system)
     holds = [pair.loses and bool(system.par[pair.parameter + 1].max() > 0.0) for pair in pairs]
-    force = np.abs(tangent_forces(solution))
+    shape = (*np.shape(solution.record.take(0)), len(pairs))
     if solution.analysis == "statics":
-        return np.broadcast_to(np.array(holds, dtype=bool), force.shape)
-    near = ~(force > SMALL * np.fmax.reduce(force, axis=-2, keepdims=True))
-    near &= np.array(holds, dtype=bool)
-    found = np.zeros(near.shape, dtype=bool)
+        return np.broadcast_to(np.array(holds, dtype=bool), shape)
+    found, near = np.zeros(shape, dtype=bool), None
+    first = 3 * system.coordinates
+    for n in np.flatnonzero(holds):
+        force = np.abs(solution.record.take(first + PER_PRIMITIVE * pairs[n].primitive))
+        top = force.max(axis=-1, keepdims=True)
+        if not (force.min(axis=-1, keepdims=True) > SMALL * top).all():
+            near = np.zeros(shape, dtype=bool) if near is None else near
+            near[..., n] = ~(force > SMALL * np.fmax.reduce(force, axis=-1, keepdims=True))
+    if near is None:
+        return found
     every, rest = (one if solution.record.batch else one[None] for one in (near, found))
     for design, own in enumerate(every):
         instants = np.flatnonzero(own.any(axis=1))

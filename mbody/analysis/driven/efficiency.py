@@ -57,7 +57,6 @@ def efficiency(found: Solution, output: str) -> Efficiency:
         raise ModelError(
             f"the drivers of '{machine.name}' give no work over this motion: what gives it must be "
             "a driver, or take a part of the motion in which one drives",
-            output,
         )
     return Efficiency(useful / given, given, useful, lost)
 

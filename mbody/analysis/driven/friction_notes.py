@@ -94,6 +94,8 @@ def _uncertain(found: Solution) -> list[str]:
     """Where the condition of uniqueness does not hold, and it does not jam."""
     report = found.friction
     assert report is not None
+    if report.certified.all():
+        return []
     jammed = np.isin(found.t, [one.t for one in report.jams])
     open_at = ~report.certified & ~jammed
     count = int(open_at.sum())

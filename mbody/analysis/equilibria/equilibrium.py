@@ -21,7 +21,7 @@ from mbody.analysis.position.tangent_space import Array, Manifold, Place
 from mbody.errors import ModelError, SolveError, remedy
 from mbody.model.body import Guesses
 from mbody.model.mechanism import Mechanism
-from mbody.model.remarks import kept_states, left_out
+from mbody.model.remarks import kept_states, left_out, without_friction
 from mbody.solution.doubts import doubted
 from mbody.solution.heading import heading, unit_symbols
 from mbody.solution.histories import BodyHistory, Reaction, Record
@@ -238,6 +238,7 @@ def search(system: System, starts: Sequence[Guesses | None], t: float) -> _RestR
     machine, own = system.mechanism, system.first_states[:, 0]
     values = {one.name: float(z) for one, z in zip(machine.states, own, strict=True)}
     notes = [*notes, *left_out(machine, "equilibrium")]
+    notes += without_friction(machine, "equilibrium")
     found.notes = [*notes, *kept_states(machine, values, "equilibrium")]
     return found
 

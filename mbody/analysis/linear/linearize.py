@@ -19,6 +19,7 @@ from mbody.analysis.position.assembly_analysis import closed
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
 from mbody.errors import ModelError, SolveError
 from mbody.model.mechanism import Mechanism
+from mbody.model.remarks import without_friction
 from mbody.model.study import Measure
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.heading import heading, unit_symbols
@@ -275,6 +276,7 @@ def linearize(
     else:
         C, K, drive = nearby().matrices(M)
     notes += branches
+    notes += without_friction(system.mechanism, "linearize")
     about = "rest" if rest else "motion"
     said = inherited(given, notes=notes)
     return Linearization(about, t, M, C, K, drive, motions, given, nearby, **said)
