@@ -81,9 +81,7 @@ def _circle(pose: Pose, body: str, name: str, shape: Disc | Ring) -> tuple[Array
 
 
 def _corners(pose: Pose, body: str, shape: Segment | Polygon) -> list[Array]:
-    names: tuple[str, ...] = tuple(
-        shape.segment if isinstance(shape, Segment) else shape.polygon  # type: ignore[arg-type]
-    )
+    names: tuple[str, ...] = tuple(shape.segment if isinstance(shape, Segment) else shape.polygon)
     return [pose.point(f"{body}.{name}") for name in names]
 
 

@@ -55,6 +55,8 @@ def integrate_phases(
         if request.first < t < last and name not in free_since
     }
     restart = _restart(system, start, request.way, tuple(free_since), bool(_stops(request)))
+    # what takes energy by impacts
+    struck = [*_stops(request), *(one.name for one in system.mechanism.contacts)]
     found: list[Solution] = []
     carried: tuple[dict[str, float], Sequence[Any]] | None = None
     if start.restart is not None:
@@ -90,7 +92,7 @@ def integrate_phases(
         except SolveError as error:
             reached = [one for one in (*found, error.solution) if one is not None and len(one)]
             if reached and free_since:
-                error.solution = joined(system, reached, free_since, _stops(request), request.times)
+                error.solution = joined(system, reached, free_since, struck, request.times)
             raise
         found.append(run)
         carried = integration.interruptions.inputs(), integration.interruptions.sampled
@@ -100,7 +102,7 @@ def integrate_phases(
         free_since = free_since | now
     if len(found) == 1 and not free_since:
         return found[0]
-    return joined(system, found, free_since, _stops(request), request.times)
+    return joined(system, found, free_since, struck, request.times)
 
 
 def _stops(request: MotionRequest) -> list[str]:
