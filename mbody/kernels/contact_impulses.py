@@ -6,10 +6,17 @@ change, the problem of a step is
     γ_N⁺ ≥ b ⊥ P_N ≥ 0,   |P_T| ≤ μ P_N, against γ_T⁺ where it slides,   u⁺ = u + Y P,
 
 with Y = M⁻¹ Wᵀ of free bodies; of bodies that joints tie, M⁻¹ Wᵀ less what the joints take of it,
-M⁻¹ Gᵀ S⁻¹ G M⁻¹ Wᵀ, one solve a column by the factor of the step. Sweeps go over the contacts to and
-fro, one contact after the other, each with the velocities that the others have changed; they begin
-with the impulses of the step before. Between sweeps the change is extrapolated by the nonlinear
-conjugate gradients of Silcowitz, Niebe, Erleben (2010), begun anew where it grows.
+M⁻¹ Gᵀ S⁻¹ G M⁻¹ Wᵀ, one solve a column by the factor of the step. The same as a problem on the cone
+K of |P_T| ≤ μ P_N, after de Saxcé:
+
+    K ∋ P ⊥ (γ_N⁺ − b + s, γ_T⁺) ∈ K*,   s = μ |γ_T⁺|.
+
+Sweeps go over the contacts to and fro, one after the other, each with the velocities that the others
+have changed, and put its impulse onto its cone; they begin with the impulses of the step before. At
+first s is that of the beginning of the step: the problem is then convex, and contacts that stick
+have it exactly. Then s follows, now and then: within each sweep it would not converge. Between sweeps the change is extrapolated by the nonlinear conjugate
+gradients of Silcowitz, Niebe, Erleben (2010), begun anew where it grows: projection row by row onto
+μ P_N, without the cone, wanders among the many solutions of a pile and does not converge.
 
 Positions are corrected by a problem of the same kind in the normals alone, which changes no
 velocity. Jean: The non-smooth contact dynamics method (1999).
@@ -36,6 +43,8 @@ REBOUND = 2.0
 LEFT_ALONE, CORRECTED, SWEEPS = 1e-6, 0.2, 30
 #: Sweeps after which velocities are computed anew from the impulses.
 RENEWED = 50
+#: Sweeps between two changes of s, at most, and the part of its change to which they go.
+FOLLOWED, PART = 20, 0.1
 
 
 @inline
@@ -186,15 +195,33 @@ def solve_impulses(B, tolerance, most):
     for c in range(count):  # within the cones, which the coefficient may have made narrower
         bound = B.effect[c, 3] * B.impulse[c, 0]
         B.impulse[c, 1] = min(max(B.impulse[c, 1], -bound), bound)
-        B.ahead[c, 0] = B.ahead[c, 1] = 0.0
         if B.effect[c, 4] == math.inf:
             B.impulse[c, 0] = B.impulse[c, 1] = 0.0
+        B.effect[c, 6] = B.effect[c, 3] * abs(B.rate[c, 1])
     apply_all(B)
-    before, change = 0.0, 0.0
-    for n in range(most):
+    done = relax(B, count, tolerance, most // 2)
+    while True:
+        change, opened = B.progress[0], follow_sliding(B, count)
+        if max(change, opened) <= tolerance or done >= most:
+            return done, max(change, opened)
+        allowed = min(most - done, FOLLOWED)
+        done += relax(B, count, max(tolerance, PART * opened), allowed)
+
+
+@njit
+def relax(B, count, tolerance, most):
+    """Sweeps to and fro, at most so many, until impulses change by no more than that part of the
+    greatest one, which B.progress becomes; the cones stay as they are opened. Returns how many.
+    """
+    for c in range(count):
+        B.ahead[c, 0] = B.ahead[c, 1] = 0.0
+    done, before, change = 0, 0.0, 1.0
+    while True:
         for c in range(count):
             B.kept[c, 0], B.kept[c, 1] = B.impulse[c, 0], B.impulse[c, 1]
-        sweep(B, count, n % 2 == 1)
+        sweep(B, count, False)
+        sweep(B, count, True)
+        done += 2
         greatest, furthest, square = 0.0, 0.0, 0.0
         for c in range(count):
             x, y = B.impulse[c, 0] - B.kept[c, 0], B.impulse[c, 1] - B.kept[c, 1]
@@ -202,39 +229,60 @@ def solve_impulses(B, tolerance, most):
             furthest = max(furthest, abs(x), abs(y))
             greatest = max(greatest, B.impulse[c, 0])
         change = furthest / greatest if greatest > 0.0 else 0.0
-        if change <= tolerance:
-            return n + 1, change
-        if n % RENEWED == RENEWED - 1:
-            # rounding of the velocities that were changed so often
-            apply_all(B)
-        part = square / before if before > 0.0 and n > 0 else 2.0
-        before = square
+        B.progress[0], B.progress[1] = change, greatest
+        if change <= tolerance or done >= most:
+            return done
+        if done % RENEWED == 0:
+            apply_all(B)  # rounding of velocities that were changed so often
+        part = square / before if before > 0.0 else 2.0
         extrapolate(B, count, part if part <= 1.0 else 0.0)
-    return most, change
+        before = square
+
+
+@njit
+def follow_sliding(B, count):
+    """Open the cones by the present sliding. Returns the greatest change of what that asks of an
+    impulse, as a part of the greatest one.
+    """
+    furthest = 0.0
+    for c in range(count):
+        if B.effect[c, 4] < math.inf and B.effect[c, 0] > 0.0:
+            normal, along = rates(B, c, B.velocity)
+            opening = B.effect[c, 3] * abs(along)
+            if B.impulse[c, 0] > 0.0 or normal + B.effect[c, 4] < 0.0:
+                furthest = max(furthest, abs(opening - B.effect[c, 6]) / B.effect[c, 0])
+            B.effect[c, 6] = opening
+    return furthest / B.progress[1] if B.progress[1] > 0.0 else 0.0
 
 
 @njit
 def sweep(B, count, backward):
-    """One pass over all contacts."""
+    """One pass over all contacts: each impulse onto its cone, by its own effect."""
     u = B.velocity
     for n in range(count):
         c = count - 1 - n if backward else n
-        bound = B.effect[c, 4]
-        if bound == math.inf or not B.effect[c, 0] > 0.0:
+        bound, nn, tt = B.effect[c, 4], B.effect[c, 0], B.effect[c, 2]
+        if bound == math.inf or not nn > 0.0:
             continue
-        old = B.impulse[c, 0]
+        p, t = B.impulse[c, 0], B.impulse[c, 1]
         normal, along = rates(B, c, u)
-        p = max(0.0, old - (normal + bound) / B.effect[c, 0])
-        if p == 0.0 and old == 0.0 and B.impulse[c, 1] == 0.0:
-            continue
-        along += B.effect[c, 1] * (p - old)
-        slip = B.effect[c, 3] * p
-        t = B.impulse[c, 1]
-        if B.effect[c, 2] > 0.0:
-            t -= along / B.effect[c, 2]
-        t = min(max(t, -slip), slip)
-        apply(B, c, p - old, t - B.impulse[c, 1], u)
-        B.impulse[c, 0], B.impulse[c, 1] = p, t
+        mu = B.effect[c, 3]
+        x = p - (normal + bound + B.effect[c, 6]) / nn
+        if tt > 0.0:
+            # in the measure in which both directions have the same effect
+            scale = math.sqrt(tt / nn)
+            y, width = (t - along / tt) * scale, mu * scale
+        else:
+            scale, y, width = 1.0, 0.0, 0.0
+        if width * abs(y) <= -x:
+            x, y = 0.0, 0.0
+        elif abs(y) > width * x:
+            x = (width * abs(y) + x) / (1.0 + width * width)
+            y = width * x if y > 0.0 else -width * x
+        y /= scale
+        if x != p or y != t:
+            apply(B, c, x - p, y - t, u)
+            B.impulse[c, 0], B.impulse[c, 1] = x, y
 
 
 @njit

@@ -91,9 +91,9 @@ class ContactWork(Bundle):
         Bodies i and j, law, shapes i and j, feature (which corner on which edge).
     geometry : array (most, 8)
         Normal from i to j, arms of the contact on i and on j, gap, size of the smaller shape.
-    effect : array (most, 6)
+    effect : array (most, 7)
         D_NN, D_NT, D_TT of the contact itself; coefficient of friction; what γ_N⁺ must be at
-        least, negative, of velocities and of the correction of positions.
+        least, negative, of velocities and of the correction of positions; s of its cone.
     impulse, kept, ahead : arrays (most, 2)
         (P_N, P_T), those before a sweep, and the direction in which the solver goes on.
     rate : array (most, 2)
@@ -131,6 +131,8 @@ class ContactWork(Bundle):
         The next shape in the same bucket.
     bucket : array (buckets,)
         The first shape of each.
+    progress : array (2,)
+        The last change of impulses as a part of the greatest, and the greatest.
     counts : array (3,)
         See `mbody.kernels.contact_geometry`.
     """
@@ -163,6 +165,7 @@ class ContactWork(Bundle):
     cell: Tables
     following: Ints
     bucket: Ints
+    progress: Floats
     counts: Ints
 
 

@@ -72,7 +72,7 @@ Array = np.ndarray
 #: Steps of one call of the kernel; between calls progress is shown and Ctrl-C takes effect.
 AT_ONCE = 200
 #: Sweeps of one step, at most.
-SWEEPS = 1000
+SWEEPS = 400
 #: Contacts up to which a step whose impulses do not converge is solved by Lemke's method: of more
 #: its table, of four rows a contact, would cost more than a hundred steps.
 BY_LEMKE = 30
@@ -88,7 +88,7 @@ FEW = 12
 #: Contacts for which there is memory at first, and columns of bodies that joints tie.
 ROOM, COLUMNS = 64, 16
 #: What a contact has in `ContactWork`: width by name.
-WIDTHS = {"who": 6, "old": 3, "geometry": 8, "effect": 6}
+WIDTHS = {"who": 6, "old": 3, "geometry": 8, "effect": 7}
 
 
 def impulse_motion(
@@ -225,6 +225,7 @@ class ImpulseIntegration(Integration):
             cell=np.zeros((max(1, shapes), 2), dtype=np.int64),
             following=np.full(max(1, shapes), -1),
             bucket=np.full(1 << (2 * max(4, shapes) - 1).bit_length(), -1),
+            progress=np.zeros(2),
             counts=np.zeros(3, dtype=np.int64),
         )
 
