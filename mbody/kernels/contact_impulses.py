@@ -14,7 +14,9 @@ K of |P_T| ≤ μ P_N, after de Saxcé:
 Sweeps go over the contacts to and fro, one after the other, each with the velocities that the others
 have changed, and put its impulse onto its cone; they begin with the impulses of the step before. At
 first s is that of the beginning of the step: the problem is then convex, and contacts that stick
-have it exactly. Then s follows, now and then: within each sweep it would not converge. Between sweeps the change is extrapolated by the nonlinear conjugate
+have it exactly. Then s follows: of few contacts until it stays, of many three times, for what is
+left of it is an error of order one as all of the step; within each sweep it would not converge.
+Between sweeps the change is extrapolated by the nonlinear conjugate
 gradients of Silcowitz, Niebe, Erleben (2010), begun anew where it grows: projection row by row onto
 μ P_N, without the cone, wanders among the many solutions of a pile and does not converge.
 
@@ -43,8 +45,9 @@ REBOUND = 2.0
 LEFT_ALONE, CORRECTED, SWEEPS = 1e-6, 0.2, 30
 #: Sweeps after which velocities are computed anew from the impulses.
 RENEWED = 50
-#: Sweeps between two changes of s, at most, and the part of its change to which they go.
-FOLLOWED, PART = 20, 0.1
+#: How often s follows the sliding of many contacts, and the part of its change to which sweeps go
+#: then.
+FOLLOWED, PART = 3, 0.1
 
 
 @inline
@@ -184,9 +187,10 @@ def apply_all(B):
 
 
 @njit
-def solve_impulses(B, tolerance, most):
+def solve_impulses(B, tolerance, most, few):
     """B.impulse and B.velocity ← the impulses of the step. Returns the sweeps that it took, and the
-    last change as a part of the greatest impulse.
+    last change as a part of the greatest impulse; of up to `few` contacts also what the present
+    sliding would change.
     """
     count = B.counts[FOUND]
     if count == 0:
@@ -199,13 +203,18 @@ def solve_impulses(B, tolerance, most):
             B.impulse[c, 0] = B.impulse[c, 1] = 0.0
         B.effect[c, 6] = B.effect[c, 3] * abs(B.rate[c, 1])
     apply_all(B)
-    done = relax(B, count, tolerance, most // 2)
+    wanted, again = tolerance, 0
+    done = relax(B, count, tolerance, most - most // 4)
     while True:
         change, opened = B.progress[0], follow_sliding(B, count)
-        if max(change, opened) <= tolerance or done >= most:
-            return done, max(change, opened)
-        allowed = min(most - done, FOLLOWED)
-        done += relax(B, count, max(tolerance, PART * opened), allowed)
+        exact = max(change, opened)
+        if exact <= tolerance:
+            return done, exact
+        # what is not solved for these cones says nothing of the next ones
+        if change > wanted or done >= most or (count > few and again >= FOLLOWED):
+            return done, exact if count <= few else change
+        wanted, again = max(tolerance, PART * opened), again + 1
+        done += relax(B, count, wanted, most - done)
 
 
 @njit
@@ -234,8 +243,8 @@ def relax(B, count, tolerance, most):
             return done
         if done % RENEWED == 0:
             apply_all(B)  # rounding of velocities that were changed so often
-        part = square / before if before > 0.0 else 2.0
-        extrapolate(B, count, part if part <= 1.0 else 0.0)
+        part = square / before if before > 0.0 else 0.0
+        extrapolate(B, count, part)
         before = square
 
 
@@ -287,8 +296,13 @@ def sweep(B, count, backward):
 
 @njit
 def extrapolate(B, count, part):
-    """Go on along the last change and `part` of the direction before it."""
+    """Go on along `part` of the direction before the last change, and add this to it; where changes
+    grow, begin with no direction.
+    """
     for c in range(count):
+        if part > 1.0:
+            B.ahead[c, 0] = B.ahead[c, 1] = 0.0
+            continue
         x, y = B.impulse[c, 0] - B.kept[c, 0], B.impulse[c, 1] - B.kept[c, 1]
         ahead, aside = part * B.ahead[c, 0], part * B.ahead[c, 1]
         B.ahead[c, 0], B.ahead[c, 1] = ahead + x, aside + y

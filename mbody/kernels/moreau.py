@@ -131,7 +131,7 @@ def moreau(
                     M.y[n] = M.last[n]
                 return CROWDED
             state[PAIRS] += B.counts[TESTED]
-            sweeps, change = solve_impulses(B, M.tolerance, M.sweeps)
+            sweeps, change = solve_impulses(B, M.tolerance, M.sweeps, M.rescued)
             state[SWEEPS_DONE] += sweeps
             state[CHANGE] = change
             if change > M.tolerance and B.counts[FOUND] <= M.rescued:
@@ -361,9 +361,7 @@ def project(L, W, B, M, t):
 
 
 @kernel
-def kept_instant(
-    L: Layout, W: Work, B: ContactWork, M: ImpulseSteps, t: float, page: Rows
-) -> bool:
+def kept_instant(L: Layout, W: Work, B: ContactWork, M: ImpulseSteps, t: float, page: Rows) -> bool:
     """page (rows, 1) ← the instant t within the last step, on a straight line between its ends,
     with the forces of the step: impulses by its length. Returns whether loops close.
     """

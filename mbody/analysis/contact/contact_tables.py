@@ -1,4 +1,4 @@
-"""Shapes, laws and groups of a mechanism as the kernels of time stepping with impulses take them."""
+"""Shapes, laws and groups of a mechanism as the kernels of steps with impulses take them."""
 
 from __future__ import annotations
 
@@ -81,7 +81,9 @@ def contact_tables(system: System) -> ContactTables:
     reach = np.array([one.reach for one in found])
     finite = reach[np.isfinite(reach) & (reach > 0.0)]
     usual = float(np.median(finite)) if finite.size else system.length
-    large = [not one.reach <= LARGE * usual or one.kind == LINE or one.radius < 0.0 for one in found]
+    large = [
+        not one.reach <= LARGE * usual or one.kind == LINE or one.radius < 0.0 for one in found
+    ]
     group, table = _sets(groups, sides, names, len(contacts))
     ropes = [(n, one) for n, one in enumerate(contacts) if isinstance(one, Rope)]
     index = system.bodies
@@ -111,10 +113,7 @@ def contact_tables(system: System) -> ContactTables:
         ),
         rope=_whole([(*(index[b] for b in one.bodies), n) for n, one in ropes], 3),
         rope_number=_rows(
-            [
-                (*at.arm(one, "i"), *at.arm(one, "j"), at[f"{one.name}.length"])
-                for _, one in ropes
-            ],
+            [(*at.arm(one, "i"), *at.arm(one, "j"), at[f"{one.name}.length"]) for _, one in ropes],
             5,
         ),
         law=_rows(numbers, 3),
@@ -142,7 +141,10 @@ def _ties(machine: Mechanism, index: dict[str, int]) -> list[list[int]]:
 
 
 def _sets(
-    groups: list[Between], sides: list[tuple[list[str], list[str]]], names: Iterable[str], first: int
+    groups: list[Between],
+    sides: list[tuple[list[str], list[str]]],
+    names: Iterable[str],
+    first: int,
 ) -> tuple[list[int], Array]:
     """Of every shape the number of the set of groups that it is in, −1 of none; the law between
     such sets.
@@ -165,8 +167,8 @@ def _sets(
                 if other >= 0 and other != first + n:
                     raise ModelError(
                         f"'{groups[other - first].name}' and '{group.name}' both bring together "
-                        f"{_example(names, found, p)} and {_example(names, found, q)}: give each pair "
-                        "of shapes one group",
+                        f"{_example(names, found, p)} and {_example(names, found, q)}: give "
+                        "each pair of shapes one group",
                         group.name,
                     )
                 table[p, q] = first + n
@@ -243,4 +245,3 @@ def _refuse_concave(corners: Array, name: str) -> None:
             "ones, give it as several of them",
             body,
         )
-

@@ -65,9 +65,7 @@ def impulses_by_lemke(contacts: ContactWork) -> Array | None:
             [np.diag(mu), -one, -one, zero],
         ]
     )
-    b = np.concatenate(
-        [free[N] + contacts.effect[which, 4], free[T], -free[T], np.zeros(m)]
-    )
+    b = np.concatenate([free[N] + contacts.effect[which, 4], free[T], -free[T], np.zeros(m)])
     z = lemke(A, b)
     if z is None:
         return None

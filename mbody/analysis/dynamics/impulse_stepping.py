@@ -1,7 +1,7 @@
 """Motion of many contacts: time stepping with impulses, ``method="moreau"`` of `simulate`.
 
-The kernels are given a system of bodies, joints, drivers and loads alone; contacts, ropes and groups
-are tables beside it (`mbody.analysis.contact.contact_tables`).
+The kernels are given a system of bodies, joints, drivers and loads alone; contacts, ropes and
+groups are tables beside it (`mbody.analysis.contact.contact_tables`).
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 
 from mbody.analysis.contact.contact_tables import ContactTables, contact_tables, coupled_bodies
 from mbody.analysis.contact.step_by_lemke import impulses_by_lemke
+from mbody.analysis.dynamics.impulse_notes import SWEEPS, judged_steps
 from mbody.analysis.dynamics.initial_step import REFINEMENTS
 from mbody.analysis.dynamics.integration import Integration
 from mbody.analysis.dynamics.integrators import FixedSteps, Integrator
@@ -28,8 +29,6 @@ from mbody.kernels.moreau import (
     CHANGE,
     CONTACTS,
     CROWDED,
-    DEEPEST,
-    DEEPEST_AT,
     DEEPEST_PART,
     DELIVER,
     IMPULSE_SLOTS,
@@ -38,15 +37,11 @@ from mbody.kernels.moreau import (
     LOST,
     NOW,
     PAIRS,
-    PART_AT,
     REACHED,
     SOLVED,
     STEPS_DONE,
     SWEEPS_DONE,
     UNSOLVED,
-    UNSOLVED_AT,
-    UNSOLVED_COUNT,
-    UNSOLVED_MOST,
     kept_instant,
     moreau,
 )
@@ -55,9 +50,8 @@ from mbody.kernels.residuals import CONSTRAINT, LEFT, RESIDUALS
 from mbody.kernels.step_state import DELIVERED, DONE, NOT_FINITE, STEPS, TIME
 from mbody.model.element import listed
 from mbody.model.mechanism import without_contacts
-from mbody.solution.checks import residuals
 from mbody.solution.certificate import as_reported, changed
-from mbody.solution.doubts import Doubt
+from mbody.solution.checks import residuals
 from mbody.solution.histories import Record
 from mbody.solution.restart import Way
 from mbody.solution.solution import Solution
@@ -71,20 +65,13 @@ Array = np.ndarray
 
 #: Steps of one call of the kernel; between calls progress is shown and Ctrl-C takes effect.
 AT_ONCE = 200
-#: Sweeps of one step, at most.
-SWEEPS = 400
 #: Contacts up to which a step whose impulses do not converge is solved by Lemke's method: of more
 #: its table, of four rows a contact, would cost more than a hundred steps.
 BY_LEMKE = 30
-#: A last change of impulses that is a greater part of the greatest leaves a doubt.
-UNCERTAIN = 1e-3
-#: Overlap, as a part of the smaller shape: more at the beginning is refused, more in motion leaves a
-#: doubt.
-OVERLAP, DEEP = 0.05, 0.05
+#: Overlap, as a part of the smaller shape, that is refused at the beginning.
+OVERLAP = 0.05
 #: Friction within this part of its limit slides.
 SLIDES = 1e-9
-#: Contacts at once up to which a motion by events is the better one.
-FEW = 12
 #: Contacts for which there is memory at first, and columns of bodies that joints tie.
 ROOM, COLUMNS = 64, 16
 #: What a contact has in `ContactWork`: width by name.
@@ -107,9 +94,7 @@ def impulse_motion(
     """
     refuse_what_does_not_fit(system, request)
     first, q, v = state or state_of(system, start)
-    return ImpulseIntegration(system, start, request.way).run(
-        first, q, v, request.times, progress
-    )
+    return ImpulseIntegration(system, start, request.way).run(first, q, v, request.times, progress)
 
 
 def refuse_what_does_not_fit(system: System, request: MotionRequest) -> None:
@@ -130,7 +115,9 @@ def refuse_what_does_not_fit(system: System, request: MotionRequest) -> None:
         raise ModelError(
             f"the method 'moreau' releases no drivers ({listed(request.release)}): take dop853"
         )
-    rough = [one.name for one in (*machine.joints, *machine.couplings) if one.frictions(system.numbers)]
+    rough = [
+        one.name for one in (*machine.joints, *machine.couplings) if one.frictions(system.numbers)
+    ]
     if rough:
         raise ModelError(
             f"the method 'moreau' has friction in contacts, not in joints ({listed(rough)}): take "
@@ -321,7 +308,7 @@ class ImpulseIntegration(Integration):
 
     def _deliver(self) -> None:
         """Keep the instants up to the present one."""
-        M, B = self.impulses, self.contacts
+        M = self.impulses
         now, h = float(M.state[NOW]), float(M.state[LENGTH])
         if not M.state[STEPS_DONE]:
             return
@@ -343,7 +330,7 @@ class ImpulseIntegration(Integration):
         count = int(B.counts[FOUND])
         acting = np.flatnonzero((B.impulse[:count] != 0.0).any(axis=1))
         who, geometry, force = B.who[acting], B.geometry[acting], B.impulse[acting] / h
-        middle = np.append(M.last[: 3 * self.layout.bodies] , np.zeros(3))
+        middle = np.append(M.last[: 3 * self.layout.bodies], np.zeros(3))
         middle[:-3] += 0.5 * h * M.last[3 * self.layout.bodies : 6 * self.layout.bodies]
         at = middle.reshape(-1, 3)[who[:, 1], :2] + geometry[:, 4:6]
         self.which.append(who[:, [2, 3, 4]])
@@ -399,7 +386,7 @@ class ImpulseIntegration(Integration):
             "contacts": int(state[CONTACTS]),
             "by_lemke": self.by_lemke,
         }
-        notes, doubts = self._judged()
+        notes, doubts = judged_steps(self.whole, self.impulses, self.way)
         pages = self._whole_pages(found, stepped)
         said = as_reported(found)
         return changed(
@@ -459,54 +446,3 @@ class ImpulseIntegration(Integration):
         ax, ay = self.whole.numbers.arm(contact, "j") if "j" in contact.places() else (0.0, 0.0)
         c, s = np.cos(q[:, 2]), np.sin(q[:, 2])
         return q[:, 0] + c * ax - s * ay, q[:, 1] + s * ax + c * ay
-
-    def _judged(self) -> tuple[list[str], list[Doubt]]:
-        """What is to be known of the steps, and what is in doubt."""
-        state, units = self.impulses.state, self.system.mechanism.units
-        machine, notes, doubts = self.whole.mechanism, list[str](), list[Doubt]()
-        steps = int(state[STEPS_DONE])
-        sweeps = state[SWEEPS_DONE] / max(steps, 1)
-        notes.append(
-            f"steps of {self.way.step:g} {units.time} with impulses, of order one: up to "
-            f"{int(state[CONTACTS])} contacts at once, {sweeps:.3g} sweeps a step, impulses to "
-            f"{self.way.rtol:.0e} of the greatest; shapes overlap by at most "
-            f"{max(state[DEEPEST], 0.0):.2g} {units.length}, {100 * max(state[DEEPEST_PART], 0.0):.2g}"
-            " % of the smaller"
-        )
-        if len(self.stops) and state[CONTACTS] <= FEW:
-            notes.append(
-                f"of so few contacts ({int(state[CONTACTS])} at once) dop853 finds the motion to its "
-                "tolerance, with each impact and each change between sticking and sliding located"
-            )
-        bouncing = [
-            one.name
-            for one in (*machine.contacts, *machine.groups)
-            if getattr(one, "law", "newton") == "poisson" and getattr(one, "restitution", 0.0)
-        ]
-        if bouncing:
-            notes.append(
-                f"impacts of {listed(bouncing)} follow Newton's law of restitution: steps with "
-                "impulses know no compression and expansion"
-            )
-        if state[UNSOLVED_COUNT]:
-            t, part = float(state[UNSOLVED_AT]), float(state[UNSOLVED_MOST])
-            message = (
-                f"the impulses of {int(state[UNSOLVED_COUNT])} of {steps} steps are not found to "
-                f"{self.way.rtol:.0e} in {SWEEPS} sweeps, first at t = {t:.6g} {units.time}: the last "
-                f"sweep still changed {part:.1e} of the greatest"
-            )
-            if part > UNCERTAIN:
-                doubts.append(Doubt("solver", f"{message}; take shorter steps", t))
-            else:
-                notes.append(message)
-        if state[DEEPEST_PART] > DEEP:
-            t, part = float(state[PART_AT]), 100 * float(state[DEEPEST_PART])
-            doubts.append(
-                Doubt(
-                    "contact",
-                    f"shapes overlap by {part:.2g} % of the smaller one at t = {t:.6g} {units.time}, "
-                    f"more than {100 * DEEP:g} %: take shorter steps",
-                    t,
-                )
-            )
-        return notes, doubts
