@@ -1,8 +1,8 @@
 """Many contacts: a step of a pile of discs that collapses, and of a chain that falls on a floor.
 
 No solution is known: what is beside the time is how deep shapes overlap and how much energy is
-lost to the steps. Peers have the same shapes, masses, friction and step; pymunk 30 iterations, MuJoCo its
-elliptic cones and Newton's method, with contacts as stiff as it has them by default.
+lost to the steps. Peers have the same shapes, masses, friction and step; pymunk 30 iterations,
+MuJoCo its elliptic cones and Newton's method, with contacts as stiff as it has them by default.
 """
 
 from __future__ import annotations
@@ -10,8 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from typing import Any
-
-import numpy as np
 
 import mbody
 from benchmarks.frame import OURS, Row, Scope, available, timed
@@ -200,17 +198,20 @@ def _pymunk_chain(links: int, until: float) -> tuple[float, float, str]:
 def _mujoco_pile(where: list[tuple[float, float]], until: float) -> tuple[float, float, str]:
     import mujoco
 
+    turning = " ".join([str(0.5 * RADIUS**2)] * 3)
+    joints = "".join(
+        f'<joint type="{kind}" axis="{axis}"/>'
+        for kind, axis in (("slide", "1 0 0"), ("slide", "0 0 1"), ("hinge", "0 1 0"))
+    )
+    rough = f'friction="{FRICTION} 0 0"'
     discs = "".join(
-        f'<body pos="{x} 0 {y}"><joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/>'
-        f'<joint type="hinge" axis="0 1 0"/><inertial pos="0 0 0" mass="1" diaginertia='
-        f'"{0.5 * RADIUS**2} {0.5 * RADIUS**2} {0.5 * RADIUS**2}"/><geom type="sphere" size="{RADIUS}" '
-        f'condim="3" friction="{FRICTION} 0 0"/></body>'
+        f'<body pos="{x} 0 {y}">{joints}<inertial pos="0 0 0" mass="1" diaginertia="{turning}"/>'
+        f'<geom type="sphere" size="{RADIUS}" condim="3" {rough}/></body>'
         for x, y in where
     )
     text = (
-        f'<mujoco><option timestep="{STEP}" gravity="0 0 -{G}" cone="elliptic" integrator="implicitfast"/>'
-        f'<worldbody><geom type="plane" size="100 100 1" friction="{FRICTION} 0 0"/>{discs}</worldbody>'
-        "</mujoco>"
+        f'<mujoco><option timestep="{STEP}" gravity="0 0 -{G}" cone="elliptic"/><worldbody>'
+        f'<geom type="plane" size="100 100 1" {rough}/>{discs}</worldbody></mujoco>'
     )
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)

@@ -445,25 +445,17 @@ def snapshot(machine: Mechanism, *, groups: bool = False) -> Mechanism:
     """
     if machine._sorted is not None:
         return machine
-    kept = copy.copy(machine) if groups else _with_single_contacts(machine)
+    kept = copy.copy(machine)
+    for group in () if groups else machine.groups:
+        del kept._elements[group.name]
+        own = f"{group.name}."
+        kept.formulas = {k: f for k, f in kept.formulas.items() if not k.startswith(own)}
+        kept.add(*machine._groups[group.name].contacts((*machine.bodies, machine.ground)))
     kept._brought = None
     for state in machine.described_states:
         kept._elements[state.name], formulas = compiled_state(machine, state)
         kept.formulas |= formulas
     kept._sorted = {}
-    return kept
-
-
-def _with_single_contacts(machine: Mechanism) -> Mechanism:
-    """The mechanism with the contacts of its groups in their place."""
-    kept = copy.copy(machine)
-    for group in machine.groups:
-        given = machine._groups[group.name]
-        del kept._elements[group.name]
-        own = f"{group.name}."
-        kept.formulas = {k: f for k, f in kept.formulas.items() if not k.startswith(own)}
-        for contact in given.contacts((*machine.bodies, machine.ground)):
-            kept._add(contact)
     return kept
 
 
