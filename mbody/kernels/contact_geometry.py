@@ -20,7 +20,7 @@ __all__ = ["FOUND", "LACKING", "TESTED", "rope_spot", "touch"]
 
 #: Counts of a step: contacts found; contacts for which there was no memory; pairs looked at.
 FOUND, LACKING, TESTED = range(3)
-#: How far a corner may be behind a segment, in parts of the segment, before it is on its other side.
+#: How far a corner may be behind a segment, in parts of it, before it is on its other side.
 BEHIND = 0.1
 #: The other polygon's edge is taken where it separates more by this part of both sizes.
 PREFERRED = 1e-7

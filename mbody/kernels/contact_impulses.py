@@ -11,8 +11,9 @@ K of |P_T| ≤ μ P_N, after de Saxcé:
 
     K ∋ P ⊥ (γ_N⁺ − b + s, γ_T⁺) ∈ K*,   s = μ |γ_T⁺|.
 
-Sweeps go over the contacts to and fro, one after the other, each with the velocities that the others
-have changed, and put its impulse onto its cone; they begin with the impulses of the step before. At
+Sweeps go over the contacts to and fro, one after the other, each with the velocities that the
+others have changed, and put its impulse onto its cone; they begin with the impulses of the step
+before. At
 first s is that of the beginning of the step: the problem is then convex, and contacts that stick
 have it exactly. Then s follows: of few contacts until it stays, of many three times, for what is
 left of it is an error of order one as all of the step; within each sweep it would not converge.

@@ -1,14 +1,16 @@
 """Which shapes are near each other: a uniform grid, so that what is far apart costs nothing.
 
 Every step the centres of all bounding circles go into square cells as wide as the greatest of them,
-found by hashing; each is looked at beside those in its own cell and the eight around it. Shapes much
-larger than the others, lines among them, are looked at beside all. Teschner et al.: Optimized Spatial
-Hashing (2003).
+found by hashing; each is looked at beside those in its own cell and the eight around it. Shapes
+much larger than the others, lines among them, are looked at beside all. Teschner et al.: Optimized
+Spatial Hashing (2003).
 """
 
 from __future__ import annotations
 
 import math
+
+import numpy as np
 
 from mbody.core.decorators import inline, njit
 from mbody.kernels.contact_geometry import FOUND, LACKING, TESTED, centre_of, rope_spot, touch
@@ -104,15 +106,15 @@ def look_in_groups(W, C, B, a, b):
 @inline
 def are_tied(C, i, j):
     """Whether a joint ties two bodies."""
+    found = False
     for n in range(C.tied_start[i], C.tied_start[i + 1]):
-        if C.tied[n] == j:
-            return True
-    return False
+        found = found or C.tied[n] == j
+    return found
 
 
 @njit
 def grid(W, C, B):
-    """Look at all pairs of groups that are in neighbouring cells, and at large shapes beside all."""
+    """Look at pairs of groups that are in neighbouring cells, and at large shapes beside all."""
     shapes, mask = C.kind.shape[0], B.bucket.shape[0] - 1
     side = 0.0
     for a in range(shapes):
@@ -131,8 +133,9 @@ def grid(W, C, B):
                 if b != a and not (b < a and B.following[b] == -2):
                     look_in_groups(W, C, B, a, b)
             continue
-        x, y = int(math.floor(B.place[a, 0] / side)), int(math.floor(B.place[a, 1] / side))
-        B.cell[a, 0], B.cell[a, 1] = x, y
+        B.cell[a, 0] = int(np.floor(B.place[a, 0] / side))
+        B.cell[a, 1] = int(np.floor(B.place[a, 1] / side))
+        x, y = B.cell[a, 0], B.cell[a, 1]
         for n in range(9):
             cx, cy = x + n % 3 - 1, y + n // 3 - 1
             b = B.bucket[((cx * PRIMES[0]) ^ (cy * PRIMES[1])) & mask]

@@ -2,7 +2,7 @@
 
 A shape is a circle, an endless line, a segment or a convex polygon of one body, all numbers from
 the mass centre in link axes. Corners of polygons go round counter-clockwise, so that outside is on
-the right of each edge; a segment is a polygon of two corners whose first edge faces what touches it.
+the right of each edge; a segment is a polygon of two corners, its first edge faces what touches it.
 """
 
 from __future__ import annotations

@@ -9,8 +9,8 @@ joints take no energy; contacts by complementarity at v⁺ (`mbody.kernels.conta
 
 At the end of the step positions are projected onto the joints, and velocities onto their rows.
 Without contacts and joints this is the leapfrog method. With the mean velocity v̄ the work of all
-forces, h f·v̄ − p·ν + P·W v̄, is the change of the kinetic energy ½ vᵀ M v to rounding. The account has
-the work of loads on the whole way, so that its balance is what the projections have changed.
+forces, h f·v̄ − p·ν + P·W v̄, is the change of the kinetic energy ½ vᵀ M v to rounding. The account
+has the work of loads on the whole way, so that its balance is what projections have changed.
 
 No event is located and no step refused; order one where contacts close or slip. Moreau (1988);
 Jean (1999); Acary, Brogliato: Numerical Methods for Nonsmooth Dynamical Systems (2008), 10.

@@ -168,7 +168,7 @@ class ImpulseIntegration(Integration):
 
     def _integrator(self) -> Integrator:
         """None of the others: what they would carry on is not needed."""
-        return FixedSteps(1, 1, 1, self.way.step, (1.0,))
+        return FixedSteps(self.layout, 1, self.way.step, (1.0,))
 
     def _load_causes(self) -> int:
         return self.causes - len(self.system.drivers)
