@@ -49,6 +49,8 @@ RENEWED = 50
 #: How often s follows the sliding of many contacts, and the part of its change to which sweeps go
 #: then.
 FOLLOWED, PART = 3, 0.1
+#: Part of its limit below which friction holds a contact.
+INSIDE = 1.0 - 1e-6
 
 
 @inline
@@ -119,6 +121,7 @@ def contact_rows(L, W, C, B, h, refinements):
         else:
             B.effect[c, 4] = max(gap, 0.0) / h
         still = abs(along) <= STUCK * (abs(free_normal) + abs(free_along))
+        B.effect[c, 6] = 0.0 if still else C.law[law, 0] * abs(along)
         B.effect[c, 3] = C.law[law, 1] if still else C.law[law, 0]
     return True
 
@@ -202,7 +205,6 @@ def solve_impulses(B, tolerance, most, few):
         B.impulse[c, 1] = min(max(B.impulse[c, 1], -bound), bound)
         if B.effect[c, 4] == math.inf:
             B.impulse[c, 0] = B.impulse[c, 1] = 0.0
-        B.effect[c, 6] = B.effect[c, 3] * abs(B.rate[c, 1])
     apply_all(B)
     wanted, again = tolerance, 0
     done = relax(B, count, tolerance, most - most // 4)
@@ -259,6 +261,8 @@ def follow_sliding(B, count):
         if B.effect[c, 4] < math.inf and B.effect[c, 0] > 0.0:
             normal, along = rates(B, c, B.velocity)
             opening = B.effect[c, 3] * abs(along)
+            if abs(B.impulse[c, 1]) < INSIDE * B.effect[c, 3] * B.impulse[c, 0]:
+                opening = 0.0  # it sticks: what is left of its rate is what is not solved
             if B.impulse[c, 0] > 0.0 or normal + B.effect[c, 4] < 0.0:
                 furthest = max(furthest, abs(opening - B.effect[c, 6]) / B.effect[c, 0])
             B.effect[c, 6] = opening

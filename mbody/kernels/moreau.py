@@ -91,6 +91,8 @@ IMPULSE_SLOTS = 16
 #: step that is under way did not converge.
 REACHED, KEEP, UNDERWAY, CROWDED, LOST, UNSOLVED = range(6)
 
+#: A last change of impulses above which those of few contacts are found elsewhere.
+RESCUED = 1e-4
 #: A last step that were as short a part of the others is no step.
 SHORTEST = 1e-9
 
@@ -134,7 +136,7 @@ def moreau(
             sweeps, change = solve_impulses(B, M.tolerance, M.sweeps, M.rescued)
             state[SWEEPS_DONE] += sweeps
             state[CHANGE] = change
-            if change > M.tolerance and B.counts[FOUND] <= M.rescued:
+            if change > max(M.tolerance, RESCUED) and B.counts[FOUND] <= M.rescued:
                 return UNSOLVED
         if state[CHANGE] > M.tolerance:
             if state[UNSOLVED_COUNT] == 0.0:

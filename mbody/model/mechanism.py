@@ -137,8 +137,7 @@ class Mechanism:
         self.ground = self._taken(Body("ground", points=points, shapes=shapes))
         self._elements: dict[str, Element] = {}
         self._sorted: dict[type, tuple[Any, ...]] | None = None
-        #: Groups of contacts as they were given, whose numbers may be text, by name.
-        self._groups: dict[str, Between] = {}
+        self._groups: dict[str, Between] = {}  # as they were given
         #: States that elements bring, kept when the mechanism is closed.
         self._brought: tuple[OwnState, ...] | None = None
 
@@ -440,8 +439,8 @@ def _measure(name: Any, value: Any) -> Measure:
 
 
 def snapshot(machine: Mechanism, *, groups: bool = False) -> Mechanism:
-    """The mechanism as it is now, closed to additions: what a system keeps. Groups of contacts are
-    their contacts, one by one, unless `groups` are to stay.
+    """The mechanism as it is now, closed to additions: what a system keeps; with single contacts in
+    the place of their groups, unless these are to stay.
     """
     if machine._sorted is not None:
         return machine

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -108,7 +107,7 @@ class SteppedContacts:
         if name is not None:
             rows = rows[self.which[rows, 0] == self._number(name)]
         law, i, j = self.which[rows].T
-        columns: Sequence[Array] = self.numbers[rows].T
+        columns = list(self.numbers[rows].T)
         return Touching(
             [self.shapes[k] if k >= 0 else self.laws[n] for k, n in zip(i, law, strict=True)],
             [self.shapes[k] if k >= 0 else self.laws[n] for k, n in zip(j, law, strict=True)],

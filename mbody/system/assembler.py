@@ -246,8 +246,10 @@ class _Compiler:
     def compile(self, numbers: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
         """Parameters (rows, batch) and masses (3·bodies + 3, batch) from the user's numbers."""
         at = self.read(numbers)
-        for joint in (*self.mechanism.joints, *self.mechanism.contacts):
+        for joint in self.mechanism.joints:
             joint.refuse(at, self.mechanism.units.length)
+        for contact in (*self.mechanism.contacts, *self.mechanism.groups):
+            contact.refuse(at, self.mechanism.units.length)
         columns, masses = self.columns(numbers)
         batch = max((np.size(value) for value in numbers.values() if np.ndim(value)), default=1)
         return _stack(columns, batch), _stack(masses, batch)

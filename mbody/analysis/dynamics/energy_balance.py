@@ -76,8 +76,8 @@ def energy_doubts(run: Solution, method: str, rtol: float) -> list[Doubt]:
 
 
 def _force(run: Solution) -> float:
-    """The greatest force of joints and drivers at an ordinary instant, of steps with impulses of all
-    terms of their equation.
+    """The greatest force of joints and drivers at an ordinary instant; of steps with impulses the
+    greatest term of their equation.
     """
     if run.stepped is not None:
         return float(np.median(run.stepped.residuals[0, :, TERM]))

@@ -166,9 +166,10 @@ class ImpulseIntegration(Integration):
         self.residuals: list[Array] = []
         self.by_lemke = 0
 
-    def _integrator(self) -> Integrator:
+    @staticmethod
+    def integrator(method: str, layout: Any, work: Any, step: float) -> Integrator:
         """None of the others: what they would carry on is not needed."""
-        return FixedSteps(self.layout, 1, self.way.step, (1.0,))
+        return FixedSteps(layout, 1, step, (1.0,))
 
     def _load_causes(self) -> int:
         return self.causes - len(self.system.drivers)

@@ -23,13 +23,7 @@ from mbody.analysis.driven.uniqueness import open_note, open_reactions
 from mbody.analysis.dynamics.branch_passage import BranchPassage
 from mbody.analysis.dynamics.controller_readings import ControllerReadings
 from mbody.analysis.dynamics.initial_step import REFINEMENTS, coordinate_sizes, first_step
-from mbody.analysis.dynamics.integrators import (
-    PATIENT,
-    Integrator,
-    Motion,
-    integrator,
-    stepping,
-)
+from mbody.analysis.dynamics.integrators import PATIENT, Motion, integrator, stepping
 from mbody.analysis.dynamics.interruptions import (
     Interruptions,
     SampledState,
@@ -98,6 +92,7 @@ class Integration:
 
     #: Whether it decides what is open, sticks and slides.
     decides_modes = False
+    integrator = staticmethod(integrator)
 
     def __init__(self, system: System, start: Solution, way: Way) -> None:
         self.system, self.start, self.way = system, start, way
@@ -110,7 +105,7 @@ class Integration:
             start.regularization if start.system is system else SOFT * bool(start.regularization)
         )
         self.causes = len(causes(system))
-        self.steps = self._integrator()
+        self.steps = self.integrator(way.method, self.layout, self.work, way.step)
         self.stepping = stepping(
             system.state_count, self.causes, self.regularization, self.steps.rows, self.steps.terms
         )
@@ -122,10 +117,6 @@ class Integration:
         self.judged, self.longest = (0.0, 0.0), 0.0
         self.occurred: list[EventRecord] = []
         self.stops: list[str] = []
-
-    def _integrator(self) -> Integrator:
-        """The method."""
-        return integrator(self.way.method, self.layout, self.work, self.way.step)
 
     def _motion(self) -> Motion:
         """All that the kernel works on."""

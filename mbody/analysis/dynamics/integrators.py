@@ -286,8 +286,8 @@ def integrator(method: str, layout: Any, work: Any, step: float) -> Integrator:
         )
     if method == "moreau":
         raise ModelError(
-            "the method 'moreau' steps whole motions, in simulate: take another one where a program "
-            "leads the motion on"
+            "the method 'moreau' steps whole motions, in simulate: take another one where a "
+            "program leads the motion on"
         )
     if method in ("dop853", "dopri5"):
         return ExplicitSteps(order_8() if method == "dop853" else order_5())
