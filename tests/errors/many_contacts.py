@@ -41,7 +41,14 @@ def released():
 
 
 def led():
-    Simulator(floored(UNDER), method="moreau", step=1e-2)
+    Simulator(floored(), method="moreau", step=1e-2)
+
+
+def rough():
+    machine = Mechanism("crank")
+    machine.add(Body("crank", mass=1.0, inertia=0.1))
+    machine.add(Revolute("O", "ground", "crank", friction=0.1, pin_radius="10 mm"))
+    simulate(machine, 0.1, method="moreau", step=1e-2)
 
 
 def many_corners():
@@ -64,8 +71,9 @@ def other_side():
 SCENARIOS = {
     "steps with impulses without a length": stepped(options={"step": None}),
     "steps with impulses of a negative length": stepped(options={"step": -1.0}),
-    "steps with impulses and events": stepped(options={"events": [Event("low", "block.y")]}),
+    "steps with impulses and events": stepped(options={"events": [Event("block.y")]}),
     "steps with impulses and a driver that is released": released,
+    "steps with impulses and friction in a joint": rough,
     "steps with impulses that a program leads on": led,
     "a polygon that bends inwards, in steps with impulses": stepped(
         Between("group", "ground.floor", "block.plate"),
