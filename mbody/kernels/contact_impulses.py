@@ -49,6 +49,8 @@ RENEWED = 50
 #: How often s follows the sliding of many contacts, and the part of its change to which sweeps go
 #: then.
 FOLLOWED, PART = 3, 0.1
+#: After so many times s goes half the way, then a third, and so on: it may jump to and fro.
+DAMPED = 6
 #: Part of its limit below which friction holds a contact.
 INSIDE = 1.0 - 1e-6
 
@@ -209,7 +211,7 @@ def solve_impulses(B, tolerance, most, few):
     wanted, again = tolerance, 0
     done = relax(B, count, tolerance, most - most // 4)
     while True:
-        change, opened = B.progress[0], follow_sliding(B, count)
+        change, opened = B.progress[0], follow_sliding(B, count, 1.0 / (1 + again // DAMPED))
         exact = max(change, opened)
         if exact <= tolerance:
             return done, exact
@@ -252,9 +254,9 @@ def relax(B, count, tolerance, most):
 
 
 @njit
-def follow_sliding(B, count):
-    """Open the cones by the present sliding. Returns the greatest change of what that asks of an
-    impulse, as a part of the greatest one.
+def follow_sliding(B, count, part):
+    """Open the cones by the present sliding, or go that part of the way. Returns the greatest change
+    of what that asks of an impulse, as a part of the greatest one.
     """
     furthest = 0.0
     for c in range(count):
@@ -265,7 +267,7 @@ def follow_sliding(B, count):
                 opening = 0.0  # it sticks: what is left of its rate is what is not solved
             if B.impulse[c, 0] > 0.0 or normal + B.effect[c, 4] < 0.0:
                 furthest = max(furthest, abs(opening - B.effect[c, 6]) / B.effect[c, 0])
-            B.effect[c, 6] = opening
+            B.effect[c, 6] += part * (opening - B.effect[c, 6])
     return furthest / B.progress[1] if B.progress[1] > 0.0 else 0.0
 
 
